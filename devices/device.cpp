@@ -7,7 +7,8 @@
 namespace tandem::devices {
 namespace {
 
-// Independent of the locale: sources are UTF-8, and a file must have the same meaning everywhere.
+// Converts ASCII letters only, independently of the locale, so that a profile file has the same meaning on every
+// machine.
 char lower(char c) {
   return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }

@@ -1,4 +1,5 @@
-// Interface of a haptic device: one sample per read, one command per write, limits with sources.
+// Interface of a haptic device: it returns one sample per read, accepts one command per write, and has limits with
+// sources.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +12,7 @@
 
 namespace tandem::devices {
 
-/// A number and its source: a data sheet, a measurement, or "unverified: …".
+/// A number and its source: a data sheet, a measurement, or "unverified: …" with an explanation.
 struct SourcedLimit {
   double value = 0;
   std::string source;
@@ -19,8 +20,9 @@ struct SourcedLimit {
   bool operator==(const SourcedLimit&) const = default;
 };
 
-/// False for a source that is empty or begins with "unverified", in any case and after any blanks. Such a maximum can
-/// lower a limit, never raise it; such a mass, damping or step is used for want of a better value.
+/// Returns false if the source is empty or begins with "unverified" (in any case, after any blanks). An unverified
+/// maximum can lower a limit, but never raise it. An unverified mass, damping or step is used because no better value
+/// is known.
 bool is_verified(const SourcedLimit& limit) noexcept;
 
 /// Capabilities and limits of a device.
@@ -30,14 +32,16 @@ struct DeviceSpec {
   int sensed_rotations = 3;                             ///< 0: the handle's orientation is constant
   int actuated_translations = 3;                        ///< 0: no force
   int actuated_rotations = 0;                           ///< 0: no torque
-  std::uint32_t buttons = kButtonGrab | kButtonClutch;  ///< bits of Button that the device has
-  SourcedLimit force_maximum_n;                         ///< the maker's; bounds the software limit when verified
+  std::uint32_t buttons = kButtonGrab | kButtonClutch;  ///< bits of Button that the device can set
+  SourcedLimit force_maximum_n;  ///< maximum stated by the manufacturer; bounds the software limit if it is verified
   SourcedLimit torque_maximum_n_m;
-  double force_limit_n = 2.0;  ///< software limit, ≤ force_maximum_n; the default is for unverified devices
+  double force_limit_n = 2.0;  ///< software limit, ≤ force_maximum_n; the default is suitable for unverified devices
   double torque_limit_n_m = 0.1;
-  Vec3 workspace_m = Vec3::Zero();  ///< width of the reachable space about D's origin; zero: unknown or unlimited
-  double reach_m = 2.0;  ///< maximum distance of the handle from D's origin, with margin; a farther sample is a fault
-  double speed_limit_m_per_s = 3.0;    ///< a faster handle is a fault: force to zero within 20 ms, then re-armed
+  Vec3 workspace_m = Vec3::Zero();  ///< width of the reachable space around the origin of D; zero: unknown or unlimited
+  /// Maximum distance of the handle from the origin of D, with a margin; a sample beyond it is a fault
+  double reach_m = 2.0;
+  /// Speed of the handle above which a fault sets the force to zero within 20 ms, until it is re-armed
+  double speed_limit_m_per_s = 3.0;
   double slew_limit_n_per_s = 4000.0;  ///< maximum rate of change of the displayed force
   double slew_limit_n_m_per_s = 200.0;
   double position_step_m = 0;  ///< resolution of the reported pose; 0: exact
@@ -47,47 +51,50 @@ struct DeviceSpec {
   bool has_torque() const { return actuated_rotations > 0; }
 };
 
-/// Life cycle of a device: it is opened, moved to the reference of its encoders, ready, and lost when it no longer
-/// responds. Only a ready device shows a force.
+/// Life cycle of a device. It is opened, moved to the reference position of its encoders (homing), and is then ready.
+/// It is lost when it no longer responds. Only a ready device displays a force.
 enum class DeviceState : std::uint8_t { kOpening, kHoming, kReady, kLost };
-/// Name of a state: "opening", "homing", "ready", "lost".
+/// Returns the name of a state: "opening", "homing", "ready" or "lost".
 std::string_view name_of(DeviceState state) noexcept;
 
-/// State of the hand at one instant, in the device base frame D.
+/// State of the hand at one instant, in the device's base frame D.
 struct DeviceSample {
   LocalTime taken{};
   DeviceState state = DeviceState::kOpening;
-  std::string_view reason;  ///< why the device is not ready, with the remedy; a literal
-  bool is_valid = false;    ///< true only when ready; if false, do not use the fields below
+  std::string_view reason;  ///< reason why the device is not ready, with the remedy; points to a string literal
+  bool is_valid = false;    ///< true only if the device is ready; if false, the fields below must not be used
   Pose X_DH;
   Twist V_DH;
   std::uint32_t buttons = 0;  ///< bits of Button
-  Duration path_time{0};      ///< time on the path of a simulated or recorded hand, negative before its start; else 0
+  /// Time on the path of a simulated or recorded hand, negative before the start of the path; otherwise 0
+  Duration path_time{0};
 };
 
-/// Readable state, e.g. "ready"; "lost: it was unplugged; plug it in again".
+/// Returns a readable state, e.g. "ready" or "lost: it was unplugged; plug it in again".
 std::string describe(const DeviceSample& sample);
 
-/// A haptic device, opened by devices/registry.hpp and closed by its destructor. Implementations of read() and write()
-/// do not block longer than a read takes, do not sleep and do not allocate. Homing and reopening proceed in steps
-/// during read().
+/// A haptic device, which devices/registry.hpp opens and the destructor closes. Implementations of read() and write()
+/// neither sleep nor allocate, and they block at most for the time of one transfer. Homing and reopening proceed in
+/// steps, one at each read().
 ///
-/// Thread  haptic (open and close: any, before and after)
+/// Thread  haptic (any thread for opening before and closing after)
 class Device {
  public:
   virtual ~Device() = default;
   virtual const DeviceSpec& spec() const noexcept = 0;
   virtual DeviceSample read(LocalTime now) noexcept = 0;
-  /// Sets the wrench on the hand, in D, with torque about the handle's origin. Only DeviceWriter calls it, which
-  /// clamps. Returns false if the command was not delivered.
+  /// Sets the wrench on the hand, expressed in D, with the torque about the handle's origin. Only DeviceWriter calls
+  /// it, which clamps the wrench. Returns false if the command was not delivered.
   virtual bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept = 0;
-  /// Sets the start time of a simulated or recorded path; until then the hand rests at its beginning. The time may be
-  /// changed until the start. A real hand ignores it. Without a call, the path begins at the first read().
+  /// Sets the start time of a simulated or recorded path; before it the hand rests at the beginning of the path. The
+  /// time can be changed until the path has started. Without a call, the path begins at the first read(). Real devices
+  /// ignore the call.
   virtual void begin_path_at(LocalTime /*start*/) noexcept {}
-  /// True if the force was zero since the last call despite write(): a watchdog wrote zero while this program was
-  /// stopped.
+  /// Returns true if, since the last call, the force was zero in spite of write(), because a watchdog wrote zero while
+  /// this program was stopped.
   virtual bool has_released_force() noexcept { return false; }
-  /// The device may still show a force although write() accepted zero: zero is in transit, or could not be delivered.
+  /// Returns whether the device may still display a force although write() accepted zero: zero is in transit or was not
+  /// delivered.
   virtual bool may_be_on() const noexcept { return false; }
 };
 

@@ -10,8 +10,9 @@
 namespace tandem::devices {
 namespace {
 
-/// Remaining length of the velocity estimator's adaptive window once an oscillation is felt. At 30 Hz and an amplitude
-/// of 20 steps, a line fits to within a step over √(12 step / acceleration). Smaller oscillations do not grow.
+/// Length of the velocity estimator's adaptive window once the user feels an oscillation. At 30 Hz and an amplitude of
+/// 20 encoder steps, a line fits the positions to within one step for √(12 step / acceleration). Smaller oscillations
+/// do not grow.
 constexpr double kWindowOfSteps_s = 0.004;
 
 int velocity_window(const SourcedLimit& step, double rate_hz) {

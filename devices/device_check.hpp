@@ -1,5 +1,5 @@
-// A coupling law on a device: prepares the inputs of the stability check (common/haptics/coupling/stability.hpp) from a
-// profile and from the way a room runs the law.
+// Stability of a coupling law on a device: derives the inputs of the stability check
+// (common/haptics/coupling/stability.hpp) from the device's profile and from how a room runs the law.
 #pragma once
 
 #include <optional>
@@ -11,22 +11,23 @@
 
 namespace tandem::devices {
 
-/// The device as seen by the coupling loop, through the scene's workspace mapping.
+/// Returns the device's properties for the check of the coupling loop, converted by the scene's workspace mapping.
 haptics::LoopDevice loop_device(const DeviceProfile& profile, const WorkspaceMapping& workspace = {});
 
-/// A coupling as a room runs it, input of check_coupling().
+/// Parameters of a coupling as a room uses them; input of check_coupling().
 struct LoopCoupling {
   haptics::CouplingParameters parameters;
   double tool_mass_kg = 0;
   double tool_inertia_kg_m2 = 0;
-  double slope_factor = 1;  ///< 0: the law has no loop of its own
+  double slope_factor = 1;  ///< maximum slope of the law relative to its stiffness; 0: the law forms no loop
 };
-/// The free tool of a massless law has no mass and no damper; a body that it holds keeps both. A law without a coupling
-/// gets a coupling of 0, for which check_coupling() has no findings.
+/// Returns the parameters for check_coupling(). If the law has a massless tool, mass and damping of the free tool are
+/// 0, but those of a held body are kept. If the law has no coupling, stiffness and damping are 0, for which the check
+/// reports nothing.
 LoopCoupling loop_coupling(const haptics::CouplingLawInfo& law, const haptics::CouplingParameters& parameters,
                            double mass_kg, double inertia_kg_m2, bool is_held_body = false);
 
-/// A warning about a law that is not passive for any coefficients; empty for a passive law.
+/// Returns a warning if the law is not passive for any coefficients; nothing for a passive law.
 std::optional<haptics::StabilityFinding> find_active_law(const haptics::CouplingLawInfo& law);
 
 }  // namespace tandem::devices

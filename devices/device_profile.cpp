@@ -1,4 +1,4 @@
-// Parses and writes profile files. People write them, so each error message names the profile and the remedy.
+// Reads and writes profile files. People edit these files, so each error message names the profile and the remedy.
 #include "devices/device_profile.hpp"
 
 #include <algorithm>
@@ -23,7 +23,8 @@ namespace json = boost::json;
 
 constexpr std::size_t kMaxProfiles = 1000;
 constexpr std::size_t kCoefficients = 4;
-// The softest entries with and without torque in CHAI3D 3.2's device table: PHANTOM Premium 1.5 6DOF and Touch.
+// Bounds used instead of unverified values: the softest devices with and without torque in the device table of CHAI3D
+// 3.2, PHANTOM Premium 1.5 6DOF and Touch.
 constexpr haptics::CouplingParameters kUnverifiedBounds{.stiffness_n_per_m = 400,
                                                         .damping_n_s_per_m = 4,
                                                         .stiffness_n_m_per_rad = 0.3,
@@ -31,7 +32,8 @@ constexpr haptics::CouplingParameters kUnverifiedBounds{.stiffness_n_per_m = 400
                                                         .force_limit_n = 2.0,
                                                         .torque_limit_n_m = 0.1};
 
-// The scene determines the shape of a law's curve; these are the largest values.
+// The scene determines the curve shape of a law; a device does not restrict it, so these are the largest permitted
+// values.
 constexpr haptics::CouplingParameters kShapes{.saturation_softness = 1.0, .curve_sharpness = 10.0};
 
 /// A value with its source, as in the file: {"value": 3.3, "source": "…"}.
@@ -39,7 +41,7 @@ struct ValueField {
   const char* name;
   SourcedLimit DeviceProfile::*member;
   double high;
-  bool is_of_torque;  ///< only for devices that show torque
+  bool is_of_torque;  ///< true: only for devices that display torque
 };
 constexpr std::array kValues{
     ValueField{"stiffness_maximum_n_per_m", &DeviceProfile::stiffness_maximum_n_per_m, 1e6, false},
@@ -53,8 +55,8 @@ constexpr std::array kValues{
     ValueField{"position_step_m", &DeviceProfile::position_step_m, 0.01, false},
     ValueField{"rotation_step_rad", &DeviceProfile::rotation_step_rad, 0.1, false},
 };
-// Factor of the workspace's diagonal: the base frame's origin may lie anywhere in it, and the reachable space is often
-// larger than the workspace.
+// Ratio of reach_m to the diagonal of the workspace. It is above 1, because the base frame's origin may be anywhere in
+// the workspace and the reachable space is often larger than the workspace.
 constexpr double kReachOfWorkspace = 1.5;
 constexpr double kMaxForce_n = 1000;
 constexpr double kMaxTorque_n_m = 100;
@@ -111,14 +113,15 @@ std::string text_of(double value) {
   return text.str();
 }
 
-/// A cubic of a fit and its maximum value.
+/// A cubic polynomial of a fit, with its name and the largest value that it may have.
 struct FittedCubic {
   const char* name;
   const haptics::Cubic& cubic;
   double most;
 };
 
-/// Refuses a pair that is negative or huge anywhere in the range; later code uses it unchecked.
+/// Refuses a pair of polynomials if it gives a negative or too large value anywhere in the range, because later code
+/// does not check the values.
 void check_pair(const JsonFields& fit, const std::pair<double, double>& range, const FittedCubic& stiffness,
                 const FittedCubic& damping) {
   constexpr int kStiffnessSamples = haptics::kFitSamples;
@@ -189,7 +192,8 @@ DeviceProfile profile_of(JsonFields profile, const std::string& origin) {
   return result;
 }
 
-/// Path for messages, with the profile's name; throws if that is invalid.
+/// Returns the path of the profile for messages, which contains the profile's name. Throws if the name is missing or
+/// invalid.
 std::string path_of(const json::value& profile, std::size_t index, const std::string& origin) {
   const std::string by_index = "profiles[" + std::to_string(index) + "]";
   JsonFields fields(profile, origin, by_index);
@@ -260,7 +264,7 @@ double verified_or(const SourcedLimit& limit, double otherwise) {
 std::vector<DeviceProfile> parse_device_profiles(std::string_view text, const std::string& origin) {
   const json::value value = parse_json(text, origin);
   JsonFields file(value, origin);
-  // Checks counts and types here; the profiles themselves are read under their names.
+  // Checks only the number and type of the entries; the profiles are read below, so that messages contain their names.
   static_cast<void>(file.objects("profiles", 1, kMaxProfiles));
   file.finish();
   std::vector<DeviceProfile> result;
@@ -328,10 +332,11 @@ haptics::CouplingParameters coupling_bounds(const DeviceProfile& profile) {
   haptics::CouplingParameters bounds = kShapes;
   bounds.stiffness_n_per_m = verified_or(profile.stiffness_maximum_n_per_m, soft.stiffness_n_per_m);
   bounds.damping_n_s_per_m = verified_or(profile.damping_maximum_n_s_per_m, soft.damping_n_s_per_m);
-  // Above the writer's limit, the writer would clamp the force on the hand only.
+  // With a higher bound, the writer would clamp the force on the hand, but not the force on the tool.
   bounds.force_limit_n =
       std::min(verified_or(profile.spec.force_maximum_n, soft.force_limit_n), profile.spec.force_limit_n);
-  // A device without torque never shows these bounds; only the tool at the other end is affected.
+  // A device without torque never displays the following values; they affect only the tool at the other end of the
+  // coupling.
   bounds.stiffness_n_m_per_rad = soft.stiffness_n_m_per_rad;
   bounds.damping_n_m_s_per_rad = soft.damping_n_m_s_per_rad;
   bounds.torque_limit_n_m = soft.torque_limit_n_m;

@@ -1,4 +1,4 @@
-// Profiles of haptic devices: one data file, each number with its source (devices/profiles.json).
+// Profiles of haptic devices: a data file in which each number has a source (devices/profiles.json).
 #pragma once
 
 #include <filesystem>
@@ -13,53 +13,56 @@
 
 namespace tandem::devices {
 
-/// One kind of device. A maximum with an unverified source never raises a limit (device.hpp, is_verified()).
+/// Properties of one type of device. A maximum with an unverified source never raises a limit (device.hpp,
+/// is_verified()).
 struct DeviceProfile {
   std::string name;   ///< name on the command line: "omega.6"
-  std::string title;  ///< readable name
+  std::string title;  ///< name for display
   DeviceSpec spec;
-  std::string limits_source;        ///< source of the spec's own limits and of rate_hz
+  std::string limits_source;        ///< source of the software limits in `spec` and of rate_hz
   Vec3 workspace_m = Vec3::Zero();  ///< width (x), height (y), depth (z) in the base frame
   std::string workspace_source;
-  SourcedLimit stiffness_maximum_n_per_m;  ///< largest virtual spring that the device can show
+  SourcedLimit stiffness_maximum_n_per_m;  ///< largest stiffness of a virtual spring that the device can display
   SourcedLimit stiffness_maximum_n_m_per_rad;
-  SourcedLimit damping_maximum_n_s_per_m;  ///< largest virtual damper
+  SourcedLimit damping_maximum_n_s_per_m;  ///< largest coefficient of a virtual damper that the device can display
   SourcedLimit damping_maximum_n_m_s_per_rad;
-  SourcedLimit apparent_mass_kg;  ///< felt at the handle with motors off
+  SourcedLimit apparent_mass_kg;  ///< mass felt at the handle when the motors are off
   SourcedLimit apparent_inertia_kg_m2;
-  SourcedLimit
-      physical_damping_n_s_per_m;  ///< damping of the mechanism, which dissipates the energy that sampling creates
+  SourcedLimit physical_damping_n_s_per_m;  ///< damping of the mechanism; it dissipates energy that sampling generates
   SourcedLimit physical_damping_n_m_s_per_rad;
   SourcedLimit position_step_m;  ///< resolution of the reported position; 0: exact
   SourcedLimit rotation_step_rad;
-  double rate_hz = 1000;                         ///< rate of its haptic loop
-  std::optional<haptics::AdaptiveFit> adaptive;  ///< result of a calibration
-  std::string adaptive_source;                   ///< "tandem-lab calibrate --device omega.6"
+  double rate_hz = 1000;                         ///< rate of the haptic loop with this device
+  std::optional<haptics::AdaptiveFit> adaptive;  ///< result of a calibration; nothing if there was none
+  std::string adaptive_source;                   ///< e.g. "tandem-lab calibrate --device omega.6"
 
-  /// Whether the device shows torque.
+  /// Returns whether the device can display torque.
   bool has_torque() const { return spec.has_torque(); }
 };
 
-/// All profiles of a file; devices/PROFILES.md lists the fields.
-/// Fails   std::invalid_argument naming file, profile, field, value and remedy
+/// Reads all profiles of a file; devices/PROFILES.md describes the fields.
+/// Fails   std::invalid_argument: the message names file, profile, field, value and remedy
 std::vector<DeviceProfile> load_device_profiles(const std::filesystem::path& file);
 std::vector<DeviceProfile> parse_device_profiles(std::string_view json, const std::string& origin);
-/// Text of a file with these profiles, each value on a line of its own; reading it gives identical values.
+/// Returns the text of a file with these profiles, each value on a separate line. Reading it gives identical values.
 std::string device_profiles_text(const std::vector<DeviceProfile>& profiles);
 
-/// The profile file: the environment variable TANDEM_DEVICE_PROFILES, else devices/profiles.json in data_folder().
-/// Fails   std::invalid_argument naming the missing file
+/// Returns the profile file: the environment variable TANDEM_DEVICE_PROFILES if it is set, otherwise
+/// devices/profiles.json in data_folder().
+/// Fails   std::invalid_argument: the file does not exist; the message names it
 std::filesystem::path shipped_device_profiles();
-/// A profile of that file by name or, when `name` ends in ".json", the only profile of that file.
-/// Fails   std::invalid_argument: unknown name (lists the known names), or see load_device_profiles()
+/// Returns the profile with this name from that file. If `name` ends in ".json", it is a file and must contain exactly
+/// one profile.
+/// Fails   std::invalid_argument: the name is unknown (the message lists the known names); see also
+///         load_device_profiles()
 DeviceProfile find_device_profile(std::string_view name);
 
-/// Parameters of `hand` holding this device: adds the device's mass, inertia and damping, and uses its encoder steps if
-/// they are coarser.
+/// Returns the parameters of a hand that holds this device. Mass, inertia and damping of the device are added to the
+/// values of the hand; for each encoder step the coarser value is used.
 HandParameters holding(const HandParameters& hand, const DeviceProfile& profile);
 
-/// Upper bounds of a coupling on this device, in its own newtons and metres. Unverified stiffness and damping do not
-/// count; the values of the softest verified device replace them.
+/// Returns upper bounds of a coupling for this device, in newtons and metres of the device. An unverified stiffness or
+/// damping is limited to the value of the softest verified device.
 haptics::CouplingParameters coupling_bounds(const DeviceProfile& profile);
 
 }  // namespace tandem::devices

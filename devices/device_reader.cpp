@@ -7,16 +7,17 @@
 namespace tandem::devices {
 namespace {
 
-// Same limit as the lateness of a tick of the loop (SafetySettings::late_tick).
+// Maximum age of a sample; the same limit as for a late tick of the loop (SafetySettings::late_tick).
 constexpr Duration kMaxAge = std::chrono::milliseconds(20);
 constexpr double kMaxNormError = 1e-3;
-// Minimum gap, so that an encoder step between two immediate reads is no jump.
+// Minimum time assumed between two samples, so that an encoder step between two reads in quick succession is not a
+// jump.
 constexpr double kMinGap_s = 0.001;
 constexpr double kSpeedMargin = 3;
-// Ours: a wrist rotates at about 20 rad/s; an encoder step of 0.1 rad per millisecond is 100 rad/s.
+// Our choice: a wrist rotates at about 20 rad/s, and an encoder step of 0.1 rad within a millisecond is 100 rad/s.
 constexpr double kMaxReadTurn_rad_per_s = 300;
 
-// Written so that a NaN is not within.
+// The comparison is written so that a NaN gives false.
 bool is_within(double value, double most) {
   return value <= most;
 }

@@ -1,27 +1,28 @@
-// First stage after a device: rejects samples that no hand could have produced.
+// First stage after a device: rejects samples that no hand can have produced.
 #pragma once
 
 #include "devices/device.hpp"
 
 namespace tandem::devices {
 
-/// Reads a device and marks each implausible sample invalid, with a readable `reason`.
+/// Reads samples from a device. An implausible one is marked invalid and gets a readable `reason`.
 ///
-/// Model   a sample is plausible if the device is ready and marks it valid, and
+/// Model   A sample is plausible if the device is ready, marks it valid, and all of the following holds:
 ///         finite   pose and twist are finite
-///         age      |now − taken| ≤ 20 ms: a constant time stamp means that the device hangs
+///         age      |now − taken| ≤ 20 ms: a time stamp that does not advance means that the device hangs
 ///         rotation ||q| − 1| ≤ 10⁻³
-///         place    |p| ≤ DeviceSpec::reach_m
-///         speed    |v|, and the displacement since the previous sample over time, ≤ 3 ·
-///                  DeviceSpec::speed_limit_m_per_s; rotation likewise, with 300 rad/s. Between one and three times
-///                  the limit the hand is too fast, and the safety chain drops the force (common/haptics/safety.hpp).
-///                  Above, the sample is wrong
-///         The previous sample is the last finite one, plausible or not, so that a single jump costs two samples.
+///         position |p| ≤ DeviceSpec::reach_m
+///         speed    |v|, and the displacement since the previous sample divided by the time, are ≤ 3 ·
+///                  DeviceSpec::speed_limit_m_per_s. For rotations the limit is 300 rad/s. Between one and three times
+///                  the speed limit the hand is too fast, and the safety chain removes the force
+///                  (common/haptics/safety.hpp). Above, the sample is considered wrong
+///         The previous sample is the last finite one, plausible or not. A single jump therefore invalidates two
+///         samples.
 /// Thread  haptic: no allocation, no throw
 class DeviceReader {
  public:
   explicit DeviceReader(Device& device) : device_(device) {}
-  /// Reads a sample; clears the bits of buttons that the device does not have.
+  /// Reads a sample, and clears the bits of buttons that the device does not have.
   DeviceSample read(LocalTime now) noexcept;
 
  private:

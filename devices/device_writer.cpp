@@ -1,4 +1,4 @@
-// The limits are checked here once, so that no device class can omit it.
+// All commands pass through this one function, so that no device class can omit the check of the limits.
 #include "devices/device_writer.hpp"
 
 #include <cmath>
@@ -8,7 +8,8 @@
 namespace tandem::devices {
 namespace {
 
-// Limits of a device with an unverified maximum (our choice, far below every listed device).
+// Maximum limits for a device whose maximum is unverified. They are our choice, far below the maximum of every listed
+// device.
 constexpr double kUnverifiedForce_n = 2.0;
 constexpr double kUnverifiedTorque_n_m = 0.1;
 
@@ -31,7 +32,7 @@ void check_limit(const DeviceSpec& spec, const char* field, double limit, const 
            (verified ? " (" + maximum.source + ")" : " while the device's maximum is unverified"));
 }
 
-/// Requires three translations if any; rotations may be fewer.
+/// Checks that there are three translational axes if there are any. The number of rotational axes may be lower.
 void check_axes(const DeviceSpec& spec) {
   const auto check = [&spec](const char* field, int axes, int least) {
     if (axes < least || axes > 3) fail(spec, field, axes, "it must be " + std::to_string(least) + " to 3");
@@ -67,7 +68,7 @@ bool DeviceWriter::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept
   const bool is_good = is_finite(wrench_on_hand_D);
   const Wrench wanted = is_good ? wrench_on_hand_D : Wrench{};
   const Wrench command{clamped_to_length(wanted.f, force_limit_n_), clamped_to_length(wanted.t, torque_limit_n_m_)};
-  // A device without force or torque shows none: that is no clamp worth reporting.
+  // If the device has no force or torque at all, setting it to zero is not reported as clamping.
   was_clamped_ =
       !is_good || (force_limit_n_ > 0 && command.f != wanted.f) || (torque_limit_n_m_ > 0 && command.t != wanted.t);
   if (device_.has_released_force()) {

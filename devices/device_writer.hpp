@@ -1,32 +1,33 @@
-// Last stage before a device: the clamp that no command can bypass.
+// Last stage before a device: clamps every command; there is no other way to send a command to the device.
 #pragma once
 
 #include "devices/device.hpp"
 
 namespace tandem::devices {
 
-/// Checks the axes and limits of a spec.
-/// Fails   std::invalid_argument: axes are missing or too many; or a limit of the spec is not finite, negative, above
-///         its verified maximum, or above 2 N or 0.1 N·m while the maximum is unverified
+/// Checks the numbers of axes and the limits in a spec.
+/// Fails   std::invalid_argument: too few or too many axes; or a limit that is not finite, is negative, exceeds its
+///         verified maximum, or exceeds 2 N or 0.1 N·m while the maximum is unverified
 void check_device_spec(const DeviceSpec& spec);
 
-/// Clamps to the device's software limits, keeping the direction, and writes. The limits are copied from the spec at
-/// construction: no later input can widen them.
+/// Clamps a wrench to the device's software limits, preserving the direction, and writes it. The limits are copied from
+/// the spec at construction, so no later input can widen them.
 ///
 /// Thread  haptic
 class DeviceWriter {
  public:
   /// Fails   see check_device_spec()
   explicit DeviceWriter(Device& device);
-  /// Writes the clamped wrench (zero when not finite). Returns false if the device did not accept it.
+  /// Writes the clamped wrench; zero if it is not finite. Returns false if the device did not accept it.
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept;
-  /// Returns true once zero has reached the device; with a device thread not before the second call.
+  /// Writes zero. Returns true if zero has reached the device; if the device has a thread, this takes at least two
+  /// calls.
   bool write_zero(LocalTime now) noexcept { return write(now, Wrench{}) && !device_.may_be_on(); }
   /// See Device::may_be_on().
   bool may_be_on() const noexcept { return device_.may_be_on(); }
-  /// Last command that the device accepted, after the clamp: it acts until the next accepted one.
+  /// Last command that the device accepted, after clamping. It acts on the hand until the next accepted one.
   const Wrench& written() const { return written_; }
-  /// Whether the clamp changed the last command, accepted or not.
+  /// Returns whether the last command was clamped, accepted or not.
   bool was_clamped() const { return was_clamped_; }
 
  private:

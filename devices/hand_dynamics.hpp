@@ -1,4 +1,4 @@
-// Motion of a simulated hand that follows an intended pose under the force of its device.
+// Motion of a simulated hand that follows an intended trajectory under the force of its device.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -6,18 +6,20 @@
 
 namespace tandem::devices {
 
-/// Mass, damper and spring with the values of HandParameters.
+/// A mass with a damper and a spring to the intended pose; coefficients from HandParameters.
 ///
-/// Model   leapfrog with sub-steps ≤ 0.1 ms, accurate enough; exponential damping, so any value is stable
+/// Model   leapfrog integration with steps of at most 0.1 ms. The damping is integrated exponentially, so that any
+///         value is stable
 class HandDynamics {
  public:
   static constexpr double kMaxStep_s = 1e-4;
 
-  /// Starts at rest at X_DH.
-  /// Fails   std::invalid_argument naming the parameter, its value and the remedy
+  /// The hand starts at rest at X_DH.
+  /// Fails   std::invalid_argument: the message names the parameter, its value and the remedy
   HandDynamics(const HandParameters& hand, const Pose& X_DH);
 
-  /// In      on_hand_D, more_D  wrench and additional force on the hand; dt_s at most kMaxStep_s
+  /// In      on_hand_D, more_D  wrench and additional force on the hand
+  ///         dt_s               time step, at most kMaxStep_s
   void advance(const Pose& intended, const Twist& intended_rate, const Wrench& on_hand_D, const Vec3& more_D,
                double dt_s) noexcept;
   const Pose& pose() const { return X_DH_; }

@@ -1,4 +1,4 @@
-// Target of the hand of the device "mouse": set by the mouse in a window, or by the commands of a script.
+// Target of the hand of the device "mouse". It is set with the mouse in a window, or by the commands of a script.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,8 @@
 
 namespace tandem::devices {
 
-/// Maximum distance of the hand from the device's base; farther targets are clamped to it.
+/// Maximum distance of the hand from the origin of the device's base frame; a target beyond it is moved to this
+/// distance.
 inline constexpr double kPointerReach_m = 0.5;
 
 struct PointerTarget {
@@ -16,6 +17,7 @@ struct PointerTarget {
   std::uint32_t buttons = 0;  ///< bits of Button
 };
 
+/// Mailbox for the newest target.
 /// Thread  the main thread writes, the haptic thread reads
 using Pointer = realtime::Mailbox<PointerTarget>;
 

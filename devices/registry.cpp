@@ -1,4 +1,4 @@
-// device_list.inc has a line TANDEM_DEVICE(NAME) for each folder that CMakeLists.txt lists.
+// The generated file device_list.inc contains a line TANDEM_DEVICE(NAME) for each folder listed in CMakeLists.txt.
 #include "devices/registry.hpp"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The devices that this program can open, by name. devices/README.md explains how to add one.
+// The devices that this program can open, by name. devices/README.md explains how to add a device.
 #pragma once
 
 #include <cstdint>
@@ -19,62 +19,66 @@ namespace tandem::devices {
 
 /// Options for opening a device; each device uses those that apply to it.
 struct DeviceOptions {
-  std::string name = "sim";        ///< name from device_kinds()
-  DeviceProfile profile;           ///< limits, encoder and mass: the real device that the simulated hand holds
-  std::string hand = "rest";       ///< path of a simulated hand: find_hand_path()
-  Duration hand_shift{0};          ///< delay of that path
-  HandParameters hand_parameters;  ///< simulated hand, without the device
-  std::uint64_t seed = 1;          ///< seed of a simulated hand's tremor
-  std::filesystem::path motors;    ///< simulated hand: file that also receives its commands; empty: none
-  std::string control = "rate";    ///< spacemouse: effect of the cap, "rate" or "pose"
-  std::filesystem::path firmware;  ///< falcon: firmware file of the maker; empty: the device has it already
-  /// Falcon: motor counts per N·m. libnifalcon sends 10000, the maker's driver 3300 to 7500 depending on the pose. Our
-  /// value is below all of them, so that a force is rather too weak; calibrate with a weight.
+  std::string name = "sim";  ///< name from device_kinds()
+  /// Profile with limits, encoder steps and mass; for a simulated hand: of the device that it holds
+  DeviceProfile profile;
+  std::string hand = "rest";       ///< simulated hand: name or file of its path, see find_hand_path()
+  Duration hand_shift{0};          ///< simulated hand: delay of its path
+  HandParameters hand_parameters;  ///< simulated hand: its parameters, which exclude mass and damping of the device
+  std::uint64_t seed = 1;          ///< simulated hand: seed of its tremor
+  std::filesystem::path motors;    ///< simulated hand: file to which its commands are also written; empty: none
+  std::string control = "rate";    ///< spacemouse: whether the cap controls the "rate" or the "pose" of the handle
+  /// Falcon: firmware file of the manufacturer; empty: the device has its firmware already
+  std::filesystem::path firmware;
+  /// Falcon: motor command per N·m. libnifalcon uses 10000, the manufacturer's driver 3300 to 7500 depending on the
+  /// pose. Our value is below all of them, so that the force is too low rather than too high. Calibrate it with a
+  /// weight.
   double motor_counts_per_n_m = 3000;
-  std::string service = "127.0.0.1:10001";  ///< inverse3: address of the maker's service
-  std::string rumble = "auto";              ///< mouse: game pad that displays its force, /dev/input/eventN; or "off"
-  std::filesystem::path library{};          ///< library of a vendor's SDK; empty: the system's search path
-  std::shared_ptr<Pointer> pointer{};       ///< mouse: target set by a window; null: none
-  std::shared_ptr<const std::vector<DeviceSample>> recorded{};  ///< replay: poses of the hand, at least one
+  std::string service = "127.0.0.1:10001";  ///< inverse3: address of the manufacturer's service
+  std::string rumble = "auto";         ///< mouse: game pad that displays the force: /dev/input/eventN, "auto" or "off"
+  std::filesystem::path library{};     ///< library of a vendor's SDK; empty: searched in the system's library path
+  std::shared_ptr<Pointer> pointer{};  ///< mouse: target set by a window; null if there is none
+  std::shared_ptr<const std::vector<DeviceSample>> recorded{};  ///< replay: recorded samples, at least one
   int realtime_priority = 0;  ///< priority of the device's thread, if it has one; 0: normal scheduler
 };
 
-/// Path of a simulated hand with these options.
+/// Returns the path of a simulated hand that these options describe.
 /// Fails   see find_hand_path()
 HandPath hand_path_of(const DeviceOptions& options);
 
-/// A device that is plugged in.
+/// A device that is connected to this machine.
 struct FoundDevice {
-  std::string where;    ///< name and port
-  std::string problem;  ///< why it cannot be opened, with the remedy; empty: it can
+  std::string where;    ///< name and port of the device
+  std::string problem;  ///< reason why it cannot be opened, with the remedy; empty if it can be opened
 };
 
-/// One kind of device. A folder of devices/ defines one, by a function `DeviceKind NAME_device()`.
+/// One kind of device. A folder of devices/ defines it by a function `DeviceKind NAME_device()`.
 struct DeviceKind {
   std::string_view name;         ///< name on the command line
-  std::string_view description;  ///< one line
-  std::string_view profile;      ///< default profile for the limits
-  /// Returns at once: slow operations such as homing happen during read(), which reports the state.
+  std::string_view description;  ///< description in one line
+  std::string_view profile;      ///< name of the default profile, which supplies the limits
+  /// Opens the device and returns without waiting. Slow operations such as homing proceed during read(), which reports
+  /// the state.
   /// Fails   std::invalid_argument or std::runtime_error with the remedy
   std::unique_ptr<Device> (*open)(const DeviceOptions& options);
-  /// Finds the plugged-in devices within about 100 ms. Null: the device is no hardware.
+  /// Finds the connected devices within about 100 ms. Null for a kind that has no hardware.
   std::vector<FoundDevice> (*find)();
 };
 
 const std::vector<DeviceKind>& device_kinds();
 
-/// Finds a kind by name.
-/// Fails   std::invalid_argument for an unknown name; lists the known names. For the name of a profile or a profile
-///         file, it explains how a simulated hand holds such a device
+/// Returns the kind with this name.
+/// Fails   std::invalid_argument: the name is unknown; the message lists the known names. If it is a profile or a
+///         profile file, the message explains how a simulated hand can hold such a device
 const DeviceKind& find_device_kind(std::string_view name);
 
-/// Resolves "auto": the name of the first real device that can be opened, else "sim". With `may_be_real` false: "sim",
-/// without a search.
-/// In      log  receives readable lines: the device in use, and why earlier ones are not
+/// Resolves the device name "auto": returns the name of the first real device that can be opened, or "sim" if there is
+/// none. If `may_be_real` is false, returns "sim" without a search.
+/// In      log  receives lines for the user: which device is used, and why others are not
 std::string choose_device(bool may_be_real, const std::function<void(const std::string&)>& log,
                           const std::vector<DeviceKind>& kinds = device_kinds());
 
-/// Opens the device of `options.name`.
+/// Opens the device named `options.name`.
 /// Fails   see find_device_kind() and DeviceKind::open
 std::unique_ptr<Device> open_device(const DeviceOptions& options);
 

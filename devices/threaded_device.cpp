@@ -9,12 +9,12 @@
 namespace tandem::devices {
 namespace {
 
-constexpr Duration kMaxCommandAge = std::chrono::milliseconds(20);  // same limit as a late tick (SafetyChain)
-// Zero is sent this often at the end, because the device may lose packets with its last data.
+constexpr Duration kMaxCommandAge = std::chrono::milliseconds(20);  // same limit as for a late tick (SafetyChain)
+// Number of zeros sent at the end. One may not be enough, because the device may lose the last packets.
 constexpr int kLastZeros = 3;
 constexpr Duration kRetryPeriod = std::chrono::seconds(1);
 constexpr Duration kWhileAbsent = std::chrono::milliseconds(5);
-// Minimum step time, so that a fast device does not occupy a core at the priority of the haptic thread.
+// Minimum duration of a step, so that a fast device does not occupy a core at the priority of the haptic thread.
 constexpr Duration kMinStep = std::chrono::microseconds(500);
 
 bool is_zero(const Wrench& wrench) {
@@ -75,7 +75,8 @@ bool ThreadedDevice::has_released_force() noexcept {
 }
 
 void ThreadedDevice::run(int realtime_priority) {
-  // Requests not granted here are not granted to the haptic thread either, which reports them.
+  // The result is ignored: requests not granted here are not granted to the haptic thread either, and that thread
+  // reports them.
   static_cast<void>(realtime::request_realtime(realtime_priority));
   while (!should_stop_.load(std::memory_order_relaxed)) {
     if (watchdog_) watchdog_->begin_command();

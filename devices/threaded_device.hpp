@@ -1,13 +1,14 @@
-// Non-blocking device interface for a driver whose transport blocks.
+// Non-blocking device for a driver whose transport blocks: the driver runs on a separate thread.
 //
 //   haptic thread   write() ──▶ newest command ──▶  device thread   driver.step(now, command)
 //                   read()  ◀── newest sample  ◀──                  waits for the device, at most about 10 ms
 //
-// 1. A command older than 20 ms means that the loop hangs: the driver receives zero instead. This lasts until the loop
-//    has called has_released_force(), so that it restarts its force from zero.
-// 2. A driver that hangs returns no newer sample: its time stamp grows old, which DeviceReader treats as a fault.
-// 3. A program that is stopped or killed sends nothing: a watchdog, if there is one, writes zero in its place. Zero
-//    also replaces a command that was chosen before the loop was informed of that zero.
+// 1. A command older than 20 ms means that the haptic loop hangs: the driver receives zero instead. This continues
+//    until the loop has called has_released_force(), so that the loop restarts its force from zero.
+// 2. If the driver hangs, no newer samples arrive. The age of the last time stamp increases, which DeviceReader treats
+//    as a fault.
+// 3. If the program is stopped or killed, a watchdog, if there is one, writes zero. The zero also replaces a command
+//    that the loop chose before it was informed of that zero.
 // 4. The destructor sends zero to the driver before the driver is closed.
 #pragma once
 
@@ -23,33 +24,35 @@
 
 namespace tandem::devices {
 
-/// Opens a device, homes it, exchanges data and reopens it, in steps, without a thread or a clock of its own.
+/// Opens a device, homes it, exchanges data with it and reopens it. Each call of step() performs a part of this. A
+/// driver has no thread and no clock.
 ///
-/// Thread  the device's
+/// Thread  the thread of the device
 class DeviceDriver {
  public:
   virtual ~DeviceDriver() = default;
   virtual const DeviceSpec& spec() const noexcept = 0;
-  /// One exchange with the device, or one step towards it: waits at most 20 ms. Shows zero unless the device is ready.
+  /// Exchanges data with the device once, or performs one step towards that; waits at most 20 ms. Displays zero force
+  /// unless the device is ready.
   virtual DeviceSample step(LocalTime now, const Wrench& wrench_on_hand_D) = 0;
-  /// The device may show a force: it received one, and zero was not delivered since. A command that failed or is in
-  /// transit counts as received if it is a force, and not if it is zero.
+  /// Returns whether the device may display a force: a force was sent, and no zero was delivered since. A force whose
+  /// transfer failed or is in progress is treated as delivered; such a zero is not.
   virtual bool may_be_on() const noexcept = 0;
 };
 
-/// State of a disconnected device for its driver: schedules reconnection attempts and stores the reason. A device that
-/// was connected once is lost and keeps the reason of the loss; otherwise it is being opened.
+/// State of a disconnected device, used by its driver: schedules connection attempts and stores the reason. A device
+/// that was connected before is reported as lost, with the reason of the loss; otherwise it is reported as opening.
 class Absence {
  public:
-  /// Returns true at first, and once a second after a loss or an attempt.
+  /// Returns whether to try to connect now: true at the first call, then once per second after a loss or an attempt.
   bool is_attempt_due(LocalTime now) noexcept;
-  /// The device is connected; its next disconnection is a loss.
+  /// Records that the device was connected; its next disconnection is a loss.
   void end() noexcept { was_connected_ = true; }
-  /// The device has disconnected.
+  /// Records that the device has disconnected.
   void begin(LocalTime now, std::string_view reason) noexcept;
-  /// The device is still disconnected.
+  /// Records that the device is still disconnected. If the device was connected before, the reason of the loss is kept.
   void note_absence(std::string_view reason) noexcept;
-  /// In      reason  a literal; it applies whether the device was connected before or not
+  /// In      reason  a string literal; replaces the stored reason also if the device was connected before
   void set_reason(std::string_view reason) noexcept { reason_ = reason; }
   bool was_connected() const noexcept { return was_connected_; }
   DeviceSample sample(LocalTime now) const noexcept;
@@ -60,10 +63,11 @@ class Absence {
   bool was_connected_ = false;
 };
 
-/// Runs a driver on a thread of its own.
+/// Runs a driver on a separate thread.
 class ThreadedDevice final : public Device {
  public:
-  /// `realtime_priority` as for request_realtime(). `watchdog` receives a beat for each command; null: none.
+  /// In      realtime_priority  see request_realtime()
+  ///         watchdog           receives a beat for each command; null: none
   explicit ThreadedDevice(std::unique_ptr<DeviceDriver> driver, int realtime_priority = 0,
                           std::shared_ptr<Watchdog> watchdog = nullptr);
   /// Sends zero to the driver and ends the thread.
@@ -73,7 +77,7 @@ class ThreadedDevice final : public Device {
 
   const DeviceSpec& spec() const noexcept override { return spec_; }
   DeviceSample read(LocalTime now) noexcept override;
-  /// Stores the command for the driver's next step, a few milliseconds later at most.
+  /// Stores the command. The driver's next step sends it, a few milliseconds later at most.
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept override;
   bool has_released_force() noexcept override;
   bool may_be_on() const noexcept override { return may_be_on_.load(std::memory_order_acquire); }
@@ -88,10 +92,10 @@ class ThreadedDevice final : public Device {
   std::unique_ptr<DeviceDriver> driver_;
   DeviceSpec spec_;
   realtime::Mailbox<DeviceSample> samples_;
-  realtime::Mailbox<std::pair<LocalTime, Wrench>> commands_;  ///< with the time of each write()
+  realtime::Mailbox<std::pair<LocalTime, Wrench>> commands_;  ///< commands, each with the time of its write()
   std::atomic<bool> should_stop_{false};
-  std::atomic<bool> gave_zero_{false};  ///< zero replaced a force, and the loop is not informed yet
-  std::atomic<bool> may_be_on_{false};  ///< state of the driver and of its present command
+  std::atomic<bool> gave_zero_{false};  ///< zero has replaced a force, and the haptic loop was not informed yet
+  std::atomic<bool> may_be_on_{false};  ///< true if the driver, or its current command, may have a force
   std::thread thread_;
 };
 

@@ -1,5 +1,5 @@
-// A vendor's SDK as installed by the user. It is loaded at run time with our own declarations, because neither its
-// headers nor its library may be distributed with this project.
+// A vendor's SDK that the user has installed. It is loaded at run time and used through declarations written for this
+// project, because neither its headers nor its library may be distributed.
 #pragma once
 
 #include <filesystem>
@@ -9,24 +9,24 @@
 
 namespace tandem::devices {
 
-/// Reason for a device that was connected and is lost.
+/// Reason reported for a device that was connected and is lost.
 inline constexpr std::string_view kSdkLost =
     "its maker's SDK cannot reach it any more; check its cable and its power supply";
 
-/// A shared library that is never unloaded, because such libraries start threads that do not end with them.
+/// A shared library that is never unloaded, because such libraries start threads that would outlive them.
 class VendorLibrary {
  public:
-  /// In      sdk    readable name: "Force Dimension SDK"
-  ///         given  a file; empty: the first of `usual` that the system finds
-  /// Fails   std::runtime_error: no library found; names --library
+  /// In      sdk    name for display: "Force Dimension SDK"
+  ///         given  file of the library; empty: the first of `usual` that the system finds
+  /// Fails   std::runtime_error: no library was found; the message names the option --library
   VendorLibrary(std::string sdk, const std::filesystem::path& given, const std::vector<std::string>& usual);
 
-  /// Looks up a function; null if the library lacks it, which require_all() reports.
+  /// Looks up a function. If the library does not contain it, sets it to null, and require_all() reports it.
   template <class Function>
   void find(Function*& function, const char* name) {
     function = reinterpret_cast<Function*>(address_of(name));
   }
-  /// Fails   std::runtime_error naming the functions that were not found
+  /// Fails   std::runtime_error: functions were not found; the message names them
   void require_all() const;
 
  private:

@@ -38,8 +38,8 @@ std::string hex(std::span<const std::uint8_t> bytes) {
   return text;
 }
 
-/// Descriptors for another process: duplicated from copies above all of them, so that none is overwritten before its
-/// copy.
+/// Descriptors that another process inherits. Each is first copied to a number above all target numbers, so that no
+/// descriptor is overwritten before it is duplicated.
 class Inherited {
  public:
   Inherited() { posix_spawn_file_actions_init(&actions); }
@@ -61,7 +61,7 @@ class Inherited {
   std::vector<int> copies_;
 };
 
-/// Attributes of a new session in which none of this program's signals is blocked.
+/// Attributes that start a process in a new session with no signal blocked.
 class FreshAttributes {
  public:
   FreshAttributes() {
@@ -163,7 +163,8 @@ void Watchdog::await_end() {
   }
   if (ended == 0) ending_.push_back(process_);
   process_ = -1;
-  // A killed watchdog has written nothing. Within a frame, a zero from here would corrupt the stream.
+  // A watchdog that was killed did not write zero. If a frame is incomplete, zero is not written here either, because
+  // it would corrupt the stream.
   const bool was_killed = ended > 0 && WIFSIGNALED(status);
   const bool is_between_frames = !beat_->is_in_frame.load(std::memory_order_acquire);
   if (was_killed && is_between_frames && beat_->is_force_on.load(std::memory_order_relaxed)) send_zero(zero_);

@@ -1,25 +1,28 @@
-// Writes zero to a device when this program cannot: stopped (SIGSTOP, a debugger), killed, or crashed.
+// Writes zero force to a device when this program cannot, because it is stopped (SIGSTOP, a debugger), killed or
+// crashed.
 //
 //   this process                          tandem-watchdog, one per device
 //   ────────────                          ──────────────────────────────────────
 //   beat() each step ──shared memory──▶   each 5 ms: last beat with a force older than 50 ms?  then zero, five times
 //   has_released_force() ◀─shared memory─                  has this process ended?             then zero, and exit
 //   send()          ──packets───────▶     for a byte stream: the only writer; writes each frame whole
-//                                         owns only the device's descriptor and the bytes of its zero
+//                                         owns only the device's descriptor and the bytes of its zero command
 //
-// 1. The device's descriptor is inherited, not opened again: the kernel grants a claimed USB interface to an open file,
-//    whichever process holds it. Thus zero can be written while the owner is stopped. After the owner's death the
-//    interface stays claimed until zero is written; a socket likewise stays connected.
-// 2. A separate program shares none of this one's memory, threads and signals. Its own session keeps signals of a
-//    terminal away.
-// 3. It acts only while a force is on: a device that is opened, homed or at zero force may be slow.
-// 4. A zero counts once the device has accepted it. Otherwise it is retried while the owner exists, and for 10 s after
-//    the owner's end. It is withdrawn when the owner resumes before its first byte is sent.
-// 5. A frame is written whole or not at all. A USB transfer and a write of up to PIPE_BUF bytes to a pipe are atomic;
-//    the owner writes those itself. On a TCP stream a write may be partial, and an owner that is killed or stopped
-//    during it leaves an unknown part of its frame. There all frames pass through the watchdog (send()), which
-//    completes each before the next. A force sent before the owner was informed of a zero is replaced by zero (fencing
-//    token: releases).
+// 1. The watchdog inherits the device's descriptor. Opening the device again would fail, because the kernel grants a
+//    claimed USB interface to an open file, whichever process holds it. The watchdog can thus write zero while the
+//    owner is stopped. After the owner has ended, the interface stays claimed until zero is written; likewise a socket
+//    stays connected.
+// 2. The watchdog is a separate program, so it shares no memory, threads or signals with this one (except for the
+//    shared memory above). It runs in a separate session, so that signals of a terminal do not reach it.
+// 3. It acts only while a force is displayed, because opening, homing and zero force may involve long pauses.
+// 4. A zero counts as written when the device has accepted it. Otherwise it is retried while the owner exists, and for
+//    10 s after the owner has ended. If the owner resumes before the first byte of the zero is sent, the zero is
+//    cancelled.
+// 5. Frames must be written completely or not at all. USB transfers, and writes of up to PIPE_BUF bytes to a pipe, are
+//    atomic, so the owner performs them itself. On a TCP stream a write may be partial, and an owner that is killed or
+//    stopped during a write leaves an unknown part of its frame. All frames for a TCP stream therefore pass through the
+//    watchdog (send()), which completes each one before the next. If the owner sent a force before it was informed of a
+//    zero, the watchdog replaces that force by zero (`releases` serves as the fencing token).
 #pragma once
 
 #include <sys/types.h>
@@ -39,28 +42,28 @@ namespace tandem::devices {
 
 inline constexpr std::size_t kMaxFrameBytes = 512;
 
-/// Command that sets the device's force to zero.
+/// Command that sets the force of the device to zero.
 struct ZeroCommand {
-  int descriptor = -1;                         ///< open while the watchdog has it
-  std::optional<std::uint8_t> usb_endpoint{};  ///< usbfs bulk-out endpoint; none: write(2)
+  int descriptor = -1;                         ///< must be open while the watchdog has the command
+  std::optional<std::uint8_t> usb_endpoint{};  ///< bulk-out endpoint for usbfs; if empty, write(2) is used
   std::vector<std::uint8_t> bytes;             ///< 1 to kMaxFrameBytes
 };
-/// Writes zero; waits at most 20 ms. False: the device did not accept all of it.
+/// Writes zero; waits at most 20 ms. Returns false if the device did not accept all of it.
 bool send_zero(const ZeroCommand& zero) noexcept;
 
-/// Memory shared by both processes.
+/// Memory shared by the owner and the watchdog.
 struct WatchdogBeat {
-  std::atomic<std::int64_t> at_ns{0};  ///< LocalTime of the last beat
+  std::atomic<std::int64_t> at_ns{0};  ///< LocalTime of the last beat in ns
   std::atomic<bool> is_force_on{false};
-  std::atomic<std::uint32_t> releases{0};  ///< number of silences in which the device accepted a zero
-  std::atomic<std::uint32_t> written{0};   ///< number of the last written command of send()
-  std::atomic<bool> is_in_frame{false};    ///< a frame may be partly written
+  std::atomic<std::uint32_t> releases{0};  ///< number of silences of the owner during which the device accepted a zero
+  std::atomic<std::uint32_t> written{0};   ///< number of the last command of send() that was written
+  std::atomic<bool> is_in_frame{false};    ///< true while a frame may be partly written
 };
 
-/// Header of each packet of send(); the frame's bytes follow.
+/// Header of each packet that send() sends to the watchdog; the bytes of the frame follow it.
 struct WatchdogFrameHead {
-  std::uint32_t number = 0;          ///< number of the command; 0: a reply of the protocol
-  std::uint32_t known_releases = 0;  ///< WatchdogBeat::releases as known to the owner when it chose the force
+  std::uint32_t number = 0;          ///< number of the command; 0: a reply required by the protocol
+  std::uint32_t known_releases = 0;  ///< value of WatchdogBeat::releases that the owner knew when it chose the force
   std::uint32_t is_force_on = 0;
 };
 
@@ -68,48 +71,50 @@ class Watchdog {
  public:
   static constexpr Duration kMaxSilence{std::chrono::milliseconds(50)};
 
-  /// In      program   file of the watchdog
-  ///         priority  as for request_realtime()
-  /// Fails   std::runtime_error: no such program, with the remedy; std::system_error: no shared memory
+  /// In      realtime_priority  priority of the watchdog, see request_realtime()
+  ///         program            file of the watchdog program
+  /// Fails   std::runtime_error: the program does not exist; the message has the remedy. std::system_error: no shared
+  ///         memory
   explicit Watchdog(int realtime_priority, std::filesystem::path program = default_program());
   /// Calls release().
   ~Watchdog();
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
-  /// $TANDEM_WATCHDOG, else `tandem-watchdog` beside the running program.
+  /// Returns $TANDEM_WATCHDOG if it is set, otherwise `tandem-watchdog` in the folder of the running program.
   static std::filesystem::path default_program();
 
-  /// Starts a watchdog process that writes this zero, and releases the previous one. False: no process could be
-  /// started.
+  /// Starts a watchdog process for this zero command, after ending the previous one. Returns false if the process could
+  /// not be started.
   bool watch_over(const ZeroCommand& zero);
-  /// Ends the watchdog; if a force is on, after its zero is written. Call it before the descriptor is closed. Waits up
-  /// to 0.5 s; a watchdog whose device accepts nothing continues alone for up to 10 s.
+  /// Ends the watchdog; if a force is displayed, only after it has written zero. Call it before the descriptor is
+  /// closed. It waits up to 0.5 s. If the device accepts nothing, the watchdog continues alone for up to 10 s.
   void release();
 
-  /// Call it before choosing a command. A later let-go, of which the choice took no account, makes the command
+  /// Must be called before a command is chosen. If the watchdog writes zero after this call, the chosen command is
   /// obsolete.
-  /// Thread  the thread of the commands
+  /// Thread  the thread that sends the commands
   void begin_command() noexcept { known_releases_ = seen_.load(std::memory_order_acquire); }
   bool is_command_obsolete() const noexcept {
     return beat_->releases.load(std::memory_order_acquire) != known_releases_;
   }
-  /// Call it before each command and after its delivery: at most 20 ms apart while a force may be on.
-  /// Thread  the thread of the commands
+  /// Reports that this program is running. Must be called before each command and after its delivery, at most 20 ms
+  /// apart while a force may be displayed.
+  /// Thread  the thread that sends the commands
   void beat(LocalTime now, bool is_force_on) noexcept;
-  /// The device has accepted a zero of the watchdog since the last call.
-  /// Thread  one
+  /// Returns whether the device has accepted a zero of the watchdog since the last call.
+  /// Thread  one thread only
   bool has_released_force() noexcept;
 
-  /// Sends a frame of a command for the device's stream. While the stream is blocked the newest command replaces a
-  /// waiting one. Zero replaces an obsolete force.
-  /// Out     false: too long, or the watchdog has ended or does not read
-  /// Thread  the thread of the commands
+  /// Passes a frame with a command to the watchdog, which writes it to the device's stream. While the stream is
+  /// blocked, a newer command replaces a waiting one. An obsolete force is replaced by zero.
+  /// Out     false: the frame is too long, or the watchdog has ended or does not read
+  /// Thread  the thread that sends the commands
   bool send(std::span<const std::uint8_t> frame, bool is_force_on) noexcept;
-  /// Sends a frame that answers the peer's protocol (a pong); commands have priority.
+  /// Passes a frame that the peer's protocol requires as a reply (a pong) to the watchdog; commands have priority.
   bool send_reply(std::span<const std::uint8_t> frame) noexcept;
-  /// The watchdog was killed or has failed: it writes nothing more.
+  /// Returns whether the watchdog was killed or has failed; it then writes nothing more.
   bool has_ended() const noexcept;
-  /// The last frame of send(), or a zero in its place, is written completely.
+  /// Returns whether the last frame of send(), or the zero that replaced it, was written completely.
   bool is_written() const noexcept;
 
  private:
@@ -124,10 +129,10 @@ class Watchdog {
   ZeroCommand zero_;
   std::atomic<std::uint32_t> seen_{0};  ///< value of WatchdogBeat::releases at the last has_released_force()
   std::uint32_t known_releases_ = 0;
-  std::uint32_t sent_ = 0;  ///< number of the last command of send()
-  int lifeline_ = -1;       ///< packets to the watchdog, which detects its closing
+  std::uint32_t sent_ = 0;  ///< number of the last command passed to send()
+  int lifeline_ = -1;       ///< socket for packets to the watchdog, which ends when this socket is closed
   pid_t process_ = -1;
-  std::vector<pid_t> ending_;  ///< released processes that have not ended yet
+  std::vector<pid_t> ending_;  ///< released processes that have not terminated yet
 };
 
 }  // namespace tandem::devices

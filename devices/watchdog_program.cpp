@@ -1,4 +1,5 @@
-// tandem-watchdog: writes zero to one device when its owner, which starts it, is silent or has ended: see watchdog.hpp.
+// tandem-watchdog writes zero to one device when its owner, the program that started it, is silent or has ended. See
+// watchdog.hpp.
 #include "devices/watchdog_program.hpp"
 
 #include <fcntl.h>
@@ -33,11 +34,13 @@ namespace {
 
 constexpr int kCheckPeriod_ms = 5;
 constexpr Duration kCheckPeriod = std::chrono::milliseconds(kCheckPeriod_ms);
-// The device may lose some with data still in transit; more would cause answers that nobody reads.
+// Number of zeros written. Several are needed, because the device may lose some that are in transit; more would cause
+// replies that no program reads.
 constexpr int kZeros = 5;
-// Time after the owner's end until a device that accepts nothing counts as lost; ours.
+// Time after the owner's end for which writing zero is retried if the device accepts nothing. Our choice.
 constexpr Duration kMaxRetry = std::chrono::seconds(10);
-// A late command of a resumed owner is answered by zero within this time, or not at all: the owner's own zero follows.
+// Time within which a late command of a resumed owner is followed by zero. If that is not possible in time, it is
+// omitted, because the owner then sends zero itself.
 constexpr Duration kMaxAnswer = std::chrono::milliseconds(20);
 
 using Bytes = std::vector<std::uint8_t>;
@@ -50,7 +53,7 @@ ZeroCommand zero_from(std::string_view endpoint, std::string_view hex) {
   return zero;
 }
 
-/// The device's descriptor, to which frames are written one after the other.
+/// Writes frames one after the other to the device's descriptor.
 class Line {
  public:
   explicit Line(ZeroCommand zero) : zero_(std::move(zero)) {
@@ -58,21 +61,21 @@ class Line {
     is_socket_ = fstat(zero_.descriptor, &status) == 0 && S_ISSOCK(status.st_mode);
   }
   const Bytes& zero() const { return zero_.bytes; }
-  /// Sets the next frame, only between frames; empty: none.
+  /// Sets the next frame; empty: none. Must not be called while a frame is partly written.
   void set_next(const Bytes& frame) { frame_ = frame; }
   bool has_frame() const { return !frame_.empty(); }
-  /// Writes as much of the frame as the device accepts now. True: it is written completely.
+  /// Writes as much of the frame as the device accepts now. Returns true if the frame was written completely.
   bool push() noexcept;
-  /// A frame is partly written.
+  /// Returns whether a frame is partly written.
   bool is_within() const { return out_ > 0; }
-  /// The device is unplugged or has closed the connection: it accepts nothing more.
+  /// Returns whether the device was unplugged or has closed the connection, and therefore accepts nothing more.
   bool is_lost() const { return is_lost_; }
-  /// The device is busy; poll(2) reports when it accepts bytes again.
+  /// Returns whether the device is busy; poll(2) then reports when it accepts bytes again.
   bool is_full() const { return is_full_; }
-  /// Sockets: discards input that the owner left unread. A peer blocked by it would not read zero, and closing a socket
-  /// with unread input drops its output.
+  /// For sockets: discards input that the owner did not read. A peer that is blocked by unread input would not read the
+  /// zero, and closing a socket with unread input discards its output.
   void discard_input() const noexcept;
-  /// Sockets: written bytes that the peer has not received yet.
+  /// For sockets: returns the number of written bytes that the peer has not acknowledged yet.
   int unsent_bytes() const noexcept;
 
  private:
@@ -86,7 +89,7 @@ class Line {
   bool is_lost_ = false;
 };
 
-/// Never blocks, except for the 20 ms of a USB transfer.
+/// Writes a part of the frame. Never blocks, except for up to 20 ms in a USB transfer.
 ssize_t Line::write_some() const noexcept {
   const std::uint8_t* const bytes = frame_.data() + out_;
   const std::size_t size = frame_.size() - out_;
@@ -128,22 +131,22 @@ int Line::unsent_bytes() const noexcept {
   return is_socket_ && ioctl(zero_.descriptor, SIOCOUTQ, &bytes) == 0 ? bytes : 0;
 }
 
-/// A frame of the owner of which no byte is written yet.
+/// A frame from the owner of which no byte was written yet.
 struct Waiting {
   WatchdogFrameHead head;
   Bytes frame;
 };
 
-/// Chooses the next frame for the device from the state of the owner.
+/// Chooses the next frame for the device, depending on the state of the owner.
 class Watch {
  public:
   Watch(ZeroCommand zero, WatchdogBeat& beat) : line_(std::move(zero)), beat_(beat) {}
 
-  /// Receives the owner's packets. False: the owner has ended.
+  /// Receives the owner's packets. Returns false if the owner has ended.
   bool receive();
   void check(LocalTime now);
   void on_owner_exit(const Clock& clock);
-  /// Sleeps until the device may accept bytes or the owner sends, at most for kCheckPeriod.
+  /// Sleeps until the device can accept bytes or the owner has sent a packet, at most for kCheckPeriod.
   void wait() const noexcept;
 
  private:
@@ -158,14 +161,14 @@ class Watch {
 
   Line line_;
   WatchdogBeat& beat_;
-  Kind kind_ = Kind::kNone;   ///< kind of the line's frame
-  std::uint32_t number_ = 0;  ///< number of the command in it
+  Kind kind_ = Kind::kNone;   ///< kind of the frame that the line writes
+  std::uint32_t number_ = 0;  ///< number of the command in that frame
   std::optional<Waiting> command_, reply_;
-  bool is_writer_ = false;  ///< this process writes all frames
-  bool is_silent_ = false;  ///< silent with a force on
+  bool is_writer_ = false;  ///< all frames pass through this process
+  bool is_silent_ = false;  ///< the owner became silent while a force was displayed
   bool has_owner_exited_ = false;
   LocalTime silent_since_{};
-  int zeros_ = 0;  ///< zeros that the device accepted in this silence
+  int zeros_ = 0;  ///< number of zeros that the device accepted in this silence
   LocalTime next_zero_{};
   LocalTime answer_until_{};
 };
@@ -190,18 +193,19 @@ void Watch::check(LocalTime now) {
   const LocalTime beat_at{Duration(beat_.at_ns.load(std::memory_order_relaxed))};
   const bool was_silent = is_silent_;
   is_silent_ = now - beat_at > Watchdog::kMaxSilence && (is_force_on || was_silent);
-  // The owner may have resumed and stopped again since the last check: that is another silence.
+  // If the owner has resumed and stopped again since the last check, a new silence begins.
   if (is_silent_ && (!was_silent || beat_at != silent_since_)) {
     zeros_ = 0;
     next_zero_ = now;
   }
   silent_since_ = beat_at;
-  // The owner may have been stopped while writing a command. This cannot happen where all frames pass through here.
+  // The owner may have been stopped while it was writing a command, which it completes after resuming. This cannot
+  // happen if all frames pass through this process.
   if (was_silent && !is_silent_ && zeros_ > 0 && !is_writer_) answer_until_ = now + kMaxAnswer;
   write_all(now);
 }
 
-// A newer frame may replace one of which no byte is written; the choice is therefore repeated each time.
+// The frame is chosen anew in each pass, because a newer frame may replace one of which no byte was written yet.
 void Watch::write_all(LocalTime now) {
   while (true) {
     const bool was_within = line_.is_within();
@@ -248,7 +252,7 @@ void Watch::note_written(LocalTime now) {
   next_zero_ = now + kCheckPeriod;
 }
 
-/// Not after the owner's end: another watchdog may use its memory by then.
+/// The shared memory is not changed after the owner's end, because another watchdog may use it by then.
 void Watch::set_in_frame(bool is_in_frame) noexcept {
   if (!has_owner_exited_) beat_.is_in_frame.store(is_in_frame, std::memory_order_release);
 }

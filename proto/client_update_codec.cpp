@@ -4,11 +4,11 @@
 namespace tandem::proto {
 namespace {
 
-/// Writes the fields of the client's mode; those of other modes stay absent.
+/// Writes the fields that belong to the client's mode; those of other modes remain absent.
 void write_mode_part(const ClientUpdate& update, wire::ClientUpdate& out) {
   out.set_mode(static_cast<std::uint32_t>(update.mode));
   out.set_round_trip_ns(nanoseconds_of_delay(update.round_trip));
-  // An out-of-range wrench would make the whole message unreadable.
+  // An out-of-range wrench is replaced by zero, because it would make the whole message unreadable.
   const Wrench on_hand_W = is_wrench(update.on_hand_W) ? update.on_hand_W : Wrench{};
   if (update.mode == ClientMode::kLocalModel) write_six(on_hand_W, *out.mutable_on_hand());
   if (update.mode == ClientMode::kWave) write_six(update.wave, *out.mutable_wave());

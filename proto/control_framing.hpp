@@ -1,5 +1,5 @@
-// Control messages on a byte stream: a 4-byte big-endian length, then one protobuf message. A length is checked before
-// any byte of its frame is stored, so that a peer cannot force an allocation by announcing a size.
+// Control messages in a byte stream: a 4-byte big-endian length, then one protobuf message. The length is checked
+// before any byte of the message is stored, so that a peer cannot cause a large allocation by announcing a size.
 #pragma once
 
 #include <cstddef>
@@ -13,35 +13,38 @@
 
 namespace tandem::proto {
 
-/// Bytes of the length before each frame's payload.
+/// Size of the length field before each payload.
 inline constexpr std::size_t kFrameLengthBytes = 4;
-/// Largest frame; a larger one ends the connection before anything is allocated for it.
+/// Largest payload of a frame. If a peer announces more, the connection is closed before memory is allocated for it.
 inline constexpr std::size_t kMaxControlBytes = 256 * 1024;
-/// Largest frame of a client, whose messages are short.
+/// Largest payload that a server accepts from a client, because the messages of a client are short.
 inline constexpr std::size_t kMaxClientControlBytes = 4096;
-/// Bytes of an asset in one AssetChunk.
+/// Maximum number of bytes of an asset in one AssetChunk.
 inline constexpr std::size_t kAssetChunkBytes = 64 * 1024;
-/// Bytes of the hash that names an asset.
+/// Size of the hash that identifies an asset.
 inline constexpr std::size_t kAssetHashBytes = sizeof(Sha256);
 
-/// Words of Hello.capabilities and Welcome.capabilities: transports of state that a side supports.
+/// Entries of Hello.capabilities and Welcome.capabilities: how the sender can transport state.
 inline constexpr const char* kCapabilityStateUdp = "state-udp";  ///< in UDP datagrams
-inline constexpr const char* kCapabilityStateTcp = "state-tcp";  ///< in state_datagram of the control connection
+inline constexpr const char* kCapabilityStateTcp = "state-tcp";  ///< in the field state_datagram of control messages
 
-/// Appends length and message. Fails: std::length_error over kMaxControlBytes (a bug of the sender).
+/// Appends the length and the message.
+/// Fails   std::length_error: the message is larger than kMaxControlBytes, which is a bug of the sender
 void append_frame(const google::protobuf::MessageLite& message, Bytes& out);
 
-/// Collects stream bytes and cuts them into frames, independently of how the stream was divided into feeds.
+/// Collects bytes of a stream and splits them into frames. The result does not depend on how the bytes are distributed
+/// over calls of feed().
 ///
-/// Cost    amortised O(1) a byte; stores bytes that were fed and not yet taken, so take all frames after each feed()
+/// Cost    amortised O(1) per byte. Bytes are stored until next() has returned their frame, so take all frames after
+///         each feed()
 class FrameReader {
  public:
   explicit FrameReader(std::size_t max_payload_bytes = kMaxControlBytes) : max_payload_bytes_(max_payload_bytes) {}
 
-  /// Adds received bytes. Returns false once a frame announced more than max_payload_bytes: close the stream. The
-  /// complete frames before it can still be taken.
+  /// Adds received bytes. Returns false if a frame announces more than max_payload_bytes, and from then on; the caller
+  /// must close the stream. Complete frames received before it can still be taken.
   bool feed(std::span<const std::byte> bytes);
-  /// Returns the next complete frame's payload, valid until the next call of feed() or next().
+  /// Returns the payload of the next complete frame; it remains valid until the next call of feed() or next().
   std::optional<std::span<const std::byte>> next();
   bool has_next() const { return read_ != frame_; }
 
@@ -50,16 +53,16 @@ class FrameReader {
   void drop_taken_bytes();
 
   std::size_t max_payload_bytes_;
-  Bytes buffer_;           ///< taken frames | complete frames | start of an incomplete one
+  Bytes buffer_;           ///< contains: frames already taken | complete frames | start of an incomplete frame
   std::size_t read_ = 0;   ///< offset of the first complete frame
   std::size_t frame_ = 0;  ///< offset of the incomplete frame
   bool is_broken_ = false;
 };
 
-/// Parses one frame's payload.
+/// Parses the payload of one frame.
 ///
-/// Fails   false unless it is a message with its oneof set, all its numbers are finite, and its sizes and ports are
-///         within the limits of WIRE.md; `out` is then unspecified
+/// Fails   returns false if the payload is not a message with its oneof set, a number is not finite, or a size or port
+///         exceeds a limit of WIRE.md; `out` is then unspecified
 bool parse_control(std::span<const std::byte> payload, wire::ClientControl& out);
 bool parse_control(std::span<const std::byte> payload, wire::ServerControl& out);
 

@@ -1,5 +1,5 @@
-// The coupling's coefficients by name, with the range accepted from the wire. The server checks SetParameter by it, the
-// client checks the server's values.
+// Table of the coupling's coefficients: their names and the ranges accepted in messages. The server checks SetParameter
+// with it, and a client checks the values received from the server.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace tandem::proto {
 
-/// One coefficient.
+/// A coefficient: its name, its member in each struct, and its range.
 struct CouplingField {
   std::string_view name;  ///< name in SetParameter and ParameterSet
   double haptics::CouplingParameters::*value;
@@ -25,10 +25,10 @@ struct CouplingField {
   bool accepts(double number) const { return std::isfinite(number) && number >= low && number <= high; }
 };
 
-/// Name of the law in SetParameter and ParameterSet, whose value is text.
+/// Name of the coupling law in SetParameter and ParameterSet; its value is a text.
 inline constexpr std::string_view kLawParameter = "coupling.law";
 
-/// All fields, in the order of kCouplingRanges.
+/// All coefficients, in the order of kCouplingRanges.
 inline constexpr std::array<CouplingField, haptics::kCouplingRanges.size()> kCouplingFields{{
     {"coupling.stiffness_n_per_m", &haptics::CouplingParameters::stiffness_n_per_m, haptics::kCouplingRanges[0].low,
      haptics::kCouplingRanges[0].high, &wire::Coupling::stiffness_n_per_m, &wire::Coupling::set_stiffness_n_per_m,
@@ -56,7 +56,7 @@ inline constexpr std::array<CouplingField, haptics::kCouplingRanges.size()> kCou
      &wire::Coupling::has_curve_sharpness},
 }};
 
-/// Returns null for an unknown name.
+/// Returns the coefficient with this name; null if there is none.
 constexpr const CouplingField* find_coupling_field(std::string_view name) {
   for (const CouplingField& field : kCouplingFields) {
     if (field.name == name) return &field;
@@ -64,13 +64,13 @@ constexpr const CouplingField* find_coupling_field(std::string_view name) {
   return nullptr;
 }
 
-/// Writes the bounds of a device; an infinite bound is left out.
+/// Writes the coupling bounds of a device. An infinite bound means no bound and is omitted.
 inline void write_bounds(const haptics::CouplingParameters& bounds, wire::Coupling& out) {
   for (const CouplingField& field : kCouplingFields) {
     if (std::isfinite(bounds.*field.value)) (out.*field.set)(bounds.*field.value);
   }
 }
-/// Reads bounds; they may be any numbers, so the caller checks them.
+/// Reads the coupling bounds of a device. The caller must check them, because a peer may send any numbers.
 inline haptics::CouplingParameters read_bounds(const wire::Coupling& coupling) {
   haptics::CouplingParameters bounds = haptics::kNoCouplingBounds;
   for (const CouplingField& field : kCouplingFields) {

@@ -1,5 +1,5 @@
-// The 33-byte header of every state message, and the limits of all datagrams. WIRE.md is the normative text;
-// tests/proto checks it against this code.
+// The 33-byte header of every datagram, and the limits of all datagrams. WIRE.md is the normative specification, and
+// tests/proto compares it with this code.
 //
 //   offset  size  field
 //   0       1     version (3 bits, high) | type (2 bits) | epoch (3 bits, low)
@@ -19,18 +19,19 @@
 
 namespace tandem::proto {
 
-/// Version of everything on the wire, control and state; peers of another version are refused.
+/// Version of the protocol, control and state together. Peers with another version are refused.
 inline constexpr std::uint32_t kProtocolVersion = 3;
 inline constexpr std::size_t kDatagramHeaderBytes = 33;
 inline constexpr std::size_t kTagBytes = 16;
-/// Offset of the tag at the end of the header; the bytes before it are authenticated unchanged.
+/// Offset of the tag, which is the last part of the header. The bytes before it are authenticated but not encrypted.
 inline constexpr std::size_t kTagOffset = kDatagramHeaderBytes - kTagBytes;
-/// Fits an IPv6 path of minimum MTU with a margin for tunnels; never fragmented.
+/// Maximum size of a datagram. It fits the minimum MTU of IPv6 with a margin for tunnels, so that no datagram is
+/// fragmented.
 inline constexpr std::size_t kMaxDatagramBytes = 1200;
 inline constexpr std::size_t kMaxPayloadBytes = kMaxDatagramBytes - kDatagramHeaderBytes;
-/// Epochs have three bits.
+/// Largest epoch, because the header stores it in three bits.
 inline constexpr std::uint8_t kMaxEpoch = 7;
-/// Largest gap to the newest sequence (about 17 minutes at 1 kHz); a larger one counts as damage.
+/// Maximum difference to the newest sequence (about 17 minutes at 1 kHz). A datagram beyond it is dropped as damaged.
 inline constexpr std::uint64_t kMaxSequenceJump = 1U << 20U;
 
 using Bytes = std::vector<std::byte>;
@@ -38,14 +39,14 @@ using Bytes = std::vector<std::byte>;
 enum class DatagramType : std::uint8_t {
   kClientUpdate = 0,
   kServerUpdate = 1,
-  kPathResponse = 2,   ///< the client returns the 8 bytes of a challenge from its present address
-  kPathChallenge = 3,  ///< the server checks whether its client is reachable at an address
+  kPathResponse = 2,   ///< the client returns the 8 bytes of a challenge from its current address
+  kPathChallenge = 3,  ///< the server checks whether its client can be reached at an address
 };
-/// Returns the type of the path message in the direction of that state.
+/// Returns the type of the path message that has the same direction as state of type `state`.
 constexpr DatagramType path_beside(DatagramType state) {
   return state == DatagramType::kClientUpdate ? DatagramType::kPathResponse : DatagramType::kPathChallenge;
 }
-/// Payload of a path message.
+/// Size of the payload of a path message.
 inline constexpr std::size_t kPathBytes = 8;
 
 struct DatagramHeader {
@@ -58,9 +59,9 @@ struct DatagramHeader {
 /// Appends the header to `out`.
 void append_header(const DatagramHeader& header, Bytes& out);
 
-/// Reads and checks the header: size limits, version, type, non-zero connection and sequence. DatagramSeal checks the
-/// tag (datagram_seal.hpp).
-/// Fails   with the reason; `out` is then unspecified.
+/// Reads and checks the header: size limits, version, non-zero connection and sequence. The caller checks the type, and
+/// DatagramSeal checks the tag (datagram_seal.hpp).
+/// Out     kNone, or the reason to drop the datagram; `out` is then unspecified
 DropReason parse_header(std::span<const std::byte> datagram, DatagramHeader& out);
 
 inline std::span<const std::byte> payload_of(std::span<const std::byte> datagram) {

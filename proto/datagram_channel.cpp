@@ -18,10 +18,10 @@ DatagramChannel::DatagramChannel(const Settings& settings, ChannelCounters& coun
       send_rate_(net::kDeadbandFloor, settings.max_rate_hz),
       last_received_(settings.opened),
       last_sent_(settings.opened) {
-  settings_.secret.reset();  // wiped, because the seals have derived their keys
+  settings_.secret.reset();  // no longer needed, because the seals have derived their keys; this wipes it
 }
 
-/// Performs steps 3 and 4.
+/// Performs steps 3 and 4 of receiving.
 DropReason DatagramChannel::open(const DatagramHeader& header, std::span<const std::byte> datagram,
                                  std::span<const std::byte>& payload) {
   if (const DropReason reason = window_.check(header.sequence); reason != DropReason::kNone) return reason;
@@ -31,7 +31,7 @@ DropReason DatagramChannel::open(const DatagramHeader& header, std::span<const s
 
 DropReason DatagramChannel::receive_path(const DatagramHeader& header, std::span<const std::byte> datagram,
                                          std::uint64_t& number) {
-  // Without authentication an address cannot be verified.
+  // Without authentication, a path message cannot verify an address.
   if (opener_.is_null()) return DropReason::kType;
   std::span<const std::byte> payload;
   if (const DropReason reason = open(header, datagram, payload); reason != DropReason::kNone) return reason;
@@ -61,8 +61,9 @@ void DatagramChannel::note_received(Duration sent_by_peer, LocalTime now) {
   last_received_ = now;
 }
 
-// Measures the transit time of a sent update: from the own stamp that is echoed to the peer's stamp of its arrival, on
-// two clocks. A server update has both; a client update has the time for which the client held the acknowledged one.
+// Measures the transit time of an update that this end sent: from its send time, which the peer returns, to its arrival
+// at the peer, measured on the peer's clock. A server update contains both times. For a client update, the arrival is
+// its send time minus the time for which the client held the acknowledged update.
 void DatagramChannel::note_stamps(const ClientUpdate& update, LocalTime now) {
   note_received(update.sent.time_since_epoch(), now);
   if (update.acknowledged_sent == ServerTime{}) return;

@@ -1,26 +1,26 @@
-// One end of a connection's state stream: sends and receives datagrams, and keeps only the newest state. Client and
-// server use the same class, each with its own message; it has no socket, clock or thread.
+// One end of a connection's state stream: sends and receives datagrams, and accepts only the newest state. Client and
+// server use the same class, each with its own message type. It has no socket, clock or thread.
 //
-// Receive, in this order; the first failed check determines the drop reason (WIRE.md, "Checks on receive"):
+// Steps of receiving, in this order; the first failed check determines the drop reason (WIRE.md, "Checks on receive"):
 //
 //   1 size, version, type, ids           read_header()  the sender is still unknown
 //   2 connection                         is_for()       the server also checks the source address
-//   3 not a copy, not far ahead          receive()      by the replay window, which is not changed yet
-//   4 authentic                          receive()      opened (datagram_seal.hpp); includes the epoch
-//   5 newer than all state before        receive()      state only: a path message may be late
-//   6 payload, ranges, role              receive()      by the owner's `read`
-//   7 window, newest, stamps             receive()      last, so that a damaged or forged datagram changes nothing
+//   3 not a duplicate, not far ahead     receive()      tested with the replay window, which is not changed yet
+//   4 authentic                          receive()      decrypted (datagram_seal.hpp); includes the epoch
+//   5 newer than all state before        receive()      for state only: a path message may be late
+//   6 payload, ranges, role              receive()      by the caller's `read`
+//   7 window, newest, time stamps        receive()      updated last, so that a forged datagram changes nothing
 //
-// Send:
+// Steps of sending:
 //
-//   1 has the state changed enough?      admits()       else suppressed (deadband)
-//   2 does the link have capacity?       admits()       else paced
-//   3 stamps: own time, echo             send()         the only place that stamps an update
-//   4 is the stream not blocked?         send()         else dropped as overwritten, without using a sequence
+//   1 has the state changed enough?      admits()       otherwise suppressed (deadband)
+//   2 does the link have capacity?       admits()       otherwise suppressed (pacing)
+//   3 time stamps: send time, echo       send()         the only function that sets the time stamps of an update
+//   4 can the byte stream accept data?   send()         otherwise dropped as overwritten, without using a sequence
 //   5 header with the next sequence      send()
-//   6 payload                            send()         by the owner's `append`
-//   7 seal                               send()         in place
-//   8 deliver                            send()         by the owner's `deliver`; refused: dropped as send_failed
+//   6 payload                            send()         by the caller's `append`
+//   7 encryption                         send()         in place
+//   8 delivery                           send()         by the caller's `deliver`; if it fails: dropped as send_failed
 #pragma once
 
 #include <bitset>
@@ -36,33 +36,33 @@
 
 namespace tandem::proto {
 
-/// Counters of all channels of a program together.
+/// Sums of the counters of all channels of a program.
 struct ChannelCounters {
   DropCounters received_drops;
   DropCounters sent_drops;
   std::uint64_t datagrams_received = 0;
   std::uint64_t datagrams_sent = 0;
-  std::uint64_t updates_suppressed = 0;  ///< suppressed by the deadband
-  std::uint64_t updates_paced = 0;       ///< suppressed because the link has no capacity for them
+  std::uint64_t updates_suppressed = 0;  ///< not sent because of the deadband
+  std::uint64_t updates_paced = 0;       ///< not sent because the link has no capacity for them
 
-  /// Counts a received datagram; `reason` is why it was dropped, or kNone.
+  /// Counts a received datagram. `reason` is the reason why it was dropped, or kNone.
   void count_received(DropReason reason) {
     ++datagrams_received;
     if (reason != DropReason::kNone) received_drops.add(reason);
   }
 };
 
-/// Step 1 of receiving: parse_header(), and kType for types that the other end never sends.
-/// In      expected  type of the other end's state; its path message is accepted too
+/// Performs step 1 of receiving: parse_header(), and kType for types that the other end never sends.
+/// In      expected  type of state that the other end sends; its path message is accepted too
 DropReason read_header(std::span<const std::byte> datagram, DatagramType expected, DatagramHeader& out);
 
-/// Set of the last kSize received sequences, which distinguishes late datagrams from copies. check() precedes the
-/// opening of a datagram and accept() follows it, so that a forged datagram changes nothing.
+/// Set of the last kSize received sequences, which distinguishes late datagrams from duplicates. check() is called
+/// before a datagram is authenticated and accept() afterwards, so that a forged datagram changes nothing.
 class ReplayWindow {
  public:
   static constexpr std::size_t kSize = 4096;
 
-  /// Returns kDuplicate for a received sequence, kLate for one older than the window.
+  /// Returns kDuplicate for a sequence that was received, kLate for one older than the window, otherwise kNone.
   DropReason check(std::uint64_t sequence) const {
     if (sequence > newest_) return DropReason::kNone;
     if (newest_ - sequence >= kSize) return DropReason::kLate;
@@ -84,7 +84,7 @@ class ReplayWindow {
   std::bitset<kSize> seen_;
 };
 
-/// State stream of one connection at one end.
+/// One end of the state stream of a connection.
 ///
 /// Thread  one at a time
 class DatagramChannel {
@@ -94,19 +94,19 @@ class DatagramChannel {
     ConnectionId connection;
     std::uint8_t epoch = 0;
     double deadband = 0;     ///< Weber fraction (common/net/deadband.hpp); 0: no suppression
-    double max_rate_hz = 0;  ///< rate of the loop that creates the updates
-    bool is_stream = false;  ///< datagrams travel inside a byte stream, which has its own flow control
-    LocalTime opened{};      ///< counts as the time of the last datagram before the first one
-    std::optional<secure::Exported> secret{};  ///< for the seals; none: null cipher
+    double max_rate_hz = 0;  ///< rate of the loop that produces the updates
+    bool is_stream = false;  ///< datagrams are sent inside a byte stream, which has its own flow control
+    LocalTime opened{};      ///< initial value of the times of the last received and sent datagrams
+    std::optional<secure::Exported> secret{};  ///< key material for the seals; without it the null cipher is used
   };
-  /// In      counters  must outlive the channel
+  /// In      counters  counters to update; they must outlive the channel
   DatagramChannel(const Settings& settings, ChannelCounters& counters);
 
   bool is_for(const DatagramHeader& header) const { return header.connection == settings_.connection; }
-  /// Performs steps 3 to 7 for a state datagram with the header `header`.
+  /// Performs steps 3 to 7 of receiving for a state datagram with the header `header`.
   ///
-  /// In      read(payload, update)  fills `update`, or returns why it is unusable
-  /// Out     `update` is unspecified unless kNone
+  /// In      read(payload, update)  fills `update`, or returns the reason why it is unusable
+  /// Out     kNone, or the reason to drop the datagram; `update` is then unspecified
   template <class Update, class Read>
   DropReason receive(const DatagramHeader& header, std::span<const std::byte> datagram, LocalTime now, Update& update,
                      const Read& read) {
@@ -122,20 +122,20 @@ class DatagramChannel {
     note_stamps(update, now);
     return DropReason::kNone;
   }
-  /// Receives a path message, which may be older than the newest state.
+  /// Receives a path message, which unlike state may be older than the newest state.
   DropReason receive_path(const DatagramHeader& header, std::span<const std::byte> datagram, std::uint64_t& number);
   bool has_received() const { return has_received_; }
   LocalTime last_received() const { return last_received_; }
   LocalTime last_sent() const { return last_sent_; }
 
-  /// Counts overwritten updates: the loop numbers its updates, and those between the last number and this one were
-  /// replaced before they could be sent.
+  /// Counts overwritten updates. The loop numbers its updates; those between the last number and this one were replaced
+  /// before they could be sent.
   void count_overwritten(std::uint64_t number);
-  /// Performs steps 1 and 2; counts an update that is not admitted.
+  /// Performs steps 1 and 2 of sending; counts an update that is not admitted.
   ///
-  /// In      may_wait                   the link's rate may hold the update back; false after an action of the hand
-  ///         has_changed(deadband, since)  whether the change is perceptible, `since` the last update was sent; called
-  ///         only when the update is not due anyway
+  /// In      may_wait                   true if the update may be withheld; false after a user's action
+  ///         has_changed(deadband, since)  returns whether the change since the last sent update is perceptible.
+  ///         `since` is the time since that update. Called only if the update is not due anyway
   template <class HasChanged>
   bool admits(LocalTime now, bool may_wait, const HasChanged& has_changed) {
     const Duration since = now - last_sent_;
@@ -150,11 +150,11 @@ class DatagramChannel {
     }
     return true;
   }
-  /// Performs steps 3 to 8.
+  /// Performs steps 3 to 8 of sending.
   ///
-  /// In      is_blocked               the stream still has bytes to send
-  ///         append(update, bytes)    appends the encoded, stamped update to `bytes`
-  ///         deliver(datagram)        returns false when it could not be sent now
+  /// In      is_blocked               true if the byte stream still has bytes to send
+  ///         append(update, bytes)    appends the encoded update, including its time stamps, to `bytes`
+  ///         deliver(datagram)        sends the datagram; returns false if that is not possible now
   template <class Update, class Append, class Deliver>
   void send(Update& update, LocalTime now, bool is_blocked, const Append& append, const Deliver& deliver) {
     stamp(update, now);
@@ -163,7 +163,7 @@ class DatagramChannel {
     seal_.seal(sequence_, datagram_);
     count_sent(deliver(std::span<const std::byte>(datagram_)));
   }
-  /// Returns a sealed path message, valid until the next one or the next update.
+  /// Returns an encrypted path message. It remains valid until the next path message or update.
   std::span<const std::byte> path_message(std::uint64_t number, LocalTime now);
 
  private:
@@ -187,10 +187,10 @@ class DatagramChannel {
   net::SendRate send_rate_;
   std::uint64_t newest_ = 0;    ///< newest sequence of received state
   std::uint64_t sequence_ = 0;  ///< last sequence sent
-  std::uint64_t number_ = 0;    ///< number of the loop's last update
+  std::uint64_t number_ = 0;    ///< number of the last update produced by the loop
   bool has_received_ = false;
-  Step received_step_;          ///< step of the newest server update
-  Duration received_stamp_{0};  ///< peer's time stamp of its newest datagram
+  Step received_step_;          ///< step of the newest received server update
+  Duration received_stamp_{0};  ///< send time in the newest received datagram, on the peer's clock
   LocalTime last_received_{};
   LocalTime last_sent_{};
   Bytes datagram_;

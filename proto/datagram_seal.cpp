@@ -27,14 +27,14 @@ unsigned char* octets(std::byte* bytes) {
   return reinterpret_cast<unsigned char*>(bytes);
 }
 
-/// Returns the cipher, fetched once, because fetching takes longer than sealing a datagram.
+/// Returns the cipher. It is fetched only once, because fetching takes longer than encrypting a datagram.
 const EVP_CIPHER* cipher_of(secure::Aead aead) {
   static EVP_CIPHER* const kAes = EVP_CIPHER_fetch(nullptr, "AES-256-GCM", nullptr);
   static EVP_CIPHER* const kChaCha = EVP_CIPHER_fetch(nullptr, "ChaCha20-Poly1305", nullptr);
   return aead == secure::Aead::kAes256Gcm ? kAes : kChaCha;
 }
 
-/// HKDF-Expand with SHA-256 (RFC 5869).
+/// Performs HKDF-Expand with SHA-256 (RFC 5869).
 void expand(const secure::Secret& secret, std::string_view label, std::span<std::byte> out) {
   EVP_KDF* const kdf = EVP_KDF_fetch(nullptr, "HKDF", nullptr);
   EVP_KDF_CTX* const context = EVP_KDF_CTX_new(kdf);
@@ -52,7 +52,7 @@ void expand(const secure::Secret& secret, std::string_view label, std::span<std:
   if (!is_good) throw std::runtime_error("OpenSSL cannot derive a key (HKDF)");
 }
 
-/// Cipher context of one epoch's key.
+/// Key of one epoch, in the form of a cipher context and an IV.
 struct EpochKey {
   void derive(secure::Aead aead, const secure::Secret& chain, bool is_for_opening) {
     secure::Secret key;
@@ -99,9 +99,11 @@ struct DatagramSeal::Keys {
 
   secure::Aead aead;
   bool is_for_opening;
-  secure::Secret chain;  ///< chain secret of the newest epoch with a key here
+  secure::Secret chain;  ///< chain secret of the newest epoch for which a key was derived
   EpochKey current;
-  EpochKey next;  ///< for opening: prepared in advance, so that a forged epoch costs no more than a forged datagram
+  /// For decryption only; derived in advance, so that a datagram with a forged epoch costs no more than any forged
+  /// datagram
+  EpochKey next;
   std::array<std::byte, kMaxPayloadBytes> opened{};
 };
 
@@ -152,7 +154,8 @@ void DatagramSeal::seal(std::uint64_t sequence, std::span<std::byte> datagram) {
           1 &&
       EVP_CipherFinal_ex(c, octets(payload.data()), &size) == 1 &&
       EVP_CIPHER_CTX_ctrl(c, EVP_CTRL_AEAD_GET_TAG, kTagBytes, octets(datagram.data() + kTagOffset)) == 1;
-  // A bug here or in the library. The payload is wiped, so that it is never sent unencrypted.
+  // This failure is caused by a bug in this code or in the library. The payload is wiped, so that it is never sent
+  // unencrypted.
   if (!is_sealed) secure::wipe(payload);
 }
 

@@ -1,13 +1,13 @@
-// Seals or opens the datagrams of one direction of one connection.
+// Encrypts or decrypts the datagrams of one direction of one connection.
 //
-//   TLS connection ──exporter(connection id)──▶ secret ──HKDF──▶ up, down          one chain a direction, so that no
+//   TLS connection ──exporter(connection id)──▶ secret ──HKDF──▶ up, down          one chain per direction, so that no
 //                                                  epoch 0: key, IV                two counters ever share a key
-//                                                  epoch 1: key, IV  …             each from the previous chain, which
-//                                                                                  is then wiped
+//                                                  epoch 1: key, IV  …             each derived from the previous
+//                                                                                  chain, which is then wiped
 //   nonce = IV xor sequence · associated data = the header up to the tag · the tag is the end of the header
 //
-// The sequence continues across epochs, and with it freshness check and replay window. Without a secret (--insecure,
-// virtual time) the same calls leave the payload unchanged, and the tag is zero.
+// The sequence continues across epochs, and so do the freshness check and the replay window. Without a secret
+// (--insecure, virtual time) the same calls leave the payload unchanged, and the tag is zero.
 #pragma once
 
 #include <array>
@@ -22,40 +22,41 @@
 
 namespace tandem::proto {
 
-/// Limits of use of one key, by datagrams and by time; then the sender changes to the next epoch.
+/// Limits for the use of one key: number of datagrams, and time. When one is reached, the sender changes to the next
+/// epoch.
 inline constexpr std::uint64_t kMaxDatagramsPerEpoch = 1ULL << 32U;
 inline constexpr Duration kMaxEpochAge = std::chrono::hours(1);
 
-/// Returns the context of the TLS exporter for the datagrams of `connection`.
+/// Returns the context that the TLS exporter uses to derive the secret for the datagrams of `connection`.
 std::array<std::byte, 8> seal_context(ConnectionId connection);
 
-/// Seal of one direction: encrypts or decrypts, with a new key for each epoch.
+/// Encrypts or decrypts the datagrams of one direction, with a new key for each epoch.
 ///
-/// Cost    no allocation except at construction and at a new epoch
+/// Cost    no allocation except at construction and at the change to a new epoch
 /// Thread  any, one at a time
 class DatagramSeal {
  public:
   enum class Use : std::uint8_t { kSeal, kOpen };
 
-  /// In      exported  none: null cipher
-  ///         goes_up   the datagrams go to the server
-  ///         epoch     the first one
+  /// In      exported  key material; without it the null cipher is used
+  ///         goes_up   true if the datagrams are sent from client to server
+  ///         epoch     first epoch
   DatagramSeal(const std::optional<secure::Exported>& exported, Use use, bool goes_up, std::uint8_t epoch);
   ~DatagramSeal();
   DatagramSeal(DatagramSeal&&) noexcept;
   DatagramSeal& operator=(DatagramSeal&&) noexcept;
 
   bool is_null() const { return keys_ == nullptr; }
-  /// Epoch of the next sealed datagram.
+  /// Epoch of the next encrypted datagram.
   std::uint8_t epoch() const { return epoch_; }
-  /// Changes to the next epoch when the key has reached a limit of use. Called before the header is written.
+  /// Changes to the next epoch if the current key has reached a limit. Must be called before the header is written.
   void keep_fresh(LocalTime now);
-  /// Encrypts the payload in place and fills in the tag.
+  /// Encrypts the payload in place and writes the tag.
   void seal(std::uint64_t sequence, std::span<std::byte> datagram);
-  /// Authenticates the datagram and returns its payload, valid until the next call.
+  /// Authenticates and decrypts a datagram. The payload remains valid until the next call.
   ///
-  /// Out     kTag: forged, damaged, or sealed with another key; kUnknownConnection: an epoch that is neither the
-  ///         present nor the next one
+  /// Out     kTag: the datagram is forged, damaged or encrypted with another key. kUnknownConnection: its epoch is
+  ///         neither the current nor the next one
   DropReason open(const DatagramHeader& header, std::span<const std::byte> datagram,
                   std::span<const std::byte>& payload);
 
@@ -65,9 +66,9 @@ class DatagramSeal {
   DropReason open_null(const DatagramHeader& header, std::span<const std::byte> datagram) const;
 
   std::uint8_t epoch_;
-  std::uint64_t sealed_ = 0;  ///< datagrams sealed in this epoch
+  std::uint64_t sealed_ = 0;  ///< number of datagrams encrypted in this epoch
   LocalTime epoch_began_{};
-  std::unique_ptr<Keys> keys_;  ///< null: null cipher
+  std::unique_ptr<Keys> keys_;  ///< null if the null cipher is used
 };
 
 }  // namespace tandem::proto

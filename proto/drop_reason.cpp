@@ -2,7 +2,7 @@
 
 namespace tandem::proto {
 
-// No default, so that the compiler warns about a reason without a name.
+// The switch has no default case, so that the compiler warns about a reason without a name.
 std::string_view name_of(DropReason reason) {
   switch (reason) {
     case DropReason::kNone:

@@ -1,4 +1,4 @@
-// Reasons why a piece of state did not reach its reader. Each drop is counted.
+// Reasons why state was not delivered to its reader. Every drop is counted.
 #pragma once
 
 #include <array>
@@ -14,21 +14,21 @@ enum class DropReason : std::uint8_t {
   kTooLong,            ///< longer than kMaxDatagramBytes
   kVersion,            ///< another protocol version
   kType,               ///< a type that this side does not receive
-  kTag,                ///< authentication failed, or another epoch (null cipher: tag not zero)
-  kUnknownConnection,  ///< no connection with that id and epoch
+  kTag,                ///< authentication failed (null cipher: tag not zero)
+  kUnknownConnection,  ///< no connection with this id and epoch
   kLate,               ///< older than the newest state
-  kDuplicate,          ///< the same sequence again
-  kSequenceJump,       ///< impossibly far ahead
-  kMalformed,          ///< not a message, or over a count limit
-  kNotFinite,          ///< a number is NaN, infinite or outside its stated range
+  kDuplicate,          ///< a sequence or a step that was already received
+  kSequenceJump,       ///< sequence further ahead than kMaxSequenceJump
+  kMalformed,          ///< not a message, a required part missing, or too many items
+  kNotFinite,          ///< a number is NaN, infinite or out of range, or time stamps are out of order
   kOverwritten,        ///< replaced by a newer state before it was sent or read
-  kSendFailed,         ///< refused by the socket
+  kSendFailed,         ///< the socket did not accept the datagram
   kSimulatedLoss,      ///< lost by the simulated link
-  kNotAllowed,         ///< from an observer, or from an address that is not the user's
+  kNotAllowed,         ///< input from an observer, or a datagram from an address other than the user's
   kCount,
 };
 
-/// Returns the word used in logs, JSON and metrics: "too_short", …
+/// Returns the name used in logs, JSON and metrics: "too_short", …
 std::string_view name_of(DropReason reason);
 
 /// One counter for each reason.

@@ -1,4 +1,5 @@
-// Effects of a complete scene as the world uses them, for server and client, which do not depend on each other.
+// Converts the effects of a complete scene to the form used by the physics. Server and client, which do not depend on
+// each other, share this code.
 #pragma once
 
 #include <string>
@@ -9,19 +10,22 @@
 
 namespace tandem::proto {
 
-/// Largest number of effects of a scene and its bodies together: a local model evaluates them in the haptic tick.
+/// Maximum number of effects of a scene including its bodies. It is limited because a local model evaluates all of them
+/// in the haptic tick.
 inline constexpr int kMaxEffects = 32;
 
-/// Returns the settings of an effect; absent numbers count as 0.
+/// Returns the settings of an effect; absent numbers are treated as 0.
 physics::EffectSettings settings_of(const wire::Effect& effect);
 
-/// Checks the number of effects and the combination of each effect's numbers; scene_ranges.hpp has the range of each.
+/// Checks the number of effects, and in each effect the combination of its numbers. The range of each number is checked
+/// by scene_ranges.hpp.
 ///
-/// Out     "bodies[0].effects[1].region is given; it must be ...", of the first unusable effect; empty: none
+/// Out     problem of the first unusable effect, e.g. "bodies[0].effects[1].region is given; it must be ..."; empty if
+///         all are usable
 std::string find_effect_problem(const wire::Scene& scene);
 
-/// Returns all effects: first those of the bodies, each group in the order of the scene.
-/// In      scene  complete
+/// Returns all effects: first those of the bodies, then those of the scene, each in the order of the scene.
+/// In      scene  complete scene
 std::vector<physics::EffectSettings> effects_of(const wire::Scene& scene);
 
 }  // namespace tandem::proto

@@ -1,4 +1,4 @@
-// Placement as a pose, for server and client, which do not depend on each other.
+// Converts a placement to a pose. Server and client, which do not depend on each other, share this code.
 #pragma once
 
 #include <algorithm>
@@ -11,10 +11,10 @@
 
 namespace tandem::proto {
 
-/// Returns the pose of a placement; absent numbers count as 0.
+/// Returns the pose of a placement; absent numbers are treated as 0.
 ///
-/// Model   R = R_z(γ) · R_y(β) · R_x(α): turns about the fixed axes x, then y, then z
-/// Out     finite exactly when the placement's numbers are; callers check counts and bounds
+/// Model   R = R_z(γ) · R_y(β) · R_x(α): rotations about the fixed axes x, then y, then z
+/// Out     finite if and only if the placement's numbers are; callers check the number of values and their ranges
 inline Pose pose_from_placement(const wire::Placement& placement) {
   const auto vector_of = [](const google::protobuf::RepeatedField<double>& numbers) {
     return numbers.size() == 3 ? Vec3(numbers[0], numbers[1], numbers[2]) : Vec3(0, 0, 0);
@@ -25,7 +25,7 @@ inline Pose pose_from_placement(const wire::Placement& placement) {
   return {vector_of(placement.position_m()), rotation.normalized()};
 }
 
-/// Returns whether the numbers are three valid coordinates of a scene.
+/// Returns whether the field contains three valid coordinates of a scene.
 inline bool is_place(const google::protobuf::RepeatedField<double>& metres) {
   return metres.size() == 3 && std::ranges::all_of(metres, [](double x) { return std::abs(x) <= kMaxPositionM; });
 }

@@ -1,5 +1,5 @@
-// Table of the valid range of each number of a scene. The server completes and checks scene files by it, and a client
-// checks received scenes by it, so that both accept the same scenes.
+// Table of the valid range of each number in a scene. The server completes and checks scene files with it, and a client
+// checks received scenes with it. Both therefore accept the same scenes.
 #pragma once
 
 #include <span>
@@ -11,43 +11,47 @@
 
 namespace tandem::proto {
 
-/// Largest number of shapes of a body or tool.
+/// Maximum number of shapes of a body or tool.
 inline constexpr int kMaxShapes = 256;
 
 /// Range of one numeric field of scene.proto.
 struct SceneRange {
-  std::string_view field;         ///< "Message.field"
-  std::string_view unit;          ///< "" for a plain number
-  double low, high;               ///< inclusive, both finite
-  std::vector<double> fallback;   ///< default of an absent field; empty: required, or derived from other fields
-  int count = 1;                  ///< number of values; 0: depends on other fields, and is checked with them
-  std::string_view zero_is = "";  ///< meaning of a 0 that is accepted outside the range, for people; "": not accepted
+  std::string_view field;  ///< "Message.field"
+  std::string_view unit;   ///< "" for a number without unit
+  double low, high;        ///< inclusive, both finite
+  /// default of an absent field; empty: the field is required, or its default depends on other fields
+  std::vector<double> fallback;
+  int count = 1;  ///< number of values; 0: it depends on other fields and is checked together with them
+  /// meaning of the value 0, if it is accepted outside the range; for messages. "": not accepted
+  std::string_view zero_is = "";
 
-  /// Returns whether the value is accepted; false for NaN.
+  /// Returns whether the value is accepted. NaN is not.
   bool accepts(double value) const;
 };
 
-/// Returns the range of every number of a scene in the order of scene.proto, then of control.proto's MassProperties.
+/// Returns the ranges of all numbers of a scene, in the order of scene.proto, followed by the ranges of MassProperties
+/// in control.proto.
 ///
-/// Source  ours: plausible bounds for scenes from the desk to the room in SI units. A value outside is an error of
-///         units or typing, which would otherwise only appear as a strange simulation. Positions end at 100 m like
-///         shapes: a scene is for hands, and nothing farther away can be touched.
+/// Source  our choice: plausible bounds in SI units for scenes from the size of a desk to the size of a room. A value
+///         outside is probably an error of units or typing, which would otherwise appear only as an implausible
+///         simulation. Positions, like shapes, are limited to 100 m, because hands cannot reach anything farther away.
 /// Thread  any
 std::span<const SceneRange> scene_ranges();
-/// Fails   std::out_of_range for a field that is not in the table
+/// Returns the range of the field "Message.field".
+/// Fails   std::out_of_range: the table does not contain the field
 const SceneRange& scene_range(std::string_view field);
 
-/// Fills in the default of each absent number of `message` and its set sub-messages.
+/// Sets each absent number of `message`, and of its sub-messages that are set, to its default.
 void complete_numbers(google::protobuf::Message& message);
 
-/// Returns the problem of the first number of `message`, or of its set sub-messages, that is absent or out of its
-/// range; empty when there is none. An absent array counts as its default.
+/// Describes the first number in `message`, or in its sub-messages that are set, that is absent or out of range.
+/// Returns an empty text if there is none. An absent array is treated as its default.
 ///
-/// In      path  prefix for `message`, e.g. "scene"; "": the text begins with the name of a field
-/// Out     "bodies[2].mass_kg is -1 kg; it must be from 1e-06 to 10000 kg, or 0 (static)"
+/// In      path  prefix of field names in the text, e.g. "scene"; "": the text begins with the name of a field
+/// Out     e.g. "bodies[2].mass_kg is -1 kg; it must be from 1e-06 to 10000 kg, or 0 (static)"
 std::string find_range_problem(const google::protobuf::Message& message, const std::string& path = "");
 
-/// Returns a number as short text of up to 6 digits.
+/// Returns a number as text with at most 6 digits.
 std::string number_text(double value);
 
 }  // namespace tandem::proto

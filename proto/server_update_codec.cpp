@@ -12,10 +12,11 @@
 namespace tandem::proto {
 namespace {
 
-/// Returns whether no eigenvalue is negative: a negative one would give a tool energy without a source.
+/// Returns whether no eigenvalue is negative, except for rounding. With a negative one, the contact would supply energy
+/// to a tool without a source.
 bool is_never_negative(const decltype(SoftContact::stiffness)& stiffness) {
   const Eigen::SelfAdjointEigenSolver<decltype(SoftContact::stiffness)> solver(stiffness, Eigen::EigenvaluesOnly);
-  const auto& values = solver.eigenvalues();  // in rising order
+  const auto& values = solver.eigenvalues();  // sorted in increasing order
   return values(0) >= -kMaxNegativeStiffness * std::max(values(5), 0.0);
 }
 
@@ -27,8 +28,8 @@ bool is_in_range(const SoftContact& contact) {
          contact.stiffness.cwiseAbs().maxCoeff() <= kMaxContactStiffness && is_never_negative(contact.stiffness);
 }
 
-/// Writes messages byte for byte like generated code: fields in the order of their numbers, without defaults. It
-/// prepares a datagram in a sixth less time, for which all users of a room wait.
+/// Writes messages with exactly the same bytes as generated code: fields in the order of their numbers, without default
+/// values. It reduces the time to prepare a datagram by one sixth; all users of a room wait for this preparation.
 class FieldWriter {
  public:
   std::span<const std::byte> bytes() const { return std::as_bytes(std::span<const std::uint8_t>(bytes_.data(), end_)); }
@@ -44,7 +45,7 @@ class FieldWriter {
   void number(int field, double value) {
     if (std::bit_cast<std::uint64_t>(value) != 0) fixed(field, value);
   }
-  /// Writes consecutive fields.
+  /// Writes the values to consecutive fields.
   template <std::size_t count>
   void each(int first_field, const std::array<double, count>& values) {
     for (std::size_t i = 0; i < count; ++i) number(first_field + static_cast<int>(i), values[i]);
@@ -135,12 +136,12 @@ DropReason read_soft_contact(const wire::SoftContact& in, SoftContact& out) {
   return is_in_range(out) ? DropReason::kNone : DropReason::kNotFinite;
 }
 
-/// Writes the additional fields for a client with a local model or wave variables.
+/// Writes the last of the fields that are always sent, for clients with a local model or wave variables.
 void write_bridge_part(const OwnUpdate& update, FieldWriter& out) {
   using Field = wire::ServerUpdate;
   if (update.held_body.is_valid()) out.packed(Field::kToolInHeldBodyFieldNumber, numbers_of<float>(update.X_BT));
   out.varint(Field::kPlayoutNsFieldNumber, nanoseconds_of_delay(update.playout));
-  // An out-of-range contact would make the whole message unreadable.
+  // An out-of-range contact is omitted, because it would make the whole message unreadable.
   if (is_in_range(update.soft_contact)) {
     out.message(Field::kSoftContactFieldNumber, [&] { write_soft_contact(update.soft_contact, out); });
   }
@@ -170,8 +171,8 @@ void write_rigid(const RigidState& state, FieldWriter& out) {
   out.each(wire::RigidState::kVxMPerSFieldNumber, numbers_of<double>(V.v, V.w));
 }
 
-/// Writes the first part of the fields that are always sent: all but bodies and users. write_bridge_part() writes the
-/// rest.
+/// Writes the first of the fields that are always sent, which precede bodies and users. write_bridge_part() writes
+/// those that follow them.
 void write_own_part(const OwnUpdate& update, FieldWriter& out) {
   using Field = wire::ServerUpdate;
   out.varint(Field::kStepFieldNumber, update.step.value);
@@ -187,7 +188,8 @@ void write_own_part(const OwnUpdate& update, FieldWriter& out) {
   out.varint(Field::kTickFaultsFieldNumber, update.tick_faults);
   out.number(Field::kEnergyIntoWorldJFieldNumber, update.energy_into_world_j);
   out.number(Field::kEnergyFromWorldJFieldNumber, update.energy_from_world_j);
-  // Clamped, unlike the rest, because overlapping atoms can have any energy, up to infinity, in a valid world.
+  // Unlike the other values it is clamped, because in a valid world overlapping atoms can have any energy, up to
+  // infinity.
   out.number(Field::kFieldEnergyKjPerMolFieldNumber,
              std::clamp(update.field_energy_kj_per_mol, -kMaxFieldEnergyKjPerMol, kMaxFieldEnergyKjPerMol));
 }
@@ -207,7 +209,7 @@ DropReason read_own_part(const wire::ServerUpdate& in, ServerUpdate& out) {
   const bool has_energies = is_cumulative_energy(out.energy_into_world_j) &&
                             is_cumulative_energy(out.energy_from_world_j) &&
                             std::abs(out.field_energy_kj_per_mol) <= kMaxFieldEnergyKjPerMol;
-  // A step later than the datagram that reports it would always count as fresh.
+  // If a step were later than the datagram that reports it, it would always appear to be fresh.
   const bool is_in_order = has_times && out.stepped <= out.sent && out.received <= out.sent;
   if (!is_in_order || !has_energies) return DropReason::kNotFinite;
   if (const DropReason drop = read_rigid(in.tool(), out.tool); drop != DropReason::kNone) return drop;
@@ -265,12 +267,12 @@ DropReason read_users(const wire::ServerUpdate& in, ServerUpdate& out) {
   return DropReason::kNone;
 }
 
-/// Makes `turns` parallel to `items`, keeping the entries of known items.
+/// Makes `turns` parallel to `items`; the entries of items that were there before are preserved.
 template <class Items, class Turns>
 void follow(const Items& items, Turns& turns) {
   using Turn = typename Turns::value_type;
   const auto has_id_of = [](const Turn& turn, const auto& item) { return turn.id == item.id.value; };
-  // Nearly always the items are unchanged.
+  // Fast path: in nearly all cases the items are unchanged.
   if (std::ranges::equal(turns, items, has_id_of)) return;
   Turns followed;
   for (const auto& item : items) {
@@ -281,7 +283,7 @@ void follow(const Items& items, Turns& turns) {
   turns = followed;
 }
 
-/// Priority after the own part; lower ranks are first.
+/// Priority of bodies and users, which follow the user-specific part; lower ranks come first.
 enum Rank : std::uint8_t { kRankHeld, kRankOverdue, kRankUser, kRankHeldByOther, kRankMoving, kRankResting };
 
 Rank rank_of(const BodyState& body, bool was_moving, BodyId held_body) {
@@ -290,9 +292,9 @@ Rank rank_of(const BodyState& body, bool was_moving, BodyId held_body) {
   return was_moving || !is_at_rest(body.state.V) ? kRankMoving : kRankResting;
 }
 
-/// Size of a resting body with a one-byte id: no item fits into less.
+/// Encoded size of a resting body with a one-byte id, which is the smallest possible item.
 constexpr std::size_t kMinItemBytes = 34;
-/// Bound of an item's size; a user with the largest numbers has 179 bytes.
+/// Upper bound of the encoded size of an item; a user with the largest numbers has 179 bytes.
 constexpr std::size_t kMaxItemBytes = 192;
 
 void write_compact(std::uint32_t id, const RigidState& state, FieldWriter& out) {
@@ -319,7 +321,7 @@ void write_item(const OtherUserState& user, FieldWriter& out) {
   using Field = wire::CompactState;
   write_compact(user.id.value, user.tool, out);
   out.varint(Field::kHoldsBodyFieldNumber, user.holds.value);
-  // An out-of-range handle would make the whole message unreadable.
+  // An out-of-range handle is omitted, because it would make the whole message unreadable.
   if (user.has_handle && is_sendable(user.handle) && is_wrench(user.on_hand_W)) {
     out.message(Field::kHandleFieldNumber, [&] { write_handle(user, out); });
   }
@@ -342,15 +344,16 @@ int field_of(const OtherUserState&) {
   return wire::ServerUpdate::kUsersFieldNumber;
 }
 
-/// Returns a hash of any quality that is equal for equal states.
+/// Returns a hash that is equal for equal states. Its quality affects only the speed.
 std::size_t hash_of(std::uint32_t id, const RigidState& state) {
   std::uint64_t hash = id;
   for (const double number : state.X.p) hash = std::rotl(hash, 21) ^ std::bit_cast<std::uint64_t>(number);
   return hash * 0x9e3779b97f4a7c15U >> 32U;
 }
 
-/// Returns a body or user as a field of wire::ServerUpdate, valid until the next call. All users of a room receive the
-/// same items, so each thread caches recently encoded ones and reuses unchanged ones.
+/// Returns a body or user encoded as a field of wire::ServerUpdate; the bytes remain valid until the next call. All
+/// users of a room receive the same items, so each thread caches recently encoded items and reuses those that are
+/// unchanged.
 template <class Item>
 std::span<const std::byte> encoded(const Item& item, const RigidState& state) {
   struct Encoded {
@@ -371,8 +374,9 @@ std::span<const std::byte> encoded(const Item& item, const RigidState& state) {
   return std::span(known.bytes).first(known.size);
 }
 
-/// A body or user that may be included in the message, packed into a number; lower is first. From the high bits down:
-/// its rank, the message in which it was last sent and its position there, whether it is a user, its index.
+/// A body or user that may be included in the message, encoded as a number; a lower number comes first. From the high
+/// bits down the number contains: its rank, the message in which it was last sent, its position in that message,
+/// whether it is a user, and its index.
 class Candidate {
  public:
   Candidate(Rank rank, std::uint64_t sent, std::size_t place, bool is_user, std::size_t index)
@@ -381,7 +385,7 @@ class Candidate {
 
   Rank rank() const { return static_cast<Rank>(order_ >> kRankBit); }
   std::uint64_t sent() const { return turn() >> kSentBit; }
-  /// A lower value has waited longer.
+  /// When the item was last sent, as a number; the item with the lower number has waited longer.
   std::uint64_t turn() const { return order_ & ((std::uint64_t{1} << kRankBit) - 1); }
   bool is_user() const { return (order_ >> kUserBit & 1U) != 0; }
   std::size_t index() const { return order_ & ((std::uint64_t{1} << kUserBit) - 1); }
@@ -421,7 +425,7 @@ void ServerUpdateEncoder::append(const OwnUpdate& own, std::span<const BodyState
   ++message_;
   follow(bodies, body_turns_);
   follow(users, user_turns_);
-  // Parts in the order of the fields: own part, bodies, users, bridge part.
+  // The parts are written in the order of the fields: user-specific part, bodies, users, bridge part.
   thread_local Bytes users_part;
   users_part.clear();
   FieldWriter own_part, bridge;

@@ -1,4 +1,5 @@
-// Deformation of a soft body for display: offsets of a lattice of points on the surface of its box.
+// Deformation of a soft body for display, as the displacements of a lattice of points on the surface of its bounding
+// box.
 #pragma once
 
 #include <array>
@@ -15,23 +16,26 @@ namespace tandem::proto {
 inline constexpr std::size_t kSoftLatticeEdge = 8;
 inline constexpr std::size_t kSoftLatticePoints = 8 * 8 * 8 - 6 * 6 * 6;
 
-/// Returns the points as shares -0.5..0.5 of the box's edges, from its middle: x fastest, then y, then z.
+/// Returns the lattice points as fractions −0.5..0.5 of the box's edges, relative to its centre; x varies fastest, then
+/// y.
 const std::array<Vec3, kSoftLatticePoints>& soft_lattice();
-/// Returns the triangles of the lattice, counter-clockwise seen from outside.
+/// Returns the triangles of the lattice, counter-clockwise when seen from outside.
 const std::vector<std::array<int, 3>>& soft_lattice_faces();
 
-/// Indices and weights of up to four places nearest to a point; weights ∝ 1 / distance with sum 1. With fewer than four
-/// places the rest has weight 0.
+/// Indices and weights of the up to four places nearest to a point. The weights are proportional to 1 / distance and
+/// have the sum 1. If there are fewer than four places, the remaining entries have weight 0.
 using NearPlaces = std::array<std::pair<std::size_t, double>, 4>;
 NearPlaces places_near(const Vec3& at, std::span<const Vec3> places);
-/// Returns, for each lattice point in the bounding box of `nodes`, the nodes from which its offset is interpolated. A
-/// window displays a mesh by these offsets.
-/// In      nodes  at rest, in the body's frame; any order, at least one
+/// Returns, for each lattice point in the bounding box of `nodes`, the nodes from which its displacement is
+/// interpolated. A window interpolates the displacements of a displayed mesh from them.
+/// In      nodes  positions at rest in the body's frame, in any order; at least one
 std::vector<NearPlaces> soft_lattice_nodes(std::span<const Vec3> nodes);
 
-/// In      offsets_W  offset of each point [m]; a non-finite one counts as zero
+/// Encodes the displacements of the lattice points.
+/// In      offsets_W  displacement of each point [m]; a non-finite one is treated as zero
 void write_soft_shape(std::size_t soft_body, std::span<const Vec3> offsets_W, wire::SoftShape& out);
-/// Returns nothing for a wrong number of offsets or a quantum out of range.
+/// Returns the displacements of the lattice points [m]; nothing if their number is wrong or the quantum is out of
+/// range.
 std::optional<std::vector<Vec3>> read_soft_shape(const wire::SoftShape& message);
 
 }  // namespace tandem::proto

@@ -1,5 +1,5 @@
-// State structs of fixed size for the real-time loops: a haptic tick or a room step fills and reads them without
-// allocation. state_codec.hpp converts them to datagrams and back, on io threads.
+// State structs of fixed size for the real-time loops: a haptic tick or a room step reads and writes them without
+// allocation. On io threads, state_codec.hpp converts them to datagrams and back.
 #pragma once
 
 #include <boost/container/static_vector.hpp>
@@ -13,57 +13,61 @@
 
 namespace tandem::proto {
 
-/// Capacities of a room and of a state message; a scene that needs more is refused when it is loaded.
+/// Capacities of a room and of a state message; a scene that exceeds them is refused when it is loaded.
 inline constexpr std::size_t kMaxBodies = 64;
 inline constexpr std::size_t kMaxUsers = 16;
 
 /// Limits of the values in a state message. A reader drops a message that exceeds one (DropReason::kNotFinite), so a
-/// writer keeps its world inside. They are far beyond any hand or tool, and small enough that no sum or product of them
-/// overflows.
+/// writer must not exceed them. They are far above the values of any hand or tool, but small enough that sums and
+/// products of them do not overflow.
 inline constexpr double kMaxPositionM = 1000.0;
 inline constexpr double kMaxSpeedMPerS = 1000.0;
 inline constexpr double kMaxTurnRadPerS = 1e4;
 inline constexpr double kMaxForceN = 1e5;
 inline constexpr double kMaxTorqueNM = 1e5;
 inline constexpr double kMaxEnergyJ = 1e9;
-/// Limit of a field energy; larger energies of overlapping molecules are clamped to it.
+/// Limit of a field energy. Larger energies, which occur when molecules overlap, are clamped to it.
 inline constexpr double kMaxFieldEnergyKjPerMol = 1e12;
-/// Largest | |q| − 1 | of a rotation; readers normalise rotations.
+/// Maximum of | |q| − 1 | for a rotation; readers normalise rotations.
 inline constexpr double kMaxQuaternionError = 1e-3;
-/// Limit of the translational and of the rotational part of a wave's sum [√W·s].
+/// Limit of the translational and of the rotational part of a wave integrated over time [√W·s].
 inline constexpr double kMaxWaveSum = 1e4;
 /// Limit of each entry of a soft contact's stiffness [N/m, N/rad or N·m/rad].
 inline constexpr double kMaxContactStiffness = 1e9;
-/// Limit of a negative eigenvalue of a soft contact's stiffness, as a share of the largest one; rounding of zero.
+/// Limit of a negative eigenvalue of a soft contact's stiffness, as a fraction of the largest one. It allows rounding
+/// errors of zero eigenvalues.
 inline constexpr double kMaxNegativeStiffness = 1e-5;
-/// Limit of round trips and playout delays; longer ones are clamped to it.
+/// Limit of round-trip times and playout delays; longer ones are clamped to it.
 inline constexpr Duration kMaxDelay = std::chrono::seconds(10);
-/// Largest time stamp and age, 73 years: four of them add up without overflow.
+/// Largest time stamp or age, 73 years; the sum of up to four of them does not overflow.
 inline constexpr Duration kMaxTimestamp{std::int64_t{1} << 61U};
 
-/// Method by which a client bridges the delay. It determines the content of its updates and their use in the room.
+/// Method by which a client bridges the delay. It determines which fields its updates contain and how the room uses
+/// them.
 enum class ClientMode : std::uint32_t {
-  kHandle = 0,      ///< the room couples the newest handle to its tool
-  kLocalModel = 1,  ///< the client has a tool of its own; the room plays handles and tools out at a constant delay
-  kWave = 2,        ///< force and velocity travel as wave variables
+  kHandle = 0,  ///< the room couples the newest handle pose to its tool
+  /// The client simulates a tool in its local model; the room replays handles and tools with a constant delay
+  kLocalModel = 1,
+  kWave = 2,  ///< force and velocity are transmitted as wave variables
 };
 
-/// One haptic tick of a client, as sent to the server.
+/// Input of one haptic tick of a client, as sent to the server.
 struct ClientUpdate {
   Tick input_tick;
-  RigidState handle;          ///< X_WH, V_WH after workspace mapping and clutch
-  bool handle_valid = false;  ///< false: the device lost the hand's pose
+  RigidState handle;          ///< pose and velocity X_WH, V_WH after workspace mapping and clutch
+  bool handle_valid = false;  ///< false: the device cannot measure the hand's pose
   std::uint32_t buttons = 0;  ///< bits of Button (common/base/buttons.hpp)
-  LocalTime sent{};           ///< t1
+  LocalTime sent{};           ///< time stamp t1
   Step acknowledged_step;
   ServerTime acknowledged_sent{};
   Duration acknowledged_held{0};
-  double energy_to_hand_j = 0;  ///< cumulative work on the hand in world joules, by the wrench before the safety stages
-  double energy_from_hand_j = 0;  ///< cumulative work taken from the hand, likewise
+  /// Cumulative work done on the hand by the wrench before the safety stages, in joules of the world
+  double energy_to_hand_j = 0;
+  double energy_from_hand_j = 0;  ///< cumulative work drawn from the hand by that wrench, in joules of the world
   ClientMode mode = ClientMode::kHandle;
-  Duration round_trip{0};  ///< measured by the client, including its own playout delay; 0: unknown
-  Wrench wave;             ///< kWave: sum of the wave towards the tool, √W·s (wave_sum())
-  Wrench on_hand_W;        ///< kLocalModel: wrench displayed to the hand, about the handle, in W
+  Duration round_trip{0};  ///< measured by the client, including its playout delay; 0: unknown
+  Wrench wave;             ///< kWave: wave towards the tool, integrated over time, √W·s (wave_sum())
+  Wrench on_hand_W;        ///< kLocalModel: wrench displayed to the hand, about the handle's origin, in W
 };
 
 struct BodyState {
@@ -76,37 +80,40 @@ struct OtherUserState {
   RigidState tool;
   BodyId holds;
   std::uint32_t tool_index = 0;  ///< index into the scene's tools
-  bool has_handle = false;       ///< whether a handle pulls the tool
-  RigidState handle;             ///< that handle
+  bool has_handle = false;       ///< true if a handle is coupled to the tool
+  RigidState handle;             ///< pose and velocity of the coupled handle
   Duration handle_age{0};        ///< approximate age of `handle`
-  Wrench on_hand_W;              ///< wrench displayed to the hand then, about the handle, in W
+  Wrench on_hand_W;              ///< wrench displayed to the hand at that time, about the handle's origin, in W
 };
 
-/// One step of a room as sent to one user, without its bodies and the other users.
+/// Result of one room step for one user, without bodies and other users.
 struct OwnUpdate {
   Step step;
   ServerTime stepped{};
-  /// Input whose handle this step used; kLocalModel in a gap: input that the used handle represents.
+  /// Tick of the input whose handle this step used. In kLocalModel, during a gap, the tick for which the handle was
+  /// extrapolated.
   Tick answered_input;
-  LocalTime echoed_sent{};  ///< t1, the client's own clock; 0: nothing received yet
-  ServerTime received{};    ///< t2
-  ServerTime sent{};        ///< t3
-  RigidState tool;          ///< X_WT, V_WT
-  Wrench wrench_on_hand_W;  ///< wrench of the server's coupling, about the handle
+  LocalTime echoed_sent{};  ///< t1, on the client's clock; 0: no client update was received yet
+  ServerTime received{};    ///< t2: time of reception
+  ServerTime sent{};        ///< t3: time of sending
+  RigidState tool;          ///< X_WT, V_WT of this user's tool
+  Wrench wrench_on_hand_W;  ///< wrench of the server's coupling on the hand, about the handle's origin
   BodyId held_body;
-  Pose X_BT;                      ///< pose of the tool in the held body, while one is held
+  Pose X_BT;                      ///< pose of the tool in the frame of the held body; valid while a body is held
   std::uint32_t tick_faults = 0;  ///< bits of TickFaults (common/base/tick_faults.hpp)
   double energy_into_world_j = 0;
   double energy_from_world_j = 0;
   double field_energy_kj_per_mol = 0;
-  Duration playout{0};  ///< present delay between a handle's arrival and its use; 0: the newest one is used at once
-  SoftContact soft_contact;  ///< contact of this user's tool or its held body; trust_radius_m 0: none
-  Wrench wave;               ///< kWave: sum of the wave towards the hand, √W·s
+  /// Current delay between the arrival of a handle pose and its use; 0: the newest pose is used at once
+  Duration playout{0};
+  SoftContact soft_contact;  ///< contact of this user's tool or of its held body; none if its trust_radius_m is 0
+  Wrench wave;               ///< kWave: wave towards the hand, integrated over time, √W·s
 };
 
-/// Complete update; state is absolute, so the newest one suffices.
+/// Complete update for one user. State is absolute, so only the newest update is needed.
 struct ServerUpdate : OwnUpdate {
-  boost::container::static_vector<BodyState, kMaxBodies> bodies;  ///< complete at the server; thinned on the wire
+  /// All bodies at the server; a message may omit some of them (thinning)
+  boost::container::static_vector<BodyState, kMaxBodies> bodies;
   boost::container::static_vector<OtherUserState, kMaxUsers> users;
 };
 

@@ -1,5 +1,5 @@
-// Private to the state codec: writing and reading of the common parts of both messages. Values read are checked against
-// the ranges of state.hpp; values written are not checked.
+// Functions used by the state codec only: they write and read the parts that both messages have in common. Values read
+// are checked against the ranges of state.hpp; values written are not checked.
 #pragma once
 
 #include <google/protobuf/arena.h>
@@ -19,8 +19,9 @@ inline constexpr int kTwistNumbers = 6;
 inline constexpr int kWrenchNumbers = 6;
 inline constexpr int kTriangleNumbers = 21;
 
-/// Returns this thread's arena, emptied; messages of earlier calls are invalid. Protobuf frees sub-messages at every
-/// Clear() unless they live in an arena. The first block holds any message that a peer of this version can send.
+/// Returns this thread's arena after emptying it, which invalidates messages of earlier calls. An arena is used because
+/// Protobuf frees sub-messages at every Clear() unless they are in an arena. Its first block is large enough for any
+/// message that a peer of this version can send.
 inline google::protobuf::Arena& fresh_arena() {
   constexpr std::size_t kBlockBytes = 64 * 1024;
   thread_local std::vector<char> block(kBlockBytes);
@@ -33,7 +34,8 @@ Message& fresh_message() {
   return *google::protobuf::Arena::CreateMessage<Message>(&fresh_arena());
 }
 
-// Clamps to 0: negative times do not occur on monotonic clocks, and would be read as centuries.
+// Negative times are clamped to 0. They do not occur on monotonic clocks, and as unsigned numbers they would mean
+// centuries.
 inline std::uint64_t nanoseconds_of(Duration duration) {
   return static_cast<std::uint64_t>(std::max(duration, Duration{0}).count());
 }
@@ -52,11 +54,11 @@ bool read_time(std::uint64_t nanoseconds, std::chrono::time_point<Clock, Duratio
   return true;
 }
 
-// This form fails for NaN. The norm of a huge vector is infinite and fails too.
+// The comparison is false for NaN. It is also false if the norm of a very large vector overflows to infinity.
 inline bool is_within(const Vec3& a, double limit) {
   return a.norm() <= limit;
 }
-/// Returns whether a wrench on a hand or tool is within the limits.
+/// Returns whether force and torque are within their limits.
 inline bool is_wrench(const Wrench& wrench) {
   return is_within(wrench.f, kMaxForceN) && is_within(wrench.t, kMaxTorqueNM);
 }
@@ -109,7 +111,7 @@ inline DropReason read_rigid(const wire::RigidState& in, RigidState& out) {
   return accept_rigid(out);
 }
 
-/// Reads a vector and a quaternion (w x y z) as single numbers; the functions below read their types alike.
+/// Reads a pose of 7 numbers: position, then quaternion (w x y z).
 template <class Number>
 DropReason read_pose(const google::protobuf::RepeatedField<Number>& in, Pose& out) {
   if (in.size() != kPoseNumbers) return DropReason::kMalformed;
@@ -139,7 +141,7 @@ inline bool is_zero(const Wrench& wrench) {
   return wrench.f.isZero(0) && wrench.t.isZero(0);
 }
 
-/// Reads a wave; absent means zeros.
+/// Reads a wave; an absent one means zeros.
 inline DropReason read_wave(const google::protobuf::RepeatedField<double>& in, Wrench& out) {
   out = {};
   if (in.empty()) return DropReason::kNone;
@@ -173,7 +175,7 @@ inline DropReason read_wrench(const wire::WrenchOnHand& in, Wrench& out) {
   return is_wrench(out) ? DropReason::kNone : DropReason::kNotFinite;
 }
 
-/// Returns whether the state is within the reader's limits, with a margin for rounding to single precision.
+/// Returns whether the state is within the reader's limits. A margin allows for rounding to single precision.
 inline bool is_sendable(const RigidState& state) {
   constexpr double kInside = 1.0 - 1e-6;
   return is_within(state.X.p, kInside * kMaxPositionM) && is_unit(state.X.q) &&
@@ -185,7 +187,8 @@ bool parse_payload(std::span<const std::byte> payload, Message& out) {
   return payload.size() <= kMaxPayloadBytes && out.ParseFromArray(payload.data(), static_cast<int>(payload.size()));
 }
 
-/// Appends `message`, whose sizes must be cached: ByteSizeLong() returned `size`, and nothing has changed since.
+/// Appends `message`, whose sizes must be cached: `size` is the result of ByteSizeLong(), and the message was not
+/// changed since.
 inline void append_bytes(const google::protobuf::MessageLite& message, std::size_t size, Bytes& out) {
   const std::size_t start = out.size();
   out.resize(start + size);

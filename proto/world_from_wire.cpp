@@ -76,7 +76,7 @@ std::string find_molecular_problem(const wire::Scene& scene, const std::string& 
   } catch (const std::invalid_argument& error) {
     return (path.empty() ? "" : path + ".") + "molecular_field: " + error.what();
   }
-  // Each grid takes 64 MB and a second to compute.
+  // A grid takes 64 MB of memory and about a second to compute, so only one is allowed.
   const auto molecules = std::ranges::count_if(
       scene.bodies(), [](const wire::Body& body) { return body.shapes_size() > 0 && body.shapes(0).has_molecule(); });
   if (scene.molecular_field().far_grid() && molecules > 2) {
@@ -136,10 +136,11 @@ physics::WorldDescription world_from_wire(const wire::Scene& scene) {
 
 namespace {
 
-/// Cache of the primitives in use. A room, its clients in the same process and a lab's next trial use the same ones.
+/// Cache of primitive shapes in use. A room, its clients in the same process and the next trial of a lab share equal
+/// ones.
 class PrimitivesInUse {
  public:
-  using Key = std::array<double, 4>;  ///< kind and sizes, finite
+  using Key = std::array<double, 4>;  ///< kind and sizes of a shape; all must be finite
 
   std::shared_ptr<const contact::ContactShape> find(const Key& key) {
     const std::lock_guard lock(mutex_);
@@ -153,7 +154,7 @@ class PrimitivesInUse {
   }
 
  private:
-  std::mutex mutex_;  // protects shapes_
+  std::mutex mutex_;  // protects `shapes_`
   std::map<Key, std::weak_ptr<const contact::ContactShape>> shapes_;
 };
 
@@ -199,7 +200,8 @@ std::shared_ptr<const contact::ContactShape> primitive_contact(const wire::Shape
   static PrimitivesInUse in_use;
   if (!is_primitive(shape)) return nullptr;
   const PrimitivesInUse::Key key = key_of(shape);
-  // A non-finite size cannot be a key of the map; the maker reports it.
+  // A non-finite size cannot be part of a key of the map. It is passed on to the function that creates the shape, which
+  // reports it.
   if (!std::ranges::all_of(key, [](double size) { return std::isfinite(size); })) return made_primitive(shape);
   if (auto known = in_use.find(key)) return known;
   auto made = made_primitive(shape);

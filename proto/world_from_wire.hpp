@@ -1,5 +1,5 @@
-// Conversion of a complete scene to the description of a world. Shapes, masses and molecules are added by the caller:
-// the server takes them from files, a client from assets.
+// Converts a complete scene to the description of a world. The caller adds shapes, masses and molecules, which the
+// server obtains from files and a client from assets.
 #pragma once
 
 #include <memory>
@@ -14,29 +14,31 @@
 
 namespace tandem::proto {
 
-/// Returns the world without touch, mass and molecule of bodies and tools, and without the fit of an adaptive law.
-/// In      scene  complete; its numbers are not checked
+/// Returns the description of the world. It lacks the touch models, masses and molecules of bodies and tools, and the
+/// fit of an adaptive law.
+/// In      scene  complete scene; its numbers are not checked here
 physics::WorldDescription world_from_wire(const wire::Scene& scene);
 
-/// Returns a problem of a scene's molecular field other than its numbers (scene_ranges.hpp); empty: none.
-/// In      path  prefix of the text; "": the text begins with the field
+/// Describes a problem of a scene's molecular field, except for its number ranges (scene_ranges.hpp); empty if there is
+/// none.
+/// In      path  prefix of field names in the text; "": the text begins with the field
 std::string find_molecular_problem(const wire::Scene& scene, const std::string& path = "");
 
-/// Returns a problem of received mass properties: a number out of its range (scene_ranges.hpp), a missing part, or a
-/// quaternion that is not of unit length; empty: none. With a mass of 0 the rest is not checked.
+/// Describes a problem of received mass properties: a number out of range (scene_ranges.hpp), a missing part, or a
+/// quaternion that is not of unit length. Empty if there is none. If the mass is 0, the other fields are not checked.
 ///
-/// In      path  prefix of the text, naming the message, e.g. "tool_masses[0]"
+/// In      path  name of the message for the text, e.g. "tool_masses[0]"
 std::string find_mass_problem(const wire::MassProperties& message, const std::string& path);
-/// Returns nothing when find_mass_problem() finds a problem.
+/// Converts mass properties; returns nothing if find_mass_problem() finds a problem.
 std::optional<MassProperties> mass_from_wire(const wire::MassProperties& message);
 
-/// Returns the contact shape of a sphere, box, cylinder or capsule; null for another kind. Equal shapes in use are
-/// shared.
+/// Returns the contact shape of a sphere, box, cylinder or capsule; null for another kind. If an equal shape is in use,
+/// that shape is returned.
 /// Thread  any, concurrently
-/// Fails   std::invalid_argument like the makers of common/contact
+/// Fails   std::invalid_argument: as for the functions in common/contact that create the shape
 std::shared_ptr<const contact::ContactShape> primitive_contact(const wire::Shape& shape);
 
-/// Returns a touch model with one part for each shape; null shapes are skipped.
+/// Returns a touch model with one part per shape; parts whose shape is null are omitted.
 physics::TouchModel touch_model_of(std::vector<physics::TouchModel::Part> parts, double stiffness_n_per_m3);
 
 }  // namespace tandem::proto

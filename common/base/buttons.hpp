@@ -8,7 +8,7 @@ namespace tandem {
 /// Bits of DeviceSample::buttons and ClientUpdate::buttons.
 enum Button : std::uint32_t {
   kButtonGrab = 1U << 0U,    ///< held: the tool grabs the nearest body in reach; released: it releases the body
-  kButtonClutch = 1U << 1U,  ///< held: the tool stays while the hand moves back
+  kButtonClutch = 1U << 1U,  ///< held: the tool keeps its pose while the user moves the handle back
 };
 
 }  // namespace tandem

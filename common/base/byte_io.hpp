@@ -1,5 +1,5 @@
-// Reads and writes asset files: numbers in little-endian order on every machine. The reader never reads outside its
-// bytes, because disks and sockets may deliver anything.
+// Reads and writes asset files. Their numbers are little-endian on every machine. The reader never accesses memory
+// outside its input, because data from disks and sockets may be arbitrary.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ namespace tandem {
 template <typename T>
 concept WireNumber = std::is_arithmetic_v<T> && !std::is_same_v<T, bool>;
 
-/// Appends numbers to bytes.
+/// Appends numbers to a byte vector.
 class ByteWriter {
  public:
   explicit ByteWriter(std::vector<std::uint8_t>& bytes) : bytes_(bytes) {}
@@ -31,7 +31,7 @@ class ByteWriter {
   void f32(float value) { number(value); }
   void f64(double value) { number(value); }
 
-  /// Appends the numbers without their count.
+  /// Appends the numbers of an array, without their count.
   template <WireNumber T>
   void array(std::span<const T> values) {
     if (values.empty()) return;
@@ -51,8 +51,8 @@ class ByteWriter {
   std::vector<std::uint8_t>& bytes_;
 };
 
-/// Reads numbers from the front of bytes. Past the end it returns zeros and ok() is false. Check ok() once, after the
-/// last read and before any value is used as a size or an index.
+/// Reads numbers from the front of a byte span. A read past the end returns zeros and makes ok() false. Call ok() once,
+/// after the last read and before any value is used as a size or an index.
 class ByteReader {
  public:
   /// In      bytes  remaining bytes; each read advances the span
@@ -71,8 +71,9 @@ class ByteReader {
   float f32() { return number<float>(); }
   double f64() { return number<double>(); }
 
-  /// Reads the count of elements that take at least `bytes_each` bytes each. If fewer bytes remain, returns 0 and ok()
-  /// is false. A hostile count therefore cannot make the caller allocate more than a small multiple of its bytes.
+  /// Reads the number of elements that follow, each of at least `bytes_each` bytes. If fewer bytes remain than that
+  /// number requires, returns 0 and ok() is false. A malicious count can therefore cause an allocation of at most a
+  /// small multiple of the bytes received.
   std::uint32_t count(std::size_t bytes_each) {
     const std::uint32_t value = u32();
     if (value <= bytes_.size() / bytes_each) return value;
@@ -80,7 +81,7 @@ class ByteReader {
     return 0;
   }
 
-  /// Fills `values`; with zeros if too few bytes remain.
+  /// Fills `values` with the next numbers, or with zeros if too few bytes remain.
   template <WireNumber T>
   void array(std::span<T> values) {
     if (values.empty()) return;
@@ -102,8 +103,8 @@ class ByteReader {
   bool is_ok_ = true;
 };
 
-/// Checksum that detects a truncated or altered file, at the speed of memory. It does not protect against intent; the
-/// checks of each reader do.
+/// Checksum that detects a truncated or altered file, computed at memory speed. It does not protect against deliberate
+/// manipulation; the range checks of each reader do.
 inline std::uint64_t checksum_of(std::span<const std::uint8_t> bytes) {
   constexpr std::uint64_t kOdd = 0x9E3779B97F4A7C15U;  // 2^64 / golden ratio
   std::uint64_t sum = bytes.size();
@@ -113,7 +114,7 @@ inline std::uint64_t checksum_of(std::span<const std::uint8_t> bytes) {
   return sum ^ sum >> 32U;
 }
 
-/// The start of an asset: its kind and version.
+/// Returns the header of an asset: its kind and version.
 inline std::vector<std::uint8_t> begin_asset(std::uint32_t kind, std::uint32_t version) {
   std::vector<std::uint8_t> bytes;
   ByteWriter(bytes).array(std::span<const std::uint32_t>(std::array{kind, version}));
@@ -125,7 +126,8 @@ inline void end_asset(std::vector<std::uint8_t>& bytes) {
   ByteWriter(bytes).number(checksum_of(bytes));
 }
 
-/// Content between the start and the checksum; none if the checksum, the kind or the version differs.
+/// Returns the bytes between the header and the checksum. Returns nothing if the checksum, the kind or the version
+/// differs.
 inline std::optional<std::span<const std::uint8_t>> asset_content(std::span<const std::uint8_t> bytes,
                                                                   std::uint32_t kind, std::uint32_t version) {
   constexpr std::size_t kChecksumBytes = sizeof(std::uint64_t);
@@ -137,7 +139,7 @@ inline std::optional<std::span<const std::uint8_t>> asset_content(std::span<cons
   return content;
 }
 
-/// Conversions between std::uint8_t (numbers) and std::byte (files and messages).
+/// Conversions between std::uint8_t (used for numbers) and std::byte (used for files and messages).
 inline std::span<const std::uint8_t> octets_of(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
 }

@@ -37,7 +37,8 @@ bool write_parts(int descriptor, Parts parts, unsigned mode, Disk disk) {
          ::fchmod(descriptor, mode) == 0 && (disk == Disk::kNotAwaited || ::fsync(descriptor) == 0);
 }
 
-/// Makes a new name in the folder survive a power loss. A file system that does not support this is no error.
+/// Ensures that a new name in the folder survives a power loss. If the file system does not support this, it is no
+/// error.
 void sync_folder(const std::filesystem::path& folder) {
   const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return;
@@ -63,7 +64,8 @@ std::error_code write_file(const std::filesystem::path& file, Parts parts, unsig
   std::error_code error;
   if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
   std::string partial = file.string().append(kUnfinished);
-  const int descriptor = ::mkostemp(partial.data(), O_CLOEXEC);  // readable by its owner only
+  // mkostemp() creates the file readable by its owner only
+  const int descriptor = ::mkostemp(partial.data(), O_CLOEXEC);
   if (descriptor < 0) return last_error();
   error = write_parts(descriptor, parts, mode, disk) ? std::error_code{} : last_error();
   if (::close(descriptor) != 0 && !error) error = last_error();

@@ -1,5 +1,5 @@
-// Folders of the programs: supplied data (scenes, experiments, hand paths, device profiles) and the cache. Also writes
-// files atomically.
+// Folders used by the programs: the supplied data (scenes, experiments, hand paths, device profiles) and the cache.
+// Also contains functions that write files atomically.
 #pragma once
 
 #include <cstddef>
@@ -10,28 +10,30 @@
 
 namespace tandem {
 
-/// $TANDEM_DATA, else ../share/tandem beside the running program. This holds for built, installed and moved programs.
-/// Out     e.g. /usr/share/tandem; need not exist
+/// Returns $TANDEM_DATA if it is set, otherwise ../share/tandem relative to the running program. The relative path is
+/// valid in a build tree, after installation and after moving the program.
+/// Out     e.g. /usr/share/tandem; the folder need not exist
 std::filesystem::path data_folder();
 
-/// $TANDEM_CACHE, else $XDG_CACHE_HOME/tandem, else $HOME/.cache/tandem; empty (no cache) when none is set.
+/// Returns the first of $TANDEM_CACHE, $XDG_CACHE_HOME/tandem and $HOME/.cache/tandem whose variable is set. If none is
+/// set, returns an empty path: no cache is used.
 std::filesystem::path default_cache_directory();
 
-/// Writes the parts as one file, first under another name. A reader sees all of it or nothing, also after a power loss.
-/// Creates the folder.
+/// Writes the parts as one file. They are first written to a temporary name, which is then renamed. A reader therefore
+/// sees the complete file or the previous one, even after a power loss. Creates the folder if necessary.
 /// In      mode  file permission bits, see chmod(2)
-/// Out     the error, if any; then the previous file is unchanged and no partial file is left
+/// Out     the error, if any; in that case the previous file is unchanged and no partial file is left
 /// Thread  any
 std::error_code replace_file(const std::filesystem::path& file, std::initializer_list<std::span<const std::byte>> parts,
                              unsigned mode = 0644);
 
-/// Writes a file that can be made or fetched again, like replace_file(). Does not wait for the disk, so an io thread
-/// may call it. After a power loss the file may be incomplete; its readers must detect this.
+/// Writes a file that can be computed or downloaded again, like replace_file(). It does not wait for the disk, so an io
+/// thread may call it. After a power loss the file may be incomplete; its readers must detect this.
 std::error_code replace_cache_file(const std::filesystem::path& file,
                                    std::initializer_list<std::span<const std::byte>> parts);
 
-/// Removes partial files that killed writers left beside `file`. Call it only if no other process writes the file: a
-/// partial file in use looks the same.
+/// Removes partial files that terminated writers left beside `file`. Call it only if no other process writes the file,
+/// because a partial file that is still in use looks the same.
 /// Out     number of files removed
 /// Thread  any
 std::size_t remove_unfinished(const std::filesystem::path& file);

@@ -8,7 +8,7 @@ namespace tandem {
 
 std::size_t Histogram::bucket_of(std::uint64_t nanoseconds) {
   if (nanoseconds < kSubBuckets) return static_cast<std::size_t>(nanoseconds);
-  // The leading bit names the power of two, the five bits after it the sub-bucket.
+  // The leading bit selects the power of two; the five bits after it select the sub-bucket.
   const auto exponent = static_cast<std::size_t>(std::bit_width(nanoseconds)) - 6;
   const auto mantissa = static_cast<std::size_t>(nanoseconds >> exponent);  // 32..63
   return std::min(exponent * kSubBuckets + mantissa, kBuckets - 1);

@@ -1,5 +1,5 @@
-// Histogram of lateness and durations. They are reported as quantiles, never as a mean: in a haptic loop the tail
-// matters.
+// Histogram of lateness and durations. They are reported as quantiles, never as a mean, because in a haptic loop the
+// tail of the distribution matters.
 #pragma once
 
 #include <array>
@@ -10,10 +10,11 @@
 
 namespace tandem {
 
-/// Counts durations from 0 to 100 s in log-spaced buckets (relative width ≤ 1/32), with the exact maximum.
+/// Counts durations in log-spaced buckets of relative width ≤ 1/32, up to 275 s; longer ones fall into the last bucket.
+/// Also stores the exact maximum.
 ///
 /// Cost    record(): no allocation, no lock, a few ns
-/// Thread  one writer; read after the writer has stopped, or copy through a mailbox
+/// Thread  one writer; read it after the writer has stopped, or copy it through a mailbox
 class Histogram {
  public:
   /// Adds one duration; a negative one counts as 0.
@@ -32,13 +33,13 @@ class Histogram {
   double share_above(Duration value) const;
 
  private:
-  static constexpr std::size_t kSubBuckets = 32;             // per power of two
-  static constexpr std::size_t kBuckets = kSubBuckets * 34;  // up to 2^38 ns ≈ 275 s
+  static constexpr std::size_t kSubBuckets = 32;             // number of buckets per power of two
+  static constexpr std::size_t kBuckets = kSubBuckets * 34;  // the last bucket ends at 2^38 ns ≈ 275 s
 
   static std::size_t bucket_of(std::uint64_t nanoseconds);
   static std::uint64_t upper_edge(std::size_t bucket);
 
-  std::array<std::uint64_t, kBuckets> buckets_{};  // 32 bits would be full after 50 days at 1 kHz
+  std::array<std::uint64_t, kBuckets> buckets_{};  // 32-bit counters would overflow after 50 days at 1 kHz
   std::uint64_t count_ = 0;
   Duration sum_{0};
   Duration max_{0};

@@ -1,5 +1,5 @@
-// Ids of objects that threads and the wire share. Zero is "none" for every id: a default-constructed id is invalid, and
-// no pointer crosses a thread or the wire.
+// Ids of objects that threads and the wire share. Zero means "none" for every id, so a default-constructed id is
+// invalid. Ids are used because no pointer may cross a thread or the wire.
 #pragma once
 
 #include <compare>
@@ -9,7 +9,7 @@
 
 namespace tandem {
 
-/// An opaque number that compares only with ids of its own kind.
+/// An opaque number that can be compared only with ids of the same kind.
 template <class Tag, class Integer = std::uint32_t>
 struct Id {
   Integer value = 0;
@@ -18,22 +18,22 @@ struct Id {
   constexpr auto operator<=>(const Id&) const = default;  // NOLINT(modernize-use-nullptr): there is no pointer
 };
 
-/// A body of a room's scene: 1-based position in the scene's `bodies`, the same on server and client.
+/// Id of a body: its 1-based position in the scene's list `bodies`, the same on server and client.
 using BodyId = Id<struct BodyTag>;
 constexpr BodyId body_id_at(std::size_t index) {
   return {static_cast<std::uint32_t>(index) + 1};
 }
-/// A user in a room; never reused within the life of the room.
+/// Id of a user in a room; it is never reused while the room exists.
 using UserId = Id<struct UserTag>;
-/// A room of a server.
+/// Id of a room of a server.
 using RoomId = Id<struct RoomTag>;
-/// A connection's id on the wire: random, so that an attacker cannot guess it.
+/// Id of a connection on the wire. It is random, so that an attacker cannot guess it.
 using ConnectionId = Id<struct ConnectionTag, std::uint64_t>;
 
-/// Counts a client's haptic ticks (inputs), from 1. 0: no tick yet.
+/// Number of a client's haptic tick (input), from 1; 0 before the first tick.
 using Tick = Id<struct TickTag, std::uint64_t>;
 
-/// Counts a room's fixed simulation steps, from 1. 0: not yet stepped.
+/// Number of a room's fixed simulation step, from 1; 0 before the first step.
 using Step = Id<struct StepTag, std::uint64_t>;
 
 }  // namespace tandem

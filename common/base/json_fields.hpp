@@ -1,5 +1,5 @@
-// Reads files that people write. Each error message names the file, the field with its index, the value and the remedy.
-// A misspelt field is an error, not a default.
+// Reads JSON files that people write. Each error message names the file, the field with its index, the value and the
+// remedy. An unknown (for example misspelt) field is an error; it is not silently replaced by a default.
 #pragma once
 
 #include <cstdint>
@@ -15,33 +15,34 @@
 
 namespace tandem {
 
-/// Reads one JSON object field by field. Every member throws std::invalid_argument for a bad value:
+/// Reads the fields of one JSON object. Every member throws std::invalid_argument for an invalid value, for example:
 ///   peg.json: users[1].link.loss is 1.2; it must be a number from 0 to 0.95
-/// Call finish() at the end: it refuses fields that were never read.
+/// After the last field call finish(), which throws if the object has fields that were never read.
 class JsonFields {
  public:
-  /// `origin` names the file in messages, `path` the object in it ("" for the whole file).
+  /// In      origin  file name for error messages
+  ///         path    path of the object within the file; "" for the whole file
   JsonFields(const boost::json::value& value, std::string origin, std::string path = "");
 
   bool has(std::string_view name);
   double number(std::string_view name, double otherwise, double low, double high);
-  /// A number that must be present.
+  /// Reads a number that must be present.
   double required_number(std::string_view name, double low, double high);
   std::uint64_t whole_number(std::string_view name, std::uint64_t otherwise, std::uint64_t high);
   bool boolean(std::string_view name, bool otherwise);
   std::string text(std::string_view name, std::string_view otherwise);
   std::string required_text(std::string_view name);
-  /// One of `choices`; returns its index.
+  /// Reads a text that must be one of `choices`; returns its index, or `otherwise` if the field is absent.
   std::size_t choice(std::string_view name, std::size_t otherwise, const std::vector<std::string_view>& choices);
-  /// Three numbers of at most `bound` in magnitude.
+  /// Reads a list of three numbers of at most `bound` in magnitude.
   Vec3 vector(std::string_view name, const Vec3& otherwise, double bound);
   std::vector<double> numbers(std::string_view name, double low, double high);
   std::vector<std::string> texts(std::string_view name);
-  /// An object; if absent, an object without fields.
+  /// Reads an object; returns an object without fields if it is absent.
   JsonFields object(std::string_view name);
-  /// A list of `at_least` to `at_most` objects; may be absent if `at_least` is 0.
+  /// Reads a list of `at_least` to `at_most` objects; the list may be absent if `at_least` is 0.
   std::vector<JsonFields> objects(std::string_view name, std::size_t at_least, std::size_t at_most);
-  /// Fails   a field was never read (the message lists the known fields)
+  /// Fails   std::invalid_argument: a field was never read (the message lists the known fields)
   void finish() const;
 
   [[noreturn]] void fail(std::string_view name, std::string_view remedy) const;
@@ -57,9 +58,11 @@ class JsonFields {
   std::set<std::string, std::less<>> read_names_;
 };
 
-/// Parses JSON text. Fails: std::invalid_argument with origin, line and column.
+/// Parses JSON text.
+/// Fails   std::invalid_argument: the message names origin, line and column
 boost::json::value parse_json(std::string_view text, const std::string& origin);
-/// Content of a text file of at most 4 MiB. Fails: std::invalid_argument with file, reason and remedy.
+/// Returns the content of a text file of at most 4 MiB.
+/// Fails   std::invalid_argument: the message names file, reason and remedy
 std::string read_text_file(const std::filesystem::path& file);
 
 }  // namespace tandem

@@ -9,7 +9,7 @@ namespace {
 
 namespace json = boost::json;
 
-/// Depth that keeps everything on one line.
+/// Value of `depth` that keeps the whole text on one line.
 constexpr int kOneLine = -1;
 
 bool is_scalar(const json::value& value) {
@@ -37,7 +37,7 @@ void begin_line(int depth, std::string& out) {
 }
 
 void append_array(const json::array& array, int depth, std::string& out) {
-  // Arrays of scalars, such as vectors, stay on one line.
+  // An array of scalars, such as a vector, stays on one line.
   const bool is_flat = depth == kOneLine || std::all_of(array.begin(), array.end(), is_scalar);
   out += '[';
   for (std::size_t i = 0; i < array.size(); ++i) {

@@ -1,4 +1,4 @@
-// Mass distribution of a rigid body, as the simulation steps need it.
+// Mass distribution of a rigid body, in the form used by the simulation steps.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -6,9 +6,9 @@
 namespace tandem {
 
 struct MassProperties {
-  double mass_kg = 0;                           ///< 0: static; the rest is then unset
-  Pose X_BC;                                    ///< centre of mass and principal axes C in the body frame B
-  Vec3 principal_inertia_kg_m2 = Vec3::Zero();  ///< about C
+  double mass_kg = 0;  ///< mass [kg]; 0: static body, whose other fields are unset
+  Pose X_BC;           ///< pose of frame C (centre of mass and principal axes) in the body frame B
+  Vec3 principal_inertia_kg_m2 = Vec3::Zero();  ///< principal moments of inertia about C
 
   double smallest_inertia_kg_m2() const { return principal_inertia_kg_m2.minCoeff(); }
 };

@@ -1,4 +1,4 @@
-// Parallel loop over independent items, for slow preparations when a scene is loaded.
+// Parallel loop over independent items, used for slow preparations when a scene is loaded.
 #pragma once
 
 #include <algorithm>
@@ -12,10 +12,11 @@
 namespace tandem {
 
 /// Calls work(i) once for each i below `count`, in any order, on `threads` threads including the calling one. Returns
-/// when all calls are done. After the first exception no further call begins; the exception is rethrown here.
+/// when all calls have ended. After the first exception no further call begins, and the exception is rethrown to the
+/// caller.
 ///
-/// In      threads  ≥ 1; no more start than there are items
-///         done     called on the calling thread after each i that this thread has done
+/// In      threads  number of threads, ≥ 1; at most one per item is started
+///         done     called on the calling thread after each i that this thread has processed
 /// Thread  any except a 1 kHz thread: it starts threads and waits for them
 template <typename Work, typename Done>
 void parallel_for(int threads, std::size_t count, const Work& work, const Done& done) {

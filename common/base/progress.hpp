@@ -1,4 +1,4 @@
-// Long calculations: a progress line on a terminal, and cancellation.
+// Support for long calculations: a progress line on a terminal, and cancellation.
 #pragma once
 
 #include <cstddef>
@@ -9,27 +9,28 @@
 
 namespace tandem {
 
-/// Returns a function that shows a task and its progress (0..1; 1 ends the line) on standard error. A terminal
-/// overwrites the line; any other output gets a new line every 25 %.
+/// Returns a function that prints a task and its progress (0 to 1) on standard error. On a terminal it overwrites the
+/// same line until the progress is 1. Any other output receives a new line every 25 %.
 ///
-/// In      write  receives the text instead of standard error
+/// In      write  function that receives the text instead of standard error
 /// Thread  any, one at a time
 std::function<void(const std::string& what, double done)> progress_on_stderr(
     std::function<void(const std::string& text)> write = {});
 
-/// Exception that ends a long calculation at a call_off_point().
+/// Exception that call_off_point() throws to end a long calculation.
 class CalledOff final : public std::exception {
  public:
   const char* what() const noexcept override { return "called off before it was done"; }
 };
 
-/// While it exists, a stop request ends a long calculation of this thread. It belongs to the thread and is not a
-/// parameter: mesh preparation passes through a dozen functions, most of which have other callers.
+/// While an object of this class exists, a stop request ends long calculations of its thread at the next
+/// call_off_point(). The stop token is stored per thread instead of being passed as a parameter: mesh preparation calls
+/// a dozen nested functions, most of which have other callers too.
 ///
-/// Thread  one constructs and destroys it; at most one per thread
+/// Thread  the same thread constructs and destroys it; at most one object per thread
 class CallOffScope {
  public:
-  /// Called at each call_off_point(), before the stop request is checked; for tests.
+  /// Function for tests, called at each call_off_point() before the stop request is checked.
   using AtPoint = std::function<void(const std::stop_token& stop)>;
 
   explicit CallOffScope(std::stop_token stop, AtPoint at_point = {});
@@ -43,13 +44,14 @@ class CallOffScope {
   AtPoint at_point_;
 };
 
-/// Mesh elements (triangles, points) between two call_off_point() of a loop: below 10 ms.
+/// Number of mesh elements (triangles, points) that a loop processes between two calls of call_off_point(); this takes
+/// less than 10 ms.
 inline constexpr std::size_t kCallOffEvery = 16'384;
 
-/// Long calculations call it about every 10 ms of work; it does nothing outside a CallOffScope.
+/// Throws if a stop was requested; has no effect outside a CallOffScope. Long calculations call it about every 10 ms.
 /// Fails   CalledOff: a stop was requested
 void call_off_point();
-/// The same in a loop: acts at each kCallOffEvery-th i.
+/// The same for a loop with index i: checks only at every kCallOffEvery-th i.
 inline void call_off_point(std::size_t i) {
   if (i % kCallOffEvery == 0) call_off_point();
 }

@@ -1,4 +1,4 @@
-// Random numbers from an explicit seed, identical on every machine and standard library.
+// Random numbers from an explicit seed. They are identical on every machine and with every standard library.
 #pragma once
 
 #include <cmath>
@@ -7,13 +7,15 @@
 
 namespace tandem {
 
-/// Generator PCG32 (XSH-RR) with the distributions that links, hands and tests need.
+/// PCG32 generator (XSH-RR) with the distributions that links, simulated hands and tests need.
 ///
 /// Source  O'Neill, "PCG: A Family of Simple Fast Space-Efficient Statistically Good Algorithms for Random Number
-///         Generation", 2014, §6.3. The distributions are our own: those of <random> are not specified to the bit.
+///         Generation", 2014, §6.3. The distributions are implemented here, because the standard does not specify the
+///         results of <random> bit by bit.
 class Random {
  public:
-  /// `stream` gives independent sequences from one experiment seed (one per link direction, hand, …).
+  /// In      seed    seed of the experiment
+  ///         stream  number of an independent sequence of this seed (one per link direction, hand, …)
   explicit Random(std::uint64_t seed, std::uint64_t stream = 0) : increment_((stream << 1U) | 1U) {
     next_u32();
     state_ += seed;
@@ -32,15 +34,16 @@ class Random {
     return (high << 32U) | next_u32();
   }
 
-  /// Uniform in [0, 1), 53 bits.
+  /// Uniformly distributed in [0, 1), with 53 random bits.
   double uniform() { return static_cast<double>(next_u64() >> 11U) * 0x1.0p-53; }
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
-  /// Standard normal, by the Box–Muller transform (one value of the pair is discarded: no hidden state).
+  /// Standard normal distribution by the Box–Muller transform. The second value of the pair is discarded, so that there
+  /// is no hidden state.
   double normal() {
     const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
     return radius * std::cos(2.0 * std::numbers::pi * uniform());
   }
-  /// Exponential with the given mean.
+  /// Exponential distribution with the given mean.
   double exponential(double mean) { return -mean * std::log(1.0 - uniform()); }
 
  private:

@@ -1,9 +1,8 @@
 // Poses, twists and wrenches: the 6-DOF types of the whole project, based on Eigen.
 //
-// Notation (a subset of monogram notation): X_AB is the pose of frame B measured in A, p_AB its
-// position, v_AB and w_AB its linear and angular velocity, everything expressed in the last-named
-// world frame unless a suffix says otherwise. Frames: W world, D device base, H device handle,
-// T tool, B body.
+// Notation (a subset of monogram notation): X_AB is the pose of frame B measured in A, p_AB its position, v_AB and w_AB
+// its linear and angular velocity. All vectors are expressed in the first-named frame A unless a suffix names another
+// one. Frames: W world, D device base, H device handle, T tool, B body.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -13,11 +12,11 @@
 namespace tandem {
 
 using Vec3 = Eigen::Vector3d;
-using Vec6 = Eigen::Matrix<double, 6, 1>;  ///< (f, t) of a wrench, (v, w) of a twist
+using Vec6 = Eigen::Matrix<double, 6, 1>;  ///< (f, t) for a wrench, (v, w) for a twist
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 using Quat = Eigen::Quaterniond;
 
-/// A rigid pose X_AB: `p` = p_AB [m], `q` = rotation from B to A, unit length.
+/// A rigid pose X_AB: `p` is the position p_AB [m], `q` the unit quaternion that rotates from B to A.
 struct Pose {
   Vec3 p = Vec3::Zero();
   Quat q = Quat::Identity();
@@ -30,19 +29,19 @@ struct Pose {
   }
 };
 
-/// Velocities of a frame: `v` of its origin [m/s], `w` angular [rad/s].
+/// Velocities of a frame: `v` is the linear velocity of its origin [m/s], `w` the angular velocity [rad/s].
 struct Twist {
   Vec3 v = Vec3::Zero();
   Vec3 w = Vec3::Zero();
 };
 
-/// Pose and velocity of a frame, both in W.
+/// Pose and velocity of a frame, both expressed in W.
 struct RigidState {
   Pose X;
   Twist V;
 };
 
-/// Force `f` [N] and torque `t` [N·m] about the origin of the frame that the owner states.
+/// Force `f` [N] and torque `t` [N·m]. The torque is about the origin of the frame that the containing type documents.
 struct Wrench {
   Vec3 f = Vec3::Zero();
   Vec3 t = Vec3::Zero();
@@ -77,7 +76,7 @@ inline bool is_finite(const Wrench& F) {
   return is_finite(F.f) && is_finite(F.t);
 }
 
-/// Exact comparison, bit by bit; false with a NaN.
+/// Exact comparison of all components; false if one is NaN.
 inline bool is_same(const Pose& a, const Pose& b) {
   return a.p == b.p && a.q.coeffs() == b.q.coeffs();
 }
@@ -88,30 +87,32 @@ inline bool is_same(const RigidState& a, const RigidState& b) {
   return is_same(a.X, b.X) && is_same(a.V, b.V);
 }
 
-/// Rotation vector (axis · angle, |angle| ≤ π) of a unit quaternion, by the shorter rotation.
+/// Rotation vector (axis · angle, |angle| ≤ π) of a unit quaternion. Of the two possible rotations it describes the
+/// shorter one.
 inline Vec3 rotation_vector(const Quat& q) {
   const double sign = q.w() < 0 ? -1.0 : 1.0;
   const Vec3 v = sign * q.vec();
   const double sine = v.norm();
-  // sin(a/2) ≈ a/2: below this limit the quotient angle/sine is 2 to the last bit.
+  // sin(a/2) ≈ a/2: below this limit the quotient angle/sine equals 2 in double precision.
   if (sine < 1e-9) return 2.0 * v;
   const double angle = 2.0 * std::atan2(sine, sign * q.w());
   return v * (angle / sine);
 }
 
-/// Unit quaternion of a rotation vector; the inverse of rotation_vector().
+/// Unit quaternion of a rotation vector; inverse function of rotation_vector().
 inline Quat quaternion_of(const Vec3& rotation) {
   const double angle = rotation.norm();
   if (angle < 1e-12) return Quat(1.0, 0.5 * rotation.x(), 0.5 * rotation.y(), 0.5 * rotation.z()).normalized();
   return Quat(Eigen::AngleAxisd(angle, rotation / angle));
 }
 
-/// Pose after motion with a constant world-frame twist for `dt_s` seconds.
+/// Returns the pose after a motion of `dt_s` seconds with a constant twist expressed in the world frame.
 inline Pose integrate(const Pose& X_WB, const Twist& V_WB, double dt_s) {
   return {X_WB.p + V_WB.v * dt_s, (quaternion_of(V_WB.w * dt_s) * X_WB.q).normalized()};
 }
 
-/// `a` shortened to length `limit` when it is longer; the direction is kept. A non-finite `a` gives zero.
+/// Returns `a` if its length is at most `limit`, otherwise a vector of the same direction and of length `limit`. A
+/// non-finite `a` gives zero.
 inline Vec3 clamped_to_length(const Vec3& a, double limit) {
   // Divides by the largest component first, so that the squares of a huge `a` do not overflow.
   const double largest = a.cwiseAbs().maxCoeff();
@@ -123,10 +124,10 @@ inline Vec3 clamped_to_length(const Vec3& a, double limit) {
   return scaled / scaled.norm() * limit;
 }
 
-/// Work [J] of a constant wrench about a frame's origin while the frame moves from `from` to `to`. Every energy balance
-/// counts the work across a port this way.
+/// Work [J] of a constant wrench about a frame's origin while the frame moves from `from` to `to`. All energy balances
+/// of this project compute the work at a port with this function.
 ///
-/// Model   f · (p_to − p_from) + τ · θ, θ the shorter rotation from q_from to q_to
+/// Model   f · (p_to − p_from) + τ · θ, where θ is the rotation vector of the shorter rotation from q_from to q_to
 inline double held_work_j(const Wrench& wrench, const Pose& from, const Pose& to) {
   return wrench.f.dot(to.p - from.p) + wrench.t.dot(rotation_vector(to.q * from.q.conjugate()));
 }

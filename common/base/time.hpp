@@ -1,6 +1,6 @@
-// Types of time. Time is passed in, never fetched: components take `LocalTime now`, and only the programs' outermost
-// loops read a clock. Client and server have separate clocks, hence two types; converting needs a measured offset
-// (clock_sync.hpp).
+// Types of time. Components do not read a clock; they receive the time as a parameter `LocalTime now`. Only the
+// outermost loops of the programs read a clock. Client and server have separate clocks, so each has a type of its own.
+// A conversion between them requires a measured offset (clock_sync.hpp).
 #pragma once
 
 #include <chrono>
@@ -11,14 +11,14 @@ namespace tandem {
 
 using Duration = std::chrono::nanoseconds;
 
-/// Marks the clock that a time was read from.
+/// Distinguishes times of different clocks at compile time.
 template <class Tag>
 struct TaggedClock {
   using rep = Duration::rep;
   using period = Duration::period;
   using duration = Duration;
 };
-/// Time of this process's own monotonic clock.
+/// Time of the monotonic clock of this process.
 using LocalTime = std::chrono::time_point<TaggedClock<struct LocalTag>, Duration>;
 /// Time of the server's monotonic clock.
 using ServerTime = std::chrono::time_point<TaggedClock<struct ServerTag>, Duration>;
@@ -33,20 +33,20 @@ constexpr Duration from_seconds(double seconds) {
   return Duration(static_cast<Duration::rep>(seconds * 1e9));
 }
 
-/// Converts on the server, whose own clock *is* server time; no other code may assume this.
+/// Converts local time to server time. This is valid on the server only, whose local clock defines server time.
 constexpr ServerTime server_time_of_own_clock(LocalTime now) {
   return ServerTime(now.time_since_epoch());
 }
 
-/// Source of time for the programs' outermost loops.
+/// Source of time for the outermost loops of the programs.
 class Clock {
  public:
   virtual ~Clock() = default;
   virtual LocalTime now() const noexcept = 0;
 };
 
-/// CLOCK_BOOTTIME, the clock of the absolute deadlines in realtime.hpp: monotonic. It includes the time during which
-/// the machine was suspended, so a force from before a suspension counts as old.
+/// The monotonic clock CLOCK_BOOTTIME, which the absolute deadlines in realtime.hpp also use. It includes the time
+/// during which the machine was suspended, so a force received before a suspension is recognised as old.
 class SteadyClock final : public Clock {
  public:
   LocalTime now() const noexcept override {

@@ -1,5 +1,5 @@
-// Soft contact data that a room sends to a client's local model. Plain numbers, so that simulated worlds and the wire
-// share them and the wire does not depend on physics.
+// Soft contact data that a room sends to a client's local model. It contains numbers only, so that the physics and the
+// wire format can share it without the wire format depending on physics.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,16 +9,17 @@
 
 namespace tandem {
 
-/// The contact of one rigid body T with all soft bodies, linearised at the pose used by the soft step. If T does not
-/// touch yet, it is the predicted contact, linearised at a pose inside the soft body. soft_wrench()
-/// (common/physics/soft_contact.hpp) evaluates its force.
+/// The contact of one rigid body T with all soft bodies, linearised at the pose used by the soft step. If T is not in
+/// contact yet, this is the predicted contact, linearised at a pose inside the soft body. soft_wrench()
+/// (common/physics/soft_contact.hpp) evaluates the contact force.
 struct SoftContact {
-  Wrench wrench_W;  ///< on T at X_WT0, about its origin: impulse of the soft step over its length
-  /// −∂W/∂X, symmetric and positive semidefinite; translation [m], then rotation [rad]
+  Wrench wrench_W;  ///< wrench on T at X_WT0 about its origin: impulse of the soft step divided by the step's duration
+  /// −∂W/∂X, symmetric and positive semidefinite; first the translation [m], then the rotation [rad]
   Mat6 stiffness = Mat6::Zero();
-  Pose X_WT0;                 ///< pose of T at the linearisation; predicted before the touch
-  double trust_radius_m = 0;  ///< displacement of T for which the contact is valid; 0: T neither touches nor is near
-  double lever_m = 0;         ///< a rotation by θ counts as a displacement of lever · θ
+  Pose X_WT0;  ///< pose of T at which the contact is linearised; before contact, the predicted pose
+  /// displacement of T within which the contact is valid; 0: T is neither in contact nor close to it
+  double trust_radius_m = 0;
+  double lever_m = 0;  ///< lever arm: a rotation by θ counts as a displacement of lever_m · θ
 };
 
 }  // namespace tandem

@@ -1,11 +1,11 @@
-// Workspace mapping: scales the motion of a desk-sized device to a scene of another size, without creating energy.
+// Workspace mapping: scales the motion of a desk-sized device to a scene of another size without creating energy.
 #pragma once
 
 #include "common/base/spatial.hpp"
 
 namespace tandem {
 
-/// Maps handle poses from the device base D to the world W, and wrenches on the hand back.
+/// Maps handle poses from the device base D to the world W, and wrenches on the hand from W back to D.
 ///
 /// Model   p_WH = p_WD + R_WD · s_p · p_DH,  R_WH = R_WD · R_DH (rotation is never scaled)
 ///         f_D = s_f · R_WD⁻¹ f_W,  τ_D = (s_f / s_p) · R_WD⁻¹ τ_W

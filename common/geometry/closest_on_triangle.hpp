@@ -1,4 +1,5 @@
-// Closest point on one triangle. Mesh sampling calls it millions of times, and contact with a point a few times a tick.
+// Closest point on one triangle. Sampling a mesh calls this function millions of times; contact with a point calls it a
+// few times per tick.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -7,13 +8,13 @@ namespace tandem::geometry {
 
 struct OnTriangle {
   Vec3 from_a;  ///< closest point − corner a
-  int feature;  ///< 0 face, 1..3 edges ab, bc, ca, 4..6 corners a, b, c
+  int feature;  ///< 0: face; 1..3: edges ab, bc, ca; 4..6: corners a, b, c
 };
 
-/// Returns the closest point to a + ap on the triangle a, a + ab, a + ac, and the feature it lies on. A triangle
-/// without area is treated as its edges.
+/// Returns the point of the triangle a, a + ab, a + ac that is closest to a + ap, and the feature on which it lies. A
+/// triangle without area is treated as its edges.
 ///
-/// Source  Ericson, "Real-Time Collision Detection", 2005, §5.1.5: by Voronoi regions
+/// Source  Ericson, "Real-Time Collision Detection", 2005, §5.1.5 (Voronoi regions)
 inline OnTriangle closest_on_triangle(const Vec3& ab, const Vec3& ac, const Vec3& ap) noexcept {
   const auto ratio = [](double a, double b) { return b > 0 ? a / b : 0.0; };
   const double d1 = ab.dot(ap);

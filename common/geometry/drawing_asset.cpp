@@ -50,7 +50,7 @@ void check(const ShadedMesh& shaded) {
   refuse_unless(std::ranges::all_of(mesh.triangles, is_whole), "a triangle names a vertex that is not there");
 }
 
-/// Returns the same mesh with its vertices in the order of their first use, and without unused ones.
+/// Returns the same mesh with its vertices in the order of their first use; unused vertices are removed.
 ShadedMesh in_order_of_use(const ShadedMesh& of) {
   std::vector<int> number_of(of.first.vertices.size(), -1);
   ShadedMesh out;
@@ -84,7 +84,7 @@ std::vector<std::uint8_t> coded_vertices(const std::vector<Vec3>& vertices, cons
   return planes_of(steps);
 }
 
-/// Decodes vertices. Returns false for a vertex outside the box.
+/// Decodes the vertices. Returns false if one is outside the box.
 bool read_vertices(std::span<const std::uint8_t> block, const Vec3& low, const Vec3& size,
                    std::vector<Vec3>& vertices) {
   const std::vector<std::int32_t> steps = values_of(block);
@@ -103,7 +103,7 @@ bool read_vertices(std::span<const std::uint8_t> block, const Vec3& low, const V
 std::vector<std::uint8_t> coded_corners(const std::vector<Triangle>& triangles) {
   std::vector<std::int32_t> behind;
   behind.reserve(kColumns * triangles.size());
-  int next = 0;  // first vertex not used so far
+  int next = 0;  // first vertex that was not used before
   for (const Triangle& triangle : triangles) {
     for (const int corner : triangle) {
       behind.push_back(next - corner);
@@ -113,7 +113,7 @@ std::vector<std::uint8_t> coded_corners(const std::vector<Triangle>& triangles) 
   return planes_of(behind);
 }
 
-/// Decodes corners. Returns false for an index out of range or an unused vertex.
+/// Decodes the corners of triangles. Returns false if an index is out of range or a vertex is unused.
 bool read_corners(std::span<const std::uint8_t> block, int vertices, std::vector<Triangle>& triangles) {
   const std::vector<std::int32_t> behind = values_of(block);
   auto next_number = behind.begin();

@@ -1,4 +1,4 @@
-// A shape for drawing, as bytes: triangles with normals, in levels from coarse to fine, compressed.
+// Encodes a shape for drawing: triangles with normals, in levels of detail from coarse to fine, compressed.
 #pragma once
 
 #include <cstddef>
@@ -11,33 +11,35 @@
 
 namespace tandem::geometry {
 
-/// Kind of this asset in the asset list that a server sends.
+/// Kind of this asset in the list of assets that a server sends.
 inline constexpr const char* kDrawingAssetKind = "drawing";
 inline constexpr std::uint32_t kDrawingAssetVersion = 1;
-/// Triangle limits of the coarsest, the middle and the finest level. The two coarser levels exist only for meshes of at
-/// least twice their limit.
+/// Maximum numbers of triangles of the coarsest, the middle and the finest level. Each of the two coarser levels is
+/// created only if the mesh has at least twice as many triangles as its limit.
 inline constexpr std::size_t kDrawingLevels[] = {4'000, 60'000, 600'000};
 inline constexpr std::size_t kMaxDrawingTriangles = kDrawingLevels[2];
 inline constexpr std::size_t kMaxDrawingVertices = 3 * kMaxDrawingTriangles;
 
-/// Returns the levels of detail of a mesh, from coarse to fine. The finest level has all triangles of the mesh, up to
-/// kMaxDrawingTriangles. A level without triangles is left out, as happens with thousands of small parts.
+/// Returns the levels of detail of a mesh, from coarse to fine. The finest level has all triangles of the mesh, or is
+/// decimated to kMaxDrawingTriangles. A level without triangles is omitted; this happens if a mesh consists of
+/// thousands of small parts.
 std::vector<ShadedMesh> drawing_levels(const TriangleMesh& mesh);
 
-/// Encodes one level.
+/// Encodes one level of detail.
 ///
-/// Model   little-endian: "TDRW", version; corner and size of the mesh's box as float32 [m]; counts of vertices and
-///         triangles; three blocks (packing.hpp); a checksum. Block 1: vertices on a grid of 2¹⁶ steps an axis, each as
-///         its difference from the previous one. Block 2: normals as octahedral coordinates of one byte each, within
-///         1°. Block 3: corners as their distance behind the newest vertex. Vertices are in the order of their first
-///         use
-/// Source  Cigolle et al., "A survey of efficient representations for independent unit vectors", JCGT 3(2), 2014: the
-///         normals
+/// Model   Little-endian: "TDRW", version; lowest corner and size of the mesh's bounding box as float32 [m]; numbers of
+///         vertices and triangles; three blocks (packing.hpp); a checksum. Vertices are in the order of their first
+///         use. Block 1: vertices on a grid of 2¹⁶ steps per axis, each stored as its difference from the previous one.
+///         Block 2: normals as octahedral coordinates of one byte each, accurate to 1°. Block 3: each triangle corner
+///         as the index of the first vertex not used yet minus its own index
+/// Source  normals: Cigolle et al., "A survey of efficient representations for independent unit vectors", JCGT 3(2),
+///         2014
 /// Fails   std::invalid_argument: no triangle, more than the limits above, an index out of range, or a coordinate that
-///         is not finite or beyond kMaxSurfaceReach_m
+///         is not finite or exceeds kMaxSurfaceReach_m
 std::vector<std::byte> drawing_asset_bytes(const ShadedMesh& mesh);
 
-/// Decodes one level. Returns none unless the bytes are exactly one asset of this version. Safe for hostile bytes.
+/// Decodes one level of detail. Returns nothing unless the bytes are exactly one asset of this version. Safe for
+/// malicious input.
 std::optional<ShadedMesh> drawing_from(std::span<const std::byte> bytes);
 
 }  // namespace tandem::geometry

@@ -19,18 +19,19 @@
 namespace tandem::geometry {
 namespace {
 
-/// Limit of coordinates: beyond it, squared areas overflow single precision.
+/// Limit of coordinates. Beyond it, squared areas would overflow in single precision.
 constexpr double kMaxCoordinate_m = 1e12;
 
-// A part with borders is a solid with holes if closing them adds less than this share of its surface. The share is 1/3
-// to 1/2 for a cup, 1/10 for a cut pipe ten times as long as wide, and 1/1000 for a scan.
+// A part with borders is classified as a solid with holes if closing them adds less than this fraction of its surface.
+// The fraction is 1/3 to 1/2 for a cup, 1/10 for a section of pipe that is ten times as long as wide, and 1/1000 for a
+// scan.
 constexpr double kHoleShare = 0.05;
-// Ratio of volume to area^1.5 below which a part has no room inside. For an object the size of a hand, kRoomShare is a
-// thickness of 0.25 µm, the rounding of a surface that lies on itself. Where edges are unpaired, kUnpairedRoomShare
-// allows for a plate of 10 µm.
+// Ratio of volume to area^1.5 below which a part has no space inside. For an object of the size of a hand, kRoomShare
+// corresponds to a thickness of 0.25 µm, which is the rounding error of a surface that coincides with itself.
+// kUnpairedRoomShare, used if edges are unpaired, also accepts a plate of 10 µm as having no space.
 constexpr double kRoomShare = 1e-6, kUnpairedRoomShare = 1e-4;
 
-// Limit of closed parts: all pairs are compared, which takes two seconds if each contains the next.
+// Maximum number of closed parts. All pairs are compared, which takes two seconds if each part contains the next one.
 constexpr std::size_t kMaxParts = 5000;
 constexpr int kMaxRounds = 8;
 
@@ -53,11 +54,12 @@ void check(const TriangleMesh& mesh) {
   }
 }
 
-/// Measures that decide the kind of a part.
+/// Quantities that determine the kind of a part.
 struct PartMeasures {
   double area_m2 = 0;
-  double volume_m3 = 0;   ///< enclosed volume; negative when it is inside out
-  double between_m3 = 0;  ///< Σ |volume| of the tetrahedra from one vertex to all triangles; 0 if all are coplanar
+  double volume_m3 = 0;  ///< enclosed volume; negative if the part is inside out
+  /// Σ |volume| of the tetrahedra formed by one vertex and all triangles; 0 if all triangles are coplanar
+  double between_m3 = 0;
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity());
   Vec3 high = Vec3::Constant(-std::numeric_limits<double>::infinity());
 };
@@ -84,10 +86,10 @@ bool has_no_room(double volume_m3, double area_m2, double share = kRoomShare) {
   return std::abs(volume_m3) < share * area_m2 * std::sqrt(area_m2);
 }
 
-/// Size of a hole before it is closed.
+/// Size of a hole, before it is closed.
 struct HoleMeasures {
   double perimeter_m = 0;
-  double area_m2 = 0;  ///< area of the triangles from its border to the border's centre
+  double area_m2 = 0;  ///< area of the triangles that connect the hole's border to the border's centre
 };
 
 HoleMeasures measured(const TriangleMesh& mesh, const std::vector<int>& loop) {
@@ -107,8 +109,8 @@ HoleMeasures measured(const TriangleMesh& mesh, const std::vector<int>& loop) {
 bool has_small_holes(const TriangleMesh& mesh, const MeshPart& part, double area_m2) {
   double holes = 0;
   for (const auto& loop : part.borders) {
-    // A jagged border is long, and so is that of a slit. The area that closes it is at most that of a disc of this
-    // length, and at most that of the triangles to its centre.
+    // A jagged border is long, and so is the border of a slit. The area that closes a hole is at most that of a disc
+    // with this perimeter. It is also at most that of the triangles to the border's centre.
     const HoleMeasures hole = measured(mesh, loop);
     holes += std::min(hole.perimeter_m * hole.perimeter_m / (4 * std::numbers::pi), hole.area_m2);
   }
@@ -121,7 +123,7 @@ bool is_solid(const TriangleMesh& mesh, const MeshPart& part) {
   return !has_no_room(measures.between_m3, measures.area_m2) && has_small_holes(mesh, part, measures.area_m2);
 }
 
-/// Nesting of closed parts, and parts that are inside out.
+/// Determines which closed parts contain each other, and which parts are inside out.
 class Nesting {
  public:
   Nesting(TriangleMesh& mesh, const std::vector<MeshPart>& parts) : mesh_(mesh), parts_(parts) {
@@ -130,8 +132,9 @@ class Nesting {
     for (std::size_t outer = 0; outer < parts.size(); ++outer) find_inside(outer);
   }
 
-  /// Turns outermost parts of negative volume together with the parts inside them, so that cavities stay cavities.
-  /// Out     number of parts turned
+  /// Reverses outermost parts with negative volume, together with the parts inside them, so that cavities remain
+  /// cavities.
+  /// Out     number of parts reversed
   std::size_t turn_inside_out() {
     std::size_t turned = 0;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
@@ -145,10 +148,11 @@ class Nesting {
     return turned;
   }
 
-  /// Whether its outermost container is inside out; without a container, the part itself.
+  /// Returns whether the outermost part around this part is inside out; without a part around it, whether this part is.
   bool is_inside_out(std::size_t part) const { return measures_[outermost(part)].volume_m3 < 0; }
 
-  /// Number of parts with the same orientation as the part around them: material inside material.
+  /// Returns the number of parts with the same orientation as the part around them, which means material inside
+  /// material.
   std::size_t buried() const {
     std::size_t count = 0;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
@@ -174,7 +178,7 @@ class Nesting {
       const auto corner = mesh_.triangles[static_cast<std::size_t>(parts_[inner].triangles.front())][0];
       const double distance = tree->signed_distance_m(mesh_.vertices[static_cast<std::size_t>(corner)]);
       if ((distance < 0) != (out.volume_m3 > 0)) continue;
-      // Keep the smallest part around it.
+      // Stores the smallest part around it.
       int& container = container_[inner];
       const bool is_closer =
           container == kNone ||
@@ -207,7 +211,8 @@ void close_holes(ContactMesh& result, std::vector<MeshPart>& parts) {
                          counted(result.mesh.triangles.size() - before, "triangle", "triangles"));
 }
 
-/// Closes slits. Where a vertex lies on the edge of a triangle that does not use it, no surface is missing.
+/// Closes slits: holes without area, at which a vertex lies on the edge of a triangle that does not use it. No surface
+/// is missing there.
 void close_slits(ContactMesh& result, std::vector<MeshPart>& parts) {
   const double widest_m = weld_tolerance_m(result.mesh);
   std::size_t closed = 0;
@@ -221,8 +226,8 @@ void close_slits(ContactMesh& result, std::vector<MeshPart>& parts) {
   }
   if (closed == 0) return;
   result.notes.push_back(counted(closed, "slit", "slits") + " without width closed");
-  // The triangles in the slits are flat: welding removes them and divides those beyond. Its notes would repeat earlier
-  // ones.
+  // The triangles that close slits are flat. Welding removes them and divides the triangles across the slit. Its notes
+  // are discarded, because they would repeat earlier ones.
   std::vector<std::string> repeated;
   weld(result.mesh, repeated);
   parts = connect(result.mesh, repeated);
@@ -269,7 +274,8 @@ bool is_within(const TriangleMesh& mesh, const MeshPart& part, const WindingNumb
   });
 }
 
-/// Moves inside-out solids that lie within `others` to `others`. Above kMaxParts solids, all are moved.
+/// Moves inside-out solids that are within `others` to `others`. If there are more than kMaxParts solids, all are
+/// moved.
 void leave_cavities(TriangleMesh& mesh, std::vector<MeshPart>& solids, std::vector<MeshPart>& others) {
   std::vector<bool> stays(solids.size(), solids.size() > kMaxParts);
   if (solids.size() <= kMaxParts) {
@@ -286,9 +292,9 @@ void leave_cavities(TriangleMesh& mesh, std::vector<MeshPart>& solids, std::vect
   solids = std::move(left);
 }
 
-/// Takes parts that are solids by themselves out of `parts`, closes their holes, turns them outwards and reports them.
-/// An inside-out solid within unpaired parts is a cavity of them and stays in `parts`. Above kMaxParts solids beside
-/// unpaired parts, all stay.
+/// Moves the parts that are solids on their own from `parts` to the result. Closes their holes, orients them outwards
+/// and reports them. An inside-out solid within unpaired parts is a cavity of these parts and remains in `parts`. If
+/// there are unpaired parts and more than kMaxParts solids, all parts remain.
 std::vector<MeshPart> extract_solids(ContactMesh& result, std::vector<MeshPart>& parts) {
   const auto first = std::stable_partition(parts.begin(), parts.end(), [&](const MeshPart& part) {
     return part.is_unpaired || !is_solid(result.mesh, part);
@@ -313,9 +319,9 @@ std::vector<MeshPart> extract_solids(ContactMesh& result, std::vector<MeshPart>&
   return solids;
 }
 
-/// Classification of the parts that are no solids by themselves, taken together.
+/// Classification of the parts that are not solids on their own, taken together.
 struct Enclosed {
-  TriangleMesh whole;  ///< the parts, one after the other
+  TriangleMesh whole;  ///< all these parts, one after another
   std::vector<Side> sides;
   TriangleMesh inner;
   TriangleMesh surface;
@@ -329,15 +335,16 @@ Enclosed enclosed_by(const TriangleMesh& mesh, const std::vector<MeshPart>& othe
   enclosed.inner = part_of(enclosed.whole, inner_of(others, enclosed.sides));
   enclosed.surface = part_of(enclosed.whole, those_of(enclosed.sides, Side::kBorder));
   if (enclosed.surface.triangles.empty()) return enclosed;
-  // Without the inner triangles, more edges pair up. The notes of this welding would repeat earlier ones.
+  // Without the inner triangles more edges can be paired. The notes of this welding are discarded, because they would
+  // repeat earlier ones.
   std::vector<std::string> repeated;
   weld(enclosed.surface, repeated);
   enclosed.parts = connect(enclosed.surface, repeated);
   return enclosed;
 }
 
-/// For each part of the surface, whether it encloses nothing although its triangles are borders. Its inside then has an
-/// open mouth, or has no room.
+/// Returns, for each part of the surface, whether it encloses nothing although its triangles are classified as borders.
+/// The enclosure then has an opening, or has no space inside.
 std::vector<bool> without_inside(const TriangleMesh& mesh, const std::vector<MeshPart>& solids,
                                  const Enclosed& enclosed) {
   std::vector<bool> are_open;
@@ -353,7 +360,7 @@ std::vector<bool> without_inside(const TriangleMesh& mesh, const std::vector<Mes
   return are_open;
 }
 
-/// Takes those parts out of `others` whose border area is mostly without_inside().
+/// Moves those parts from `others` to the result for which most of the border area is without_inside().
 std::vector<MeshPart> extract_open(const TriangleMesh& mesh, const std::vector<MeshPart>& solids,
                                    std::vector<MeshPart>& others, const Enclosed& enclosed) {
   const std::vector<bool> are_open = without_inside(mesh, solids, enclosed);
@@ -395,7 +402,7 @@ void report_sheet(ContactMesh& result, const std::vector<MeshPart>& parts) {
   result.parts.push_back(sheets);
 }
 
-/// Makes a sheet of the parts that are no solids by themselves.
+/// Makes a sheet from the parts that are not solids on their own.
 void keep_as_sheet(ContactMesh& result, const std::vector<MeshPart>& solids, const std::vector<MeshPart>& others) {
   report_sheet(result, others);
   if (solids.empty()) {
@@ -406,12 +413,12 @@ void keep_as_sheet(ContactMesh& result, const std::vector<MeshPart>& solids, con
   result.mesh = part_of(result.mesh, triangles_of(solids));
 }
 
-/// Divides the parts that are no solids by themselves. Triangles with the inside on one side become a solid. Parts with
-/// an open mouth and triangles with the outside on both sides become a sheet.
+/// Divides the parts that are not solids on their own. Triangles with the inside on one side form a solid. Parts with
+/// an opening, and triangles with the outside on both sides, form a sheet.
 void divide_by_winding(ContactMesh& result, const std::vector<MeshPart>& solids, std::vector<MeshPart> others) {
   Enclosed enclosed = enclosed_by(result.mesh, others);
   std::vector<MeshPart> open_parts;
-  // Removing open parts may leave other parts without an inside: repeat.
+  // Removing open parts may leave other parts without an inside, so this is repeated.
   for (int round = 0; round < kMaxRounds; ++round) {
     std::vector<MeshPart> taken = extract_open(result.mesh, solids, others, enclosed);
     if (taken.empty()) break;
@@ -428,15 +435,15 @@ void divide_by_winding(ContactMesh& result, const std::vector<MeshPart>& solids,
         counted(inner, "triangle inside the solid is left out", "triangles inside the solid are left out"));
   }
   if (!border.empty()) {
-    // Only closed parts are turned one by one. Open parts are closed by inner triangles and keep their orientation
-    // relative to them.
+    // Only closed parts are reversed individually. Open parts are closed by inner triangles, so their orientation
+    // relative to these must not change.
     std::erase_if(enclosed.parts, std::not_fn(is_closed));
     if (enclosed.parts.size() <= kMaxParts) {
       note_turned(result, Nesting(enclosed.surface, enclosed.parts).turn_inside_out());
     }
     const double volume = volume_m3(enclosed.surface);
     if (volume < 0) {
-      // Turn the open parts together with the inner triangles that close them.
+      // Reverses the open parts together with the inner triangles that close them.
       for (TriangleMesh* mesh : {&enclosed.surface, &enclosed.inner}) {
         for (auto& corners : mesh->triangles) std::swap(corners[1], corners[2]);
       }

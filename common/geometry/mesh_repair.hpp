@@ -1,5 +1,6 @@
-// Mesh repair. Meshes arrive with seams, holes, flipped patches, or turned inside out; contact needs a solid with a
-// known inside, or a sheet. Repair produces one of them and reports its changes, or fails with the reason.
+// Mesh repair. Meshes from files may have seams, holes or flipped patches, or may be inside out. Contact requires a
+// solid with a defined inside, or a sheet. Repair produces one of them and reports its changes, or fails with the
+// reason.
 #pragma once
 
 #include <cstdint>
@@ -11,49 +12,52 @@
 
 namespace tandem::geometry {
 
-/// kSolid: encloses a volume. kSheet: an open surface, touchable from both sides.
+/// kSolid: a closed surface that encloses a volume. kSheet: an open surface, with contact from both sides.
 enum class SurfaceKind : std::uint8_t { kSolid, kSheet };
 
-/// Classification of one part of a mesh, or of several parts taken together.
+/// Classification of one part of a mesh, or of several parts that have the same one.
 struct PartReport {
   SurfaceKind kind = SurfaceKind::kSolid;
   std::size_t triangles = 0;
   std::size_t parts = 1;  ///< number of parts with this classification
-  double volume_m3 = 0;   ///< volume of a solid; else 0
-  std::size_t holes = 0;  ///< number of closed holes of a solid, or of open borders of a sheet
-  std::string why;        ///< reason, for users
+  double volume_m3 = 0;   ///< volume of a solid; 0 for a sheet
+  std::size_t holes = 0;  ///< for a solid: number of holes that were closed; for a sheet: number of open borders
+  std::string why;        ///< reason for the classification, for users
 };
 
-/// A mesh that contact assets can be built from: welded, without degenerate or duplicate triangles, and consistently
-/// oriented where possible. The normals of a solid point outwards, and its small holes are closed.
+/// A mesh from which contact assets can be built. It is welded, has no degenerate or duplicate triangles, and is
+/// consistently oriented where that is possible. The normals of a solid point outwards, and its small holes are closed.
 struct ContactMesh {
   TriangleMesh mesh;
   SurfaceKind kind = SurfaceKind::kSolid;
-  std::vector<std::string> notes;  ///< changes with their counts, for users
-  TriangleMesh sheet{};            ///< open parts beside a solid
-  TriangleMesh inner{};  ///< continuations of the surface inside the solid; they count only in its winding number
-  std::vector<PartReport> parts{};  ///< one report for each classification, the largest first
+  std::vector<std::string> notes;  ///< changes with their numbers, for users
+  TriangleMesh sheet{};            ///< open parts, if the mesh also has a solid
+  /// Triangles that continue the surface inside the solid; they are used only for its winding number
+  TriangleMesh inner{};
+  std::vector<PartReport> parts{};  ///< one report per classification, sorted by decreasing number of triangles
 };
 
-/// Reason why a mesh cannot be touched, with the remedy.
+/// Reason why a mesh cannot be used for contact, with the remedy.
 class MeshError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Repairs a mesh. Where edges are unpaired, the winding number classifies the sides: walls inside are removed and
-/// flipped triangles turned. Triangles with the outside on both sides, and enclosures with an open mouth, become
-/// sheets.
+/// Repairs a mesh. If edges are unpaired, the winding number classifies the two sides of each triangle. Inner walls are
+/// then removed, and flipped triangles are reversed. Triangles with the outside on both sides become sheets, and so do
+/// enclosures with an opening.
 ///
-/// Fails   MeshError: no triangle left, a non-finite vertex, an index out of range, or too many parts
+/// Fails   MeshError: no triangle is left, a vertex is not finite, an index is out of range, or there are too many
+///         parts
 ContactMesh repaired(const TriangleMesh& mesh);
 
-/// Returns both meshes as one; no vertices are shared.
+/// Returns one mesh with the triangles of both meshes, which share no vertices.
 TriangleMesh joined(TriangleMesh mesh, const TriangleMesh& other);
-/// Returns solid and sheet as one mesh.
+/// Returns one mesh with the solid and the sheet.
 TriangleMesh all_of(const ContactMesh& mesh);
 
-/// Describes the parts, one line each, the largest first. After ten lines, one line gives the number of the others.
+/// Describes the parts, one line each, sorted by decreasing number of triangles. After ten lines, one more line gives
+/// the number of the remaining parts.
 std::vector<std::string> part_lines(const ContactMesh& mesh);
 
 }  // namespace tandem::geometry

@@ -1,5 +1,5 @@
-// Union of overlapping solids. Meshes from modelling programs often consist of them, such as bristles in a board or a
-// handle in a pot. Surface of one part inside another is no surface of the union.
+// Union of overlapping solids. Meshes from modelling programs often consist of such solids, e.g. bristles in a board or
+// a handle in a pot. The surface of one part inside another part does not belong to the surface of the union.
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -19,9 +19,10 @@ namespace {
 using Box = Eigen::AlignedBox3d;
 
 constexpr std::size_t kMaxSlabs = 256;
-constexpr double kMaxEdges = 300;  ///< limit of Σ edge² [diagonal²]; beyond, the winding number is slow
+/// Limit of Σ edge² [diagonal²]; if it is exceeded, the winding number is slow, so self-crossing is not searched for
+constexpr double kMaxEdges = 300;
 
-/// A part of a mesh: bounding box, enclosed volume and triangles.
+/// A part of a mesh, with its bounding box, enclosed volume and triangles.
 struct Piece {
   Box box;
   double volume_m3 = 0, edges_m2 = 0;
@@ -59,7 +60,7 @@ std::vector<Piece> pieces_of(const TriangleMesh& mesh, const EdgesOfTriangles& e
   return pieces;
 }
 
-/// Groups pieces to solids: each closed piece with its cavities, and all open pieces together as one.
+/// Groups pieces into solids: each closed piece together with its cavities, and all open pieces together as one solid.
 std::vector<Piece> solids_of(const std::vector<Piece>& pieces) {
   std::vector<Piece> solids;
   Piece rest;
@@ -95,8 +96,8 @@ void find_self_crossing(std::vector<Piece>& solids, const TriangleMesh& mesh, co
     Piece& solid = solids[i];
     if (!solid.is_closed || solid.edges_m2 > kMaxEdges * solid.box.diagonal().squaredNorm()) continue;
     if (work > kMaxWork) break;
-    // Repair appends the triangles that close holes. They are the most likely to cross others, so the search starts
-    // there.
+    // The search goes backwards, because repair appends the triangles that close holes, and these are the most likely
+    // to cross others.
     const std::vector<int> backwards(solid.triangles.rbegin(), solid.triangles.rend());
     visit_crossing(
         mesh, tree, backwards, tolerance_m, threads, work, [&](std::size_t, std::span<const std::size_t> others) {
@@ -106,7 +107,7 @@ void find_self_crossing(std::vector<Piece>& solids, const TriangleMesh& mesh, co
   }
 }
 
-/// Returns the solids whose box intersects another's, and those that are not simple.
+/// Returns the solids whose bounding box intersects another one, and all solids that are not simple.
 std::vector<Piece> not_alone(std::vector<Piece> solids) {
   std::ranges::sort(solids, {}, [](const Piece& solid) { return solid.box.min().x(); });
   std::vector<bool> overlaps(solids.size(), false);
@@ -129,10 +130,11 @@ double signed_m(const TriangleTree::Closest& closest, const Vec3& p_S) {
 
 }  // namespace
 
-/// The parts that may overlap. Slabs across the longest axis list the parts that may contain a point.
+/// The parts that may overlap. The bounding box is divided into slabs along its longest axis; each slab lists the parts
+/// in it.
 struct TriangleTree::Parts {
   struct Part {
-    /// In      whole  tree of the whole mesh
+    /// In      whole  search tree of the whole mesh
     Part(const Piece& piece, const TriangleMesh& of_whole, const TriangleTree& whole, const TriangleMesh& inner,
          int threads, std::size_t& work)
         : box(piece.box), mesh(part_of(of_whole, piece.triangles)), triangles(piece.triangles) {
@@ -148,11 +150,11 @@ struct TriangleTree::Parts {
       if (sides->has_inner() && !sides->border().triangles.empty()) border.emplace(sides->border());
     }
 
-    /// Returns the closest point with a normal on the correct side. Where the edges of a face are unpaired or it
-    /// crosses others, its own normal does not decide the side.
+    /// Returns the closest point with a normal on the correct side. If edges of the closest face are unpaired or it
+    /// crosses others, its normal does not determine the side.
     ///
-    /// In      found  the closest point if already known, else an empty result
-    /// Out     empty if the point is not within the limit
+    /// In      found  closest point if it is already known, otherwise an empty result
+    /// Out     an empty result if there is no point within the limit
     Closest closest(const Vec3& p_S, double limit_m, Closest found) const {
       if (found.triangle < 0 && tree) found = tree->closest(p_S, limit_m);
       if (found.triangle < 0 || is_face(found.triangle, found.point_S)) return found;
@@ -164,7 +166,7 @@ struct TriangleTree::Parts {
       face(found, p_S, is_inside);
       return found;
     }
-    /// Upper bound of the depth of a point: its depth in the bounding box; negative outside.
+    /// Returns an upper bound of the depth of a point, its depth in the bounding box; negative outside the box.
     double max_depth_m(const Vec3& p_S) const {
       if (!box.contains(p_S)) return -1;
       if (sides) return std::numeric_limits<double>::infinity();
@@ -173,19 +175,20 @@ struct TriangleTree::Parts {
     }
     void find_bounds();
     bool is_face(int triangle, const Vec3& at_S) const { return !sides || sides->is_face(triangle, at_S); }
-    /// Flips the normal if it contradicts `is_inside`.
+    /// Reverses the normal if it contradicts `is_inside`.
     static void face(Closest& found, const Vec3& p_S, bool is_inside) {
       if ((signed_m(found, p_S) < 0) == is_inside || !(found.distance_m > 0)) return;
       found.normal_S = (is_inside ? -1 : 1) * (p_S - found.point_S) / found.distance_m;
     }
 
     Box box;
-    Eigen::Matrix3d R_US;  ///< rotation to the principal axes of a simple part: its box is tight even for a needle
+    /// Rotation to the principal axes of a simple part, whose bounding box along them is tight even for a needle
+    Eigen::Matrix3d R_US;
     Box box_U;
     TriangleMesh mesh;
-    std::optional<TriangleTree> tree;    ///< empty for a part that is the whole mesh: it shares that tree
-    std::vector<int> triangles;          ///< index in the whole mesh of each triangle of the part
-    std::optional<PartSides> sides;      ///< sides of a part that is not simple
+    std::optional<TriangleTree> tree;    ///< empty for a part that is the whole mesh, whose tree it uses
+    std::vector<int> triangles;          ///< for each triangle of the part: its index in the whole mesh
+    std::optional<PartSides> sides;      ///< sides of the triangles, for a part that is not simple
     std::optional<TriangleTree> border;  ///< tree of `sides->border()`, if there are inner faces
   };
 
@@ -208,7 +211,7 @@ struct TriangleTree::Parts {
     }
   }
 
-  /// Whether the normal of a triangle at this point decides which side is inside.
+  /// Returns whether the normal of a triangle at this point determines which side is inside.
   bool is_face(int triangle, const Vec3& p_S) const {
     const auto& [part, in_part] = places[static_cast<std::size_t>(triangle)];
     return part == kNone || parts[part]->is_face(in_part, p_S);
@@ -222,7 +225,8 @@ struct TriangleTree::Parts {
   Eigen::Index axis = 0;
   std::vector<std::unique_ptr<Part>> parts;
   static constexpr std::uint32_t kNone = ~0U;
-  std::vector<std::pair<std::uint32_t, int>> places;  ///< part of each triangle of the mesh, and its index there
+  /// For each triangle of the mesh: its part, and its index in that part
+  std::vector<std::pair<std::uint32_t, int>> places;
   std::vector<std::vector<std::size_t>> slabs;
 
   static EdgesOfTriangles edges_of(const TriangleTree& tree) {
@@ -263,7 +267,7 @@ TriangleTree::Closest TriangleTree::closest_of_solid(const Vec3& p_S, double lim
   double deepest_m = 0;
   for (const std::size_t i : parts_->slabs[parts_->all.contains(p_S) ? parts_->slab_of(p_S) : 0]) {
     const Parts::Part& part = *parts_->parts[i];
-    // An inside point is at least as deep as the distance to the nearest surface.
+    // A point inside a part is at least as deep as its distance to the nearest surface.
     const double max_depth_m = part.max_depth_m(p_S);
     if (max_depth_m < std::max(nearest.distance_m, -deepest_m)) continue;
     Closest closest = i == part_of_nearest ? nearest : Closest{};

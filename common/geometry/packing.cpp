@@ -7,7 +7,7 @@
 namespace tandem::geometry {
 namespace {
 
-// First byte of the three-byte and of the five-byte form.
+// First byte of the three-byte form and of the five-byte form of an integer.
 constexpr std::uint8_t kTwoBytes = 254;
 constexpr std::uint8_t kFourBytes = 255;
 
@@ -19,7 +19,7 @@ std::vector<std::uint8_t> packed(std::span<const std::uint8_t> raw, int level) {
   return bytes;
 }
 
-/// Zigzag coding: 0, −1, 1, −2, … become 0, 1, 2, 3, …
+/// Zigzag encoding: maps 0, −1, 1, −2, … to 0, 1, 2, 3, …
 std::uint32_t folded_of(std::int32_t value) {
   return (static_cast<std::uint32_t>(value) << 1U) ^ static_cast<std::uint32_t>(value >> 31);
 }

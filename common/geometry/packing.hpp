@@ -1,4 +1,4 @@
-// Compact encoding for mesh assets: variable-length integers, unit vectors as two numbers, and blocks compressed by
+// Compact encodings for mesh assets: variable-length integers, unit vectors as two numbers, and blocks compressed by
 // zstd.
 #pragma once
 
@@ -12,29 +12,30 @@
 
 namespace tandem::geometry {
 
-/// Appends an integer: one byte for −127 to 126, otherwise three or five.
+/// Appends an integer: one byte for values from −127 to 126, otherwise three or five bytes.
 void append_number(std::vector<std::uint8_t>& bytes, std::int32_t value);
-/// Reads an integer that append_number() wrote. Past the end it returns 0 and the reader is no longer ok().
+/// Reads an integer written by append_number(). A read past the end returns 0 and makes the reader's ok() false.
 std::int32_t pop_number(ByteReader& reader);
 
-/// Splits integers of similar size into byte planes: all lowest bytes first, then the next higher ones, and so on.
+/// Splits integers into byte planes: all lowest bytes first, then all second bytes, and so on. Integers of similar size
+/// become more compressible this way.
 std::vector<std::uint8_t> planes_of(std::span<const std::int32_t> values);
 std::vector<std::int32_t> values_of(std::span<const std::uint8_t> planes);
 
 /// Maps a direction to octahedral coordinates: a point in the square from −1 to 1.
 ///
 /// Source  Meyer et al., "On floating-point normal vectors", EGSR 2010
-/// In      direction  any length except 0
+/// In      direction  vector of any length except 0
 Eigen::Vector2d in_square(const Vec3& direction);
-/// Returns the unit vector of octahedral coordinates.
+/// Inverse of in_square(): returns the unit vector for octahedral coordinates.
 Vec3 direction_of(double x, double y);
 
-/// Appends `raw` as a block, compressed where that makes it shorter.
+/// Appends `raw` as a block. It is compressed if that makes it shorter.
 ///
-/// In      packing_level  compression level of zstd, 1 to 22; 0: uncompressed
+/// In      packing_level  compression level of zstd, 1 to 22; 0: not compressed
 void append_block(std::vector<std::uint8_t>& bytes, std::span<const std::uint8_t> raw, int packing_level);
-/// Reads the next block and decompresses it. Returns none for a damaged block or one longer than `limit_bytes`, the
-/// limit of its allocation.
+/// Reads and decompresses the next block. Returns nothing if the block is damaged or longer than `limit_bytes`, which
+/// therefore bounds the allocated memory.
 std::optional<std::vector<std::uint8_t>> read_block(ByteReader& reader, std::size_t limit_bytes);
 
 }  // namespace tandem::geometry

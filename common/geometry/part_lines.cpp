@@ -1,4 +1,4 @@
-// Results of repair as one triangle list and as text.
+// Returns the result of a repair as one mesh and as text.
 #include <iomanip>
 #include <sstream>
 

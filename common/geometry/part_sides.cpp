@@ -28,9 +28,9 @@ double diagonal_m(const TriangleMesh& mesh) {
 class PartSides::Cells {
  public:
   enum class Kind : std::uint8_t {
-    kFace,      ///< inside behind it, outside in front of it
-    kInner,     ///< inside on both sides
-    kUncertain  ///< anything else, or ambiguous: query the winding number
+    kFace,      ///< the inside is behind it, the outside in front of it
+    kInner,     ///< the inside is on both sides
+    kUncertain  ///< anything else, or ambiguous: the winding number must be queried
   };
 
   Cells(const TriangleMesh& mesh, WindingNumber winding, const TriangleTree& tree, const EdgesOfTriangles& edges,
@@ -65,8 +65,8 @@ class PartSides::Cells {
 
   bool is_inside(const Vec3& p_S) const noexcept { return std::abs(winding_.at(p_S)) > 0.5; }
 
-  /// Kind of the cell at a point. In an open mesh kInner becomes kUncertain: around a hole, no triangle separates
-  /// inside from outside.
+  /// Returns the kind of the cell at a point. In an open mesh, kInner is replaced by kUncertain, because around a hole
+  /// no triangle separates inside and outside.
   Kind at(std::size_t triangle, const Vec3& p_S) const noexcept {
     const Corners corners = corners_of(mesh_, triangle);
     const Vec3 ab = corners[1] - corners[0], ac = corners[2] - corners[0], ap = p_S - corners[0];
@@ -87,23 +87,23 @@ class PartSides::Cells {
     return kind == Kind::kInner && !is_closed_ ? Kind::kUncertain : kind;
   }
 
-  const TriangleMesh& border() const { return border_; }  ///< without cells that have the inside on both sides
+  const TriangleMesh& border() const { return border_; }  ///< all cells, except those with the inside on both sides
   bool has_inner() const { return has_inner_; }
   int triangle_of_border(int triangle) const { return triangle_of_border_[static_cast<std::size_t>(triangle)]; }
 
  private:
   static constexpr double kBeside = 1e-5, kToTheRim = 0.8;
-  /// Shares of the mesh's diagonal. Cells up to kFinest long are not divided, nor are cells up to kDoubtful long whose
-  /// winding number is within kDoubt of ½.
+  /// Lengths of cells as fractions of the mesh's diagonal. Cells up to kFinest are not divided. Cells up to kDoubtful
+  /// are not divided if their winding number differs from ½ by less than kDoubt.
   static constexpr double kFinest = 1.0 / 128, kDoubtful = 1.0 / 16;
   static constexpr double kDoubt = 0.2;
-  static constexpr std::size_t kRegionSamples = 16;  ///< samples of a connected region
+  static constexpr std::size_t kRegionSamples = 16;  ///< number of samples in a connected region
 
   struct Cell {
     Kind kind = Kind::kUncertain;
-    std::uint32_t first_quarter = 0;  ///< 0: not divided
+    std::uint32_t first_quarter = 0;  ///< index of the first of four quarters; 0: not divided
   };
-  /// Possible boundary between two classifications: a triangle, or a side of one.
+  /// Possible boundary between two classifications: a triangle, or one of its sides (or corners).
   struct Obstacle {
     Corners corners;
     int count;
@@ -123,7 +123,8 @@ class PartSides::Cells {
     return is_end;
   }
 
-  /// Classifies a connected region that meets no other triangle by samples. If they disagree, each triangle is divided.
+  /// Classifies a connected region that meets no other triangle, using samples. If the samples differ, each triangle is
+  /// divided.
   void decide(const std::vector<int>& region) {
     std::array<bool, 3> is_found{};
     Kind kind = Kind::kUncertain;
@@ -178,15 +179,15 @@ class PartSides::Cells {
     }
   }
 
-  /// Result of sampling a cell.
+  /// Result of the samples in one cell.
   struct CellSample {
     Kind kind = Kind::kUncertain;
     bool is_mixed = false;     ///< the samples differ
-    bool is_doubtful = false;  ///< a winding number is near ½: it may cross ½ elsewhere in the cell
+    bool is_doubtful = false;  ///< a winding number is close to ½, so it may cross ½ elsewhere in the cell
   };
 
-  /// Samples the middle of a cell, and unless `at_middle_only` suffices, points near its corners and near the middles
-  /// of its sides.
+  /// Samples the middle of a cell. Unless `at_middle_only` is set and the result is clear, also samples points near its
+  /// corners and near the middles of its sides.
   CellSample sample_cell(const Corners& corners, bool at_middle_only) const {
     const Vec3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).stableNormalized();
     const Vec3 step = kBeside * size_m_ * normal;
@@ -224,7 +225,7 @@ class PartSides::Cells {
   bool is_closed_;
   double size_m_;
   std::vector<int> triangles_at_;  ///< number of triangles at each edge
-  std::vector<Cell> cells_;        ///< the first ones are the triangles themselves
+  std::vector<Cell> cells_;        ///< the first cells are the triangles themselves
   bool has_inner_ = false;
   TriangleMesh border_;
   std::vector<int> triangle_of_border_;

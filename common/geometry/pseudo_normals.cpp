@@ -1,5 +1,5 @@
-// Pseudo-normals of faces, edges and corners: each gives the correct side for every point that is nearest to its
-// feature.
+// Pseudo-normals of faces, edges and corners. A pseudo-normal gives the correct side for every point to which its
+// feature is the nearest.
 #include <algorithm>
 #include <cmath>
 
@@ -24,7 +24,8 @@ void TriangleTree::sum_corner_normals(const TriangleMesh& mesh) {
 }
 
 void TriangleTree::sum_edge_normals(const TriangleMesh& mesh) {
-  // An edge is searched among those with the same smaller vertex: about three, independent of the size of the mesh.
+  // An edge is searched among the edges with the same smaller vertex. There are about three, independently of the size
+  // of the mesh.
   struct Edge {
     std::uint32_t larger_vertex;
     std::uint32_t next;  ///< next edge with the same smaller vertex

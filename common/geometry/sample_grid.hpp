@@ -1,4 +1,4 @@
-// Surface samples in a spatial hash, searchable while they are being placed.
+// Surface samples in a spatial hash, which can be searched while samples are added.
 #pragma once
 
 #include <cmath>
@@ -10,16 +10,16 @@
 
 namespace tandem::geometry {
 
-/// A candidate sample of a point shell.
+/// A candidate for a sample of a point shell.
 struct SurfaceSample {
   Eigen::Vector3f p_S = Eigen::Vector3f::Zero();
   Eigen::Vector3f normal_S = Eigen::Vector3f::Zero();
 };
 
-/// Samples hashed by the cube that contains them.
+/// Samples hashed by the cube in which they lie.
 class SampleGrid {
  public:
-  /// In      reach_m  the largest distance at which visit_near() is complete
+  /// In      reach_m  largest distance for which visit_near() finds all samples
   explicit SampleGrid(double reach_m) : cubes_per_m_(static_cast<float>(0.5 / (reach_m * (1 + 1e-5)))) {
     slots_.assign(1024, Slot{});
   }
@@ -38,10 +38,11 @@ class SampleGrid {
 
   std::span<const SurfaceSample> samples() const { return samples_; }
 
-  /// Calls visit(index, sample) for every sample within reach of `p_S`, and for some others.
+  /// Calls visit(index, sample) for every sample within the reach of `p_S`, and for some samples beyond it.
   template <typename Visit>
   void visit_near(const Eigen::Vector3f& p_S, Visit&& visit) const {
-    // Cubes are twice the reach wide: the eight cubes around the nearest lattice corner contain every sample in reach.
+    // A cube is twice as wide as the reach. The eight cubes around the nearest lattice corner therefore contain every
+    // sample within the reach.
     const Eigen::Vector3f low = p_S * cubes_per_m_ - Eigen::Vector3f::Constant(0.5F);
     for (int corner = 0; corner < 8; ++corner) {
       const Eigen::Vector3f offset(static_cast<float>(corner & 1), static_cast<float>((corner >> 1) & 1),
@@ -55,10 +56,11 @@ class SampleGrid {
   static constexpr std::uint32_t kNone = 0xFFFFFFFF;
   struct Slot {
     std::uint64_t key = 0;
-    std::uint32_t first = kNone;  ///< kNone: free
+    std::uint32_t first = kNone;  ///< kNone: the slot is free
   };
 
-  /// Packs a cube's indices, 21 bits an axis. Cubes whose keys wrap around share a list, which only costs time.
+  /// Packs the indices of a cube into 21 bits per axis. Cubes with the same key after an overflow share a list, which
+  /// costs only time.
   static std::uint64_t key_of(const Eigen::Vector3f& cube) {
     const auto axis = [](float value) {
       return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(value))) & 0x1FFFFFU;
@@ -68,7 +70,8 @@ class SampleGrid {
 
   static std::size_t slot_of(const std::vector<Slot>& slots, std::uint64_t key) {
     const std::size_t mask = slots.size() - 1;
-    // The high half of the product depends on all bits of the key. Folding makes its low bits depend on them too.
+    // The high half of the product depends on all bits of the key. The shift makes the low bits, which are used as the
+    // index, depend on them too.
     const std::uint64_t product = key * 0x9E3779B97F4A7C15U;
     std::size_t at = static_cast<std::size_t>(product >> 32U ^ product >> 48U) & mask;
     while (slots[at].first != kNone && slots[at].key != key) at = (at + 1) & mask;
@@ -84,7 +87,7 @@ class SampleGrid {
   }
 
   float cubes_per_m_;
-  std::vector<Slot> slots_;  // a power of two of them
+  std::vector<Slot> slots_;  // hash table; its size is a power of two
   std::size_t used_slots_ = 0;
   std::vector<SurfaceSample> samples_;
   std::vector<std::uint32_t> next_;  // next sample in the same cube

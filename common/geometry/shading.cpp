@@ -17,10 +17,10 @@ namespace {
 
 using Triangle = std::array<int, 3>;
 
-/// Cosine of the largest angle between faces of one smooth surface.
+/// Cosine of the largest angle between faces that belong to the same smooth surface.
 const double kSmoothCosine = std::cos(40 * std::numbers::pi / 180);
 
-/// Normal of a triangle times twice its area; zero for an index out of range.
+/// Returns the normal of a triangle, with twice its area as length; zero if an index is out of range.
 Vec3 area_normal(const TriangleMesh& mesh, const Triangle& corners) {
   const auto is_in_mesh = [&mesh](int corner) {
     return corner >= 0 && static_cast<std::size_t>(corner) < mesh.vertices.size();
@@ -32,7 +32,7 @@ Vec3 area_normal(const TriangleMesh& mesh, const Triangle& corners) {
   return (at(1) - at(0)).cross(at(2) - at(0));
 }
 
-/// Assigns each corner of a face to a vertex of the output: one for each smooth surface that meets in an input vertex.
+/// Assigns each corner of a face to an output vertex. There is one output vertex per input vertex and smooth surface.
 class SmoothGroups {
  public:
   explicit SmoothGroups(const TriangleMesh& mesh) : mesh_(mesh), first_(mesh.vertices.size(), -1) {
@@ -62,26 +62,26 @@ class SmoothGroups {
       return *link;
     }
     const int made = *link = static_cast<int>(next_.size());
-    next_.push_back(-1);  // `link` may be invalid from here
+    next_.push_back(-1);  // this may invalidate `link`
     out_.first.vertices.push_back(mesh_.vertices[vertex]);
     out_.second.push_back(normal);
     return made;
   }
 
   const TriangleMesh& mesh_;
-  std::vector<int> first_;  ///< first output vertex of each input vertex; −1: none
+  std::vector<int> first_;  ///< first output vertex of each input vertex; −1 if there is none
   std::vector<int> next_;   ///< next output vertex of the same input vertex
   ShadedMesh out_;
 };
 
-/// Key of a cell; its indices are below 2²¹.
+/// Returns the key of a cell, whose indices must be below 2²¹.
 std::uint64_t key_of(const Vec3& cell) {
   std::uint64_t key = 0;
   for (const double index : cell) key = key << 21U | static_cast<std::uint64_t>(index);
   return key;
 }
 
-/// Returns the mesh with the vertices of each cell merged.
+/// Returns the mesh in which the vertices of each cell are merged.
 TriangleMesh clustered(const TriangleMesh& mesh, const Vec3& origin, double width) {
   std::unordered_map<std::uint64_t, int> numbers;
   std::vector<int> cluster_of;
@@ -119,7 +119,7 @@ TriangleMesh clustered(const TriangleMesh& mesh, const Vec3& origin, double widt
     if (known.insert(made).second) out.triangles.push_back(made);
   }
   for (std::size_t i = 0; i < count; ++i) {
-    // The added diagonal keeps the vertex near the middle along directions that no face constrains.
+    // The diagonal term keeps the vertex close to the mean in directions that no face constrains.
     const double trace = normal_matrices[i].trace();
     const Eigen::Matrix3d held = normal_matrices[i] + 1e-3 * trace * Eigen::Matrix3d::Identity();
     const Vec3 away = trace > 0 ? Vec3(held.ldlt().solve(right[i])) : Vec3(0, 0, 0);
@@ -143,7 +143,8 @@ TriangleMesh decimated(const TriangleMesh& mesh, std::size_t most) {
   for (const Vec3& vertex : mesh.vertices) box.extend(vertex);
   const double twice_area = std::transform_reduce(mesh.triangles.begin(), mesh.triangles.end(), 0.0, std::plus<>(),
                                                   [&mesh](const Triangle& t) { return area_normal(mesh, t).norm(); });
-  // Cells get about two triangles each. The lower limit keeps cell indices within the 21 bits of a key.
+  // The width gives about two triangles per cell. Its lower limit ensures that cell indices fit into the 21 bits of a
+  // key.
   double width = std::max(std::sqrt(twice_area / static_cast<double>(most)), box.sizes().maxCoeff() * 1e-5);
   if (!(width > 0)) return {};
   while (true) {

@@ -15,7 +15,7 @@ constexpr std::uint32_t kSurfaceMagic = 0x46525354;  // "TSRF"
 constexpr std::size_t kVertexBytes = 3 * sizeof(float);
 constexpr std::size_t kTriangleBytes = 3 * sizeof(std::uint32_t);
 
-/// Returns the reason why a mesh cannot be encoded, or an empty string.
+/// Returns the reason why a mesh cannot be encoded; empty if it can.
 std::string problem_of(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) return "it has no triangle";
   if (mesh.triangles.size() > kMaxSurfaceTriangles || mesh.vertices.size() > kMaxSurfaceVertices) {
@@ -39,7 +39,7 @@ std::string problem_of(const TriangleMesh& mesh) {
 std::array<int, 3> read_triangle(ByteReader& reader) {
   std::array<std::uint32_t, 3> corners{};
   reader.array(std::span<std::uint32_t>(corners));
-  // Indices beyond the limit could overflow to a valid one: they become −1, which is out of range.
+  // An index beyond the limit is replaced by −1, which is out of range. Otherwise it could become valid by an overflow.
   std::array<int, 3> triangle{};
   std::transform(corners.begin(), corners.end(), triangle.begin(),
                  [](std::uint32_t index) { return index < kMaxSurfaceVertices ? static_cast<int>(index) : -1; });
@@ -73,7 +73,7 @@ std::optional<TriangleMesh> surface_from(std::span<const std::byte> bytes) {
   ByteReader reader(*content);
   const std::size_t vertices = reader.u32(), triangles = reader.u32();
   if (!reader.ok() || vertices > kMaxSurfaceVertices || triangles > kMaxSurfaceTriangles) return std::nullopt;
-  // Both counts are bounded, so the product cannot overflow.
+  // Both counts are bounded, so the products cannot overflow.
   if (content->size() != vertices * kVertexBytes + triangles * kTriangleBytes) return std::nullopt;
   TriangleMesh mesh;
   mesh.vertices.reserve(vertices);

@@ -5,7 +5,7 @@
 namespace tandem::geometry {
 namespace {
 
-/// The sharp edges, chained to lines that end at corners, or to loops without a corner.
+/// Sharp edges, connected to lines. A line ends at corners, or is a loop without a corner.
 class SharpLines {
  public:
   SharpLines(const SurfaceTopology& surface, double angle_rad)
@@ -27,7 +27,7 @@ class SharpLines {
     is_used_.assign(surface.edges.size(), false);
   }
 
-  /// One edge of a line, in the line's direction.
+  /// One edge of a line, in the direction of the line.
   struct Step {
     int from = 0;
     int to = 0;
@@ -83,12 +83,12 @@ class SharpLines {
   const SurfaceTopology& surface_;
   double turn_cosine_;
   std::vector<std::size_t> sharp_;
-  std::vector<std::size_t> starts_;     // start of each vertex's edges in at_vertex_
+  std::vector<std::size_t> starts_;     // index in at_vertex_ at which the edges of each vertex start
   std::vector<std::size_t> at_vertex_;  // sharp edges, grouped by vertex
   std::vector<bool> is_used_;
 };
 
-/// Accepts a sample unless an accepted one that faces the same way is too near.
+/// Accepts a sample, unless an accepted one with a normal in a similar direction is too close.
 class SparseSamples {
  public:
   explicit SparseSamples(double apart_m) : apart_m_(static_cast<float>(apart_m)), grid_(apart_m) {}

@@ -1,4 +1,4 @@
-// Sharp edges and corners of a mesh, which evenly spread samples would miss.
+// Finds sharp edges and corners of a mesh, which evenly distributed samples would miss.
 #pragma once
 
 #include <span>
@@ -9,7 +9,7 @@
 
 namespace tandem::geometry {
 
-/// A mesh with the adjacency and normals that feature detection needs.
+/// A mesh with the adjacency and the normals required for feature detection.
 struct SurfaceTopology {
   explicit SurfaceTopology(const TriangleMesh& its_mesh);
 
@@ -20,17 +20,17 @@ struct SurfaceTopology {
 
   const Vec3& vertex(int index) const { return mesh.vertices[static_cast<std::size_t>(index)]; }
   const Vec3& face_normal(int index) const { return face_normals[static_cast<std::size_t>(index)]; }
-  /// Mean of the normals of the edge's triangles; unit, or zero.
+  /// Mean of the normals of the edge's triangles: a unit vector, or zero if they cancel.
   Vec3 edge_normal(const MeshEdge& edge) const;
-  /// Angle between the normals of the edge's triangles [rad], positive where the surface is convex; 0 at a border.
+  /// Angle between the normals of the edge's triangles [rad]; positive if the surface is convex there, 0 at a border.
   double fold_rad(const MeshEdge& edge) const;
 };
 
-/// Returns samples on convex edges that are folded by more than `angle_rad`. Samples are `spacing_m` apart along each
-/// line of edges, and at its ends, junctions and turns. Concave edges are left out because they cannot touch anything
-/// first.
+/// Returns samples on convex edges with an angle above `angle_rad`. Samples are `spacing_m` apart along each line of
+/// edges; there are also samples at its ends, junctions and bends. Concave edges are omitted, because another surface
+/// cannot touch them first.
 ///
-/// Out     two samples that face the same way are at least 0.4 spacings apart
+/// Out     samples; two of them with normals in similar directions are at least 0.4 spacings apart
 std::vector<SurfaceSample> sharp_samples(const SurfaceTopology& surface, double angle_rad, double spacing_m);
 
 }  // namespace tandem::geometry

@@ -7,16 +7,17 @@
 namespace tandem::geometry {
 namespace {
 
-// Segments of a full turn. The chord lies R (1 − cos(π/96)) = 0.05 % R inside the arc.
+// Number of segments of a full circle. The chords are at most R (1 − cos(π/96)) = 0.05 % of R inside the circle.
 constexpr int kSegments = 96;
 
-/// Corner of a profile: distance from the axis, and height.
+/// Corner of a profile, given by its distance from the axis and its height.
 struct ProfilePoint {
   double radius_m = 0;
   double z_m = 0;
 };
 
-/// Appends an arc of the profile about (0, z_m), both ends included. Angles are counted from straight down.
+/// Appends an arc with centre (0, z_m) to the profile, including both ends. Angles are measured from the downward
+/// direction.
 void append_arc(std::vector<ProfilePoint>& profile, double radius_m, double z_m, double from_rad, double to_rad,
                 int steps) {
   for (int i = 0; i <= steps; ++i) {
@@ -25,8 +26,8 @@ void append_arc(std::vector<ProfilePoint>& profile, double radius_m, double z_m,
   }
 }
 
-/// Revolves a profile, from the lowest point of the axis to the highest, about z. Corners follow the circle to 0.05 %
-/// of its radius.
+/// Revolves a profile about z. The profile goes from the lowest point on the axis to the highest. The mesh differs from
+/// the circle by at most 0.05 % of its radius.
 TriangleMesh revolved(std::span<const ProfilePoint> profile) {
   TriangleMesh mesh;
   const auto add_vertex = [&mesh](const ProfilePoint& point, int segment) {

@@ -1,4 +1,5 @@
-// Triangle meshes of analytic shapes. Sample points are spread over them and then projected onto the exact surface.
+// Triangle meshes of analytic shapes. Sample points are distributed over them and then projected onto the exact
+// surface.
 #pragma once
 
 #include "common/geometry/triangle_mesh.hpp"

@@ -12,25 +12,25 @@
 
 namespace tandem::geometry {
 
-/// Whether the segment from p to q crosses or touches a triangle, within `tolerance_m`. Beside a sharp corner of the
-/// triangle the test also accepts segments that are somewhat farther away. A triangle without area is never met.
+/// Returns whether the segment from p to q crosses or touches a triangle, within `tolerance_m`. Near a sharp corner of
+/// the triangle, segments at a slightly larger distance are accepted too. A triangle without area is never crossed.
 bool meets(const std::array<Vec3, 3>& corners, const Vec3& p, const Vec3& q, double tolerance_m) noexcept;
 
-/// Whether two triangles cross or touch each other, by the same test.
+/// Returns whether two triangles cross or touch each other, with the same test for each side.
 bool meet(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b, double tolerance_m) noexcept;
 
-/// Returns the other triangles of a mesh that one triangle crosses or touches. Neighbours that share a vertex with it
-/// count only if they also meet it elsewhere.
+/// Returns the other triangles of a mesh that one triangle crosses or touches. A triangle that shares a vertex with it
+/// is included only if they also meet elsewhere.
 ///
 /// In      tree   search tree of `mesh`
 ///         near   buffer for the search, reused between calls
 /// Out     work   increased by the number of triangles examined
-/// Cost    1 to 2 µs where the triangles have similar sizes
+/// Cost    1 to 2 µs if the triangles have similar sizes
 std::vector<std::size_t> crossing(const TriangleMesh& mesh, const TriangleTree& tree, std::size_t triangle,
                                   double tolerance_m, std::vector<TriangleTree::Near>& near, std::size_t& work);
 
-/// Calls visit(triangle, others) for each of `triangles` in order, with the result of crossing(), until `visit` returns
-/// false. The calls and the work do not depend on the number of threads.
+/// Calls visit(triangle, others) for each of `triangles` in order, where `others` is the result of crossing(), until
+/// `visit` returns false. Neither the calls nor the work depend on the number of threads.
 void visit_crossing(const TriangleMesh& mesh, const TriangleTree& tree, std::span<const int> triangles,
                     double tolerance_m, int threads, std::size_t& work,
                     const std::function<bool(std::size_t triangle, std::span<const std::size_t> others)>& visit);

@@ -1,4 +1,4 @@
-// The triangle mesh that files are loaded into, repair works on and contact assets are built from.
+// The triangle mesh to which files are loaded, which repair modifies, and from which contact assets are built.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace tandem::geometry {
 
-/// Triangles in metres, in the frame of their shape S; corners run counter-clockwise seen from outside.
+/// Triangles in metres, in the frame of their shape S. Their corners are counter-clockwise when seen from outside.
 struct TriangleMesh {
   std::vector<Vec3> vertices;
   std::vector<std::array<int, 3>> triangles;

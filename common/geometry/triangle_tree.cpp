@@ -1,5 +1,6 @@
-// Exact distance to a mesh. A distance grid makes millions of queries, mostly next to the previous one. A query
-// therefore starts with the distance to the previous triangle, and the search only verifies that nothing is nearer.
+// Exact distance to a mesh. A distance grid makes millions of queries, and most of them are close to the previous one.
+// A query therefore starts with the distance to the triangle found before, and the search only verifies that no
+// triangle is nearer.
 #include "common/geometry/triangle_tree.hpp"
 
 #include <algorithm>
@@ -17,16 +18,18 @@ namespace {
 
 constexpr std::uint32_t kLeafBit = 1U << 31U;
 constexpr std::uint32_t kNone = kLeafBit - 1U;
-constexpr std::uint32_t kCountShift = 28;  ///< three bits of slots − 1, above 28 bits of first slot
+/// Three bits contain the number of slots − 1; the 28 bits below contain the first slot
+constexpr std::uint32_t kCountShift = 28;
 constexpr std::uint32_t kSlotMask = (1U << kCountShift) - 1U;
 constexpr std::uint32_t kMaxLeafTriangles = 2;
 constexpr int kBins = 16;
-/// Deeper levels halve by count. With 28 bits of slots, a tree has less than 48 + 28 levels of halves, two in a node.
+/// Levels below this are divided into halves of equal count. With 28 bits of slots, a tree has fewer than 48 + 28
+/// levels of division; a node contains two levels.
 constexpr int kBinnedLevels = 48;
 constexpr int kStackSize = 3 * (48 + 28) / 2 + 8;
-constexpr std::uint32_t kMaxInDisk = 256;  ///< largest number of triangles in a disk
-/// Relative margin. One operation in single precision rounds by at most 6e-8, and a node's distance takes about a
-/// dozen; measured, 1e-6 is enough.
+constexpr std::uint32_t kMaxInDisk = 256;  ///< largest number of triangles that are bounded by a disk
+/// Relative margin for rounding errors. One single-precision operation has a relative error of at most 6e-8, and the
+/// distance of a node takes about twelve operations. In measurements 1e-6 was sufficient; 4e-6 is used for safety.
 constexpr double kRounding = 4e-6;
 constexpr float kFar = 1e15F;
 
@@ -44,7 +47,7 @@ struct Box {
     low = low.min(point);
     high = high.max(point);
   }
-  /// Half the surface area; 0 for an empty box.
+  /// Returns half the surface area; 0 for an empty box.
   float half_area() const {
     const Eigen::Array3f size = (high - low).max(0.0F);
     return size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
@@ -72,8 +75,8 @@ Box box_of(const TriangleMesh& mesh, const std::array<int, 3>& triangle) {
   return box;
 }
 
-/// Finds the triangles that satisfy `is_it` below nodes that satisfy `may_be`, up to the size of the span.
-/// Out     number of triangles; more than the size of the span: some are missing
+/// Finds triangles that satisfy `is_it`, in nodes that satisfy `may_be`, at most as many as the span can hold.
+/// Out     number of triangles; if it exceeds the size of the span, some triangles are missing
 template <class Nodes, class Corners, class MayBe, class IsIt>
 std::size_t gather(const Nodes& nodes, std::uint32_t root, const Corners& corners,
                    const std::vector<std::uint32_t>& triangle_of_slot, const MayBe& may_be, const IsIt& is_it,
@@ -106,19 +109,19 @@ std::size_t gather(const Nodes& nodes, std::uint32_t root, const Corners& corner
 
 }  // namespace
 
-/// Up to four children with links and bounding boxes in single precision, rounded outwards. A child of few triangles
-/// also has a flat disk about the middle of its box. The disk prunes searches above a fine slanted mesh, where boxes
-/// reach closer than their triangles.
+/// A node has up to four children, with links and bounding boxes in single precision, rounded outwards. A child with
+/// few triangles also has a flat disk around the middle of its box. On a fine slanted mesh the boxes extend beyond
+/// their triangles, and the disks prune more of a search above it.
 struct alignas(64) TriangleTree::Node {
   std::array<Four, 3> low = {Four(kFar), Four(kFar), Four(kFar)};
   std::array<Four, 3> high = low;
   std::array<Four, 3> normal = {Four::Zero(), Four::Zero(), Four::Zero()};
-  Four half_thickness = Four::Constant(kFar), radius = half_thickness;  ///< kFar: no disk
+  Four half_thickness = Four::Constant(kFar), radius = half_thickness;  ///< kFar: there is no disk
   std::array<std::uint32_t, 4> links = {kNone, kNone, kNone,
-                                        kNone};  ///< a node, or kLeafBit | slots − 1 in the next bits | first slot
+                                        kNone};  ///< index of a node; or kLeafBit, number of slots − 1 and first slot
 
   Four middle(std::size_t axis) const { return 0.5F * (low[axis] + high[axis]); }
-  /// Lower bound of the squared distance to each child, except for rounding.
+  /// Returns a lower bound of the squared distance to each child, not counting rounding errors.
   Four least_squared(const Eigen::Array3f& p_S) const noexcept {
     Four to_box = Four::Zero(), to_middle = Four::Zero(), along = Four::Zero();
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -139,13 +142,13 @@ struct alignas(64) TriangleTree::Node {
 
 namespace {
 
-/// A search point rounded to single precision, with its rounding error.
+/// A search point rounded to single precision, with the rounding error.
 struct RoundedPlace {
   explicit RoundedPlace(const Vec3& exact_S)
       : p_S(exact_S.cwiseMax(-kFar).cwiseMin(kFar).cast<float>()),
         off_m((exact_S - p_S.matrix().cast<double>()).norm()) {}
 
-  /// Nodes whose least_squared() exceeds this have nothing nearer than √squared_m2.
+  /// A node whose least_squared() exceeds this value contains no triangle nearer than √squared_m2.
   float limit_m2(double squared_m2) const {
     const double limit_m = (1 + kRounding) * (std::sqrt(squared_m2) + off_m);
     return static_cast<float>(std::min(limit_m * limit_m, static_cast<double>(std::numeric_limits<float>::max())));
@@ -161,10 +164,11 @@ struct TriangleTree::Nearest {
   double squared_m2;
   std::uint32_t slot;
   Vec3 from_a_S;  ///< closest point − corner a
-  int feature;    ///< 0 face, 1..3 edges ab, bc, ca, 4..6 corners a, b, c
+  int feature;    ///< 0: face; 1..3: edges ab, bc, ca; 4..6: corners a, b, c
 };
 
-/// Splits the triangles from the root down, each time where the surface area heuristic expects the fewest node visits.
+/// Divides the triangles recursively, each time at the place for which the surface area heuristic gives the lowest cost
+/// of a search.
 struct TriangleTree::Builder {
   std::vector<Box> boxes;  ///< bounding box of each triangle
   std::vector<Eigen::Array3f> centres;
@@ -176,7 +180,7 @@ struct TriangleTree::Builder {
     int axis = 0;
     float low = 0;
     float bins_per_m = 0;
-    int first_right_bin = 0;  ///< 0: no split found
+    int first_right_bin = 0;  ///< 0: no division was found
   };
 
   int bin_of(const Split& split, std::uint32_t triangle) const {
@@ -247,8 +251,8 @@ struct TriangleTree::Builder {
   }
 
   std::uint32_t subtree(std::uint32_t begin, std::uint32_t end, int level) {
-    // A call-off point for every subtree of kCallOffEvery triangles or more, and for some smaller ones: building a node
-    // costs in proportion to its triangles.
+    // The cost of building a node is proportional to its number of triangles. Every subtree with at least kCallOffEvery
+    // triangles, and some smaller ones, contain a call-off point.
     if (begin / kCallOffEvery != end / kCallOffEvery) call_off_point();
     if (end - begin <= kMaxLeafTriangles) return kLeafBit | ((end - begin - 1U) << kCountShift) | begin;
     const std::uint32_t middle = divide(begin, end, level);
@@ -284,7 +288,7 @@ struct TriangleTree::Builder {
     Vec3 normal = Vec3::Zero();
     for (const std::uint32_t triangle : triangles) normal += doubled_area(mesh, triangle);
     if (!(normal.norm() > 0)) return;
-    // The margin keeps the length at 1 or more after rounding.
+    // With the margin, the length is 1 or more also after rounding.
     normal *= (1 + kRounding / 8) / normal.norm();
     Vec3 middle;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -389,7 +393,7 @@ void TriangleTree::descend(const Vec3& p_S, Nearest& best) const noexcept {
     }
     const Node& node = nodes_[link];
     const Four squared = node.least_squared(p.p_S);
-    // Children are inserted in order of distance: the nearest is on top of the stack.
+    // Children are inserted in the order of their distances, so that the nearest one is on top of the stack.
     const std::size_t before = height;
     for (std::size_t i = 0; i < 4 && node.links[i] != kNone; ++i) {
       const Entry entry{node.links[i], squared[static_cast<Eigen::Index>(i)]};
@@ -452,8 +456,8 @@ std::size_t TriangleTree::within(const Eigen::AlignedBox3d& box_S, std::span<Nea
   return gather(nodes_, root_, corners_, triangle_of_slot_, may_be_in, is_in, found);
 }
 
-/// Separating axes: box and line are disjoint if they are when projected along the cross product of the line with a
-/// coordinate axis.
+/// Separating-axis test: box and line are disjoint if their projections onto the cross product of the line with a
+/// coordinate axis are disjoint.
 bool TriangleTree::may_cross(const Node& node, Eigen::Index child, const Vec3& p_S, const Vec3& along) noexcept {
   const auto corner = [child](const std::array<Four, 3>& of) { return Vec3(of[0][child], of[1][child], of[2][child]); };
   const Vec3 low = corner(node.low), high = corner(node.high);
@@ -472,7 +476,7 @@ std::size_t TriangleTree::crossed(const Vec3& p_S, const Vec3& along, std::span<
     for (Eigen::Index i = 0; i < 4; ++i) may[i] = may_cross(node, i, p_S, along) ? 1 : 0;
     return may;
   };
-  // The line crosses the triangle if it passes its three sides with the same sign.
+  // A line crosses a triangle if it passes the three sides with the same sign.
   const auto is_crossed = [&](const std::array<Vec3, 3>& corners) {
     const auto& [a, ab, ac] = corners;
     const Vec3 pa = a - p_S, pb = pa + ab, pc = pa + ac;

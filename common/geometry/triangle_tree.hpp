@@ -1,4 +1,4 @@
-// Exact distance to a mesh: the source of distance grids and the reference in tests.
+// Exact distance to a mesh. It is used to compute distance grids, and as the reference in tests.
 #pragma once
 
 #include <array>
@@ -13,18 +13,18 @@
 
 namespace tandem::geometry {
 
-/// Bounding-volume tree over the triangles of a mesh. Immutable; a query allocates nothing.
+/// Bounding-volume hierarchy over the triangles of a mesh. It is immutable, and a query allocates nothing.
 ///
-/// Thread  any, at the same time
+/// Thread  any number at the same time
 class TriangleTree {
  public:
-  /// In      mesh  at least one triangle; not referenced afterwards
+  /// In      mesh  mesh with at least one triangle; not referenced afterwards
   explicit TriangleTree(const TriangleMesh& mesh);
-  /// Builds a tree for closest_of_solid() of a mesh with overlapping or self-crossing parts, or with unpaired edges.
-  /// Such a mesh takes up to three times the memory.
+  /// Builds a tree for closest_of_solid(), for a mesh that may have overlapping parts, parts that cross themselves, or
+  /// unpaired edges. Such a mesh needs up to three times the memory.
   ///
-  /// In      inner    triangles inside the solid that count only in its winding number; may be empty
-  ///         threads  number of threads to build with; the tree does not depend on it
+  /// In      inner    triangles inside the solid that are used only for its winding number; may be empty
+  ///         threads  number of threads used for building; the tree does not depend on it
   static TriangleTree of_solid(const TriangleMesh& mesh, const TriangleMesh& inner, int threads = 1);
   TriangleTree(TriangleTree&& other) noexcept;
   TriangleTree& operator=(TriangleTree&& other) noexcept;
@@ -32,39 +32,41 @@ class TriangleTree {
 
   struct Closest {
     Vec3 point_S = Vec3::Zero();
-    double distance_m = std::numeric_limits<double>::infinity();  ///< ≥ 0; infinite: none within the limit
+    /// ≥ 0; infinite if there is no point within the limit
+    double distance_m = std::numeric_limits<double>::infinity();
     int triangle = -1;
-    Vec3 normal_S = Vec3::Zero();  ///< angle-weighted pseudo-normal of the closest face, edge or corner, not unit
+    Vec3 normal_S = Vec3::Zero();  ///< angle-weighted pseudo-normal of the closest face, edge or corner; not normalised
   };
-  /// Returns the closest point of the surface, if it is nearer than `limit_m`.
-  /// In      hint  a triangle that is probably near, such as the result of a neighbouring query, or −1
+  /// Returns the closest point of the surface, if its distance is below `limit_m`.
+  /// In      hint  triangle that is probably near, such as the result of a query nearby; −1: none
   Closest closest(const Vec3& p_S, double limit_m = std::numeric_limits<double>::infinity(),
                   int hint = -1) const noexcept;
-  /// Returns the closest point with a normal that points out of the solid. Overlapping closed parts are treated as
-  /// their union: among the parts that contain `p_S`, the result is on the part in which it is deepest. An inside-out
-  /// part is a cavity of the smallest part around it. Where a part crosses itself or edges are unpaired, the winding
-  /// number classifies the sides. Triangles with the inside on both sides are ignored. For a tree not built by
+  /// Returns the closest point, with a normal that points out of the solid. Overlapping closed parts are treated as
+  /// their union: if several parts contain `p_S`, the result is on the part in which it is deepest. A part that is
+  /// inside out is a cavity of the smallest part around it. If a part crosses itself or has unpaired edges, the winding
+  /// number classifies its sides. Triangles with the inside on both sides are ignored. For a tree not built by
   /// of_solid() the result is that of closest().
   Closest closest_of_solid(const Vec3& p_S, double limit_m = std::numeric_limits<double>::infinity(),
                            int hint = -1) const noexcept;
-  /// Whether bounding boxes of parts overlap, edges are unpaired, or triangles cross others.
+  /// Returns whether the tree treats parts separately: bounding boxes of parts overlap, edges are unpaired, or
+  /// triangles cross others.
   bool may_overlap() const { return parts_ != nullptr; }
-  /// A triangle of the mesh with its corners a, a + ab, a + ac.
+  /// A triangle of the mesh with the corners a, a + ab, a + ac.
   struct Near {
     int triangle = -1;
     Vec3 a, ab, ac;
   };
-  /// Finds the triangles within `limit_m`, in no particular order, up to the size of the span.
-  /// Out     number of triangles; more than the size of the span: some are missing
+  /// Finds triangles within `limit_m` of a point, in no particular order, at most as many as the span can hold.
+  /// Out     number of triangles; if it exceeds the size of the span, some triangles are missing
   std::size_t within(const Vec3& p_S, double limit_m, std::span<Near> found) const noexcept;
-  /// Finds the triangles whose bounding boxes intersect a box, with the same result.
+  /// Finds triangles whose bounding boxes intersect a box; the result is as above.
   std::size_t within(const Eigen::AlignedBox3d& box_S, std::span<Near> found) const noexcept;
-  /// Finds the triangles that a line through `p_S` crosses, on both sides of it, with the same result. Triangles
+  /// Finds triangles that the line through `p_S` crosses, on both sides of `p_S`; the result is as above. Triangles
   /// parallel to the line are excluded.
   std::size_t crossed(const Vec3& p_S, const Vec3& along, std::span<Near> found) const noexcept;
-  /// Signed distance to a solid, negative inside.
+  /// Returns the signed distance to a solid, which is negative inside.
   ///
-  /// Model   sign of (p − c)·n with the pseudo-normal n at the closest point c, see closest_of_solid()
+  /// Model   The sign is that of (p − c)·n, with the pseudo-normal n at the closest point c, see closest_of_solid()
   /// Source  Baerentzen & Aanaes, "Signed distance computation using the angle weighted pseudonormal", 2005
   double signed_distance_m(const Vec3& p_S) const noexcept;
 
@@ -86,9 +88,9 @@ class TriangleTree {
   void descend(const Vec3& p_S, Nearest& best) const noexcept;
   Vec3 pseudo_normal(std::uint32_t slot, int feature) const noexcept;
 
-  // Triangles are in the order of the leaves: slot i is triangle triangle_of_slot_[i] of the mesh.
+  // Triangles are stored in the order of the leaves: slot i contains triangle triangle_of_slot_[i] of the mesh.
   std::vector<Node> nodes_;
-  std::uint32_t root_ = 0;                    ///< a link as in Node
+  std::uint32_t root_ = 0;                    ///< link to the root, see Node::links
   std::vector<std::array<Vec3, 3>> corners_;  ///< a, ab, ac
   std::vector<std::uint32_t> triangle_of_slot_;
   std::vector<std::uint32_t> slot_of_triangle_;
@@ -96,7 +98,7 @@ class TriangleTree {
   std::vector<std::array<std::uint32_t, 3>> edges_of_slot_;
   std::vector<Vec3> vertex_normals_;
   std::vector<Vec3> edge_normals_;
-  std::shared_ptr<const Parts> parts_;  ///< see may_overlap(); null: none
+  std::shared_ptr<const Parts> parts_;  ///< see may_overlap(); null if it is false
 };
 
 }  // namespace tandem::geometry

@@ -10,11 +10,11 @@
 namespace tandem::geometry {
 namespace {
 
-/// Limits of division: sides stay above kShortest of the longest side and above kLong times the median triangle width.
-/// The side length is lowered by the factor kShorter a step.
+/// Limits of the division of triangles: the maximum side length is at least kShortest times the longest side, and at
+/// least kLong times the median width of the triangles. It is reduced by the factor kShorter per step.
 constexpr double kShortest = 1.0 / 64, kShorter = 0.8, kLong = 3;
-/// Limit of halvings of one triangle, more than a side of kShortest takes. It ends the recursion where two ends are
-/// adjacent doubles, whose middle is one of them.
+/// Maximum number of times that a triangle is halved. It is more than a side length of kShortest requires. It ends the
+/// recursion if two ends are adjacent doubles, whose middle is equal to one of them.
 constexpr int kMaxHalvings = 24;
 
 Vec3 centroid(const std::array<Vec3, 3>& corners) {
@@ -39,7 +39,7 @@ LongSide longest_side(const std::array<Vec3, 3>& corners) {
   return longest;
 }
 
-/// Halves the longest side until no side is longer than `side_m`; calls `visit` with each piece.
+/// Halves the longest side repeatedly until no side is longer than `side_m`; calls `visit` for each piece.
 template <class Visit>
 void divide(const std::array<Vec3, 3>& corners, double side_m, const Visit& visit, int halvings = 0) {
   const LongSide side = longest_side(corners);
@@ -58,22 +58,24 @@ void divide(const std::array<Vec3, 3>& corners, double side_m, const Visit& visi
 
 }  // namespace
 
-/// Node of the pieces first … first + count − 1. Its children are the next node and `second`.
+/// Node that contains the pieces first … first + count − 1. Its children are the next node in the array and the node
+/// `second`.
 struct WindingNumber::Node {
   Vec3 middle_S = Vec3::Zero();
   Vec3 area_m2 = Vec3::Zero();                         ///< ∫ n dA
   Eigen::Matrix3d first_m3 = Eigen::Matrix3d::Zero();  ///< ∫ n dᵀ dA, symmetric part
-  Vec3 second_m4 = Vec3::Zero();                       ///< terms of ∫ n d d dA that multiply r
-  std::array<double, 10> second_cubic_m4 = {};  ///< its terms with x³, y³, z³, x²y, x²z, y²x, y²z, z²x, z²y, xyz
+  Vec3 second_m4 = Vec3::Zero();                       ///< terms of ∫ n d d dA that are multiplied by r
+  /// Terms of ∫ n d d dA that are multiplied by x³, y³, z³, x²y, x²z, y²x, y²z, z²x, z²y, xyz
+  std::array<double, 10> second_cubic_m4 = {};
   double radius_m = 0;
   std::uint32_t first = 0;
   std::uint32_t count = 0;
-  std::uint32_t second = 0;  ///< 0: a leaf
-  std::uint32_t next = 0;    ///< node to continue with after this subtree
+  std::uint32_t second = 0;  ///< second child; 0: a leaf
+  std::uint32_t next = 0;    ///< next node after this subtree
 };
 
-/// Sum of angles between −π and π, each given by a point (x, y) in its direction. The points are multiplied as complex
-/// numbers and full turns are counted, so that one arc tangent is enough.
+/// Sum of angles between −π and π. Each angle is given by a point (x, y) in its direction. The points are multiplied as
+/// complex numbers and full turns are counted, so that only one arc tangent is needed.
 struct WindingNumber::AngleSum {
   double x = 1;
   double y = 0;
@@ -81,9 +83,9 @@ struct WindingNumber::AngleSum {
 
   void add(double of_x, double of_y) noexcept {
     const double new_x = x * of_x - y * of_y;
-    const double new_y = x * of_y + y * of_x + 0.0;  // never −0: straight back is π, not −π
+    const double new_y = x * of_y + y * of_x + 0.0;  // is never −0, so that the opposite direction gives π and not −π
     const double size = std::max(std::abs(new_x), std::abs(new_y));
-    if (!(size > 0)) return;  // at a corner or on an edge of the triangle: any angle is valid
+    if (!(size > 0)) return;  // p is at a corner or on an edge of the triangle, where any angle is valid
     if (y >= 0 && of_y > 0 && new_y < 0) ++turns;
     if (y < 0 && of_y < 0 && new_y >= 0) --turns;
     x = new_x / size;
@@ -171,7 +173,8 @@ void WindingNumber::build(std::uint32_t first, std::uint32_t count) {
   nodes_[at].next = static_cast<std::uint32_t>(nodes_.size());
 }
 
-/// Adds the moments of a child. Its middle is at `e` from the parent's, so d in the child is d + e in the parent.
+/// Adds the moments of a child. The child's middle is at `e` relative to the parent's, so a vector d in the child
+/// becomes d + e in the parent.
 void WindingNumber::add_moments(Node& node, const Node& child) {
   const Vec3 e = child.middle_S - node.middle_S;
   const Vec3& n = child.area_m2;
@@ -179,7 +182,7 @@ void WindingNumber::add_moments(Node& node, const Node& child) {
   node.area_m2 += n;
   node.first_m3 += m + (n * e.transpose() + e * n.transpose()) / 2;
   node.second_m4 += child.second_m4 + 2 * m.trace() * e + 4 * m * e + 2 * n.dot(e) * e + e.squaredNorm() * n;
-  // Cubic form of the child about the parent's middle: 2 (e·r) rᵀM r + (N·r) (e·r)².
+  // Cubic form of the child relative to the parent's middle: 2 (e·r) rᵀM r + (N·r) (e·r)².
   const Eigen::Matrix3d q = 2 * m + (n * e.transpose() + e * n.transpose()) / 2;
   auto& cubic = node.second_cubic_m4;
   for (std::size_t i = 0; i < cubic.size(); ++i) cubic[i] += child.second_cubic_m4[i];
@@ -195,8 +198,8 @@ void WindingNumber::add_moments(Node& node, const Node& child) {
   cubic[9] += 2 * (e.x() * q(1, 2) + e.y() * q(0, 2) + e.z() * q(0, 1));
 }
 
-/// Adds the exact moments of a triangle. With corners d₀, d₁, d₂ from the node's middle: ∫ d dA = A c, ∫ d dᵀ dA = A (Σ
-/// dᵢ dᵢᵀ + 9 c cᵀ) / 12.
+/// Adds the exact moments of a triangle. If its corners relative to the node's middle are d₀, d₁, d₂: ∫ d dA = A c and
+/// ∫ d dᵀ dA = A (Σ dᵢ dᵢᵀ + 9 c cᵀ) / 12.
 void WindingNumber::add_moments(Node& node, const Piece& piece) {
   const Vec3 area = area_normal(piece.first);
   node.area_m2 += area;
@@ -223,7 +226,7 @@ void WindingNumber::add_moments(Node& node, const Piece& piece) {
   cubic[9] += 2 * (area.x() * spread(1, 2) + area.y() * spread(0, 2) + area.z() * spread(0, 1));
 }
 
-/// Series of the solid angle: N·r / r³ + tr M / r³ − 3 rᵀM r / r⁵ + ½ (−3 v·r / r⁵ + 15 S(r, r, r) / r⁷).
+/// Evaluates the series of the solid angle: N·r / r³ + tr M / r³ − 3 rᵀM r / r⁵ + ½ (−3 v·r / r⁵ + 15 S(r, r, r) / r⁷).
 double WindingNumber::far_angle(const Node& node, const Vec3& r, double squared) noexcept {
   const double x = r.x(), y = r.y(), z = r.z();
   const double per_r2 = 1 / squared;
@@ -245,7 +248,7 @@ bool WindingNumber::add_angle(const std::array<Vec3, 3>& corners, const Vec3& p_
   const double x = all + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
   const double y = a.dot(b.cross(c));
   sum.add(x, y);
-  // On a side of the triangle x is 0, within it x is negative.
+  // The number x is 0 on a side of the triangle and negative within the triangle.
   return x <= kOnShare * all && std::abs(y) <= kOnShare * all;
 }
 

@@ -72,7 +72,8 @@ std::optional<Address> AddressRace::next(LocalTime now) {
   return candidate.address;
 }
 
-/// Empty: the attempt continues for as long as its caller permits, because no other address could use the time.
+/// Returns when the attempt times out. Empty if no other address remains: the attempt then continues for as long as the
+/// caller permits.
 std::optional<LocalTime> AddressRace::expiry(const Candidate& candidate) const {
   const bool is_going_on = candidate.state == State::kTrying || candidate.state == State::kAccepted;
   const auto is_left = [&candidate](const Candidate& other) {

@@ -1,4 +1,4 @@
-// Perceptual deadband: suppresses messages whose change is too small to be felt.
+// Perceptual deadband: suppresses messages whose content has changed too little to be felt.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -6,21 +6,24 @@
 
 namespace tandem::net {
 
-/// Maximum interval between messages, however small the change and the capacity of the link: 100 Hz. It limits the
-/// effect of a lost message.
+/// Maximum interval between messages (100 Hz), however small the change and the capacity of the link. It limits the
+/// duration for which a lost message has an effect.
 inline constexpr Duration kDeadbandFloor = std::chrono::milliseconds(10);
 inline constexpr double kMaxDeadband = 0.5;
 
-/// Detects changes that a user would feel, as a share of the present value (Weber's law).
+/// Detects changes that a user would feel, according to Weber's law: the threshold is a fraction of the value itself.
 ///
-/// Model   A force counts as changed if it differs from the receiver's by more than w · max(|F|, kForceFloor_n); a
-///         velocity likewise. A position counts as changed if the deviation from the receiver's estimate, times the
-///         coupling stiffness, exceeds the threshold of the present force. Torque and rotation follow the same rules.
+/// Model   A force counts as changed if it differs from the last sent force F by more than w · max(|F|, kForceFloor_n).
+///         Velocities are treated in the same way. For a position, its deviation from the receiver's estimate is
+///         multiplied by the coupling stiffness and compared with the threshold of the current force. Torques and
+///         rotations follow the same rules.
 /// Source  Hinterseer, Hirche, Chaudhuri, Steinbach, Buss, "Perception-based data reduction and transmission of haptic
 ///         data in telepresence and teleaction systems", IEEE Trans. Signal Processing 56(2), 2008: Weber's deadband on
-///         forces and velocities. Positions and the floors of small values are ours. Without floors, noise at rest
-///         would be sent; below them the just-noticeable share of a force rises.
-/// In      weber_fraction  w, 0..kMaxDeadband; 0: every change is significant. About 0.1 for hands
+///         forces and velocities. The rule for positions and the floors are our additions. Without floors, sensor noise
+///         at rest would be sent. Below the floor of a force, the just-noticeable difference is a larger fraction of
+///         the force.
+/// In      weber_fraction  w, 0..kMaxDeadband; with 0 every change is significant. About 0.1 is suitable for human
+///                         hands
 /// Thread  any, one at a time
 class Deadband {
  public:
@@ -33,9 +36,11 @@ class Deadband {
 
   bool is_off() const { return !(fraction_ > 0); }
   bool notices(const Wrench& now, const Wrench& sent) const;
-  /// In      X_believed  the receiver's estimate now: the last sent pose, possibly extrapolated with the sent velocity
-  ///         felt        force at the hand now
-  ///         stiffness_…  of the coupling; converts displacements to forces, so that thresholds are in felt force
+  /// In      X_believed  the receiver's current estimate: the last sent pose, possibly extrapolated with the sent
+  ///                     velocity
+  ///         felt        current force at the hand
+  ///         stiffness_…  stiffness of the coupling; it converts displacements to forces, so that the thresholds are
+  ///                      forces
   bool notices(const RigidState& now, const Twist& sent, const Pose& X_believed, const Wrench& felt,
                double stiffness_n_per_m, double stiffness_n_m_per_rad) const;
 

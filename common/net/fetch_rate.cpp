@@ -6,17 +6,18 @@
 namespace tandem::net {
 namespace {
 
-/// Time that one piece of a pair occupies the line at the current rate.
+/// Time for which one piece of a pair occupies the link at the current rate.
 constexpr double kPiece_s = 1.75e-3;
-/// Credit limit, as time at the current rate: a caller that polls late can catch up by this much.
+/// Maximum credit, expressed as time at the current rate. A caller that polls late can catch up by this time.
 constexpr double kMadeUp_s = 5e-3;
-/// Pause after a rate reduction before its effect is evaluated: the queue has drained, and kShort holds newer delays.
+/// Time after a rate reduction before its effect is evaluated. By then the queue has drained and kShort contains only
+/// newer delays.
 constexpr Duration kAfterFall = std::chrono::milliseconds(100);
-/// Factor by which the allowance exceeds a delay of another cause.
+/// Factor applied to a delay of another cause, to obtain the new allowance.
 constexpr double kLeave = 1.25;
 /// Interval over which the rate of state is measured.
 constexpr Duration kStateWindow = std::chrono::milliseconds(50);
-/// Without any state for this long, the rate of state counts as zero.
+/// If no state arrives for this time, the rate of state counts as zero.
 constexpr Duration kWithoutState = std::chrono::milliseconds(200);
 
 }  // namespace

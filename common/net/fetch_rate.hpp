@@ -1,4 +1,5 @@
-// Rate of file requests over a line that also carries state: as fast as the line allows before state queues.
+// Controls the rate of file requests over a link that also carries state: as fast as possible without queueing of
+// state.
 #pragma once
 
 #include <array>
@@ -11,26 +12,29 @@
 
 namespace tandem::net {
 
-/// Rate control at one receiver. It requests pieces of files and receives them in the requested order. The receiver
-/// sets the pace, and the sender needs no control.
+/// Rate control in the receiver of files. The receiver requests pieces of files and receives them in the requested
+/// order. Because the sender only answers requests, it needs no rate control.
 ///
-/// Model   Pieces are requested in pairs. The two answers leave together. The gap between their arrivals is the time
-///         that the bottleneck needs for the second answer and for state in between. The mean time per byte of the
-///         shorter half of the last kPairs gives the capacity. Free is the capacity less state, and at most the rate of
-///         the mean over all pairs: in jitter the shorter half is far too short. The rate begins at kFirstRate and
-///         doubles once a round trip, up to kShare of the free rate. A queue has grown when the least delay of state
-///         over kShort exceeds the least over kLong by more than the allowance, at first kQueue. The rate then falls by
-///         the factor kFall and afterwards rises by kCareful a round trip. If the rate is already below kFall of the
-///         free rate, the delay has another cause (jitter, a longer route, other traffic): the allowance rises to it,
-///         up to kMaxAllowed, and the rate may double again. In flight are at most rate · (least round trip + kAhead)
-///         and two pieces.
-/// Limits  A pair occupies the line for 3.5 ms at the rate, or as long as two pieces of kMinPiece; state behind it
-///         waits as long. Jitter of single packets costs rate: 73 to 85 % of the free rate is reached without jitter,
-///         40 to 60 % at a standard deviation of 2 ms; 6 to 30 % at 5 and 10 ms. Without state there is no delay to
-///         measure: pairs alone set the rate, and kAhead bounds the queue.
-/// Source  pairs: Keshav, "A control-theoretic approach to flow control", SIGCOMM 1991; less than the whole free rate,
-///         and delay as the sign of a queue: LEDBAT (RFC 6817), Cardwell et al., "BBR", ACM Queue 14(5), 2016; figures
-///         ours
+/// Model   Capacity: pieces are requested in pairs, whose two answers leave the sender together. The gap between their
+///         arrivals is the time that the bottleneck needs for the second answer and for state in between. The capacity
+///         follows from the mean time per byte of the shorter half of the last kPairs gaps. The free rate is the
+///         capacity less the rate of state. With jitter the shorter half of the gaps is far too short. The free rate is
+///         therefore also limited by the rate that follows from the mean of all pairs.
+///         Rate: it begins at kFirstRate and doubles once per round trip, up to kShare of the free rate. A queue is
+///         detected when the least delay of state over kShort exceeds the least delay over kLong by more than the
+///         allowance, at first kQueue. The rate then falls by the factor kFall and afterwards rises by the factor
+///         kCareful per round trip. If the rate is already below kFall of the free rate, the delay has another cause
+///         (jitter, a longer route, other traffic). In that case the allowance is raised to this delay, up to
+///         kMaxAllowed, and the rate may double again. At most rate · (least round trip + kAhead) plus two pieces are
+///         in flight.
+/// Limits  A pair occupies the link for 3.5 ms at the current rate, or for the time of two pieces of kMinPiece. State
+///         that is queued behind the pair waits for that time. Jitter of single packets reduces the rate: without
+///         jitter 73 to 85 % of the free rate is reached. At a standard deviation of 2 ms it is 40 to 60 %, at 5 and 10
+///         ms 6 to 30 %. If no state is received, there is no delay to measure: the rate follows from the pairs alone,
+///         and kAhead bounds the queue.
+/// Source  pairs: Keshav, "A control-theoretic approach to flow control", SIGCOMM 1991; use of less than the free rate,
+///         and delay as the sign of a queue: LEDBAT (RFC 6817), Cardwell et al., "BBR", ACM Queue 14(5), 2016. The
+///         constants are our choice
 /// Thread  any, one at a time
 class FetchRate {
  public:
@@ -50,14 +54,15 @@ class FetchRate {
   static constexpr std::size_t kMaxPiece = 60 * 1024;
   static constexpr std::size_t kMaxInFlight = 512 * 1024;
 
-  /// Bytes of the piece to request now; 0: not yet. The caller confirms a request with note_request().
+  /// Returns the size in bytes of the piece to request now; 0: no request yet. The caller confirms a request by
+  /// note_request().
   std::size_t bytes_to_request(LocalTime now) noexcept;
   void note_request(LocalTime now, std::size_t bytes);
-  /// An answer arrived, possibly a refusal. It belongs to the oldest outstanding request.
+  /// Records that an answer arrived, possibly a refusal. It belongs to the oldest outstanding request.
   void answered(LocalTime now) noexcept;
-  /// State arrived after `delay`, measured by clocks that differ by a constant.
+  /// Records that state arrived after `delay`, which is measured by two clocks with a constant offset.
   void state_came(LocalTime now, Duration delay, std::size_t bytes) noexcept;
-  /// Starts anew for another connection: outstanding requests stay unanswered, and the line is unmeasured.
+  /// Restarts for another connection: discards the outstanding requests and all measurements of the link.
   void reset() { *this = FetchRate(); }
 
   double rate_bytes_per_s() const noexcept { return rate_; }
@@ -73,26 +78,26 @@ class FetchRate {
   std::size_t piece() const noexcept;
   bool has_room_for(std::size_t bytes) const noexcept;
   void note_pair(std::size_t bytes, Duration apart) noexcept;
-  /// Capacity that is neither state nor, as far as pairs show, other traffic.
+  /// Returns the capacity that is used neither by state nor, as far as the pairs show, by other traffic.
   double free_bytes_per_s() const noexcept;
   void end_round(LocalTime now) noexcept;
 
   std::deque<Request> requests_;
   std::size_t in_flight_ = 0;
   double rate_ = kFirstRate_bytes_per_s;
-  double credit_ = 2.0 * kMinPiece;  ///< bytes that may be requested
+  double credit_ = 2.0 * kMinPiece;  ///< number of bytes that may be requested now
   LocalTime filled_{};
   bool has_half_pair_ = false;
   LocalTime half_pair_at_{};
   LocalTime first_came_{};
-  std::array<double, kPairs> pair_s_per_byte_{};  ///< ring buffer of the last pairs
-  std::size_t pairs_ = 0;                         ///< number of pairs so far
+  std::array<double, kPairs> pair_s_per_byte_{};  ///< ring buffer with the times per byte of the last pairs
+  std::size_t pairs_ = 0;                         ///< number of pairs measured so far
   LocalTime state_from_{};                        ///< start of the interval of state_bytes_
   double state_bytes_ = 0;
   double state_bytes_per_s_ = -1;          ///< negative: not measured yet
   LocalTime begun_{};                      ///< time of the first answer
-  Duration round_trip_ = Duration::max();  ///< least so far
-  LocalTime round_from_{};                 ///< a round ends with the answer to a piece requested since then
+  Duration round_trip_ = Duration::max();  ///< smallest round trip so far
+  LocalTime round_from_{};  ///< a round ends with the first answer to a piece that was requested at this time or later
   bool is_careful_ = false;
   Duration allowed_ = kQueue;
   LeastOver recent_{kShort};

@@ -8,7 +8,8 @@
 namespace tandem::net {
 namespace {
 
-/// Characters that a host must not contain; "/" ends the server in an invitation.
+/// Returns whether the host contains a forbidden character; "/" is one of them because it ends the server name in an
+/// invitation.
 bool has_forbidden(const std::string& host) {
   return host.find_first_of("[]/ \t\r\n") != std::string::npos;
 }

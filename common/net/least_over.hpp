@@ -1,4 +1,4 @@
-// Minimum over a recent span, without storing the values.
+// Minimum of the recent values, computed without storing them.
 #pragma once
 
 #include <algorithm>
@@ -7,14 +7,14 @@
 
 namespace tandem::net {
 
-/// Least value added within the last half to whole span.
+/// Minimum of the values added recently: over a time that varies between half and the whole of the given span.
 ///
 /// Thread  any, one at a time; no allocation
 class LeastOver {
  public:
   explicit LeastOver(Duration span) : half_(span / 2) {}
 
-  /// In      at  must not decrease
+  /// In      at  time of the value; must not decrease
   void add(Duration at, Duration value) noexcept {
     if (began_ == Duration::min()) began_ = at;
     if (at - began_ >= half_) {
@@ -24,7 +24,7 @@ class LeastOver {
     }
     current_ = std::min(current_, value);
   }
-  /// Duration::max(): nothing was added.
+  /// Returns the minimum; Duration::max() if no value was added.
   Duration least() const noexcept { return std::min(current_, before_); }
 
  private:

@@ -11,18 +11,19 @@ namespace tandem::net {
 namespace {
 
 constexpr Duration kMaxDelay = std::chrono::seconds(10);
-// Bad periods shorter than a packet's spacing would make losses independent, and each costs a draw.
+// If bad periods were shorter than the interval between packets, losses would be independent. Each period also costs a
+// random draw.
 constexpr Duration kMinBadPeriod = std::chrono::microseconds(100);
-// Three years: for every trial the same as never, and sums of a few fit into a Duration.
+// Three years: longer than any trial, but short enough that a sum of a few periods fits into a Duration.
 constexpr double kMaxPeriod_s = 1e8;
-// Offsets above the stream numbers of all links.
+// Offsets of the stream numbers of duplicates and paths; they exceed the stream numbers of all links.
 constexpr std::uint64_t kDuplicateStreams = 1ULL << 40U;
 constexpr std::uint64_t kPathStreams = 1ULL << 41U;
 
-// Pareto's shape: the smallest integer with a finite standard deviation. The tail is thus as heavy as possible while
-// `jitter` remains a standard deviation. Ours.
+// Shape parameter of the Pareto distribution: the smallest integer for which the standard deviation is finite. It gives
+// the heaviest tail for which `jitter` is a standard deviation. This value is our choice.
 constexpr double kParetoShape = 3.0;
-// σ of a Pareto (type I) variable of scale 1: √(a / ((a−1)² (a−2))).
+// Standard deviation σ of a Pareto (type I) variable of scale 1: √(a / ((a−1)² (a−2))).
 const double kParetoUnitSigma = std::sqrt(kParetoShape / (std::pow(kParetoShape - 1, 2) * (kParetoShape - 2)));
 
 template <class Value>
@@ -75,7 +76,7 @@ Duration DelayPath::at(Duration time) const {
 }
 
 std::string LinkParameters::problem() const {
-  // Written so that a NaN fails every comparison.
+  // The comparisons are written so that a NaN is reported as invalid.
   if (!is_delay(delay)) return complaint("delay", milliseconds(delay), "0 to 10000 ms");
   if (!is_delay(jitter)) return complaint("jitter", milliseconds(jitter), "0 to 10000 ms");
   if (distribution == JitterDistribution::kTrace && trace.empty()) {
@@ -124,13 +125,14 @@ void SimulatedLink::set_parameters(LinkParameters parameters) {
     throw std::invalid_argument("link: " + problem);
   }
   parameters_ = is_reliable_ ? for_a_stream(std::move(parameters)) : std::move(parameters);
-  // Positions in the former trace may lie beyond the end of the new one.
+  // Positions in the previous trace may lie beyond the end of the new one.
   delays_.trace_position = duplicate_delays_.trace_position = 0;
 }
 
 void SimulatedLink::send(LocalTime now, std::span<const std::byte> packet) {
   ++counters_.sent;
-  // A stream's sender is slowed down by its peer instead of losing bytes; this model excludes that.
+  // With a full queue, the sender of a stream would be slowed down and would not lose bytes. The model omits this
+  // slowing down.
   if (!is_reliable_ && in_flight_.size() >= parameters_.queue_limit) {
     ++counters_.queue_full;
     return;
@@ -141,7 +143,8 @@ void SimulatedLink::send(LocalTime now, std::span<const std::byte> packet) {
     *line_free_ = std::max(*line_free_, now) + from_seconds(seconds);
     on_wire = *line_free_;
   }
-  // Drawn for every packet, so that the delays do not depend on the loss; copies have draws of their own.
+  // The delay is drawn for every packet, so that delays do not depend on losses. Duplicates use a separate random
+  // sequence.
   const Duration delay = draw_delay(delays_, on_wire);
   if (is_lost(on_wire)) {
     ++counters_.lost;
@@ -171,8 +174,8 @@ std::optional<LocalTime> SimulatedLink::next_due() const {
   return in_flight_.begin()->first;
 }
 
-// Good and bad periods have exponential lengths (a two-state Markov chain in continuous time). The lost fraction is
-// bad / (bad + good) at any packet rate.
+// Good and bad periods have exponentially distributed lengths (a two-state Markov chain in continuous time). The
+// fraction of lost packets is bad / (bad + good) at any packet rate.
 bool SimulatedLink::is_lost(LocalTime now) {
   if (parameters_.loss <= 0) return false;
   const double bad_s = to_seconds(parameters_.mean_bad_period);
@@ -181,7 +184,8 @@ bool SimulatedLink::is_lost(LocalTime now) {
     return from_seconds(std::min(kMaxPeriod_s, loss_random_.exponential(in_bad_period_ ? bad_s : good_s)));
   };
   if (!has_period_) {
-    // An exponential distribution has no memory: the rest of a period under way is distributed like a whole one.
+    // An exponential distribution has no memory: the remainder of the current period is distributed like a whole
+    // period.
     has_period_ = true;
     in_bad_period_ = loss_random_.uniform() < parameters_.loss;
     period_end_ = now + draw();
@@ -218,7 +222,7 @@ Duration SimulatedLink::variable_delay(DelaySource& source, LocalTime now) const
   return from_seconds(sigma_s / kParetoUnitSigma * (std::pow(beyond, -1.0 / kParetoShape) - 1.0));
 }
 
-// Samples an Ornstein–Uhlenbeck process, exactly for any time step.
+// Samples an Ornstein–Uhlenbeck process; the result is exact for any time step.
 double SimulatedLink::draw_deviate(DelaySource& source, LocalTime now) const {
   const double fresh = source.random.normal();
   if (parameters_.jitter_correlation <= Duration(0)) return fresh;

@@ -1,5 +1,6 @@
-// Verifies the address from which a peer's datagrams come. An authenticated peer can send with a false source address.
-// Until the address returns an unguessable number, it receives at most kAmplification times the bytes received from it.
+// Verifies the source address of a peer's datagrams, because even an authenticated peer can send with a false one. A
+// random number is sent to the address. Until it is returned, the address is sent at most kAmplification times the
+// bytes received from it.
 #pragma once
 
 #include <cstddef>
@@ -9,23 +10,23 @@
 
 namespace tandem::net {
 
-/// Verification of one address.
+/// State of the verification of one address.
 /// Thread  any, one at a time; no allocation
 class PathCheck {
  public:
-  /// Same limit as QUIC (RFC 9000 §8.1).
+  /// Maximum ratio of sent to received bytes before verification; the same limit as in QUIC (RFC 9000 §8.1).
   static constexpr std::uint64_t kAmplification = 3;
   static constexpr Duration kRetryPeriod = std::chrono::milliseconds(20);
 
   PathCheck() = default;
-  /// In      number  the address must return it; drawn so that it cannot be guessed
+  /// In      number  random number that the address must return; it must be impossible to guess
   explicit PathCheck(std::uint64_t number) : number_(number) {}
 
   bool is_valid() const { return is_valid_; }
   std::uint64_t number() const { return number_; }
   void note_received(std::size_t bytes) { received_ += bytes; }
   void note_answer(std::uint64_t number) { is_valid_ = is_valid_ || number == number_; }
-  /// Accepts the address without a challenge: it is verified by other means.
+  /// Accepts the address without a challenge, because it was verified by other means.
   void trust() { is_valid_ = true; }
   /// Returns whether `bytes` may be sent to the address, and counts them if so.
   bool consume(std::size_t bytes) {
@@ -33,7 +34,7 @@ class PathCheck {
     sent_ += bytes;
     return true;
   }
-  /// Returns whether to send the number now; if so, not again for kRetryPeriod.
+  /// Returns whether to send the number now. If so, it returns false for the next kRetryPeriod.
   bool is_due(LocalTime now) {
     if (is_valid_ || (sent_at_ != LocalTime{} && now - sent_at_ < kRetryPeriod)) return false;
     sent_at_ = now;

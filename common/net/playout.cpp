@@ -8,20 +8,21 @@ namespace {
 
 constexpr Duration kPlayoutSettling{std::chrono::milliseconds(500)};
 constexpr Duration kClockJump{std::chrono::milliseconds(200)};
-/// Maximum counted length of a gap, so that a long silence does not fill the window.
+/// Maximum weight of one gap, so that a long silence does not dominate the window.
 constexpr Duration kMaxCountedGap{std::chrono::milliseconds(100)};
 
 std::uint32_t microseconds(Duration duration) {
   return static_cast<std::uint32_t>(duration / std::chrono::microseconds(1));
 }
 
-/// Cubic Hermite interpolation: positions and velocities at both ends, u from 0 to 1 over `gap_s`.
+/// Cubic Hermite interpolation of positions, given positions and velocities at both ends; u goes from 0 to 1 over
+/// `gap_s`.
 Vec3 hermite(const Vec3& p0, const Vec3& v0, const Vec3& p1, const Vec3& v1, double u, double gap_s) {
   const double u2 = u * u, u3 = u2 * u;
   return (2 * u3 - 3 * u2 + 1) * p0 + (u3 - 2 * u2 + u) * gap_s * v0 + (3 * u2 - 2 * u3) * p1 + (u3 - u2) * gap_s * v1;
 }
 
-/// Extrapolation after the newest sample: the twist fades linearly to zero (constant deceleration).
+/// Extrapolates after the newest sample: the twist decreases linearly to zero (constant deceleration).
 RigidState run_out(const RigidState& last, Duration since) {
   const double whole_s = to_seconds(RigidTrack::kRunOut);
   const double t_s = std::min(to_seconds(since), whole_s);
@@ -88,7 +89,7 @@ Duration PlayoutDelay::play_at(Duration now) noexcept {
 }
 
 Duration PlayoutDelay::delay() const noexcept {
-  // A sender's clock that jumps back by hours lowers the base before play_at() follows it.
+  // If the sender's clock jumps back by hours, the base decreases before play_at() adapts; the clamp bounds the result.
   return has_played_ ? std::clamp(offset_ - base(), Duration{0}, settings_.longest + kClockJump) : Duration{0};
 }
 

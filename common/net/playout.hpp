@@ -1,6 +1,6 @@
-// Playout buffer: replays received data at a constant delay, so that jitter and short losses change neither the data
-// nor its energy. For inputs of a simulation and for display. Never for a force on its way to a hand, which would only
-// get older.
+// Playout buffer: replays received data with a constant delay, so that jitter and short losses change neither the data
+// nor its energy. It is used for inputs of a simulation and for display. It is not used for a force sent to a haptic
+// device, because the additional delay would reduce stability.
 #pragma once
 
 #include <array>
@@ -13,34 +13,36 @@
 namespace tandem::net {
 
 struct PlayoutSettings {
-  double quantile = 0.98;                    ///< share of the time for which the next sample has arrived when needed
-  Duration window{std::chrono::seconds(2)};  ///< over which the quantile is taken
-  Duration longest{std::chrono::milliseconds(60)};  ///< limit of the delay; samples that are later are not waited for
-  double slew = 0.05;                               ///< maximum relative change of the playing speed
+  double quantile = 0.98;  ///< fraction of the time for which the next sample must have arrived when it is needed
+  Duration window{std::chrono::seconds(2)};         ///< window over which the quantile is computed
+  Duration longest{std::chrono::milliseconds(60)};  ///< maximum delay; the buffer does not wait longer for a sample
+  double slew = 0.05;                               ///< maximum relative deviation of the playout speed from 1
 };
 
-/// Chooses the delay, and converts local time to the sender's time to play.
+/// Chooses the delay, and converts local time to the sender's time that is to be played.
 ///
-/// Model   A sample i with stamp s_i that arrives at a_i makes all times from s_{i−1} to s_i playable at a_i. These
-///         times wait up to a_i − s_{i−1} − base, where base is the least a − s. The delay is the quantile of this
-///         waiting time over the window, each gap weighted by its length. It covers jitter as well as gaps left by
-///         losses. The effective window is 1 to 2 windows (two halves, the older discarded as a whole); resolution 0.5
-///         ms.
+/// Model   When a sample i with time stamp s_i arrives at a_i, all times from s_{i−1} to s_i become playable, because
+///         they can be interpolated. The longest of them to wait is s_{i−1}, with a_i − s_{i−1} − base, where base is
+///         the least a − s. The delay is the quantile of this waiting time over the window, in which each gap is
+///         weighted by its length. It covers jitter as well as gaps caused by losses. The window in effect is 1 to 2
+///         windows long, because it consists of two halves and the older one is discarded as a whole. The resolution is
+///         0.5 ms.
 /// Settle  in the first half second, and after clock jumps of more than 200 ms, the delay changes in one step
-/// Source  Ramjee, Kurose, Towsley, Schulzrinne, "Adaptive playout mechanisms for packetized audio applications in
-///         wide-area networks", INFOCOM 1994, for the idea; the bracketing gap and the slew are ours
+/// Source  idea: Ramjee, Kurose, Towsley, Schulzrinne, "Adaptive playout mechanisms for packetized audio applications
+///         in wide-area networks", INFOCOM 1994; the bracketing gap and the slew are our design
 /// Thread  one; no allocation
 class PlayoutDelay {
  public:
   explicit PlayoutDelay(const PlayoutSettings& settings = {}) : settings_(settings) {}
 
-  /// In      sampled  on the sender's clock, increasing; other samples are ignored
-  ///         arrived  on the local clock
+  /// In      sampled  time of the sample on the sender's clock; samples not newer than the last one are ignored
+  ///         arrived  time of its arrival on the local clock
   void add(Duration sampled, Duration arrived) noexcept;
-  /// The sender's time to play at local time `now`, which must not decrease. Call it only after the first add().
+  /// Returns the sender's time to play at local time `now`, which must not decrease. Call it only after the first
+  /// add().
   Duration play_at(Duration now) noexcept;
   bool has_started() const { return has_started_; }
-  /// Time by which playing lags behind the least delayed sample.
+  /// Returns the time by which playout lags behind the sample with the smallest delay.
   Duration delay() const noexcept;
   void reset() noexcept { *this = PlayoutDelay(settings_); }
 
@@ -48,7 +50,7 @@ class PlayoutDelay {
   static constexpr std::size_t kBins = 400;
   static constexpr Duration kBin{std::chrono::microseconds(500)};
   struct Half {
-    std::array<std::uint32_t, kBins> weight_us{};  ///< weight of the gaps with this waiting time
+    std::array<std::uint32_t, kBins> weight_us{};  ///< weight [µs] of the gaps by waiting time
     std::uint64_t sum_us = 0;
     Duration base{0};
     bool is_used = false;
@@ -68,22 +70,25 @@ class PlayoutDelay {
   bool has_played_ = false;
 };
 
-/// The newest states of one rigid body, by the sender's time.
+/// Stores the newest states of one rigid body by the sender's time, and interpolates them.
 ///
-/// Model   Between two samples: cubic Hermite for the position, with the samples' velocities; the shorter rotation;
-///         linear for the twist. After the newest sample: extrapolated with its twist, which fades to zero within
-///         kRunOut. A gap longer than kMaxGap is not interpolated: the samples before it are discarded. Thus no time
-///         stamp moves a body farther than its speed does in kMaxGap.
+/// Model   Between two samples the position is a cubic Hermite polynomial of the samples' positions and velocities. The
+///         rotation is the shorter one at constant speed; the twist is linear. After the newest sample, the pose is
+///         extrapolated with its twist, which decreases to zero within kRunOut. A gap longer than kMaxGap is not
+///         interpolated: the samples before it are discarded. Therefore no time stamp can move a body farther than its
+///         speed would within kMaxGap.
+/// Thread  one; no allocation
 /// Thread  one; no allocation
 class RigidTrack {
  public:
   static constexpr std::size_t kSamples = 128;
-  /// Extrapolation time without new samples.
+  /// Maximum extrapolation time after the newest sample.
   static constexpr Duration kRunOut{std::chrono::milliseconds(20)};
-  /// Longest gap between samples of one sender; thinned items arrive within 0.4 s (proto/WIRE.md, Thinning).
+  /// Longest gap between samples that is interpolated. It is above the normal intervals: thinned items arrive within
+  /// 0.4 s (proto/WIRE.md, Thinning).
   static constexpr Duration kMaxGap{std::chrono::seconds(1)};
 
-  /// A sample that is not newer than the newest is ignored.
+  /// Adds a sample; ignores it if it is not newer than the newest one.
   void add(Duration sampled, const RigidState& state) noexcept;
   bool is_empty() const { return count_ == 0; }
   RigidState at(Duration time) const noexcept;
@@ -96,9 +101,9 @@ class RigidTrack {
     Duration time{0};
     RigidState state;
   };
-  /// Sample by age: 0 is the oldest kept.
+  /// Returns a sample by age; index 0 is the oldest stored one.
   const Sample& sample(std::size_t index) const { return samples_[(first_ + index) % kSamples]; }
-  /// Index of the first sample after `time`; count_ if there is none.
+  /// Returns the index of the first sample after `time`; count_ if there is none.
   std::size_t after(Duration time) const noexcept;
 
   std::array<Sample, kSamples> samples_{};

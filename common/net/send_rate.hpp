@@ -1,4 +1,4 @@
-// Send rate of state over a link that cannot carry every tick: reduces the rate before messages queue.
+// Controls the send rate of state over a link that cannot carry every tick: reduces the rate before messages queue.
 #pragma once
 
 #include <algorithm>
@@ -9,21 +9,24 @@
 
 namespace tandem::net {
 
-/// Congestion control of one direction. The sender polls may_send() and receives the delay of its messages.
+/// Congestion control of one direction. The sender calls may_send() before each message, and reports the delays of
+/// delivered messages.
 ///
-/// Model   A link that receives more than its capacity queues: the least delay over a short time then exceeds the least
-///         over a long time. Jitter of single messages does not do this. If a queue grew by q while messages of a time
-///         t were sent, the link carries 1 / (1 + q/t) of their rate. At a queue of kQueue the sender falls to the
-///         floor rate until the queue is gone, and then resumes at kMargin of the capacity. If the queue changes by
-///         less than 2 kDrained within kWatch, it is a longer route, not congestion, and the limit stays. Without a
-///         queue the rate rises evenly after kPatience; that time doubles with each further congestion, up to
-///         kMaxPatience. Delays are differences of two clocks; only their changes count, so the clocks need not agree.
-/// Limits  A queue below kQueue, and drops by a link with a short queue, are not detected. A delay that lasts longer
-///         than kShort without own queueing (a pause of a radio link, other traffic) counts as a queue. This costs
-///         rate, which recovers within a minute, and no force.
+/// Model   If a link receives more than its capacity, messages queue. The least delay over a short time then exceeds
+///         the least delay over a long time; jitter of single messages does not have this effect. If a queue grew by q
+///         while messages were sent during a time t, the capacity of the link is 1 / (1 + q/t) of their rate. When the
+///         queue exceeds kQueue, the sender reduces its rate to the floor rate until the queue is gone. It then resumes
+///         at kMargin of the capacity. If the queue changes by less than 2 kDrained within kWatch, the cause is a
+///         longer route instead of congestion, and the limit stays. Without a queue the rate begins to rise evenly
+///         after a waiting time of kPatience. This time doubles with each further congestion, up to kMaxPatience.
+///         Delays are differences of two clocks, but only their changes are used, so the clocks need not be
+///         synchronised.
+/// Limits  A queue below kQueue is not detected, nor are drops by a link with a short queue. A delay of another cause
+///         (a pause of a radio link, other traffic) that lasts longer than kShort is treated as a queue. This reduces
+///         the rate, which recovers within a minute, but it does not change the force.
 /// Source  delay as the sign of a queue: LEDBAT (RFC 6817); rate from arrivals: Cardwell et al., "BBR: congestion-based
-///         congestion control", ACM Queue 14(5), 2016. A rate of states instead of a window, for messages that are not
-///         repeated, and the figures are ours
+///         congestion control", ACM Queue 14(5), 2016. The constants are our choice, and so is the control of a message
+///         rate instead of a window, which suits messages that are not repeated
 /// Thread  any, one at a time; no allocation
 class SendRate {
  public:
@@ -37,15 +40,15 @@ class SendRate {
   static constexpr double kMargin = 0.85;
   static constexpr double kRise_per_s = 0.05;
 
-  /// In      floor    longest time between two messages, however small the capacity
-  ///         most_hz  desired rate; at the floor rate or below there is no limit
+  /// In      floor    maximum time between two messages, kept however small the capacity is
+  ///         most_hz  desired rate; the rate is not controlled if this is at most the floor rate
   SendRate(Duration floor, double most_hz) : floor_(floor), most_hz_(most_hz) {}
 
-  /// Returns whether to send a message now; the caller confirms each message with sent().
+  /// Returns whether to send a message now; the caller confirms each message by sent().
   bool may_send(Duration now) const noexcept { return now >= due_; }
   void sent(Duration now) noexcept;
-  /// The message sent at `sent` took `delay`, by clocks that differ by a constant. Older messages than the newest are
-  /// ignored.
+  /// Reports that the message sent at `sent` took `delay`, measured by clocks with a constant offset. Messages older
+  /// than the newest reported one are ignored.
   void delivered(Duration sent, Duration delay) noexcept;
 
   bool is_limited() const noexcept { return limit_hz_ < kUnlimited || is_draining_; }
@@ -66,11 +69,11 @@ class SendRate {
   bool is_draining_ = false;
   Duration due_ = Duration::min();
   Duration last_sent_ = Duration::min();
-  double usual_interval_s_ = 0;         ///< recent mean; 0: unknown
+  double usual_interval_s_ = 0;         ///< recent mean interval between messages; 0: unknown
   Duration newest_ = Duration::min();   ///< send time of the newest reported message
   Duration calm_at_ = Duration::min();  ///< send time of the last message without a queue
   Duration changed_at_ = Duration::min();
-  Duration least_draining_{0};  ///< range of the queue while draining
+  Duration least_draining_{0};  ///< smallest and (below) largest queue while draining
   Duration most_draining_{0};
   Duration patience_ = kPatience;
   LeastOver recent_{kShort};

@@ -1,4 +1,4 @@
-// Rules for the sockets of both ends: permitted addresses, and a limit of unsent bytes in the kernel.
+// Rules for the sockets of client and server: permitted addresses, and a limit of unsent bytes in the kernel.
 #pragma once
 
 #include <netinet/tcp.h>
@@ -15,21 +15,21 @@
 
 namespace tandem::net {
 
-/// Limit of unsent bytes in the kernel. Small, so that state over TCP stays fresh: bytes in the kernel cannot be
-/// replaced by newer ones.
+/// Limit of unsent bytes in the kernel. It is small, so that state over TCP stays fresh: bytes that are already in the
+/// kernel cannot be replaced by newer ones.
 using UnsentLimit = boost::asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>;
 inline constexpr int kUnsentBytes = 16 * 1024;
 
-/// Allows several sockets of one system user on one port; a connected socket receives the datagrams of its peer.
+/// Lets several sockets of one system user share a port; a connected socket receives the datagrams of its peer.
 using SharedPort = boost::asio::detail::socket_option::boolean<SOL_SOCKET, SO_REUSEPORT>;
 
-/// A system message as part of a sentence: "Connection refused" becomes "connection refused".
+/// Adapts a system message for use within a sentence: "Connection refused" becomes "connection refused".
 inline std::string lower_first(std::string text) {
   if (!text.empty()) text[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(text[0])));
   return text;
 }
 
-/// Parses a port that consists of digits only, 0 included.
+/// Parses a port number from 0 to 65535 that consists of digits only.
 inline std::optional<std::uint16_t> port_of(std::string_view text) {
   std::uint16_t port = 0;
   const char* const end = text.data() + text.size();
@@ -37,8 +37,8 @@ inline std::optional<std::uint16_t> port_of(std::string_view text) {
   return problem == std::errc() && next == end ? std::optional(port) : std::nullopt;
 }
 
-/// Parses the address in `text`; `purpose` begins the message, e.g. "cannot listen on". Without encryption only
-/// loopback is allowed: anyone who can read and write the traffic could move hands.
+/// Parses the address in `text`; `purpose` begins the error message, e.g. "cannot listen on". Without encryption only
+/// loopback addresses are allowed, because anyone who can modify the traffic could move the users' hands.
 /// Fails   std::invalid_argument: not a numeric address (or localhost), or one that needs encryption
 inline boost::asio::ip::address numeric_address(const std::string& purpose, const std::string& text,
                                                 bool is_encrypted) {

@@ -1,4 +1,4 @@
-// Text received over the network: validates UTF-8 and makes it safe for terminals and readers.
+// Validates text received over the network (UTF-8) and makes it safe to display on terminals.
 #pragma once
 
 #include <cstddef>
@@ -9,14 +9,14 @@
 
 namespace tandem::net {
 
-/// Removes one code point from the front of a non-empty text. Returns nothing and removes nothing for overlong forms,
-/// surrogates and any other invalid UTF-8.
+/// Removes one code point from the front of a non-empty text and returns it. If the UTF-8 is invalid (overlong form,
+/// surrogate, …), returns nothing and removes nothing.
 std::optional<std::uint32_t> pop_code_point(std::string_view& text);
 
-/// Returns whether the code is no control character, no line break and no change of text direction.
+/// Returns true unless the code point is a control character, a line break or a change of text direction.
 bool is_harmless(std::uint32_t code);
 
-/// Text in one line, at most `most_bytes`; "?" replaces each harmful character and each invalid byte.
+/// Returns the text as one line of at most `most_bytes`; "?" replaces each harmful character and each invalid byte.
 std::string printable(std::string_view text, std::size_t most_bytes = 400);
 
 }  // namespace tandem::net

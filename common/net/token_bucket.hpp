@@ -1,4 +1,4 @@
-// Rate limit: average rate and burst size.
+// Rate limit with an average rate and a burst size.
 #pragma once
 
 #include <algorithm>
@@ -12,18 +12,19 @@ struct Rate {
   double at_once = 0;
 };
 
-/// Token bucket of `at_once` tokens that starts full and fills by `per_second`. The balance may become negative, down
-/// to the larger of at_once and the cost of one item. A caller that pauses has tokens again after at_once / per_second.
+/// Token bucket with `at_once` tokens, which starts full and fills at the rate `per_second`. The balance may become
+/// negative; its minimum is minus the larger of at_once and the cost of one item. If no item costs more than at_once,
+/// the balance is not negative after a pause of at_once / per_second.
 ///
 /// Thread  any, one at a time; no allocation
 class TokenBucket {
  public:
   explicit TokenBucket(Rate rate) : rate_(rate), tokens_(rate.at_once) {}
 
-  /// True while the balance is positive; the next item may cost more than the balance.
+  /// Returns true while the balance is positive; the next item may cost more than the balance.
   bool has_some(LocalTime now) const { return tokens_at(now) > 0; }
   bool is_full(LocalTime now) const { return tokens_at(now) >= rate_.at_once; }
-  /// Takes `cost` tokens; returns whether the balance covered them.
+  /// Removes `cost` tokens; returns whether the balance covered them.
   bool consume(double cost, LocalTime now) {
     const double left = tokens_at(now) - cost;
     tokens_ = std::max(left, -std::max(rate_.at_once, cost));

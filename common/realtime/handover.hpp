@@ -1,11 +1,12 @@
-// Hands objects that own memory from a maker thread to a user thread, and returns them to the maker for destruction.
-// The user neither allocates, locks, waits nor frees, and no thread holds a pointer to a freed object.
+// Transfers objects that own memory from a maker thread to a user thread, and returns them to the maker for
+// destruction. The user thread neither allocates, locks, waits nor frees, and no thread holds a pointer to a freed
+// object.
 //
 //   maker: offer(g, object) ──▶ slot g mod 2 ──▶ get()             user, in generation g
 //          frees the object of g − 2, once ◀─── enter(g − 1) ───── user
 //
-// Each object belongs to a generation, a number that only increases. The user enters generations in order and never
-// requests an object of an older one, so the maker may free it.
+// Each object belongs to a generation, a number that only increases. The user thread enters generations in order and
+// never accesses an object of an older one, so the maker may free that object.
 #pragma once
 
 #include <array>
@@ -21,9 +22,9 @@ namespace tandem::realtime {
 template <class T>
 class Handover {
  public:
-  /// Stores `object` as the only one of `generation` (> 0, increasing). Returns false and leaves it with the caller
-  /// while the user may still use the object of two generations before; offer it again later.
-  /// Thread  maker: frees that older object
+  /// Stores `object` as the only object of `generation` (> 0, increasing). Returns false and does not take the object
+  /// while the user may still use the object of two generations before. The maker then calls this function again later.
+  /// Thread  maker: it frees the object of two generations before
   bool offer(std::uint32_t generation, std::unique_ptr<T>& object) {
     const std::size_t slot = generation % kSlots;
     const std::uint32_t older = generations_[slot].load(std::memory_order_relaxed);
@@ -34,17 +35,18 @@ class Handover {
     return true;
   }
 
-  /// The object of `generation`, before the user enters it; null if there is none yet.
+  /// Returns the object of `generation`, also before the user enters that generation; null if there is none yet.
   /// Thread  user
   T* offered(std::uint32_t generation) const noexcept {
     const std::size_t slot = generation % kSlots;
     const bool is_it = generations_[slot].load(std::memory_order_acquire) == generation;
     return is_it ? shown_[slot].load(std::memory_order_relaxed) : nullptr;
   }
-  /// Declares that the user uses the object of `generation` and never one of an older generation.
+  /// Declares that the user thread uses the object of `generation` from now on, and never again one of an older
+  /// generation.
   /// Thread  user
   void enter(std::uint32_t generation) noexcept { entered_.store(generation, std::memory_order_release); }
-  /// The object of the generation entered last; null if there is none yet.
+  /// Returns the object of the generation entered last; null if there is none yet.
   /// Thread  user
   T* get() const noexcept { return offered(entered_.load(std::memory_order_relaxed)); }
 
@@ -52,7 +54,8 @@ class Handover {
   static constexpr std::size_t kSlots = 2;
 
   std::array<std::unique_ptr<T>, kSlots> objects_;  ///< accessed by the maker only
-  /// Pointers to the objects, for the user. Atomic, because the user may load one before it has checked the generation.
+  /// Pointers to the objects, for the user thread. They are atomic, because the user may load one while the maker
+  /// replaces it.
   std::array<std::atomic<T*>, kSlots> shown_{};
   std::array<std::atomic<std::uint32_t>, kSlots> generations_{};
   std::atomic<std::uint32_t> entered_{0};

@@ -23,26 +23,29 @@ namespace tandem::realtime {
 namespace {
 
 constexpr Duration kFollowEvery{std::chrono::milliseconds(10)};
-/// Evaluated over kJudgeTimes periods; pauses for kStopTimes periods when others used more than kMaxOthers of the time.
+/// The load is evaluated over kJudgeTimes periods. The helper pauses for kStopTimes periods if other threads used more
+/// than the fraction kMaxOthers of the time.
 constexpr int kJudgeTimes = 10, kStopTimes = 100;
 constexpr double kMaxOthers = 0.5;
 
-std::array<std::atomic_flag, CPU_SETSIZE> kept_awake{};  // one flag per processor; set: a thread keeps it awake
+std::array<std::atomic_flag, CPU_SETSIZE> kept_awake{};  // one flag per processor, set while a helper keeps it awake
 
-/// Processor that the thread with this /proc stat file ran on last; −1: the thread has ended.
+/// Returns the processor on which the thread with this /proc stat file ran last; −1: the thread has ended.
 int processor_of(int stat) {
   std::array<char, 1024> bytes{};
   const ssize_t count = pread(stat, bytes.data(), bytes.size(), 0);
   if (count <= 0) return -1;
   std::string_view text(bytes.data(), static_cast<std::size_t>(count));
-  // After the name, which may contain anything, follows the third value; the processor is the 39th (man 5 proc).
+  // The thread's name may contain any characters. The third value follows it; the processor is the 39th value (man 5
+  // proc).
   text.remove_prefix(std::min(text.size(), text.rfind(')') + 1));
   for (int value = 3; value <= 39; ++value) text.remove_prefix(std::min(text.size(), text.find(' ') + 1));
   return text.empty() ? -1 : std::atoi(text.data());
 }
 
-/// Times from a thread's /proc schedstat file: running time, and time ready while others ran (0 if the kernel does not
-/// count it). Time that a host takes is not included.
+/// Returns two times from a thread's /proc schedstat file: its running time, and the time for which it was ready while
+/// others ran (0 if the kernel does not count it). Time during which the host suspended the virtual processor is not
+/// included.
 std::array<Duration, 2> times_of(int schedstat) {
   std::array<char, 128> bytes{};
   if (pread(schedstat, bytes.data(), bytes.size() - 1, 0) <= 0) return {};
@@ -51,7 +54,7 @@ std::array<Duration, 2> times_of(int schedstat) {
   return {running, Duration(std::strtoll(after_running, nullptr, 10))};
 }
 
-/// Pins the calling thread to the processor. False: another thread already keeps it awake.
+/// Pins the calling thread to the processor. Returns false if another helper already keeps that processor awake.
 bool claim(int processor) {
   const auto index = static_cast<std::size_t>(processor);
   if (processor >= CPU_SETSIZE || kept_awake[index].test_and_set()) return false;
@@ -62,7 +65,7 @@ bool claim(int processor) {
   return true;
 }
 
-/// Loop of the helper thread. `stat` and `schedstat` are files of the thread that it keeps awake.
+/// Loop of the helper thread. `stat` and `schedstat` are /proc files of the thread whose processor it keeps awake.
 void run_beside(int stat, int schedstat, int own_schedstat, const std::weak_ptr<const void>& is_wanted) {
   const SteadyClock clock;
   const auto others_so_far = [=] { return times_of(own_schedstat)[1] - times_of(schedstat)[0]; };
@@ -127,7 +130,8 @@ bool gives_idle_to_host(const std::filesystem::path& root) {
 bool has_processor_quota(const std::filesystem::path& root) {
   std::ifstream own(root / "proc/self/cgroup");
   for (std::string line; std::getline(own, line);) {
-    // Number, controllers, path; version 2 lists no controllers. Quotas of parent groups count as well.
+    // A line contains number, controllers and path; in version 2 the controllers are empty. Quotas of parent groups
+    // apply as well.
     const std::size_t colon = line.find(':'), slash = line.find(":/");
     if (slash == std::string::npos) continue;
     const std::string controllers = ',' + line.substr(colon + 1, std::max(colon + 1, slash) - colon - 1) + ',';
@@ -158,7 +162,8 @@ std::shared_ptr<const void> keep_awake() {
   const auto wanted = std::make_shared<const char>();
   try {
     if (stat < 0) throw std::system_error(errno, std::generic_category());
-    // Detached, never joined: beside busy threads it may get the processor only after a second.
+    // The thread is detached, because joining it could take a second: busy threads delay a thread at SCHED_IDLE for so
+    // long.
     std::thread([stat, schedstat, close_files, is_wanted = std::weak_ptr<const void>(wanted)] {
       const sched_param parameters{};
       const int own_schedstat = opened("/proc/thread-self/schedstat");

@@ -1,4 +1,4 @@
-// Keeps a processor from idling, for a loop that must wake up in time on a virtual machine.
+// Prevents a processor from becoming idle, for a loop that must wake up in time on a virtual machine.
 #pragma once
 
 #include <filesystem>
@@ -6,29 +6,29 @@
 
 namespace tandem::realtime {
 
-/// Returns whether an idle processor goes back to a host, which may need a millisecond to run it again. This holds if
-/// the machine is virtual and its kernel has no idle driver that request_realtime() could keep awake.
+/// Returns whether an idle processor is handed back to a host, which may need a millisecond to run it again. This is
+/// the case if the machine is virtual and its kernel has no idle driver that request_realtime() could configure.
 ///
-/// In      root  contains proc/cpuinfo and sys/devices/system/cpu/cpuidle/current_driver; tests use another one
+/// In      root  folder with proc/cpuinfo and sys/devices/system/cpu/cpuidle/current_driver; tests pass a different one
 bool gives_idle_to_host(const std::filesystem::path& root = "/");
-/// Returns whether this process may use only a share of the processors, as in a container. A thread that never sleeps
-/// would use up that share.
+/// Returns whether a quota limits the processor time of this process, as in a container. A thread that never sleeps
+/// would use up the quota.
 ///
-/// In      root  contains proc/self/cgroup and sys/fs/cgroup
+/// In      root  folder with proc/self/cgroup and sys/fs/cgroup
 bool has_processor_quota(const std::filesystem::path& root = "/");
-/// Returns whether keep_awake() is worthwhile for the calling thread: it has real-time priority, the host takes idle
-/// processors, and there is no quota.
+/// Returns whether keep_awake() is useful for the calling thread: the thread has real-time priority, idle processors
+/// are handed back to a host, and there is no quota.
 bool should_keep_awake();
 
-/// Starts a thread at SCHED_IDLE, the lowest priority, on the processor of the calling thread. It keeps that processor
-/// awake and follows the thread within 10 ms. Any other work there runs first, as if the processor were idle. This does
-/// not hold where the kernel shares processors by group (cgroups, sessions). The thread therefore pauses for a second
-/// whenever others have the processor for more than half of the time (measured by /proc/self/schedstat; without that
-/// file never). The host grants a whole processor's time. Of several such threads in a process, one keeps a processor
-/// awake.
+/// Starts a helper thread at SCHED_IDLE, the lowest priority, on the processor of the calling thread. The helper keeps
+/// that processor busy, and follows the calling thread within 10 ms to another processor. All other threads preempt it,
+/// as if the processor were idle. Exception: a kernel that shares processors by group (cgroups, sessions) lets the
+/// helper take time from others. The helper therefore pauses for a second whenever other threads use more than half of
+/// the processor's time. It reads this from /proc/self/schedstat; without that file it never pauses. To the host the
+/// processor appears fully used. If several helpers of a process run on one processor, only one of them keeps it busy.
 ///
-/// Out     handle of the thread, which ends some time after the last copy is destroyed or the calling thread ends;
-///         empty if such a thread is not possible
+/// Out     handle of the helper, which ends some time after the last copy is destroyed or the calling thread ends;
+///         empty if the helper cannot be started
 std::shared_ptr<const void> keep_awake();
 
 }  // namespace tandem::realtime

@@ -1,4 +1,4 @@
-// Pages of 2 MiB for memory with random access.
+// Pages of 2 MiB for memory that is accessed randomly.
 #pragma once
 
 #include <cstddef>
@@ -6,11 +6,12 @@
 
 namespace tandem::realtime {
 
-/// Moves the whole 2 MiB pages within `memory` to large pages, where the kernel can. Otherwise distant reads wait for
-/// address translation as long as for the data, in a virtual machine longer.
+/// Moves all complete 2 MiB blocks within `memory` to large pages, if the kernel supports it. With small pages, the
+/// address translation of a random access takes about as long as the access, and longer in a virtual machine.
 ///
-/// Out     false: nothing was moved; too little memory, or no support (/sys/kernel/mm/transparent_hugepage)
-/// Cost    a copy of the memory; its contents do not change
+/// Out     false: nothing was moved, because the memory is too small or large pages are not supported
+///         (/sys/kernel/mm/transparent_hugepage)
+/// Cost    one copy of the memory by the kernel; the contents do not change
 bool use_large_pages(std::span<const std::byte> memory) noexcept;
 
 }  // namespace tandem::realtime

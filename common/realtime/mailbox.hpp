@@ -1,10 +1,10 @@
-// Newest-wins exchange of a value between two threads, without locks and without waiting.
+// Lock-free, wait-free exchange of a value between two threads: the newest value replaces older ones.
 //
 //   writer owns slot A      middle slot      reader owns slot B
 //        publish(): A ⇄ middle (mark fresh)      poll(): if fresh, middle ⇄ B
 //
-// With three slots the writer can always write and the reader can always read a whole value. State is absolute in this
-// project (freshest-only), so a value that was never read is only counted.
+// With three slots the writer can always write and the reader can always read a complete value. States in this project
+// are absolute, and only the newest matters, so a value that was never read is only counted.
 #pragma once
 
 #include <array>
@@ -15,19 +15,19 @@ namespace tandem::realtime {
 
 /// Triple buffer for one writer thread and one reader thread.
 ///
-/// In      T  copy-assignable; its assignment should not allocate where the mailbox is used on a tick
-/// Thread  write side: one thread; read side: one (other) thread
+/// In      T  copy-assignable; its assignment should not allocate if the mailbox is used in a real-time tick
+/// Thread  write side: one thread; read side: one other thread
 template <class T>
 class Mailbox {
  public:
   Mailbox() = default;
-  /// Fills all slots with `initial`, so that they own their memory from the start.
+  /// Fills all slots with `initial`, so that their memory is allocated at construction.
   explicit Mailbox(const T& initial) { slots_.fill(initial); }
 
-  /// The slot that the next publish() hands over. It holds an arbitrary older value: assign all of it.
+  /// The slot that the next publish() makes visible. It holds an arbitrary older value, so assign all of its fields.
   T& back() { return slots_[back_]; }
 
-  /// Makes back() the newest value. True when the value it replaces was never read.
+  /// Makes back() the newest value. Returns true if the value that it replaces was never read.
   bool publish() {
     const std::uint8_t previous = middle_.exchange(back_ | kFresh, std::memory_order_acq_rel);
     back_ = previous & kIndex;
@@ -38,7 +38,8 @@ class Mailbox {
     return publish();
   }
 
-  /// Takes the newest value if there is one since the last poll; otherwise front() is unchanged.
+  /// Makes the newest value available in front() if one was published since the last poll; otherwise front() is
+  /// unchanged.
   bool poll() {
     if ((middle_.load(std::memory_order_relaxed) & kFresh) == 0) return false;
     front_ = middle_.exchange(front_, std::memory_order_acq_rel) & kIndex;

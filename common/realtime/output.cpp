@@ -19,17 +19,18 @@ namespace tandem::realtime {
 namespace {
 
 constexpr std::size_t kMaxQueuedLines = 1024;
-// Far longer than an active reader needs. With the second that goodbyes may take, a server ends within two.
+// Far longer than an active reader needs. A server that also spends up to a second on disconnect messages thus ends
+// within two seconds.
 constexpr Duration kMaxFinish{std::chrono::milliseconds(500)};
 
-/// Counts completed flushes, for threads that wait for them.
+/// Number of completed flushes, with which a thread can wait for them.
 struct Flushes {
   std::mutex mutex;
   std::condition_variable changed;
   int count = 0;
 };
 
-/// Writes to a descriptor on the thread of the pool. While nobody reads, the thread blocks here.
+/// Writes to a descriptor on the thread of the pool. The thread blocks here while nobody reads the output.
 class DescriptorSink : public spdlog::sinks::base_sink<std::mutex> {
  public:
   DescriptorSink(int descriptor, spdlog::details::thread_pool& pool, Flushes& flushes)
@@ -61,7 +62,7 @@ class DescriptorSink : public spdlog::sinks::base_sink<std::mutex> {
       if (written >= 0) {
         text.remove_prefix(static_cast<std::size_t>(written));
       } else if (errno == EAGAIN) {
-        // Another process with the same terminal may have made it non-blocking.
+        // Another process may have made the shared terminal non-blocking.
         pollfd ready{descriptor_, POLLOUT, 0};
         ::poll(&ready, 1, -1);
       } else if (errno != EINTR) {
@@ -76,7 +77,7 @@ class DescriptorSink : public spdlog::sinks::base_sink<std::mutex> {
   std::size_t reported_lost_ = 0;
 };
 
-/// One standard output: a thread, its queue and the loggers that write to it.
+/// One standard output, with its thread, its queue and the loggers that write to it.
 class Stream {
  public:
   Stream(const std::string& program, int descriptor, Flushes& flushes)
@@ -152,7 +153,7 @@ struct Output::Impl {
   Flushes flushes;
   Stream out;
   Stream err;
-  std::mutex mutex;  // protects limit
+  std::mutex mutex;  // protects `limit`
   LineLimit limit;
 };
 

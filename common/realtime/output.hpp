@@ -1,5 +1,5 @@
-// Non-blocking output of a program. A program that moves a hand, or serves such programs, must never wait for the
-// reader of its output: a terminal can be stopped (Ctrl-S), a pipe can be full, its reader may have ended.
+// Non-blocking output of a program. A program that displays forces, or a server of such programs, must never wait for
+// the reader of its output. A terminal can be stopped (Ctrl-S), a pipe can be full, and its reader may have ended.
 //
 //   any thread: out(), err(), log() ──▶ queue of 1024 lines ──▶ a thread for each output: write(2), may hang
 //                                       full: the oldest line is dropped and counted
@@ -15,8 +15,8 @@
 
 namespace tandem::realtime {
 
-/// Limits the lines of a kind per minute; suppressed lines are counted and reported. A peer that triggers lines thus
-/// cannot fill the log.
+/// Limits the number of lines of one kind per minute; suppressed lines are counted and reported. A peer that triggers
+/// log lines thus cannot fill the log.
 ///
 /// Thread  one at a time
 class LineLimit {
@@ -24,11 +24,11 @@ class LineLimit {
   static constexpr std::size_t kMaxLines = 60;
   static constexpr Duration kWindow{std::chrono::minutes(1)};
 
-  /// Lines to write for this line: the line itself, a notice that further ones are suppressed, or nothing. Before them
-  /// the counts of suppressed lines in windows that have ended.
-  /// In      kind  chosen by the program, never by a peer: there are few kinds
+  /// Returns the lines to write for `line`: the line itself, a notice that further ones are suppressed, or nothing.
+  /// Before these come the counts of lines that were suppressed in windows that have now ended.
+  /// In      kind  chosen by the program, never by a peer, so that there are few kinds
   std::vector<std::string> admitted(std::string_view kind, const std::string& line, LocalTime now);
-  /// Counts of suppressed lines that have not been reported yet.
+  /// Returns the counts of suppressed lines that have not been reported yet.
   std::vector<std::string> left_out();
 
  private:
@@ -41,24 +41,25 @@ class LineLimit {
   std::map<std::string, Window, std::less<>> windows_;
 };
 
-/// One per program, constructed first in main() and used until the end. It owns threads that may block, so the process
-/// does not wait for them: its memory is never freed.
+/// Each program has one object of this class, constructed first in main() and used until the program ends. Its threads
+/// may be blocked in a write, so the process ends without joining them, and their memory is never freed.
 ///
 /// Thread  any
 class Output {
  public:
-  /// Ignores SIGPIPE, so that a reader that ends does not end the program.
+  /// Ignores SIGPIPE, so that the program continues if the reader of its output ends.
   explicit Output(const std::string& program);
   Output(const Output&) = delete;
   Output& operator=(const Output&) = delete;
 
-  /// Writes text unchanged to the standard output (out) or the standard error output (err).
+  /// Write text unchanged: out() to the standard output, err() to the standard error output.
   void out(const std::string& text);
   void err(const std::string& text);
-  /// Writes a line with the time to the standard error output, limited by LineLimit.
+  /// Writes a line with a time stamp to the standard error output; LineLimit applies.
   void log(std::string_view kind, const std::string& line);
 
-  /// Reports the suppressed lines and waits until all is written, at most half a second; text unread by then is lost.
+  /// Reports the suppressed lines, then waits at most half a second until all lines are written. Lines not written by
+  /// then are lost.
   void finish();
 
  private:

@@ -1,4 +1,4 @@
-// Detects a loop below its rate: results computed for a step of 1 ms are wrong when a step takes 10 ms.
+// Detects a loop that runs too slowly. If a step takes 10 ms, results computed for a step of 1 ms are wrong.
 #pragma once
 
 #include <algorithm>
@@ -9,18 +9,18 @@
 
 namespace tandem::realtime {
 
-/// A loop is slow at less than 90 % of its rate for 100 ms: each of the last two windows had fewer than 90 % of the due
-/// ticks. A single delay affects one window only. A window is 50 ms, or 20 periods if that is longer.
+/// A loop counts as slow if in each of the last two windows it ran fewer than 90 % of its ticks. A single delay affects
+/// one window only. A window lasts 50 ms, or 20 periods if that is longer.
 ///
-/// Thread  the loop's own; no allocation after construction
+/// Thread  that of the loop; no allocation after construction
 class RateWatch {
  public:
-  /// In      period  period of the loop; above 0
+  /// In      period  period of the loop, > 0
   explicit RateWatch(Duration period)
       : window_(std::max<Duration>(std::chrono::milliseconds(50), 20 * period)),
         ticks_(2 * static_cast<std::size_t>(window_ * 9 / (period * 10))) {}
 
-  /// Call it once a tick, at its time.
+  /// Returns whether the loop is slow. Call it once per tick, with the time of the tick.
   bool is_slow(LocalTime now) noexcept {
     const std::size_t half = ticks_.size() / 2;
     const LocalTime before = ticks_[next_], between = ticks_[(next_ + half) % ticks_.size()];
@@ -30,12 +30,12 @@ class RateWatch {
     seen_ = std::min(seen_ + 1, ticks_.size());
     return is_known && now - between > window_ && between - before > window_;
   }
-  /// Discards the ticks after the loop was stopped on purpose.
+  /// Discards the recorded ticks; call it after the loop was stopped intentionally.
   void restart() noexcept { seen_ = 0; }
 
  private:
   Duration window_;
-  std::vector<LocalTime> ticks_;  ///< ring of the ticks of two windows
+  std::vector<LocalTime> ticks_;  ///< ring buffer with the ticks of two windows
   std::size_t next_ = 0;          ///< index of the oldest tick
   std::size_t seen_ = 0;
 };

@@ -1,4 +1,4 @@
-// Linux only: the loops are built on SCHED_FIFO, mlockall and absolute sleeps.
+// This file is for Linux only: the loops use SCHED_FIFO, mlockall and sleeps until absolute times.
 #include "common/realtime/realtime.hpp"
 
 #include <fcntl.h>
@@ -28,18 +28,19 @@ namespace {
 
 constexpr std::size_t kPrefaultedStackBytes = 256U * 1024U;
 constexpr std::size_t kPageBytes = 4096;
-// The kernel's throttling takes 50 ms of each second by default (sched_rt_runtime_us 950000 of 1000000). Half of that
-// is a clear distinction from a busy machine.
+// The kernel's throttling suspends real-time threads by default for 50 ms of each second (sched_rt_runtime_us is 950000
+// of 1000000). A limit of half that time distinguishes it clearly from the delays of a busy machine.
 constexpr Duration kThrottleLateness{std::chrono::milliseconds(25)};
 
-/// Time constant of the mean wake-up delay, in wake-ups.
+/// Time constant of the mean wake-up delay, as a number of wake-ups.
 constexpr int kWakingMean = 64;
 
 std::string not_granted(const std::string& what, int error, const std::string& remedy) {
   return what + " not granted (" + std::generic_category().message(error) + "): " + remedy;
 }
 
-/// Path of this process's cgroup (v2), relative to the root of its cgroups; empty if there is none.
+/// Returns the path of this process's cgroup (v2), relative to the root of the cgroup file system; empty if there is
+/// none.
 std::filesystem::path own_cgroup() {
   std::ifstream file("/proc/self/cgroup");
   for (std::string line; std::getline(file, line);) {
@@ -81,8 +82,8 @@ bool may_lock_all_memory() {
 }
 
 void request_locked_memory(std::vector<std::string>& missing) {
-  // Under a limit, later allocations must not be locked: at the limit an allocation fails and ends the program, with a
-  // force on.
+  // If the amount of locked memory is limited, later allocations must not be locked. An allocation beyond the limit
+  // would fail and end the program while a force is displayed.
   const bool may_lock_all = may_lock_all_memory();
   const int result = mlockall(may_lock_all ? MCL_CURRENT | MCL_FUTURE : MCL_CURRENT);
   if (result != 0 || !may_lock_all) {
@@ -94,7 +95,7 @@ void request_locked_memory(std::vector<std::string>& missing) {
   prefault_stack();
 }
 
-/// Returns whether processors may sleep so deeply that waking takes long.
+/// Returns whether the kernel uses idle states, which may have a long wake-up latency.
 bool has_deep_sleep() {
   std::string driver;
   std::ifstream("/sys/devices/system/cpu/cpuidle/current_driver") >> driver;
@@ -102,7 +103,8 @@ bool has_deep_sleep() {
 }
 
 void request_light_sleep(std::vector<std::string>& missing) {
-  // Effective while the file is open, thus until the program ends; further threads get the same result.
+  // The request is effective while the file is open, which is until the program ends. Further threads get the stored
+  // result.
   static const int error = [] {
     const int file = open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC);
     if (file < 0) return errno;

@@ -1,5 +1,6 @@
-// Real-time requests of a haptic or room loop, and its timer. A request never fails: the program receives a list of the
-// resources not granted, prints it once, and continues unless told to insist.
+// Real-time requests for a haptic loop or a room loop, and the timer of such loops. A request never fails. It returns a
+// list of the resources that were not granted; the program prints the list once and continues, unless an option
+// requires all.
 #pragma once
 
 #include <pthread.h>
@@ -15,58 +16,64 @@
 
 namespace tandem::realtime {
 
-/// Requests real-time properties for the calling thread. A priority implies locked memory: that of the process, with
-/// later allocations (mlockall). The first 256 KiB of the stack are touched, so that the loop has no page faults.
-/// Processors then may not sleep so deeply that waking takes long (PM QoS, /dev/cpu_dma_latency), until the program
-/// ends.
+/// Requests real-time properties for the calling thread. A priority above 0 also locks the memory of the process,
+/// including later allocations (mlockall). It touches the first 256 KiB of the stack, so that the loop has no page
+/// faults. It also disables idle states of the processors with a long wake-up latency until the program ends (PM QoS,
+/// /dev/cpu_dma_latency).
 ///
-/// In      priority  SCHED_FIFO priority 1–99; 0: stay with the normal scheduler
-///         cpu       pin to this CPU; −1: do not pin
-/// Out     one line with the remedy for each resource not granted; empty if all were
+/// In      priority  SCHED_FIFO priority, 1–99; 0: the thread keeps the normal scheduler
+///         cpu       CPU to which the thread is pinned; −1: not pinned
+/// Out     one line with the remedy for each resource not granted; empty if all were granted
 std::vector<std::string> request_realtime(int priority, int cpu = -1);
-/// Returns the calling thread to the normal scheduler: for work that may take long.
+/// Returns the calling thread to the normal scheduler, for work that may take long.
 void drop_realtime();
-/// Whether the calling thread runs at SCHED_FIFO (or SCHED_RR) priority.
+/// Returns whether the calling thread runs at SCHED_FIFO (or SCHED_RR) priority.
 bool has_realtime_priority();
 
-/// Number of cores that this process may use (`taskset`, the quota of a container's cgroup); at least 1.
+/// Returns the number of cores that this process may use (limited by `taskset` and by the quota of a container's
+/// cgroup); at least 1.
 std::size_t usable_cores();
-/// Number of cores of a cgroup's quota, rounded up and at least 1; nothing without a limit, or for another text.
+/// Returns the number of cores that a cgroup's quota permits, rounded up, at least 1. Returns nothing if there is no
+/// limit or the text is invalid.
 ///
 /// In      cpu_max  text of the file cpu.max (cgroup v2): processor time and period in µs, "200000 100000", or "max …"
 std::optional<std::size_t> cores_of_quota(const std::string& cpu_max);
-/// Processor time that a thread of this process has used.
+/// Returns the processor time that a thread of this process has used.
 Duration cpu_time(pthread_t thread);
-/// SCHED_FIFO `priority` for a thread of this process; 0: the normal scheduler. Returns whether it was granted.
+/// Sets SCHED_FIFO `priority` for a thread of this process; 0 sets the normal scheduler. Returns whether it was
+/// granted.
 bool set_priority(pthread_t thread, int priority);
 
-/// Sleeps to absolute deadlines start + n·period on SteadyClock's clock, and records the lateness of each wake-up.
+/// Sleeps until absolute deadlines start + n·period on the clock of SteadyClock, and records the lateness of each
+/// wake-up.
 ///
-/// Thread  the loop's own
+/// Thread  that of the loop
 class PeriodicTimer {
  public:
-  /// In      spin  maximum time to wake up before the deadline and poll: twice the recent wake-up delay. An idle
-  ///               processor may need a tenth of a millisecond to wake up, a busy one microseconds
+  /// In      spin  maximum time for which wait() wakes up before the deadline and polls. The time used is twice the
+  ///               recent wake-up delay: up to a tenth of a millisecond on an idle processor, microseconds on a busy
+  ///               one
   /// Fails   std::invalid_argument: period not above 0
   PeriodicTimer(Duration period, LocalTime start, Duration spin = Duration{0});
-  /// Sleeps to the next deadline and returns it. If that has passed by more than a period, skips and counts the missed
-  /// deadlines: a late loop does not run a burst to catch up.
+  /// Sleeps until the next deadline and returns it. If that deadline passed more than one period ago, the missed
+  /// deadlines are skipped and counted. A late loop thus does not run a burst of ticks to catch up.
   ///
-  /// In      early  permitted time to return before the deadline. No sleep if the deadline is no farther away; else the
-  ///                sleep is shorter by twice the recent wake-up delay
+  /// In      early  time by which it may return before the deadline. If the deadline is no farther away, it returns at
+  ///                once. Otherwise the sleep ends earlier by twice the recent wake-up delay, at most by the larger of
+  ///                `early` and spin
   LocalTime wait(Duration early = Duration{0});
-  /// Deadline of the next wait(), unless it has been missed by then.
+  /// Returns the deadline of the next wait(), provided that it is not missed.
   LocalTime due() const { return next_ + period_; }
 
-  /// Sets the next deadline to a period after `start`; earlier deadlines do not count as missed.
+  /// Sets the next deadline to one period after `start`; deadlines before it do not count as missed.
   void restart(LocalTime start) { next_ = start; }
   /// Delays all following deadlines by `later`.
   void shift(Duration later) { next_ += later; }
 
   const Histogram& lateness() const { return lateness_; }
   std::uint64_t missed() const { return missed_; }
-  /// Wake-ups more than 25 ms late at real-time priority look like the kernel's real-time throttling
-  /// (sched_rt_runtime_us). They are counted so that a program can report them.
+  /// Number of wake-ups that were more than 25 ms late. At real-time priority the probable cause is the kernel's
+  /// real-time throttling (sched_rt_runtime_us). A program can report this number.
   std::uint64_t throttle_suspects() const { return throttle_suspects_; }
 
  private:

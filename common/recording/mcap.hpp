@@ -1,4 +1,4 @@
-// The parts of the container format MCAP (https://mcap.dev/spec) that this project writes and reads.
+// The subset of the container format MCAP (https://mcap.dev/spec) that this project writes and reads.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ using Bytes = std::vector<std::uint8_t>;
 
 inline constexpr std::string_view kMagic{"\x89MCAP0\r\n", 8};
 
-/// Type of a record, its first byte. Readers skip unknown types except 0, which is invalid.
+/// Type of a record, stored in its first byte. Readers skip unknown types, except 0, which is invalid.
 enum class Op : std::uint8_t {
   kHeader = 1,
   kFooter = 2,
@@ -32,20 +32,20 @@ enum class Op : std::uint8_t {
   kDataEnd = 15,
 };
 
-/// A stream of messages of one type. The schema is a FileDescriptorSet (encoding "protobuf"), so a file describes
-/// itself.
+/// A channel carries messages of one type. Its schema is a FileDescriptorSet (encoding "protobuf"), so that a file can
+/// be decoded without other files.
 struct Channel {
   std::string topic;
   std::string type;  ///< full name of the message type
   Bytes descriptors;
 };
 
-/// A message. Times count from 1970, UTC.
+/// A message. Times are counted from 1970, UTC.
 struct Message {
-  std::uint16_t channel = 0;  ///< channel number in the writer or in the reader
+  std::uint16_t channel = 0;  ///< number of the channel in the writer or in the reader
   std::uint32_t sequence = 0;
   std::uint64_t log_ns = 0;      ///< time of the event
-  std::uint64_t publish_ns = 0;  ///< same as log_ns here
+  std::uint64_t publish_ns = 0;  ///< equal to log_ns in this project
   std::span<const std::uint8_t> data;
 };
 

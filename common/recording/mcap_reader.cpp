@@ -44,7 +44,8 @@ std::optional<Message> McapReader::stop(End end, std::string why) {
   return std::nullopt;
 }
 
-/// Allocates memory as the bytes arrive; a declared length alone allocates none.
+/// Reads exactly `size` bytes. Memory is allocated only as the bytes arrive, so that a false length in the file cannot
+/// cause a large allocation.
 bool McapReader::read_exactly(std::size_t size, Bytes& out) {
   out.clear();
   while (out.size() < size) {
@@ -96,7 +97,7 @@ bool McapReader::read_schema(std::span<const std::uint8_t> rest) {
   const auto id = reader.number<std::uint16_t>();
   Channel schema;
   schema.type = read_text(reader, rest);
-  read_text(reader, rest);  // the encoding; the decoder knows the type
+  read_text(reader, rest);  // skips the encoding, because the decoder knows the type
   const auto data = read_bytes(reader, rest, reader.u32());
   schema.descriptors.assign(data.begin(), data.end());
   if (!reader.ok() || !rest.empty() || id == 0 || schemas_.size() >= kMaxChannels) return false;
@@ -110,10 +111,11 @@ bool McapReader::read_channel(std::span<const std::uint8_t> rest) {
   const auto schema = schemas_.find(reader.number<std::uint16_t>());
   Channel channel = schema == schemas_.end() ? Channel{} : schema->second;
   channel.topic = read_text(reader, rest);
-  read_text(reader, rest);                 // the encoding
-  read_bytes(reader, rest, reader.u32());  // the channel's metadata
+  read_text(reader, rest);                 // skips the encoding
+  read_bytes(reader, rest, reader.u32());  // skips the channel's metadata
   if (!reader.ok() || !rest.empty() || channels_.size() >= kMaxChannels) return false;
-  // The summary repeats each channel under a checksum. Another topic there means that messages were assigned wrongly.
+  // The summary, which has a checksum, repeats each channel. If the topics differ, messages were assigned to a wrong
+  // channel.
   const Channel* const before = is_in_summary_ ? this->channel(id) : nullptr;
   if (before != nullptr && before->topic != channel.topic) return false;
   channels_.insert_or_assign(id, std::move(channel));
@@ -163,7 +165,7 @@ std::optional<Message> McapReader::message_of(std::span<const std::uint8_t> cont
   return message;
 }
 
-/// Handles schemas and channels; ignores all other records.
+/// Processes a schema or channel record; ignores all other records.
 bool McapReader::read_data_record(Op op, std::span<const std::uint8_t> content) {
   if (op == Op::kSchema) return read_schema(content);
   if (op == Op::kChannel) return read_channel(content);
@@ -183,16 +185,16 @@ std::optional<Message> McapReader::next_in_chunk() {
   return std::nullopt;
 }
 
-/// Detects a damaged length of the header, which would hide other records.
+/// Detects a header with a damaged length, which would hide the records after it.
 std::string McapReader::damage_of_header() const {
   std::span<const std::uint8_t> rest(content_);
   ByteReader reader(rest);
-  read_text(reader, rest);  // the profile
-  read_text(reader, rest);  // the library
+  read_text(reader, rest);  // skips the profile
+  read_text(reader, rest);  // skips the name of the library
   return reader.ok() && rest.empty() && channels_.empty() ? "" : "the header is damaged";
 }
 
-/// Checks a MessageIndex, which follows its chunk. This also detects a chunk whose type byte was altered.
+/// Checks a MessageIndex record, which must follow its chunk. This also detects a chunk whose type byte was altered.
 std::string McapReader::damage_of_index() const {
   if (!follows_chunk_) return "an index follows no chunk: a chunk before it is damaged";
   std::span<const std::uint8_t> rest(content_);
@@ -202,7 +204,8 @@ std::string McapReader::damage_of_index() const {
   return reader.ok() && rest.empty() && channel(id) != nullptr ? "" : "the index of a chunk is damaged";
 }
 
-/// The checksum also covers the Footer's fields before it.
+/// Returns whether the checksum of the summary is correct. It also covers the fields of the Footer that precede the
+/// sum.
 bool McapReader::is_sum_of_summary_right(std::uint32_t sum) const {
   Bytes summed = summary_;
   summed.insert(summed.end(), head_.begin(), head_.end());
@@ -210,7 +213,7 @@ bool McapReader::is_sum_of_summary_right(std::uint32_t sum) const {
   return sum == crc32(summed);
 }
 
-/// Compares the counts of the reader with the writer's.
+/// Compares the numbers of messages and chunks read with the numbers that the writer stored.
 std::string McapReader::damage_of_footer() {
   std::span<const std::uint8_t> rest(content_);
   ByteReader reader(rest);
@@ -224,7 +227,7 @@ std::string McapReader::damage_of_footer() {
   ByteReader statistics(counted);
   const auto messages = statistics.number<std::uint64_t>();
   statistics.number<std::uint16_t>();
-  for (int i = 0; i < 3; ++i) statistics.u32();  // channels, attachments, metadata
+  for (int i = 0; i < 3; ++i) statistics.u32();  // skips the numbers of channels, attachments and metadata records
   const std::uint32_t chunks = statistics.u32();
   if (!statistics.ok()) return "the summary's count of messages is damaged";
   if (messages == messages_ && chunks == chunks_) return {};
@@ -253,7 +256,7 @@ std::string McapReader::damage_of_record() {
       counts_ = content_;
       return "";
     default:
-      // 0 is no MCAP record, but the content of zeroed pages; types from 0x80 on are private.
+      // Type 0 is not an MCAP record, but occurs in zeroed pages of a file. Types from 0x80 on are private: skipped.
       const bool is_known = op_ >= Op::kHeader && op_ <= Op::kDataEnd;
       return is_known || static_cast<std::uint8_t>(op_) >= 0x80 ? "" : "there is no record where one should begin";
   }

@@ -1,5 +1,6 @@
-// Reads the messages of an MCAP file in the order of writing. The bytes are not trusted. Reading ends at a record that
-// exceeds the limits, has a wrong checksum or does not fit the others; the reader reports its position.
+// Reads the messages of an MCAP file in the order in which they were written. The file is not trusted. Reading ends at
+// the first record that exceeds the limits, has a wrong checksum or is inconsistent with others; the reader reports its
+// position.
 #pragma once
 
 #include <istream>
@@ -10,31 +11,33 @@
 
 namespace tandem::recording {
 
-/// Reads records in sequence, without the index: a file that is cut anywhere is readable up to its last whole chunk.
+/// Reads records sequentially, without the index. A truncated file is therefore readable up to its last complete chunk.
 ///
-/// Limits  64 MiB for a record and for an unpacked chunk, 1024 channels; messages in chunks with a checksum,
-///         uncompressed or zstd; no attachments
+/// Limits  64 MiB for a record and for an uncompressed chunk, 1024 channels. Messages must be in chunks with a
+///         checksum, uncompressed or compressed by zstd. Attachments are not supported
 /// Thread  one at a time
 class McapReader {
  public:
-  /// State of the file's end.
+  /// How reading ended: kNotYet: not yet ended; kWhole: at the end of a complete file; kCut: file truncated; kDamaged:
+  /// file damaged.
   enum class End : std::uint8_t { kNotYet, kWhole, kCut, kDamaged };
 
-  /// In      in  binary stream at the start of the file; outlives this
+  /// In      in  binary stream positioned at the start of the file; must outlive the reader
   explicit McapReader(std::istream& in);
 
-  /// The next message; empty at the end, see end(). Its data remain valid until the next call.
+  /// Returns the next message; nothing at the end, see end(). The data of the message remain valid until the next call.
   std::optional<Message> next();
-  /// The channel of a message, among those read so far; null if there is none.
+  /// Returns the channel of a message, if it was read already; otherwise null.
   const Channel* channel(std::uint16_t id) const;
   End end() const { return end_; }
-  /// Readable reason why reading ended; empty for a whole file.
+  /// Readable reason why reading ended; empty if the file is complete.
   const std::string& why() const { return why_; }
-  /// Position in the file of the last record, where the file is cut or damaged.
+  /// File offset of the last record read. For a truncated or damaged file this is the record at which reading stopped.
   std::uint64_t offset() const { return record_at_; }
-  /// Number of messages that next() returned.
+  /// Number of messages that next() has returned.
   std::uint64_t messages() const { return messages_; }
-  /// True for a cut file that ends after a whole record, as when its program was stopped.
+  /// Returns true for a truncated file that ends after a complete record, as happens when the writing program is
+  /// stopped.
   bool ends_behind_a_record() const { return end_ == End::kCut && position_ == record_at_; }
 
  private:
@@ -61,15 +64,15 @@ class McapReader {
   std::uint64_t position_ = 0;  ///< bytes read so far
   std::uint64_t record_at_ = 0;
   std::uint64_t messages_ = 0, chunks_ = 0;
-  bool follows_chunk_ = false;  ///< the previous record is a chunk or one of its indexes
-  bool is_in_summary_ = false;  ///< DataEnd was read
+  bool follows_chunk_ = false;  ///< the previous record was a chunk or one of its indexes
+  bool is_in_summary_ = false;  ///< the record DataEnd was read
   Op op_ = Op::kHeader;
-  Bytes head_;  ///< type and length of the record
+  Bytes head_;  ///< type and length of the current record
   Bytes content_;
-  Bytes summary_;                ///< records after DataEnd, for their checksum
+  Bytes summary_;                ///< all records after DataEnd, needed to verify their checksum
   std::optional<Bytes> counts_;  ///< content of the Statistics record
   Bytes chunk_;
-  std::span<const std::uint8_t> rest_;  ///< unread part of the chunk
+  std::span<const std::uint8_t> rest_;  ///< part of the chunk that is not read yet
   std::map<std::uint16_t, Channel> schemas_;
   std::map<std::uint16_t, Channel> channels_;
 };

@@ -12,7 +12,8 @@
 namespace tandem::recording {
 namespace {
 
-/// A core compresses about 500 MB/s at this level, measured on recordings of rooms, to a third of their size.
+/// Compression level of zstd. At this level one core compresses about 500 MB/s and recordings of rooms shrink to a
+/// third (both measured).
 constexpr int kCompression = 1;
 constexpr std::size_t kRecordHead = 9;  ///< type and length
 
@@ -21,7 +22,7 @@ void append_text(ByteWriter& out, std::string_view text) {
   out.array(std::span(text.data(), text.size()));
 }
 
-/// Appends a record; `fill` appends its content.
+/// Appends a record, whose content `fill` appends.
 template <class Fill>
 void append_record(Bytes& out, Op op, const Fill& fill) {
   ByteWriter writer(out);
@@ -72,7 +73,7 @@ void McapWriter::describe_channels(Bytes& out) const {
       content.number(static_cast<std::uint16_t>(i + 1));
       append_text(content, channel.topic);
       append_text(content, "protobuf");
-      content.u32(0);  // no metadata
+      content.u32(0);  // number of metadata bytes
     });
   }
 }
@@ -182,8 +183,8 @@ void McapWriter::add_statistics(Bytes& out) const {
     content.number(messages);
     content.number(static_cast<std::uint16_t>(channels_.size()));
     content.u32(static_cast<std::uint32_t>(channels_.size()));
-    content.u32(0);  // attachments
-    content.u32(0);  // metadata
+    content.u32(0);  // number of attachments
+    content.u32(0);  // number of metadata records
     content.u32(static_cast<std::uint32_t>(chunks_));
     content.number(begin_ns_);
     content.number(end_ns_);
@@ -197,7 +198,7 @@ void McapWriter::add_statistics(Bytes& out) const {
 
 Bytes McapWriter::finish() {
   Bytes out;
-  append_record(out, Op::kDataEnd, [](ByteWriter& content) { content.u32(0); });  // no checksum of the whole file
+  append_record(out, Op::kDataEnd, [](ByteWriter& content) { content.u32(0); });  // 0: no checksum of the data section
   const std::size_t summary_at = out.size();
   describe_channels(out);
   add_statistics(out);
@@ -205,8 +206,9 @@ Bytes McapWriter::finish() {
   std::uint32_t sum = 0;
   append_record(out, Op::kFooter, [&](ByteWriter& content) {
     content.number(file_bytes_ + summary_at);
-    content.number(std::uint64_t{0});  // no offsets into the summary
-    // Covers the summary and this record up to the checksum; the record's length is known.
+    content.number(std::uint64_t{0});  // 0: no offsets into the summary
+    // The checksum covers the summary and this record up to the checksum. The record's length is not written yet, so it
+    // is inserted here.
     Bytes summed(out.begin() + static_cast<std::ptrdiff_t>(summary_at), out.end());
     constexpr std::uint64_t kLength = 2 * sizeof(std::uint64_t) + sizeof(std::uint32_t);
     Bytes length;

@@ -1,10 +1,10 @@
-// Converts messages to the bytes of an MCAP file, append-only: bytes once returned do not change.
+// Converts messages to the bytes of an MCAP file. The file only grows: bytes that were returned never change.
 //
-//   magic, Header, Schema and Channel records   begin()
-//   Chunk of messages, a MessageIndex a channel  pop_chunk(), each time
-//   DataEnd, summary, Footer, magic              finish()
+//   magic, Header, Schema and Channel records        begin()
+//   Chunk of messages, one MessageIndex per channel  each pop_chunk()
+//   DataEnd, summary, Footer, magic                  finish()
 //
-// A file that ends after any chunk is readable up to there: schemas and channels precede all chunks.
+// Schemas and channels precede all chunks. A file that is truncated after any chunk is therefore readable up to there.
 #pragma once
 
 #include <array>
@@ -15,27 +15,27 @@
 
 namespace tandem::recording {
 
-/// Writer of one file at a time.
+/// Writes one file after another.
 ///
 /// Thread  one at a time
 class McapWriter {
  public:
-  /// In      library  name of the writing program
+  /// In      library  name of the writing program, stored in the file
   McapWriter(std::vector<Channel> channels, std::string library);
 
-  /// The beginning of a file; discards the state of the previous file.
+  /// Returns the first bytes of a new file; discards the state of the previous file.
   Bytes begin();
-  /// Adds a message to the open chunk; at most 65,535 channels.
+  /// Adds a message to the current chunk; at most 65,535 channels are possible.
   void add(std::uint16_t channel, std::uint64_t time_ns, std::span<const std::uint8_t> data);
-  /// Bytes of the messages that wait for pop_chunk(), before compression.
+  /// Size of the messages added since the last pop_chunk(), before compression.
   std::size_t waiting_bytes() const { return chunk_.size(); }
   std::uint64_t waiting_messages() const { return chunk_messages_; }
-  /// The messages added since the last call, compressed; empty if there are none. Append the bytes at the end of the
-  /// file: the index of finish() relies on this.
+  /// Returns the messages added since the last call as a compressed chunk; empty if there are none. The bytes must be
+  /// appended to the end of the file, because the index of finish() contains their positions.
   Bytes pop_chunk();
-  /// Undoes the last pop_chunk(), whose bytes could not be written.
+  /// Reverts the last pop_chunk(), because its bytes could not be written.
   void drop_chunk();
-  /// The end of the file.
+  /// Returns the last bytes of the file.
   Bytes finish();
 
  private:
@@ -47,13 +47,13 @@ class McapWriter {
   std::string library_;
   std::uint64_t file_bytes_ = 0;
   Bytes chunk_;
-  Index index_;  ///< times and offsets in the open chunk
+  Index index_;  ///< times and offsets of the messages in the current chunk
   std::uint64_t chunk_messages_ = 0;
   std::vector<std::uint32_t> sequences_;
-  Bytes chunk_indexes_;  ///< ChunkIndex records of the file
+  Bytes chunk_indexes_;  ///< ChunkIndex records of this file
   std::vector<std::uint64_t> counts_;
   std::uint64_t chunks_ = 0, begin_ns_ = 0, end_ns_ = 0;
-  // State before the last pop_chunk().
+  // Copies of the state before the last pop_chunk(), for drop_chunk().
   std::size_t last_indexes_ = 0;
   std::uint64_t last_file_bytes_ = 0, last_begin_ns_ = 0, last_end_ns_ = 0;
   std::vector<std::uint64_t> last_counts_;

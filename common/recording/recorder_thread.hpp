@@ -1,4 +1,4 @@
-// Writer thread of a recording, so that the recorded thread does not wait for a disk.
+// Writer thread of a recording. It ensures that the recorded thread does not wait for a disk.
 #pragma once
 
 #include <atomic>
@@ -9,17 +9,17 @@
 
 namespace tandem::recording {
 
-/// Calls `work` once a period on a thread of normal priority, and once more when it stops.
+/// Calls `work` once per period on a thread of normal priority, and a last time when it stops.
 class RecorderThread {
  public:
-  /// In      work  must not throw
+  /// In      work  function to call; must not throw
   RecorderThread(Duration period, std::function<void()> work);
   /// Calls stop().
   ~RecorderThread();
   RecorderThread(const RecorderThread&) = delete;
   RecorderThread& operator=(const RecorderThread&) = delete;
 
-  /// Waits for the last call. Idempotent.
+  /// Waits for the last call to end. May be called repeatedly.
   void stop();
 
  private:

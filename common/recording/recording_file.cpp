@@ -12,8 +12,8 @@
 namespace tandem::recording {
 namespace {
 
-/// Time after the last failure until the disk counts as usable again: a nearly full disk accepts a small chunk now and
-/// then.
+/// Time without failure after which the disk counts as usable again. It is needed because a nearly full disk sometimes
+/// accepts a small chunk.
 constexpr std::uint64_t kTrustAfterNs = 5'000'000'000;
 
 }  // namespace
@@ -31,7 +31,7 @@ RecordingFile::~RecordingFile() {
   finish();
 }
 
-/// Creates the next file; sets descriptor_ and path_. Skips files of another recording.
+/// Creates the next file and sets descriptor_ and path_. Skips the numbers of existing files.
 bool RecordingFile::open_new_file() {
   constexpr int kTries = 1000;
   for (int i = 0; i < kTries; ++i) {
@@ -46,7 +46,7 @@ bool RecordingFile::open_new_file() {
   return descriptor_ >= 0;
 }
 
-/// Begins the next part. If it cannot be created, messages are lost until it can.
+/// Begins the next part. If its file cannot be created, messages are lost until a later call succeeds.
 void RecordingFile::open(std::uint64_t now_ns) {
   begun_ns_ = now_ns;
   size_ = 0;
@@ -67,7 +67,8 @@ void RecordingFile::close() {
   ::close(std::exchange(descriptor_, -1));
 }
 
-/// Appends all bytes or none: a partial write is truncated, so that the file can continue.
+/// Appends all bytes or none: after a partial write the file is truncated to its previous size, so that it remains
+/// valid.
 bool RecordingFile::append(std::span<const std::uint8_t> bytes) {
   std::size_t done = 0;
   while (descriptor_ >= 0 && done < bytes.size()) {

@@ -1,4 +1,4 @@
-// A recording on disk: MCAP files that rotate by size and age, on a disk that may be full.
+// Writes a recording to disk as MCAP files that rotate by size and age. Handles a full disk.
 #pragma once
 
 #include <atomic>
@@ -16,17 +16,17 @@ struct RotationSettings {
   Duration max_age{std::chrono::hours(1)};            ///< age at which the next file begins; 0: never
 };
 
-/// The parts of "attic.mcap" are "attic.mcap", "attic-002.mcap", …; numbers of existing files are skipped, so that
-/// nothing is overwritten.
+/// Writes a recording in parts. The parts of "attic.mcap" are named "attic.mcap", "attic-002.mcap", …. Numbers of
+/// existing files are skipped, so that nothing is overwritten.
 ///
 /// Thread  one at a time; may block on the disk
 class RecordingFile {
  public:
-  /// First message of each part, on channel 0, so that each part is readable alone.
+  /// Returns the first message of a part. It is written on channel 0 and makes each part readable without the others.
   using Describe = std::function<Bytes(std::uint32_t part)>;
 
   /// Creates the first part.
-  /// Fails   std::invalid_argument: the file cannot be created, or exists already
+  /// Fails   std::invalid_argument: the file cannot be created, or already exists
   RecordingFile(std::filesystem::path file, McapWriter writer, RotationSettings rotation, Describe describe);
   /// Calls finish().
   ~RecordingFile();
@@ -34,10 +34,10 @@ class RecordingFile {
   RecordingFile& operator=(const RecordingFile&) = delete;
 
   void add(std::uint16_t channel, std::uint64_t time_ns, std::span<const std::uint8_t> data);
-  /// Writes all added messages to the file, where they survive kill −9, and begins the next part when due. Messages
-  /// that the disk refuses are lost and counted; the next flush tries again.
+  /// Writes all added messages to the file, where they survive a SIGKILL, and begins the next part when it is due.
+  /// Messages that cannot be written, for example to a full disk, are lost and counted; the next flush tries again.
   void flush(std::uint64_t now_ns);
-  /// Writes the end of the file. Idempotent.
+  /// Writes the end of the file. May be called repeatedly.
   void finish();
 
   const std::filesystem::path& path() const { return path_; }
@@ -45,10 +45,10 @@ class RecordingFile {
   std::uint64_t messages_written() const { return messages_written_.load(std::memory_order_relaxed); }
   std::uint64_t messages_lost() const { return messages_lost_.load(std::memory_order_relaxed); }
   std::uint64_t bytes_written() const { return bytes_written_.load(std::memory_order_relaxed); }
-  // Thread  the thread of the calls above
+  // Thread  that of the calls above
   std::uint32_t parts() const { return part_; }
-  /// Message to the user since the last call: the disk refuses data, or has accepted everything for 5 s again; empty if
-  /// there is none.
+  /// Returns a message for the user if the state has changed since the last call: writing fails, or has succeeded again
+  /// for 5 s. Otherwise empty.
   std::string pop_news();
 
  private:
@@ -65,15 +65,15 @@ class RecordingFile {
   Describe describe_;
   int descriptor_ = -1;
   std::uint32_t part_ = 0;         ///< number of the part, from 1
-  std::uint32_t file_number_ = 0;  ///< number in the file name, from 1; existing files count
-  bool is_described_ = false;      ///< the description of this part is in the file
+  std::uint32_t file_number_ = 0;  ///< number in the file name, from 1; numbers of existing files are skipped
+  bool is_described_ = false;      ///< the description of this part was written to the file
   bool is_described_in_chunk_ = false;
   bool is_finished_ = false;
-  std::uint64_t size_ = 0;  ///< size of this part without failed writes
+  std::uint64_t size_ = 0;  ///< size of this part, not including failed writes
   std::uint64_t begun_ns_ = 0;
   std::atomic<std::uint64_t> bytes_written_{0}, messages_written_{0}, messages_lost_{0};
-  bool is_failing_ = false;      ///< state last reported to the user
-  std::uint64_t failed_ns_ = 0;  ///< time of the last failure
+  bool is_failing_ = false;      ///< whether failure was the state last reported to the user
+  std::uint64_t failed_ns_ = 0;  ///< time of the last failed write
   std::string news_;
 };
 

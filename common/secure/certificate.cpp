@@ -14,7 +14,7 @@ namespace {
 constexpr long kDay_s = 24 * 3600;
 constexpr long kValidity_s = 3650 * kDay_s;
 constexpr long kDevValidity_s = 365 * kDay_s;
-/// Maximum time by which a client's clock may be behind.
+/// Maximum time by which a client's clock may lag behind.
 constexpr long kClockError_s = kDay_s;
 constexpr long kX509v3 = 2;
 
@@ -27,7 +27,7 @@ X509Pointer certificate_of(const KeyPair& subject, const std::string& name, long
   require(certificate != nullptr);
   X509* const x = certificate.get();
   require(X509_set_version(x, kX509v3) == 1);
-  // Positive, and unique for an authority.
+  // The serial number must be positive and unique within an authority.
   ASN1_INTEGER_set_uint64(X509_get_serialNumber(x), random_u64() >> 1U);
   X509_gmtime_adj(X509_getm_notBefore(x), -kClockError_s);
   X509_gmtime_adj(X509_getm_notAfter(x), validity_s);
@@ -59,7 +59,8 @@ std::string pem_of(X509* certificate) {
   return text_in(bio.get());
 }
 
-/// A name in a list of OpenSSL's configuration language must not contain its separators.
+/// Returns whether the name can be written in a list of OpenSSL's configuration language, whose separators it must not
+/// contain.
 bool is_host_name(const std::string& name) {
   const auto fits = [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '.'; };
   return !name.empty() && name.size() <= 253 && std::all_of(name.begin(), name.end(), fits);

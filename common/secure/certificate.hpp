@@ -1,4 +1,4 @@
-// X.509 certificates of servers: self-signed for key pinning, or issued by a private authority.
+// X.509 certificates for servers: self-signed for key pinning, or issued by a private certificate authority.
 #pragma once
 
 #include <filesystem>
@@ -9,13 +9,14 @@
 
 namespace tandem::secure {
 
-/// A self-signed certificate that carries only the key, for clients that pin it. PEM.
+/// Returns a self-signed certificate (PEM) for clients that pin the key. It contains no information besides the key.
 std::string self_signed_certificate(const KeyPair& key);
 
-/// Makes a certificate authority and a server certificate signed by it: ca.pem, ca-key.pem, server.pem, server-key.pem.
+/// Creates a certificate authority and a server certificate signed by it: ca.pem, ca-key.pem, server.pem,
+/// server-key.pem.
 ///
 /// In      names  numeric addresses and host names at which clients reach the server; at least one
-/// Fails   std::invalid_argument: the folder cannot be written, or contains one of these files already
+/// Fails   std::invalid_argument: the folder cannot be written, or already contains one of these files
 void write_dev_certificates(const std::filesystem::path& folder, const std::vector<std::string>& names);
 
 }  // namespace tandem::secure

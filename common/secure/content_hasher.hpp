@@ -10,13 +10,13 @@ struct evp_md_ctx_st;
 
 namespace tandem::secure {
 
-/// SHA-256 over pieces: the cost of each call is bounded by its piece, however large the content is.
+/// Computes the SHA-256 of content that arrives in pieces. The cost of a call depends only on the size of its piece.
 /// Fails   std::runtime_error: OpenSSL has no SHA-256 (a broken installation)
 class ContentHasher {
  public:
   ContentHasher();
   void add(std::span<const std::byte> piece);
-  /// Hash of all pieces so far; nothing can be added afterwards.
+  /// Returns the hash of all pieces so far. Afterwards add() must not be called.
   std::array<std::byte, 32> finish();
 
  private:

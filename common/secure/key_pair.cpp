@@ -28,7 +28,7 @@ std::shared_ptr<EVP_PKEY> shared(EVP_PKEY* key) {
   throw std::invalid_argument(file.string() + " is there already; choose another place, or remove it");
 }
 
-/// Returns false if the file exists already; it then stays unchanged.
+/// Writes a new file. Returns false and changes nothing if the file already exists.
 bool write_new(const std::filesystem::path& file, std::string_view text, bool is_private) {
   std::error_code ignored;
   if (std::filesystem::create_directories(file.parent_path(), ignored)) ::chmod(file.parent_path().c_str(), S_IRWXU);
@@ -37,9 +37,9 @@ bool write_new(const std::filesystem::path& file, std::string_view text, bool is
   return !error;
 }
 
-/// Out     see write_new()
+/// Writes the private key to a new file. Returns false if the file already exists.
 bool write_private(const std::filesystem::path& file, EVP_PKEY* key) {
-  // Secure memory, which is wiped when freed.
+  // This BIO uses secure memory, which is wiped when it is freed.
   const BioPointer bio(BIO_new(BIO_s_secmem()));
   if (PEM_write_bio_PrivateKey(bio.get(), key, nullptr, nullptr, 0, nullptr, nullptr) != 1) refuse(file);
   char* data = nullptr;
@@ -62,7 +62,7 @@ KeyPair KeyPair::load(const std::filesystem::path& file) {
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(in.gcount()));
   if (text.empty()) throw std::invalid_argument(file.string() + " cannot be read; give the PEM file of a private key");
-  // No password prompt: a server starts without a user at its terminal.
+  // The callback refuses to prompt for a password, because a server may start without a user at its terminal.
   EVP_PKEY* const key = PEM_read_bio_PrivateKey(
       bio_of(text).get(), nullptr, [](char*, int, int, void*) { return -1; }, nullptr);
   wipe(std::as_writable_bytes(std::span(text)));

@@ -1,4 +1,4 @@
-// Keys of servers, of issuers of join tokens, and of clients that rejoin.
+// Keys of servers, of issuers of join tokens, and of clients that resume a session.
 #pragma once
 
 #include <array>
@@ -13,33 +13,33 @@ struct evp_pkey_st;
 
 namespace tandem::secure {
 
-/// Key of an Ed25519 signature.
+/// Public key of the Ed25519 signature scheme.
 using PublicKey = std::array<std::byte, 32>;
 using Signature = std::array<std::byte, 64>;
 
-/// A private key with its public key. Copies share it; the last copy wipes it.
+/// A private key with its public key. Copies share the same key, which is wiped when the last copy is destroyed.
 ///
 /// Thread  any, one at a time
 class KeyPair {
  public:
   enum class Kind : std::uint8_t { kEd25519, kP256 };
 
-  /// Generates a key.
-  /// Fails   std::runtime_error: the system supplies no random bytes
+  /// Generates a new key.
+  /// Fails   std::runtime_error: the operating system supplies no random bytes
   static KeyPair make(Kind kind);
   /// Reads a key from a PEM file.
   /// Fails   std::invalid_argument: the file cannot be read or contains no private key; the message names the file
   static KeyPair load(const std::filesystem::path& file);
-  /// Reads a key; generates the key and the file if there is none.
+  /// Reads a key from a file. If the file does not exist, generates a key and writes the file.
   /// Fails   std::invalid_argument, see load() and save()
   static KeyPair load_or_make(const std::filesystem::path& file, Kind kind);
-  /// Writes PEM, readable by its owner only (0600); creates the folder (0700).
+  /// Writes the key as PEM, readable by its owner only (0600); creates the folder (0700) if necessary.
   /// Fails   std::invalid_argument: the file cannot be written
   void save(const std::filesystem::path& file) const;
 
   KeyId id() const;
-  /// The raw public key; Ed25519 only.
-  /// Fails   std::invalid_argument: a key of another kind
+  /// Returns the raw public key of an Ed25519 key.
+  /// Fails   std::invalid_argument: the key is of another kind
   PublicKey public_key() const;
   Signature sign(std::span<const std::byte> message) const;
 
@@ -50,11 +50,11 @@ class KeyPair {
   std::shared_ptr<evp_pkey_st> key_;
 };
 
-/// Returns whether the Ed25519 key has signed the message.
+/// Returns whether `signature` is a valid signature of the message by the Ed25519 key.
 bool has_signed(const PublicKey& key, std::span<const std::byte> message, const Signature& signature);
 
-/// Writes `text` to a file as a whole or not at all. Only its owner can read it if `is_private`.
-/// Fails   std::invalid_argument: the file cannot be written, or exists already
+/// Writes `text` to a new file, completely or not at all. If `is_private`, only the owner can read the file.
+/// Fails   std::invalid_argument: the file cannot be written, or already exists
 void write_key_file(const std::filesystem::path& file, const std::string& text, bool is_private);
 
 }  // namespace tandem::secure

@@ -1,4 +1,4 @@
-// Private to this folder: owning pointers to OpenSSL objects.
+// Owning pointers to OpenSSL objects, used in this folder only.
 #pragma once
 
 #include <openssl/bio.h>
@@ -38,7 +38,7 @@ inline unsigned char* octets(std::byte* bytes) {
   return reinterpret_cast<unsigned char*>(bytes);
 }
 
-/// Returns whether `name` is an IP address in the notation of certificates.
+/// Returns whether `name` is an IP address that can be used in a certificate.
 inline bool is_address(const std::string& name) {
   ASN1_OCTET_STRING* const address = a2i_IPADDRESS(name.c_str());
   ASN1_OCTET_STRING_free(address);

@@ -1,4 +1,4 @@
-// Secret bytes, random bytes, and text encoding of bytes that people paste.
+// Secret bytes, random bytes, and a text encoding for bytes that people copy and paste.
 #pragma once
 
 #include <array>
@@ -13,20 +13,21 @@
 namespace tandem::secure {
 
 using Bytes = std::vector<std::byte>;
-/// SHA-256 of a public key (SubjectPublicKeyInfo, DER): names and pins a server's key.
+/// SHA-256 of a public key (SubjectPublicKeyInfo, DER). It identifies a server's key, and clients pin it.
 using KeyId = std::array<std::byte, 32>;
 
-/// Overwrites memory; no compiler optimises this away.
+/// Overwrites memory in a way that the compiler cannot optimise away.
 void wipe(std::span<std::byte> bytes) noexcept;
-/// Compares in a time that does not depend on the position of a difference.
+/// Compares two byte strings in a time that does not depend on the position of the first difference.
 bool is_equal(std::span<const std::byte> a, std::span<const std::byte> b) noexcept;
-/// Fails   std::runtime_error: the system supplies none
+/// Fills `bytes` with random bytes for cryptographic use.
+/// Fails   std::runtime_error: the operating system supplies none
 void fill_random(std::span<std::byte> bytes);
 std::uint64_t random_u64();
 
-/// Base64 with - and _ (RFC 4648 §5), without padding.
+/// Returns the bytes as Base64 with - and _ (RFC 4648 §5), without padding.
 std::string text_of(std::span<const std::byte> bytes);
-/// Decodes text_of(); empty: invalid characters, or no whole number of bytes.
+/// Inverse of text_of(). Returns nothing if the text has invalid characters or does not encode a whole number of bytes.
 std::optional<Bytes> bytes_of_text(std::string_view text);
 
 /// A key of 32 bytes, wiped on destruction.

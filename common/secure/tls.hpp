@@ -1,12 +1,12 @@
-// TLS 1.3 without socket, clock or thread. The transports of both ends pass received bytes through it and send its
-// output.
+// TLS 1.3 without socket, clock or thread. The transports of client and server pass received bytes to it, and send the
+// bytes that it appends to `to_peer`.
 //
 //   socket ──▶ receive() ──▶ plain ──▶ session         without a context (--insecure, virtual time): the same calls,
 //   socket ◀── to_peer ◀── send() ◀── session          and bytes pass unchanged
 //
-// Only TLS 1.3, without early data, tickets or resumption, with AES-256-GCM or ChaCha20-Poly1305. ALPN names the
-// application, so that another kind of server is not accepted. A peer can trigger at most 32 key updates, and key
-// exchange uses only X25519 or P-256.
+// Settings: only TLS 1.3, without early data, tickets or resumption, with AES-256-GCM or ChaCha20-Poly1305. The
+// application name is checked by ALPN, so that a server of another application is not accepted. Key exchange uses only
+// X25519 or P-256, and a peer can trigger at most 32 key updates.
 #pragma once
 
 #include <filesystem>
@@ -25,34 +25,37 @@ namespace tandem::secure {
 
 inline constexpr std::string_view kAlpn = "tandem/2";
 
-/// Cipher of the datagrams beside a TLS connection: the one that TLS negotiated.
+/// Cipher of the datagrams that accompany a TLS connection; it is the one that TLS negotiated.
 enum class Aead : std::uint8_t { kAes256Gcm, kChaCha20Poly1305 };
 
-/// 32 bytes of key material, secret to the two ends of one TLS connection (RFC 8446 §7.5).
+/// 32 bytes of key material exported from a TLS connection (RFC 8446 §7.5). Only the two ends of the connection know
+/// it.
 struct Exported {
   Aead aead = Aead::kAes256Gcm;
   Secret secret;
 };
-/// Labels of the exports.
+/// Labels of the two kinds of exported key material.
 inline constexpr std::string_view kDatagramExport = "EXPORTER-tandem-datagram-v1";
 inline constexpr std::string_view kResumeExport = "EXPORTER-tandem-resume-v1";
 
-/// How a client authenticates its server: `pin`, else a certificate for `host` from an authority in `ca_file`.
+/// Criterion by which a client authenticates its server: the key `pin` if set, otherwise a certificate for `host`
+/// issued by an authority in `ca_file`.
 struct Trust {
   std::optional<KeyId> pin{};
   std::filesystem::path ca_file{};
   std::string host{};
 };
 
-/// Settings shared by the connections of one end.
+/// TLS settings shared by all connections of a client or a server.
 ///
 /// Thread  constructed once, then read by one thread
 class TlsContext {
  public:
-  /// In      certificate_pem  the server's certificate, then those between it and the authority
-  /// Fails   std::invalid_argument: no certificate, or one of another key; a key that is neither P-256 nor Ed25519
+  /// In      certificate_pem  the server's certificate, followed by the intermediate certificates up to the authority
+  /// Fails   std::invalid_argument: no certificate, a certificate of another key, or a key that is neither P-256 nor
+  ///         Ed25519
   static TlsContext server(const KeyPair& key, const std::string& certificate_pem);
-  /// Fails   std::invalid_argument: neither pin nor authority, or a file without an authority
+  /// Fails   std::invalid_argument: neither pin nor authority was given, or the file contains no authority
   static TlsContext client(const Trust& trust);
 
   ssl_ctx_st* handle() const { return context_.get(); }
@@ -62,37 +65,37 @@ class TlsContext {
  private:
   TlsContext() = default;
   std::shared_ptr<ssl_ctx_st> context_;
-  std::shared_ptr<const Trust> trust_;  ///< clients only; not moved, because OpenSSL points to it
+  std::shared_ptr<const Trust> trust_;  ///< for clients only; its address must not change, because OpenSSL stores it
 };
 
-/// One connection. Input from a peer never causes an exception or an assertion.
+/// TLS state of one connection. Input from a peer never causes an exception or an assertion failure.
 class TlsStream {
  public:
-  /// In      context  null: bytes pass unchanged
+  /// In      context  TLS settings; null: bytes pass unchanged
   explicit TlsStream(const TlsContext* context);
   ~TlsStream();
   TlsStream(TlsStream&&) noexcept;
   TlsStream& operator=(TlsStream&&) noexcept;
 
   bool is_plain() const { return ssl_ == nullptr; }
-  /// The handshake is complete: bytes are delivered from now on.
+  /// Returns whether the handshake is complete. From then on bytes are delivered.
   bool is_established() const { return is_established_; }
-  /// Bytes were appended to `to_peer`. At a server this means a reply to a complete ClientHello, which usually costs a
-  /// signature.
+  /// Returns whether bytes were ever appended to `to_peer`. At a server this means that it has replied to a complete
+  /// ClientHello, which usually costs a signature.
   bool has_answered() const { return has_answered_; }
-  /// Begins a client's handshake; does nothing at a server.
+  /// Begins the handshake at a client; has no effect at a server.
   bool start(Bytes& to_peer);
-  /// Processes bytes from the peer; appends the decrypted bytes, and the reply to the peer.
-  /// Out     false: this connection has failed, see problem(); `to_peer` then holds the alert for the peer
+  /// Processes bytes from the peer. Appends decrypted bytes to `plain`, and replies to the peer to `to_peer`.
+  /// Out     false if this connection has failed, see problem(); `to_peer` then ends with the alert for the peer
   bool receive(std::span<const std::byte> from_peer, Bytes& plain, Bytes& to_peer);
-  /// Encrypts bytes. Sends nothing before the connection is established.
+  /// Encrypts bytes. If the connection is not established yet, discards them.
   void send(std::span<const std::byte> plain, Bytes& to_peer);
-  /// Appends the close message, from which the peer detects that nothing was truncated.
+  /// Appends the close message of TLS. It lets the peer distinguish a regular end of the data from a truncation.
   void close(Bytes& to_peer);
-  /// Readable reason of a failure.
+  /// Readable description of the failure.
   const std::string& problem() const { return problem_; }
 
-  /// Exports key material; empty: no TLS, or the handshake is incomplete.
+  /// Exports key material. Returns nothing without TLS or before the handshake is complete.
   std::optional<Exported> exported(std::string_view label, std::span<const std::byte> context) const;
 
  private:

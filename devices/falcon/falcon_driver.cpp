@@ -46,7 +46,7 @@ constexpr std::string_view kNowhere =
 constexpr std::string_view kStandsStill =
     "its encoders do not move by a step although a force is shown; move the grip, or plug it in again";
 
-// Converts from the device's own frame: x right, y up, z out towards the user.
+// Converts from the device's frame (x right, y up, z towards the user) to D.
 Vec3 in_D(const Vec3& p) {
   return {p.x(), kOrigin_m - p.z(), p.y()};
 }
@@ -116,7 +116,7 @@ bool FalconDriver::set_line(std::uint16_t baud, std::uint16_t latency_ms) {
          port_->control(FtdiRequest::kBaud, baud);
 }
 
-// Purges after the change of speed, because bytes that arrive in between are noise.
+// The buffers are purged again after the change of the baud rate, because bytes received during the change are noise.
 void FalconDriver::begin_probing() {
   phase_ = Phase::kProbing;
   tries_ = 0;
@@ -162,7 +162,7 @@ void FalconDriver::greet_loader(LocalTime now) {
   const int length = port_->read(bytes_, kLoaderWait);
   if (length < 0) return lose(now, kUnplugged);
   const std::span read = std::span(bytes_).first(static_cast<std::size_t>(length));
-  // A zero byte may precede the answer.
+  // A zero byte may precede the reply.
   if (read.size() < kGreetingBack.size() || !std::ranges::equal(read.last(kGreetingBack.size()), kGreetingBack)) {
     if (++tries_ >= kMaxGreetings) fail(now, kLoadAgain);
     return;
@@ -211,7 +211,8 @@ void FalconDriver::lose(LocalTime now, std::string_view reason) {
   velocity_.reset();
 }
 
-/// Sends motor commands and receives a reply. False: no reply; the port is closed if the line failed.
+/// Sends motor commands and receives a reply. Returns false if there was no reply. If the connection failed, the port
+/// is closed.
 bool FalconDriver::exchange(const FalconCounts& motors, std::uint8_t lights_and_home, FalconReply& reply) {
   may_be_on_ = may_be_on_ || !motors.isZero();
   if (!port_->write(falcon_request(motors, lights_and_home))) {
@@ -219,7 +220,8 @@ bool FalconDriver::exchange(const FalconCounts& motors, std::uint8_t lights_and_
     return false;
   }
   const bool has_reply = receive(reply);
-  // The reply may answer an earlier packet: zero counts only once its own transfer is complete, too.
+  // The reply may belong to an earlier packet. Zero therefore counts as delivered only when its own transfer is
+  // complete too.
   if (has_reply && motors.isZero() && port_->is_written()) may_be_on_ = false;
   return has_reply;
 }
@@ -228,7 +230,7 @@ bool FalconDriver::receive(FalconReply& reply) {
   const LocalTime end = SteadyClock().now() + 2 * kReplyWait;
   bool has_reply = false;
   int length = port_->read(bytes_, kReplyWait);
-  // The newest packet counts; the next read completes a truncated one.
+  // Only the newest packet is used. If a packet is incomplete, the next read completes it.
   for (; length > 0; length = port_->read(bytes_, has_reply ? Duration{0} : kReplyWait)) {
     for (const std::uint8_t byte : std::span(bytes_).first(static_cast<std::size_t>(length))) {
       if (const auto one = parser_.parse(byte)) {
@@ -236,7 +238,7 @@ bool FalconDriver::receive(FalconReply& reply) {
         has_reply = true;
       }
     }
-    // Limits the time spent on a stream without packets, because the next command is due.
+    // The time is limited, because on a stream without packets the loop would delay the next command.
     if (has_reply || SteadyClock().now() >= end) return has_reply;
   }
   if (length < 0) port_.reset();
@@ -263,7 +265,8 @@ DeviceSample FalconDriver::run(LocalTime now, const Wrench& wrench_on_hand_D) {
     lose(now, kSilent);
     return absence_.sample(now);
   }
-  // Repeats the last sample with its time: it becomes too old, and the force is dropped.
+  // The last sample is repeated with its original time. If this continues, it becomes too old, and the force is
+  // removed.
   return is_homed_ && !is_in_ ? last_ : homing_sample(now);
 }
 

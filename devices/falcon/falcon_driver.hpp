@@ -1,4 +1,4 @@
-// Driver of a Falcon, from opening to the force at the hand, in steps.
+// Driver of a Falcon. It works in steps, from opening the device to displaying the force.
 //
 //   closed ─▶ probing ──reply─────────────────────────▶ running ─▶ homing (red) ─▶ pulled out (blue) ─▶ ready (green)
 //     ▲         │ none after 20 tries                      ▲
@@ -6,7 +6,8 @@
 //     │      loader (10 times: 0A 43 0D until 0A 44 2C 0D) ─▶ upload (each byte is echoed) ─▶ probing
 //     └── the line fails, or 100 ms without a reply ── from any state
 //
-// A failure restarts from the loader, ten times, with pauses that double from 0.1 s to 2 s, then every 5 s.
+// After a failure the driver restarts from the loader: ten times with pauses that double from 0.1 s to 2 s, then every
+// 5 s.
 #pragma once
 
 #include <array>
@@ -22,23 +23,25 @@
 namespace tandem::devices {
 
 struct FalconSettings {
-  DeviceSpec spec;  ///< limits; the driver sets axes and buttons
-  /// Firmware by the device's maker; empty: the driver loads none.
+  DeviceSpec spec;  ///< limits of the device; the driver sets the axes and buttons
+  /// Firmware of the device's manufacturer; if empty, the driver loads none.
   std::vector<std::uint8_t> firmware;
   double motor_counts_per_n_m = 3000;
 };
 
-/// Base frame D: x right, y away from the user, z up; its origin is 0.125 m in front of the device's own.
+/// Base frame D: x right, y away from the user, z up. Its origin is 0.125 m in front of the origin of the device's
+/// frame.
 ///
-/// Model   encoder angles → forward kinematics (warm start) → p_DH; its velocity by VelocityEstimator over steps of
-///         DeviceSpec::position_step_m; force → τ = J⁻ᵀ F → motor counts, scaled together to ±4095. Zero force unless
-///         every arm is homed. After homing the grip must first be pulled out to z = 0.170 m of the device's own frame,
-///         so that a hand that still presses on the stop is not pushed. Encoders that do not change by a count for 3 s
-///         at a force of 1 N or more are frozen: a hand's tremor is larger.
-/// Thread  the device's
+/// Model   Encoder angles give p_DH by forward kinematics, started from the last position. VelocityEstimator computes
+///         the velocity from steps of DeviceSpec::position_step_m. A force gives torques τ = J⁻ᵀ F and motor counts,
+///         which are scaled together to at most ±4095. The force is zero unless every arm is homed. After homing, the
+///         user must first pull out the grip to z = 0.170 m in the device's frame. Otherwise the force could push a
+///         hand that still presses the grip against the stop. If the encoders do not change for 3 s at a force of 1 N
+///         or more, they are considered frozen, because the tremor of a hand would change them.
+/// Thread  the thread of the device
 class FalconDriver final : public DeviceDriver {
  public:
-  /// In      port  may be null; then step() opens it, as after an unplugging
+  /// In      port  open port; if null, step() opens one, as after unplugging
   FalconDriver(FalconSettings settings, OpenFalcon open, std::unique_ptr<FalconPort> port);
 
   const DeviceSpec& spec() const noexcept override { return settings_.spec; }
@@ -70,20 +73,20 @@ class FalconDriver final : public DeviceDriver {
   std::unique_ptr<FalconPort> port_;
   Phase phase_ = Phase::kClosed;
   Absence absence_;
-  LocalTime loader_due_{};  ///< time of the next attempt
-  int tries_ = 0;           ///< attempts in this phase
-  int attempts_ = 0;        ///< attempts to load the firmware
+  LocalTime loader_due_{};  ///< time of the next attempt to contact the loader
+  int tries_ = 0;           ///< number of attempts in this phase
+  int attempts_ = 0;        ///< number of attempts to load the firmware
   std::size_t uploaded_ = 0;
   std::size_t echoed_ = 0;
   FalconPacketParser parser_;
   std::array<std::uint8_t, 64> bytes_{};
   LocalTime replied_{};
-  DeviceSample last_;  ///< last sample of the homed device
+  DeviceSample last_;  ///< last sample while the device was homed
   bool is_homed_ = false;
   bool has_homing_begun_ = false;
-  bool is_in_ = false;  ///< was homed just now; to be pulled out before it is ready
+  bool is_in_ = false;  ///< true after homing, until the grip was pulled out; the device is not ready before
   LocalTime homing_since_{};
-  Vec3 p_m_ = Vec3(0, 0, 0.125);  ///< position in the device's own frame
+  Vec3 p_m_ = Vec3(0, 0, 0.125);  ///< position in the device's frame
   bool has_pose_ = false;
   haptics::VelocityEstimator velocity_;
   FalconCounts encoders_ = FalconCounts::Zero();

@@ -9,7 +9,7 @@ namespace tandem::devices {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-// Lengths in metres: thigh, shin, and the offsets of the parallelogram's and the grip's joints.
+// Lengths of the links in metres: thigh, shin, and the offsets of the joints at the parallelogram and the grip.
 constexpr double kThigh = 0.060, kShin = 0.1025, kC = 0.01443, kD = 0.01125, kE = 0.01125, kF = -0.025;
 constexpr double kMotorRadius = 0.0400, kMotorOffset = -0.02309;
 constexpr std::array<double, 3> kLegs_rad{105 * kDegree, -15 * kDegree, -135 * kDegree};
@@ -20,14 +20,15 @@ constexpr int kMaxCommand = 4095;
 constexpr int kMaxNewtonSteps = 30;
 constexpr double kAngleError_rad = 1e-12;
 constexpr double kMaxNewtonStep_m = 0.03;
-// Limit of |det J| [rad³/m³]: 1 m of the grip is about 15 rad of a motor. Far below the limit the legs are stretched.
+// Minimum of |det J| [rad³/m³]. Normally 1 m of the grip corresponds to about 15 rad of a motor. Below the minimum the
+// legs are almost fully stretched.
 constexpr double kMinDeterminant = 1.0;
 
 struct LegAngles {
   double theta1, theta2, theta3;
 };
 
-/// Joint angles of a leg; NaN if it does not reach p.
+/// Returns the joint angles of a leg; NaN if the leg does not reach p.
 LegAngles leg_angles(const Vec3& p, double phi) {
   const double px = std::cos(phi) * p.x() + std::sin(phi) * p.y() - kMotorRadius;
   const double py = -std::sin(phi) * p.x() + std::cos(phi) * p.y() - kMotorOffset;
@@ -83,7 +84,7 @@ std::optional<Vec3> falcon_forward(const Vec3& angles_rad, const Vec3& start_m) 
     const Vec3 error = angles_rad - *angles;
     if (error.cwiseAbs().maxCoeff() < kAngleError_rad) return p;
     Vec3 step = clamped_to_length(j->inverse() * error, kMaxNewtonStep_m);
-    // Near the edge of the workspace a full step may leave it.
+    // Near the edge of the workspace a full step may lead outside, where the inverse does not exist.
     for (int halved = 0; halved < 10 && !falcon_inverse(p + step); ++halved) step *= 0.5;
     p += step;
   }

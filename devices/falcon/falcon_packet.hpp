@@ -1,4 +1,4 @@
-// The Falcon's packets: 16 bytes in both directions, `<`, fourteen of 0x41 + value, `>`.
+// Packets of the Falcon, 16 bytes in both directions: `<`, fourteen bytes of 0x41 + value, `>`.
 #pragma once
 
 #include <array>
@@ -15,29 +15,31 @@ using FalconPacket = std::array<std::uint8_t, kFalconPacketSize>;
 
 /// Bits sent to the device.
 inline constexpr std::uint8_t kFalconHome = 1, kFalconGreen = 2, kFalconBlue = 4, kFalconRed = 8;
-/// Bits from the device: buttons of the grip, and the homed arms.
+/// Bits received from the device: buttons of the grip, and arms that are homed.
 inline constexpr std::uint8_t kFalconRight = 1, kFalconForward = 2, kFalconCentre = 4, kFalconLeft = 8;
 inline constexpr std::uint8_t kFalconHomed = 0x70;
 
-/// Packet from the host; numbers are clamped to ±4095.
+/// Returns a packet from host to device; the motor commands are clamped to ±4095.
 FalconPacket falcon_request(const FalconCounts& motors, std::uint8_t lights_and_home);
 
-/// Content of a packet from the device.
+/// Content of a packet from the device to the host.
 struct FalconReply {
   FalconCounts encoders = FalconCounts::Zero();
   std::uint8_t bits = 0;
 };
 
-/// Decodes the three numbers and the bits of a packet from either side. Empty: it is no packet.
+/// Decodes the three numbers and the bits of a packet of either direction. Returns nothing if the bytes are not a
+/// packet.
 std::optional<FalconReply> read_falcon_packet(std::span<const std::uint8_t, kFalconPacketSize> bytes);
 
-/// Finds packets in a stream of bytes. After an invalid packet it continues at the next `<`, not after a packet length.
+/// Finds packets in a byte stream. After an invalid packet it continues at the next `<`, which may be inside that
+/// packet.
 class FalconPacketParser {
  public:
-  /// Adds a byte; returns the packet that it completes, if any.
+  /// Processes a byte; returns the packet that this byte completes, if any.
   std::optional<FalconReply> parse(std::uint8_t byte) noexcept;
   void reset() noexcept { length_ = 0; }
-  /// Number of bytes outside packets.
+  /// Number of bytes that did not belong to a packet.
   std::uint64_t skipped() const { return skipped_; }
 
  private:

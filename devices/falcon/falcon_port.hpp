@@ -1,4 +1,4 @@
-// The serial line to a Falcon through its FTDI bridge: interface between the driver and libusb.
+// Serial connection to a Falcon through its FTDI bridge; the interface between the driver and libusb.
 #pragma once
 
 #include <cstdint>
@@ -15,34 +15,36 @@
 
 namespace tandem::devices {
 
-/// Vendor requests of the bridge, and their values.
+/// USB vendor requests of the FTDI bridge, and their values.
 enum class FtdiRequest : std::uint8_t { kReset = 0, kModem = 1, kFlow = 2, kBaud = 3, kLine = 4, kLatency = 9 };
 inline constexpr std::uint16_t kFtdiReset = 0, kFtdiPurgeReceived = 1, kFtdiPurgeToSend = 2;
 inline constexpr std::uint16_t kFtdiDtrHigh = 0x0101, kFtdiDtrLow = 0x0100, kFtdiRtsLow = 0x0200;
 inline constexpr std::uint16_t kFtdiBaudLoader = 0x4138, kFtdiBaudUpload = 0x0015, kFtdiBaudRun = 0x0002;
 inline constexpr std::uint16_t kFtdi8N1 = 0x0008, kFtdiNoFlow = 0;
 
-/// An open line; its destructor closes it.
+/// An open connection; the destructor closes it.
 class FalconPort {
  public:
   virtual ~FalconPort() = default;
-  /// Executes a vendor request. False: it failed.
+  /// Executes a vendor request. Returns false if it failed.
   virtual bool control(FtdiRequest request, std::uint16_t value) = 0;
-  /// Starts to send; waits for the previous transfer. At most 64 bytes. False: not sent, or the device is disconnected.
+  /// Waits for the previous transfer, then starts to send at most 64 bytes. Returns false if they cannot be sent, e.g.
+  /// because the device is disconnected.
   virtual bool write(std::span<const std::uint8_t> bytes) = 0;
-  /// The device has accepted the bytes of the last write().
+  /// Returns whether the device has accepted the bytes of the last write().
   virtual bool is_written() const = 0;
-  /// Out     number of bytes, without the bridge's status; 0: none within `longest`; negative: the device is
-  ///         disconnected
+  /// Receives bytes, waiting at most `longest` for the first one.
+  /// Out     number of bytes, without the bridge's status bytes; 0: none arrived; negative: the device is disconnected
   virtual int read(std::span<std::uint8_t> bytes, Duration longest) = 0;
 };
 
-/// Opens the first available device. Null: none; `reason` has the cause and the remedy.
+/// Function that opens the first available device. If there is none, it returns null and sets `reason` to cause and
+/// remedy.
 using OpenFalcon = std::function<std::unique_ptr<FalconPort>(std::string_view& reason)>;
 
-/// Opens a device through libusb; the watchdog, if any, covers it until it is closed.
+/// Opens a device through libusb. The watchdog, if given, covers it until it is closed.
 std::unique_ptr<FalconPort> open_falcon_usb_port(std::string_view& reason, Watchdog* watchdog = nullptr);
-/// Zero command of the device that this process has open; empty: it has none open.
+/// Returns the zero command of the Falcon that this process has opened; nothing if there is none.
 std::optional<ZeroCommand> falcon_zero();
 std::vector<FoundDevice> find_falcons();
 

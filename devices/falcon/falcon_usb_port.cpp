@@ -1,5 +1,5 @@
-// Two transfers, allocated once, wait for data all the time, so that a reply is received as soon as the bridge has it.
-// Every cancelled transfer is awaited before its memory is freed.
+// USB connection to a Falcon. Two transfers, allocated once, always wait for data, so that a reply is received as soon
+// as the bridge has it. Before the memory of a cancelled transfer is freed, its completion is awaited.
 #include <libusb-1.0/libusb.h>
 
 #include <algorithm>
@@ -43,9 +43,9 @@ timeval timeval_of(Duration duration) {
   return {us / 1000000, us % 1000000};
 }
 
-/// libusb context, one per port: in a shared context one thread may handle the events that another waits for.
+/// Context of libusb, one per port. In a shared context one thread may handle the events for which another one waits.
 using Usb = std::shared_ptr<libusb_context>;
-/// Opens a context; null: USB cannot be used.
+/// Opens a context. Returns null if USB cannot be used.
 Usb open_usb() {
   libusb_context* made = nullptr;
   return libusb_init(&made) == LIBUSB_SUCCESS ? Usb(made, libusb_exit) : nullptr;
@@ -57,7 +57,7 @@ bool is_falcon(libusb_device* device) {
          descriptor.idProduct == kProduct;
 }
 
-/// All plugged-in Falcons, referenced while the list exists.
+/// List of all connected Falcons; the devices remain valid while the list exists.
 class FalconList {
  public:
   explicit FalconList(Usb usb) : usb_(std::move(usb)) {
@@ -109,7 +109,7 @@ class FalconUsbPort final : public FalconPort {
   void prepare(Transfer& transfer, unsigned char endpoint, libusb_transfer_cb_fn done);
   bool submit(Transfer& transfer, std::size_t length);
   void note(const libusb_transfer& transfer);
-  /// Handles libusb events until `is_done` or for `longest`.
+  /// Handles libusb events until `is_done` returns true, at most for `longest`.
   template <class Done>
   void work(Duration longest, Done is_done);
   bool is_anything_under_way() const;
@@ -144,7 +144,7 @@ FalconUsbPort::~FalconUsbPort() {
   if (watchdog_ != nullptr) watchdog_->release();
   libusb_release_interface(handle_, kInterface);
   libusb_close(handle_);
-  // Closing the device has returned any transfer that libusb still held.
+  // Transfers that libusb still held have been returned by closing the device, so they can be freed.
   for (Transfer* one : {in_.data(), &in_[1], &out_}) libusb_free_transfer(one->transfer);
 }
 
@@ -201,7 +201,7 @@ void FalconUsbPort::work(Duration longest, Done is_done) {
 }
 
 bool FalconUsbPort::control(FtdiRequest request, std::uint16_t value) {
-  constexpr std::uint8_t kVendorOut = 0x40;  // vendor request, host to device, recipient device
+  constexpr std::uint8_t kVendorOut = 0x40;  // type: vendor request, direction: host to device, recipient: device
   const int sent = libusb_control_transfer(handle_, kVendorOut, static_cast<std::uint8_t>(request), value, 0, nullptr,
                                            0, kControlTimeout_ms);
   if (sent == LIBUSB_ERROR_NO_DEVICE) is_removed_ = true;
@@ -225,7 +225,7 @@ int FalconUsbPort::read(std::span<std::uint8_t> bytes, Duration longest) {
   return static_cast<int>(count);
 }
 
-/// Opens a device and claims its interface. Null: `reason` has the cause.
+/// Opens a device and claims its interface. On failure returns null and sets `reason` to the cause.
 libusb_device_handle* claimed(libusb_device* device, std::string_view& reason) {
   libusb_device_handle* handle = nullptr;
   if (const int error = libusb_open(device, &handle); error != LIBUSB_SUCCESS) {
@@ -239,7 +239,8 @@ libusb_device_handle* claimed(libusb_device* device, std::string_view& reason) {
   return nullptr;
 }
 
-/// Zero command of a device that this process has open; found in /proc because libusb hides the descriptor.
+/// Returns the zero command of a device that this process has opened. Its descriptor is found in /proc, because libusb
+/// does not provide it.
 std::optional<ZeroCommand> zero_of(libusb_device* device) {
   const FalconPacket zero = falcon_request(FalconCounts::Zero(), kFalconRed | kFalconHome);
   std::array<char, 32> node{};

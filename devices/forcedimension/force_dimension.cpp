@@ -14,10 +14,11 @@ constexpr std::string_view kRefused =
     "its maker's SDK opens it, but refuses its watchdog or its force; start it by its maker's program, then start "
     "again";
 
-/// Units of 125 µs, the maximum: without a new force for 32 ms the device releases its force, according to its maker.
+/// Watchdog time in units of 125 µs, the largest possible value. According to the manufacturer, the device removes its
+/// force if it receives no new force for 32 ms.
 constexpr unsigned char kWatchdogUnits = 255;
 
-// Conversions between the SDK's axes and D.
+// Converts vectors between the axes of the SDK and those of D.
 Vec3 in_D_from_dhd(const Vec3& v) {
   return {v.y(), -v.x(), v.z()};
 }
@@ -25,14 +26,14 @@ Vec3 dhd_from_D(const Vec3& v) {
   return {-v.y(), v.x(), v.z()};
 }
 
-/// Orientation of the handle in D, from the rows of its rotation matrix in the SDK's axes.
+/// Returns the orientation of the handle in D. `rows` is its rotation matrix in the axes of the SDK.
 Quat orientation_D(const double (&rows)[3][3]) {
   Eigen::Matrix3d R, to_D;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) R(i, j) = rows[i][j];
   }
   to_D << 0, 1, 0, -1, 0, 0, 0, 0, 1;
-  // The device's matrix has 32-bit precision or an error of calibration: the quaternion of it is not of unit length.
+  // The matrix may have single precision or a calibration error, so its quaternion must be normalised.
   return Quat(Eigen::Matrix3d(to_D * R * to_D.transpose())).normalized();
 }
 
@@ -47,7 +48,8 @@ DhdFunctions dhd_functions(const std::filesystem::path& library) {
   dhd.find(found.get_pose, "dhdGetPositionAndOrientationFrame");
   dhd.find(found.set_force, "dhdSetForceAndTorque");
   dhd.find(found.get_button, "dhdGetButton");
-  dhd.find(found.set_watchdog, "dhdSetWatchdog");  // since 3.3.2; without it the force stays on when the program dies
+  // Available since version 3.3.2; without it the force would remain when the program is killed
+  dhd.find(found.set_watchdog, "dhdSetWatchdog");
   dhd.require_all();
   return found;
 }
@@ -59,7 +61,7 @@ ForceDimensionDriver::~ForceDimensionDriver() {
   if (id_ >= 0) close();
 }
 
-/// Closes the device, first setting its force to zero if it still responds.
+/// Closes the device. If the device still responds, its force is first set to zero.
 void ForceDimensionDriver::close() {
   show({});
   dhd_.enable_force(0, static_cast<char>(id_));

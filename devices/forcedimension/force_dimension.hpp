@@ -1,5 +1,5 @@
-// Devices of Force Dimension (omega, delta, sigma) through their maker's SDK. Written from its public documentation,
-// not tested on hardware.
+// Devices of Force Dimension (omega, delta, sigma), used through the manufacturer's SDK. This code follows the public
+// documentation and was not tested on hardware.
 #pragma once
 
 #include <memory>
@@ -10,8 +10,8 @@
 
 namespace tandem::devices {
 
-/// Functions of the SDK in use; a negative result is a failure. Units: metres, radians, newtons, newton metres. The
-/// last argument is the device; -1 is the one opened last.
+/// SDK functions that are used. A negative result means failure. Units: metres, radians, newtons, newton metres. The
+/// last argument selects the device; -1 is the device opened last.
 struct DhdFunctions {
   int (*open)() = nullptr;
   int (*close)(char) = nullptr;
@@ -21,13 +21,14 @@ struct DhdFunctions {
   int (*get_button)(int, char) = nullptr;
   int (*set_watchdog)(unsigned char, char) = nullptr;
 };
+/// Loads the library and looks up the functions.
 /// Fails   std::runtime_error: see VendorLibrary
 DhdFunctions dhd_functions(const std::filesystem::path& library);
 
-/// Base frame D: x right, y away from the user, z up. The SDK has x towards the user, y right, z up.
-/// First button: grab; second: clutch. The maker's program must have initialised the device (autoinit).
+/// Base frame D: x right, y away from the user, z up. In the SDK x points towards the user, y right, z up. The first
+/// button is grab, the second clutch. The manufacturer's program must have initialised the device (autoinit).
 ///
-/// Thread  the device's
+/// Thread  the thread of the device
 class ForceDimensionDriver final : public DeviceDriver {
  public:
   ForceDimensionDriver(DeviceSpec spec, const DhdFunctions& dhd);
@@ -47,7 +48,7 @@ class ForceDimensionDriver final : public DeviceDriver {
   DeviceSpec spec_;
   DhdFunctions dhd_;
   Absence absence_;
-  int id_ = -1;  ///< negative: not open
+  int id_ = -1;  ///< id of the device in the SDK; negative: not open
   bool may_be_on_ = false;
   haptics::VelocityEstimator velocity_;
 };

@@ -11,7 +11,8 @@ namespace {
 
 constexpr Duration kProbeTime = std::chrono::milliseconds(300);
 
-/// First decisive state of the service within kProbeTime.
+/// Returns the first state of the service that decides whether the device can be used, or the last state after
+/// kProbeTime.
 DeviceSample probe(Inverse3Driver& driver) {
   const SteadyClock clock;
   const LocalTime end = clock.now() + kProbeTime;

@@ -38,7 +38,8 @@ constexpr std::string_view kWatchdogEnded =
 constexpr std::string_view kWatchdogMissing =
     "no watchdog could be started for it (too many processes or open files); end other programs, then start again";
 
-/// A whole client message: final, text, 126 to 65535 bytes, masked by zero, which leaves it unchanged.
+/// Returns an unfragmented WebSocket text frame from a client: FIN set, 16-bit payload length (126 to 65535 bytes), and
+/// a zero masking key, which leaves the payload unchanged.
 std::vector<std::uint8_t> websocket_message(std::string text) {
   constexpr std::size_t kLeast = 126;
   if (text.size() < kLeast) text.resize(kLeast, ' ');
@@ -52,7 +53,8 @@ std::vector<std::uint8_t> websocket_message(std::string text) {
 
 }  // namespace
 
-/// The connection's socket for Beast: each write is one whole frame, passed to the watchdog if there is one.
+/// Socket layer for Boost.Beast. Each write contains one complete frame, which is passed to the watchdog if there is
+/// one.
 class ServiceSocket {
  public:
   using executor_type = asio::ip::tcp::socket::executor_type;
@@ -64,10 +66,10 @@ class ServiceSocket {
     error_code ignored;
     socket_.close(ignored);
   }
-  /// From now on the watchdog writes. No write of this socket may be pending.
+  /// From this call on the watchdog writes the frames. No write of this socket may be pending.
   void write_through(Watchdog& watchdog) { watchdog_ = &watchdog; }
   bool is_writing() const { return is_writing_; }
-  /// Declares whether the next command has a force.
+  /// Sets whether the next command contains a force.
   void set_force_on(bool is_force_on) { is_force_on_ = is_force_on; }
 
   template <class Buffers, class Handler>
@@ -104,7 +106,8 @@ class ServiceSocket {
   bool is_force_on_ = false;
 };
 
-/// The driver closes a connection immediately; Beast calls these functions only after it has failed.
+/// Required by Beast, which calls these functions only after a connection has failed. The driver closes connections
+/// without a closing handshake.
 void teardown(beast::role_type, ServiceSocket& socket, error_code& error) {
   socket.close();
   error = {};
@@ -119,7 +122,8 @@ void beast_close_socket(ServiceSocket& socket) {
   socket.close();
 }
 
-/// One connection. Its handlers own it, so that an abandoned connection ends by itself.
+/// One connection. Its pending handlers share ownership of it, so that an abandoned connection exists until they have
+/// ended.
 struct Inverse3Driver::Link {
   explicit Link(asio::io_context& io) : stream(io) {}
 
@@ -162,7 +166,7 @@ DeviceSample Inverse3Driver::step(LocalTime now, const Wrench& wrench_on_hand_D)
   now_ = now;
   if (!link_) connect(now);
   if (link_ && state_ && !link_->socket().is_writing()) watch_over();
-  // One command per state; but zero is sent immediately.
+  // One command is sent per state. Exception: zero is sent at once when it follows a force.
   const bool must_release = state_ && !shown_n_.isZero(0) && wrench_on_hand_D.f.isZero(0);
   const bool may_send = link_ && !link_->is_sending && (!watchdog_ || !watched_id_.empty());
   if (may_send && (is_new_ || must_release)) send(wrench_on_hand_D);
@@ -172,8 +176,8 @@ DeviceSample Inverse3Driver::step(LocalTime now, const Wrench& wrench_on_hand_D)
   return sample(now);
 }
 
-/// Lets the watchdog cover this connection and its device. Another device needs a new connection, because the frames of
-/// this one may be incomplete.
+/// Starts the watchdog for this connection and its device. If the device changes, a new connection is needed, because a
+/// frame on the current one may be incomplete.
 void Inverse3Driver::watch_over() {
   if (!watchdog_) return;
   if (watchdog_->has_ended()) return fail(kWatchdogEnded);
@@ -224,7 +228,7 @@ void Inverse3Driver::receive(std::string_view text) {
   is_new_ = true;
   is_taken_ = is_taken_ || state->cursor_m.has_value();
   if (state_ && !state->cursor_m) state->cursor_m = state_->cursor_m;
-  // A message need not include the grip.
+  // A message need not contain the grip; in that case its last state is used.
   if (state_ && !state->grip) {
     state->grip = state_->grip;
     state->buttons = state_->buttons;
@@ -250,13 +254,13 @@ void Inverse3Driver::send(const Wrench& wrench_on_hand_D) {
   });
 }
 
-/// Zero on a watched connection counts once the watchdog has written it.
+/// On a connection with a watchdog, zero counts as delivered when the watchdog has written it.
 bool Inverse3Driver::may_be_on() const noexcept {
   const bool is_zero_out = watchdog_ && !watched_id_.empty() && shown_n_.isZero(0) && watchdog_->is_written();
   return may_be_on_ && !is_zero_out;
 }
 
-/// Handles events until a state arrives, or for kWait.
+/// Handles events until a state arrives, at most for kWait.
 void Inverse3Driver::work() {
   const SteadyClock clock;
   const LocalTime end = clock.now() + kWait;
@@ -266,7 +270,7 @@ void Inverse3Driver::work() {
 }
 
 void Inverse3Driver::fail(std::string_view reason) {
-  // Keeps the reason of a loss for a second, so that it is reported.
+  // After a loss, the next connection attempt follows a second later, so that the reason is reported for that time.
   if (has_last_)
     absence_.begin(now_, reason);
   else

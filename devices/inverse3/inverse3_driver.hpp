@@ -1,9 +1,10 @@
-// Driver of a Haply Inverse3 through its maker's service on the same machine: JSON over a WebSocket.
+// Driver of a Haply Inverse3, which uses the manufacturer's service on the same machine: JSON over a WebSocket.
 //
-// The service answers each command with the next state and sends no state without a command. The driver therefore sends
-// one command per state, zero without a force. The service's behaviour for the last force of a stopped or dead program
-// is unknown, so a watchdog shares the connection and writes zero to it. From the first command on the watchdog is the
-// only writer: a killed or stopped program could leave part of a WebSocket frame, which would corrupt the stream.
+// The service answers each command with the next state, and sends no state without a command. The driver therefore
+// sends one command per state, with zero force if there is none to display. It is unknown whether the service continues
+// to apply the last force when the program is stopped or ends. A watchdog therefore shares the connection and writes
+// zero to it. From the first command on only the watchdog writes. Otherwise a program that is killed or stopped could
+// leave a partial WebSocket frame, which would corrupt the stream.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -20,15 +21,15 @@
 namespace tandem::devices {
 
 /// Parses an endpoint such as "127.0.0.1:10001".
-/// Fails   std::invalid_argument: not an address and a port, or not of this machine
+/// Fails   std::invalid_argument: the text is not an address with a port, or the address is not on this machine
 boost::asio::ip::tcp::endpoint inverse3_endpoint(const std::string& service);
 
-/// Base frame D: the axes of the service; its origin is the first position of the cursor.
+/// Base frame D: the axes are those of the service, the origin is the first position of the cursor.
 ///
-/// Thread  the device's
+/// Thread  the thread of the device
 class Inverse3Driver final : public DeviceDriver {
  public:
-  /// In      watchdog  covers each connection; null: none
+  /// In      watchdog  watchdog for each connection; null: none
   Inverse3Driver(DeviceSpec spec, boost::asio::ip::tcp::endpoint service, std::shared_ptr<Watchdog> watchdog = nullptr);
   ~Inverse3Driver() override;
   Inverse3Driver(const Inverse3Driver&) = delete;
@@ -53,20 +54,20 @@ class Inverse3Driver final : public DeviceDriver {
   DeviceSpec spec_;
   boost::asio::ip::tcp::endpoint service_;
   std::shared_ptr<Watchdog> watchdog_;
-  std::string watched_id_;  ///< device of the watchdog's zero; empty: none
+  std::string watched_id_;  ///< id of the device for which the watchdog has a zero command; empty: none
   boost::asio::io_context io_;
   std::shared_ptr<Link> link_;  ///< null: not connected
   Absence absence_;
   LocalTime now_{};  ///< time of the current step
   LocalTime last_received_{};
   Vec3 shown_n_ = Vec3::Zero();  ///< last force sent
-  bool may_be_on_ = false;       ///< a force was sent, and zero has not been sent completely since
-  bool is_new_ = false;          ///< the newest state has no command in answer yet
-  bool is_taken_ = false;        ///< the newest state is in no sample yet
+  bool may_be_on_ = false;       ///< a force was sent, and since then no zero was sent completely
+  bool is_new_ = false;          ///< the newest state was not answered by a command yet
+  bool is_taken_ = false;        ///< the newest state was not returned in a sample yet
   std::optional<Inverse3State> state_;
   std::optional<Vec3> origin_m_;
   DeviceSample last_;
-  bool has_last_ = false;  ///< last_ belongs to this connection
+  bool has_last_ = false;  ///< last_ was received on this connection
 };
 
 }  // namespace tandem::devices

@@ -1,4 +1,4 @@
-// Messages of the Inverse3's service in both directions: JSON.
+// Messages to and from the service of the Inverse3, in JSON.
 #pragma once
 
 #include <cstdint>
@@ -10,19 +10,20 @@
 
 namespace tandem::devices {
 
-/// State of the first Inverse3 and of the first grip in a message.
+/// State of the first Inverse3 and of the first grip that a message contains.
 struct Inverse3State {
-  std::string device_id;  ///< JSON text: "\"0417\"" or "3"
+  std::string device_id;  ///< id as JSON text: "\"0417\"" or "3"
   std::optional<Vec3> cursor_m;
   Vec3 cursor_m_per_s = Vec3::Zero();
   std::optional<Quat> grip;   ///< orientation of the grip
-  std::uint32_t buttons = 0;  ///< bits of Button: a is grab, b and c are clutch
+  std::uint32_t buttons = 0;  ///< bits of Button: button a is grab, b and c are clutch
 };
 
-/// Parses a message. Empty: no JSON, or no Inverse3 with an id. Other missing or invalid fields stay empty.
+/// Parses a message. Returns nothing if it is not JSON or contains no Inverse3 with an id. Other fields that are
+/// missing or invalid remain empty.
 std::optional<Inverse3State> read_inverse3_state(std::string_view text);
 
-/// Command of a force on the hand [N], in the axes of the service.
+/// Returns the command that sets the force on the hand [N], in the axes of the service.
 std::string inverse3_command(std::string_view device_id, const Vec3& force_n);
 
 }  // namespace tandem::devices

@@ -8,7 +8,7 @@
 namespace tandem::devices {
 namespace {
 
-/// Longest simulated interval per read(), which bounds its work; a longer pause counts as this long.
+/// Maximum time that one read() simulates, which limits its cost. A longer pause is treated as this time.
 constexpr Duration kMaxFrame = std::chrono::milliseconds(100);
 
 bool is_usable(const PointerTarget& target) {
@@ -68,7 +68,7 @@ void MouseDevice::advance(double dt_s) noexcept {
 }
 
 bool MouseDevice::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
-  // The hand first moves under the old force until now, whichever of read() and write() is called first.
+  // The hand is first simulated up to `now` under the previous force, whichever of read() and write() is called first.
   if (has_started_ && now > last_read_) read(now);
   if (!is_finite(wrench_on_hand_D)) return false;
   on_hand_D_ = wrench_on_hand_D;

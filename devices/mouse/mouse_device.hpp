@@ -1,4 +1,4 @@
-// A mouse as a six-axis device: a window sets a target, which a simulated hand follows under the force.
+// A mouse as a device with six axes: a window sets a target pose, and a simulated hand follows it under the force.
 #pragma once
 
 #include <memory>
@@ -10,11 +10,12 @@
 
 namespace tandem::devices {
 
-/// A hand that follows a pointer. Pointers jump, 60 times a second. The intended pose is therefore smoothed, and the
-/// force acts on a simulated hand with mass, damping and a spring.
+/// A simulated hand that follows a pointer. The pointer moves in jumps, 60 times a second, so the intended pose is
+/// smoothed. The force acts on a simulated hand with mass, damping and a spring to that pose.
 ///
-/// Model   ẍ = ω² (target − x) − 2 ω ẋ, speed at most kMaxSpeed_m_per_s, likewise in rotation; x is the intended pose
-///         of HandDynamics. ω and the bounds are ours: a response within 0.1 s, and below the limits of a device
+/// Model   ẍ = ω² (target − x) − 2 ω ẋ with speed at most kMaxSpeed_m_per_s, and the same for rotation. x is the
+///         intended pose of HandDynamics. ω and the bounds are our choice: the response takes less than 0.1 s and
+///         remains below the limits of a device
 /// Thread  haptic
 class MouseDevice final : public Device {
  public:
@@ -23,12 +24,12 @@ class MouseDevice final : public Device {
   static constexpr double kMaxTurn_rad_per_s = 6;
   static constexpr double kReach_m = kPointerReach_m;
 
-  /// In      pointer  not null
-  ///         rumble   displays the force as a share of the device's limit; may be null
+  /// In      pointer  target set by a window; must not be null
+  ///         rumble   displays the force as a fraction of the device's limit; may be null
   MouseDevice(DeviceSpec spec, const HandParameters& hand, std::shared_ptr<Pointer> pointer,
               std::unique_ptr<Rumble> rumble = nullptr);
-  /// A hand on a mouse: its damping ratio is 0.8, higher than in the air, so that the displayed hand does not
-  /// oscillate.
+  /// Returns the parameters of a hand on a mouse. Its damping ratio is 0.8, higher than for a hand in the air, so
+  /// that the displayed hand does not oscillate.
   static HandParameters default_hand();
 
   const DeviceSpec& spec() const noexcept override { return spec_; }

@@ -20,11 +20,11 @@ namespace {
 
 constexpr auto kPeriod = std::chrono::milliseconds(20);
 constexpr int kPeriodsAPlay = 5, kPeriodsAnOpen = 50;
-constexpr int kMaxSilentPeriods = 5;  // no call of show() for 0.1 s: the haptic loop hangs
+constexpr int kMaxSilentPeriods = 5;  // show() was not called for 0.1 s, so the haptic loop hangs
 constexpr std::uint16_t kLength_ms = 200;
 constexpr double kSmallest = 1.0 / 64;  // smaller changes are not sent
 
-/// Opens a game pad. Negative: not present, or without rumble; errno has the reason.
+/// Opens a game pad. Returns a negative number if it cannot be opened or has no rumble motors; errno has the reason.
 int opened(const std::string& node) {
   const int pad = open(node.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK);
   if (pad < 0) return pad;
@@ -80,7 +80,7 @@ void Rumble::run() {
   }
 }
 
-/// Sends a strength. False: the pad is disconnected.
+/// Sends a strength to the pad. Returns false if the pad is disconnected.
 bool Rumble::send(double share) {
   ff_effect effect{};
   effect.type = FF_RUMBLE;

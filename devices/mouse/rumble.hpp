@@ -1,4 +1,4 @@
-// Rumble of a game pad as a display of force, for users of a mouse: Linux evdev, FF_RUMBLE.
+// Displays force by the rumble motors of a game pad, for users of a mouse (Linux evdev, FF_RUMBLE).
 #pragma once
 
 #include <atomic>
@@ -9,19 +9,19 @@
 
 namespace tandem::devices {
 
-/// Sends the strength to the pad at most 50 times a second, from its own thread, because the pad may be slow. An effect
-/// lasts 0.2 s and is repeated while show() is called. The rumble thus ends when the program dies or is stopped, or
-/// when the haptic loop hangs. An unplugged pad is opened again.
+/// Sends the strength to the game pad at most 50 times a second. This happens on a separate thread, because the pad may
+/// be slow. An effect lasts 0.2 s and is repeated while show() is called. The rumble thus ends if the program ends or
+/// is stopped, or if the haptic loop hangs. After the pad was unplugged, it is opened again.
 class Rumble {
  public:
-  /// Fails   std::runtime_error: the node cannot be opened, or has no rumble
+  /// Fails   std::runtime_error: the device file cannot be opened, or the pad has no rumble motors
   explicit Rumble(std::string node);
   /// Stops the motors.
   ~Rumble();
   Rumble(const Rumble&) = delete;
   Rumble& operator=(const Rumble&) = delete;
 
-  /// In      share  share of the motors' maximum, clamped to 0 to 1; NaN counts as 0
+  /// In      share  strength as a fraction of the maximum, clamped to 0..1; NaN is treated as 0
   /// Thread  haptic: one atomic store
   void show(double share) noexcept;
 
@@ -31,16 +31,17 @@ class Rumble {
 
   std::string node_;
   int pad_ = -1;     ///< negative: not connected
-  int effect_ = -1;  ///< the pad's number of the effect; negative: none yet
+  int effect_ = -1;  ///< id of the effect in the pad; negative: none was uploaded yet
   std::atomic<float> share_{0};
   std::atomic<std::uint32_t> shows_{0};  ///< number of calls of show()
   std::atomic<bool> should_stop_{false};
   std::thread thread_;
 };
 
-/// Opens the pad of an option.
-/// In      wish  "off": null. "auto": the first usable pad, else null. Otherwise a node, /dev/input/eventN
-/// Fails   std::runtime_error for a node, see Rumble
+/// Opens the game pad named by an option.
+/// In      wish  "off": returns null. "auto": the first usable pad, or null if there is none. Otherwise a device file,
+///               /dev/input/eventN
+/// Fails   std::runtime_error: the device file is unusable, see Rumble
 std::unique_ptr<Rumble> open_rumble(const std::string& wish);
 
 }  // namespace tandem::devices

@@ -4,7 +4,8 @@
 
 namespace tandem::devices {
 
-// No workspace limits: the position of the workspace relative to the SDK's origin is not known for all models.
+// No workspace limits are set, because the position of the workspace relative to the SDK's origin is not known for all
+// models.
 DeviceKind openhaptics_device() {
   return {"openhaptics", "Touch or Phantom by its maker's OpenHaptics, untested on hardware; --library, --profile",
           "touch",

@@ -79,7 +79,7 @@ bool OpenHapticsDriver::open(LocalTime now) {
   return true;
 }
 
-/// Closes the device, first setting its force to zero if it still responds.
+/// Closes the device. If the device still responds, its force is first set to zero.
 void OpenHapticsDriver::close() {
   run(Vec3::Zero());
   hd_.stop_scheduler();

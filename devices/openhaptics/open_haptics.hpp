@@ -1,5 +1,5 @@
-// Devices of 3D Systems (Touch, Touch X, Phantom) through the HD layer of their maker's OpenHaptics. Written from its
-// public documentation, not tested on hardware.
+// Devices of 3D Systems (Touch, Touch X, Phantom), used through the HD layer of the manufacturer's OpenHaptics. This
+// code follows the public documentation and was not tested on hardware.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,7 @@
 
 namespace tandem::devices {
 
-/// Functions of the HD layer in use. Units: millimetres, newtons; x right, y up, z towards the user.
+/// Functions of the HD layer that are used. Units: millimetres, newtons. Axes: x right, y up, z towards the user.
 struct HdFunctions {
   struct Error {
     unsigned code = 0;  ///< 0: none
@@ -22,7 +22,7 @@ struct HdFunctions {
   void (*enable)(unsigned) = nullptr;
   void (*start_scheduler)() = nullptr;
   void (*stop_scheduler)() = nullptr;
-  /// Calls the function once on the servo thread and waits for it.
+  /// Calls the function once on the servo thread, and returns after the call.
   void (*schedule)(unsigned (*)(void*), void*, unsigned short) = nullptr;
   void (*begin_frame)(unsigned) = nullptr;
   void (*end_frame)(unsigned) = nullptr;
@@ -31,12 +31,14 @@ struct HdFunctions {
   void (*set_doubles)(unsigned, const double*) = nullptr;
   Error (*get_error)() = nullptr;
 };
+/// Loads the library and looks up the functions.
 /// Fails   std::runtime_error: see VendorLibrary
 HdFunctions hd_functions(const std::filesystem::path& library);
 
-/// Base frame D: x right, y away from the user, z up. First button: grab; second: clutch. No torque.
+/// Base frame D: x right, y away from the user, z up. The first button is grab, the second clutch. Torque is not
+/// displayed.
 ///
-/// Thread  the device's; each step waits for a tick of the SDK's servo thread, a millisecond
+/// Thread  the thread of the device. Each step waits for a tick of the SDK's servo thread, which takes a millisecond
 class OpenHapticsDriver final : public DeviceDriver {
  public:
   OpenHapticsDriver(DeviceSpec spec, const HdFunctions& hd);
@@ -49,13 +51,13 @@ class OpenHapticsDriver final : public DeviceDriver {
   bool may_be_on() const noexcept override { return may_be_on_; }
 
  private:
-  /// Data exchanged in one servo tick.
+  /// Data exchanged with the servo thread in one tick.
   struct Frame {
     const HdFunctions* hd = nullptr;
     unsigned device = 0;
     double force_n[3] = {};
     double velocity_mm_per_s[3] = {};
-    double transform[16] = {};  ///< column-major; position in mm
+    double transform[16] = {};  ///< column-major 4 × 4 matrix; position in mm
     int buttons = 0;
     bool is_good = false;
   };

@@ -1,4 +1,4 @@
-// Playback of a recorded hand.
+// Playback of a recorded hand motion.
 #pragma once
 
 #include <memory>
@@ -9,21 +9,21 @@
 
 namespace tandem::devices {
 
-/// Follows the recorded motion of a hand in its original time, regardless of the force.
+/// Follows the recorded motion of a hand with the original timing. The force has no effect on it.
 ///
-/// Model   between two valid samples at most kMaxGap apart, position and twist are interpolated linearly and the
-///         rotation by slerp; else the earlier sample is held. Buttons are those of the earlier sample
-/// Limits  after the last sample the device is lost: the hand rests without force
+/// Model   Between two valid samples at most kMaxGap apart, position and twist are interpolated linearly and the
+///         rotation by slerp. Otherwise the earlier sample is held. The buttons are always those of the earlier sample
+/// Limits  after the last sample the device is lost: the hand is at rest and no force is displayed
 class ReplayDevice final : public Device {
  public:
   static constexpr Duration kMaxGap = std::chrono::milliseconds(50);
 
-  /// In      samples  at least one; `taken` increases, from any origin. The reason of the last one, a literal, states
-  ///         why the recording ends there; empty: it is complete
+  /// In      samples  at least one; `taken` increases and may have any origin. The `reason` of the last sample, a
+  ///                  string literal, states why the recording ends there; if it is empty, the recording is complete
   ReplayDevice(DeviceSpec spec, std::shared_ptr<const std::vector<DeviceSample>> samples);
 
   const DeviceSpec& spec() const noexcept override { return spec_; }
-  /// The recording begins at the first read, unless begin_path_at() has set another time.
+  /// Reads a sample. The recording starts at the first read, unless begin_path_at() has set another time.
   DeviceSample read(LocalTime now) noexcept override;
   void begin_path_at(LocalTime start) noexcept override;
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept override;
@@ -32,7 +32,7 @@ class ReplayDevice final : public Device {
   DeviceSpec spec_;
   std::shared_ptr<const std::vector<DeviceSample>> samples_;
   std::string_view ending_ = "the recording is over";
-  std::size_t at_ = 0;  ///< index of the last due sample
+  std::size_t at_ = 0;  ///< index of the last sample that is due
   bool is_start_set_ = false;
   LocalTime started_{};
 };

@@ -15,15 +15,15 @@ constexpr double kMaxPath_s = 86400;
 constexpr double kFarthest_m = 10;
 constexpr std::size_t kMaxPoints = 10000;
 constexpr std::size_t kMaxComponents = 64;
-// Maximum that a hand follows; a device is sampled at 1 kHz.
+// Maximum frequency of a multisine that a hand can follow; the device is sampled at 1 kHz.
 constexpr double kMaxFrequency_hz = 50;
 constexpr double kMaxAmplitude_m = 1;
 
-/// Position and speed of the unit minimum-jerk movement at u = t/T in 0..1.
+/// Position and speed of a minimum-jerk movement of unit length at the relative time u = t/T in 0..1.
 ///
 /// Model   s = 10u³ − 15u⁴ + 6u⁵
-/// Source  Flash, Hogan, "The coordination of arm movements: an experimentally confirmed mathematical model",
-///         J. Neuroscience 5 (1985), the point-to-point solution
+/// Source  Flash, Hogan, "The coordination of arm movements: an experimentally confirmed mathematical model", J.
+///         Neuroscience 5 (1985), solution for point-to-point movements
 struct UnitMove {
   double position;
   double speed;
@@ -112,7 +112,7 @@ void check_multisine(const Multisine& multisine) {
   }
 }
 
-/// Displacement and velocity.
+/// Displacement and velocity of a multisine.
 struct Sway {
   Vec3 p = Vec3::Zero();
   Vec3 v = Vec3::Zero();
@@ -129,7 +129,8 @@ Sway sway_of(const std::vector<SineComponent>& components, double t_s) {
   return sway;
 }
 
-/// Envelope of the multisine and its rate [1/s]: 0 at both ends, 1 between the fades.
+/// Returns the envelope of the multisine and its time derivative [1/s]. The envelope is 0 at both ends and 1 between
+/// the fades.
 UnitMove envelope_of(const Multisine& multisine, Duration time) {
   const Duration inside = std::min(time - multisine.from, multisine.to - time);
   if (inside >= multisine.fade) return {1, 0};
@@ -139,7 +140,7 @@ UnitMove envelope_of(const Multisine& multisine, Duration time) {
   return {rising.position, (is_ending ? -1 : 1) * rising.speed / fade_s};
 }
 
-// With the envelope w: p = w s, v = w s' + w' s.
+// With the envelope w and the sum of sines s: p = w s, v = w s' + w' s.
 Sway sway_at(const Multisine& multisine, Duration time) {
   if (multisine.components.empty() || time <= multisine.from || time >= multisine.to) return {};
   const Sway full = sway_of(multisine.components, to_seconds(time - multisine.from));

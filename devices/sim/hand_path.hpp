@@ -1,4 +1,4 @@
-// Intended path of a simulated hand: way points in time, in the device base frame D.
+// Intended trajectory of a simulated hand, given by way points in the device's base frame D.
 #pragma once
 
 #include <filesystem>
@@ -12,16 +12,18 @@
 
 namespace tandem::devices {
 
-/// The intended pose is `X_DH` at `at`. Between way points it moves by minimum jerk; at each one it is at rest.
+/// A way point: the intended pose is `X_DH` at the time `at`. The hand moves between way points by minimum jerk, and is
+/// at rest at each of them.
 struct WayPoint {
   Duration at{0};
   Pose X_DH;
-  std::uint32_t buttons = 0;  ///< bits held from this way point on
-  std::string phase;          ///< name of the phase that begins here, e.g. "approach", "hold"; "": unchanged
-  bool is_relaxed = false;    ///< from here on the hand is passive: its intended pose is its present pose
+  std::uint32_t buttons = 0;  ///< bits of Button that are set from this way point on
+  std::string phase;        ///< name of the phase that begins here, e.g. "approach" or "hold"; "": the phase continues
+  bool is_relaxed = false;  ///< from here on the hand is passive: its intended pose equals its actual pose
 };
 
-/// One sine of a multisine: amplitude·sin(2π·frequency·t + phase) along an axis, t from the multisine's beginning.
+/// One sine component of a multisine: amplitude·sin(2π·frequency·t + phase) along an axis; t is counted from the
+/// multisine's beginning.
 struct SineComponent {
   Vec3 axis = Vec3::UnitX();  ///< unit vector in D
   double frequency_hz = 1;
@@ -29,8 +31,9 @@ struct SineComponent {
   double phase_rad = 0;
 };
 
-/// A sum of sines, added to the way points between `from` and `to`, for shaking a held body and for circles at constant
-/// speed. It fades in and out by minimum jerk over `fade`, so that position and speed are continuous.
+/// A sum of sines that is added to the way points between `from` and `to`. It is used to shake a held body, and for
+/// circles at constant speed. It fades in and out by minimum jerk over `fade`, so that position and velocity are
+/// continuous.
 struct Multisine {
   Duration from{0};
   Duration to{0};
@@ -38,25 +41,27 @@ struct Multisine {
   std::vector<SineComponent> components;  ///< empty: no multisine
 };
 
-/// A path with at least one way point, times increasing. It rests before the first and after the last one.
+/// A path with at least one way point and increasing times. The hand is at rest before the first and after the last
+/// one.
 class HandPath {
  public:
-  /// Fails   std::invalid_argument: no way point, times not increasing, not finite; a multisine without room to fade
+  /// Fails   std::invalid_argument: no way point, times that do not increase, a number that is not finite, or a
+  ///         multisine that is shorter than its two fades
   explicit HandPath(std::vector<WayPoint> points, Multisine multisine = {});
 
   Pose pose_at(Duration time) const noexcept;
   Twist twist_at(Duration time) const noexcept;
   std::uint32_t buttons_at(Duration time) const noexcept;
   bool is_relaxed_at(Duration time) const noexcept;
-  /// Index into phases(), or −1 before the first named phase.
+  /// Index of the current phase in phases(); −1 before the first named phase.
   int phase_at(Duration time) const noexcept;
   const std::vector<std::string>& phases() const { return phases_; }
   const std::vector<WayPoint>& points() const { return points_; }
   const Multisine& multisine() const { return multisine_; }
   Duration length() const;
-  /// The same path, later by `later`.
+  /// Returns the same path, delayed by `later`.
   HandPath shifted(Duration later) const;
-  /// The same path, `factor` > 0 times as fast.
+  /// Returns the same path at a speed multiplied by `factor`, which must be above 0.
   HandPath paced(double factor) const;
 
  private:
@@ -70,18 +75,18 @@ class HandPath {
 };
 
 /// Reads {"points": [{"t_s": 0, "position_m": [x,y,z], "rotation_xyz_deg": [..], "buttons": ["grab"], "relaxed": false,
-/// "phase": "hold"}]}. An omitted field keeps the value of the previous point. Optional beside the points: "multisine":
-/// {"from_s": 2, "to_s": 6, "fade_s": 0.5, "components": [{"axis": [x,y,z], "frequency_hz": 1, "amplitude_m": 0.01,
-/// "phase_rad": 0}]}.
-/// Fails   std::invalid_argument naming file, field, value and remedy
+/// "phase": "hold"}]}. If a field is omitted, the value of the previous point is used. An optional field beside
+/// "points" is "multisine": {"from_s": 2, "to_s": 6, "fade_s": 0.5, "components": [{"axis": [x,y,z], "frequency_hz": 1,
+/// "amplitude_m": 0.01, "phase_rad": 0}]}.
+/// Fails   std::invalid_argument: the message names file, field, value and remedy
 HandPath load_hand_path(const std::filesystem::path& file);
 HandPath parse_hand_path(std::string_view json, std::string_view origin);
 
-/// Built-in paths by name ("rest", "press-down", "circle", "grab-and-lift", …); see hand_path_names().
-/// Fails   std::invalid_argument for an unknown name; lists the known names
+/// Returns a built-in path by its name ("rest", "press-down", "circle", "grab-and-lift", …); see hand_path_names().
+/// Fails   std::invalid_argument: the name is unknown; the message lists the known names
 HandPath named_hand_path(std::string_view name);
 std::vector<std::string_view> hand_path_names();
-/// A path by its name, or from a file of that name.
+/// Returns a built-in path by its name, or reads a path from a file if `name` ends in ".json" or contains "/".
 /// Fails   see load_hand_path() and named_hand_path()
 HandPath find_hand_path(std::string_view name);
 

@@ -10,12 +10,13 @@ namespace tandem::devices {
 namespace {
 
 constexpr double kMaxSubStep_s = HandDynamics::kMaxStep_s;
-/// Longest simulated interval per read(), which bounds its work; a longer pause counts as this long.
+/// Maximum time that one read() simulates, which limits its cost. A longer pause is treated as this time.
 constexpr Duration kMaxAdvance = std::chrono::seconds(1);
 constexpr double kTick_s = 0.001;
 constexpr double kStop_n_per_m = 5000;
 constexpr double kEye_s = 0.2, kMaxMadeUp_m = 0.01;
-/// Bandwidth of the tremor as a damping ratio. Ours: about ±1 Hz at 9 Hz, similar to tremor spectra.
+/// Damping ratio of the tremor, which determines its bandwidth. Our choice: about ±1 Hz at 9 Hz, similar to measured
+/// tremor spectra.
 constexpr double kTremorDampingRatio = 0.1;
 
 Vec3 rounded_to(const Vec3& a, double step) {
@@ -34,7 +35,8 @@ SimDevice::SimDevice(DeviceSpec spec, const HandParameters& hand, HandPath path,
       hand_motion_(hand, path_.pose_at(Duration(0))) {
   spec_.position_step_m = hand.encoder_step_m;
   spec_.rotation_step_rad = hand.encoder_step_rad;
-  // The tremor is stationary from the first sample: its initial state is drawn from the stationary distribution.
+  // The initial state is drawn from the stationary distribution, so that the tremor is stationary from the first
+  // sample.
   const double omega = 2 * std::numbers::pi * hand_.tremor_hz;
   const double axis_rms_n = hand_.tremor_rms_n / std::sqrt(3.0);
   for (int i = 0; i < 3; ++i) {
@@ -47,8 +49,8 @@ DeviceSpec SimDevice::default_spec() {
   DeviceSpec spec;
   spec.name = "sim";
   spec.actuated_rotations = 3;
-  // Not read from the profile "sim", so that a program needs no file for it; a test keeps the two equal. Values of an
-  // existing desktop device with torque; for torque those of its weakest axis.
+  // These values are not read from the profile "sim", so that a program needs no file for them; a test ensures that
+  // both are equal. They are those of an existing desktop device with torque; the torque is that of its weakest axis.
   spec.force_maximum_n = {8.5, "Phantom Premium 1.5/6DOF: Hou, PhD thesis, NTU 2014, table A.1"};
   spec.torque_maximum_n_m = {0.17, "Phantom Premium 1.5/6DOF, roll: Hou, PhD thesis, NTU 2014, table A.1"};
   spec.force_limit_n = 7.0;
@@ -93,7 +95,7 @@ void SimDevice::begin_path_at(LocalTime start) noexcept {
 }
 
 bool SimDevice::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
-  // The hand first moves under the old force until now, whichever of read() and write() is called first.
+  // The hand is first simulated up to `now` under the previous force, whichever of read() and write() is called first.
   if (has_started_ && now > last_read_) read(now);
   if (!is_finite(wrench_on_hand_D)) return false;
   force_on_hand_D_ = wrench_on_hand_D;
@@ -115,7 +117,7 @@ void SimDevice::steer(const Vec3& offset_m, double scale) noexcept {
 }
 
 RigidState SimDevice::intended(double dt_s) const noexcept {
-  // The pose in the middle of HandDynamics' sub-step, so that the spring has no force.
+  // The intended pose is the pose in the middle of the step of HandDynamics, so that the spring exerts no force.
   if (path_.is_relaxed_at(place_on_path()))
     return {integrate(hand_motion_.pose(), hand_motion_.twist(), dt_s / 2), Twist{}};
   RigidState aim{path_.pose_at(place_on_path()), path_.twist_at(place_on_path())};
@@ -130,7 +132,7 @@ RigidState SimDevice::intended(double dt_s) const noexcept {
   return aim;
 }
 
-/// Force of the device's mechanical stops.
+/// Returns the force of the mechanical stops of the device.
 Vec3 SimDevice::stop_force() const noexcept {
   const Vec3 half = spec_.workspace_m / 2;
   if (half.isZero(0)) return Vec3::Zero();
@@ -138,7 +140,8 @@ Vec3 SimDevice::stop_force() const noexcept {
   return kStop_n_per_m * (p.cwiseMin(half).cwiseMax(-half) - p);
 }
 
-// White noise through a resonator: ẍ + 2ζω ẋ + ω² x = w; with ⟨w w'⟩ = S δ the variance of x is S / (4ζω³).
+// The tremor is white noise filtered by a resonator: ẍ + 2ζω ẋ + ω² x = w. With ⟨w w'⟩ = S δ the variance of x is S /
+// (4ζω³).
 Vec3 SimDevice::tremor_force(double dt_s) noexcept {
   if (hand_.tremor_rms_n <= 0) return Vec3::Zero();
   const double omega = 2 * std::numbers::pi * hand_.tremor_hz;

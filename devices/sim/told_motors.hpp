@@ -1,4 +1,4 @@
-// A simulated device that also writes its commands to a file or pipe, with a watchdog like a real device.
+// A simulated device that also writes its commands to a file or pipe, and has a watchdog like a real device.
 #pragma once
 
 #include <filesystem>
@@ -9,12 +9,12 @@
 
 namespace tandem::devices {
 
-/// Makes the commands for a device's motors observable without hardware, including those of the watchdog. Each command
-/// is three doubles in native format, the force on the hand [N]. It is written immediately and whole (up to PIPE_BUF
-/// bytes in a pipe), or it is lost: then the motors keep the previous command.
+/// Makes motor commands observable without hardware, including those of the watchdog. A command consists of three
+/// doubles in native format: the force on the hand [N]. It is written immediately and completely, because it is shorter
+/// than PIPE_BUF. If that is not possible, it is lost, and the motors keep the previous command.
 class ToldMotors final : public Device {
  public:
-  /// In      file  a pipe with a reader, or a file to append to
+  /// In      file  a pipe with a reader, or a file to which commands are appended
   /// Fails   std::runtime_error: the file cannot be written; see also Watchdog
   ToldMotors(std::unique_ptr<Device> device, const std::filesystem::path& file, int realtime_priority);
   ~ToldMotors() override;
@@ -32,7 +32,7 @@ class ToldMotors final : public Device {
   std::unique_ptr<Device> device_;
   int file_;
   Watchdog watchdog_;
-  bool may_be_on_ = false;  ///< a force was written, and zero was not written since
+  bool may_be_on_ = false;  ///< a force was written, and no zero was written since
 };
 
 }  // namespace tandem::devices

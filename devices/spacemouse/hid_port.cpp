@@ -1,5 +1,5 @@
-// hidapi's hidraw backend lists devices from sysfs without opening them, so that a device without access rights is
-// listed too.
+// The hidraw backend of hidapi lists devices from sysfs without opening them. Devices that the user may not open are
+// therefore listed too.
 #include "devices/spacemouse/hid_port.hpp"
 
 #include <hidapi/hidapi.h>
@@ -14,7 +14,8 @@
 namespace tandem::devices {
 namespace {
 
-// Both vendor ids of 3Dconnexion. Its mice and keyboards are no multi-axis controllers.
+// Both vendor ids under which 3Dconnexion devices appear. Mice and keyboards with these ids are not multi-axis
+// controllers.
 constexpr std::array<unsigned short, 2> kVendors{0x256f, 0x046d};
 constexpr unsigned short kGenericDesktop = 1, kMultiAxisController = 8;
 

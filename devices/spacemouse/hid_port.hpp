@@ -1,4 +1,4 @@
-// Reports of one HID device: interface between the driver and hidapi, which a test can replace.
+// Reports of one HID device: the interface between the driver and hidapi, which tests replace.
 #pragma once
 
 #include <cstdint>
@@ -13,21 +13,22 @@
 
 namespace tandem::devices {
 
-/// An open device; its destructor closes it.
+/// An open device; the destructor closes it.
 class HidPort {
  public:
   virtual ~HidPort() = default;
-  /// Out     number of bytes of the next report, its id first; 0: none within `longest`; negative: the device is
-  ///         disconnected
+  /// Receives the next report, waiting at most `longest`; its first byte is its id.
+  /// Out     number of bytes; 0: no report arrived; negative: the device is disconnected
   virtual int read(std::span<std::uint8_t> report, Duration longest) = 0;
-  /// Sends an output report, its id first. False: not delivered.
+  /// Sends an output report, whose first byte is its id. Returns false if it was not delivered.
   virtual bool write(std::span<const std::uint8_t> report) = 0;
 };
 
-/// Opens the first available device. Null: none; `reason` has the cause and the remedy.
+/// Function that opens the first available device. If there is none, it returns null and sets `reason` to cause and
+/// remedy.
 using OpenHid = std::function<std::unique_ptr<HidPort>(std::string_view& reason)>;
 
-/// Opens, through hidapi, the first multi-axis controller (HID usage page 1, usage 8) of 3Dconnexion or of Logitech.
+/// Opens the first multi-axis controller (HID usage page 1, usage 8) of 3Dconnexion or Logitech through hidapi.
 std::unique_ptr<HidPort> open_space_mouse_port(std::string_view& reason);
 std::vector<FoundDevice> find_space_mice();
 

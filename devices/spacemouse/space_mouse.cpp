@@ -8,7 +8,7 @@
 namespace tandem::devices {
 namespace {
 
-// Time step of the driver and of its filter.
+// Time step of the driver and its filter.
 constexpr Duration kStep = std::chrono::milliseconds(1);
 constexpr Duration kReleased = std::chrono::milliseconds(150);
 constexpr int kMaxReportsAStep = 16;
@@ -60,7 +60,7 @@ DeviceSample SpaceMouseDriver::step(LocalTime now, const Wrench& /*wrench_on_han
   return sample;
 }
 
-// The handle keeps its pose; buttons and deflection are cleared.
+// The handle keeps its pose while the device is absent; buttons and deflection are reset.
 DeviceSample SpaceMouseDriver::absent(LocalTime now) {
   reports_ = {};
   cap_.setZero();
@@ -75,14 +75,14 @@ DeviceSample SpaceMouseDriver::absent(LocalTime now) {
   return absence_.sample(now);
 }
 
-// Some models accept the first command only if it is "on".
+// Some models accept a command to switch the light off only after one to switch it on.
 void SpaceMouseDriver::light(bool is_on) {
   const std::array<std::uint8_t, 2> on{kLightReport, 1}, off{kLightReport, 0};
   const bool is_taken = port_->write(on);
   if (!is_on && is_taken) port_->write(off);
 }
 
-/// Reads all waiting reports; waits a step for the first one. False: the device is disconnected.
+/// Reads all reports that have arrived; waits one step for the first one. Returns false if the device is disconnected.
 bool SpaceMouseDriver::read_report(LocalTime now) {
   std::array<std::uint8_t, 64> report{};
   for (int i = 0; i < kMaxReportsAStep; ++i) {

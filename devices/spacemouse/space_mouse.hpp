@@ -1,4 +1,4 @@
-// A SpaceMouse as a device without force: the deflection of its cap, a few millimetres, moves a handle.
+// A SpaceMouse as a device without force: its cap can be deflected by a few millimetres, which moves a handle.
 #pragma once
 
 #include <memory>
@@ -10,7 +10,7 @@
 
 namespace tandem::devices {
 
-/// Effect of the cap's deflection.
+/// Quantity that the deflection of the cap controls.
 enum class CapControl : std::uint8_t {
   kRate,  ///< velocity of the handle: up to 0.15 m/s and 1 rad/s, within ±0.2 m
   kPose   ///< pose of the handle: up to 0.04 m and 0.5 rad from the centre
@@ -18,16 +18,16 @@ enum class CapControl : std::uint8_t {
 
 /// Driver of a SpaceMouse.
 ///
-/// Model   reports arrive at 62 to 125 Hz. Their deflection u passes a critically damped filter, ẍ = ω² (u − x) − 2ω ẋ,
-///         ω = 60 rad/s, each millisecond, exact for constant u: the handle's velocity has no step. Absence of
-///         reports means rest: a deflected cap reports continuously, a released one stops. After 150 ms without a
-///         report, that of the release was lost, and the cap counts as at rest.
-/// Thread  the device's
+/// Model   Reports arrive at 62 to 125 Hz. Their deflection u is filtered by a critically damped filter, ẍ = ω² (u − x)
+///         − 2ω ẋ with ω = 60 rad/s, once per millisecond and exactly for constant u. The velocity of the handle
+///         therefore has no steps. A deflected cap sends reports continuously; a released cap stops sending. If no
+///         report arrives for 150 ms, the report of the release was lost, and the deflection is set to zero.
+/// Thread  the thread of the device
 class SpaceMouseDriver final : public DeviceDriver {
  public:
-  /// In      port  may be null; then step() opens it, as after an unplugging
+  /// In      port  open port; if null, step() opens one, as after unplugging
   SpaceMouseDriver(CapControl control, OpenHid open, std::unique_ptr<HidPort> port);
-  /// Switches the light off.
+  /// Switches the light of the device off.
   ~SpaceMouseDriver() override;
   SpaceMouseDriver(const SpaceMouseDriver&) = delete;
   SpaceMouseDriver& operator=(const SpaceMouseDriver&) = delete;

@@ -11,9 +11,9 @@ namespace {
 
 constexpr std::uint8_t kTranslation = 1, kRotation = 2, kButtonsId = 3;
 constexpr std::size_t kSplitLength = 7, kJoinedLength = 13, kMinButtonsLength = 2;
-/// Logical range that all models declare.
+/// Full deflection in counts, as declared by all models.
 constexpr double kFull = 350;
-/// Dead zone in counts; ours.
+/// Dead zone in counts; our choice.
 constexpr double kRest = 8;
 
 double part_of_full(std::uint8_t low, std::uint8_t high) {

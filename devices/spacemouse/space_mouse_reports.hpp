@@ -1,4 +1,4 @@
-// Decoder of a SpaceMouse's reports.
+// Decodes the reports of a SpaceMouse.
 #pragma once
 
 #include <cstdint>
@@ -8,22 +8,23 @@
 
 namespace tandem::devices {
 
-/// Combines reports to the newest deflection of the cap. Id and received length determine the layout: joined (id 1, 13
-/// bytes: six numbers) or split (ids 1 and 2, 7 bytes: three each); numbers are int16, little-endian.
+/// Combines reports to the newest deflection of the cap. The id and the length of a report determine its layout: joined
+/// (id 1, 13 bytes: six numbers) or split (ids 1 and 2, 7 bytes: three numbers each). Numbers are int16, little-endian.
 ///
-/// Model   from the device's axes (x right, y towards the user, z down) to D's (x right, y away, z up): a half turn
-///         about x, for translations and for rotation vectors alike
+/// Model   Converts from the device's axes (x right, y towards the user, z down) to the axes of D (x right, y away, z
+///         up). This is a rotation by 180° about x, for translations and rotation vectors alike
 class SpaceMouseReports {
  public:
   enum class Kind : std::uint8_t { kMotion, kButtons, kOther, kBad };
 
-  /// Decodes a report; reports other than motion and buttons change nothing.
+  /// Decodes a report. Reports other than motion and buttons have no effect.
   Kind parse(std::span<const std::uint8_t> report) noexcept;
-  /// Sets the deflection to zero, after a release without a report.
+  /// Sets the deflection to zero, if the cap was released but no report of it was received.
   void rest() noexcept { deflection_.setZero(); }
-  /// (translation, rotation) in D, each −1 to 1; small values are 0, because caps do not return exactly.
+  /// (translation, rotation) in D, each number −1 to 1. Small values are set to 0, because caps do not return exactly
+  /// to the centre.
   const Vec6& deflection() const { return deflection_; }
-  /// Bits of Button: left is grab, right is clutch.
+  /// Bits of Button: the left button is grab, the right one clutch.
   std::uint32_t buttons() const { return buttons_; }
 
  private:

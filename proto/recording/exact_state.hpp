@@ -1,4 +1,4 @@
-// States in recordings: bit-exact and unchecked.
+// Writes and reads states in recordings: bit-exact and without range checks.
 #pragma once
 
 #include "common/base/spatial.hpp"

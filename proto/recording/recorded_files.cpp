@@ -14,11 +14,12 @@
 namespace tandem::proto {
 namespace {
 
-/// Topics of rooms and clients in this version.
+/// Topics that this version of the program writes, for rooms and clients.
 constexpr std::array<std::string_view, 6> kTopics{"/room", "/step", "/states", "/session", "/tick", "/link"};
 constexpr std::uint32_t kMaxParts = 100'000;
 
-/// Recording and part number of a file, from its first message; recording 0: none of ours.
+/// Identifies a file within a recording, from its first message. The recording is 0 if the file was not written by this
+/// program.
 struct PartOf {
   std::uint64_t recording = 0;
   std::uint32_t part = 0;
@@ -32,7 +33,7 @@ PartOf part_of(const std::string& topic, const recording::Message& message) {
   return {};
 }
 
-/// Returns "attic-002.mcap", … in the order of their numbers; numbers may be missing.
+/// Returns the existing files "attic-002.mcap", … in the order of their numbers, which may have gaps.
 std::vector<std::filesystem::path> followers(const std::filesystem::path& first) {
   std::vector<std::pair<std::uint32_t, std::filesystem::path>> found;
   const std::string stem = first.stem().string() + "-";
@@ -58,7 +59,7 @@ class Reading {
  public:
   explicit Reading(const OnMessage& on_message) : on_message_(on_message) {}
 
-  /// Reads one file. Returns false when `on_message` stopped reading.
+  /// Reads one file. Returns false if `on_message` has stopped the reading.
   bool read(const std::filesystem::path& path) {
     std::ifstream in(path, std::ios::binary);
     if (!in) {
@@ -83,7 +84,7 @@ class Reading {
   RecordingEnd end;
 
  private:
-  /// Returns false for a file of another recording.
+  /// Returns false if the file belongs to another recording.
   bool accept_first(const std::filesystem::path& path, const PartOf& own) {
     if (!end.files.empty() && own.recording != recording_) return false;
     if (!end.files.empty() && own.part > part_ + 1) {

@@ -1,4 +1,5 @@
-// Bounding box of a mesh, checked for use as a divisor: a mesh from a file may be a single point or overflow.
+// Bounding box of a mesh, checked so that its size can be used as a divisor. A mesh from a file may be a single point,
+// or so large that numbers overflow.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -7,15 +8,15 @@
 
 namespace tandem::geometry {
 
-/// Limit of the coordinates of an unscaled mesh, and inverse limit of its size. With it, neither a size, nor its
-/// inverse, nor a product of three of them overflows.
+/// Limit of the coordinates of a mesh before scaling. Its inverse is the lower limit of the mesh's size. With these
+/// limits, the size, its inverse, and products of three sizes do not overflow.
 inline constexpr double kMaxMeshUnits = 1e100;
 
-/// Returns the box around the vertices that triangles use; unused vertices do not count.
+/// Returns the bounding box of the vertices that triangles use; unused vertices are ignored.
 ///
-/// Out     the longest edge of the box is between 1 / kMaxMeshUnits and 2 kMaxMeshUnits, and so is a safe divisor
-/// Fails   MeshError, with the value and the remedy: no triangle; a vertex that is not finite or too far away; all
-///         vertices at one place
+/// Out     a box whose longest edge is between 1 / kMaxMeshUnits and 2 kMaxMeshUnits, and therefore a safe divisor
+/// Fails   MeshError: no triangle, a vertex that is not finite or too far away, or all vertices at the same place; the
+///         message has the value and the remedy
 Eigen::AlignedBox3d mesh_bounds(const TriangleMesh& mesh);
 
 }  // namespace tandem::geometry

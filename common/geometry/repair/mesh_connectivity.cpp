@@ -12,16 +12,16 @@ namespace tandem::geometry {
 namespace {
 
 constexpr int kNoTriangle = -1;
-// Angle below which triangles at an edge are coincident. Single-precision rounding rotates a triangle by up to this
-// angle if its height is a hundredth of the mesh's size.
+// Angle below which two triangles at an edge are treated as coincident. Single-precision rounding can rotate a triangle
+// by this angle if its height is a hundredth of the mesh's size.
 constexpr double kSameAngle_rad = 2e-5;
 
-/// Number of a half-edge: 3 · triangle + side.
+/// Returns the number of a half-edge: 3 · triangle + side.
 int number_of(const HalfEdge& half) {
   return 3 * half.triangle + half.side;
 }
 
-/// Orientation of a triangle relative to the first one of its part.
+/// Orientation of a triangle relative to the first triangle of its part.
 enum class Turning : std::uint8_t { kUnknown, kAlong, kAgainst };
 
 class Connector {
@@ -31,7 +31,7 @@ class Connector {
         partner_(mesh.triangles.size() * 3, kNoTriangle),
         turning_(mesh.triangles.size(), Turning::kUnknown) {}
 
-  /// Finds the opposite half of every edge.
+  /// Finds the opposite half-edge of every half-edge.
   void pair_edges() {
     const EdgeUses edges(mesh_);
     for (std::size_t edge = 0; edge < edges.edge_count(); ++edge) {
@@ -44,7 +44,7 @@ class Connector {
     }
   }
 
-  /// Gives each fan of triangles around a vertex a vertex of its own. Out: number of vertices added.
+  /// Gives each fan of triangles around a vertex a separate vertex. Returns the number of vertices added.
   std::size_t separate_fans() {
     std::vector<int> root(partner_.size());
     std::iota(root.begin(), root.end(), 0);
@@ -79,7 +79,7 @@ class Connector {
     return mesh_.vertices.size() - before;
   }
 
-  /// Finds the parts and orients their triangles alike. Out: number of triangles turned.
+  /// Finds the parts and makes the orientation of their triangles consistent. Returns the number of triangles reversed.
   std::size_t orient(std::vector<MeshPart>& parts) {
     std::size_t total = 0;
     for (std::size_t seed = 0; seed < turning_.size(); ++seed) {
@@ -88,7 +88,7 @@ class Connector {
       const auto& triangles = parts.back().triangles;
       const auto is_turned = [this](int t) { return turning_[static_cast<std::size_t>(t)] == Turning::kAgainst; };
       const auto count = std::count_if(triangles.begin(), triangles.end(), is_turned);
-      // The minority is turned: the marked triangles, or else the unmarked ones.
+      // The minority is reversed: the triangles marked kAgainst, or otherwise the unmarked ones.
       const bool is_minority = 2 * static_cast<std::size_t>(count) <= triangles.size();
       for (const int t : triangles) {
         if (is_turned(t) != is_minority) continue;
@@ -120,7 +120,7 @@ class Connector {
     }
     for (const int first : halves) {
       std::vector<int> loop;
-      // A vertex has one fan, so one border leaves it: the walk ends where it began.
+      // Each vertex has one fan, so only one border leaves it. The walk therefore ends where it began.
       for (int half = first; half != kNoTriangle;) {
         int& leaving = border_from[static_cast<std::size_t>(vertex_at(half))];
         if (leaving == kNoTriangle) break;
@@ -143,18 +143,18 @@ class Connector {
     partner_[static_cast<std::size_t>(number_of(b))] = number_of(a);
   }
 
-  /// A triangle at an edge, viewed along the edge.
+  /// A triangle at an edge, seen along the edge.
   struct Spoke {
     double angle_rad;
     bool runs_along;
     HalfEdge half;
   };
 
-  /// Orders coincident spokes, whose order otherwise depends on rounding, so that directions alternate.
+  /// Orders coincident spokes such that directions alternate. Otherwise their order would depend on rounding.
   /// In      spokes  sorted by angle
-  /// Out     whether directions alternate all around
+  /// Out     whether the directions alternate all around the edge
   static bool alternate(std::vector<Spoke>& spokes) {
-    // Start at a gap, not within coincident spokes, unless all coincide.
+    // Starts at a gap and not within coincident spokes, unless all spokes coincide.
     std::size_t start = 0;
     while (start < spokes.size() && !is_gap(spokes, start)) ++start;
     std::rotate(spokes.begin(), spokes.begin() + static_cast<std::ptrdiff_t>(start % spokes.size()), spokes.end());
@@ -176,16 +176,17 @@ class Connector {
     return false;
   }
 
-  /// Whether there is a gap between spoke `i` and the previous one.
+  /// Returns whether there is a gap between spoke `i` and the previous one.
   static bool is_gap(const std::vector<Spoke>& spokes, std::size_t i) {
     const double before = spokes[(i + spokes.size() - 1) % spokes.size()].angle_rad;
     const double apart = std::abs(spokes[i].angle_rad - before);
     return std::min(apart, 2 * std::numbers::pi - apart) > kSameAngle_rad;
   }
 
-  /// Pairs the triangles around an edge. Viewed along the edge, material lies anticlockwise of triangles that run
-  /// against it, and clockwise of triangles that run along it. Each triangle of the first kind is joined with the next
-  /// one around. That one must be of the second kind.
+  /// Pairs the triangles around an edge. Seen along the edge, the material of a triangle that traverses the edge
+  /// backwards is on its anticlockwise side. The material of a triangle that traverses it forwards is on its clockwise
+  /// side. Each triangle of the first kind is joined with the next triangle in anticlockwise direction, which must be
+  /// of the second kind.
   bool pair_around(std::span<const HalfEdge> uses) {
     const int a = start_of(mesh_, uses[0]);
     const Vec3& origin = mesh_.vertices[static_cast<std::size_t>(a)];
@@ -228,7 +229,7 @@ class Connector {
       for (int half = 3 * triangle; half < 3 * triangle + 3; ++half) {
         const int other = partner_[static_cast<std::size_t>(half)];
         if (other == kNoTriangle) continue;
-        // Neighbours agree when they run along their edge in opposite directions.
+        // The orientations of neighbours are consistent if they traverse their common edge in opposite directions.
         const bool agrees = vertex_at(half) == vertex_at(next_side(other));
         const bool is_along = (turning_[static_cast<std::size_t>(triangle)] == Turning::kAlong) == agrees;
         const Turning wanted = is_along ? Turning::kAlong : Turning::kAgainst;
@@ -247,7 +248,7 @@ class Connector {
   void turn(int triangle) {
     auto& corners = mesh_.triangles[static_cast<std::size_t>(triangle)];
     std::swap(corners[1], corners[2]);
-    // Side s is now side 2 − s.
+    // Reversing the triangle changes side s to side 2 − s.
     std::swap(partner_[static_cast<std::size_t>(3 * triangle)], partner_[static_cast<std::size_t>(3 * triangle + 2)]);
     for (int half = 3 * triangle; half < 3 * triangle + 3; ++half) {
       const int other = partner_[static_cast<std::size_t>(half)];
@@ -257,9 +258,9 @@ class Connector {
   }
 
   TriangleMesh& mesh_;
-  std::vector<int> partner_;  // opposite half-edge of each half-edge; kNoTriangle: a border
+  std::vector<int> partner_;  // opposite half-edge of each half-edge; kNoTriangle at a border
   std::vector<Turning> turning_;
-  std::vector<int> unpaired_;  // triangles at edges that do not pair up
+  std::vector<int> unpaired_;  // triangles at edges whose triangles cannot be paired
 };
 
 }  // namespace

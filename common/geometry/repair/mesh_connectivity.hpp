@@ -1,4 +1,4 @@
-// Second half of repair: neighbours, orientation and borders of the triangles.
+// Second half of mesh repair: determines neighbours, orientation and borders of the triangles.
 #pragma once
 
 #include <string>
@@ -8,26 +8,27 @@
 
 namespace tandem::geometry {
 
-/// Triangles connected by their edges.
+/// A set of triangles that are connected by edges.
 struct MeshPart {
   std::vector<int> triangles;
-  std::vector<std::vector<int>> borders;  ///< loops of vertices, in the direction of the adjacent triangles
+  /// Closed loops of vertices, each in the direction in which the adjacent triangles traverse it
+  std::vector<std::vector<int>> borders;
   bool is_orientable = true;
-  bool is_unpaired = false;  ///< it ends at an edge of three or more triangles that do not pair up
+  bool is_unpaired = false;  ///< true if the part ends at an edge of three or more triangles that cannot be paired
 };
 
 inline bool is_closed(const MeshPart& part) {
   return part.borders.empty() && !part.is_unpaired && part.is_orientable;
 }
 
-/// Makes `mesh` a manifold. At an edge of more than two triangles, those that enclose material between them are joined.
-/// Where they do not pair up, each triangle ends at the edge. Parts that touch only at an edge or a vertex get vertices
-/// of their own. The triangles of each part are oriented alike, as the majority is.
+/// Makes `mesh` a manifold. At an edge with more than two triangles, the triangles that enclose material between them
+/// are connected in pairs. If the triangles cannot be paired, none is connected at this edge. Parts that touch only at
+/// an edge or a vertex get separate vertices. All triangles of a part get the orientation of the majority.
 ///
-/// In      mesh  welded
+/// In      mesh  welded mesh
 std::vector<MeshPart> connect(TriangleMesh& mesh, std::vector<std::string>& notes);
 
-/// Returns the triangles of all parts, one part after the other.
+/// Returns the triangles of all parts, one part after another.
 std::vector<int> triangles_of(const std::vector<MeshPart>& parts);
 
 }  // namespace tandem::geometry

@@ -7,7 +7,8 @@
 namespace tandem::geometry {
 namespace {
 
-// Longer loops are closed by a fan from their middle, because clipping is quadratic in their length.
+// Maximum length of a loop that is closed by ear clipping, whose cost is quadratic in the length. A longer loop is
+// closed by a fan of triangles around its centre.
 constexpr std::size_t kMaxClipped = 1000;
 
 class HoleCloser {
@@ -15,7 +16,7 @@ class HoleCloser {
   HoleCloser(TriangleMesh& mesh, MeshPart& part) : mesh_(mesh), part_(part) {}
 
   void close(std::vector<int> loop) {
-    // The new triangles run in the opposite direction of those at the border.
+    // The new triangles must traverse the border in the opposite direction.
     std::reverse(loop.begin(), loop.end());
     if (loop.size() <= kMaxClipped) {
       clip(loop);
@@ -32,8 +33,8 @@ class HoleCloser {
     mesh_.triangles.push_back({a, b, c});
   }
 
-  /// Ear clipping: cuts off the corner with the smallest angle until three are left; corners that point inward come
-  /// last.
+  /// Ear clipping: repeatedly cuts off the corner with the smallest angle until three corners are left. Reflex corners
+  /// have larger angles and are therefore cut off last.
   void clip(std::vector<int>& loop) {
     Vec3 facing = Vec3::Zero();
     for (std::size_t i = 0; i < loop.size(); ++i) {
@@ -47,7 +48,7 @@ class HoleCloser {
       add(loop[(best + n - 1) % n], loop[best], loop[(best + 1) % n]);
       loop.erase(loop.begin() + static_cast<std::ptrdiff_t>(best));
       angles.erase(angles.begin() + static_cast<std::ptrdiff_t>(best));
-      // Only the two adjacent corners have changed.
+      // Only the angles of the two adjacent corners have changed.
       const std::size_t after = best % loop.size();
       const std::size_t before = (best + loop.size() - 1) % loop.size();
       for (const std::size_t i : {before, after}) angles[i] = angle_at(loop, i, facing);

@@ -1,4 +1,4 @@
-// Closes holes with triangles. Private to the repair of meshes.
+// Closes holes with triangles. Used only by mesh repair.
 #pragma once
 
 #include <vector>
@@ -7,9 +7,9 @@
 
 namespace tandem::geometry {
 
-/// Closes a hole of a part and adds the new triangles to it.
+/// Closes a hole of a part, and adds the new triangles to the part.
 ///
-/// In      loop  vertices around the hole, as in MeshPart::borders
+/// In      loop  vertices of the hole's border, as in MeshPart::borders
 void close_hole(TriangleMesh& mesh, MeshPart& part, const std::vector<int>& loop);
 
 }  // namespace tandem::geometry

@@ -16,44 +16,45 @@
 namespace tandem::geometry {
 namespace {
 
-// Limits of the number of rays: for one part, and for all parts that are not closed.
+// Limits of the number of rays: minimum and maximum for one part, and maximum for all open parts together.
 constexpr std::size_t kMinRaysOfPart = 8, kMaxRaysOfPart = 256, kMaxRays = 2000;
-// Meshes with more triangles are classified by several threads.
+// Minimum number of triangles for which several threads are used.
 constexpr std::size_t kMinForThreads = 5000;
 constexpr std::size_t kMaxThreads = 16;
 
-// Step to both sides of a triangle, as a share of the diagonal. It is 20 times the gap that single precision leaves
-// between coplanar triangles, and a tenth of a thin wall.
+// Distance of the sample points on both sides of a triangle, as a fraction of the diagonal. It is 20 times the gap that
+// single precision leaves between coplanar triangles, and a tenth of the thickness of a thin wall.
 constexpr double kStepShare = 2e-6;
 
-// Tolerance of a winding number from the exact value of a border, of the inside or of the outside.
+// Tolerance within which a winding number equals the exact value for a border, the inside or the outside.
 constexpr double kUnclear = 0.1;
 
-/// Classifies a triangle by the winding number half way between its two sides, which is that of all other triangles
-/// there. A triangle itself makes the number jump by 1. Half way, a border of a solid has ½, or −½ if that is inside
-/// out; outside has 0, and inside 1 or more. A jump of 2 means that the solid or the triangle is duplicate: half way,
-/// the border then has 1 or ½.
+/// Classifies a triangle by the mean of the winding numbers on its two sides. This mean equals the winding number of
+/// all other triangles at this place, because the triangle itself makes the winding number jump by 1. The mean is ½ for
+/// a border of a solid, or −½ if the solid is inside out. It is 0 outside, and 1 or more inside. If the jump is 2, the
+/// solid or the triangle exists twice; for a border the mean is then 1 or ½.
 Side side_of(double half_way, double jump = 1) {
   const double others = std::abs(half_way);
   if (others < 0.25) return Side::kOutside;
   return others < std::max(1.0, std::abs(jump)) / 2 + 0.25 ? Side::kBorder : Side::kInside;
 }
 
-/// Whether a winding number is close to that of a border, of the inside or of the outside. Beside a wall that has the
-/// faces of one side only, it lies in between.
+/// Returns whether a mean winding number is close to the value for a border, the inside or the outside. Near a wall
+/// that consists of faces for one side only, it is between these values.
 bool is_clear(double half_way) {
   const double others = std::abs(half_way);
   return others > 1 - kUnclear || others < kUnclear || std::abs(others - 0.5) < kUnclear;
 }
 
-/// Classifies triangles by the winding number of the others at their middle. If another triangle lies there, that
-/// number depends on rounding, and the winding number of all a little off both sides is used.
+/// Classifies triangles by the winding number of all other triangles at their middle. If another triangle lies there,
+/// this number depends on rounding. In that case the winding numbers of all triangles at a small distance on both sides
+/// are used.
 class SideClassifier {
  public:
   explicit SideClassifier(const TriangleMesh& mesh)
       : mesh_(mesh), winding_(mesh), step_m_(kStepShare * diagonal_m(mesh)) {}
 
-  /// Out     is_sure  see is_clear()
+  /// Out     is_sure  false if the result is not clear, see is_clear()
   Side side_of(std::size_t triangle, bool& is_sure) const {
     const std::array<Vec3, 3> corners = corners_of(mesh_, triangle);
     const Vec3 normal = doubled_area(mesh_, triangle).stableNormalized();
@@ -67,8 +68,8 @@ class SideClassifier {
     }
     const Side side = side_beside(middle, normal);
     if (side == Side::kBorder) return side;
-    // The other triangle may cover only a part of this one. A missing border is a hole; one too many cannot be felt
-    // from outside. So one border among the samples decides.
+    // The other triangle may cover only a part of this one. A missing border would be a hole, but a superfluous one
+    // cannot be felt from outside. Therefore one border among the samples is sufficient.
     for (const Vec3& corner : corners) {
       if (side_beside((middle + corner) / 2, normal) == Side::kBorder) return Side::kBorder;
     }
@@ -86,9 +87,9 @@ class SideClassifier {
     return (high - low).norm();
   }
 
-  /// Whether a triangle, whose middle is inside, also has a border point. Where another closed part crosses it, one of
-  /// the middles of sixteen equal subtriangles has the winding number of a border. Next to open surface the winding
-  /// number has any value.
+  /// Returns whether a triangle whose middle is inside also has a border point. If another closed part crosses the
+  /// triangle, the winding number at the middle of one of sixteen equal subtriangles is that of a border. Near open
+  /// surface this test is not reliable, because the winding number can have any value there.
   bool comes_out(std::size_t triangle, const std::array<Vec3, 3>& corners) const {
     constexpr int kAlong = 4;
     const Vec3 u = (corners[1] - corners[0]) / kAlong, v = (corners[2] - corners[0]) / kAlong;
@@ -116,7 +117,7 @@ class SideClassifier {
   double step_m_;
 };
 
-/// Classifies triangles of a mesh. Out: for each, whether the result is certain.
+/// Classifies triangles of a mesh. Returns for each one whether the result is certain.
 std::vector<char> classify(const TriangleMesh& mesh, const std::vector<std::size_t>& triangles,
                            std::vector<Side>& sides) {
   const SideClassifier classifier(mesh);
@@ -131,7 +132,7 @@ std::vector<char> classify(const TriangleMesh& mesh, const std::vector<std::size
   return is_sure;
 }
 
-/// Rays from a surface along its normals.
+/// Tests rays that start at a surface along its normals.
 class Rays {
  public:
   explicit Rays(const TriangleMesh& all) : winding_(all), tree_(all) {
@@ -140,7 +141,7 @@ class Rays {
     farthest_m_ = box.sizes().norm();
   }
 
-  /// Whether a straight ray from a triangle's middle leaves the inside before it meets a triangle.
+  /// Returns whether a straight ray from the middle of a triangle leaves the inside before it meets a triangle.
   bool get_out(const Vec3& middle, const Vec3& normal) const {
     for (const double sign : {-1.0, 1.0}) {
       const Vec3 ahead = sign * normal;
@@ -157,7 +158,8 @@ class Rays {
   static constexpr double kNear = 0.02;
   static constexpr std::array kPlaces{0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 0.98};
   static constexpr std::size_t kMaxCrossed = 64;
-  static constexpr double kItself = 1e-6;  ///< share of the size of all; nearer hits are the triangle itself
+  /// Fraction of the size of the whole mesh; a hit that is closer is the triangle itself
+  static constexpr double kItself = 1e-6;
 
   bool is_inside(const Vec3& p) const { return std::abs(winding_.at(p)) > 0.5; }
 
@@ -186,7 +188,7 @@ std::vector<Side> sides_of(const TriangleMesh& mesh) {
   std::vector<std::size_t> all(sides.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   const std::vector<char> is_sure = classify(mesh, all, sides);
-  // Triangles that certainly are no border are excluded when the uncertain ones are classified again.
+  // Triangles that are certainly not a border are excluded when the uncertain ones are classified again.
   TriangleMesh rest{mesh.vertices, {}};
   std::vector<std::size_t> unsure, unsure_in_rest;
   for (const std::size_t t : all) {
@@ -245,7 +247,7 @@ std::vector<double> open_shares(const TriangleMesh& surface, const std::vector<M
       const auto chosen = std::ranges::lower_bound(area_up_to_m2, at_m2) - area_up_to_m2.begin();
       const auto t = static_cast<std::size_t>(part.triangles[static_cast<std::size_t>(chosen)]);
       const auto [a, b, c] = corners_of(surface, t);
-      // Vary the point within a triangle that is sampled more than once.
+      // Different points are used if a triangle is sampled more than once.
       const double u = std::fmod(0.5 + 0.618 * static_cast<double>(k), 1),
                    v = std::fmod(0.5 + 0.755 * static_cast<double>(k), 1);
       const Vec3 p = a + (u + v > 1 ? 1 - u : u) * (b - a) + (u + v > 1 ? 1 - v : v) * (c - a);

@@ -1,4 +1,4 @@
-// Finds triangles with a solid on one side, on both, or on neither. Private to the repair of meshes.
+// Determines whether a triangle has the solid on one side, on both sides or on neither. Used only by mesh repair.
 #pragma once
 
 #include <cstdint>
@@ -8,27 +8,27 @@
 
 namespace tandem::geometry {
 
-/// Classification of a triangle: border between inside and outside, or the same on both sides.
+/// Classification of a triangle. kBorder: the inside is on one side. kInside, kOutside: both sides are the same.
 enum class Side : std::uint8_t { kBorder, kInside, kOutside };
 
-/// Classifies each triangle by the winding number of the others. A triangle that lies on another is classified by the
-/// winding number beside it, off both sides.
+/// Classifies each triangle by the winding number of all others. If a triangle coincides with another one, the winding
+/// numbers at a small distance on both sides are used.
 ///
-/// Cost    a few microseconds a triangle, on all processors
+/// Cost    a few microseconds per triangle; all processors are used
 std::vector<Side> sides_of(const TriangleMesh& mesh);
 
 std::vector<int> those_of(const std::vector<Side>& sides, Side side);
 
-/// Returns the inside triangles of those parts that also have border triangles.
+/// Returns the inner triangles of the parts that also have border triangles.
 ///
-/// In      sides  sides of the triangles of the parts, one part after the other
-/// Out     indices in that order
+/// In      sides  sides of the triangles of all parts, one part after another
+/// Out     indices into `sides`
 std::vector<int> inner_of(const std::vector<MeshPart>& parts, const std::vector<Side>& sides);
 
-/// Returns, for each part of a surface, the share of its area from which a straight ray leaves the inside without
-/// crossing a triangle. A few hundred rays sample it. For closed parts it is 0.
+/// Returns, for each part of a surface, the fraction of its area from which a straight ray leaves the inside without
+/// crossing a triangle. It is estimated by a few hundred rays. For closed parts it is 0.
 ///
-/// In      all  triangles that define the inside, including the parts
+/// In      all  all triangles that define the inside, including those of the parts
 std::vector<double> open_shares(const TriangleMesh& surface, const std::vector<MeshPart>& parts,
                                 const TriangleMesh& all);
 

@@ -13,30 +13,32 @@
 namespace tandem::geometry {
 namespace {
 
-// Each round removes one layer: removal merges adjacent patches to larger ones, which then may be twins.
+// Maximum number of rounds. Each round removes one layer, because a removal merges adjacent patches into larger ones,
+// which may then be duplicates.
 constexpr int kMaxRounds = 8;
-// A patch ends at an edge where the surface folds back with less than 45° between its sides.
+// A patch ends at an edge at which the surface folds back with an angle below 45° between its sides.
 constexpr double kMaxFoldCosine = 0.707;
-// Patches whose border has more edges are compared by coverage only.
+// Maximum number of border edges up to which patches are compared by their borders; larger ones are compared by
+// coverage only.
 constexpr std::size_t kMaxCorners = 64;
-// Largest distance between two triangulations of a twisted polygon, as a share of the square root of its area. It
-// applies where all its edges have other triangles too, because then only a twin is likely. Without other triangles,
-// the two may as well be a thin solid.
+// Maximum distance between two triangulations of a twisted polygon, as a fraction of the square root of its area. It
+// applies if all edges of the polygon have other triangles too, because then the two are probably duplicates. Without
+// other triangles they may also be a thin solid.
 constexpr double kTwistShare = 0.25;
-// Relative difference in area of coincident pieces in single precision.
+// Relative difference between the areas of coincident pieces in single precision.
 constexpr double kAreaShare = 1e-5;
-// Candidates are rare. In a mesh where they are not, only the next few are compared.
+// Maximum number of candidates that are compared with a patch. Normally there are few candidates.
 constexpr std::size_t kMaxCandidates = 16;
 constexpr std::size_t kMaxOverlaps = 20'000'000;
-// Direction without symmetry: no two corners of a man-made shape have the same coordinate along it.
+// Asymmetric direction. It is assumed that no two corners of a man-made shape have the same coordinate along it.
 const Vec3 kAlong(0.5381947, 0.3017251, 0.7869843);
 
 struct Patch {
   std::vector<int> triangles;
-  std::vector<std::uint32_t> border;  ///< edges, sorted; empty when there are too many
-  std::size_t shared = 0;             ///< number of border edges with more than two triangles
+  std::vector<std::uint32_t> border;  ///< sorted edges; empty if there are too many
+  std::size_t shared = 0;             ///< number of border edges that have more than two triangles
   double area_m2 = 0;
-  int first_along = -1;  ///< vertices with the least and largest coordinate along kAlong
+  int first_along = -1;  ///< vertices with the smallest and the largest coordinate along kAlong
   int last_along = -1;
 };
 
@@ -107,12 +109,12 @@ class Patches {
 
   const TriangleMesh& mesh_;
   EdgeUses edges_;
-  std::vector<int> partner_;  // triangle beyond each half-edge, where the surface goes on
+  std::vector<int> partner_;  // triangle across each half-edge, if the surface continues there; otherwise −1
   std::vector<std::uint32_t> edge_of_;
   std::vector<Patch> patches_;
 };
 
-/// Area that two coplanar triangles have in common.
+/// Returns the area of the intersection of two coplanar triangles.
 double common_area_m2(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b, const Vec3& normal) {
   std::vector<Vec3> kept(a.begin(), a.end());
   std::vector<Vec3> clipped;
@@ -139,7 +141,7 @@ class Comparer {
  public:
   Comparer(const TriangleMesh& mesh, double tolerance_m) : mesh_(mesh), tolerance_m_(tolerance_m) {}
 
-  /// Whether two patches with the same border lie close to each other.
+  /// Returns whether two patches with the same border are close to each other.
   bool lie_close(const Patch& a, const Patch& b) const {
     const double size_m = std::sqrt(std::min(a.area_m2, b.area_m2));
     const bool is_polygon = a.triangles.size() + 2 == a.border.size() && b.triangles.size() == a.triangles.size();
@@ -148,7 +150,7 @@ class Comparer {
     return is_near(a, b, most_m) && is_near(b, a, most_m);
   }
 
-  /// Whether two patches with the same end vertices cover each other.
+  /// Returns whether two patches with the same end vertices cover each other.
   bool cover_each_other(const Patch& a, const Patch& b) const {
     const double least_m2 = (1 - kAreaShare) * std::max(a.area_m2, b.area_m2);
     if (std::min(a.area_m2, b.area_m2) < least_m2) return false;
@@ -215,8 +217,8 @@ class Comparer {
     return common_area_m2(smaller, larger, normal);
   }
 
-  /// Whether the middles of the triangles of `a` and of their sides are near `b`. The corners need no test: they are
-  /// the same.
+  /// Returns whether the middles of the triangles of `a`, and the middles of their sides, are close to `b`. The corners
+  /// need no test, because both patches have the same ones.
   bool is_near(const Patch& a, const Patch& b, double most_m) const {
     const auto lies_at = [&](const Vec3& p) {
       return std::ranges::any_of(b.triangles, [&](int t) {
@@ -234,7 +236,7 @@ class Comparer {
   double tolerance_m_;
 };
 
-/// Marks patches that are twins of an earlier one. Candidates are adjacent in `order` and satisfy `is_alike`.
+/// Marks patches that duplicate an earlier one. Candidates are adjacent in `order` and satisfy `is_alike`.
 template <typename Alike, typename Twins>
 void mark_twins(std::span<const std::size_t> order, Alike is_alike, Twins are_twins, std::vector<bool>& is_twin) {
   for (std::size_t i = 0; i < order.size(); ++i) {

@@ -12,18 +12,19 @@
 namespace tandem::geometry {
 namespace {
 
-// Shares of the bounding box's diagonal: tolerance of merging, and height of a flat triangle.
+// Fractions of the bounding box's diagonal: tolerance for merging vertices, and height below which a triangle is flat.
 constexpr double kWeldShare = 1e-7;
 constexpr double kFlatShare = 1e-9;
-// Dividing the neighbour of a flat triangle may make another flat one. Chains that are longer leave gaps.
+// Maximum number of rounds. Dividing the neighbour of a flat triangle may create another flat one. If a chain of them
+// is longer than this, a gap remains.
 constexpr int kFlatRounds = 8;
-// Limit of probes per vertex. Vertices more than 64 tolerances apart take two or three.
+// Limit of the number of probes per vertex. If vertices are more than 64 tolerances apart, two or three are needed.
 constexpr std::size_t kMaxProbesEach = 200;
 constexpr std::size_t kMinMaxProbes = 10'000'000;
 constexpr double kFarthestCube = 0x1p62;
 
-/// Spatial hash of the places found so far. Cubes are much wider than the tolerance, so most queries visit one cube
-/// only.
+/// Spatial hash of the places found so far. The cubes are much wider than the tolerance, so most queries visit only one
+/// cube.
 class Places {
  public:
   Places(double tolerance_m, std::size_t most)
@@ -31,7 +32,8 @@ class Places {
         slots_(std::bit_ceil(2 * most + 2), -1),
         max_probes_(kMinMaxProbes + kMaxProbesEach * most) {}
 
-  /// Returns the index of the first place within tolerance of `p`. If there is none, adds `p`.
+  /// Returns the index of the first place within the tolerance of `p`. If there is none, adds `p` and returns its
+  /// index.
   int index_of(const Vec3& p) {
     for (int corner = 0; corner < 8; ++corner) {
       const Vec3 side((corner & 1) != 0 ? 1 : -1, (corner & 2) != 0 ? 1 : -1, (corner & 4) != 0 ? 1 : -1);
@@ -54,7 +56,8 @@ class Places {
   std::uint64_t key_of(const Vec3& p) const {
     std::uint64_t key = 0;
     for (const double value : p) {
-      // Beyond this limit, cubes are narrower than the spacing of doubles: the outermost cube holds all places there.
+      // Beyond this limit, cubes would be narrower than the spacing of doubles, so the outermost cube contains all
+      // places there.
       const double cubes = std::clamp(value / (64 * tolerance_m_), -kFarthestCube, kFarthestCube);
       const auto cube = static_cast<std::int64_t>(std::floor(cubes));
       key = key * 0x9E3779B97F4A7C15U + static_cast<std::uint64_t>(cube);
@@ -93,7 +96,7 @@ std::size_t drop_collapsed(TriangleMesh& mesh) {
   return std::erase_if(mesh.triangles, [](const auto& triangle) { return !has_three_corners(triangle); });
 }
 
-/// Removes all but the first of the triangles with the same three corners, in any orientation.
+/// Removes triangles that have the same three corners as an earlier one, in any orientation.
 std::size_t drop_twins(TriangleMesh& mesh) {
   struct Entry {
     std::array<int, 3> corners;
@@ -115,7 +118,7 @@ std::size_t drop_twins(TriangleMesh& mesh) {
   return drop_collapsed(mesh);
 }
 
-/// Longest side of a triangle, and whether its height is below the tolerance.
+/// Longest side of a triangle, and whether its height is below the tolerance for flat triangles.
 struct Flatness {
   int longest = 0;
   bool is_flat = false;
@@ -137,7 +140,7 @@ Flatness flatness_of(const TriangleMesh& mesh, std::size_t triangle, double tole
   return flatness;
 }
 
-/// One round of removing flat triangles. Out: number of flat triangles found.
+/// Performs one round of the removal of flat triangles. Returns the number of flat triangles found.
 std::size_t drop_flat_once(TriangleMesh& mesh, double tolerance_m) {
   std::vector<Flatness> flatness;
   flatness.reserve(mesh.triangles.size());
@@ -160,7 +163,7 @@ std::size_t drop_flat_once(TriangleMesh& mesh, double tolerance_m) {
       if (uses.size() == 2) {
         const HalfEdge& other = uses[1 - i];
         const auto beyond = static_cast<std::size_t>(other.triangle);
-        if (is_changed[beyond]) continue;  // processed in the next round
+        if (is_changed[beyond]) continue;  // is processed in the next round
         const auto& corners = before[beyond];
         const int from = corners[static_cast<std::size_t>(other.side)];
         const int to = corners[static_cast<std::size_t>((other.side + 1) % 3)];
@@ -193,7 +196,7 @@ std::size_t drop_flat(TriangleMesh& mesh, double tolerance_m) {
   return first;
 }
 
-/// Removes vertices that no triangle uses and keeps the order of the others.
+/// Removes vertices that no triangle uses; the order of the others is preserved.
 void drop_unused_vertices(TriangleMesh& mesh) {
   std::vector<int> index_of(mesh.vertices.size(), -1);
   for (const auto& triangle : mesh.triangles) {
@@ -224,7 +227,7 @@ double weld_tolerance_m(const TriangleMesh& mesh) {
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);
   }
-  // A box of a single point has no size: use 1e-6 m.
+  // If all vertices are at one point, the box has no size, and 1e-6 m is used instead.
   return kWeldShare * std::max((high - low).norm(), 1e-6);
 }
 

@@ -1,4 +1,4 @@
-// First half of repair: merges vertices and removes triangles without area.
+// First half of mesh repair: merges vertices and removes triangles without area.
 #pragma once
 
 #include <string>
@@ -8,17 +8,17 @@
 
 namespace tandem::geometry {
 
-/// Merges vertices within 1e-7 of the bounding box's diagonal, the rounding of single-precision files. Removes unused
-/// vertices, triangles with a height below 1e-9 of the diagonal, and duplicate surface (mesh_twins.hpp). Removing a
-/// flat triangle whose middle corner lies on its longest side leaves no gap: the triangle beyond that side is divided
-/// at the corner.
+/// Merges vertices that are closer than 1e-7 of the bounding box's diagonal, which is the rounding error of
+/// single-precision files. Removes unused vertices, triangles with a height below 1e-9 of the diagonal, and duplicate
+/// surface (mesh_twins.hpp). The middle corner of a removed flat triangle may lie on its longest side. To leave no gap,
+/// the triangle across that side is then divided at this corner.
 ///
 /// In      mesh  indices in range, vertices finite
-/// Fails   MeshError: most vertices crowd within 1e-5 of the box, where the search is quadratic in their number
+/// Fails   MeshError: most vertices are within 1e-5 of the box's size, where the search would take quadratic time
 void weld(TriangleMesh& mesh, std::vector<std::string>& notes);
 
-/// Largest distance at which vertices are merged.
-/// In      mesh  has at least one vertex
+/// Returns the largest distance at which vertices are merged.
+/// In      mesh  mesh with at least one vertex
 double weld_tolerance_m(const TriangleMesh& mesh);
 
 }  // namespace tandem::geometry
