@@ -132,8 +132,9 @@ void FalconDriver::probe(LocalTime now) {
     phase_ = Phase::kRunning;
     absence_.end();
     attempts_ = 0;
-    replied_ = changed_ = now;
-    has_homing_begun_ = has_pose_ = is_homed_ = is_in_ = is_frozen_ = false;
+    replied_ = now;
+    encoders_.start(now);
+    has_homing_begun_ = has_pose_ = is_homed_ = is_in_ = false;
     return;
   }
   if (!port_) return lose(now, kUnplugged);
@@ -246,7 +247,7 @@ bool FalconDriver::receive(FalconReply& reply) {
 }
 
 DeviceSample FalconDriver::run(LocalTime now, const Wrench& wrench_on_hand_D) {
-  const bool may_push = is_homed_ && !is_in_ && has_pose_ && !is_frozen_;
+  const bool may_push = is_homed_ && !is_in_ && has_pose_ && !encoders_.are_frozen();
   const FalconCounts motors = may_push ? motors_for(wrench_on_hand_D) : FalconCounts(FalconCounts::Zero());
   force_n_ = motors.isZero() ? 0 : wrench_on_hand_D.f.norm();
   const std::uint8_t in_or_out = is_in_ ? kFalconBlue : kFalconGreen;
@@ -282,7 +283,7 @@ DeviceSample FalconDriver::sample_of(LocalTime now, const FalconReply& reply) {
     is_in_ = true;
     return homing_sample(now);
   }
-  note_encoders(now, reply.encoders);
+  encoders_.note(now, reply.encoders, force_n_);
   const Vec3 angles = falcon_angles(reply.encoders);
   auto p = falcon_forward(angles, p_m_);
   if (!p) p = falcon_forward(angles);
@@ -293,8 +294,8 @@ DeviceSample FalconDriver::sample_of(LocalTime now, const FalconReply& reply) {
   last_ = {};
   last_.taken = now;
   last_.state = DeviceState::kReady;
-  if (!p || is_frozen_) {
-    last_.reason = is_frozen_ ? kStandsStill : kNowhere;
+  if (!p || encoders_.are_frozen()) {
+    last_.reason = encoders_.are_frozen() ? kStandsStill : kNowhere;
     velocity_.reset();
     return last_;
   }
@@ -306,12 +307,12 @@ DeviceSample FalconDriver::sample_of(LocalTime now, const FalconReply& reply) {
   return last_;
 }
 
-void FalconDriver::note_encoders(LocalTime now, const FalconCounts& encoders) {
+void EncoderWatch::note(LocalTime now, const FalconCounts& encoders, double force_n) noexcept {
   const bool has_moved = encoders != encoders_;
   encoders_ = encoders;
-  if (has_moved) is_frozen_ = false;
-  if (has_moved || (force_n_ < kFrozenForce_n && !is_frozen_)) changed_ = now;
-  if (now - changed_ > kFrozen) is_frozen_ = true;
+  if (has_moved) are_frozen_ = false;
+  if (has_moved || (force_n < kFrozenForce_n && !are_frozen_)) changed_ = now;
+  if (now - changed_ > kFrozen) are_frozen_ = true;
 }
 
 DeviceSample FalconDriver::homing_sample(LocalTime now) {

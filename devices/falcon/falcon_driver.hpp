@@ -29,6 +29,25 @@ struct FalconSettings {
   double motor_counts_per_n_m = 3000;
 };
 
+/// Detects frozen encoders: they do not change by a count for 3 s at a force of 1 N or more. The tremor of a hand is
+/// larger than a count.
+class EncoderWatch {
+ public:
+  /// Starts anew at the first reply of the device.
+  void start(LocalTime now) noexcept {
+    changed_ = now;
+    are_frozen_ = false;
+  }
+  /// In      force_n  magnitude of the last force sent [N]
+  void note(LocalTime now, const FalconCounts& encoders, double force_n) noexcept;
+  bool are_frozen() const noexcept { return are_frozen_; }
+
+ private:
+  FalconCounts encoders_ = FalconCounts::Zero();
+  LocalTime changed_{};  ///< time of the last change, or of the last smaller force
+  bool are_frozen_ = false;
+};
+
 /// Base frame D: x right, y away from the user, z up. Its origin is 0.125 m in front of the origin of the device's
 /// frame.
 ///
@@ -59,7 +78,6 @@ class FalconDriver final : public DeviceDriver {
   void upload(LocalTime now);
   DeviceSample run(LocalTime now, const Wrench& wrench_on_hand_D);
   DeviceSample sample_of(LocalTime now, const FalconReply& reply);
-  void note_encoders(LocalTime now, const FalconCounts& encoders);
   DeviceSample homing_sample(LocalTime now);
   FalconCounts motors_for(const Wrench& wrench_on_hand_D);
   bool exchange(const FalconCounts& motors, std::uint8_t lights_and_home, FalconReply& reply);
@@ -89,11 +107,9 @@ class FalconDriver final : public DeviceDriver {
   Vec3 p_m_ = Vec3(0, 0, 0.125);  ///< position in the device's frame
   bool has_pose_ = false;
   haptics::VelocityEstimator velocity_;
-  FalconCounts encoders_ = FalconCounts::Zero();
+  EncoderWatch encoders_;
   double force_n_ = 0;  ///< magnitude of the last force sent
   bool may_be_on_ = false;
-  LocalTime changed_{};
-  bool is_frozen_ = false;
 };
 
 }  // namespace tandem::devices

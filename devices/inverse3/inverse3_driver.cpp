@@ -141,7 +141,8 @@ asio::ip::tcp::endpoint inverse3_endpoint(const std::string& service) {
   const std::string host = service.substr(0, colon == std::string::npos ? 0 : colon);
   const char* const end = service.data() + service.size();
   std::uint16_t port = 0;
-  const auto [next, problem] = std::from_chars(end - (service.size() - host.size() - 1), end, port);
+  const char* const digits = colon == std::string::npos ? end : service.data() + colon + 1;
+  const auto [next, problem] = std::from_chars(digits, end, port);
   error_code error;
   const asio::ip::address address = asio::ip::make_address(host, error);
   if (host.empty() || error || problem != std::errc() || next != end || port == 0 || !address.is_loopback()) {

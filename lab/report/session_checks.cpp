@@ -75,8 +75,8 @@ void add_force_checks(const std::string& scope, const ClientRun& user, std::vect
 
 void add_timing_checks(const std::string& scope, const ClientRun& summary, std::vector<Check>& out) {
   // Without expected ticks 0/0 is NaN, and the check fails.
-  const double run = static_cast<double>(summary.ticks_run) / static_cast<double>(summary.ticks_expected);
-  const double error = std::abs(summary.tick_rate_hz / kTickRate_hz - 1);
+  const double run = static_cast<double>(summary.loop.ticks_run) / static_cast<double>(summary.loop.ticks_expected);
+  const double error = std::abs(summary.loop.tick_rate_hz / kTickRate_hz - 1);
   out.push_back({scope, "haptic ticks run, of those expected", run * kInPercent, Relation::kAtLeast,
                  kTicksRunFraction * kInPercent, "%", 2});
   out.push_back({scope, "mean tick rate, off 1 kHz by", error * kInPercent, Relation::kAtMost,

@@ -52,26 +52,27 @@ Drops parse_drops(const boost::json::value& counts, const std::string& origin, c
 void read_drops(const boost::json::value& json, const std::string& origin, ClientRun& out) {
   const auto* drops = json.get_object().if_contains("drops");
   JsonFields fields(drops == nullptr ? boost::json::value(nullptr) : *drops, origin, "drops");
-  for (const auto& [name, target] : {std::pair{"received", &out.received_drops}, std::pair{"sent", &out.sent_drops}}) {
+  for (const auto& [name, target] :
+       {std::pair{"received", &out.link.received_drops}, std::pair{"sent", &out.link.sent_drops}}) {
     if (!fields.has(name)) fields.fail(name, "it must be an object of counts by reason");
     *target = parse_drops(drops->get_object().at(name), origin, std::string("drops.") + name);
   }
 }
 
 void read_timing(const boost::json::value& json, JsonFields& root, ClientRun& out) {
-  out.ticks_run = required_count(root, "ticks_run");
-  out.ticks_expected = required_count(root, "ticks_expected");
-  out.tick_rate_hz = at_least_zero(root, "tick_rate_hz");
-  out.missed = required_count(root, "missed");
+  out.loop.ticks_run = required_count(root, "ticks_run");
+  out.loop.ticks_expected = required_count(root, "ticks_expected");
+  out.loop.tick_rate_hz = at_least_zero(root, "tick_rate_hz");
+  out.loop.missed = required_count(root, "missed");
   JsonFields lateness = root.object("lateness_us");
-  out.lateness_p50_us = at_least_zero(lateness, "p50");
-  out.lateness_p99_us = at_least_zero(lateness, "p99");
-  out.lateness_p999_us = at_least_zero(lateness, "p999");
-  out.lateness_max_us = at_least_zero(lateness, "max");
+  out.loop.lateness_p50_us = at_least_zero(lateness, "p50");
+  out.loop.lateness_p99_us = at_least_zero(lateness, "p99");
+  out.loop.lateness_p999_us = at_least_zero(lateness, "p999");
+  out.loop.lateness_max_us = at_least_zero(lateness, "max");
   JsonFields round_trip = root.object("round_trip_ms");
-  out.round_trip_newest_ms = measured(json, "/round_trip_ms", round_trip, "newest");
-  out.round_trip_minimum_ms = measured(json, "/round_trip_ms", round_trip, "minimum");
-  out.clock_offset_ms = measured(json, "", root, "clock_offset_ms");
+  out.link.round_trip_newest_ms = measured(json, "/round_trip_ms", round_trip, "newest");
+  out.link.round_trip_minimum_ms = measured(json, "/round_trip_ms", round_trip, "minimum");
+  out.link.clock_offset_ms = measured(json, "", root, "clock_offset_ms");
 }
 
 void read_forces(JsonFields& root, ClientRun& out) {
@@ -131,7 +132,7 @@ Axes extract_axes(const CsvTable& table, const std::string& before) {
 std::vector<double> server_time_s(const CsvTable& table, const ClientRun& summary) {
   std::vector<double> time_s = table.column("local_ns");
   if (time_s.empty()) throw std::invalid_argument(table.origin + " has no row; the client must have ticked");
-  const double offset_s = std::isfinite(summary.clock_offset_ms) ? summary.clock_offset_ms * 1e-3 : 0;
+  const double offset_s = std::isfinite(summary.link.clock_offset_ms) ? summary.link.clock_offset_ms * 1e-3 : 0;
   for (std::size_t i = 0; i < time_s.size(); ++i) {
     time_s[i] = time_s[i] * 1e-9 + offset_s;
     if (!std::isfinite(time_s[i])) fail_at_row(table, i, "local_ns is not finite; it must be a time");

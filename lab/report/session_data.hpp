@@ -44,12 +44,8 @@ struct Trace {
   std::vector<Band> phases;               ///< times of the phases in ClientRun::phases [s]
 };
 
-/// Results of one client: its JSON summary, with NaN for null (not known), and its trace.
-struct ClientRun {
-  std::string name;  ///< name of the user
-  std::string scene;
-  std::string stage;
-
+/// The haptic loop of a client: ticks, and their lateness [µs].
+struct LoopSummary {
   std::uint64_t ticks_run = 0;
   std::uint64_t ticks_expected = 0;
   double tick_rate_hz = 0;
@@ -57,13 +53,26 @@ struct ClientRun {
   double lateness_p99_us = 0;
   double lateness_p999_us = 0;
   double lateness_max_us = 0;
-  std::uint64_t missed = 0;
+  std::uint64_t missed = 0;  ///< deadlines that were skipped
+};
 
+/// The connection of a client.
+struct LinkSummary {
   double round_trip_newest_ms = 0;
   double round_trip_minimum_ms = 0;
   double clock_offset_ms = 0;
   Drops received_drops;
   Drops sent_drops;
+};
+
+/// Results of one client: its JSON summary, with NaN for null (not known), and its trace.
+struct ClientRun {
+  std::string name;  ///< name of the user
+  std::string scene;
+  std::string stage;
+
+  LoopSummary loop;
+  LinkSummary link;
 
   double force_rms_n = 0;
   double force_max_n = 0;

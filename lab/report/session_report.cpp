@@ -257,11 +257,11 @@ void add_timing_table(HtmlReport& report, const Session& session) {
               {}};
   for (const ClientRun& user : session.users) {
     const ClientRun& s = user;
-    table.rows.push_back({s.name, std::to_string(s.ticks_run), std::to_string(s.missed),
-                          format_fixed(s.tick_rate_hz, 2), format_fixed(s.lateness_p50_us, 0),
-                          format_fixed(s.lateness_p99_us, 0), format_fixed(s.lateness_p999_us, 0),
-                          format_fixed(s.lateness_max_us, 0), format_fixed(s.round_trip_newest_ms, 1),
-                          format_fixed(s.round_trip_minimum_ms, 1)});
+    table.rows.push_back({s.name, std::to_string(s.loop.ticks_run), std::to_string(s.loop.missed),
+                          format_fixed(s.loop.tick_rate_hz, 2), format_fixed(s.loop.lateness_p50_us, 0),
+                          format_fixed(s.loop.lateness_p99_us, 0), format_fixed(s.loop.lateness_p999_us, 0),
+                          format_fixed(s.loop.lateness_max_us, 0), format_fixed(s.link.round_trip_newest_ms, 1),
+                          format_fixed(s.link.round_trip_minimum_ms, 1)});
   }
   report.table(table);
 }
@@ -275,7 +275,7 @@ std::uint64_t count_of(const Drops& drops, std::string_view reason) {
 std::vector<std::string> reasons_seen(const Session& session) {
   std::vector<std::string> reasons;
   for (const ClientRun& user : session.users) {
-    for (const Drops* drops : {&user.received_drops, &user.sent_drops}) {
+    for (const Drops* drops : {&user.link.received_drops, &user.link.sent_drops}) {
       for (const auto& [reason, count] : *drops) {
         const bool is_new = std::find(reasons.begin(), reasons.end(), reason) == reasons.end();
         if (count > 0 && is_new) reasons.push_back(reason);
@@ -299,8 +299,8 @@ void add_drops_table(HtmlReport& report, const Session& session) {
   for (const std::string& reason : reasons) {
     std::vector<std::string> row = {reason};
     for (const ClientRun& user : session.users) {
-      row.push_back(std::to_string(count_of(user.received_drops, reason)));
-      row.push_back(std::to_string(count_of(user.sent_drops, reason)));
+      row.push_back(std::to_string(count_of(user.link.received_drops, reason)));
+      row.push_back(std::to_string(count_of(user.link.sent_drops, reason)));
     }
     table.rows.push_back(std::move(row));
   }

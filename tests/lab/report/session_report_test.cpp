@@ -109,10 +109,10 @@ TEST(SessionChecks, EachFailsAloneForItsOwnFault) {
       {"largest force", [](ClientRun& u) { u.force_max_n = 8.01; }},
       {"largest force", [](ClientRun& u) { u.trace.force_n[2] = 8.01; }},
       {"time at the clamp", [](ClientRun& u) { u.clamped_fraction = 0.01; }},
-      {"haptic ticks run", [](ClientRun& u) { u.ticks_run = 9899; }},
-      {"haptic ticks run", [](ClientRun& u) { u.ticks_run = u.ticks_expected = 0; }},
-      {"mean tick rate", [](ClientRun& u) { u.tick_rate_hz = 989; }},
-      {"mean tick rate", [](ClientRun& u) { u.tick_rate_hz = 1011; }},
+      {"haptic ticks run", [](ClientRun& u) { u.loop.ticks_run = 9899; }},
+      {"haptic ticks run", [](ClientRun& u) { u.loop.ticks_run = u.loop.ticks_expected = 0; }},
+      {"mean tick rate", [](ClientRun& u) { u.loop.tick_rate_hz = 989; }},
+      {"mean tick rate", [](ClientRun& u) { u.loop.tick_rate_hz = 1011; }},
   };
   for (std::size_t i = 0; i < faults.size(); ++i) {
     ClientRun user = good_user("ben");
