@@ -57,7 +57,7 @@ struct LoopSummary {
 };
 
 /// The connection of a client.
-struct LinkSummary {
+struct ConnectionSummary {
   double round_trip_newest_ms = 0;
   double round_trip_minimum_ms = 0;
   double clock_offset_ms = 0;
@@ -72,7 +72,7 @@ struct ClientRun {
   std::string stage;
 
   LoopSummary loop;
-  LinkSummary link;
+  ConnectionSummary link;
 
   double force_rms_n = 0;
   double force_max_n = 0;
