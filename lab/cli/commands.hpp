@@ -1,5 +1,6 @@
-// The subcommands of tandem-lab, one file each. Each function adds its command to `app`; parsing the command line
-// then runs it and sets `exit_code`: 0 done, 1 a checked claim failed. Bad input throws; main returns 2.
+// The subcommands of tandem-lab. Each has a file of its own. Each function adds its command to `app`; parsing the
+// command line then runs the command and sets `exit_code` (0: success, 1: a checked claim failed). Invalid input throws
+// an exception, and main returns 2. The comment at each function shows its command line.
 #pragma once
 
 namespace CLI {
@@ -16,7 +17,7 @@ void add_random_command(CLI::App& app, int& exit_code);
 void add_live_command(CLI::App& app, int& exit_code);
 /// link [--listen A] [--server A] [--port P] [--delay T] [--jitter T] [--loss S] [--capture FILE]
 void add_link_command(CLI::App& app, int& exit_code);
-/// bench …: see bench_commands.hpp
+/// bench …; see bench_commands.hpp
 void add_bench_command(CLI::App& app, int& exit_code);
 /// calibrate --profile NAME|FILE.json --out DIR [--masses KG,…] [--seed N] [--json]
 void add_calibrate_command(CLI::App& app, int& exit_code);
@@ -32,7 +33,8 @@ void add_energy_command(CLI::App& app, int& exit_code);
 void add_redock_command(CLI::App& app, int& exit_code);
 /// fit-order SERIES.csv|.traj [--most P] [--fit F] [--values] [--rate Hz] [--time-unit s|ms] [--columns …] [--json]
 void add_fit_order_command(CLI::App& app, int& exit_code);
-/// report --out FILE --session NAME=DIR …: one HTML report and a verdict from the folders of live sessions
+/// report --out FILE --session NAME=DIR …
+/// Writes one HTML report and a verdict about the folders of live sessions.
 void add_report_command(CLI::App& app, int& exit_code);
 
 }  // namespace tandem::lab

@@ -1,4 +1,5 @@
-// The measurements of `tandem-lab bench`, one file each, registered in bench_command.cpp.
+// The measurements of `tandem-lab bench`. Each has a file of its own; bench_command.cpp registers them. The comment at
+// each function shows its command line.
 #pragma once
 
 #include "common/base/histogram.hpp"
@@ -11,7 +12,7 @@ class App;
 namespace tandem::lab {
 
 double microseconds(Duration duration);
-/// {"p50", "p99", "p999", "max"} in microseconds.
+/// Returns {"p50", "p99", "p999", "max"} in microseconds.
 boost::json::object quantiles_us(const Histogram& histogram);
 
 /// client [--rtt-ms MS] [--repetitions N] [--check] [--json]
