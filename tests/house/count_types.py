@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Measures how much there is to know: types, modules and functions of the product; fails above the limits of limits.json.
+"""Counts types, modules and functions of the product, as a measure of how much a reader must learn. Fails above the
+limits in limits.json.
 
-A type is a match of `class|struct|enum class NAME … {` in a header, nested ones too. A header is public when a
-folder with another namespace includes it. A module is the name that a header and a source share in one folder. A function is measured by
-the lines between its braces, in sources, at the outermost level.
+A type is a match of `class|struct|enum class NAME … {` in a header, including nested types. A header is public if a
+folder with another namespace includes it. A module is the name that a header and a source in one folder share. The
+length of a function is the number of lines between its braces, for functions in sources at the outermost level.
 """
 import argparse
 import collections
@@ -22,17 +23,18 @@ NAMESPACE = re.compile(r"^namespace ([\w:]+) \{", re.MULTILINE)
 
 
 def types_of(text):
-    """Names of the types that a header defines, nested ones too."""
+    """Returns the names of the types that a header defines, including nested ones."""
     return TYPE.findall(re.sub(r"//[^\n]*", "", text))
 
 
 def outer_types_of(text):
-    """Those of them at the outermost level: their line is not indented."""
+    """Returns the names of the types at the outermost level, whose line is not indented."""
     return [match.group(1) for match in TYPE.finditer(re.sub(r"//[^\n]*", "", text)) if match.group(0)[0] not in " \t"]
 
 
 def function_lengths(text):
-    """Lines between the braces of functions defined at the outermost level of a source, as clang-format lays it out."""
+    """Returns the number of lines between the braces of each function at the outermost level of a source, in the layout
+    of clang-format."""
     lengths, begin, signature = [], None, ""
     for number, line in enumerate(text.splitlines()):
         if begin is not None:
