@@ -1,5 +1,5 @@
-"""A run that did not fulfil its purpose ends with exit code 1 and one line with the reason, and its JSON reports
-no success."""
+"""If a run did not fulfil its purpose, it ends with exit code 1 and one line with the reason, and its JSON does not
+report success."""
 
 import json
 import resource
