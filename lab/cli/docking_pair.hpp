@@ -32,7 +32,7 @@ struct DockingPair {
   docking::FieldModel model;
 };
 
-/// --receptor F --ligand F [--hydrogens H] [--cutoff C] [--dielectric D] [--force-field DIR]
+/// Adds the options --receptor F --ligand F [--hydrogens H] [--cutoff C] [--dielectric D] [--force-field DIR].
 void add_docking_options(CLI::App& command, DockingOptions& options);
 
 /// Parses --cutoff [Å]. "none" gives 0 and "auto" gives nullopt. Throws std::invalid_argument for any other text that

@@ -48,7 +48,7 @@ struct LiveTiming {
 ///         it
 ///         on_tick  called on the caller's thread for each haptic tick of a moving hand, some ten milliseconds late at
 ///                  most
-/// Out     timing
+/// Out     timing  timing quality of the clients and of the room
 /// Fails   std::invalid_argument: the experiment has model errors; CouldNotJoin (names user and reason);
 ///         std::runtime_error, std::system_error: a port or a thread cannot be created
 SessionTrace run_live_session(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene,

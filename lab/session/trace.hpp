@@ -103,7 +103,7 @@ struct SessionTrace {
   std::vector<std::string> body_names;
   std::vector<bool> body_can_move;
   std::vector<BodiesSample> bodies;         ///< one entry for every sample_period
-  std::optional<std::size_t> watched_body;  ///< index into body_names of the body of TickSample::view_W
+  std::optional<std::size_t> watched_body;  ///< index into body_names; TickSample::view_W is the position of this body
   server::HubCounters hub;
   std::uint64_t room_steps = 0;
   TickFaults faults_seen = 0;
