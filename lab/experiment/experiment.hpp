@@ -33,7 +33,7 @@ struct ExperimentUser {
   devices::HandParameters hand_parameters;  ///< parameters of the hand alone; they exclude the device
   devices::DeviceProfile device = devices::find_device_profile("sim");  ///< device that the hand holds
   bool is_bounded = false;  ///< the device's workspace is limited; its user sees the tool and steers by it
-  double motion_scale = 1;  ///< WorkspaceSettings::scale
+  double motion_scale = 1;  ///< see WorkspaceSettings::scale
   double pace = 1;          ///< speed factor of the hand's path: 2 is twice as fast
   Pipeline pipeline;        ///< processing between the server's state and the hand
   bool state_over_tcp = false;
@@ -55,7 +55,7 @@ struct OutcomeRule {
 struct Experiment {
   std::string name;
   std::string description;
-  std::filesystem::path scene;        ///< an existing file
+  std::filesystem::path scene;        ///< path of the scene file, which exists
   boost::json::object scene_changes;  ///< changes to the scene file: maps dotted field names to values
   Duration duration{from_seconds(10)};
   std::uint64_t seed = 1;

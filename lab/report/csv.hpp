@@ -12,7 +12,7 @@
 namespace tandem::lab {
 
 /// Limits of a file. They leave a margin above twenty minutes at 1 kHz.
-inline constexpr std::size_t kMaxCsvBytes = std::size_t{512} << 20U;  ///< per file
+inline constexpr std::size_t kMaxCsvBytes = std::size_t{512} << 20U;  ///< maximum size of a file
 inline constexpr std::size_t kMaxCsvColumns = 256;
 inline constexpr std::size_t kMaxCsvRows = 2'000'000;
 

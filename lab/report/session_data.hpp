@@ -28,7 +28,7 @@ struct PhaseSummary {
 /// Number of dropped messages by reason (proto/drop_reason.hpp), in the order of the file.
 using Drops = std::vector<std::pair<std::string, std::uint64_t>>;
 
-/// A position over time: x, y, z in W.
+/// A position over time: one vector each for x, y and z in W.
 using Axes = std::array<std::vector<double>, 3>;
 
 /// A client's trace with one entry for each tick. Values that are not known yet are NaN.
@@ -36,8 +36,8 @@ struct Trace {
   std::vector<double> time_s;   ///< time since the first tick of the session's first client, on the server's clock
   std::vector<double> force_n;  ///< displayed force
   std::vector<double> torque_n_m;
-  Axes hand_m;  ///< p_WH
-  Axes tool_m;  ///< p_WT
+  Axes hand_m;  ///< position of the handle, p_WH
+  Axes tool_m;  ///< position of the tool, p_WT
   Axes body_m;  ///< position of the watched body's origin
   std::vector<double> state_age_s;
   std::vector<double> energy_kj_per_mol;  ///< energy of the molecular field; 0 if the scene has none

@@ -22,7 +22,7 @@ namespace tandem::lab {
 
 struct RunSettings {
   std::filesystem::path out;            ///< folder for the results; it must exist
-  std::size_t threads = 1;              ///< 1 or more
+  std::size_t threads = 1;              ///< number of threads, 1 or more
   bool keeps_samples = false;           ///< write the time series of every trial …
   bool samples_lie_in_out = false;      ///< … or, if there is only one trial, write them directly to `out`
   bool holds_against_own_stage = true;  ///< also compute the metrics that need TrialView::same_stage
@@ -41,7 +41,7 @@ struct TrialResult {
 /// Amount of work of a study. It is known before the study starts.
 struct StudySize {
   std::size_t trials = 0;
-  std::size_t references = 0;  ///< runs at zero delay
+  std::size_t references = 0;  ///< number of runs at zero delay
   std::size_t done = 0;        ///< number of trials whose results already exist
   double virtual_s = 0;        ///< total virtual time of all runs that remain
 };
@@ -49,7 +49,7 @@ struct StudySize {
 class TrialRunner {
  public:
   /// Loads the scenes.
-  /// Fails   SceneError, std::invalid_argument
+  /// Fails   see load_experiment_scene()
   TrialRunner(std::vector<Trial> trials, RunSettings settings, const server::SceneLoading& loading = {});
   ~TrialRunner();
 

@@ -11,7 +11,7 @@ import unittest
 
 from support import PATIENCE_S, ProgramTest, Server, program
 
-import needs  # of tests/support, on the path set by support.py
+import needs  # from tests/support; support.py adds this folder to the path
 
 HELICES = "/usr/share/pymol/test/dat/3al1.pdb"
 

@@ -8,7 +8,7 @@ import unittest
 
 from support import BIN, SOURCE, ProgramTest, Server, finish, run, start_client
 
-import needs  # of tests/support, on the path set by support.py
+import needs  # from tests/support; support.py adds this folder to the path
 
 # Claims about the machine and not about the programs. A test does not fail because of them, since another process may
 # use the processor.

@@ -10,7 +10,7 @@ import unittest
 
 from support import ProgramTest, Server, finish, program, start_client
 
-import hostile_server  # of tests/attack, on the path set by support.py
+import hostile_server  # from tests/attack; support.py adds this folder to the path
 
 
 class NoState(ProgramTest):

@@ -11,8 +11,8 @@ import unittest
 import prometheus
 from support import PATIENCE_S, ProgramTest, Server, finish, free_port, run, start_client
 
-MAX_CONNECTIONS = 16  # kMaxHttpConnections
-WITHIN_S = 2.0        # kHttpWithin
+MAX_CONNECTIONS = 16  # equals kMaxHttpConnections
+WITHIN_S = 2.0        # equals kHttpWithin
 
 
 class Watched(Server):

@@ -12,7 +12,7 @@ import unittest
 
 from support import PATIENCE_S, ProgramTest, finish, program
 
-import needs  # of tests/support, on the path set by support.py
+import needs  # from tests/support; support.py adds this folder to the path
 
 INSIDE = "TANDEM_TEST_INSIDE"
 PORT = 47800

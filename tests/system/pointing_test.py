@@ -7,7 +7,7 @@ import unittest
 
 from support import ProgramTest, Server, finish, read_trace, start_client
 
-import wire  # of tests/attack, on the path set by support.py
+import wire  # from tests/attack; support.py adds this folder to the path
 
 
 def point(place, body=0):

@@ -13,8 +13,8 @@ import unittest
 
 from support import ProgramTest, Server, finish, read_trace, run, start_client
 
-import needs  # of tests/support, on the path set by support.py
-import wire  # of tests/attack, on the same path
+import needs  # from tests/support; support.py adds this folder to the path
+import wire  # from tests/attack, also added to the path by support.py
 
 HELICES = "/usr/share/pymol/test/dat/3al1.pdb"
 KEEP, GO_TO, UNDO, REDO, MINIMISE, DELETE, RENAME, CANCEL = range(8)

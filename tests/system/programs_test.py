@@ -9,7 +9,7 @@ import unittest
 
 from support import PATIENCE_S, ProgramTest, Server, finish, program, run, start_client
 
-import needs  # of tests/support, on the path set by support.py
+import needs  # from tests/support; support.py adds this folder to the path
 
 LATENESS_KEYS = ["max", "p50", "p99", "p999"]
 

@@ -15,7 +15,7 @@ import unittest
 import mcap_reader
 from support import PATIENCE_S, SOURCE, ProgramTest, Server, finish, free_port, program, read_trace, replay_killed, run, start_client
 
-import needs  # of tests/support, on the path set by support.py
+import needs  # from tests/support; support.py adds this folder to the path
 
 STEP_NUMBER = 1  # field number in RecordedStep
 KILLS = int(os.environ.get("TANDEM_KILLS", "6"))

@@ -11,7 +11,7 @@ import unittest
 
 from support import PATIENCE_S, SOURCE, ProgramTest, Server, finish, full_pipe, read_trace, start_client
 
-import wire  # of tests/attack, on the path set by support.py
+import wire  # from tests/attack; support.py adds this folder to the path
 
 ZERO_WITHIN_S = 0.150
 RELEASE_WITHIN_S = 2.0

@@ -9,7 +9,7 @@ import unittest
 
 from support import PATIENCE_S, SOURCE
 
-import needs  # of tests/support, on the path set by support.py
+import needs  # from tests/support; support.py adds this folder to the path
 
 NIGHTLY = os.path.join(SOURCE, "deploy", "nightly")
 PARTS = ["tests", "stalls", "asan", "lab", "soak", "tsan", "ubsan", "tidy"]

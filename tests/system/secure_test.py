@@ -14,7 +14,7 @@ import unittest
 from support import PATIENCE_S, ProgramTest, finish, free_port, program, run
 from wire import PROTOCOL_VERSION, frame, part, receive_exactly, tls, token_bytes, whole
 
-import needs  # of tests/support, on the path set by support.py
+import needs  # from tests/support; support.py adds this folder to the path
 
 HELLO, JOIN, GRAB = 2, 3, 4
 JOINED, ERROR, GOODBYE = 3, 10, 11

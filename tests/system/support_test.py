@@ -9,7 +9,7 @@ import unittest
 from unittest import mock
 
 import support
-import needs  # of tests/support, on the path set by support.py
+import needs  # from tests/support; support.py adds this folder to the path
 
 
 class OfPrograms(support.ProgramTest):

@@ -211,7 +211,7 @@ class Display:
 
 class WindowTest(ProgramTest):
     programs = ("Xvfb", "xdotool")
-    #: Sizes of the display and of the window on it; None: the window has the size of the display.
+    #: Sizes of the display and of the window on it. If `window` is None, the window has the size of the display.
     width, height, window = WIDTH, HEIGHT, None
 
     def setUp(self):

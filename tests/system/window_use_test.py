@@ -15,9 +15,9 @@ import mcap_reader
 from support import BIN, PATIENCE_S, SOURCE, Server, finish, start_client
 from window_support import WindowTest, is_orange, is_yellow
 
-#: Colour of Dear ImGui's dark style: a slider's handle.
+#: Colour of the handle of a slider in Dear ImGui's dark style.
 HANDLE = (61, 133, 224)
-#: Heights of a row in a combo box and of its rim, in pixels.
+#: Height of a row in a combo box, and height of the rim of the box, in pixels.
 ROW, RIM = 18, 8
 
 

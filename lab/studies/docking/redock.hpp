@@ -1,4 +1,4 @@
-// Redocking by hand: two simulated users separate a complex and reassemble it over a network.
+// Redocking with simulated hands: two users separate a complex and reassemble it over a network.
 #pragma once
 
 #include <cstddef>

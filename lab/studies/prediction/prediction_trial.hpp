@@ -13,14 +13,14 @@ namespace tandem::lab {
 /// Error statistics of one quantity with three components.
 struct ErrorFigures {
   double mean = 0;      ///< mean of |shown − true|
-  double variance = 0;  ///< mean of |e − ē|²
+  double variance = 0;  ///< mean of |e − ē|², where e is shown − true
   double rms = 0;
   double largest = 0;
 };
 
 struct PredictionErrors {
-  ErrorFigures force;     ///< N
-  ErrorFigures torque;    ///< N·m
+  ErrorFigures force;     ///< errors in N
+  ErrorFigures torque;    ///< errors in N·m
   double step_max_n = 0;  ///< largest change of the displayed force between two ticks
   double step_rms_n = 0;
   haptics::ForceStreamFigures stream;
