@@ -129,8 +129,7 @@ SessionTrace shaking(double mass_kg, double noise_n = 0) {
                     }
                     tick.hand_D.p = Vec3(0.2 + x, 0, 0.1);
                     tick.hand_twist_D.v = Vec3(v, 0, 0);
-                    // The force is held during the following millisecond, so the mean of two successive forces belongs
-                    // to the tick between them.
+                    // Each force is held for one millisecond, so the mean of two belongs to the tick between them.
                     tick.displayed_D.f = Vec3(-(mass_kg * a + 0.5 * v + 20 * x) + noise_n * sine(17, t), 0, -2);
                   });
 }
@@ -331,8 +330,7 @@ TEST(EnergyLedger, WhatOneUserGivesAnotherMayGet) {
 }
 
 TEST(EnergyLedger, ALateSpringMakesWhatTheorySays) {
-  // A hand oscillates with 5 mm at 5 Hz on a spring of 500 N/m at the server. The response of the server is displayed
-  // late.
+  // A hand oscillates with 5 mm at 5 Hz on a spring of 500 N/m at the server, whose response is displayed late.
   constexpr double kSpring = 500, kSwing_m = 0.005;
   const auto at = [](double t) { return kSwing_m * sine(5, std::max(0.0, t)); };
   for (const int late_ms : {4, 20, 40}) {
