@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Makes the table of lab/studies/contact/README.md: contact on meshes of typical users, by class.
+"""Creates the table of lab/studies/contact/README.md: contact with meshes like those of typical users, by class.
 
 Usage: lab/make_contact_table.py [--lab PROGRAM] [--out DIR] [--partners self,bunny,box,plate] [--check 20] [--every 1]
        [--steps 0] [--landing] [--write]
-Runs `tandem-lab bench contact` for each mesh of lab/mesh_corpus.py, generated or found, against each partner, one after
+Runs `tandem-lab bench contact` for each mesh of lab/mesh_corpus.py (generated or found) with each partner, one after
 the other, and prints the table. With --write it also replaces the table in the README. With --landing it runs
-`bench contact --landing` instead and makes the table of landings and drops. DIR keeps finished runs and the assets of
-the meshes, so an interrupted run continues where it ended. Exit code: 0 done, 2 wrong arguments.
+`bench contact --landing` instead and creates the table of landings and drops. Finished runs and the assets of the
+meshes are stored in DIR, so that an interrupted run continues where it ended. Exit code: 0 success, 2 wrong arguments.
 """
 
 import argparse
@@ -34,7 +34,7 @@ LANDING_HEAD = ["class", "meshes", "runs", "hand's force steps, of a rigid stop'
 
 
 def partners_in(folder):
-    """Files of the partners other than the mesh itself, by name."""
+    """Writes the partners other than the mesh itself. Returns their files by name."""
     files = {"box": folder / "partner-box.obj", "plate": folder / "partner-plate.obj"}
     files["box"].write_bytes(mesh_corpus.obj(mesh_corpus.box(100, 70, 50)))
     files["plate"].write_bytes(mesh_corpus.obj(mesh_corpus.box(100, 100, 5)))
@@ -43,7 +43,8 @@ def partners_in(folder):
 
 
 def run_bench(options, mesh, file, kept, *arguments):
-    """Returns the bench's result for a pair and stores it in the file `kept`; {"error": why} if it printed none."""
+    """Returns the result of the benchmark for a pair and stores it in the file `kept`. If it printed no result, this is
+    {"error": reason}."""
     if kept.exists():
         return json.loads(kept.read_text(encoding="utf-8"))
     command = [options.lab, "bench", "contact", "--a", str(mesh), "--b", str(file), "--json", "--cache", str(options.out / "cache"), *arguments]
@@ -65,7 +66,7 @@ def run_pair(options, mesh, name, partner, file):
 
 
 def is_loaded(options, mesh):
-    """Whether the mesh can be loaded; None if it has no triangle."""
+    """Returns whether the mesh can be loaded, or None if it has no triangle."""
     try:
         done = subprocess.run([options.lab, "mesh", str(mesh), "--json"], capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
     except subprocess.TimeoutExpired:
@@ -81,7 +82,7 @@ def median_and_worst(numbers, digits):
 
 
 def row(kind, meshes):
-    """A table row of a class. `meshes`: pairs of (whether the mesh was loaded, its runs)."""
+    """Returns the table row of a class. `meshes` contains pairs (whether the mesh was loaded, its runs)."""
     runs = [run for _, its in meshes for run in its]
     good = [run for run in runs if "error" not in run]
     p99 = [run["step_us"]["p99"] for run in good]
@@ -98,7 +99,7 @@ def row(kind, meshes):
 
 
 def landing_row(kind, meshes):
-    """A table row of runs with --landing: the worst values of landings and drops."""
+    """Returns the table row of a class for --landing: the worst values of landings and drops."""
     runs = [run for _, its in meshes for run in its]
     results = [run["landing"] for run in runs if "error" not in run]
     landings = [landing for result in results for landing in result["landings"]]

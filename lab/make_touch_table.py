@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Makes the table of lab/TOUCH.md: error of each stage in each case, against the server's own touch at zero delay.
+"""Creates the table of lab/TOUCH.md: error of each stage in each case, relative to the server's touch at zero delay.
 
 Usage: lab/make_touch_table.py [--lab PROGRAM] [--out DIR] [--seeds 30] [--other-seeds 5]
        [--cases NAME,...] [--write]
-Prints the table. With --write it also replaces the table in lab/TOUCH.md, or with --cases the rows of these cases. DIR
-keeps finished runs, which are not repeated. Exit code: 0 done, 1 tandem-lab failed, 2 wrong arguments.
+Prints the table. With --write it also replaces the table in lab/TOUCH.md; with --cases only the rows of these cases.
+Finished runs are stored in DIR and not repeated. Exit code: 0 success, 1 tandem-lab failed, 2 wrong arguments.
 """
 
 import argparse
@@ -28,7 +28,7 @@ LONG_SILENCE_MS = 110
 
 
 def trials(lab, out, stages, cases, first_seed, seeds):
-    """Rows by stage and case. All stages share the truth of a case and seed."""
+    """Returns the rows by stage and case. All stages share the reference run of a case and seed."""
     if seeds < 1:
         return {stage: {case: [] for case in cases} for stage in stages}
     command = [lab, "run", *cases, "--single", "--json", "--truth-alone", "--stage", ",".join(stages),
@@ -71,7 +71,7 @@ def default_cells(rows):
 
 
 def silent_cell(rows):
-    """Number of trials with a long silence, and their largest force step at the end of it."""
+    """Returns the number of trials with a long silence, and the largest force step at the end of these silences."""
     silent = [row for row in rows if row["silence_max_ms"] > LONG_SILENCE_MS]
     steps = values(silent, "return_step_max_n_per_ms")
     return f"{len(silent)}" + (f": {max(steps):.2f}" if steps else "")
@@ -99,7 +99,7 @@ def table(default, others, cases, seeds, other_seeds):
 
 
 def with_rows(text, rows):
-    """The text with the table's rows of some cases replaced."""
+    """Returns the text after the table rows of some cases have been replaced."""
     lines = text.split("\n")
     for row in rows:
         case = row.split("|")[1]
@@ -111,7 +111,7 @@ def with_rows(text, rows):
 
 
 def replaced(text, new, file=PAGE, begins=BEGIN, ends=END):
-    """The text of a file with the part between two marker lines replaced by `new`."""
+    """Returns the text of a file after the part between two marker lines has been replaced by `new`."""
     before, begin, rest = text.partition(begins)
     _, end, after = rest.partition(ends)
     if not begin or not end:

@@ -1,4 +1,4 @@
-"""Meshes of typical users: generated here by class, or found in Debian's packages of test models."""
+"""Meshes like those of typical users. They are generated here by class, or found in Debian packages of test models."""
 
 import math
 import pathlib
@@ -11,7 +11,7 @@ PACKAGES = ("/usr/share/assimp/models", "/usr/share/glmark2/models")
 
 
 class Mesh(NamedTuple):
-    """Vertices in millimetres, and the indices of each triangle's corners."""
+    """A mesh: vertices in millimetres, and three vertex indices for each triangle."""
 
     vertices: list
     triangles: list
@@ -32,7 +32,7 @@ def together(*meshes):
 
 
 def lattice(place, columns, rows, closes_columns=False, closes_rows=False):
-    """A surface over two parameters from 0 to 1."""
+    """Returns a surface over two parameters from 0 to 1."""
     width, height = columns + (not closes_columns), rows + (not closes_rows)
     vertices = [place(i / columns, k / rows) for k in range(height) for i in range(width)]
     triangles = []
@@ -45,7 +45,7 @@ def lattice(place, columns, rows, closes_columns=False, closes_rows=False):
 
 
 def prism(outline, height, bottom=0.0):
-    """A prism over a counter-clockwise polygon that is star-shaped about its centre."""
+    """Returns a prism over a counter-clockwise polygon that is star-shaped about its centre."""
     n = len(outline)
     x, y = (sum(p[k] for p in outline) / n for k in (0, 1))
     vertices = [(*p, z) for z in (bottom, bottom + height) for p in outline] + [(x, y, bottom), (x, y, bottom + height)]
@@ -57,7 +57,7 @@ def prism(outline, height, bottom=0.0):
 
 
 def regular(sides, radius, inner=None):
-    """A polygon; with `inner`, every second corner is at that radius."""
+    """Returns a regular polygon. If `inner` is given, every second corner lies at that radius."""
     radii = [radius if inner is None or i % 2 == 0 else inner for i in range(sides)]
     angles = [2 * math.pi * i / sides for i in range(sides)]
     return [(r * math.cos(angle), r * math.sin(angle)) for r, angle in zip(radii, angles)]
@@ -68,7 +68,7 @@ def box(x, y, z):
 
 
 def turned(profile, sides):
-    """A closed solid of revolution about z; the profile (radius, height) starts and ends on the axis."""
+    """Returns a closed solid of revolution about z. The profile (radius, height) starts and ends on the axis."""
     vertices = [(0.0, 0.0, profile[0][1]), (0.0, 0.0, profile[-1][1])]
     rings = []
     for radius, height in profile[1:-1]:
@@ -94,7 +94,7 @@ def ball(radius, sides, rough=None):
 
 
 def rock(seed, sides):
-    """A ball with waves of several lengths."""
+    """Returns a ball whose surface has waves of several lengths."""
     dice = random.Random(seed)
     waves = [(dice.uniform(0.02, 0.07) / k, [dice.uniform(-1.5, 1.5) * k for _ in range(3)], dice.uniform(0, 6))
              for k in range(1, 9)]
@@ -108,7 +108,7 @@ def rock(seed, sides):
 
 
 def torus(radius, thickness, columns, rows, twist=0.0):
-    """A torus; with `twist` its section is a figure eight, which intersects itself."""
+    """Returns a torus. With `twist` its cross section is a figure eight, so that the surface intersects itself."""
     def place(u, v):
         a, b = 2 * math.pi * u, 2 * math.pi * v
         across, up = thickness * math.cos(b), thickness * math.sin(b if twist == 0 else 2 * b) * (1 if twist == 0 else twist)
@@ -123,14 +123,14 @@ def wavy(waves, height, cells):
 
 
 def without(mesh, is_gone):
-    """The mesh without the triangles whose centroid satisfies is_gone()."""
+    """Returns the mesh without the triangles whose centroid satisfies is_gone()."""
     def middle(triangle):
         return [sum(mesh.vertices[i][k] for i in triangle) / 3 for k in range(3)]
     return Mesh(mesh.vertices, [t for t in mesh.triangles if not is_gone(middle(t))])
 
 
 def finer(mesh):
-    """The mesh with each triangle divided into four."""
+    """Returns the mesh after each triangle has been divided into four."""
     vertices, middles, triangles = list(mesh.vertices), {}, []
 
     def between(a, b):
@@ -214,7 +214,7 @@ def obj(mesh):
 
 
 def off(mesh):
-    """An .off file with comments and face colours, to test the reader."""
+    """Returns an .off file that contains comments and face colours, to test the reader."""
     lines = ["OFF # of the corpus", f"{len(mesh.vertices)} {len(mesh.triangles)} 0", "# places"]
     lines += [f"{x:.6g} {y:.6g} {z:.6g}" for x, y, z in mesh.vertices]
     return "\n".join(lines + [f"3 {a} {b} {c} 200 100 50" for a, b, c in mesh.triangles]).encode() + b"\n"
@@ -238,7 +238,7 @@ WRITERS = {"obj": obj, "off": off, "stl": stl, "ply": ply}
 
 
 def write_made(folder):
-    """Writes all generated meshes, cycling through the formats. Out: (class, file) of each."""
+    """Writes all generated meshes, each in the next of the formats in turn. Returns (class, file) for each."""
     folder.mkdir(parents=True, exist_ok=True)
     files = []
     for number, (kind, name, mesh) in enumerate(made()):
@@ -250,6 +250,6 @@ def write_made(folder):
 
 
 def found():
-    """("of others", file) of each mesh file in the installed packages."""
+    """Returns ("of others", file) for each mesh file in the installed packages."""
     return [("of others", file) for folder in PACKAGES for file in sorted(pathlib.Path(folder).rglob("*"))
             if file.suffix[1:].lower() in FORMATS and file.is_file()]

@@ -1,4 +1,5 @@
-// `tandem-lab check`: checks whether a coupling is stable and passive on a device, and proposes values that are.
+// `tandem-lab check`: checks whether a coupling is stable and passive on a device. If it is not, the command proposes
+// values that are.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -27,7 +28,7 @@ namespace {
 namespace json = boost::json;
 
 constexpr std::string_view kAdaptiveLaw = "adaptive";
-// Ours: far beyond any tool and any device, so values outside are typing errors.
+// Limits that are our choice. They are far beyond any tool and device, so that values outside them are typing errors.
 constexpr double kMinMass = 1e-6;
 constexpr double kMinInertia = 1e-12;
 constexpr double kMaxMass = 1e4;
@@ -47,13 +48,15 @@ struct CheckOptions {
   std::optional<int> velocity_window;
   int delay_periods = 0;
   bool prints_json = false;
-  std::vector<const CLI::Option*> chosen_by_fit;          ///< options that the adaptive law sets itself
-  std::vector<const CLI::Option*> turning_chosen_by_fit;  ///< also set by the law when the fit includes rotation
+  /// options that the user may not give, because the adaptive law determines their values
+  std::vector<const CLI::Option*> chosen_by_fit;
+  /// options that the adaptive law also determines if the fit includes rotation
+  std::vector<const CLI::Option*> turning_chosen_by_fit;
 };
 
 struct CheckRun {
   haptics::CouplingParameters coupling;  ///< the checked coupling
-  std::string fit_source;                ///< source of the adaptive law's pairs; empty for other laws
+  std::string fit_source;                ///< origin of the adaptive law's table; empty for other laws
   std::vector<haptics::CheckedLoop> loops;
   std::vector<haptics::StabilityFinding> findings;
   bool is_refused = false;
@@ -74,7 +77,7 @@ haptics::LoopDevice device_of(const CheckOptions& options, devices::DeviceProfil
   return device;
 }
 
-/// Refuses options that would be ignored.
+/// Throws an error if the user gave an option that would be ignored.
 void refuse_given(const std::vector<const CLI::Option*>& options) {
   for (const CLI::Option* const option : options) {
     if (option->count() == 0) continue;
@@ -84,7 +87,7 @@ void refuse_given(const std::vector<const CLI::Option*>& options) {
   }
 }
 
-/// Sets the adaptive law's pairs from a table, by the tool's mass.
+/// Sets the parameters of the adaptive law from a table, according to the mass of the tool.
 void adapt(CheckRun& check, const CheckOptions& options, const devices::DeviceProfile& profile) {
   const haptics::AdaptiveFit fit = profile.adaptive.value_or(haptics::thesis_adaptive_fit());
   refuse_given(options.chosen_by_fit);
@@ -176,13 +179,13 @@ void print(const CheckRun& check, const CheckOptions& options) {
   if (check.findings.empty()) std::printf("no problem found\n");
 }
 
-/// Adds an option for a number from `low` to `high`; the error message names both.
+/// Adds an option for a number from `low` to `high`. The error message states both limits.
 template <class T>
 CLI::Option* add_number(CLI::App& command, const std::string& name, T& value, double low, double high,
                         const std::string& help) {
   const auto problem = [low, high](const std::string& text) {
     double number = 0;
-    // Written so that a NaN fails the comparison.
+    // The condition is written such that a NaN is refused.
     if (CLI::detail::lexical_cast(text, number) && number >= low && number <= high) return std::string();
     std::ostringstream remedy;
     remedy << "'" << text << "' must be a number from " << low << " to " << high;
@@ -191,7 +194,7 @@ CLI::Option* add_number(CLI::App& command, const std::string& name, T& value, do
   return command.add_option(name, value, help)->check(problem);
 }
 
-/// Adds an option for a coefficient within the range of scene files.
+/// Adds an option for a coefficient. Its range is that of scene files.
 CLI::Option* add_coefficient(CLI::App& command, const std::string& name, CheckOptions& options,
                              double haptics::CouplingParameters::*value, const std::string& help) {
   const auto* const field = std::ranges::find(proto::kCouplingFields, value, &proto::CouplingField::value);

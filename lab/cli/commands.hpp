@@ -1,5 +1,6 @@
-// The subcommands of tandem-lab, one file each. Each function adds its command to `app`; parsing the command line
-// then runs it and sets `exit_code`: 0 done, 1 a checked claim failed. Bad input throws; main returns 2.
+// The subcommands of tandem-lab. Each has a file of its own. Each function adds its command to `app`; parsing the
+// command line then runs the command and sets `exit_code` (0: success, 1: a checked claim failed). Invalid input throws
+// an exception, and main returns 2. The comment at each function shows its command line.
 #pragma once
 
 namespace CLI {
@@ -8,31 +9,34 @@ class App;
 
 namespace tandem::lab {
 
-/// run [FILE|NAME …] --out DIR [--set NAME=VALUE,…] [--single|--full] [--seeds N] [--samples] [--json] …
+/// Adds `run [FILE|NAME …] --out DIR [--set NAME=VALUE,…] [--single|--full] [--seeds N] [--samples] [--json] …`.
 void add_run_command(CLI::App& app, int& exit_code);
-/// random --out DIR [--trials N] [--seed N] [--threads N]
+/// Adds `random --out DIR [--trials N] [--seed N] [--threads N]`.
 void add_random_command(CLI::App& app, int& exit_code);
-/// live FILE|NAME --out DIR [--set NAME=VALUE,…] [--stage S,…] [--single] [--seeds N] [--rt-priority N] [--json]
+/// Adds `live FILE|NAME --out DIR [--set NAME=VALUE,…] [--stage S,…] [--single] [--seeds N] [--rt-priority N]
+/// [--json]`.
 void add_live_command(CLI::App& app, int& exit_code);
-/// link [--listen A] [--server A] [--port P] [--delay T] [--jitter T] [--loss S] [--capture FILE]
+/// Adds `link [--listen A] [--server A] [--port P] [--delay T] [--jitter T] [--loss S] [--capture FILE]`.
 void add_link_command(CLI::App& app, int& exit_code);
-/// bench …: see bench_commands.hpp
+/// Adds the subcommands `bench …`; see bench_commands.hpp.
 void add_bench_command(CLI::App& app, int& exit_code);
-/// calibrate --profile NAME|FILE.json --out DIR [--masses KG,…] [--seed N] [--json]
+/// Adds `calibrate --profile NAME|FILE.json --out DIR [--masses KG,…] [--seed N] [--json]`.
 void add_calibrate_command(CLI::App& app, int& exit_code);
-/// check [--law L] [--stiffness N/m] [--damping N·s/m] [--tool-mass KG] [--profile NAME|FILE.json] … [--json]
+/// Adds `check [--law L] [--stiffness N/m] [--damping N·s/m] [--tool-mass KG] [--profile NAME|FILE.json] … [--json]`.
 void add_check_command(CLI::App& app, int& exit_code);
-/// mesh [FILE …] [--all DIR …] [--picture F.png] [--largest-size M] [--up y|z] [--json]
+/// Adds `mesh [FILE …] [--all DIR …] [--picture F.png] [--largest-size M] [--up y|z] [--json]`.
 void add_mesh_command(CLI::App& app, int& exit_code);
-/// reproduce [NAME] --out DIR
+/// Adds `reproduce [NAME] --out DIR`.
 void add_reproduce_command(CLI::App& app, int& exit_code);
-/// energy --receptor F[:chains] --ligand F[:chains] [--hydrogens H] [--cutoff C] [--dielectric D] [--json] …
+/// Adds `energy --receptor F[:chains] --ligand F[:chains] [--hydrogens H] [--cutoff C] [--dielectric D] [--json] …`.
 void add_energy_command(CLI::App& app, int& exit_code);
-/// redock --receptor F[:chains] --ligand F[:chains] [--seeds N] [--rtt-ms T] [--guided] [--out DIR] [--json] …
+/// Adds `redock --receptor F[:chains] --ligand F[:chains] [--seeds N] [--rtt-ms T] [--guided] [--out DIR] [--json] …`.
 void add_redock_command(CLI::App& app, int& exit_code);
-/// fit-order SERIES.csv|.traj [--most P] [--fit F] [--values] [--rate Hz] [--time-unit s|ms] [--columns …] [--json]
+/// Adds `fit-order SERIES.csv|.traj [--most P] [--fit F] [--values] [--rate Hz] [--time-unit s|ms] [--columns …]
+/// [--json]`.
 void add_fit_order_command(CLI::App& app, int& exit_code);
-/// report --out FILE --session NAME=DIR …: one HTML report and a verdict from the folders of live sessions
+/// Adds `report --out FILE --session NAME=DIR …`.
+/// Writes one HTML report and a verdict about the folders of live sessions.
 void add_report_command(CLI::App& app, int& exit_code);
 
 }  // namespace tandem::lab

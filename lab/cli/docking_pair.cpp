@@ -14,7 +14,7 @@ bool parse_number(std::string_view text, double& value) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
-/// Chooses the field for molecules about their centres, as a room does.
+/// Selects the field model for molecules that are centred at their origins, as a room does.
 void choose_as_a_room(DockingPair& pair) {
   docking::Molecule receptor = pair.receptor, ligand = pair.ligand;
   const Vec3 centre = receptor.centre(), offset = ligand.centre() - centre;

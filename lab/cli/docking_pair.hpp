@@ -1,4 +1,5 @@
-// Two structure files and the field model between them, as options of the commands energy and bench docking.
+// Command-line options that select two structure files and the field model between them. The commands energy and bench
+// docking use them.
 #pragma once
 
 #include <optional>
@@ -17,7 +18,7 @@ namespace tandem::lab {
 struct DockingOptions {
   std::string receptor;
   std::string ligand;
-  std::string hydrogens;  ///< empty: explicit hydrogens are kept, and built where a file has none
+  std::string hydrogens;  ///< empty: explicit hydrogens are kept, and missing ones are built if a file has none
   std::string cutoff = "none";
   std::string dielectric = "4r";
   std::string force_field_directory = server::default_force_field();
@@ -31,14 +32,14 @@ struct DockingPair {
   docking::FieldModel model;
 };
 
-/// --receptor F --ligand F [--hydrogens H] [--cutoff C] [--dielectric D] [--force-field DIR]
+/// Adds the options --receptor F --ligand F [--hydrogens H] [--cutoff C] [--dielectric D] [--force-field DIR].
 void add_docking_options(CLI::App& command, DockingOptions& options);
 
-/// Parses --cutoff [Å]: 0 for "none", nullopt for "auto". Throws std::invalid_argument for any other text that is not
-/// a number.
+/// Parses --cutoff [Å]. "none" gives 0 and "auto" gives nullopt. Throws std::invalid_argument for any other text that
+/// is not a number.
 std::optional<double> cutoff_of(const std::string& text);
 
-/// Throws docking::MoleculeError or std::invalid_argument naming file or option.
+/// Throws docking::MoleculeError or std::invalid_argument that names the file or the option.
 DockingPair load_docking_pair(const DockingOptions& options);
 
 boost::json::array json_of(const Vec3& vector);

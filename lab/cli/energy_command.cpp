@@ -1,5 +1,5 @@
-// `tandem-lab energy`: interaction energy, force and torque of two structures in the poses of their files, in double
-// precision.
+// `tandem-lab energy`: interaction energy, force and torque of two structures in the poses that their files contain,
+// computed in double precision.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -31,12 +31,13 @@ namespace {
 namespace json = boost::json;
 namespace fs = std::filesystem;
 
-/// Smallest energy, in either term, with which a residue is listed.
+/// A residue is listed only if one of its two energy terms has at least this magnitude.
 constexpr double kMinResidueEnergyKjPerMol = 0.01;
 
-/// Pairs from which progress is shown: about 2 s in double precision.
+/// Progress is shown from this number of atom pairs on, which take about 2 s in double precision.
 constexpr std::size_t kPairsWithProgress = 50'000'000;
-/// Largest number of pairs for the comparison without a cut-off: about 0.1 s in float.
+/// Maximum number of pairs for which the energy without cut-off is also computed. That takes about 0.1 s in single
+/// precision.
 constexpr std::size_t kPairsToCompare = 200'000'000;
 
 struct EnergyOptions {
@@ -51,19 +52,20 @@ struct EnergyOptions {
 };
 
 struct ResidueEnergy {
-  std::size_t atom = 0;                                  ///< index of its first atom
-  Eigen::Vector2d kj_per_mol = Eigen::Vector2d::Zero();  ///< Lennard-Jones, Coulomb
+  std::size_t atom = 0;                                  ///< index of the first atom of the residue
+  Eigen::Vector2d kj_per_mol = Eigen::Vector2d::Zero();  ///< Lennard-Jones and Coulomb energy
 };
 
 struct Energies {
   docking::FieldResult result;
   Pose X_AB;
   std::vector<Vec3> on_receptor, on_ligand;
-  std::vector<ResidueEnergy> of_receptor, of_ligand;  ///< only if requested; largest energy first
-  Vec3 centre = Vec3::Zero();                         ///< centre of mass of the ligand, in the receptor's file
-  Vec3 torque = Vec3::Zero();                         ///< torque about that centre
-  std::vector<docking::CloseAtoms> close;             ///< pairs too near for a non-bonded contact
-  std::optional<double> all_pairs_kj_per_mol;         ///< only with a cut-off, up to kPairsToCompare
+  std::vector<ResidueEnergy> of_receptor, of_ligand;  ///< filled only if requested; the largest energy comes first
+  Vec3 centre = Vec3::Zero();              ///< centre of mass of the ligand, in the coordinates of the receptor's file
+  Vec3 torque = Vec3::Zero();              ///< torque about that centre
+  std::vector<docking::CloseAtoms> close;  ///< pairs of atoms that are too close for a non-bonded contact
+  /// computed only if there is a cut-off and at most kPairsToCompare pairs
+  std::optional<double> all_pairs_kj_per_mol;
 };
 
 std::vector<ResidueEnergy> residues_of(const docking::Molecule& molecule,
@@ -177,7 +179,8 @@ json::array close_json(const DockingPair& pair, const Energies& found) {
   return rows;
 }
 
-/// Names the molecules whose total charge is not an integer; empty: none, or the user accepted it.
+/// Returns a text that names the molecules whose total charge is not an integer. It is empty if there are none or if
+/// the user accepted them.
 std::string doubtful_charges(const DockingPair& pair, const EnergyOptions& options) {
   if (options.accepts_charge) return {};
   std::string which;
@@ -255,7 +258,8 @@ void print_molecule(const char* which, const docking::Molecule& molecule, const 
   print_lines("  overlaps: ", report.clashes);
 }
 
-/// The last line sums all residues that are not listed, so that the columns sum to the energies above them.
+/// The last line contains the sum over all residues that are not listed, so that the columns add up to the total
+/// energies.
 void print_residues(const char* which, const docking::Molecule& molecule, const std::vector<ResidueEnergy>& residues,
                     const docking::FieldResult& result) {
   std::printf("%s, chain residue number: Lennard-Jones, Coulomb, both [kJ/mol]\n", which);
@@ -272,7 +276,7 @@ void print_residues(const char* which, const docking::Molecule& molecule, const 
               others.sum());
 }
 
-/// Prints the nearest pairs of one kind.
+/// Prints the closest pairs of one kind.
 void print_close(const DockingPair& pair, const Energies& found, docking::Closeness closeness, const char* what) {
   constexpr std::size_t kMaxPairLines = 8;
   std::size_t count = 0;
@@ -313,7 +317,7 @@ void print(const DockingPair& pair, const Energies& found, const EnergyOptions& 
   if (!options.save.empty()) std::printf("saved as %s\n", options.save.c_str());
 }
 
-/// File names without folders, so that a shared complex does not expose the user's folders.
+/// Returns the file names without folders, so that a complex that is passed on does not reveal the user's folders.
 std::string file_remark(const char* which, const std::string& text) {
   const server::StructureChoice choice = server::structure_choice(text);
   std::string remark = std::string(which) + " from " + fs::path(choice.file).filename().string();
@@ -321,7 +325,7 @@ std::string file_remark(const char* which, const std::string& text) {
   return remark;
 }
 
-/// Checks before the computation that the output name is valid and would not overwrite an input structure.
+/// Checks, before the computation, that the output name is valid and that no input structure would be overwritten.
 void check_save(const EnergyOptions& options) {
   if (options.save.empty()) return;
   server::check_complex_name(options.save);
@@ -342,7 +346,7 @@ void save(const DockingPair& pair, const Energies& found, const EnergyOptions& o
 void run_energy(const EnergyOptions& options) {
   check_save(options);
   DockingPair pair = load_docking_pair(options.pair);
-  if (pair.model.has_far_grid) pair.model.cutoff_angstrom = 0;  // exact evaluation needs no far-field grid
+  if (pair.model.has_far_grid) pair.model.cutoff_angstrom = 0;  // the exact evaluation does not use the far-field grid
   pair.model.has_far_grid = false;
   const Energies found = energies_of(pair, options);
   if (!options.save.empty()) save(pair, found, options);

@@ -33,14 +33,15 @@ struct FitOrderOptions {
 struct SeriesOrders {
   std::string name;
   std::size_t samples = 0;
-  std::vector<haptics::ArOrder> orders;  ///< empty: the series is constant or too short
+  std::vector<haptics::ArOrder> orders;  ///< empty if the series is constant or too short
 };
 
 haptics::ArFit fit_named(const std::string& name) {
   for (const haptics::ArFit fit : kFits) {
     if (haptics::name_of(fit) == name) return fit;
   }
-  throw std::invalid_argument("--fit " + name + " is not known");  // refused earlier by the option's check
+  // cannot occur, because the option's check refuses unknown names
+  throw std::invalid_argument("--fit " + name + " is not known");
 }
 
 std::vector<SeriesOrders> orders_of(const FitOrderOptions& options) {
@@ -50,7 +51,7 @@ std::vector<SeriesOrders> orders_of(const FitOrderOptions& options) {
   for (std::size_t i = 0; i < series.names.size(); ++i) {
     const std::vector<double> values = options.on_values ? series.columns[i] : differences(series.columns[i]);
     auto orders = haptics::fpe_of_orders(values, options.most_order, fit_named(options.fit), options.on_values);
-    // A result with order 0 alone means a constant series.
+    // If the result contains only order 0, the series is constant.
     if (orders.size() < 2) orders.clear();
     result.push_back({series.names[i], values.size(), std::move(orders)});
   }

@@ -1,4 +1,4 @@
-// `tandem-lab link`: the simulated link as a program between real clients and a real server.
+// `tandem-lab link`: runs the simulated link as a program between unmodified clients and a server.
 
 #include <poll.h>
 #include <unistd.h>
@@ -34,7 +34,7 @@ struct LinkOptions {
   std::string duration;
 };
 
-/// Proxies by listening address.
+/// Maps each listening address to its proxy.
 using Proxies = std::map<std::string, std::unique_ptr<LinkProxy>>;
 
 void obey(const std::string& word, LinkProxy& proxy) {
@@ -49,7 +49,7 @@ void obey(const std::string& word, LinkProxy& proxy) {
   }
 }
 
-/// Executes a line: a word for all links, or an address and a word for one.
+/// Executes a line: either one word, which applies to all links, or an address and a word for that link.
 void obey_line(const std::string& line, const Proxies& proxies) {
   const std::size_t space = std::min(line.find(' '), line.size());
   const std::string word = line.substr(0, space);
@@ -63,7 +63,7 @@ void obey_line(const std::string& line, const Proxies& proxies) {
   std::cout << line << std::endl;
 }
 
-/// Executes the lines typed on standard input since the last call.
+/// Executes the lines that were typed on standard input since the last call.
 void listen_to_stdin(std::string& begun, bool& has_ended, const Proxies& proxies) {
   pollfd input{STDIN_FILENO, POLLIN, 0};
   if (has_ended || ::poll(&input, 1, 0) <= 0) return;

@@ -1,5 +1,5 @@
-// `tandem-lab live`: the trials of an experiment file in real time over sockets, compared with the same trials in
-// virtual time. It checks that results of the lab hold for the real client.
+// `tandem-lab live`: runs the trials of an experiment file in real time over sockets, and compares them with the same
+// trials in virtual time. This checks that results of the lab hold for the real client.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -37,13 +37,13 @@ namespace {
 
 namespace json = boost::json;
 
-/// Compared metric of a live and a virtual trial. The allowed difference is the larger of a share of the virtual value
-/// and an absolute value. Both are ours: the aim is to find a part that works in only one of the two, not small
-/// deviations.
+/// A metric that is compared between a live and a virtual trial. The permitted difference is the larger of a share of
+/// the virtual value and an absolute value. Both values are our choice. The aim is to detect a component that works in
+/// only one of the two, not small deviations.
 struct Compared {
   std::string_view metric;
   const char* what;
-  double allowed = 0;  ///< absolute
+  double allowed = 0;  ///< permitted absolute difference
 };
 constexpr double kAllowedShare = 0.15;
 constexpr std::array kCompared{Compared{"free_drag_rms_n", "drag [N]", 0.05},
@@ -56,7 +56,7 @@ struct Comparison {
   double virtual_value = 0;
 
   double allowed() const { return std::max(compared->allowed, kAllowedShare * std::abs(virtual_value)); }
-  /// False where neither trial has a value to compare.
+  /// Returns false if neither trial has a value that could be compared.
   bool is_possible() const { return !std::isnan(live) || !std::isnan(virtual_value); }
   bool agrees() const { return std::abs(live - virtual_value) <= allowed(); }
 };
@@ -89,10 +89,10 @@ std::vector<Trial> trials_of_live(const LiveOptions& options) {
   return expand(read_experiment_file(experiment_files(names).front()), request);
 }
 
-/// Virtual runs at zero delay, each computed once.
+/// Virtual runs at zero delay. Each is computed only once.
 class References {
  public:
-  /// In      at_zero_delay  reference_of() or same_stage_of() of a trial
+  /// In      at_zero_delay  result of reference_of() or same_stage_of() for a trial
   const SessionTrace& trace_of(const Trial& at_zero_delay, const std::shared_ptr<const server::LoadedScene>& scene) {
     const std::string key = compact_json(experiment_json(at_zero_delay.experiment));
     const auto [place, is_new] = traces_.try_emplace(key);
@@ -120,7 +120,8 @@ std::vector<Comparison> compared(const json::object& live, const json::object& b
   return comparisons;
 }
 
-/// `files_in`: folder of the time series; none: they are not written.
+/// Runs a trial and compares it with its virtual counterpart. The time series are written to the folder `files_in`, if
+/// given.
 LiveResult run_trial(const Trial& trial, References& references, int realtime_priority,
                      const std::optional<std::filesystem::path>& files_in) {
   server::SceneLoading loading;
@@ -148,7 +149,7 @@ LiveResult run_trial(const Trial& trial, References& references, int realtime_pr
   return result;
 }
 
-/// A trial without any comparable value does not agree.
+/// Returns whether all compared values agree. The result is false if no value could be compared.
 bool agrees(const LiveResult& result) {
   const auto possible = [](const Comparison& each) { return each.is_possible(); };
   const auto good = [](const Comparison& each) { return !each.is_possible() || each.agrees(); };
@@ -248,7 +249,8 @@ void write_files(const std::filesystem::path& folder, const std::vector<LiveResu
   write_text_file(folder / "virtual.json", pretty_json(study_json(beside)));
   write_text_file(folder / "comparison.json", pretty_json(comparisons_json(results)));
   write_text_file(folder / "timing.json", pretty_json(json::object{{"wall_s", wall_s}}));
-  // A single trial's own report shows its forces over time; curves over delay would have one point.
+  // The report of a single trial shows its forces over time. A study report would show curves over delay with a single
+  // point.
   if (results.size() > 1) write_text_file(folder / "report.html", study_report_html(live));
 }
 
@@ -276,7 +278,8 @@ int run_live(const LiveOptions& options) {
       if (results.size() == 1) std::cerr << line << '\n';
     }
     if (!options.prints_json) print_result(results.back());
-    write_files(folder, results, to_seconds(wall.now() - begin));  // after each trial, because the next may fail
+    // written after each trial, because the next one may fail
+    write_files(folder, results, to_seconds(wall.now() - begin));
   }
   if (options.prints_json) std::cout << pretty_json(comparisons_json(results));
   const bool is_good = std::all_of(results.begin(), results.end(), [](const LiveResult& result) {

@@ -1,4 +1,4 @@
-// tandem-lab: experiments in virtual time, benchmarks, and reports of their results.
+// tandem-lab: runs experiments in virtual time, benchmarks, and reports of their results.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace {
 
-/// Error message in one line; a missing subcommand is answered with the list of subcommands.
+/// Returns an error message in one line. If the subcommand is missing, the message lists the subcommands.
 std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App* command = &app;
   std::string path = "tandem-lab";

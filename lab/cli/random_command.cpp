@@ -1,4 +1,4 @@
-// `tandem-lab random`: trials under random conditions, checked against bounds.
+// `tandem-lab random`: runs trials under random conditions and checks the results against bounds.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -35,7 +35,7 @@ struct RandomOptions {
 };
 
 struct NumberedTrial {
-  std::size_t number = 0;  ///< index in random_trials()
+  std::size_t number = 0;  ///< index of the trial in random_trials()
   Trial trial;
 };
 
@@ -62,7 +62,8 @@ std::vector<Trial> trials_of(const std::vector<NumberedTrial>& selected) {
   return trials;
 }
 
-/// Runs trials. Those selected by number, and their references, keep their time series at every millisecond.
+/// Runs trials. For trials that the user selected by number, and for their references, a time series with one row per
+/// millisecond is stored.
 std::vector<TrialResult> run_trials(std::vector<Trial> trials, const RandomOptions& options) {
   RunSettings settings;
   settings.out = options.out;
@@ -85,7 +86,7 @@ bool succeeds(const TrialResult& result) {
   return text_in(result.row, "outcome") == "completed";
 }
 
-/// Runs references at zero delay only for trials that did not succeed, and where time series are kept.
+/// Runs references at zero delay only for trials that did not succeed and for trials with stored time series.
 std::vector<RandomOutcome> outcomes_of(const std::vector<NumberedTrial>& trials,
                                        const std::vector<TrialResult>& results, const RandomOptions& options) {
   std::vector<RandomOutcome> outcomes;

@@ -1,4 +1,4 @@
-// `tandem-lab redock`: two simulated hands take a complex apart and reassemble it over a network.
+// `tandem-lab redock`: two simulated hands separate a complex and reassemble it over a network.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -122,7 +122,7 @@ void print_lock(const json::object& lock) {
   }
 }
 
-/// Prints the reasons of seeds that are not docked.
+/// Prints why some seeds did not end docked.
 void print_ends(const json::object& redocked) {
   struct End {
     std::string_view name, text;
@@ -162,7 +162,7 @@ void print_far_minimum(const json::object& redocked) {
                "that were left out or lost their charge.\n";
 }
 
-/// Prints the result in words.
+/// Prints an explanation of the result as text.
 void print_remark(const json::object& redocked) {
   if (redocked.at("minimum_rmsd_to_native_angstrom").to_number<double>() > kNative_angstrom)
     print_far_minimum(redocked);

@@ -20,8 +20,8 @@ namespace tandem::lab {
 namespace {
 
 struct ReportOptions {
-  std::vector<std::string> sessions;  ///< NAME=DIR
-  std::string tasks;                  ///< file; empty: none
+  std::vector<std::string> sessions;  ///< each is NAME=DIR
+  std::string tasks;                  ///< file with the tasks; empty: no tasks
   std::string out;
   bool prints_json = false;
 };
@@ -46,7 +46,8 @@ std::vector<Session> load_sessions(const std::vector<std::string>& options) {
   return sessions;
 }
 
-/// Task checks first: a session without errors whose task was not done has failed.
+/// Returns all checks, those of the tasks first, because a session whose task was not completed has failed even if it
+/// had no errors.
 std::vector<Check> all_checks(const std::vector<Session>& sessions, const SessionTasks& tasks) {
   for (const auto& [name, task] : tasks) {
     if (std::ranges::find(sessions, name, &Session::name) == sessions.end()) {
@@ -89,7 +90,7 @@ int run_report(const ReportOptions& options) {
 }  // namespace
 
 void add_report_command(CLI::App& app, int& exit_code) {
-  // Shared with the callback, which outlives this function.
+  // The options are shared with the callback, which exists longer than this function runs.
   const auto options = std::make_shared<ReportOptions>();
   CLI::App* command = app.add_subcommand("report", "Checks sessions of tandem-client and writes an HTML report");
   command

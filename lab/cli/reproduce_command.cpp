@@ -1,4 +1,4 @@
-// `tandem-lab reproduce [NAME]`: repeats a published benchmark and prints its figures beside ours.
+// `tandem-lab reproduce [NAME]`: repeats a published benchmark and prints the published figures beside our own.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -28,7 +28,8 @@ std::filesystem::path no_file() {
 struct Benchmark {
   std::string_view name;
   std::string_view description;
-  std::filesystem::path (*needs)();  ///< required file that is not part of the project; empty: none
+  /// returns a required file that is not part of the project; null: none is required
+  std::filesystem::path (*needs)();
   Reproduction (*run)(const Clock& clock);
 };
 constexpr std::array kBenchmarks{
@@ -45,7 +46,7 @@ constexpr std::array kBenchmarks{
               reproduce_docking},
 };
 
-/// Returns false when a claim does not hold.
+/// Returns whether all claims hold.
 bool run_reproduce(const Benchmark& benchmark, const std::filesystem::path& folder) {
   const Reproduction reproduction = benchmark.run(SteadyClock{});
   write_text_file(folder / (std::string(benchmark.name) + ".json"), pretty_json(to_json(reproduction)));
@@ -54,8 +55,8 @@ bool run_reproduce(const Benchmark& benchmark, const std::filesystem::path& fold
   return all_hold(reproduction.claims);
 }
 
-/// Runs each benchmark into its own folder. A benchmark whose file is missing is skipped with a message; the last line
-/// has the count.
+/// Runs each benchmark and writes its results to a folder of its own. If the required file of a benchmark is missing,
+/// it is skipped with a message; the last line contains the number of benchmarks that ran.
 bool run_all(const std::string& out) {
   bool do_all_hold = true;
   std::size_t done = 0;

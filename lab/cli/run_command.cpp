@@ -1,4 +1,4 @@
-// `tandem-lab run`: the trials of experiment files, in virtual time.
+// `tandem-lab run`: runs the trials of experiment files in virtual time.
 
 #include <unistd.h>
 
@@ -31,7 +31,8 @@
 namespace tandem::lab {
 namespace {
 
-/// Typical speed of studies on one core, in multiples of real time; used only for the estimate before the first trial.
+/// Typical speed of studies on one core, as a multiple of real time. It is used only for the estimate before the first
+/// trial.
 constexpr double kExpectedSpeed = 10;
 
 struct RunOptions {
@@ -94,7 +95,7 @@ std::string time_text(double seconds) {
   return text.str();
 }
 
-/// Progress display: a bar on a terminal, otherwise an occasional line.
+/// Displays progress: as a bar on a terminal, otherwise as occasional lines.
 class StudyLine {
  public:
   explicit StudyLine(std::size_t total) : total_(total) {}
@@ -140,7 +141,8 @@ void write_results(const std::filesystem::path& folder, std::span<const TrialRes
   write_text_file(folder / "results.csv", study_csv(results));
   write_study_hdf5(folder / "results.h5", results);
   write_text_file(folder / "timing.json", pretty_json(study_timing_json(results, wall_s)));
-  // A single trial's own report shows its forces over time; curves over delay would have one point.
+  // The report of a single trial shows its forces over time. A study report would show curves over delay with a single
+  // point.
   if (!is_one_with_files) write_text_file(folder / "report.html", study_report_html(results));
 }
 

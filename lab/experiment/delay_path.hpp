@@ -1,4 +1,4 @@
-// Delay paths by name: the delay of a link as a function of time.
+// Delay paths: the delay of a link as a function of time, loaded by name.
 #pragma once
 
 #include <filesystem>
@@ -8,9 +8,10 @@
 
 namespace tandem::lab {
 
-/// Loads a delay path from a file, relative to `directory`, or a shipped one by name ("wifi"); "": none. The file has
-/// `times_s` and `delays_ms`, lists of the same length, and may have `starts_anywhere` and `description`.
-/// Fails   std::invalid_argument naming file, field and remedy, or the shipped names
+/// Loads a delay path from a file, relative to `directory`, or a shipped one by its name ("wifi"). An empty name gives
+/// an empty path. The file contains the lists `times_s` and `delays_ms`, which have the same length, and optionally
+/// `starts_anywhere` and `description`.
+/// Fails   std::invalid_argument: its message names the file, the field and the remedy, or lists the shipped names
 net::DelayPath delay_path_called(const std::string& name, const std::filesystem::path& directory);
 
 }  // namespace tandem::lab

@@ -18,13 +18,14 @@ namespace {
 
 namespace json = boost::json;
 
-// A user's tick takes about 0.6 kB of memory until the trial is evaluated and its files are written.
+// Limits the duration of a trial, summed over its users. Each tick of a user takes about 0.6 kB of memory until the
+// trial has been evaluated and its files have been written.
 constexpr double kMaxUserSeconds = 1200;
 constexpr double kLongest_s = 600;
-// A larger JSON number may lose its last digits in other programs.
+// Largest seed. Other programs may round a larger JSON number.
 constexpr std::uint64_t kMaxSeed = 1ULL << 53U;
 
-/// In the order of server::UserRole.
+/// Names of the roles, in the order of server::UserRole.
 constexpr std::array<std::string_view, 3> kRoles{"manipulator", "observer", "operator"};
 
 Duration from_milliseconds(double value) {
@@ -107,7 +108,7 @@ std::string one_of(JsonFields& fields, std::string_view name, const std::string&
   return fields.has(name) ? std::string(choices[fields.choice(name, 0, choices)]) : otherwise;
 }
 
-/// Reads a pipeline's fields, of the whole experiment or of one user.
+/// Reads the fields of a pipeline, either of the whole experiment or of one user.
 Pipeline pipeline_of(JsonFields& fields, Pipeline result) {
   result.stage = one_of(fields, "stage", result.stage, known_stages());
   result.predictor = one_of(fields, "predictor", result.predictor, known_predictors());
@@ -128,24 +129,25 @@ json::object object_in(const json::object& object, std::string_view name) {
   return value != nullptr && value->is_object() ? value->get_object() : json::object();
 }
 
-/// Returns `base` with the fields of `changes` replacing its own.
+/// Returns `base` after the fields in `changes` have been added or replaced.
 json::object with(json::object base, const json::object& changes) {
   for (const auto& field : changes) base[field.key()] = field.value();
   return base;
 }
 
-/// Defaults and file for reading a user's part.
+/// Defaults and file that are needed to read the fields of a user.
 struct UserContext {
   const ExperimentFile& file;
   const Pipeline& pipeline;
   json::object link;
 };
 
-/// Reads a user's links: the experiment's link, overridden by the user's `link`, and downwards by `downlink`.
+/// Reads a user's links. The uplink is the experiment's link with the changes in the user's `link`; the downlink also
+/// has the changes in the user's `downlink`.
 void read_links(JsonFields& user, const json::object& document, std::size_t index, const UserContext& context,
                 ExperimentUser& result) {
   const std::string path = "users[" + std::to_string(index) + "].";
-  user.object("link");  // checks that they are objects; their content is checked below
+  user.object("link");  // checks that both are objects; their fields are checked below
   user.object("downlink");
   const json::object up = with(context.link, object_in(document, "link"));
   const json::object down = with(up, object_in(document, "downlink"));
@@ -222,7 +224,7 @@ json::object json_of(const OutcomeRule& rule) {
   return {{"body", rule.body}, {"ends_at_m", json::array{p.x(), p.y(), p.z()}}, {"within_m", rule.ends_within_m}};
 }
 
-/// Collects law, coupling and all other changes of the scene's file.
+/// Collects the changes to the scene file, including those of the law and the coupling.
 json::object scene_changes_of(JsonFields& file, const json::object& document) {
   json::object changes = object_in(document, "scene_changes");
   file.object("scene_changes");
@@ -234,7 +236,8 @@ json::object scene_changes_of(JsonFields& file, const json::object& document) {
   return changes;
 }
 
-// Fields that define the set of trials do not belong to a single trial; lab/experiment/trial_grid reads them.
+// Accepts the fields that define the set of trials. They are not part of a single trial; lab/experiment/trial_grid
+// reads them.
 void skip_grid(JsonFields& file) {
   file.whole_number("seeds", 1, kMaxSeeds);
   file.has("grid");
@@ -318,7 +321,7 @@ std::filesystem::path scene_path(const std::string& scene, const std::filesystem
 
 ExperimentFile read_experiment_file(const std::filesystem::path& file) {
   const json::value value = parse_json(read_text_file(file), file.string());
-  [[maybe_unused]] const JsonFields fields(value, file.string());  // throws if it is no object
+  [[maybe_unused]] const JsonFields fields(value, file.string());  // throws if the value is not an object
   return {file.string(), file.parent_path(), with_current_names(value.get_object())};
 }
 

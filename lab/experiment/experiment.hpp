@@ -1,5 +1,5 @@
 // The checked content of an experiment file: a scene, simulated hands, their links, the pipeline between hand and
-// scene, and one seed. It determines a trial completely; lab/EXPERIMENTS.md lists the fields.
+// scene, and a seed. Together they determine a trial completely. lab/EXPERIMENTS.md lists the fields.
 #pragma once
 
 #include <algorithm>
@@ -24,103 +24,106 @@ namespace tandem::lab {
 /// Name of a role in experiment files.
 std::string_view role_name(server::UserRole role);
 
-/// One simulated user with device, client and link.
+/// One simulated user with its device, client and link.
 struct ExperimentUser {
   std::string name;
   server::UserRole role = server::UserRole::kManipulator;
   std::string hand_name = "rest";
   devices::HandPath hand = devices::named_hand_path("rest");
-  devices::HandParameters hand_parameters;                              ///< without the device
-  devices::DeviceProfile device = devices::find_device_profile("sim");  ///< device in the hand
-  bool is_bounded = false;  ///< the device's workspace is limited; its user watches the tool and steers
-  double motion_scale = 1;  ///< WorkspaceSettings::scale
+  devices::HandParameters hand_parameters;  ///< parameters of the hand alone; they exclude the device
+  devices::DeviceProfile device = devices::find_device_profile("sim");  ///< device that the hand holds
+  bool is_bounded = false;  ///< the device's workspace is limited; its user sees the tool and steers by it
+  double motion_scale = 1;  ///< see WorkspaceSettings::scale
   double pace = 1;          ///< speed factor of the hand's path: 2 is twice as fast
-  Pipeline pipeline;        ///< between the server's state and the hand
+  Pipeline pipeline;        ///< processing between the server's state and the hand
   bool state_over_tcp = false;
   net::LinkParameters up;
   net::LinkParameters down;
-  Duration tick_phase{0};  ///< phase of its 1 kHz loop within the millisecond: a whole number of slots
+  Duration tick_phase{0};  ///< phase of the user's 1 kHz loop within the millisecond: a multiple of kSlot
 };
 
 /// Condition for the success of a trial, besides uninterrupted connections.
 struct OutcomeRule {
   std::string body;
-  double lifted_above_m = 0;           ///< above its start position …
-  std::string during;                  ///< … throughout this phase of the first user's hand
-  std::optional<Vec3> ends_at_W = {};  ///< replaces the two: position of the body at the trial's end
-  double ends_within_m = 0;            ///< tolerance of ends_at_W
+  double lifted_above_m = 0;  ///< required height of the body above its start position …
+  std::string during;         ///< … throughout this phase of the first user's hand
+  /// replaces `lifted_above_m` and `during`: required position of the body at the end of the trial
+  std::optional<Vec3> ends_at_W = {};
+  double ends_within_m = 0;  ///< tolerance of ends_at_W
 };
 
 struct Experiment {
   std::string name;
   std::string description;
-  std::filesystem::path scene;        ///< an existing file
-  boost::json::object scene_changes;  ///< differences from the file: dotted names in it → values
+  std::filesystem::path scene;        ///< path of the scene file, which exists
+  boost::json::object scene_changes;  ///< changes to the scene file: maps dotted field names to values
   Duration duration{from_seconds(10)};
   std::uint64_t seed = 1;
-  Duration server_phase{0};                     ///< phase of the room's step, like tick_phase
+  Duration server_phase{0};                     ///< phase of the room's steps: a multiple of kSlot, like tick_phase
   Duration sample_period{from_seconds(0.010)};  ///< sampling period of the CSV files
-  Pipeline pipeline;                            ///< for users without their own
-  net::LinkParameters link;                     ///< for users without their own, each direction
-  std::string assets = "here";                  ///< one of asset_deliveries()
+  Pipeline pipeline;                            ///< for users without a pipeline of their own
+  net::LinkParameters link;                     ///< each direction of the link, for users without a link of their own
+  std::string assets = "here";                  ///< delivery of assets: one of asset_deliveries()
   std::string reference_stage;                  ///< stage of the zero-delay run that this trial is compared with
   std::optional<OutcomeRule> outcome;
   std::vector<ExperimentUser> users;
 
-  /// Whether any user has a passivity controller; the room then limits its tools' energy too.
+  /// Returns whether any user has a passivity controller. If so, the room also limits the energy of its tools.
   bool controls_passivity() const {
     return std::any_of(users.begin(), users.end(), [](const ExperimentUser& user) { return user.pipeline.passivity; });
   }
 };
 
-/// How users get the scene's assets. "here": present from the start, for trials about state. "fetched": over their
-/// links after joining, as in practice. "fetched-in-turn": as "fetched", but each piece is requested after the previous
-/// one.
+/// Ways in which users get the assets of the scene. "here": they are present from the start, for trials that study the
+/// state only. "fetched": they are fetched over the user's link after joining, as in practice. "fetched-in-turn": as
+/// "fetched", but each piece is requested after the previous one has arrived.
 std::vector<std::string_view> asset_deliveries();
 
-/// Step of virtual time; loops with a period of 1 ms have four possible phases relative to each other.
+/// Step of virtual time. Loops with a period of 1 ms have four possible phases relative to each other.
 inline constexpr Duration kSlot{from_seconds(0.00025)};
 inline constexpr Duration kHapticPeriod{from_seconds(0.001)};
 inline constexpr std::uint64_t kMaxSeeds = 1000;
 
-/// A file as read: only checked to be an object, so that quantities can be set before the full check.
+/// An experiment file after parsing. It is checked only to be a JSON object, so that quantities can be set before the
+/// full check.
 struct ExperimentFile {
-  std::string origin;               ///< for messages
+  std::string origin;               ///< file name, for error messages
   std::filesystem::path directory;  ///< base of relative paths
   boost::json::object document;
 };
-/// Fails   std::invalid_argument: cannot be read, not JSON, not an object
+/// Fails   std::invalid_argument: the file cannot be read, is not JSON, or is not an object
 ExperimentFile read_experiment_file(const std::filesystem::path& file);
 
-/// Checks one trial: the document with its quantities set. Fields that only define the set of trials (`seeds`, `grid`)
-/// are ignored.
+/// Checks one trial: the document after all quantities are set. Fields that only define the set of trials (`seeds`,
+/// `grid`) are ignored.
 /// Fails   std::invalid_argument naming file, field, value and remedy
 Experiment parse_experiment(const ExperimentFile& file);
-/// The same from text, and from a file; a bare scene name refers to a shipped scene.
+/// Parse from text and from a file. A scene name without a path refers to a shipped scene.
 Experiment parse_experiment(std::string_view json, const std::string& origin, const std::filesystem::path& directory);
 Experiment load_experiment(const std::filesystem::path& file);
 
-/// Every field with its value, in the format of an experiment file; parsing it gives the same trial.
+/// Returns every field with its value in the format of an experiment file. Parsing the result gives the same trial.
 boost::json::object experiment_json(const Experiment& experiment);
-/// One direction of a link in the format of a file; its rtt_ms is twice the delay.
+/// Returns one direction of a link in the format of an experiment file. Its `rtt_ms` is twice the delay.
 boost::json::object link_json(const net::LinkParameters& link);
 
 /// Finds the file of a scene by its path, relative to `directory`, or by the name of a shipped scene ("peg_in_hole").
 /// Fails   SceneError (lists the shipped names)
 std::filesystem::path scene_path(const std::string& scene, const std::filesystem::path& directory);
 
-/// Fails   std::invalid_argument: more manipulators than tools in the scene
+/// Checks that the scene has a tool for every manipulator.
+/// Fails   std::invalid_argument: there are more manipulators than tools in the scene
 void check_manipulators(const Experiment& experiment, const server::LoadedScene& scene);
 
-/// Text of the experiment's scene with its changes applied.
-/// Fails   std::invalid_argument: a change names a body that does not exist, or a path through a value without fields
+/// Returns the text of the experiment's scene file with the changes applied.
+/// Fails   std::invalid_argument: a change names a body that does not exist, or a field of a value that has no fields
 std::string scene_text(const Experiment& experiment);
 /// Loads the scene from scene_text().
-/// Fails   std::invalid_argument: as scene_text(); SceneError
+/// Fails   std::invalid_argument: see scene_text(); SceneError
 std::shared_ptr<const server::LoadedScene> load_experiment_scene(const Experiment& experiment,
                                                                  const server::SceneLoading& loading = {});
 
-/// Round trip of a user's link: sum of both directions' delays.
+/// Returns the round-trip delay of a user's link: the sum of the delays of both directions.
 Duration round_trip_of(const ExperimentUser& user);
 
 }  // namespace tandem::lab

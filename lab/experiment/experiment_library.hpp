@@ -1,4 +1,4 @@
-// Finds experiment files by name, independent of the place of installation.
+// Finds experiment files by name, wherever the program is installed.
 #pragma once
 
 #include <filesystem>
@@ -8,12 +8,13 @@
 
 namespace tandem::lab {
 
-/// Folder of the shipped experiments.
+/// Returns the folder of the shipped experiments.
 /// Fails   std::invalid_argument naming the folder that was searched
 std::filesystem::path shipped_experiments();
 
-/// Files for the names: a file itself, or NAME.json of the shipped ones; without names all shipped ones, sorted.
-/// Fails   std::invalid_argument: there is no such experiment (lists the shipped ones)
+/// Returns the file for each name. A name is a path to a file, or NAME of a shipped experiment NAME.json. Without
+/// names, all shipped experiments are returned, sorted.
+/// Fails   std::invalid_argument: an experiment does not exist; the message lists the shipped ones
 std::vector<std::filesystem::path> experiment_files(std::span<const std::string> names);
 
 }  // namespace tandem::lab

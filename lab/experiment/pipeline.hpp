@@ -1,4 +1,4 @@
-// The processing between the server's state and a hand, by name.
+// The processing between the server's state and a hand. Each stage is selected by its name.
 #pragma once
 
 #include <string>
@@ -11,13 +11,13 @@
 
 namespace tandem::lab {
 
-/// Default stage of a client.
+/// Returns the default stage of a client.
 std::string default_stage();
-/// Stage that displays the server's own contact forces: at zero delay, the reference.
+/// Returns the stage that displays the server's own contact forces. At zero delay it is the reference.
 std::string truth_stage();
 std::vector<std::string_view> known_stages();
 std::vector<std::string_view> known_predictors();
-/// "late-pose, hold": for messages.
+/// Returns the known stages as text for messages: "late-pose, hold".
 std::string listed_stages();
 
 struct Pipeline {
@@ -25,11 +25,11 @@ struct Pipeline {
   std::string predictor =
       client::StageSettings{}.predictor;               ///< predictor of the residual force (server minus local model)
   bool passivity = client::StageSettings{}.passivity;  ///< whether a passivity controller follows the stage
-  double deadband = 0;        ///< Weber fraction below which messages are suppressed; 0: none is
+  double deadband = 0;        ///< Weber fraction below which messages are suppressed; 0: no message is suppressed
   client::ModelErrors model;  ///< deliberate errors of the local model
 };
 
-/// A pipeline in the format of an experiment file.
+/// Returns a pipeline in the format of an experiment file.
 boost::json::object pipeline_json(const Pipeline& pipeline);
 
 }  // namespace tandem::lab

@@ -56,7 +56,7 @@ bool is_of_a_whole_trial(const std::string& name) {
   return name != "users" && name != "name" && name != "description" && name != "scene_changes";
 }
 
-/// "users.ben.x" and "users.1.x" → "users.0.x", the form in which names are listed.
+/// Converts "users.ben.x" and "users.1.x" to "users.0.x", the form in which names are listed.
 std::string listed_form(const std::string& name) {
   if (!name.starts_with(kUserPrefix)) return name;
   const std::size_t dot = name.find('.', kUserPrefix.size());
@@ -67,7 +67,7 @@ bool is_of_the_scene(const std::string& name) {
   return (name.starts_with("scene.") && name.size() > 6) || (name.starts_with("coupling.") && name.size() > 9);
 }
 
-/// Lists, for a message, the names of one user or those of all users.
+/// Lists names for an error message: either those of a single user or those of all users.
 std::string listed(const std::vector<std::string>& names, bool is_of_a_user) {
   std::string text;
   for (const std::string& name : names) {
@@ -120,7 +120,7 @@ json::object& user_called(json::object& document, const std::string& name) {
   throw std::invalid_argument("users." + name + ": there is no such user; known: " + known);
 }
 
-/// Erases the quantity from single users, so that the common value applies.
+/// Erases the quantity from all single users, so that the common value applies to them.
 void forget_users_own(json::object& document, const std::vector<std::string>& parts) {
   for (json::value& user : users_of(document)) {
     if (!user.is_object()) continue;
@@ -135,7 +135,7 @@ void set_for_each_user(json::object& document, const std::vector<std::string>& p
   for (json::value& user : users_of(document)) set_path(user.as_object(), parts, value);
 }
 
-/// Renames a field. If both names are present, the current one applies.
+/// Renames a field. If both names are present, the value of the new name remains.
 void rename_field(json::object& object, std::string_view from, std::string_view to) {
   json::value* value = object.if_contains(from);
   if (value == nullptr) return;

@@ -15,7 +15,7 @@ namespace json = boost::json;
 
 constexpr std::uint64_t kDefaultSeeds = 3;
 
-/// Axes whose combinations are all tried.
+/// Axes of which all combinations are tried.
 struct Block {
   std::vector<Axis> axes;
   std::optional<std::uint64_t> seeds;
@@ -31,7 +31,7 @@ Axis axis_of_names(std::string name, const std::vector<std::string_view>& values
   return result;
 }
 
-/// Stages that can render every scene.
+/// Returns the stages that can render every scene.
 std::vector<std::string_view> general_stages() {
   std::vector<std::string_view> stages = known_stages();
   std::erase_if(stages, client::needs_proxy_world);
@@ -61,7 +61,8 @@ std::vector<Block> full_blocks() {
            std::nullopt}};
 }
 
-/// Axis of a grid's field. `"stage": "others"` is every stage that can render every scene, except the default.
+/// Returns the axis for a field of the grid. `"stage": "others"` stands for all stages that can render every scene,
+/// except the default stage.
 Axis axis_of(const std::string& name, const json::value& value) {
   if (name == "stage" && value == json::value("others")) return other_stages();
   Axis result{name, {}};
@@ -97,7 +98,7 @@ std::vector<Block> blocks_of_file(const ExperimentFile& file, const json::value&
     if (!block.is_object()) throw std::invalid_argument(file.origin + ": grid must be a list of objects");
     blocks.push_back(block_of(block.get_object(), file, blocks.size()));
   }
-  if (blocks.empty()) blocks.push_back({{}, 1});  // the file unchanged
+  if (blocks.empty()) blocks.push_back({{}, 1});  // runs the file unchanged
   return blocks;
 }
 
@@ -108,7 +109,7 @@ std::vector<Block> blocks_of(const ExperimentFile& file, const GridRequest& requ
   return grid != nullptr ? blocks_of_file(file, *grid) : default_blocks();
 }
 
-/// Adds the command line's axes and removes the block's axes of the same name.
+/// Adds the axes of the command line. An axis of the block with the same name is removed.
 void apply_request(Block& block, const GridRequest& request) {
   for (const Axis& axis : request.axes) {
     std::erase_if(block.axes, [&](const Axis& own) { return own.name == axis.name; });
@@ -116,7 +117,8 @@ void apply_request(Block& block, const GridRequest& request) {
   }
 }
 
-/// Adds seeds from the file's (or `--set seed`) on, unless they are listed singly.
+/// Adds an axis of consecutive seeds. It begins with the seed of the file or of `--set seed`. A block that lists
+/// several seeds remains unchanged.
 void add_seeds(Block& block, const ExperimentFile& file, const GridRequest& request) {
   JsonFields fields(file.document, file.origin);
   std::uint64_t first = fields.whole_number("seed", 1, 1ULL << 53U);
@@ -146,7 +148,7 @@ std::size_t combinations(const Block& block) {
   return count;
 }
 
-/// The combination with number `index`; the last axis changes fastest.
+/// Returns the combination number `index`; the last axis changes fastest.
 json::object combination(const Block& block, std::size_t index) {
   json::object settings;
   std::size_t stride = combinations(block);
@@ -175,8 +177,8 @@ void check_names(const Block& block, const json::object& complete, const Experim
   }
 }
 
-/// Parses the file with `settings`. An error is attributed to the settings, because the file alone has been parsed
-/// before.
+/// Parses the file after `settings` were applied. An error is attributed to the settings, because the unchanged file
+/// has already been parsed successfully.
 Experiment experiment_with(const json::object& settings, const ExperimentFile& file) {
   try {
     return parse_experiment(file);

@@ -1,4 +1,5 @@
-// The trials of an experiment: blocks of axes, each block the product of its axes, times seeds.
+// Expands an experiment into trials. Each block of axes gives the product of the values of its axes; each combination
+// runs with every seed.
 #pragma once
 
 #include <optional>
@@ -10,34 +11,34 @@
 
 namespace tandem::lab {
 
-/// One trial: an experiment with every quantity set.
+/// One trial: an experiment in which every quantity has one value.
 struct Trial {
   Experiment experiment;
-  ExperimentFile file;           ///< the parsed document: the file's with the settings applied
-  boost::json::object settings;  ///< quantities that differ from the file, by name
+  ExperimentFile file;           ///< document of the experiment file after the settings are applied
+  boost::json::object settings;  ///< quantities that differ from the experiment file, by name
 };
 
-/// Options of the command line for the trials of each file.
+/// Command-line options that select the trials of each file.
 struct GridRequest {
-  bool is_single = false;  ///< no grid: the file unchanged, and the axes below
+  bool is_single = false;  ///< no grid: the file unchanged, except for the axes below
   bool is_full = false;    ///< the product of all stages, predictors, passivity on and off, delays, jitter and loss
-  std::optional<std::uint64_t> seeds;  ///< number of seeds, from the file's on
-  std::vector<Axis> axes;              ///< replace the grid's axes of the same name
+  std::optional<std::uint64_t> seeds;  ///< number of seeds; they count up from the seed in the file
+  std::vector<Axis> axes;              ///< axes that replace those of the same name in the grid
 };
 
 /// Expands the grid into trials in a fixed order, without duplicates.
 ///
-/// The blocks are the file's `grid`, otherwise the built-in ones: the default stage with passivity controller on delays ×
-/// jitter × loss; and every other stage without it on four delays of a perfect link, where further seeds give the same
-/// result.
-/// Fails   std::invalid_argument: a name or value that does not exist, more than kMaxTrials
+/// The blocks come from the field `grid` of the file. Without it two built-in blocks are used. The first runs the
+/// default stage with passivity controller over delays × jitter × loss. The second runs every other stage without
+/// passivity controller at four delays of a perfect link, where further seeds would give the same result.
+/// Fails   std::invalid_argument: a name or value does not exist, or there are more than kMaxTrials trials
 std::vector<Trial> expand(const ExperimentFile& file, const GridRequest& request);
 inline constexpr std::size_t kMaxTrials = 20000;
 
-// Reference trials: the same hands with the same seed on a perfect link, without passivity controller, predictor,
-// deadband or errors of the model. reference_of() uses the trial's reference stage, by default truth_stage().
+// Reference trials have the same hands with the same seed on a perfect link, without passivity controller, predictor,
+// deadband or model errors. reference_of() uses the trial's reference stage, which is truth_stage() by default.
 Trial reference_of(const Trial& trial);
-/// Reference trial on the stages of the trial's users.
+/// Returns the reference trial that runs each user on the user's own stage.
 Trial same_stage_of(const Trial& trial);
 
 }  // namespace tandem::lab

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Makes the shipped delay paths: the delay that one direction of a link adds to its minimum delay, over a minute.
+"""Creates the shipped delay paths. A path is the delay that one direction of a link adds to its minimum delay, for one
+minute.
 
     python3 lab/links/make_delay_paths.py FOLDER     writes drift.json, steps.json and wifi.json there
 
-drift   a slowly varying load: two slow waves, 0 to 40 ms
-steps   a change of route every 4 to 10 s: 0, 20, 50 or 100 ms more, at once
-wifi    a shared radio channel: a floor of 1 to 4 ms, and about twice a second a spike that rises within 10 ms, is 10
-        to 60 ms high (Pareto, shape 1.5), and falls over 20 to 60 ms, as a queue drains
+drift   slowly varying load: the sum of two slow waves, 0 to 40 ms
+steps   a change of route every 4 to 10 s, after which the added delay is 0, 20, 50 or 100 ms
+wifi    a shared radio channel: a floor of 1 to 4 ms, and about two spikes per second. A spike rises within 10 ms, is
+        10 to 60 ms high (Pareto, shape 1.5), and falls over 20 to 60 ms, as when a queue drains
 """
 
 import json

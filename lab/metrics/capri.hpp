@@ -1,4 +1,4 @@
-// Distance between a pose of two rigid molecules and their native pose, by the measures of CAPRI.
+// Quality measures of CAPRI, which compare a pose of two rigid molecules with their native pose.
 #pragma once
 
 #include <cstddef>
@@ -10,41 +10,46 @@
 
 namespace tandem::lab {
 
-/// Distance of heavy atoms below which residues of two molecules are in contact [Å].
+/// Two residues are in contact if heavy atoms of both are closer than this distance [Å].
 inline constexpr double kResidueContact_angstrom = 5;
-/// Distance from the other molecule's heavy atoms below which a residue is part of the interface [Å].
+/// A residue belongs to the interface if a heavy atom of it is closer than this to a heavy atom of the other molecule
+/// [Å].
 inline constexpr double kInterfaceReach_angstrom = 10;
 
-/// Returns the pairs of one residue of A and one of B with heavy atoms (all but hydrogens) within `distance`,
-/// ascending. Residues are counted from 0, in the order of docking::residue_starts().
+/// Returns the pairs of a residue of A and a residue of B that have heavy atoms (all except hydrogens) within
+/// `distance_angstrom` of each other, in ascending order. Residues are counted from 0, in the order of
+/// docking::residue_starts().
 ///
 /// In      X_AB  pose of B in A [Å]
-/// Fails   like docking::residue_starts()
+/// Fails   see docking::residue_starts()
 /// Cost    O(n m): n heavy atoms of A near B, m heavy atoms of B
 std::vector<std::pair<std::size_t, std::size_t>> residue_pairs_within(const docking::Molecule& a,
                                                                       const docking::Molecule& b, const Pose& X_AB,
                                                                       double distance_angstrom);
 
-/// Ligand RMSD: root mean square distance of the ligand's heavy atoms between two poses in the receptor's frame [Å].
-/// CAPRI uses only the backbone; all heavy atoms are also defined for ligands without one.
+/// Returns the ligand RMSD: the root mean square distance of the ligand's heavy atoms between two poses in the
+/// receptor's frame [Å]. CAPRI uses the backbone only. All heavy atoms are used here, because some ligands have no
+/// backbone.
 double ligand_rmsd_angstrom(const docking::Molecule& ligand, const Pose& X_AB, const Pose& Y_AB);
 
-/// f_nat: share of the native residue contacts (kResidueContact_angstrom) that the pose `X_AB` also has, 0 to 1. NaN
-/// without native contacts.
+/// Returns f_nat: the share of the native residue contacts (kResidueContact_angstrom) that the pose `X_AB` also has,
+/// from 0 to 1. The result is NaN if the native pose has no contacts.
 ///
 /// Source  Méndez, Leplae, De Maria, Wodak, Proteins 52 (2003) 51; Lensink, Méndez, Wodak, Proteins 69 (2007) 704
-/// Fails   like docking::residue_starts()
+/// Fails   see docking::residue_starts()
 double native_contact_share(const docking::Molecule& a, const docking::Molecule& b, const Pose& native_X_AB,
                             const Pose& X_AB);
 
-/// Interface RMSD [Å]: the interface atoms of both molecules in the pose `X_AB`, superposed on the same atoms in the
-/// native pose. Returns the root mean square of the remaining distances. NaN without interface atoms.
+/// Returns the interface RMSD [Å]. The interface atoms of both molecules in the pose `X_AB` are superposed on the same
+/// atoms in the native pose; the result is the root mean square of the remaining distances. It is NaN if there are no
+/// interface atoms.
 ///
-/// Model   Interface residues have a heavy atom within kInterfaceReach_angstrom of a heavy atom of the other molecule
-///         in the native pose. The atoms of an amino acid are N, CA, C and O; those of a nucleotide P, O5', C5', C4',
-///         C3' and O3'. A residue without such a backbone (an ion, a cofactor, a drug) counts with all heavy atoms
-/// Source  see native_contact_share(); the atoms of residues without an amino acid's backbone are our choice
-/// Fails   like docking::residue_starts()
+/// Model   A residue is part of the interface if, in the native pose, a heavy atom of it is within
+///         kInterfaceReach_angstrom of a heavy atom of the other molecule. The atoms used of an amino acid are N, CA, C
+///         and O; those of a nucleotide are P, O5', C5', C4', C3' and O3'. For a residue without such a backbone (an
+///         ion, a cofactor, a drug) all heavy atoms are used
+/// Source  see native_contact_share(); the choice of atoms for residues that are not amino acids is our own
+/// Fails   see docking::residue_starts()
 double interface_rmsd_angstrom(const docking::Molecule& a, const docking::Molecule& b, const Pose& native_X_AB,
                                const Pose& X_AB);
 

@@ -11,7 +11,7 @@
 namespace tandem::lab {
 namespace {
 
-/// Work on one user's hand, cumulative at each tick.
+/// Cumulative work on one user's hand at each tick.
 struct HandWork {
   explicit HandWork(const UserTrace& user) {
     requested_j.reserve(user.ticks.size());
@@ -34,7 +34,7 @@ struct HandWork {
   double withheld_j = 0;
 };
 
-/// Contribution of a user to E from a time on.
+/// Contribution of a user to E, valid from this time until the user's next one.
 struct Share {
   Duration time{0};
   std::size_t user = 0;
@@ -52,7 +52,7 @@ void add_shares(const UserTrace& user, std::size_t index, const HandWork& work, 
   for (const AnsweredInput& answer : user.answered) shares.push_back({answer.time, index, sum_j(answer) - before_j});
 }
 
-/// Maximum rise of a series within a window, computed incrementally.
+/// Computes the maximum rise of a series within a sliding window incrementally.
 class GreatestRise {
  public:
   explicit GreatestRise(Duration window) : window_(window) {}
@@ -70,8 +70,8 @@ class GreatestRise {
   double greatest_ = 0;
 };
 
-/// Duration of a user's loop in ticks, the sum of two means over the trial: from a motion of the hand to the step that
-/// uses it, and from a step to the hand.
+/// Returns the loop delay of a user in ticks. It is the sum of two means over the trial: the time from a motion of the
+/// hand to the step that uses it, and the time from a step to the hand.
 std::size_t loop_ticks(const UserTrace& user) {
   if (user.ticks.empty() || user.answered.empty()) return 0;
   double way_s = 0, age_s = 0;

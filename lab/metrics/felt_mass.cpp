@@ -12,21 +12,22 @@ namespace {
 
 constexpr Duration kSkippedBegin{from_seconds(1.0)};
 constexpr Duration kSkippedEnd{from_seconds(0.5)};
-constexpr std::size_t kStride = 10;  ///< ticks between rows: 100 Hz, for movements of up to 5 Hz
-constexpr std::size_t kLag = 20;     ///< rows: 0.2 s
+/// number of ticks between rows of the regression: 100 Hz, for motions of up to 5 Hz
+constexpr std::size_t kStride = 10;
+constexpr std::size_t kLag = 20;  ///< lag of the covariance estimate, in rows: 0.2 s
 constexpr std::size_t kMinRows = 200;
-constexpr double kMinAcceleration_m_per_s2 = 0.01;  ///< RMS
+constexpr double kMinAcceleration_m_per_s2 = 0.01;  ///< minimum RMS acceleration
 constexpr double kNormal95 = 1.96;
 
-using Row = Eigen::Vector3d;  ///< a, v, x of one axis
+using Row = Eigen::Vector3d;  ///< a, v and x of one axis
 
-/// Rows of one axis in time. Their means are subtracted, which removes the offset.
+/// Time series of the rows of one axis. Their means are subtracted, which removes the offset.
 struct AxisSeries {
   std::vector<Row> rows;
   std::vector<double> force;
 };
 
-/// First and last tick of the phase that count; empty if the phase does not occur.
+/// First and last tick of the phase that the fit uses. The range is empty if the phase does not occur.
 struct FittedRange {
   std::size_t begin = 0;
   std::size_t end = 0;
@@ -74,7 +75,7 @@ AxisSeries axis_series(const UserTrace& user, const FittedRange& range, int axis
   return series;
 }
 
-/// Σ x_t u_t u_s x_sᵀ over rows at most kLag apart, with Bartlett weights.
+/// Returns Σ x_t u_t u_s x_sᵀ over pairs of rows at most kLag apart, with Bartlett weights.
 Eigen::Matrix3d newey_west(const AxisSeries& axis, const Row& fit) {
   std::vector<Row> scores;
   for (std::size_t i = 0; i < axis.rows.size(); ++i) {
@@ -107,7 +108,7 @@ FeltMass felt_mass(const UserTrace& user) {
   const std::size_t rows = axes.front().rows.size();
   const double acceleration_rms = std::sqrt(gram(0, 0) / static_cast<double>(std::max<std::size_t>(rows, 1)));
   if (rows < kMinRows || acceleration_rms < kMinAcceleration_m_per_s2) return {kUndefined, kUndefined};
-  // a, v and x differ by orders of magnitude, so the system is scaled to columns of length one.
+  // a, v and x differ by orders of magnitude. Therefore the columns are scaled to unit length before the inversion.
   const Row scale = gram.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::Matrix3d scaled = scale.asDiagonal() * gram * scale.asDiagonal();
   const Eigen::Matrix3d inverse = scale.asDiagonal() * scaled.inverse() * scale.asDiagonal();

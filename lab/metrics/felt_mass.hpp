@@ -1,28 +1,30 @@
-// Apparent mass that a hand would estimate by shaking an object.
+// Estimates the apparent mass that a hand perceives when it shakes an object.
 #pragma once
 
 #include "lab/session/trace.hpp"
 
 namespace tandem::lab {
 
-/// An apparent mass with its 95 % confidence interval ± half_width_kg. NaN: not measured.
+/// An apparent mass with its 95 % confidence interval ± half_width_kg. NaN means that it was not measured.
 struct FeltMass {
   double mass_kg = 0;
   double half_width_kg = 0;
 };
 
-/// Phase of a hand's path in which it shakes the held object. The first second and the last half second are left out.
+/// Name of the phase of a hand's path in which the hand shakes the held object. The first second and the last half
+/// second of the phase are excluded.
 inline constexpr const char* kShakePhase = "shake";
 
-/// Regression of the displayed force on the hand's own movement, in hand time.
+/// Estimates the mass by regression of the displayed force on the motion of the same hand, at the time of the hand.
 ///
-/// Model   −f_k = m a_k + b v_k + c x_k + offset of each axis, all three axes together; f_k the mean of the forces held
-///         before and after tick k, a_k the central difference of the true velocity over the same two periods
+/// Model   −f_k = m a_k + b v_k + c x_k + an offset for each axis, fitted to all three axes together. f_k is the mean
+///         of the forces held before and after tick k; a_k is the central difference of the true velocity over the same
+///         two periods
 /// Source  ordinary least squares with Newey and West's covariance (Econometrica 55, 1987: "A simple, positive
 ///         semi-definite, heteroskedasticity and autocorrelation consistent covariance matrix"), because the samples of
 ///         a ringing residual are not independent; lag 0.2 s
-/// Limits  a spring is distinguished from a mass only over a band of frequencies: 0.5–5 Hz
-/// Fails   NaN without the phase, with less than 2 s of it, or if the hand hardly moves in it
+/// Limits  a spring can be distinguished from a mass only if the motion contains a band of frequencies: 0.5–5 Hz
+/// Fails   NaN if the phase is missing or shorter than 2 s, or if the hand hardly moves in it
 FeltMass felt_mass(const UserTrace& user);
 
 }  // namespace tandem::lab

@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kSections = 4;
 
-/// s²/(s² + 2ζ ω s + ω²) with s = (z − 1)/(z + 1), ω = tan(π f/f_s), ζ = damping ratio.
+/// Applies one section: s²/(s² + 2ζ ω s + ω²) with s = (z − 1)/(z + 1), ω = tan(π f/f_s), ζ = damping ratio.
 void filter_section(std::vector<double>& samples, double omega, double damping_ratio) {
   const double a0 = 1 + 2 * damping_ratio * omega + omega * omega;
   const double a1 = 2 * (omega * omega - 1) / a0;
@@ -32,7 +32,7 @@ std::vector<double> high_passed(std::span<const double> samples, double rate_hz,
   if (result.empty()) return result;
   const double omega = std::tan(std::numbers::pi * corner_hz / rate_hz);
   for (int k = 0; k < kSections; ++k) {
-    // The poles of a Butterworth filter are on a half circle, in pairs at these angles to the real axis.
+    // The poles of a Butterworth filter lie on a half circle, in pairs at these angles to the real axis.
     filter_section(result, omega, std::cos(std::numbers::pi * (2 * k + 1) / (4 * kSections)));
   }
   return result;

@@ -46,7 +46,7 @@ double round_trip_ms(const TickSample& tick) {
   return to_seconds(tick.round_trip) * 1e3;
 }
 
-// Adapter for settled hold ticks, which are pointers; the functions above take samples.
+// Adapter for the ticks of settled_hold_ticks(), which are pointers; the functions above take samples.
 template <double (*F)(const TickSample&)>
 double of_pointer(const TickSample* tick) {
   return F(*tick);
@@ -57,7 +57,7 @@ double ticks_with(const UserTrace& user, haptics::SafetyFaults fault) {
                                            [&](const TickSample& tick) { return (tick.safety_faults & fault) != 0; }));
 }
 
-/// Faults that would stop a real device. Ramp, slew limit and silence occur in normal operation.
+/// Faults that would stop a real device. The start ramp, the slew limit and silences occur in normal operation.
 constexpr haptics::SafetyFaults kRealFaults =
     haptics::kSafetyNotFinite | haptics::kSafetyTooFast | haptics::kSafetyInvalidSample;
 

@@ -1,5 +1,6 @@
-// Metrics of one user's trace alone. Each is one function, named with its unit in the table of metrics.cpp; an entry
-// there also appears in trial.json and the trial's report. trial_metrics.hpp has the metrics that compare stages.
+// Metrics that need the trace of one user only. Each metric is one function, listed with its unit in the table of
+// metrics.cpp. A metric in that table also appears in trial.json and in the trial's report. Metrics that compare stages
+// are in trial_metrics.hpp.
 #pragma once
 
 #include <limits>
@@ -10,32 +11,32 @@
 
 namespace tandem::lab {
 
-/// Value of a metric that does not apply.
+/// Value of a metric that is not defined for a trace.
 inline constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 
-/// Magnitude of the force that the device displayed.
+/// Returns the magnitude of the force that the device displayed.
 inline double displayed_force_n(const TickSample& tick) {
   return tick.displayed_D.f.norm();
 }
 
-/// Ticks in which the hand rests at a hold way point, without the first second. The hand still settles when the phase
-/// begins. Motion that remains after a second is a limit cycle.
+/// Returns the ticks in which the hand rests at a waypoint, except the first second of each such phase, in which the
+/// hand still settles. Motion that remains after that second is a limit cycle.
 inline constexpr Duration kSettling{from_seconds(1.0)};
 std::vector<const TickSample*> settled_hold_ticks(const UserTrace& user);
 
 struct UserMetric {
   std::string_view name;                 ///< key in trial.json, including the unit
-  std::string_view meaning;              ///< one line, for the user
-  double (*value_of)(const UserTrace&);  ///< NaN: does not apply
+  std::string_view meaning;              ///< explanation in one line, for users
+  double (*value_of)(const UserTrace&);  ///< NaN: the metric is not defined for this trace
 };
 const std::vector<UserMetric>& user_metrics();
-/// Value of the metric with this name. Fails: std::invalid_argument for an unknown name.
+/// Returns the value of the metric with this name. Fails: std::invalid_argument for an unknown name.
 double user_metric(const UserTrace& user, std::string_view name);
 
-/// Distance of a body from its start at each sample of the bodies.
+/// Returns the distance of a body from its start position, for each sample in SessionTrace::bodies.
 std::vector<double> body_travel_m(const SessionTrace& trace, std::size_t body);
 
-/// Index of the hand path's phase with this name, as in TickSample::phase; less than −1 if there is none.
+/// Returns the index of the phase with this name, as in TickSample::phase, or a value below −1 if there is none.
 int phase_called(const UserTrace& user, std::string_view name);
 
 }  // namespace tandem::lab

@@ -14,7 +14,7 @@ double height_m(const SessionTrace& trace, const BodiesSample& sample, std::size
   return sample.X_WB[body].p.z() - trace.bodies.front().X_WB[body].p.z();
 }
 
-/// Index of the rule's body; none if the trace has no such body or no samples.
+/// Returns the index of the rule's body, or nullopt if the trace has no such body or no samples.
 std::optional<std::size_t> body_of(const OutcomeRule& rule, const SessionTrace& trace) {
   const auto name = std::find(trace.body_names.begin(), trace.body_names.end(), rule.body);
   if (name == trace.body_names.end() || trace.bodies.empty()) return std::nullopt;
@@ -45,7 +45,7 @@ std::string lift_outcome(const OutcomeRule& rule, const SessionTrace& trace) {
   return was_low ? "dropped" : "completed";
 }
 
-/// Outcome by the rule; "completed" without one.
+/// Returns the outcome by the experiment's rule, or "completed" if there is no rule.
 std::string rule_outcome(const Experiment& experiment, const SessionTrace& trace) {
   if (!experiment.outcome) return "completed";
   const OutcomeRule& rule = *experiment.outcome;

@@ -1,4 +1,4 @@
-// Outcome of a trial: whether it fulfilled its task.
+// Outcome of a trial: whether the users fulfilled their task.
 #pragma once
 
 #include <string>
@@ -7,13 +7,14 @@
 
 namespace tandem::lab {
 
-/// Least share of the reference's contact force that counts as felt, in the phases in contact.
+/// In the phases in contact, the contact force must be at least this share of the reference's contact force. Otherwise
+/// it is not felt.
 inline constexpr double kMinForceRatio = 0.5;
 
-/// Returns "completed", or "lost" if a user lost its connection. A rule also gives "never-lifted": the body did not
-/// reach the required height; "dropped": it was below that height at some time in the rule's phase; "missed": it did
-/// not end at the required position. "weak": none of these, but the contact_force_ratio of a user is below
-/// kMinForceRatio. Without this a zero force would count as calm.
+/// Returns "completed", or "lost" if a user lost the connection. A rule may also give "never-lifted" (the body never
+/// reached the required height), "dropped" (it was below that height at some time in the rule's phase) or "missed" (its
+/// final position was wrong). The result is "weak" if none of these applies but the contact_force_ratio of a user is
+/// below kMinForceRatio. Without this rule, a force of zero would be rated as calm.
 std::string outcome_of(const TrialView& view);
 
 }  // namespace tandem::lab

@@ -11,20 +11,20 @@
 namespace tandem::lab {
 namespace {
 
-constexpr double kGhostForce_n = 0.2;  ///< force that is felt …
-constexpr double kNoForce_n = 0.05;    ///< … where the run at zero delay has almost none
+constexpr double kGhostForce_n = 0.2;  ///< a force above this value is felt …
+constexpr double kNoForce_n = 0.05;    ///< … although the run at zero delay has less force than this
 constexpr double kMinPeakForce_n = 0.5;
-constexpr double kMinPeakTorque_n_m = 0.01;  ///< torque of that force at 2 cm
+constexpr double kMinPeakTorque_n_m = 0.01;  ///< torque of kMinPeakForce_n at a lever of 2 cm
 constexpr double kMinLoadedTravel_m = 1e-4;
-constexpr double kMinFit = 0.8;  ///< R²
+constexpr double kMinFit = 0.8;  ///< minimum R² of a fitted line
 constexpr double kHapticRate_hz = 1000;
 constexpr double kSoftCorner_hz = 60;
-/// Tolerance in time. Steps of the trial are reduced by the largest step of the reference within this time plus a round
-/// trip.
+/// Time tolerance for force steps. The largest step of the reference within this time plus a round trip is subtracted
+/// from a step of the trial.
 constexpr Duration kSameInstant{from_seconds(0.1)};
 constexpr Duration kReturn = std::chrono::milliseconds(500);
 
-/// Mean of `value` over the ticks for which `counts` is true; NaN if there are none.
+/// Returns the mean of `value` over the ticks for which `counts` is true, or NaN if there are none.
 template <class Counts, class Value>
 double mean_over(const std::vector<TickSample>& ticks, const Counts& counts, const Value& value) {
   double sum = 0;
@@ -50,8 +50,8 @@ bool is_any_tick(const TickSample& /*tick*/) {
 
 using Quantity = Vec3 (*)(const TickSample& tick);
 
-/// RMS of the difference from `other` at equal times since the start of the hands. A trace that has ended keeps its
-/// last value.
+/// Returns the RMS of the difference from `other` at equal times since the hands started. After the end of a trace, its
+/// last value is used.
 template <class Counts>
 double rms_difference(const UserTrace& user, const UserTrace& other, const Counts& counts, Quantity of) {
   if (other.ticks.empty()) return kUndefined;
@@ -83,7 +83,7 @@ double free_force_rms_n(const UserTrace& user) {
       [&](std::size_t k) { return user.ticks[k].displayed_D.f.squaredNorm(); }));
 }
 
-/// Whether a tick's phase is in contact; see contact_phases().
+/// Returns whether the phase of a tick is in contact; see contact_phases().
 struct InContact {
   explicit InContact(const UserView& view) : phases(contact_phases(view)) {}
   bool operator()(const TickSample& tick) const {
@@ -96,10 +96,10 @@ double contact_force(const UserTrace& user, const InContact& in_contact) {
   return mean_over(user.ticks, in_contact, [&](std::size_t k) { return displayed_force_n(user.ticks[k]); });
 }
 
-/// Slope of force over hand position along a direction [N/m].
+/// Slope of the force over the position of the hand along a direction.
 struct Slope {
   double n_per_m = kUndefined;
-  double fit = 0;  ///< R²
+  double fit = 0;  ///< R² of the fit
   double travel_m = 0;
 };
 
@@ -122,7 +122,7 @@ Slope felt_slope(const UserTrace& user, const InContact& in_contact, const Vec3&
   return {xf / xx, xf * xf / (xx * ff), std::sqrt(xx)};
 }
 
-/// Change of a quantity before the slew limit, per millisecond, for each tick.
+/// Returns the change of a quantity per millisecond for each tick, before the slew limit.
 std::vector<double> steps_per_ms(const UserTrace& user, Quantity of) {
   std::vector<double> steps(user.ticks.size(), 0.0);
   for (std::size_t k = 1; k < user.ticks.size(); ++k) {
@@ -133,10 +133,10 @@ std::vector<double> steps_per_ms(const UserTrace& user, Quantity of) {
   return steps;
 }
 
-/// For each element the maximum of `values` at most `reach` elements away.
+/// Returns, for each element, the maximum of those elements of `values` that are at most `reach` positions away.
 std::vector<double> greatest_around(const std::vector<double>& values, std::size_t reach) {
   std::vector<double> result(values.size());
-  std::deque<std::size_t> falling;  // candidates: later ones are smaller
+  std::deque<std::size_t> falling;  // candidates for the maximum, in descending order of value
   std::size_t next = 0;
   for (std::size_t k = 0; k < values.size(); ++k) {
     for (; next < values.size() && next <= k + reach; ++next) {

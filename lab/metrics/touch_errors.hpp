@@ -1,4 +1,5 @@
-// Errors of the touch in a trial, relative to the truth: the same hands at zero delay on the server's own touch.
+// Errors of the touch in a trial, relative to the reference: a trial of the same hands at zero delay that displays the
+// server's own contact forces.
 #pragma once
 
 #include <vector>
@@ -7,16 +8,17 @@
 
 namespace tandem::lab {
 
-/// Duration of a silence after which the force has to fall.
+/// Duration of a silence of the link after which the displayed force must decay [ms].
 inline constexpr double kLongSilence_ms = 110;
 
-/// Returns which phases of a hand's path are in contact. These are all phases except "approach", "move" and "retreat"
-/// with a mean displayed force of kContactForce_n or more in the reference. Without a reference this run is used.
+/// Returns which phases of a hand's path are in contact. In such a phase the reference displays a mean force of at
+/// least kContactForce_n. The phases "approach", "move" and "retreat" are excluded. If there is no reference, the trial
+/// itself is used.
 inline constexpr double kContactForce_n = 0.1;
 std::vector<bool> contact_phases(const UserView& view);
 
-// Metrics of one user, defined in the table in trial_metrics.cpp. NaN without a reference, or where the metric is
-// undefined.
+// Metrics of one user, defined in the table in trial_metrics.cpp. A metric is NaN if it is undefined or there is no
+// reference.
 double free_drag_rms_n(const UserView& view);
 double contact_force_mean_n(const UserView& view);
 double contact_force_ratio(const UserView& view);

@@ -15,9 +15,10 @@
 namespace tandem::lab {
 namespace {
 
-constexpr double kMinExchange_j = 0.020;  ///< minimum of the exchanged energy for which a share of it is meaningful
+/// a share of the exchanged energy is defined only if the exchanged energy is at least this value
+constexpr double kMinExchange_j = 0.020;
 
-// Metrics of one user's trace alone, under their names in metrics.cpp.
+// Names of the metrics in metrics.cpp that need the trace of one user only.
 constexpr char kHoldSpeed[] = "hold_speed_rms_m_per_s";
 constexpr char kHoldTurnRate[] = "hold_turn_rate_rms_rad_per_s";
 constexpr char kHoldForce[] = "hold_force_mean_n";
@@ -65,7 +66,7 @@ double per_second(const UserView& view, std::uint64_t count) {
   return static_cast<double>(count) / to_seconds(view.experiment.duration);
 }
 
-/// A number of the trial's energy ledger.
+/// Returns one number of the trial's energy ledger.
 template <double EnergyLedger::*kNumber>
 double of_ledger(const TrialView& view) {
   const auto has_answers = [](const UserTrace& user) { return !user.answered.empty(); };
@@ -77,7 +78,8 @@ double energy_of_late_display_j(const TrialView& view) {
   return view.reference != nullptr ? late_energy_j(*view.reference, view.trace) : kUndefined;
 }
 
-/// Position of the watched body in a user's view at `time`, interpolated between ticks. The search starts at `from`.
+/// Returns the position of the watched body as displayed to a user at `time`, interpolated between ticks. The search
+/// starts at `from`.
 std::optional<Vec3> view_at(const UserTrace& user, Duration time, std::size_t& from) {
   while (from + 1 < user.ticks.size() && user.ticks[from + 1].time <= time) ++from;
   if (from + 1 >= user.ticks.size()) return std::nullopt;

@@ -1,5 +1,5 @@
-// Metrics that compare stages. Each is one function, named in the table of trial_metrics.cpp; an entry there also
-// appears in results, reports and their definitions.
+// Metrics that compare stages. Each metric is one function, listed in the table of trial_metrics.cpp. A metric in that
+// table also appears in results and reports, with its definition.
 #pragma once
 
 #include <string>
@@ -10,15 +10,15 @@
 
 namespace tandem::lab {
 
-/// One user of a trial and its references; null if there is none.
+/// One user of a trial and its references. A pointer is null if that reference does not exist.
 struct UserView {
   const Experiment& experiment;
   const UserTrace& user;
-  const UserTrace* reference;   ///< the same hand at zero delay on the reference stage: the truth
-  const UserTrace* same_stage;  ///< the same hand at zero delay on the user's own stage
+  const UserTrace* reference;   ///< trace of the same hand at zero delay on the reference stage: the truth
+  const UserTrace* same_stage;  ///< trace of the same hand at zero delay on the user's own stage
 };
 
-/// A trial and the runs of the same hands at zero delay.
+/// A trial and its references, which are runs of the same hands at zero delay.
 struct TrialView {
   const Experiment& experiment;
   const SessionTrace& trace;
@@ -26,29 +26,29 @@ struct TrialView {
   const SessionTrace* same_stage = nullptr;
 };
 
-/// Combination of the values of several users into that of the trial. Users for whom a metric is undefined do not
-/// count.
+/// Rule that combines the values of several users into the value of the trial. Users for whom a metric is undefined are
+/// ignored.
 enum class Combine { kGreatest, kLeast, kMean, kSum, kFarthestFromOne };
 std::string_view name_of(Combine combine);
 
-/// One metric: computed for each user and then combined, or for the trial as a whole. NaN if undefined.
+/// One metric. It is computed either for each user and then combined, or for the trial as a whole. NaN means undefined.
 struct TrialMetric {
   std::string_view name;        ///< key in results.json, including the unit
-  std::string_view definition;  ///< text in the report
+  std::string_view definition;  ///< definition that the report prints
   Combine combine = Combine::kGreatest;
   double (*of_user)(const UserView&) = nullptr;
   double (*of_trial)(const TrialView&) = nullptr;
 };
 const std::vector<TrialMetric>& trial_metrics();
-/// Fails: std::invalid_argument for an unknown name.
+/// Returns the metric with this name. Fails: std::invalid_argument for an unknown name.
 const TrialMetric& trial_metric_called(std::string_view name);
-/// Worst value of a metric over several trials, by its way to combine users; for a sum the greatest. NaN if neither end
-/// is worse (a mean of users), or without a value.
+/// Returns the worst value of a metric over several trials, according to its rule for combining users. For a sum it is
+/// the largest value. The result is NaN if there are no values, or if neither large nor small values are worse (kMean).
 double worst_value(const TrialMetric& metric, const std::vector<double>& values);
 
 UserView view_of_user(const TrialView& trial, std::size_t user);
 double value_of(const TrialMetric& metric, const TrialView& trial);
-/// Value of the metric with this name. Fails: std::invalid_argument for an unknown name.
+/// Returns the value of the metric with this name. Fails: std::invalid_argument for an unknown name.
 double trial_metric(const TrialView& trial, std::string_view name);
 
 }  // namespace tandem::lab

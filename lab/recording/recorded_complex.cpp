@@ -21,7 +21,7 @@
 namespace tandem::lab {
 namespace {
 
-/// Finds the wanted states in a recording, and its room.
+/// Finds the requested states in a recording, and the scene of its room.
 class Search {
  public:
   Search(std::optional<Duration> at, const std::filesystem::path& scene_file) : at_(at), scene_file_(scene_file) {}
@@ -45,12 +45,12 @@ class Search {
   }
 
   std::shared_ptr<const server::LoadedScene> scene;
-  std::map<std::uint32_t, Pose> poses;  ///< X_WB, by body
+  std::map<std::uint32_t, Pose> poses;  ///< X_WB by index of the body
   std::optional<Duration> found;
 
  private:
   bool begin(const recording::Message& message) {
-    if (scene != nullptr) return true;  // start record of a later file
+    if (scene != nullptr) return true;  // a start record in a later file repeats the first one
     wire::RecordedRoom recorded;
     proto::require_recorded(message, recorded);
     scene = recorded_scene(recorded, scene_file_);
@@ -67,7 +67,7 @@ class Search {
   double least_kj_per_mol_ = std::numeric_limits<double>::infinity();
 };
 
-/// Indices of the first two bodies with a molecule.
+/// Returns the indices of the first two bodies that have a molecule.
 std::vector<std::size_t> molecules_of(const server::LoadedScene& scene) {
   std::vector<std::size_t> bodies;
   for (std::size_t i = 0; i < scene.world.bodies.size(); ++i) {

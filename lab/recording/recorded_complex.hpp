@@ -1,4 +1,4 @@
-// The pose of two molecules in a room's recording, saved as a structure file.
+// Saves the pose of two molecules from a room's recording as a structure file.
 #pragma once
 
 #include <filesystem>
@@ -9,18 +9,19 @@
 
 namespace tandem::lab {
 
-/// Writes the first two molecules of the recorded room in their recorded pose. The file's extension selects PDB or
-/// mmCIF. Never overwrites a file.
+/// Writes the first two molecules of the recorded room, in their recorded pose, to `file`. The file's extension selects
+/// PDB or mmCIF. An existing file is never overwritten.
 ///
-/// In      recording  a room's recording
-///         at      time since the start of the recording: the last states up to it are saved; none: the states of least
-///                 field energy
-///         scene   used instead of the scene file that the recording names; empty: the recorded name
-/// Out     t_s, lj_kj_mol, coulomb_kj_mol and total_kj_mol (exact_field(), the scene's model), saved, and
-///         rmsd_angstrom: RMSD of the second molecule from its pose in the files, with the first molecule superposed
-///         on its own file
-/// Fails   std::invalid_argument: as replay_session(); a scene with fewer than two molecules, no states up to `at`, an
-///         unsupported extension, or a file that exists; docking::MoleculeError: see save_complex()
+/// In      recording  recording of a room
+///         at      time since the start of the recording; the last states up to this time are saved. Without a time,
+///                 the states with the lowest field energy are saved
+///         scene   scene file used instead of the file that the recording names; empty: the file that the recording
+///                 names
+/// Out     t_s, lj_kj_mol, coulomb_kj_mol, total_kj_mol (by exact_field() and the model of the scene), saved, and
+///         rmsd_angstrom. The latter is the RMSD of the second molecule from its pose in the structure files after the
+///         first molecule is superposed on its own file
+/// Fails   std::invalid_argument: see replay_session(); the scene has fewer than two molecules, there are no states up
+///         to `at`, the extension is not supported, or the file exists. docking::MoleculeError: see save_complex()
 boost::json::object save_recorded_complex(const std::filesystem::path& recording, std::optional<Duration> at,
                                           const std::filesystem::path& scene, const std::filesystem::path& file);
 

@@ -28,7 +28,7 @@ std::string utc(std::uint64_t unix_ns) {
   return text.data();
 }
 
-/// Finds gaps in consecutive numbers.
+/// Counts the gaps in a sequence of consecutive numbers.
 class Sequence {
  public:
   void add(std::uint64_t number, std::uint64_t stride) {
@@ -87,7 +87,7 @@ class Facts {
 
   bool read_room(const recording::Message& message) {
     wire::RecordedRoom room;
-    if (out_.contains("room")) return true;  // start record of a later file
+    if (out_.contains("room")) return true;  // a start record in a later file repeats the first one
     proto::require_recorded(message, room);
     out_["kind"] = "room";
     out_["program"] = room.program();
@@ -99,7 +99,7 @@ class Facts {
   }
   bool read_session(const recording::Message& message) {
     wire::RecordedSession session;
-    if (out_.contains("user")) return true;  // start record of a later file
+    if (out_.contains("user")) return true;  // a start record in a later file repeats the first one
     proto::require_recorded(message, session);
     out_["kind"] = "client";
     out_["program"] = session.program();

@@ -8,13 +8,14 @@
 
 namespace tandem::lab {
 
-/// `kind` is "room" or "client". Common fields: program, files, is_whole, is_damaged, why, begun_utc, duration_s,
-/// messages by topic. A room adds scene, users with their times, steps, commands, inputs, faults; a client adds user,
-/// device, stage, ticks, faults. `gaps`: steps or ticks missing between the first and the last.
+/// Returns the summary of a recording. `kind` is "room" or "client". Both kinds have the fields program, files,
+/// is_whole, is_damaged, why, begun_utc, duration_s, and the number of messages by topic. A room also has scene, users
+/// with their times, steps, commands, inputs and faults. A client also has user, device, stage, ticks and faults.
+/// `gaps` is the number of steps or ticks missing between the first and the last.
 /// Fails   see read_recording()
 boost::json::object recording_facts(const std::filesystem::path& file);
 
-/// The same summary as text, one line for each fact.
+/// Returns the same summary as text, with one line for each fact.
 std::string facts_text(const boost::json::object& facts);
 
 }  // namespace tandem::lab

@@ -1,4 +1,4 @@
-// The time series of a recording as tables.
+// Converts the time series of a recording to tables.
 #pragma once
 
 #include <filesystem>
@@ -9,9 +9,9 @@
 
 namespace tandem::lab {
 
-/// Tables of a room: `steps` (every step), `bodies` and `tools` (every recorded state), `inputs` (each input that a
-/// step used, with its user and tick). Tables of a client: `ticks`, with the columns of its --trace, and `link`. Times
-/// t_s count from the first message; unix_s is since 1970.
+/// Returns the tables of a recording. A room has `steps` (every step), `bodies` and `tools` (every recorded state) and
+/// `inputs` (each input that a step used, with its user and tick). A client has `ticks`, with the columns of its
+/// --trace, and `link`. The time t_s counts from the first message; unix_s counts from 1970.
 ///
 /// Fails   see read_recording()
 std::map<std::string, CsvTable> recording_tables(const std::filesystem::path& file);

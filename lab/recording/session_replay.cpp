@@ -18,12 +18,12 @@ namespace {
 using server::RoomCommand;
 using server::TakenInput;
 
-/// Supplies a room with the recorded commands and inputs of each step.
+/// Passes the recorded commands and inputs of each step to a room.
 class StepFeeder final : public server::RoomWatcher {
  public:
   explicit StepFeeder(server::Room& room) : room_(room) { room.watch(*this); }
 
-  /// Fails   std::invalid_argument: a value out of range
+  /// Fails   std::invalid_argument: a value is out of range
   void feed(const wire::RecordedStep& step) {
     inputs_.clear();
     for (const wire::RecordedCommand& recorded : step.commands()) {
@@ -38,7 +38,7 @@ class StepFeeder final : public server::RoomWatcher {
   }
 
   void on_command(const RoomCommand& /*command*/) noexcept override {}
-  /// Publishes after the commands: a user who joins in this step starts with an empty mailbox.
+  /// Inputs are published after the commands, because a user who joins in this step starts with an empty mailbox.
   void on_commands_done() noexcept override {
     for (const TakenInput& input : inputs_) room_.input(input.seat).publish(input.update);
   }
@@ -84,7 +84,7 @@ class Replay {
 
  private:
   bool begin(const recording::Message& message) {
-    if (room_ != nullptr) return true;  // start record of a later file
+    if (room_ != nullptr) return true;  // a start record in a later file repeats the first one
     wire::RecordedRoom recorded;
     if (!proto::parse_recorded(message, recorded) || recorded.part() != 1) {
       throw std::invalid_argument("this file is not the first of its recording; name that one");

@@ -1,5 +1,5 @@
-// Playback of a room's recording: the same steps with the same inputs in a new room. The same build on the same
-// machine must reach the same state after each step.
+// Replays a room's recording: a new room runs the same steps with the same inputs. With the same build on the same
+// machine, it must reach the same state after each step.
 #pragma once
 
 #include <cstdint>
@@ -17,23 +17,25 @@ namespace tandem::lab {
 struct ReplayResult {
   std::uint64_t steps = 0, commands = 0, inputs = 0;
   std::optional<std::uint64_t> differs_at_step;  ///< first step after which the two rooms differ
-  std::string differing_thing;                   ///< first body or tool of the scene that differs at that step
-  std::optional<std::uint64_t> missing_step;     ///< step missing in the recording; playback ends before it
-  bool is_whole = true;                          ///< each file of the recording has its end record
-  std::string program;                           ///< program that made the recording
-  std::string note;                              ///< known reason why the states may differ
+  std::string differing_thing;  ///< name of the first body or tool of the scene that differs at that step
+  /// first step that is missing in the recording; the replay ends before it
+  std::optional<std::uint64_t> missing_step;
+  bool is_whole = true;  ///< each file of the recording ends with its end record
+  std::string program;   ///< program that wrote the recording
+  std::string note;      ///< known reason why the states may differ
 };
 
 /// Loads the scene that a room's recording names.
-/// In      instead  scene file used instead of the recorded one; empty: the recorded one
+/// In      instead  scene file used instead of the recorded one; empty: the recorded one is used
 /// Fails   std::invalid_argument: no scene file is named, or the scene differs from the recorded one; SceneError
 std::shared_ptr<const server::LoadedScene> recorded_scene(const wire::RecordedRoom& recorded,
                                                           const std::filesystem::path& instead);
 
-/// In      scene  scene file used instead of the recorded one; empty: the recorded one
+/// Replays a recording and compares the states.
+/// In      scene    scene file used instead of the recorded one; empty: the recorded one is used
 ///         on_step  called after each step
-/// Fails   std::invalid_argument: not a recording of a room, not the first file of a recording, or a scene that
-///         differs from the recorded one
+/// Fails   std::invalid_argument: the file is not a recording of a room or not the first file of a recording, or the
+///         scene differs from the recorded one
 ReplayResult replay_session(const std::filesystem::path& recording, const std::filesystem::path& scene = {},
                             const std::function<void(const server::Room&)>& on_step = {});
 

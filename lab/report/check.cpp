@@ -32,7 +32,7 @@ boost::json::value json_number(double value) {
 }  // namespace
 
 bool Check::holds() const {
-  // NaN on either side makes these comparisons false.
+  // If value or bound is NaN, these comparisons are false.
   switch (relation) {
     case Relation::kAtLeast:
       return value >= bound;

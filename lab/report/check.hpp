@@ -1,5 +1,5 @@
-// A claim compared with a bound. holds() always computes the result from value and bound and never stores it, so the
-// table, the JSON and the exit code cannot disagree.
+// A claim that is compared with a bound. holds() always computes the result from value and bound, and the result is
+// never stored. Therefore the table, the JSON and the exit code cannot disagree.
 #pragma once
 
 #include <cstdint>
@@ -14,19 +14,19 @@ namespace tandem::lab {
 enum class Relation : std::uint8_t { kAtLeast, kAtMost, kBelow };
 
 struct Check {
-  std::string scope;  ///< subject of the claim: "pick up · alice"
-  std::string claim;  ///< "hand speed in the settled hold phase"
+  std::string scope;  ///< subject of the claim, e.g. "pick up · alice"
+  std::string claim;  ///< measured quantity, e.g. "hand speed in the settled hold phase"
   double value = 0;
   Relation relation = Relation::kAtLeast;
   double bound = 0;
-  std::string unit;  ///< "N"; "" for counts and ratios
-  int decimals = 2;  ///< decimals of value and bound in the output
+  std::string unit;  ///< unit, e.g. "N"; empty for counts and ratios
+  int decimals = 2;  ///< number of decimals of value and bound in the output
 
-  /// Returns false if value or bound is not a number.
+  /// Returns false if value or bound is NaN.
   bool holds() const;
-  /// "0.52 N"
+  /// Returns the value with its unit: "0.52 N".
   std::string value_text() const;
-  /// "≥ 0.30 N"
+  /// Returns the bound with its relation and unit: "≥ 0.30 N".
   std::string bound_text() const;
 };
 
@@ -36,8 +36,8 @@ bool all_hold(std::span<const Check> checks);
 /// value that is not finite is null.
 boost::json::array to_json(std::span<const Check> checks);
 
-/// Prints a table for a terminal. Each scope lists its checks, "ok" or "FAILED" first, with aligned values. Then follow
-/// the number of failed checks and the first of them as a sentence.
+/// Prints a table for a terminal. The checks are grouped by scope; each line begins with "ok" or "FAILED", and values
+/// are aligned. Then the number of failed checks is printed, and the first failed check as a sentence.
 void print_checks(std::ostream& out, std::span<const Check> checks);
 
 }  // namespace tandem::lab

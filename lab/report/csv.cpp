@@ -24,7 +24,7 @@ bool is_name(std::string_view text) {
   });
 }
 
-/// Removes the text before `separator` from the front of `rest` and returns it.
+/// Removes the text before `separator`, and the separator, from the front of `rest`. Returns the text.
 std::string_view pop_until(std::string_view& rest, char separator) {
   const std::size_t end = std::min(rest.find(separator), rest.size());
   const std::string_view part = rest.substr(0, end);
@@ -96,7 +96,8 @@ class CsvParser {
   }
 
   std::string where() const { return "line " + std::to_string(line_); }
-  /// Joins the file name and an error: with a colon for an error at a line, with a blank for one of the file.
+  /// Throws the error, prefixed with the file name. If the error begins with a line number, a colon separates the two,
+  /// otherwise a space.
   [[noreturn]] void fail(const std::string& what) const {
     throw std::invalid_argument(table_.origin + (what.starts_with("line ") ? ": " : " ") + what);
   }

@@ -1,5 +1,6 @@
-// Time series in the format of the client: a header of names with units, then numbers. The files are from other
-// programs and machines, so everything is bounded and every error names its location.
+// Time series in the format of the client's CSV files: a header line with names and units, then lines of numbers. The
+// files may come from other programs and machines. Therefore all sizes are limited and every error message contains the
+// position in the file.
 #pragma once
 
 #include <cstddef>
@@ -10,14 +11,14 @@
 
 namespace tandem::lab {
 
-/// Limits. They leave reserve beyond twenty minutes at 1 kHz.
-inline constexpr std::size_t kMaxCsvBytes = std::size_t{512} << 20U;  ///< per file
+/// Limits of a file. They leave a margin above twenty minutes at 1 kHz.
+inline constexpr std::size_t kMaxCsvBytes = std::size_t{512} << 20U;  ///< maximum size of a file
 inline constexpr std::size_t kMaxCsvColumns = 256;
 inline constexpr std::size_t kMaxCsvRows = 2'000'000;
 
-/// Columns of equal length.
+/// A table of named columns of equal length.
 struct CsvTable {
-  std::string origin;  ///< file name, for messages
+  std::string origin;  ///< file name, for error messages
   std::vector<std::string> names;
   std::vector<std::vector<double>> columns;
 
@@ -31,9 +32,9 @@ struct CsvTable {
 /// Converts `text` to a column name: every character that is not a letter or digit becomes _.
 std::string csv_name(std::string text);
 
-/// Parses comma-separated text. An empty field is NaN, as are "nan" and "-nan"; "inf" is infinite.
+/// Parses comma-separated text. An empty field, "nan" and "-nan" give NaN; "inf" gives infinity.
 ///
-/// In      text  names of letters, digits and _; LF or CRLF; no quotes, no comments
+/// In      text  names consist of letters, digits and _. Lines end with LF or CRLF. There are no quotes and no comments
 /// Fails   std::invalid_argument: "bob.csv: line 7, column 3 (force_n) is \"x\"; it must be a number"
 /// Cost    O(bytes)
 CsvTable parse_csv(std::string_view text, const std::string& origin);

@@ -9,7 +9,7 @@
 namespace tandem::lab {
 namespace {
 
-/// Samples kept for one pixel column, as indices into the series.
+/// Indices of the samples that are kept for one pixel column.
 struct PixelColumn {
   std::size_t number;
   std::size_t first;

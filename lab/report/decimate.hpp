@@ -1,5 +1,5 @@
-// Reduces time series for drawing. A minute at 1 kHz has 60,000 samples for about 800 pixels; the figure must be small
-// but keep every extreme.
+// Reduces time series for drawing. One minute at 1 kHz has 60,000 samples, but a figure has about 800 pixel columns.
+// The figure must be small and still show every extreme value.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,18 +11,19 @@
 
 namespace tandem::lab {
 
-/// A line without gaps.
+/// A connected line without gaps.
 using Polyline = std::vector<Eigen::Vector2d>;
 
-/// Reduces a series to the samples that `columns` pixel columns over `x_range` can show.
+/// Reduces a series to the samples that are visible in a figure with `columns` pixel columns over `x_range`.
 ///
-/// Model   keeps the first, lowest, highest and last sample of each column, in order, so the drawing is unchanged
+/// Model   keeps the first, lowest, highest and last sample of each column, in order, so that the drawing does not
+///         change
 /// Source  Jugel, Jerzak, Hackenbroich, Markl, "M4: A Visualization-Oriented Time Series Data Aggregation",
 ///         PVLDB 7(10), 2014
-/// In      x  not decreasing, finite; y  same size. A sample that is not finite makes a gap, unless the whole gap is
-///         within one column
-/// Out     lines with at most 4·columns points in total; samples outside x_range are left out
-/// Fails   std::invalid_argument: sizes differ, x decreases or is not finite, no column
+/// In      x  finite, never decreasing. y  same size as x. A sample that is not finite causes a gap, unless the whole
+///         gap lies within one column
+/// Out     lines with at most 4·columns points in total; samples outside x_range are omitted
+/// Fails   std::invalid_argument: the sizes differ, x decreases or is not finite, or `columns` is 0
 /// Cost    O(n)
 std::vector<Polyline> decimate(std::span<const double> x, std::span<const double> y, Range x_range,
                                std::size_t columns);

@@ -17,9 +17,9 @@ std::string not_finite_text(double value) {
   return value > 0 ? "\u221E" : std::string(kMinus) + "\u221E";
 }
 
-/// Formats in ASCII, without a sign if the value rounds to zero.
+/// Formats a value in ASCII. A value that rounds to zero has no sign.
 std::string plain(double value, std::chars_format format, int precision) {
-  // The longest fixed number: 309 digits, sign, point, 17 decimals.
+  // The longest number in fixed notation has 309 digits, sign, point and 17 decimals.
   std::array<char, 352> buffer;
   const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, format, precision);
   std::string text(buffer.data(), result.ptr);
@@ -47,14 +47,15 @@ void strip_trailing_zeros(std::string& text) {
 
 struct CodePoint {
   char32_t value;
-  std::size_t length;  ///< bytes; 0: ill-formed UTF-8, which is consumed byte by byte
+  std::size_t length;  ///< number of bytes; 0: ill-formed UTF-8, which is then skipped byte by byte
 };
 
 bool is_continuation(char c) {
   return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U;
 }
 
-/// Source  The Unicode Standard 15, table 3-7: over-long forms, surrogates and values past U+10FFFF are ill-formed.
+/// Decodes the first code point of `text`.
+/// Source  The Unicode Standard 15, table 3-7: over-long forms, surrogates and values above U+10FFFF are ill-formed.
 CodePoint decode(std::string_view text) {
   const auto lead = static_cast<unsigned char>(text.front());
   if (lead < 0x80) return {lead, 1};
@@ -77,7 +78,9 @@ bool is_unprintable(char32_t c) {
   return is_control || is_bidi_override;
 }
 
-/// Source  Unicode 15, Annex #11 (East Asian Width): the blocks with nearly all of W and F, and emoji
+/// Returns whether a character has the width of two columns.
+/// Source  Unicode 15, Annex #11 (East Asian Width): the blocks that contain nearly all characters of classes W and F,
+///         and emoji
 bool is_wide(char32_t c) {
   constexpr std::array<std::array<char32_t, 2>, 7> kBlocks = {{{0x1100, 0x115F},
                                                                {0x2E80, 0xA4CF},
@@ -119,7 +122,8 @@ std::string format_significant(double value, int digits) {
   const int mantissa_digits = std::clamp(digits, 1, 17) - 1;
   std::string scientific = plain(value, std::chars_format::scientific, mantissa_digits);
   const std::size_t e = scientific.find('e');
-  const int exponent = std::stoi(scientific.substr(e + 1));  // exponent after rounding: 9.99 with 2 digits is 1.0e+01
+  // exponent after rounding: 9.99 with 2 digits gives 1.0e+01
+  const int exponent = std::stoi(scientific.substr(e + 1));
   std::string text;
   if (exponent >= -4 && exponent < 7) {
     text = plain(value, std::chars_format::fixed, std::max(0, mantissa_digits - exponent));
@@ -179,7 +183,7 @@ std::size_t text_width(std::string_view text) {
 std::string shortened(std::string_view text, std::size_t max_width) {
   if (text_width(text) <= max_width) return std::string(text);
   if (max_width == 0) return {};
-  std::size_t width = 1;  // width of the ellipsis
+  std::size_t width = 1;  // initially the width of the ellipsis
   std::size_t end = 0;
   while (end < text.size()) {
     const CodePoint point = decode(text.substr(end));

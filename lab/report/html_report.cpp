@@ -7,8 +7,8 @@
 namespace tandem::lab {
 namespace {
 
-// Line colours: Okabe and Ito, "Color Universal Design", 2008, distinguishable for colour-blind readers; lightened on a
-// dark background. Print always uses the colours for a light background.
+// The line colours are those of Okabe and Ito, "Color Universal Design", 2008, which colour-blind readers can
+// distinguish. They are lightened on a dark background. Print always uses the colours for a light background.
 constexpr std::string_view kStyle = R"css(
 :root {
   color-scheme: light dark;
@@ -117,7 +117,7 @@ void add_if_new(std::vector<T>& list, const T& value) {
   if (std::find(list.begin(), list.end(), value) == list.end()) list.push_back(value);
 }
 
-/// Row of equal claims with equal bounds about different scopes.
+/// A row for checks that have the same claim and bound but different scopes.
 struct ClaimRow {
   std::string claim;
   std::string bound;
@@ -133,7 +133,7 @@ std::string check_cell(const Check* check) {
                 : " <span class=\"mark\" role=\"img\" aria-label=\"fails\">\u2717</span></td>");
 }
 
-/// Table with claims as rows and scopes as columns.
+/// Returns a table with claims as rows and scopes as columns.
 std::string check_table(std::span<const Check> checks) {
   std::vector<std::string> scopes;
   std::vector<ClaimRow> rows;

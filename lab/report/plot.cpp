@@ -13,8 +13,8 @@
 namespace tandem::lab {
 namespace {
 
-// Text cannot be measured here, so boxes assume this advance width for a 12 px sans-serif font. It is on the wide side
-// (0.6 em; digits of common fonts have 0.56 to 0.64).
+// The size of text cannot be measured here. Therefore boxes assume this advance width for a 12 px sans-serif font. It
+// is rather wide: 0.6 em, while digits of common fonts have 0.56 to 0.64.
 constexpr double kCharacterPx = 7.2;
 constexpr double kLinePx = 18;
 constexpr double kBandStripPx = 18;
@@ -22,7 +22,7 @@ constexpr double kRightPx = 14;
 constexpr double kBottomPx = 46;
 constexpr double kTickPx = 5;
 constexpr double kAxisTitlePx = 30;
-/// Width of four characters, so that figures above one another are aligned.
+/// Minimum width of the tick labels: four characters, so that figures above one another are aligned.
 constexpr double kMinLabelPx = 4 * kCharacterPx;
 constexpr double kPixelsPerXTick = 56;
 constexpr double kPixelsPerYTick = 34;
@@ -61,7 +61,7 @@ class Extent {
     low_ = std::min(low_, value);
     high_ = std::max(high_, value);
   }
-  /// Infinite if nothing was added.
+  /// Returns an infinite range if no value was added.
   Range range() const { return {low_, high_}; }
 
  private:
@@ -69,7 +69,7 @@ class Extent {
   double high_ = -std::numeric_limits<double>::infinity();
 };
 
-/// Maps values of one axis to pixels.
+/// Maps values on one axis to pixels.
 struct Mapping {
   Range range;
   bool is_log = false;
@@ -175,7 +175,7 @@ void Renderer::scale_y(double bottom_px, double top_px) {
     y_ticks_ = log_ticks(y_.range, count);
     return;
   }
-  // The axis ends at ticks, except at a fixed end.
+  // The axis ends at ticks, except where a limit is fixed.
   y_ticks_ = ticks_around(y_.range, count);
   y_.range = with_fixed_ends({y_ticks_.front().value, y_ticks_.back().value}, plot_.y);
   std::erase_if(y_ticks_, [this](const AxisMark& tick) { return !y_.contains(tick.value); });
@@ -234,7 +234,7 @@ void Renderer::draw_bands() {
     out_ += "<rect class=\"band" + std::string(is_odd ? " odd" : "") + "\"" + attribute("x", left) +
             attribute("y", top) + attribute("width", width) + attribute("height", y_.px_low - top) + "><title>" +
             escape_html(band.label) + "</title></rect>\n";
-    // A label that does not fit is only in the title, which browsers show as a tooltip.
+    // If a label does not fit, it appears only in the title element, which browsers show as a tooltip.
     if (text_px(band.label) + 4 <= width) {
       out_ += text_element("band-label", {left + width / 2, top_px_ - 5}, band.label);
     }
@@ -275,8 +275,8 @@ void Renderer::draw_series() {
     }
     Range range = x_.range;
     if (plot_.x.is_log) {
-      // Pixel columns are equally spaced on the screen, so decimation uses the logarithm. Values that are not positive
-      // are mapped out of range.
+      // Pixel columns are equally spaced on the screen, so decimation works on the logarithm. Values that are not
+      // positive are mapped to a value out of range.
       for (double& value : x) value = value > 0 ? std::log(value) : std::numeric_limits<double>::lowest();
       range = {std::log(range.low), std::log(range.high)};
     }
@@ -292,12 +292,12 @@ void Renderer::draw_series() {
 void Renderer::draw_polyline(const Series& series, const Polyline& line) {
   out_ += "<polyline class=\"" + series_class(series) + "\" points=\"";
   for (const Eigen::Vector2d& point : line) {
-    // A fixed axis limit may cut off values; the line then follows the edge.
+    // If a fixed axis limit excludes a value, the line follows the edge of the plot.
     const double y = std::clamp(y_.px(point.y()), y_.px_high, y_.px_low);
     if (out_.back() != '"') out_ += ' ';
     out_ += format_coordinate(x_.px(point.x())) + "," + format_coordinate(y);
   }
-  // A single point needs some length, else its round caps are not drawn.
+  // A single point is drawn as a short line, because the round caps of a line without length are not drawn.
   if (line.size() == 1) {
     const double y = std::clamp(y_.px(line[0].y()), y_.px_high, y_.px_low);
     out_ += " " + format_coordinate(x_.px(line[0].x()) + 0.01) + "," + format_coordinate(y);

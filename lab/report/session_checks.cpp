@@ -8,16 +8,16 @@
 namespace tandem::lab {
 namespace {
 
-/// Tolerance for the decimal text of a trace, in which a force at the limit may be a little above it.
+/// Tolerance for rounding: in the decimal text of a trace, a force at the limit may slightly exceed the limit.
 constexpr double kTraceRounding = 1e-4;
 constexpr double kInPercent = 100;
 constexpr double kMillimetres = 1e3;
 
-// Bounds of the checks. They are our choice; each has its reason beside it.
-constexpr double kFeltForce_n = 0.3;           // several times the force of late-pose coupling on a resting hand
-constexpr double kBodyDisplacement_m = 0.002;  // more than a contact's penetration and settling
-constexpr double kClampedFraction = 0.01;      // a larger share means that the device limits the force, not the scene
-constexpr double kSettledHandSpeed_m_per_s = 0.020;  // above tremor; a limit cycle moves the hand ten times as fast
+// Bounds of the checks. They are our choice; the comment beside each states the reason.
+constexpr double kFeltForce_n = 0.3;  // several times the force that the late-pose coupling exerts on a resting hand
+constexpr double kBodyDisplacement_m = 0.002;  // larger than the penetration and settling of a contact
+constexpr double kClampedFraction = 0.01;      // if the share is larger, the device limits the force and not the scene
+constexpr double kSettledHandSpeed_m_per_s = 0.020;  // above the speed of tremor; a limit cycle is ten times as fast
 constexpr double kTicksRunFraction = 0.99;
 constexpr double kTickRate_hz = 1000;
 constexpr double kTickRateErrorFraction = 0.01;
@@ -39,7 +39,8 @@ double largest_finite(const std::vector<double>& values) {
   return largest;
 }
 
-/// Number of samples with a force that is not finite. At least one if the client reports one that is not in the trace.
+/// Returns the number of samples with a force that is not finite. The result is at least one if the client reports such
+/// a force, even if the trace does not contain it.
 double not_finite_count(const ClientRun& user) {
   const auto& force = user.trace.force_n;
   const auto& torque = user.trace.torque_n_m;

@@ -1,4 +1,4 @@
-// Checks of a session with two hands on one body. They decide the exit code of the demo.
+// Checks of a session in which two hands hold one body. They decide the exit code of the demo.
 #pragma once
 
 #include <span>
@@ -10,10 +10,10 @@
 
 namespace tandem::lab {
 
-/// Phase in which the hands rest and the checks apply.
+/// Name of the phase in which the hands rest. The checks apply to this phase.
 inline constexpr std::string_view kHoldPhase = "hold";
 
-/// Returns all checks of every user of every session, in that order.
+/// Returns the checks of all users of all sessions: ordered by session, then by user.
 ///
 /// Fails   std::invalid_argument if a user has no phase "hold"
 std::vector<Check> check_sessions(std::span<const Session> sessions);

@@ -1,5 +1,5 @@
-// Results of one session from several clients: JSON summary and trace of each. Only session_data.cpp contains the names
-// of keys and columns; the rest of the report uses SI numbers.
+// Results of one session: the JSON summary and the trace of each client. The names of keys and columns occur only in
+// session_data.cpp; the rest of the report uses numbers in SI units.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@
 
 namespace tandem::lab {
 
-/// Summary of one phase of a hand's path by the client. "Settled" excludes the transient at the start.
+/// A client's summary of one phase of a hand's path. "Settled" values exclude the transient at the start of the phase.
 struct PhaseSummary {
   std::string name;
   double duration_s = 0;
@@ -25,23 +25,23 @@ struct PhaseSummary {
   double settled_force_mean_n = 0;
 };
 
-/// Counts by the reasons of proto/drop_reason.hpp, in the file's order.
+/// Number of dropped messages by reason (proto/drop_reason.hpp), in the order of the file.
 using Drops = std::vector<std::pair<std::string, std::uint64_t>>;
 
-/// A position over time: x, y, z in W.
+/// A position over time: one vector each for x, y and z in W.
 using Axes = std::array<std::vector<double>, 3>;
 
-/// A client's trace, one entry for each tick; NaN for values not known yet.
+/// A client's trace with one entry for each tick. Values that are not known yet are NaN.
 struct Trace {
-  std::vector<double> time_s;   ///< since the first tick of the session's first client, on the server's clock
-  std::vector<double> force_n;  ///< displayed
+  std::vector<double> time_s;   ///< time since the first tick of the session's first client, on the server's clock
+  std::vector<double> force_n;  ///< displayed force
   std::vector<double> torque_n_m;
-  Axes hand_m;  ///< p_WH
-  Axes tool_m;  ///< p_WT
-  Axes body_m;  ///< origin of the watched body
+  Axes hand_m;  ///< position of the handle, p_WH
+  Axes tool_m;  ///< position of the tool, p_WT
+  Axes body_m;  ///< position of the watched body's origin
   std::vector<double> state_age_s;
   std::vector<double> energy_kj_per_mol;  ///< energy of the molecular field; 0 if the scene has none
-  std::vector<Band> phases;               ///< times of the phases in ClientRun::phases [s]
+  std::vector<Band> phases;               ///< intervals of the phases in ClientRun::phases [s]
 };
 
 /// The haptic loop of a client: ticks, and their lateness [µs].
@@ -84,30 +84,31 @@ struct ClientRun {
   bool all_forces_finite = false;
 
   std::vector<PhaseSummary> phases;
-  std::string watched_body;  ///< "" if none was seen
+  std::string watched_body;  ///< empty if the client saw no watched body
   double body_displacement_m = std::numeric_limits<double>::quiet_NaN();
 
   Trace trace;
 
-  /// Returns null if there is no such phase.
+  /// Returns the phase with this name, or null if there is none.
   const PhaseSummary* phase(std::string_view phase_name) const;
 };
 
 struct Session {
   std::string name;
-  std::vector<ClientRun> users;  ///< in the order of the file names, at least two
+  std::vector<ClientRun> users;  ///< at least two, in the order of the file names
 };
 
-/// Reads a summary; the trace is empty. Ignores unknown keys.
+/// Reads a summary; the trace remains empty. Unknown keys are ignored.
 /// Fails   std::invalid_argument naming file, key, value and remedy
 ClientRun parse_client_summary(const boost::json::value& json, const std::string& origin);
 
-/// Extracts the columns that the report needs from a client's CSV; time_s is the server's clock since its start.
+/// Extracts the columns that the report needs from a client's CSV file. time_s is the server's clock.
 /// Fails   std::invalid_argument: a column is missing, there is no row, time decreases, or a phase is not in `summary`
 Trace make_trace(const CsvTable& table, const ClientRun& summary);
 
-/// Reads every USER.json of `folder` with its USER.csv.
-/// Fails   std::invalid_argument naming the file that is missing or bad; fewer than 2 users, or more than 16
+/// Reads the summary USER.json and the trace USER.csv of each user in `folder`.
+/// Fails   std::invalid_argument: a file is missing or invalid (the message names it), or there are fewer than 2 or
+///         more than 16 users
 Session load_session(const std::string& name, const std::filesystem::path& folder);
 
 }  // namespace tandem::lab

@@ -28,7 +28,7 @@ std::vector<double> scaled(std::vector<double> values, double factor) {
   return values;
 }
 
-/// Values relative to the first known one.
+/// Returns the values minus the first known value.
 std::vector<double> since_first(std::vector<double> values) {
   const auto first = std::find_if(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
   const double origin = first == values.end() ? 0 : *first;
@@ -47,7 +47,7 @@ double extent(const std::vector<double>& values) {
   return high > low ? high - low : 0;
 }
 
-/// Axis of W with the largest motion of the hands.
+/// Returns the axis of W along which the hands move most.
 std::size_t main_axis(const Session& session) {
   std::array<double, 3> moved{};
   for (const ClientRun& user : session.users) {
@@ -87,7 +87,7 @@ void add_per_user(Plot& plot, const Session& session, std::vector<double> Trace:
   }
 }
 
-/// Largest finite value over all users; 0 if there is none.
+/// Returns the largest finite value over all users, or 0 if there is none.
 double largest(const Session& session, std::vector<double> Trace::*values) {
   double result = 0;
   for (const ClientRun& user : session.users) {
@@ -98,8 +98,8 @@ double largest(const Session& session, std::vector<double> Trace::*values) {
   return result;
 }
 
-/// Draws the limits of the devices. A limit so high that the lines below would be unreadable is not drawn; its text is
-/// returned for the caption.
+/// Draws the force limits of the devices. If a limit is so high that the lines below it would be unreadable, it is not
+/// drawn. Its text is then returned for the caption.
 std::string add_limits(Plot& plot, const Session& session, double ClientRun::*limit, std::vector<double> Trace::*values,
                        double factor, const std::string& unit) {
   constexpr double kReadable = 5;
@@ -172,8 +172,8 @@ Plot body_figure(const Session& session) {
   return plot;
 }
 
-/// Largest value of each interval of `width_s`, plotted at its start. An oscillation of 1 ms would otherwise fill the
-/// figure.
+/// Returns the largest value in each interval of `width_s`, plotted at the start of the interval. If all values were
+/// plotted, an oscillation of 1 ms would fill the figure.
 Series largest_each(double width_s, const std::vector<double>& time_s, const std::vector<double>& values) {
   Series series;
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -271,7 +271,7 @@ std::uint64_t count_of(const Drops& drops, std::string_view reason) {
   return found == drops.end() ? 0 : found->second;
 }
 
-/// Reasons that occurred, in order of first occurrence.
+/// Returns the reasons that occurred, in the order of their first occurrence.
 std::vector<std::string> reasons_seen(const Session& session) {
   std::vector<std::string> reasons;
   for (const ClientRun& user : session.users) {

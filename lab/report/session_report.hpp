@@ -1,4 +1,4 @@
-// Page with the measurements of all users in one or several sessions, compared with the checks.
+// HTML page with the measurements of all users in one or several sessions and the checks of these measurements.
 #pragma once
 
 #include <span>
@@ -9,7 +9,7 @@
 
 namespace tandem::lab {
 
-/// Returns an HTML file: the verdict, then users, figures and tables of each session.
+/// Returns an HTML file. It contains the verdict, then the users, figures and tables of each session.
 std::string session_report_html(std::span<const Session> sessions, std::span<const Check> checks);
 
 }  // namespace tandem::lab

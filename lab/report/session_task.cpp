@@ -12,7 +12,7 @@
 namespace tandem::lab {
 namespace {
 
-constexpr double kTask_mm = 1e3;  ///< mm in a metre
+constexpr double kTask_mm = 1e3;  ///< number of millimetres in a metre
 constexpr double kFarthest_m = 100;
 constexpr double kMaxEnergy_kj_per_mol = 1e9;
 /// Settling time at the start of a phase, as in the client's summary (client/app/run_report.cpp).
@@ -33,7 +33,7 @@ SessionTask task_of(JsonFields& fields) {
   return task;
 }
 
-/// Rows of the trace in the settled part of the phase "hold".
+/// Returns the rows of the trace in the settled part of the phase "hold".
 std::vector<std::size_t> settled_rows(const Trace& trace) {
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < trace.time_s.size(); ++i) {
@@ -49,7 +49,7 @@ Vec3 at(const Axes& axes, std::size_t row) {
   return {axes[0][row], axes[1][row], axes[2][row]};
 }
 
-/// Largest value; NaN without rows, or if any value is NaN.
+/// Returns the largest value, or NaN if there are no rows or any value is NaN.
 template <class Value>
 double largest(const std::vector<std::size_t>& rows, const Value& value) {
   double result = rows.empty() ? std::numeric_limits<double>::quiet_NaN() : -std::numeric_limits<double>::infinity();

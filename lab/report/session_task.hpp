@@ -1,4 +1,5 @@
-// Task of the hands in a session, and whether they fulfilled it. The quality of the touch is in session_checks.hpp.
+// The task of the hands in a session and the check whether they fulfilled it. session_checks.hpp checks the quality of
+// the touch.
 #pragma once
 
 #include <filesystem>
@@ -14,25 +15,26 @@
 
 namespace tandem::lab {
 
-/// Conditions for the settled part of each user's phase "hold". Missing fields are not checked.
+/// Conditions for the settled part of each user's phase "hold". A field that is not set is not checked.
 struct SessionTask {
-  std::string body;                         ///< body to be watched; empty: any
-  std::optional<Vec3> place_W;              ///< required position of the watched body's origin [m] …
-  double within_m = 0;                      ///< … and its tolerance
-  std::optional<double> rest_m;             ///< largest distance of the watched body from its mean position
-  std::optional<double> energy_kj_per_mol;  ///< upper limit for the molecular field: molecules in contact attract
+  std::string body;              ///< name of the watched body; empty: any body
+  std::optional<Vec3> place_W;   ///< required position of the watched body's origin [m]
+  double within_m = 0;           ///< largest permitted distance from place_W
+  std::optional<double> rest_m;  ///< largest permitted distance of the watched body from its mean position
+  /// upper limit of the energy of the molecular field; it is negative, because molecules in contact attract
+  std::optional<double> energy_kj_per_mol;
 };
 
-/// Tasks by session name.
+/// Maps the name of a session to its task.
 using SessionTasks = std::map<std::string, SessionTask, std::less<>>;
 
 /// Reads {"SESSION": {"body": "peg", "place_m": [x, y, z], "within_m": 0.001, "rest_m": 0.001, "energy_kj_per_mol":
-/// -20}}; every field is optional.
+/// -20}}. Every field is optional.
 /// Fails   std::invalid_argument naming file, field, value and remedy
 SessionTasks parse_session_tasks(std::string_view json, const std::string& origin);
 SessionTasks load_session_tasks(const std::filesystem::path& file);
 
-/// Returns one check for each field and user. A value missing in the traces is NaN, and its check fails.
+/// Returns one check for each field and user. If a value is missing in the traces it is NaN, and the check fails.
 std::vector<Check> check_task(const Session& session, const SessionTask& task);
 
 }  // namespace tandem::lab

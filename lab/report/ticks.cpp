@@ -8,14 +8,14 @@
 namespace tandem::lab {
 namespace {
 
-/// Magnitude above which a sum or difference of two ends could overflow.
+/// Largest magnitude of a limit for which the sum and difference of two limits cannot overflow.
 constexpr double kLargest = 1e290;
-/// Relative width below which a range has no room for distinct ticks.
+/// Minimum relative width of a range. Narrower ranges have no room for distinct ticks.
 constexpr double kMinRelativeWidth = 1e-9;
-/// Tolerance in steps. An end of a range that is a multiple except for rounding keeps its tick.
+/// Tolerance in steps. If a limit of a range is a multiple of the step except for rounding, it still gets a tick.
 constexpr double kSlack = 1e-6;
 
-/// A step m·10^e. The parts are stored so that i·step is the double nearest to the decimal number.
+/// A step m·10^e. The two parts are stored separately, so that i·step is the double nearest to the decimal number.
 struct TickStep {
   double mantissa = 1;
   int exponent = 0;
@@ -26,7 +26,7 @@ struct TickStep {
   }
 };
 
-/// Multiples of a step from `first` to `last`.
+/// The multiples of a step from `first` to `last`.
 struct Multiples {
   TickStep step;
   double first = 0;
@@ -41,7 +41,7 @@ Multiples multiples_around(Range range, const TickStep& step) {
   return {step, std::floor(range.low / step.multiple(1) + kSlack), std::ceil(range.high / step.multiple(1) - kSlack)};
 }
 
-/// Finds the smallest round step that needs at most `max_count` ticks.
+/// Finds the smallest round step that gives at most `max_count` ticks.
 Multiples few_multiples(Range range, std::size_t max_count, Multiples (*multiples)(Range, const TickStep&)) {
   const auto count = static_cast<double>(std::max<std::size_t>(max_count, 3));
   TickStep step;

@@ -1,4 +1,4 @@
-// Writes HDF5: groups, attributes, and a dataset for each column of a table.
+// Writes HDF5 files: groups, attributes, and a dataset for each column of a table.
 #pragma once
 
 #include <hdf5.h>
@@ -12,7 +12,7 @@
 
 namespace tandem::lab {
 
-/// Owns a handle of the HDF5 library. Each kind of handle has its own close function.
+/// Owns a handle of the HDF5 library. `close` is the library's function that closes this kind of handle.
 /// Fails   std::runtime_error: the handle is invalid
 class Hdf5Handle {
  public:
@@ -31,13 +31,14 @@ class Hdf5Handle {
 /// Fails   std::runtime_error: the file cannot be written
 void write_hdf5(const std::filesystem::path& file, const std::function<void(hid_t)>& fill);
 
-/// Replaces slashes, which would create a group.
+/// Replaces slashes in a name, because HDF5 would create a group at each slash.
 std::string hdf5_name(std::string name);
 Hdf5Handle hdf5_group(hid_t parent, const std::string& name);
-// Functions that write attributes. Fail: std::runtime_error, the disk is full.
+// Write attributes. Fails: std::runtime_error if the disk is full.
 void write_hdf5_number(hid_t object, const std::string& name, double value);
 void write_hdf5_text(hid_t object, const std::string& name, const std::string& value);
-/// Writes a group with a dataset for each column. It has no time stamp, so the same data give the same file.
+/// Writes a group with a dataset for each column. The group has no time stamp, so that the same data give the same
+/// file.
 void write_hdf5_table(hid_t parent, const std::string& name, const CsvTable& table);
 
 }  // namespace tandem::lab

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Blocks SIGINT and SIGTERM during its lifetime; they take effect afterwards.
+/// Blocks SIGINT and SIGTERM during its lifetime. Signals received meanwhile take effect afterwards.
 class SignalsWait {
  public:
   SignalsWait() {
@@ -32,7 +32,8 @@ class SignalsWait {
   sigset_t before_{};
 };
 
-/// Missing folders of a path, innermost first. The destructor removes them unless keep() was called.
+/// Creates the missing folders of a path, innermost first in the list. The destructor removes them unless keep() was
+/// called.
 class MadeFolders {
  public:
   explicit MadeFolders(const std::string& out) {
@@ -55,7 +56,7 @@ class MadeFolders {
   std::vector<fs::path> folders_;
 };
 
-/// Files under their temporary names. The destructor removes those that were not renamed.
+/// Files that exist under a temporary name. The destructor removes those that were not renamed.
 class UnfinishedFiles {
  public:
   UnfinishedFiles() = default;

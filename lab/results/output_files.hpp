@@ -1,4 +1,4 @@
-// Writes results of minutes of work: all files or none, even if the user presses Ctrl-C.
+// Writes results that took minutes to compute: either all files or none, even if the user presses Ctrl-C.
 #pragma once
 
 #include <filesystem>
@@ -7,15 +7,17 @@
 
 namespace tandem::lab {
 
-/// Checks before the work whether the folder of `--out` can be made. Removes the folders that it made.
-/// Fails   like made_folder()
+/// Checks, before the work starts, that the folder for `--out` can be created. Folders created by the check are removed
+/// again.
+/// Fails   see made_folder()
 void check_folder_can_be_made(const std::string& out);
 
-/// Makes the folder and writes all files. Each is written under another name first, then all are renamed. So readers,
-/// also after an interruption, find either the previous files or these. SIGINT and SIGTERM are blocked meanwhile.
+/// Creates the folder and writes all files. Each file is first written under a temporary name; then all are renamed.
+/// Therefore a reader finds either the previous files or the new ones, even after an interruption. SIGINT and SIGTERM
+/// are blocked until the renaming ends.
 ///
-/// Fails   like made_folder() and write_text_file(), or if a folder has the name of a file. Only files that had already
-///         been renamed remain
+/// Fails   see made_folder() and write_text_file(); also if a folder has the name of a file. Then only the files
+///         renamed before the failure remain
 void write_all_files(const std::string& out, const std::map<std::string, std::string>& files);
 
 }  // namespace tandem::lab

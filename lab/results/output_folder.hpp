@@ -6,10 +6,10 @@
 
 namespace tandem::lab {
 
-/// Makes the folder of `--out`. Fails: std::invalid_argument naming it and the reason.
+/// Creates the folder for `--out`. Fails: std::invalid_argument that names the folder and the reason.
 std::filesystem::path made_folder(const std::string& out);
 
-/// Writes `text` to `file`. Fails: std::runtime_error naming the file and the reason.
+/// Writes `text` to `file`. Fails: std::runtime_error that names the file and the reason.
 void write_text_file(const std::filesystem::path& file, const std::string& text);
 
 }  // namespace tandem::lab

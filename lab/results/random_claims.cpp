@@ -20,7 +20,7 @@ std::string name_of_trial(const RandomOutcome& outcome) {
   return text_in(outcome.row, "experiment") + ", trial " + std::to_string(outcome.number);
 }
 
-/// Finite values of a metric, ascending.
+/// Returns the finite values of a metric in ascending order.
 template <class Counts>
 std::vector<Value> values_of(std::span<const RandomOutcome> outcomes, std::string_view metric, const Counts& counts) {
   std::vector<Value> values;
@@ -37,7 +37,7 @@ bool is_all(const RandomOutcome&) {
   return true;
 }
 
-/// Quantile: the least value that is not exceeded by a `share` of all values.
+/// Returns a claim about a quantile: the smallest value that at least a `share` of all values does not exceed.
 RandomClaim quantile(const std::string& text, const std::vector<Value>& values, double share, double bound) {
   if (values.empty()) return {text, kNone, bound, 0, ""};
   const auto index = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));

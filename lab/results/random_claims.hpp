@@ -10,27 +10,27 @@
 
 namespace tandem::lab {
 
-/// A random trial's row of results.json, and whether the same hands succeed in it at zero delay.
+/// The row of a random trial in results.json, and whether the same hands complete the trial at zero delay.
 struct RandomOutcome {
   boost::json::object row;
   bool truth_succeeds = true;
-  std::size_t number = 0;  ///< index in random_trials()
+  std::size_t number = 0;  ///< index of the trial in random_trials()
 };
 
 struct RandomClaim {
-  std::string text;        ///< with unit
-  double value = 0;        ///< NaN if no trial of this kind has a value
-  double bound = 0;        ///< upper bound of the value
-  std::size_t trials = 0;  ///< number of trials with a value
-  std::string worst;       ///< trial that determines the value: experiment and number
+  std::string text;        ///< text of the claim, with unit
+  double value = 0;        ///< NaN if no trial to which the claim applies has a value
+  double bound = 0;        ///< upper bound for `value`
+  std::size_t trials = 0;  ///< number of trials that have a value
+  std::string worst;       ///< experiment and number of the trial that determines the value
 
   bool is_measured() const { return trials > 0; }
-  /// Returns false for a claim without measurements.
+  /// Returns false if no trial was measured.
   bool holds() const { return is_measured() && value <= bound; }
 };
 
-/// Computes all claims. Trials with a link silence above 110 ms count only for claims that mention it: in a silence the
-/// force has to fall.
+/// Computes all claims. A trial in which the link was silent for more than 110 ms counts only for claims that mention
+/// silences, because the force must decay during a silence.
 std::vector<RandomClaim> random_claims(std::span<const RandomOutcome> outcomes);
 
 }  // namespace tandem::lab

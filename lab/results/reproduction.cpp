@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kTextWidth = 120;
 
-/// Wraps text to lines of at most kTextWidth at blanks.
+/// Wraps text at spaces into lines of at most kTextWidth.
 std::string wrapped(const std::string& text) {
   std::istringstream words(text);
   std::string result, line;

@@ -1,4 +1,4 @@
-// A published result beside our own: compared figures, checked claims, and plots.
+// Comparison of a published result with our own: compared figures, checked claims, and plots.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace tandem::lab {
 
-/// One compared figure; a text is empty if that side does not report it.
+/// One compared figure. A text is empty if that source does not report the figure.
 struct ReproductionRow {
   std::string what;
   std::string published;
@@ -19,14 +19,14 @@ struct ReproductionRow {
 
 struct Reproduction {
   std::string title;
-  std::string summary;  ///< settings of the run, and differences from the source
+  std::string summary;  ///< settings of the run and its differences from the published source
   std::vector<ReproductionRow> rows;
   std::vector<Check> claims;
   std::vector<Plot> figures;
   boost::json::value details;  ///< settings and all measured numbers
 };
 
-/// {"title", "summary", "rows", "claims", "details"}
+/// Returns {"title", "summary", "rows", "claims", "details"}.
 boost::json::object to_json(const Reproduction& reproduction);
 std::string to_html(const Reproduction& reproduction);
 std::string to_text(const Reproduction& reproduction);

@@ -24,7 +24,7 @@ constexpr int kFigureHeight_px = 260;
 /// Attributes that distinguish the curves of a figure.
 struct CurveName {
   std::string stage;
-  bool is_disturbed = false;  ///< jitter or loss
+  bool is_disturbed = false;  ///< the link has jitter or loss
   std::string text;
   bool operator<(const CurveName& other) const { return text < other.text; }
 };
@@ -52,7 +52,7 @@ CurveName curve_of(const json::object& row) {
   return name;
 }
 
-/// Curves of one experiment and metric over the round trip; means over seeds.
+/// Returns the curves of one experiment and metric over the round-trip delay. The points are means over the seeds.
 std::map<CurveName, std::map<double, double>> curves_of(const std::vector<SeedGroup>& groups, std::string_view metric) {
   std::map<CurveName, std::map<double, double>> curves;
   for (const SeedGroup& group : groups) {
@@ -62,7 +62,7 @@ std::map<CurveName, std::map<double, double>> curves_of(const std::vector<SeedGr
   return curves;
 }
 
-/// Colour of each stage, the same in all figures.
+/// Assigns a colour to each stage, the same in all figures.
 std::map<std::string, int> stage_colors(std::span<const TrialResult> results) {
   std::map<std::string, int> colors;
   for (const TrialResult& result : results) {
@@ -97,7 +97,7 @@ Plot figure_of(const TrialMetric& metric, const std::map<CurveName, std::map<dou
   return figure;
 }
 
-/// Figures of every metric that has a curve.
+/// Returns a figure for every metric that has a curve.
 std::vector<Plot> figures_of(const std::vector<SeedGroup>& groups, const std::map<std::string, int>& colors) {
   std::vector<Plot> figures;
   for (const TrialMetric& metric : trial_metrics()) {
@@ -123,7 +123,7 @@ Table definitions_table() {
   return table;
 }
 
-/// Row of the table: every metric of a group, where `of` combines the seeds.
+/// Returns a row of the table: every metric of a group. `of` combines the values of the seeds.
 std::vector<std::string> results_row(const SeedGroup& group, const std::string& seeds,
                                      double (*of)(const SeedGroup& group, std::string_view metric)) {
   std::vector<std::string> row{curve_of(*group.front()).text, compact_text(*group.front(), "rtt_ms"), seeds};

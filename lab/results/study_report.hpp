@@ -1,4 +1,5 @@
-// Results of a study as one HTML page: the definition of each metric, and its dependence on delay for each stage.
+// Results of a study as one HTML page. It contains the definition of each metric, and plots each metric over the delay
+// for each stage.
 #pragma once
 
 #include <span>
@@ -8,7 +9,7 @@
 
 namespace tandem::lab {
 
-/// Returns the page; the same results give the same bytes.
+/// Returns the page. The same results give the same bytes.
 std::string study_report_html(std::span<const TrialResult> results);
 
 }  // namespace tandem::lab

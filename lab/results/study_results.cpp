@@ -41,7 +41,7 @@ std::string group_key(const json::object& row) {
   return compact_json(key);
 }
 
-/// One column of the printed table.
+/// A column of the printed table.
 struct PrintedColumn {
   const char* header;
   const char* name;
@@ -75,7 +75,7 @@ std::string overrides_text(const json::object& row) {
   return text;
 }
 
-/// Function that computes one value of a group for the table.
+/// A function that computes one value of a group for the table.
 using OfGroup = double (*)(const SeedGroup& group, std::string_view metric);
 
 void print_values(std::ostream& out, const SeedGroup& group, OfGroup of) {

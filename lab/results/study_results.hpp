@@ -1,4 +1,4 @@
-// Results of a study for programs (results.json, results.csv) and for a terminal.
+// Results of a study as files for programs (results.json, results.csv) and as text for a terminal.
 #pragma once
 
 #include <ostream>
@@ -12,35 +12,35 @@
 
 namespace tandem::lab {
 
-/// Returns {"trials": [...]} without data of the host or run time, so the same study gives the same bytes.
+/// Returns {"trials": [...]}. It contains neither host data nor run times, so that the same study gives the same bytes.
 boost::json::object study_json(std::span<const TrialResult> results);
-/// Returns one line for each trial, without the fields of single users.
+/// Returns one line for each trial. Values of single users are omitted.
 std::string study_csv(std::span<const TrialResult> results);
-/// Returns the wall-clock time of the study and of each trial.
+/// Returns the wall-clock time of the whole study and of each trial.
 boost::json::object study_timing_json(std::span<const TrialResult> results, double wall_s);
 
-/// Returns a number of a row; NaN if it is null or missing.
+/// Returns a number of a row, or NaN if it is null or missing.
 double number_in(const boost::json::object& row, std::string_view name);
 std::string text_in(const boost::json::object& row, std::string_view name);
 
-/// Whether a user's link was silent for longer than kLongSilence_ms. The stage is not responsible for that trial's
-/// outcome.
+/// Returns whether a user's link was silent for longer than kLongSilence_ms. If so, the outcome of the trial is not
+/// attributed to the stage.
 bool was_silent(const boost::json::object& row);
 
-/// Rows of trials that differ only in their seed, at least one. Trials with a long silence form separate groups.
+/// Rows of one or more trials that differ only in their seed. Trials with a long silence form separate groups.
 using SeedGroup = std::vector<const boost::json::object*>;
-/// Mean over the seeds; NaN if all values are null.
+/// Returns the mean over the seeds, or NaN if all values are null.
 double mean_of(const SeedGroup& group, std::string_view name);
-/// Worst value of the seeds (worst_value()). Fails: std::invalid_argument for an unknown metric
+/// Returns the worst value over the seeds; see worst_value(). Fails: std::invalid_argument for an unknown metric.
 double worst_of(const SeedGroup& group, std::string_view name);
-/// Outcomes without repetition: "completed", "completed 4/dropped 1".
+/// Returns the distinct outcomes with their counts: "completed", "completed 4/dropped 1".
 std::string outcomes_of(const SeedGroup& group);
-/// Groups the trials by seed, in the order of their first trials.
+/// Groups the trials that differ only in their seed. The groups are in the order of their first trials.
 std::vector<SeedGroup> seed_groups(std::span<const TrialResult> results);
 
-/// Prints one line for every group, and a second one with the worst values if it has several seeds.
+/// Prints one line for each group. If the group has several seeds, a second line contains the worst values.
 void print_study(std::ostream& out, std::span<const TrialResult> results);
-/// Whether a user lost its connection, or never got one, in any trial.
+/// Returns whether, in any trial, a user lost the connection or never obtained one.
 bool has_lost_users(std::span<const TrialResult> results);
 
 }  // namespace tandem::lab

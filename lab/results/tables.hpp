@@ -1,4 +1,4 @@
-// Tables of numbers as files for analysis: CSV, and HDF5 with all of them.
+// Writes tables of numbers as files for analysis: one CSV file for each table, or one HDF5 file for all tables.
 #pragma once
 
 #include <filesystem>
@@ -9,11 +9,12 @@
 
 namespace tandem::lab {
 
-/// Writes names and rows; NaN becomes an empty cell. Numbers are read back to the same bits.
+/// Writes names and rows; NaN becomes an empty cell. The numbers have enough digits to be read back exactly.
 /// Fails   std::runtime_error: the file cannot be written
 void write_csv(const std::filesystem::path& file, const CsvTable& table);
 
-/// Writes a group for each table and a dataset for each of its columns; `about` gives attributes of the file.
+/// Writes a group for each table and a dataset for each of its columns. The entries of `about` become attributes of the
+/// file.
 /// Fails   std::runtime_error: the file cannot be written
 void write_tables_hdf5(const std::filesystem::path& file, const std::map<std::string, CsvTable>& tables,
                        const std::map<std::string, std::string>& about);

@@ -12,7 +12,7 @@
 namespace tandem::lab {
 namespace {
 
-// User names may contain any character, so they are converted for file names.
+// Converts a user name to a file name, because user names may contain any character.
 std::string file_name(const std::string& user_name, std::size_t index) {
   std::string result;
   for (const char c : user_name) {
@@ -54,7 +54,7 @@ bool has_trial_files(const std::filesystem::path& folder, const std::string& key
     const auto* own = details.is_object() ? details.get_object().if_contains("key") : nullptr;
     return own != nullptr && *own == boost::json::value(key);
   } catch (const std::exception&) {
-    return false;  // incomplete: the trial is run again
+    return false;  // the file is incomplete, so the trial runs again
   }
 }
 

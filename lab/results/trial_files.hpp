@@ -11,17 +11,18 @@
 
 namespace tandem::lab {
 
-/// Writes N-NAME.csv of every user during the trial, and the other files at its end: bodies.csv, report.html, and
-/// trial.json (results.hpp) last. So a folder with trial.json is complete.
+/// Writes N-NAME.csv for every user during the trial. At the end of the trial it writes bodies.csv, report.html and,
+/// last, trial.json (results.hpp). Therefore a folder that contains trial.json is complete.
 class TrialFiles {
  public:
-  /// Makes the folder.
-  /// Fails   std::invalid_argument: folder or file cannot be made
+  /// Creates the folder.
+  /// Fails   std::invalid_argument: the folder or a file cannot be created
   TrialFiles(const Experiment& experiment, const std::filesystem::path& folder);
 
   void write_tick(std::size_t user, const client::TickRecord& record, int phase) {
     traces_[user]->write(record, phase);
   }
+  /// Writes the remaining files.
   /// Fails   std::runtime_error: a file could not be written
   void finish(const SessionTrace& trace, const std::string& key);
 
@@ -31,7 +32,7 @@ class TrialFiles {
   std::vector<std::unique_ptr<client::TraceWriter>> traces_;
 };
 
-/// Whether the folder contains the complete files of the trial with this key.
+/// Returns whether the folder contains all files of the trial with this key.
 bool has_trial_files(const std::filesystem::path& folder, const std::string& key);
 
 }  // namespace tandem::lab

@@ -18,7 +18,7 @@ namespace {
 constexpr double kMilli = 1e3;
 constexpr int kHalfHeight_px = 260;
 
-/// Series of one user's ticks; `value_of` returns the value of a tick, NaN if unknown.
+/// Returns a series over one user's ticks. `value_of` returns the value of a tick, NaN if unknown.
 template <class Of>
 Series series_of(const UserTrace& user, std::string label, int color, const Of& value_of) {
   Series series;
@@ -33,7 +33,7 @@ Series series_of(const UserTrace& user, std::string label, int color, const Of& 
   return series;
 }
 
-/// Phases of the first user's hand; the hands of an experiment run their phases at the same time.
+/// Returns the phases of the first user's hand. The hands of an experiment run their phases at the same time.
 std::vector<Band> phase_bands(const SessionTrace& trace) {
   std::vector<Band> bands;
   const UserTrace& user = trace.users.front();

@@ -1,5 +1,5 @@
-// report.html of a trial: the touch of each hand over virtual time. It depends only on the trace, so the same trial
-// gives the same bytes.
+// The report.html of a trial: diagrams of each hand's touch over virtual time. It depends only on the trace, so that
+// the same trial gives the same bytes.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace tandem::lab {
 
-/// One HTML file, readable without network.
+/// Returns one HTML file that needs no network access.
 std::string trial_report_html(const Experiment& experiment, const SessionTrace& trace);
 
 }  // namespace tandem::lab

@@ -1,4 +1,4 @@
-// Converts a trial to a line of results.json, see trial_runner.hpp.
+// Converts a trial to a line of results.json; see trial_runner.hpp.
 #include <algorithm>
 #include <array>
 #include <set>
@@ -14,7 +14,7 @@ namespace {
 
 namespace json = boost::json;
 
-/// Joins the values of all users with "+", without repetition.
+/// Joins the distinct values of all users with "+".
 template <class Of>
 std::string of_users(const Experiment& experiment, const Of& of) {
   std::string text;
@@ -26,7 +26,7 @@ std::string of_users(const Experiment& experiment, const Of& of) {
   return text;
 }
 
-/// Greatest round trip of a user's link [ms], and greatest jitter (one way) and loss.
+/// Largest round-trip delay [ms], one-way jitter [ms] and loss of all users' links.
 struct LinkSummary {
   double rtt_ms = 0;
   double jitter_ms = 0;
@@ -65,7 +65,7 @@ json::object users_json(const TrialView& view, std::size_t index) {
   return result;
 }
 
-/// Settings without a column of their own.
+/// Returns the settings that have no column of their own.
 json::object overrides_json(const Trial& trial) {
   constexpr std::array<std::string_view, 7> kColumns{"stage",          "predictor", "passivity", "link.rtt_ms",
                                                      "link.jitter_ms", "link.loss", "seed"};

@@ -36,7 +36,7 @@ std::string hash_of(std::string_view text) {
 /// A scene and its fingerprint.
 struct KeptScene {
   std::shared_ptr<const server::LoadedScene> scene;
-  std::string fingerprint;  ///< hash of its text and of the files that it names
+  std::string fingerprint;  ///< hash of the scene file and of all files that it names
 };
 
 std::string fingerprint_of(const std::string& text, const server::LoadedScene& scene) {
@@ -52,7 +52,8 @@ std::string text_of(const net::DelayPath& path) {
   return text.str();
 }
 
-/// Text of all hands, devices and links, independent of the files that define them.
+/// Returns the content of all hand paths, device profiles and delay paths, so that the key changes if one of their
+/// files changes.
 std::string files_text(const Experiment& experiment, const fs::path& directory) {
   std::string text;
   std::vector<devices::DeviceProfile> devices;
@@ -65,7 +66,7 @@ std::string files_text(const Experiment& experiment, const fs::path& directory) 
   return text;
 }
 
-/// Hash of everything that determines the result of a trial.
+/// Returns the hash of everything that determines the result of a trial.
 std::string key_of(const Trial& trial, const KeptScene& scene, const std::string& program) {
   json::object document = experiment_json(trial.experiment);
   document.erase("description");
@@ -79,10 +80,11 @@ std::string scene_key(const Experiment& experiment) {
   return experiment.scene.string() + "\n" + compact_json(experiment.scene_changes);
 }
 
-/// A run that several trials use as reference. The first trial that needs it runs it; it is released after the last.
+/// A run that several trials use as their reference. The first trial that needs it runs it; it is released after the
+/// last.
 struct SharedReference {
   Trial trial;
-  std::size_t open = 0;  ///< trials that still need it
+  std::size_t open = 0;  ///< number of trials that still need it
   std::mutex running;
   std::shared_ptr<const SessionTrace> trace;
 };
@@ -92,10 +94,10 @@ struct Job {
   const KeptScene* scene = nullptr;
   std::string key;
   SharedReference* reference = nullptr;
-  SharedReference* same_stage = nullptr;  ///< often the same run; null if not requested
+  SharedReference* same_stage = nullptr;  ///< often the same run as the other reference; null if not requested
 };
 
-// Converts a row to text and back, so new and reused results have the same number types and give the same bytes.
+// Converts a row to text and back, so that new and reused results have the same number types and give the same bytes.
 json::object as_read_back(const json::object& row) {
   return parse_json(pretty_json(row), "a trial's row").get_object();
 }
@@ -113,7 +115,7 @@ std::optional<TrialResult> kept_result(const fs::path& file, const std::string& 
     result.was_done = true;
     if (result.key == key) return result;
   } catch (const std::exception&) {
-    return std::nullopt;  // from another program, or damaged: run again
+    return std::nullopt;  // the result is from another program, or the file is damaged: the trial runs again
   }
   return std::nullopt;
 }
@@ -126,7 +128,7 @@ void keep_result(const fs::path& file, const TrialResult& result) {
   fs::rename(unfinished, file);
 }
 
-/// Row of a trial whose users could not join; it has no measurements.
+/// Returns the row of a trial that some user could not join. It contains no measurements.
 json::object row_without_trace(const Trial& trial, const std::string& why) {
   SessionTrace nothing;
   for (const ExperimentUser& user : trial.experiment.users) nothing.users.emplace_back().user = user;
@@ -163,7 +165,7 @@ struct TrialRunner::Impl {
   std::atomic<std::size_t> next_job{0};
   std::atomic<bool> has_failed{false};
 
-  std::mutex mutex;  ///< protects everything below
+  std::mutex mutex;  ///< protects all following members
   std::vector<TrialResult> results;
   std::exception_ptr failure;
   std::size_t done = 0;
@@ -333,7 +335,7 @@ std::vector<TrialResult> TrialRunner::run(const std::function<void(std::size_t, 
   std::vector<std::jthread> threads;
   for (std::size_t i = 1; i < impl_->settings.threads; ++i) threads.emplace_back([this] { impl_->work(); });
   impl_->work();
-  threads.clear();  // joins the threads
+  threads.clear();  // waits for the threads to end
   if (impl_->failure) std::rethrow_exception(impl_->failure);
   return std::move(impl_->results);
 }

@@ -10,16 +10,16 @@
 namespace tandem::lab {
 namespace {
 
-/// Minimum force for a relative error.
+/// A tick counts for the relative error only if the force is at least this value.
 constexpr double kMinForce_n = 0.5;
 /// Duration of the transition from one rendering to the next.
 constexpr Duration kGoingOver = std::chrono::milliseconds(400);
 
-/// Trial data of the first user.
+/// Data of the first user of a trial.
 struct JoinTrial {
   SessionTrace trace;
-  std::vector<Vec3> tool_W;           ///< at each tick, by the local model
-  Duration coarse_at{0}, full_at{0};  ///< since the hands started; 0: before
+  std::vector<Vec3> tool_W;           ///< tool position at each tick according to the local model
+  Duration coarse_at{0}, full_at{0};  ///< times since the hands started; 0: before that time
 };
 
 JoinTrial run_trial(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene) {
@@ -49,7 +49,7 @@ double largest_step_n(const std::vector<TickSample>& ticks, Duration from) {
   return largest;
 }
 
-/// Compares each tick with coarse assets to the same tick of the trial with all assets.
+/// Compares the trial with coarse assets, tick by tick, with the trial that has all assets from the start.
 void compare_coarse(const JoinTrial& trial, const JoinTrial& here, JoinFigures& figures) {
   const std::vector<TickSample>&ticks = trial.trace.users.front().ticks, &usual = here.trace.users.front().ticks;
   double error = 0, square = 0, apart = 0;

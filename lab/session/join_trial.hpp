@@ -1,4 +1,4 @@
-// Measures joins of a room whose assets must first be fetched over a line that they share with the state.
+// Measures how a user joins a room if the assets must first be fetched over a line that also carries the state.
 #pragma once
 
 #include <cstddef>
@@ -11,26 +11,28 @@
 
 namespace tandem::lab {
 
-/// Figures of the first user of one trial.
+/// Results for the first user of one trial.
 struct JoinFigures {
-  std::string assets;  ///< asset delivery, as in Experiment::assets
-  // Time from joining to the first local model, and to the first one with all assets; none: not in the trial.
+  std::string assets;  ///< how assets are delivered, as in Experiment::assets
+  // Time from joining to the first local model, and to the first one that has all assets. Empty: this did not occur in
+  // the trial.
   std::optional<double> local_after_s = {}, full_local_after_s = {};
-  double stream_bytes = 0;  ///< bytes of control and assets, both directions
-  double wait_p99_ms = 0;   ///< 99th percentile of the wait of states for the line, until full_local_after_s
-  double wait_max_ms = 0;   ///< maximum of the same wait; besides it states are delayed by the link only
-  double states_per_s = 0;  ///< sent by the server in that time
-  // Between the two times, compared with the trial that has all assets from the start.
-  std::size_t coarse_ticks = 0;   ///< ticks in which that trial's force was above 0.5 N
+  double stream_bytes = 0;  ///< number of bytes of control and assets in both directions
+  double wait_p99_ms = 0;   ///< 99th percentile of the time that states wait for the line, until full_local_after_s
+  double wait_max_ms = 0;   ///< maximum of the same waiting time; apart from it, only the link delays states
+  double states_per_s = 0;  ///< rate at which the server sends states until full_local_after_s
+  // The following values are taken between the two times above, and are compared with the trial in which all assets are
+  // present from the start.
+  std::size_t coarse_ticks = 0;   ///< number of ticks in which the force in that trial was above 0.5 N
   double coarse_force_share = 0;  ///< RMS force error relative to the RMS force
-  double coarse_mm = 0;           ///< RMS distance between the tools of the two trials
-  double going_over_n = 0;        ///< force when the model with all assets takes over
-  double step_n = 0;              ///< largest change of the force in one tick of the following 0.4 s
-  double usual_step_n = 0;        ///< the same in the other trial
+  double coarse_mm = 0;           ///< RMS distance between the tool positions of the two trials
+  double going_over_n = 0;        ///< force at the moment when the model with all assets takes over
+  double step_n = 0;              ///< largest change of the force within one tick, during the 0.4 s after that moment
+  double usual_step_n = 0;        ///< the same for the other trial
 };
 
-/// Runs one trial for each of asset_deliveries(). With "here" nothing is fetched; its state figures cover the whole
-/// trial.
+/// Runs one trial for each of asset_deliveries(). With "here" nothing is fetched, and the values about states cover the
+/// whole trial.
 /// Fails   see run_virtual_session() and load_experiment_scene()
 std::vector<JoinFigures> measure_join(Experiment experiment, const std::shared_ptr<const server::LoadedScene>& scene);
 

@@ -20,7 +20,7 @@ using net::SimulatedLink;
 
 constexpr std::size_t kBytesAtOnce = 16 * 1024;
 constexpr int kDatagramsAtOnce = 256;
-/// Time-out of a client address, whose client has moved or ended.
+/// A client address is removed after this time without a datagram, because its client has moved or ended.
 constexpr Duration kForgetAfter = std::chrono::minutes(1);
 
 /// One direction of a stream.
@@ -28,7 +28,7 @@ struct Pipe {
   Pipe(const net::LinkParameters& parameters, std::uint64_t seed, std::uint64_t stream)
       : link(SimulatedLink::reliable(parameters, seed, stream)) {}
 
-  /// Returns whether the sender has ended and all of its bytes have been passed on.
+  /// Returns whether the sender has closed its end and all of its bytes have been passed on.
   bool is_done() const { return has_ended && unsent.empty() && !link.next_due(); }
 
   SimulatedLink link;
@@ -56,10 +56,10 @@ struct Flow {
   udp::socket server;
   SimulatedLink up;
   SimulatedLink down;
-  LocalTime last_received{};  ///< time of the client's last datagram
+  LocalTime last_received{};  ///< time at which the client's last datagram was received
 };
 
-/// Closes with a TCP reset instead of an orderly shutdown.
+/// Closes the socket by a TCP reset instead of an orderly shutdown.
 void reset_socket(tcp::socket& socket) {
   error_code error;
   socket.set_option(tcp::socket::linger(true, 0), error);
@@ -99,7 +99,7 @@ struct LinkProxy::Impl {
   std::vector<std::unique_ptr<Stream>> streams;
   std::map<udp::endpoint, std::unique_ptr<Flow>> flows;
   std::uint64_t links = 0;
-  // Never used to send: they hold the line that all streams and datagrams of a direction share.
+  // These two links carry no data. They represent the line that all streams and datagrams of a direction share.
   SimulatedLink line_up{settings.link, settings.seed, 0};
   SimulatedLink line_down{settings.link, settings.seed, 0};
   bool is_cut = false;
@@ -112,7 +112,7 @@ void LinkProxy::Impl::accept() {
   if (error) return;
   tcp::socket server(io);
   server.connect(to, error);
-  if (error) return;  // the client then sees its connection end
+  if (error) return;  // no connection to the server; the client sees that its own connection is closed
   for (tcp::socket* socket : {&client, &server}) {
     socket->non_blocking(true);
     socket->set_option(tcp::no_delay(true));

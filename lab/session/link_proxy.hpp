@@ -1,5 +1,5 @@
-// The project's simulated link for unmodified programs: a proxy at the clients' address that forwards to the server,
-// with the same port number for TCP and UDP.
+// Simulates the project's link for unmodified programs: a proxy that clients connect to and that forwards to the
+// server. It has the same port number for TCP and UDP.
 //
 //   client ══ TCP ══▶ [reliable link up] ══▶ server        each user's datagrams leave by their own socket, as behind a
 //   client ◀══ UDP ══ [link down] ◀══════════ server       NAT: move() replaces these, cut() blocks all traffic,
@@ -17,30 +17,32 @@
 namespace tandem::lab {
 
 struct LinkProxySettings {
-  std::string listen = "127.0.0.2";  ///< address for the clients
+  std::string listen = "127.0.0.2";  ///< address to which the clients connect
   std::string server = "127.0.0.1";
-  std::uint16_t port = 47800;  ///< port of proxy and server: the server announces its own UDP port
-  net::LinkParameters link;    ///< each direction; its rate limit applies to all users together
+  /// port of both proxy and server, because the server announces the number of its own UDP port
+  std::uint16_t port = 47800;
+  net::LinkParameters link;  ///< link in each direction; its rate limit applies to all users together
   std::uint64_t seed = 1;
-  std::string capture;  ///< file that receives all bytes of both directions; empty: none
+  std::string capture;  ///< file to which all bytes of both directions are written; empty: none
 };
 
-/// Thread  one
+/// Thread  one thread calls all functions
 class LinkProxy {
  public:
-  /// Fails   std::exception: an invalid address, or a port in use
+  /// Fails   std::exception: an address is invalid, or a port is in use
   explicit LinkProxy(const LinkProxySettings& settings);
   ~LinkProxy();
 
-  /// Receives waiting traffic and forwards packets that are due. Call about every 0.5 ms.
+  /// Receives the waiting traffic and forwards the packets that are due. It should be called about every 0.5 ms.
   void step(LocalTime now);
-  /// Blocks or unblocks traffic: while blocked, datagrams are lost and streams wait.
+  /// Blocks or unblocks all traffic. While it is blocked, datagrams are lost and streams wait.
   void cut(bool is_cut);
-  /// Sends datagrams to the server from new ports, as after a change of the NAT's mapping.
+  /// From now on, sends datagrams to the server from new ports, as after a change of a NAT's mapping.
   void move();
-  /// Ends all streams at once at both ends (TCP reset), as a restarted NAT does; new streams are accepted.
+  /// Terminates all streams at once at both ends (TCP reset), as a restarted NAT does. New streams are accepted.
   void reset();
-  /// Numbers of open streams and of known client datagram addresses; an address is dropped after a silent minute.
+  /// Return the number of open streams, and of client addresses that sent datagrams. An address is removed after a
+  /// minute without datagrams.
   std::size_t streams() const;
   std::size_t flows() const;
 

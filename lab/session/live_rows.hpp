@@ -1,4 +1,5 @@
-// Ticks of a live client as rows at whole milliseconds, for comparison with the rows of a virtual trial.
+// Converts the ticks of a live client to rows at whole milliseconds, which can be compared with the rows of a virtual
+// trial.
 #pragma once
 
 #include <cstdint>
@@ -9,19 +10,19 @@
 
 namespace tandem::lab {
 
-/// One tick: the client's record and the true state of the hand, which only the haptic thread may read.
+/// One tick: the client's record and the true state of the hand. Only the haptic thread may read the latter.
 struct LiveTick {
   client::TickRecord record;
   Pose hand_D;
   Twist hand_twist_D;
-  Duration round_trip{0};  ///< set by the reader, from the session's newest snapshot
+  Duration round_trip{0};  ///< set by the reading thread, from the session's newest snapshot
 };
 
-/// One row per millisecond of the duration: row k is the newest tick before k + 1 ms after `start`, at its own time. If
-/// the machine skipped a tick, the previous one is repeated, as for the hand; phase and intended position are those of
-/// the row's time.
+/// Returns one row for each millisecond of the duration. Row k is the newest tick before k + 1 ms after `start`, with
+/// the time of that tick. If the machine skipped a tick, the previous tick is repeated, because the device also holds
+/// its force. Phase and intended position are those at the time of the row.
 ///
-/// In      ticks  in order; empty: no rows
+/// In      ticks    in order of time; if it is empty, no rows are returned
 /// Out     skipped  number of repeated rows
 std::vector<TickSample> live_rows(const ExperimentUser& user, const std::vector<LiveTick>& ticks, LocalTime start,
                                   Duration duration, std::uint64_t& skipped);

@@ -22,11 +22,13 @@ namespace {
 
 constexpr Duration kMainPeriod = std::chrono::milliseconds(10);
 constexpr Duration kLiveJoinTimeout = std::chrono::seconds(30);
-/// From the decision to start the hands to their start: long enough for every haptic thread to read it.
+/// Time from the decision to start the hands until they start. It is long enough for every haptic thread to read the
+/// start time.
 constexpr Duration kStartIn = std::chrono::milliseconds(50);
-/// Capacity of the ring, as HapticLoopSettings::trace_capacity: bounds the main thread's backlog.
+/// Capacity of the ring buffer, like HapticLoopSettings::trace_capacity. It limits how far the main thread may lag
+/// behind.
 constexpr std::size_t kRingTicks = 4096;
-/// The io thread runs this far below the haptic thread, as in the client.
+/// The priority of the io thread is lower than that of the haptic thread by this value, as in the client.
 constexpr int kIoPriorityBelow = 10;
 constexpr Duration::rep kNotYet = -1;
 
@@ -35,7 +37,8 @@ LocalTime next_whole_millisecond(LocalTime time) {
   return LocalTime((since / kHapticPeriod + 1) * kHapticPeriod);
 }
 
-// A link without delay or loss is left out: only the loopback's own delay remains.
+// Returns whether a link has neither delay nor loss. Such a link is not simulated, so that only the delay of the
+// loopback remains.
 bool is_perfect(const net::LinkParameters& link) {
   return link.delay == Duration(0) && link.jitter == Duration(0) && link.trace.empty() &&
          link.delay_path.points.empty() && !link.spoils_datagrams() && link.rate_limit_bytes_per_s == 0;
@@ -63,20 +66,20 @@ std::vector<std::unique_ptr<server::Room>> one_room(const Experiment& experiment
   return rooms;
 }
 
-/// The server of a trial on a free loopback port. Records at each step the bodies, and the answers that users receive
-/// (World::answer()).
+/// The server of a trial on a free loopback port. At each step it records the poses of the bodies and the inputs that
+/// the step used (note_answer()).
 class LiveTrialServer {
  public:
-  /// Serves until stop().
+  /// Runs the server until stop().
   LiveTrialServer(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene,
                   int realtime_priority);
   ~LiveTrialServer() { stop(); }
 
   std::uint16_t port() const { return server_.port(); }
-  /// Records samples from `start` on, for at most the experiment's duration.
+  /// Records samples from `start` on, for at most the duration of the experiment.
   void record_from(LocalTime start) { start_ns_.store(start.time_since_epoch().count(), std::memory_order_release); }
   void stop();
-  /// Moves the records into the trace; after stop().
+  /// Moves the records into the trace. It may be called only after stop().
   void collect(SessionTrace& trace, LiveTiming& timing);
 
  private:
@@ -85,7 +88,8 @@ class LiveTrialServer {
   const Experiment& experiment_;
   server::LiveServer server_;
   std::atomic<Duration::rep> start_ns_{kNotYet};
-  // Used by the room thread until it has stopped; reserved, so that no step allocates.
+  // Only the room thread uses the following members until it has stopped. Their memory is reserved, so that no step
+  // allocates.
   Duration next_bodies_{0};
   std::vector<BodiesSample> bodies_;
   std::size_t bodies_taken_ = 0;
@@ -143,7 +147,7 @@ void LiveTrialServer::collect(SessionTrace& trace, LiveTiming& timing) {
   timing.room = server_.room_timings().front();
 }
 
-/// A user with everything on their side of the network.
+/// A user with all objects on the client's side of the network.
 class LiveUser {
  public:
   LiveUser(const ExperimentUser& description, client::ClientIoSettings io, std::uint64_t hand_seed,
@@ -152,24 +156,24 @@ class LiveUser {
   const ExperimentUser& user() const { return user_; }
   void watch(BodyId body) { io_.haptics().watch(body); }
   void connect() { io_.start(); }
-  /// Starts the haptic thread near the user's phase of the millisecond. Returns the real-time rights that were not
-  /// granted.
+  /// Starts the haptic thread close to the user's phase within the millisecond. Returns the real-time permissions that
+  /// were not granted.
   std::vector<std::string> start_loop();
-  /// Moves the ring's content to ticks().
+  /// Moves the content of the ring buffer to ticks().
   void collect_ticks();
   void stop();
 
   client::ClientIoSnapshot io() const { return io_.snapshot(); }
-  /// The newest tick taken; null before the first.
+  /// Returns the newest collected tick, or null if there is none.
   const client::TickRecord* newest() const { return ticks_.empty() ? nullptr : &ticks_.back().record; }
   const std::vector<LiveTick>& ticks() const { return ticks_; }
-  /// Returns whether the hand has the server's state and, if the stage needs one, the local model.
+  /// Returns whether the haptic core has received the server's state and, if the stage needs one, has a local model.
   bool is_ready() const;
-  /// Same as collect_ticks(), then drops all ticks but the newest.
+  /// Same as collect_ticks(), but then discards all ticks except the newest.
   void collect_newest_tick();
   void forget_ticks_before(LocalTime time);
 
-  // after stop()
+  // The following functions may be called only after stop().
   const client::HapticCounters& counters() const { return io_.haptics().counters(); }
   const client::HapticCounters& counters_at_start() const { return at_start_; }
   double passivity_dissipated() const {
@@ -188,11 +192,11 @@ class LiveUser {
   client::ClientIo io_;
   realtime::Ring<LiveTick> ring_{kRingTicks};
   std::atomic<std::uint64_t> lost_{0};
-  std::vector<LiveTick> ticks_;  // main thread
-  bool is_hand_moving_ = false;  // haptic thread, like the next two, until it has stopped
+  std::vector<LiveTick> ticks_;  // used by the main thread
+  bool is_hand_moving_ = false;  // used by the haptic thread until it has stopped, like the next two members
   client::HapticCounters at_start_;
   double passivity_dissipated_at_start_j_ = 0;
-  std::optional<client::HapticLoop> loop_;  // destroyed before the objects that it uses
+  std::optional<client::HapticLoop> loop_;  // declared last, so that it is destroyed before the objects that it uses
 };
 
 LiveUser::LiveUser(const ExperimentUser& description, client::ClientIoSettings io, std::uint64_t hand_seed,
@@ -209,14 +213,15 @@ LiveUser::LiveUser(const ExperimentUser& description, client::ClientIoSettings i
 std::vector<std::string> LiveUser::start_loop() {
   client::HapticLoopSettings settings;
   settings.realtime_priority = realtime_priority_;
-  settings.trace_capacity = 1;  // minimal: ring_ also holds the hand's true state
+  // the minimum, because ring_ stores the records together with the true state of the hand
+  settings.trace_capacity = 1;
   loop_.emplace(settings, io_.haptics(), [this] { after_tick(); });
   std::this_thread::sleep_until(std::chrono::steady_clock::time_point(
       (next_whole_millisecond(SteadyClock().now()) + user_.tick_phase).time_since_epoch()));
   return loop_->start();
 }
 
-// On the haptic thread.
+// Runs on the haptic thread.
 void LiveUser::after_tick() noexcept {
   io_.notify();
   const LiveTick tick{io_.haptics().record(), device_.hand_pose(), device_.hand_twist(), Duration(0)};
@@ -260,8 +265,8 @@ void LiveUser::stop() {
   io_.stop();
 }
 
-/// Datagrams and bytes of both directions that one client sent and received. Losses of the simulated link on the way to
-/// the client are counted as datagrams, but not as bytes.
+/// Returns the datagrams and bytes that one client sent and received. Datagrams that the simulated link loses on the
+/// way to the client are counted, but their bytes are not.
 TrafficCounters traffic_of(const client::ClientIoSnapshot& io) {
   TrafficCounters traffic;
   const bool has_link = io.links.up.sent > 0;
@@ -295,7 +300,7 @@ struct LiveSession {
   LiveTrialServer server;
   std::vector<std::unique_ptr<LiveUser>> users;
   std::vector<TrafficCounters> traffic_at_start;
-  std::vector<std::size_t> reported;  // ticks already passed to on_tick
+  std::vector<std::size_t> reported;  // number of ticks of each user already passed to on_tick
   SessionTrace trace;
   LiveTiming& timing;
   const OnTick& on_tick;
@@ -336,7 +341,8 @@ LiveSession::LiveSession(const Experiment& its_experiment, std::shared_ptr<const
   }
 }
 
-/// Waits until `is_done`; on time-out throws with the missing item. Ticks in the rings are discarded meanwhile.
+/// Waits until `is_done` returns true. After a time-out, it throws an error that names the missing item. Ticks that
+/// arrive meanwhile are discarded.
 template <class IsDone>
 void LiveSession::wait_for(const LiveUser& user, const char* missing, const IsDone& is_done) {
   const LocalTime give_up = clock.now() + kLiveJoinTimeout;
@@ -351,7 +357,7 @@ void LiveSession::wait_for(const LiveUser& user, const char* missing, const IsDo
   }
 }
 
-// In order, so that the n-th manipulator gets the n-th tool.
+// Users join in order, so that the n-th manipulator gets the n-th tool.
 void LiveSession::join_all() {
   begun = clock.now();
   for (const auto& user : users) {
@@ -379,7 +385,7 @@ void LiveSession::start_hands() {
 void LiveSession::follow(std::size_t index) {
   LiveUser& user = *users[index];
   user.collect_ticks();
-  // Before the first tick of the moving hand `reported` is 0, and all ticks are older than the start.
+  // `reported` is 0 before the first tick of the moving hand; all ticks until then are older than the start.
   if (reported[index] == 0) user.forget_ticks_before(hands_started);
   for (; reported[index] < user.ticks().size(); ++reported[index]) {
     const client::TickRecord& record = user.ticks()[reported[index]].record;
@@ -393,7 +399,7 @@ void LiveSession::follow(std::size_t index) {
   user_trace.why_disconnected = status.why;
 }
 
-// Somewhat longer than the duration, so that its last tick has arrived.
+// Runs somewhat longer than the duration, so that the last tick has arrived.
 void LiveSession::keep_going() {
   const LocalTime end = hands_started + experiment.duration + kMainPeriod;
   while (clock.now() < end) {

@@ -1,6 +1,6 @@
-// A trial in real time: the server's sockets and room thread, and for each user a client's haptic and io threads, over
-// loopback and the live simulated links. It produces the same trace as run_virtual_session(), and thus the same
-// metrics.
+// A trial in real time. It uses the server's sockets and room thread, and a haptic thread and an io thread for each
+// user, over loopback and simulated links. Its trace has the same form as that of run_virtual_session(), so that the
+// same metrics apply.
 //
 //   the caller's thread      per user: haptic thread           per user: io thread        server: room, io thread
 //   join, in order           HapticLoop, 1 kHz                 ClientIo                   LiveServer
@@ -9,9 +9,9 @@
 //   the rings
 //   afterwards: rows at whole milliseconds
 //
-// Alignment with the virtual trial: all hands start at the same whole millisecond, path time counts from there, and row
-// k of a user is its newest tick before k + 1 ms. A tick that the machine skipped repeats the previous one, as for the
-// hand; skipped ticks are counted.
+// Alignment with the virtual trial: all hands start at the same whole millisecond, and the time on their paths counts
+// from there. Row k of a user is the newest tick before k + 1 ms. If the machine skipped a tick, the row repeats the
+// previous tick; such ticks are counted.
 #pragma once
 
 #include <cstdint>
@@ -29,8 +29,8 @@ namespace tandem::lab {
 /// Timing quality of one client.
 struct LiveUserTiming {
   std::uint64_t ticks = 0;    ///< ticks of the haptic thread since the hands started
-  std::uint64_t skipped = 0;  ///< milliseconds without their own tick
-  std::uint64_t lost = 0;     ///< records lost because the ring was full
+  std::uint64_t skipped = 0;  ///< number of milliseconds without a tick
+  std::uint64_t lost = 0;     ///< number of records lost because the ring buffer was full
   client::HapticLoopReport loop;
 };
 
@@ -42,13 +42,15 @@ struct LiveTiming {
 
 /// Runs one trial of an experiment in real time.
 ///
-/// Limits  errors of the local model and the check of the coupling against the device are excluded: tandem-client has
-///         no setting for the first, and a virtual trial has no check
-/// In      beside   the virtual trial of the same experiment: source of seeds, names and the watched body
-///         on_tick  called on this thread for each haptic tick of a moving hand, at most some ten milliseconds late
-/// Out     timing
-/// Fails   std::invalid_argument: errors of the model; CouldNotJoin (names user and reason); std::runtime_error,
-///         std::system_error: no port, no thread
+/// Limits  model errors and the check of the coupling against the device are excluded: tandem-client has no setting for
+///         model errors, and a virtual trial has no such check
+/// In      beside   trace of the virtual trial of the same experiment; seeds, names and the watched body are taken from
+///         it
+///         on_tick  called on the caller's thread for each haptic tick of a moving hand, some ten milliseconds late at
+///                  most
+/// Out     timing  timing quality of the clients and of the room
+/// Fails   std::invalid_argument: the experiment has model errors; CouldNotJoin (names user and reason);
+///         std::runtime_error, std::system_error: a port or a thread cannot be created
 SessionTrace run_live_session(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene,
                               const SessionTrace& beside, int realtime_priority, LiveTiming& timing,
                               const OnTick& on_tick = {});

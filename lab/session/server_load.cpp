@@ -27,12 +27,12 @@ using asio::ip::udp;
 
 constexpr double kSpacing_m = 0.15;
 constexpr double kCube_m = 0.04;
-/// Inputs later than this are skipped.
+/// If sending is late by more than this time, the inputs in between are skipped.
 constexpr Duration kMaxLate = std::chrono::milliseconds(10);
 /// Maximum plausible age of a state.
 constexpr Duration kMaxAge = std::chrono::seconds(1);
 
-/// Position of the user's cube on the table, seen from above.
+/// Returns the horizontal position (x, y) of the user's cube on the table.
 std::array<double, 2> place_of(std::size_t user) {
   const std::size_t column = user % 4, row = user / 4;
   return {kSpacing_m * static_cast<double>(column), kSpacing_m * static_cast<double>(row)};
@@ -66,7 +66,7 @@ std::string crowded_scene(const std::string& name, std::size_t users, std::size_
   return out.str();
 }
 
-/// One user: their control connection, which only joins, and their state socket.
+/// One user: a control connection, which is used only to join, and a socket for states and inputs.
 struct ServerLoad::User {
   User(asio::io_context& io, std::uint16_t port, const std::string& name, const std::string& room,
        const secure::TlsContext* context, const secure::Bytes& token)
@@ -98,7 +98,7 @@ struct ServerLoad::User {
     if (!tls.receive(std::span(bytes).first(size), unparsed, out)) throw std::runtime_error(tls.problem());
     asio::write(control, asio::buffer(out));
   }
-  /// Reads and removes the next `size` bytes of the stream.
+  /// Reads the next `size` bytes of the stream and removes them.
   proto::Bytes read_bytes(std::size_t size) {
     while (unparsed.size() < size) read_more();
     const auto end = unparsed.begin() + static_cast<std::ptrdiff_t>(size);
@@ -139,7 +139,8 @@ struct ServerLoad::User {
     X_WT = proto::pose_from_placement(tool.placement());
   }
 
-  /// Presses 5 mm into the cube and lifts off again once a second, with a phase offset of `place` seconds.
+  /// Sends an input of a hand that once a second presses 5 mm into the cube and lifts off again. `place` is the phase
+  /// offset in seconds.
   void send(LocalTime now, Tick tick, double place, LoadResult& result) {
     const double phase = 2 * std::numbers::pi * (to_seconds(now.time_since_epoch()) - place);
     proto::ClientUpdate update;
@@ -170,7 +171,8 @@ struct ServerLoad::User {
     deliver();
   }
 
-  /// In      deadline_of  deadline of a step of this user's room
+  /// Receives all waiting states and records their times.
+  /// In      deadline_of  returns the deadline of a step of this user's room
   void receive(LocalTime now, Tick newest, const std::function<LocalTime(Step)>& deadline_of, LoadResult& result) {
     std::array<std::byte, 2048> buffer;
     boost::system::error_code error;
@@ -202,7 +204,7 @@ struct ServerLoad::User {
 
   tcp::socket control;
   secure::TlsStream tls;
-  proto::Bytes unparsed;  ///< bytes of the stream, not yet parsed
+  proto::Bytes unparsed;  ///< bytes of the stream that are not parsed yet
   udp::socket state;
   proto::DatagramSeal seal{{}, proto::DatagramSeal::Use::kSeal, true, 0};
   proto::DatagramSeal opener{{}, proto::DatagramSeal::Use::kOpen, false, 0};
@@ -211,7 +213,7 @@ struct ServerLoad::User {
   std::uint64_t sequence = 0;
   Pose X_WT;
   proto::Bytes datagram;
-  std::array<LocalTime, 1024> sent_at{};  ///< indexed by tick modulo its size
+  std::array<LocalTime, 1024> sent_at{};  ///< sending times, indexed by tick modulo the size of the array
   Tick answered;
   LocalTime received_at{};
   Duration silence{0};
@@ -221,7 +223,7 @@ struct ServerLoad::Impl {
   asio::io_context io;
   std::optional<secure::TlsContext> tls;
   std::vector<std::unique_ptr<User>> users;
-  std::vector<std::function<LocalTime(Step)>> deadlines;  ///< for each user's room
+  std::vector<std::function<LocalTime(Step)>> deadlines;  ///< one function for each user, for the user's room
   Tick tick;
 };
 
@@ -277,7 +279,8 @@ LoadResult ServerLoad::run(Duration duration, double rate_hz) {
   }
   while (sent < begin + duration) {
     const LocalTime due = timer.wait();
-    // Inputs delayed by a lack of processor time are sent late: users on separate machines would have sent them.
+    // If processor time was short, several inputs are due and are sent late. Users on separate machines would have sent
+    // them in time.
     for (sent = std::max(sent + period, due - kMaxLate); sent <= due; sent += period) {
       ++impl_->tick.value;
       for (std::size_t i = 0; i < impl_->users.size(); ++i) {

@@ -1,4 +1,5 @@
-// Settings of the two ends of a trial, from an experiment: the same for virtual trials, live trials and benches.
+// Settings of client and server for a trial of an experiment. Virtual trials, live trials and benchmarks use the same
+// settings.
 #pragma once
 
 #include <cstdint>
@@ -10,22 +11,24 @@
 
 namespace tandem::lab {
 
-/// Store with all files of a scene, so that none is fetched.
+/// Returns a store with all assets of a scene, so that none is fetched.
 std::shared_ptr<client::AssetStore> assets_of(const server::LoadedScene& scene);
-/// The same store if the experiment's users have the assets from the start; else null.
+/// Returns the same store if the experiment's users have the assets from the start; otherwise null.
 std::shared_ptr<client::AssetStore> assets_of(const Experiment& experiment, const server::LoadedScene& scene);
 
-/// In      assets  may be shared by users of one thread
+/// Returns the settings of a user's client.
+/// In      assets  may be shared by the users of one thread
 client::ClientSettings client_settings(const ExperimentUser& user, std::shared_ptr<client::AssetStore> assets);
-/// The same with the asset delivery of `experiment`.
+/// Returns the same settings, with the asset delivery of `experiment`.
 client::ClientSettings client_settings(const Experiment& experiment, const ExperimentUser& user,
                                        std::shared_ptr<client::AssetStore> assets);
 
-/// Seeded connection ids suffice for a trial, which has no foreign clients. The port is that of a virtual network; a
-/// live server sets its own.
+/// Returns settings for the server. Connection ids from a seeded generator are sufficient for a trial, because it has
+/// no foreign clients. The port is that of the virtual network; a live server replaces it.
 server::HubSettings hub_settings(std::uint64_t seed);
 
-/// Energy that the client's passivity controller has withheld from the hand so far [world joules]; NaN: no controller.
+/// Returns the energy that the client's passivity controller has withheld from the hand so far [world joules]. NaN:
+/// there is no controller.
 double passivity_dissipated_j(const client::HapticCore& core, const Pipeline& pipeline);
 
 }  // namespace tandem::lab

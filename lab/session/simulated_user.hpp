@@ -1,4 +1,4 @@
-// A simulated hand coupled directly to a room, without network and client.
+// A simulated hand that is coupled directly to a room, without network and client.
 #pragma once
 
 #include <cstdint>
@@ -9,9 +9,9 @@
 
 namespace tandem::lab {
 
-/// Takes the room's tool of the same index on construction, and holds it from then on.
+/// On construction it takes the room's tool of the same index, and holds it until the end.
 ///
-/// Thread  the room's
+/// Thread  the room's thread
 class SimulatedUser {
  public:
   /// In      seed  random seed of the hand's tremor

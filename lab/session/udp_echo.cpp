@@ -23,16 +23,18 @@ using asio::ip::udp;
 using boost::system::error_code;
 
 constexpr std::size_t kDatagramBytes = 220;
-/// The thread needs some milliseconds to set up its memory and priority.
+/// Time that the thread needs to set up its memory and priority, with a large margin. Earlier datagrams are not
+/// counted.
 constexpr Duration kEchoSettling = std::chrono::milliseconds(200);
-/// Without drift all datagrams of a run would arrive at one phase of the other threads' period, busy or idle.
+/// Relative drift of the sending rate. Without it, all datagrams of a run would arrive at one phase of the other
+/// threads' period, which may be busy or idle.
 constexpr double kDrift = 1e-3;
 using Datagram = std::array<std::byte, kDatagramBytes>;
 
-/// Returns datagrams on a separate thread.
+/// A separate thread that sends each datagram back to its sender.
 class Echo {
  public:
-  /// In      from  datagrams sent earlier are not counted
+  /// In      from  datagrams sent before this time are not counted
   Echo(int priority, LocalTime from) : from_(from), socket_(io_, udp::endpoint(asio::ip::address_v4::loopback(), 0)) {
     timeval receive_timeout{.tv_sec = 0, .tv_usec = 10'000};
     setsockopt(socket_.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &receive_timeout, sizeof receive_timeout);

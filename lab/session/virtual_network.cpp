@@ -5,7 +5,8 @@
 namespace tandem::lab {
 namespace {
 
-// Content of a stream: the events of a TCP connection, each after its kind and the number of its connection attempt.
+// The simulated stream contains the events of a TCP connection. Each event has a header with its kind and the number of
+// the connection attempt.
 enum class Chunk : std::uint8_t { kConnect, kAccepted, kBytes, kEnd };
 constexpr std::size_t kChunkHeaderBytes = 5;
 

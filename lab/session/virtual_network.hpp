@@ -3,9 +3,9 @@
 //   ClientSession ── VirtualClientTransport ══ up: datagrams, stream ══▶ ┐
 //                                          ◀══ down: datagrams, stream ══╡ VirtualNetwork ── SessionHub
 //
-// A stream (TCP) is a reliable SimulatedLink with the delay of the datagrams. Both share one line: each gets the part
-// of the rate limit that the other leaves, in the order of sending. The cost of retransmission under loss is not
-// modelled. Connecting takes one round trip.
+// A stream (TCP) is a reliable SimulatedLink with the delay of the datagrams. Stream and datagrams share one line:
+// packets are sent in order, so that each kind gets the part of the rate limit that the other does not use. The cost of
+// retransmission after a loss is not modelled. Connecting takes one round trip.
 #pragma once
 
 #include <cstdint>
@@ -23,14 +23,14 @@ namespace tandem::lab {
 
 class VirtualNetwork;
 
-/// Traffic that one client and the server sent, both directions together, including losses.
+/// Traffic that one client and the server sent to each other, including lost packets.
 struct TrafficCounters {
   std::uint64_t datagrams = 0;
-  std::uint64_t bytes = 0;         ///< payload of datagrams and streams, without the headers of UDP, TCP and IP
-  std::uint64_t stream_bytes = 0;  ///< payload of streams only
+  std::uint64_t bytes = 0;         ///< payload of datagrams and streams, without UDP, TCP and IP headers
+  std::uint64_t stream_bytes = 0;  ///< payload of streams
 };
 
-/// One client's end.
+/// The client's end of a link.
 class VirtualClientTransport final : public client::ClientTransport {
  public:
   VirtualClientTransport(const Clock& clock, net::LinkParameters up, net::LinkParameters down, std::uint64_t seed,
@@ -43,17 +43,17 @@ class VirtualClientTransport final : public client::ClientTransport {
   std::size_t queued_control_bytes() const override;
   void close() override;
 
-  /// Receives the packets due at both ends, before either end sends in this slot.
+  /// Receives the packets that are due at both ends. It must be called before either end sends in this slot.
   void collect(LocalTime now);
-  /// Passes the packets that have arrived at this end to its session.
+  /// Passes the packets that have arrived at the client to its session.
   void deliver(client::ClientSession& session, LocalTime now);
 
   const net::LinkCounters& datagrams_up() const { return datagrams_up_.counters(); }
   const net::LinkCounters& datagrams_down() const { return datagrams_down_.counters(); }
   const TrafficCounters& traffic() const { return traffic_; }
-  /// Wait of the server's datagrams for the line, which they share with the stream.
+  /// Returns the times that the server's datagrams waited for the line, which they share with the stream.
   const Histogram& waits_down() const { return waits_down_; }
-  /// Time of the last arrival at the server's end.
+  /// Returns the time of the last arrival at the server.
   LocalTime received_at_server() const { return received_at_server_; }
 
  private:
@@ -76,25 +76,25 @@ class VirtualClientTransport final : public client::ClientTransport {
   TrafficCounters traffic_;
   Histogram waits_down_;
   LocalTime received_at_server_{};
-  // Arrived packets that are not yet passed on.
+  // Packets that have arrived but have not been passed on yet.
   Packets arrived_datagrams_up_;
   Packets arrived_datagrams_down_;
   Packets arrived_stream_up_;
   Packets arrived_stream_down_;
-  bool is_open_ = false;  ///< at the client's end
+  bool is_open_ = false;  ///< state at the client's end
   bool has_datagram_port_ = false;
-  std::uint32_t attempt_ = 0;                ///< connections started so far; chunks of earlier ones are ignored
-  server::ConnectionHandle connection_ = 0;  ///< at the server's end; 0: none
-  std::uint32_t server_attempt_ = 0;         ///< attempt of `connection_`
+  std::uint32_t attempt_ = 0;  ///< number of connections started so far; stream data of earlier ones is ignored
+  server::ConnectionHandle connection_ = 0;  ///< handle at the server's end; 0: no connection
+  std::uint32_t server_attempt_ = 0;         ///< value of `attempt_` to which `connection_` belongs
   bool server_knows_address_ = false;
 };
 
-/// The server's end of all clients' links.
+/// The server's end of the links of all clients.
 class VirtualNetwork final : public server::ServerTransport {
  public:
   explicit VirtualNetwork(const Clock& clock) : clock_(clock) {}
 
-  /// Adds a client, which may connect; it lives as long as the network.
+  /// Adds a client, which may then connect. The client exists as long as the network.
   VirtualClientTransport& add_client(const net::LinkParameters& up, const net::LinkParameters& down,
                                      std::uint64_t seed);
 
@@ -103,9 +103,10 @@ class VirtualNetwork final : public server::ServerTransport {
   std::size_t queued_control_bytes(server::ConnectionHandle connection) const override;
   void close(server::ConnectionHandle connection) override;
 
-  /// Receives the packets due at both ends of every client's links: the first action in a slot.
+  /// Receives the packets that are due at both ends of every link. It must be the first call in a slot.
   void collect(LocalTime now);
-  /// Passes the packets that have arrived at the server to the hub, clients in the order of add_client().
+  /// Passes the packets that have arrived at the server to the hub. The clients are processed in the order of
+  /// add_client().
   void deliver(server::SessionHub& hub, LocalTime now);
 
  private:

@@ -13,7 +13,8 @@
 namespace tandem::lab {
 namespace {
 
-/// Random streams of the experiment's seed for hands; links use the small numbers (virtual_network.cpp).
+/// First random-stream number of the hands; the links use smaller numbers (virtual_network.cpp). All streams derive
+/// from the seed of the experiment.
 constexpr std::uint64_t kHandStreams = 1U << 16U;
 constexpr Duration kJoinTimeout = std::chrono::seconds(30);
 
@@ -21,7 +22,8 @@ std::uint64_t hand_seed(std::uint64_t seed, std::size_t user) {
   return Random(seed, kHandStreams + user).next_u64();
 }
 
-// Watched body: that of the outcome's rule, else the first graspable one, else the first movable one.
+// Chooses the watched body: the body of the outcome rule, otherwise the first graspable body, otherwise the first
+// movable one.
 std::optional<std::size_t> watched_body(const Experiment& experiment, const server::LoadedScene& scene) {
   std::optional<std::size_t> movable;
   std::optional<std::size_t> graspable;
@@ -45,7 +47,7 @@ devices::DeviceSpec spec_of(const ExperimentUser& user) {
   return spec;
 }
 
-/// A user with everything on their side of the network.
+/// A user with all objects on the client's side of the network.
 struct VirtualUser {
   VirtualUser(const ExperimentUser& description, const client::ClientSettings& settings,
               VirtualClientTransport& its_transport, std::uint64_t seed)
@@ -58,21 +60,21 @@ struct VirtualUser {
     device.begin_path_at(LocalTime::max());
   }
 
-  /// Steers the hand along its path by the displayed pose of the tool's handle, as a user does who watches the tool.
+  /// Steers the hand along its path according to the displayed pose of the handle, like a user who watches the tool.
   void steer(const WorkspaceMapping& scene) {
     const client::TickRecord& seen = client.haptics().record();
     if (seen.scene_generation == 0 || !seen.sample.is_valid) return;
     const Vec3 handle = scene.X_WD.q.conjugate() * (seen.handle_W.X.p - scene.X_WD.p) / scene.position_scale;
     device.steer(handle / user.motion_scale - seen.sample.X_DH.p, user.motion_scale);
   }
-  /// Local model in use; null: the stage has none.
+  /// Returns the local model in use, or null if the stage has none.
   const client::LocalModel* model() const { return client.haptics().local_model(); }
 
   const ExperimentUser& user;
   VirtualClientTransport& transport;
   devices::SimDevice device;
   client::Client client;
-  std::optional<std::size_t> tool;  ///< index into the scene's tools; manipulators only
+  std::optional<std::size_t> tool;  ///< index into the scene's tools; only manipulators have one
   std::uint64_t seed_of_hand;
   client::HapticCounters at_start;
   TrafficCounters traffic_at_start;
@@ -206,7 +208,8 @@ void VirtualSession::join_all() {
       run_slot();
     }
   }
-  // One more round trip, so that every user has received the world when the hands start.
+  // Waits until every manipulator has received a state of the world, which takes one more round trip. Only then the
+  // hands start.
   for (const auto& user : users) {
     const LocalTime give_up = clock.now() + kJoinTimeout;
     const bool is_manipulator = server::has_tool(user->user.role);
@@ -215,7 +218,7 @@ void VirtualSession::join_all() {
   }
 }
 
-// Starts at a whole millisecond, so that ticks of the same hand in two trials are at the same times.
+// Starts at a whole millisecond, so that the ticks of a hand have the same times in two trials.
 void VirtualSession::start_hands() {
   while (clock.now().time_since_epoch() % kHapticPeriod != Duration(0)) run_slot();
   hands_started = clock.now();

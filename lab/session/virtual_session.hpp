@@ -1,6 +1,6 @@
-// A whole session in one process and virtual time, composed of the classes that run live.
+// A complete session in one process and in virtual time. It consists of the same classes as a live session.
 //
-// Time advances in slots of 0.25 ms. The events in a slot, in this order:
+// Time advances in slots of 0.25 ms. The events in a slot have this order:
 //
 //   0 network       due packets arrive, at both ends; packets sent below arrive in the next slot at the earliest
 //   1 server io     arrived bytes and datagrams → SessionHub
@@ -9,9 +9,9 @@
 //   4 each client   io: arrived → ClientSession; haptic tick when due (its own phase in the millisecond);
 //                   io: ClientSession::poll, sends the tick's update
 //
-// Nothing else orders events, and nothing depends on the host. A packet sent in a slot is received in a later one (a
-// link without delay takes one slot in each direction). Therefore the order of clients within a slot does not matter,
-// and delays are rounded up to slots.
+// Nothing else determines the order of events, and nothing depends on the host. A packet sent in a slot is received in
+// a later one, so a link without delay takes one slot in each direction. Therefore the order of clients within a slot
+// has no influence, and delays are rounded up to whole slots.
 #pragma once
 
 #include <functional>
@@ -24,21 +24,21 @@
 
 namespace tandem::lab {
 
-/// A user could not join: the link is too bad, or the scene was refused.
+/// Thrown if a user could not join, because the link is too bad or the scene was refused.
 struct CouldNotJoin : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Called before each haptic tick of a moving hand, to simulate a user's actions at a window.
+/// Called before each haptic tick of a moving hand, to simulate the user's actions in the client's window.
 using OnClient = std::function<void(std::size_t user, Duration time, client::Client& client)>;
 
 /// Runs one trial of an experiment.
 ///
-/// The users join in order, so that the n-th manipulator gets the n-th tool with any links. Then all hands start on
-/// their paths together, at time 0 of the trace.
+/// The users join in order, so that the n-th manipulator gets the n-th tool, whatever the links. Then all hands start
+/// on their paths at the same time, which is time 0 of the trace.
 /// In      on_tick    called after each haptic tick of a moving hand
-///         on_client  called before it
-/// Fails   std::invalid_argument: the scene has too few tools for the manipulators; CouldNotJoin (names user and
+///         on_client  called before that tick
+/// Fails   std::invalid_argument: the scene has fewer tools than there are manipulators; CouldNotJoin (names user and
 ///         reason)
 SessionTrace run_virtual_session(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene,
                                  const OnTick& on_tick = {}, const OnClient& on_client = {});

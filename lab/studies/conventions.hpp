@@ -1,9 +1,9 @@
-// Shared conventions of the studies: the frequency limit of vibration, and weight.
+// Constants that all studies share: the lowest frequency that counts as vibration, and gravity.
 #pragma once
 
 namespace tandem::lab {
 
-/// Voluntary motion and tremor are below this frequency; force components above it are felt as buzz.
+/// Voluntary motion and tremor have frequencies below this limit. Force components above it are perceived as buzz.
 inline constexpr double kVibration_hz = 30;
 
 inline constexpr double kGravity_m_per_s2 = 9.81;

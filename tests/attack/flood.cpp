@@ -1,10 +1,10 @@
-// Sends one datagram repeatedly to a local port, faster than a script can: in batches by sendmmsg.
+// Sends one datagram repeatedly to a local port, in batches by sendmmsg. It reaches a higher rate than a script.
 //
 //   attack-flood PORT SECONDS RATE HEX [--count]
 //
-// RATE is the maximum rate in datagrams per second; 0 is no limit. With --count, bytes 9 to 16 are a sequence number
-// that rises by one with each datagram. Prints {"sent": n, "seconds": s}. Sends to 127.0.0.1 only, for at most a
-// minute.
+// RATE is the maximum rate in datagrams per second; 0 means no limit. With --count, bytes 9 to 16 contain a sequence
+// number that increases by one with each datagram. The program prints {"sent": n, "seconds": s}. It sends only to
+// 127.0.0.1, for at most one minute.
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <sys/socket.h>

@@ -1,4 +1,4 @@
-"""Measures exit code, time, memory and output of a server for a hostile file (tests/system/hostile_files.py)."""
+"""Measures exit code, time, memory and output of a server that loads a hostile file (tests/system/hostile_files.py)."""
 import os
 import sys
 import tempfile
@@ -9,11 +9,11 @@ sys.path.insert(0, os.path.join(os.path.dirname(bench.HERE), "system"))
 import hostile_files  # noqa: E402  found through the line above
 
 REFUSED_WITHIN_S, MEMORY_MB = 5.0, 1024
-BUILD_LIMIT = ("--build-limit", "2s")  # valid but slow files are refused after this time
+BUILD_LIMIT = ("--build-limit", "2s")  # a valid file that takes longer to build is refused
 
 
 def load(case):
-    """Row of one file: exit code, seconds, peak memory of the server and its readers, last line."""
+    """Returns the table row of one file: exit code, seconds, peak memory of the server and its readers, last line."""
     with tempfile.TemporaryDirectory() as folder:
         seen = hostile_files.load(folder, case, os.path.join(bench.BIN, "tandem-server"), "--duration", "100ms",
                                   *(BUILD_LIMIT if case in hostile_files.SHAPES else ()))

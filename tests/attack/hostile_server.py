@@ -1,6 +1,7 @@
-"""A hostile server for the real client: a proxy in front of a real server that falsifies messages from a given time on.
+"""A hostile server for the real client. It is a proxy in front of a real server, and falsifies messages from a given
+time on.
 
-Before that time the hand presses a real wall, so that a force is displayed.
+Before that time the hand presses on a real wall, so that a force is displayed.
 """
 import os
 import select
@@ -20,12 +21,12 @@ LIES_AFTER_S = 2.5
 LIES_FOR_S = 6.0
 ZERO_WITHIN_S = 5.0
 MEMORY_MB = 200
-COUPLING, STIFFNESS = 5, 2  # fields of Scene and of Coupling (proto/tandem/scene.proto)
-STEPPED = 2  # field of ServerUpdate: server time of the step (proto/tandem/state.proto)
+COUPLING, STIFFNESS = 5, 2  # field numbers in Scene and Coupling (proto/tandem/scene.proto)
+STEPPED = 2  # field number in ServerUpdate: server time of the step (proto/tandem/state.proto)
 
 
 def raw_fields(data):
-    """Yields (number, bytes of the field with its key) in order."""
+    """Yields (number, bytes of the field including its key) for each field in order."""
     at = 0
     while at < len(data):
         start = at
@@ -42,12 +43,12 @@ def raw_fields(data):
 
 
 def replaced(data, number, field):
-    """Returns `data` with `field` in place of all fields of this number."""
+    """Returns `data` after all fields with this number have been replaced by `field`."""
     return b"".join(raw for n, raw in raw_fields(data) if n != number) + field
 
 
 class Lies:
-    """Changes of a scenario. Messages are forwarded unchanged unless a method is overridden."""
+    """The changes that a scenario makes. Messages are forwarded unchanged unless a method is overridden."""
 
     def __init__(self):
         self.is_lying = False
@@ -57,16 +58,16 @@ class Lies:
         return body
 
     def state(self, payload):
-        """Changed payload of a ServerUpdate; None if it is dropped."""
+        """Returns the changed payload of a ServerUpdate, or None to drop it."""
         return payload
 
     def control(self):
-        """Additional control bytes, sent to the client repeatedly while lying."""
+        """Returns additional control bytes, which are sent to the client repeatedly while messages are falsified."""
         return b""
 
 
 class Frozen(Lies):
-    """Repeats one state with rising sequence numbers."""
+    """Repeats one state with increasing sequence numbers."""
 
     kept = None
 
@@ -76,7 +77,7 @@ class Frozen(Lies):
 
 
 class Timeless(Lies):
-    """Step numbers rise; the time of the world is constant."""
+    """The step numbers increase, but the time of the world is constant."""
 
     first = None
 
@@ -104,7 +105,7 @@ class Replacing(Lies):
 
 
 class Saying(Lies):
-    """Sends a message on the control channel as fast as the client reads it."""
+    """Sends a message on the control channel as fast as the client can read it."""
 
     def __init__(self, text):
         super().__init__()
@@ -115,7 +116,7 @@ class Saying(Lies):
 
 
 class Joined(Lies):
-    """Changes the answer to joining."""
+    """Changes the reply to a request to join."""
 
     def __init__(self, change):
         super().__init__()
@@ -150,7 +151,7 @@ def many_users():
     return b"".join(user_joined(user) for user in range(1, 5000))
 
 
-# Required result: the force is zero, or the program has ended with an error message.
+# In these scenarios the force must be zero, or the program must have ended with an error message.
 SCENARIOS = {
     "frozen step, rising sequence": Frozen,
     "frozen time, rising steps": Timeless,
@@ -168,7 +169,7 @@ SCENARIOS = {
     "a mass of 1e300 kg": lambda: Joined(with_mass(HUGE)),
     "assets of 2^40 bytes": lambda: Joined(with_asset(1 << 40)),
 }
-# The force may stay in these: the display uses the server's states or the remaining assets.
+# In these scenarios the force may continue, because the display uses the server's states or the remaining assets.
 HARMLESS = {"assets of 2^40 bytes", "a mass of 1e300 kg"}
 GROWING = {"users without end": lambda: Saying(many_users())}
 

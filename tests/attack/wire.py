@@ -1,4 +1,4 @@
-"""Minimal implementation of proto/WIRE.md for misbehaving clients and servers."""
+"""A minimal implementation of proto/WIRE.md for clients and servers that misbehave."""
 import base64
 import math
 import socket
@@ -9,14 +9,14 @@ PROTOCOL_VERSION = 3
 HEADER_BYTES = 33
 CLIENT_UPDATE, SERVER_UPDATE = 0, 1
 MANIPULATOR, OBSERVER, OPERATOR = 1, 2, 3
-# Fields of ClientControl and ServerControl (proto/tandem/control.proto).
+# Field numbers of ClientControl and ServerControl (proto/tandem/control.proto).
 HELLO, JOIN, GRAB, RELEASE, SET_PARAMETER, GET_ASSET, LEAVE, STATE_DATAGRAM, PING, KICK, RESET_ROOM, ASK_POSE, POINT = range(2, 15)
 WELCOME, JOINED, GRABBED, RELEASED, USER_JOINED, USER_LEFT, ASSET_CHUNK, PARAMETER_SET, ERROR, GOODBYE, STATE = range(2, 13)
 PONG = 13
 KEPT_POSE, POSE_TAKEN, POINTED, POSE_DELETED, POSE_PROGRESS = 17, 18, 19, 20, 21
 
 
-# Protobuf encoding of one field each.
+# The following functions encode one Protobuf field each.
 def varint(value):
     out = b""
     while value > 0x7F:
@@ -38,7 +38,7 @@ def fixed64(number, value):
 
 
 def part(number, data):
-    """Field with a string, bytes or a message."""
+    """Encodes a field that contains a string, bytes or a message."""
     return varint(number << 3 | 2) + varint(len(data)) + data
 
 
@@ -51,7 +51,7 @@ def floats(number, values):
 
 
 def fields(data):
-    """Yields (number, value) of each field; the value is an int or bytes."""
+    """Yields (number, value) for each field. The value is an int or bytes."""
     at = 0
     while at < len(data):
         key, at = _read_varint(data, at)
@@ -111,7 +111,7 @@ def join(name, role, token=b""):
 
 
 def token_bytes(text):
-    """Decodes the token text of tandem-token or of a server's invitation into JoinRoom.token."""
+    """Decodes the text of a token from tandem-token or from a server's invitation into JoinRoom.token."""
     return base64.urlsafe_b64decode(text + "=" * (-len(text) % 4))
 
 
@@ -139,7 +139,7 @@ def rigid_state(number, position_m=(0.0, 0.0, 0.0), rotation=(1.0, 0.0, 0.0, 0.0
 
 
 def client_update(tick, sent_ns, position_m=None):
-    """ClientUpdate with the hand at `position_m`; None for an invalid handle."""
+    """Returns a ClientUpdate with the hand at `position_m`; None gives an invalid handle."""
     place = position_m or (0.0, 0.0, 0.0)
     return whole(1, tick) + rigid_state(2, place) + whole(4, int(position_m is not None)) + fixed64(5, sent_ns)
 
@@ -151,7 +151,7 @@ def server_update(step, time_ns, position_m, force_n=(0.0, 0.0, 0.0), bodies=b""
 
 
 def tls(stream):
-    """Wraps a stream in TLS without verification of the server."""
+    """Wraps a stream in TLS. The server's certificate is not verified."""
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
     context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
     context.set_alpn_protocols(["tandem/2"])
@@ -159,7 +159,7 @@ def tls(stream):
 
 
 class RawClient:
-    """A client that sends arbitrary messages. Loopback only."""
+    """A client that sends arbitrary messages. It connects to loopback only."""
 
     def __init__(self, port, timeout_s=5.0, is_secure=False):
         self.port = port
@@ -172,7 +172,7 @@ class RawClient:
         self.assets = []
 
     def join(self, name, role=OBSERVER, state="state-udp", token=b""):
-        """Joins the server. Fails: ConnectionError if refused."""
+        """Joins the server. Fails: ConnectionError if the server refuses."""
         self.stream.sendall(hello(state))
         for number, value in fields(self.receive_kind(WELCOME)):
             self.connection = value if number == 4 else self.connection
@@ -185,7 +185,8 @@ class RawClient:
         self.datagrams.connect(("127.0.0.1", self.port))
 
     def receive_kind(self, kind):
-        """Body of the next message, which must be of this kind. Fails: ConnectionError with the received message."""
+        """Returns the body of the next message, which must be of this kind. Fails: ConnectionError that contains the
+        message otherwise received."""
         for number, value in fields(self.receive()):
             if number == kind:
                 return value
@@ -197,7 +198,7 @@ class RawClient:
         return receive_frame(self.stream)
 
     def datagram(self, position_m=None):
-        """Next datagram of a correct client."""
+        """Returns the next datagram that a correct client would send."""
         self.sequence += 1
         self.tick += 1
         return (header(CLIENT_UPDATE, self.connection, self.epoch, self.sequence) +

@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
-"""Audits how structure files are read: nothing is lost in silence, and types and charges are those of GROMACS.
+"""Audits how structure files are read: no atom is lost without a message, and types and charges are those of GROMACS.
 
-For each PDB, mmCIF, PQR and PDBQT file given, or found in the folders given:
-  * atoms loaded + atoms reported as left out = atoms of the file's first model, or the file is refused by name;
-  * with hydrogens built the net charge of each chain is whole, or the report names residues;
-  * PDB files that GROMACS's pdb2gmx accepts: type and charge of each atom of each residue equal pdb2gmx's, with its
-    choice of histidines given; proteins with OPLS-AA, those with nucleic acids with amber99sb.
-Exit code 0: all hold, 1: one does not, or no file was compared with pdb2gmx. One line a file; --failures prints only those with a difference.
+The PDB, mmCIF, PQR and PDBQT files given, or found in the given folders, must satisfy these conditions:
+  * The number of atoms loaded plus the number reported as left out equals the number of atoms in the file's first
+    model, or the file is refused with a message that names it.
+  * With hydrogens built, the net charge of each chain is an integer, or the report names residues.
+  * For PDB files that GROMACS's pdb2gmx accepts, type and charge of each atom of each residue equal those of pdb2gmx,
+    with the histidine states that pdb2gmx chose. Proteins use OPLS-AA, files with nucleic acids use amber99sb.
+Exit code 0: all conditions hold; 1: one does not, or no file was compared with pdb2gmx. The output has one line for
+each file; --failures prints only files with a difference.
 """
 
 import argparse
@@ -49,7 +51,7 @@ def kind_of(path, text):
 
 
 def pdb_atoms(text):
-    """Atom records of the first model."""
+    """Returns the atom records of the first model."""
     atoms = []
     for line in text.splitlines():
         if line.startswith("ENDMDL") and atoms:
@@ -60,7 +62,7 @@ def pdb_atoms(text):
 
 
 def cif_count(text):
-    """Rows of _atom_site of the first model; of files whose rows are one line each."""
+    """Returns the rows of _atom_site that belong to the first model. The file must have one line for each row."""
     names, rows, inside = [], [], False
     for line in text.splitlines():
         key = line.strip().lower()
@@ -87,7 +89,7 @@ def energy(lab, path, selection, hydrogens, probe, force_field=PROTEIN):
 
 
 def count_line(lab, path, text, probe):
-    """What became of the atoms, and whether that is right."""
+    """Returns what happened to the atoms of a file and whether it is correct."""
     read, refusal = energy(lab, path, ":/*", "given", probe)
     if read is None:
         return ("refused: " + refusal[:110], os.path.basename(path) in refusal, None)
@@ -110,8 +112,8 @@ def charge_line(lab, path, probe):
 
 
 def polymer_lines(text):
-    """Amino acids and nucleotides of the first model, the first of alternate locations, chains apart; a chain's first
-    nucleotide without its phosphate, for which pdb2gmx has no block."""
+    """Returns the amino acids and nucleotides of the first model, chain by chain. Of alternate locations the first is
+    used. The first nucleotide of a chain has no phosphate, because pdb2gmx has no block for it."""
     seen, lines, chain, first = set(), [], None, None
     for line in pdb_atoms(text):
         name, residue = line[12:16].strip(), line[17:20].strip()
@@ -132,7 +134,7 @@ def polymer_lines(text):
 
 
 def lines_of_today(lines):
-    """Names of nucleotides that pdb2gmx knows: DA for an A without O2', O5' for O5*."""
+    """Returns the names that pdb2gmx uses for nucleotides: DA for an A without O2', O5' for O5*."""
     names = collections.defaultdict(set)
     for line in lines:
         names[line[17:27]].add(line[12:16].strip().replace("*", "'"))
@@ -149,7 +151,8 @@ def lines_of_today(lines):
 
 
 def topology_residues(path):
-    """In order: (name of the block, sorted types and charges) of the one molecule that pdb2gmx merged all chains into."""
+    """Returns (name of the block, sorted types and charges) in order, for the one molecule into which pdb2gmx merged
+    all chains."""
     found, section = [], ""
     with open(path, encoding="ascii") as file:
         for line in file:
@@ -167,7 +170,7 @@ def topology_residues(path):
 
 
 def read_residues(read):
-    """In file order: place of the residue, and its sorted types and charges."""
+    """Returns, in the order of the file, the place of each residue with its sorted types and charges."""
     residues = collections.OrderedDict()
     for atom in read["receptor_atoms"]:
         place = atom["atom"].split(" of ", 1)[1]
@@ -197,7 +200,7 @@ def gromacs_line(lab, text, probe):
             reason = re.search(r"Fatal error:\s*(.*)", run.stderr)
             return "pdb2gmx refuses: " + (reason[1] if reason else "?")[:80], True
         theirs = topology_residues(os.path.join(folder, "t.top"))
-        # The same residues, with its choice of histidines as names.
+        # The residues are read again with names that express the histidine states chosen by pdb2gmx.
         keys, renamed = {}, []
         for line in lines:
             if line == "TER":
@@ -220,7 +223,7 @@ def gromacs_line(lab, text, probe):
     for (place, mine), (block, other) in zip(ours, theirs):
         same = len(mine) == len(other) and all(a[0] == b[0] and abs(a[1] - b[1]) < CHARGE_BOUND for a, b in zip(mine, other))
         if not same and not is_whole(other) and is_whole(mine):
-            in_parts += 1  # a chain of one residue: pdb2gmx adds up both ends, without the zwitterion's entries
+            in_parts += 1  # in a chain of one residue, pdb2gmx adds both ends instead of the entries for a zwitterion
         elif not same:
             different.append(f"{place} ({block})")
     atoms = sum(len(atoms) for _, atoms in theirs)

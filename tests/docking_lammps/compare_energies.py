@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Compares `tandem-lab energy` with LAMMPS and GROMACS on three real pairs, charges and built hydrogens included.
+"""Compares `tandem-lab energy` with LAMMPS and GROMACS for three real pairs, including charges and built hydrogens.
 
-LAMMPS gets our positions and parameters; GROMACS reads the structures with its own pdb2gmx, so that hydrogens, types and
-charges are compared too. Exit code 0: all within bounds, 1: not, or an engine or a structure is not installed. With
---golden it writes the engines' results for tests/server/assets/structures/energy_test.cpp.
+LAMMPS receives our positions and parameters. GROMACS reads the structures with its own pdb2gmx, so that hydrogens,
+types and charges are also compared. Exit code 0: all results are within the bounds; 1: one is not, or an engine or a
+structure is not installed. With --golden it writes the results of the engines for
+tests/server/assets/structures/energy_test.cpp.
 """
 
 import argparse
@@ -23,7 +24,7 @@ PAIRS = {
 }
 LJ_BOUND = 1e-8
 COULOMB_BOUND = 1e-7
-FORCE_BOUND = 1e-6  # of the largest
+FORCE_BOUND = 1e-6  # relative to the largest force
 
 PARAMETERS = "/usr/share/gromacs/top"
 OPLS = "oplsaa"
@@ -84,7 +85,8 @@ def tandem(lab, receptor, ligand, hydrogens, dielectric, force_field=OPLS):
 
 
 def run_lammps(lammps, ours, dielectric, mixing="geometric"):
-    """Lennard-Jones and Coulomb energy [kJ/mol], and the force on each atom [kJ/mol/Å], the receptor's first."""
+    """Returns the Lennard-Jones and Coulomb energy [kJ/mol] and the force on each atom [kJ/mol/Å], those of the
+    receptor first."""
     style, more, permittivity = STYLES[dielectric]
     atoms = [(1, atom) for atom in ours["receptor_atoms"]] + [(2, atom) for atom in ours["ligand_atoms"]]
     types = sorted({(atom["sigma_angstrom"], atom["epsilon_kj_mol"]) for _, atom in atoms})
@@ -126,8 +128,8 @@ def run_tool(folder, *command):
 
 
 def run_gromacs(folder, structure, chains, force_field):
-    """Lennard-Jones and Coulomb energy [kJ/mol] of two chains with GROMACS's own hydrogens, types and charges; and the
-    file of the structure that it made."""
+    """Returns the Lennard-Jones and Coulomb energy [kJ/mol] of two chains with GROMACS's own hydrogens, types and
+    charges. Also returns the file of the structure that GROMACS created."""
     with open(structure, encoding="ascii") as file:
         kept = [line for line in file if line.startswith("ATOM") and line[21] in chains or line.startswith("TER")]
     with open(os.path.join(folder, "pair.pdb"), "w", encoding="ascii") as file:
@@ -154,7 +156,7 @@ def run_gromacs(folder, structure, chains, force_field):
     assert "LJ-SR:chA-chB" in terms.stdout
     with open(os.path.join(folder, "terms.xvg"), encoding="ascii") as file:
         values = [float(word) for word in file.read().split()]
-    coulomb, lj = values[1:3]  # in the order of the file: Coulomb stands before Lennard-Jones
+    coulomb, lj = values[1:3]  # in the order of the file, in which Coulomb precedes Lennard-Jones
     if "Coul-SR:chA-chB" in terms.stdout and terms.stdout.index("LJ-SR:chA-chB") < terms.stdout.index("Coul-SR:chA-chB"):
         lj, coulomb = values[1:3]
     return lj, coulomb, os.path.join(folder, "boxed.pdb")
@@ -197,7 +199,7 @@ def compare_with_gromacs(check, arguments, name, force_field):
 
 
 def has_rdtscp():
-    """Without it, mdrun ends at once."""
+    """Returns whether the processor has the instruction rdtscp; without it mdrun ends at once."""
     with open("/proc/cpuinfo", encoding="ascii", errors="replace") as file:
         return any(line.startswith("flags") and "rdtscp" in line.split() for line in file)
 

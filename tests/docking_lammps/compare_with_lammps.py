@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Compares our Lennard-Jones kernels with LAMMPS on the same positions and parameters.
+"""Compares our Lennard-Jones kernels with LAMMPS for the same positions and parameters.
 
-molecule_dump loads the pair and prints positions, parameters and our results; this script writes them as a LAMMPS
-problem, runs `lmp`, and compares energy and every atom's force. Exit code 0: all within bounds, 1: not, or LAMMPS
-or the structure is not installed. With --golden it writes LAMMPS's results for tests/common/docking/molecule_lammps_test.cpp.
+molecule_dump loads the pair and prints positions, parameters and our results. This script writes them as input for
+LAMMPS, runs `lmp`, and compares the energy and the force on every atom. Exit code 0: all results are within the bounds;
+1: one is not, or LAMMPS or the structure is not installed. With --golden it writes LAMMPS's results for
+tests/common/docking/molecule_lammps_test.cpp.
 """
 
 import argparse
@@ -18,7 +19,7 @@ import needs  # noqa: E402  (found by the path above)
 
 KJ_PER_KCAL = 4.184
 
-# Pose of chain B in the frame of chain A: x y z [Å], qw qx qy qz. The rotation quaternion is normalised when read.
+# Pose of chain B in the frame of chain A: x y z [Å], qw qx qy qz. The quaternion is normalised when it is read.
 POSES = {
     "native": (0, 0, 0, 1, 0, 0, 0),
     "apart": (0.54, 1.92, 0.08, 1, 0, 0, 0),
@@ -26,14 +27,15 @@ POSES = {
     "turned, overlapping": (-1.4, 3.8, 3.0, 0.9, 0.3, -0.2, 0.25),
 }
 
-# Those that the golden file holds: enough for a test, and small.
+# Poses in the golden file. Two are sufficient for a test and keep the file small.
 GOLDEN_POSES = ("native", "turned, near contact")
 
-# Of the double kernel: energy, and each atom's force against that atom's force in LAMMPS or, where pair forces
-# cancel in it, 1e-6 of the largest.
+# Bounds for the double-precision kernel. The energy and the force on each atom are compared with those of LAMMPS. If
+# the pair forces on an atom cancel, the error is relative to 1e-6 of the largest force.
 EXACT_BOUND = 1e-8
 CANCELLATION_FLOOR = 1e-6
-# Of the float kernels: energy relative, force of the largest atom force, torque of that times the farthest atom.
+# Bound for the single-precision kernels: relative error of the energy, error of a force relative to the largest force
+# on an atom, and error of the torque relative to that force times the distance of the farthest atom.
 FLOAT_BOUND = 1e-5
 
 IN_FILE = """\
@@ -102,7 +104,7 @@ def energy_in_log(log):
 
 
 def run_lammps(lammps, atoms):
-    """Energy [kJ/mol] and the force on each atom [kJ/mol/Å], A's atoms first."""
+    """Returns the energy [kJ/mol] and the force on each atom [kJ/mol/Å], the atoms of A first."""
     data, in_file = lammps_files(atoms)
     with tempfile.TemporaryDirectory() as folder:
         for name, text in (("pair.data", data), ("pair.in", in_file)):
@@ -136,7 +138,7 @@ def total(vectors):
 
 
 class Check:
-    """Prints each comparison; remembers whether one failed."""
+    """Prints each comparison and records whether one has failed."""
 
     def __init__(self):
         self.failed = False

@@ -1,5 +1,6 @@
-// Prints a posed pair of molecules and what our kernels say about it, for compare_with_lammps.py: positions and
-// parameters go to LAMMPS, energies and forces are compared with what comes back. Text, one record a line, %.17g.
+// Prints a pair of molecules in a given pose and the results of our kernels for it. compare_with_lammps.py passes the
+// positions and parameters to LAMMPS and compares the energies and forces. The output is text with one record per line;
+// numbers have the format %.17g.
 #include <cstdio>
 #include <cstdlib>
 #include <exception>

@@ -1,6 +1,6 @@
-// Arbitrary bytes as an asset from a server: a surface, a drawing or a molecule, by the first byte. Every accepted
-// asset is sound, and a surface or molecule is unchanged by writing and reading. The target first corrects the checksum
-// at the end, or every input would be refused.
+// Treats arbitrary bytes as an asset from a server. The first byte selects a surface, a drawing or a molecule. Every
+// accepted asset must be consistent, and a surface or molecule must not change when it is written and read again. The
+// target first corrects the checksum at the end, because otherwise every input would be refused.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>

@@ -1,11 +1,11 @@
-// Condition that a fuzz target requires of its results.
+// The check that fuzz targets apply to their results.
 #pragma once
 
 #include <cstdlib>
 
 namespace tandem::fuzz {
 
-/// Aborts in every build, unlike assert(); a fuzzer keeps the input that ended the program.
+/// Aborts in every build, unlike assert(). A fuzzer stores the input that aborted the program.
 inline void check(bool is_good) {
   if (!is_good) std::abort();
 }

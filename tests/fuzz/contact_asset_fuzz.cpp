@@ -1,5 +1,6 @@
-// Arbitrary bytes as a contact asset, read as by a client or the cache. Every accepted asset can be queried anywhere
-// and survives writing and reading. The target first corrects the checksum at the end, or every input would be refused.
+// Treats arbitrary bytes as a contact asset that a client or the cache reads. Every accepted asset can be queried at
+// any point and does not change when it is written and read again. The target first corrects the checksum at the end,
+// because otherwise every input would be refused.
 #include <cmath>
 #include <cstdint>
 #include <vector>

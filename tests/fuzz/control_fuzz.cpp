@@ -1,5 +1,5 @@
-// Arbitrary bytes as a control stream, read by either side. The size of the input selects the size of the pieces in
-// which the stream arrives; this covers the framing as well.
+// Treats arbitrary bytes as a control stream that the client or the server reads. The size of the input selects the
+// size of the pieces in which the stream arrives, so that framing is also tested.
 #include <algorithm>
 #include <cstdint>
 #include <span>

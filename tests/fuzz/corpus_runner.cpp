@@ -1,6 +1,6 @@
-// Runs a fuzz target without a fuzzer, so that every compiler builds and runs it. Inputs: every *.hex file of a folder,
-// its prefixes, and its copies with single changed bytes; and every line of a file, in hexadecimal. --around N limits
-// the inputs from each *.hex file to about N, for slow targets.
+// Runs a fuzz target without a fuzzer, so that every compiler can build and run it. The inputs are every *.hex file of
+// a folder, prefixes of these files, copies with one changed byte, and every line of a file in hexadecimal. --around N
+// limits the inputs from each *.hex file to about N, for slow targets.
 #include <array>
 #include <cctype>
 #include <cstdint>

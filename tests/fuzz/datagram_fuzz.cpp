@@ -1,4 +1,5 @@
-// Arbitrary bytes as a datagram, read by either side. Every accepted datagram must survive writing and reading.
+// Treats arbitrary bytes as a datagram that the client or the server reads. Every accepted datagram must not change
+// when it is written and read again.
 #include <cstdint>
 #include <span>
 

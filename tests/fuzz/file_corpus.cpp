@@ -1,5 +1,5 @@
-// Writes the seeds of the fuzz targets of files and their assets, by the real writers: the shipped scenes, structures
-// in each format, solid and open meshes, and assets.
+// Writes the seeds for the fuzz targets that read files and assets. It uses the real writers for the shipped scenes,
+// structures in each format, solid and open meshes, and assets.
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -65,7 +65,7 @@ void write_structures(const fs::path& folder) {
   fuzz::write_seed(folder / "pqr", bytes_of(std::string(1, '\2') + pqr));
 }
 
-/// Writes a mesh in the format of mesh_fuzz, with a unit of 2^-10 m.
+/// Writes a mesh in the input format of mesh_fuzz. The unit of length is 2^-10 m.
 void write_mesh(const fs::path& file, const std::vector<std::array<int, 3>>& vertices,
                 const std::vector<std::array<int, 3>>& triangles) {
   std::string text{static_cast<char>(-10), static_cast<char>(vertices.size())};

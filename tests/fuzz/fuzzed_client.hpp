@@ -1,5 +1,5 @@
-// A whole client with a device, without sockets or a clock, for fuzz targets that play its server. The force limits of
-// the hand must hold for every input.
+// A complete client with a device, without sockets or a clock. Fuzz targets use it and act as its server. The force
+// limits of the hand must hold for every input.
 #pragma once
 
 #include <cmath>
@@ -15,7 +15,7 @@
 
 namespace tandem::fuzz {
 
-/// Transport that connects on request and discards everything sent.
+/// A transport that connects on request and discards everything that is sent.
 class DeadLine final : public client::ClientTransport {
  public:
   void connect(LocalTime) override { is_wanted = true; }
@@ -40,14 +40,14 @@ class FuzzedClient {
   client::Client& client() { return client_; }
   client::ClientSession& session() { return client_.session(); }
   LocalTime now() const { return now_; }
-  /// Whether ticks are left.
+  /// Returns whether more ticks may run.
   bool goes_on() const { return ticks_ < kMaxTicks; }
 
   void connect() {
     if (line_.is_wanted) session().on_connected(now_);
     line_.is_wanted = false;
   }
-  /// Delivers a control message in its frame.
+  /// Delivers a control message in a frame.
   void deliver(std::span<const std::byte> payload) {
     proto::Bytes frame;
     for (std::size_t i = proto::kFrameLengthBytes; i-- > 0;)
@@ -55,11 +55,11 @@ class FuzzedClient {
     frame.insert(frame.end(), payload.begin(), payload.end());
     session().on_control_bytes(frame, now_);
   }
-  /// Advances the clock without a tick.
+  /// Advances the clock without running a tick.
   void stall(Duration duration) { now_ += duration; }
 
-  /// Runs one tick of 1 ms, in which the hand moves up and down. Checks that the force is finite and within the
-  /// device's force and slew limits. Also checks that the stage processes no more samples than its bound.
+  /// Runs one tick of 1 ms, in which the hand moves up and down. Checks that the force is finite and within the force
+  /// and slew limits of the device. Also checks that the stage processes no more samples than its bound.
   void tick() {
     if (++ticks_ > kMaxTicks) return;
     now_ += kTick;
@@ -75,7 +75,7 @@ class FuzzedClient {
     check(falls || (shown_.f - before.f).norm() <= may_step_n + kRounding);
     check(client_.haptics().record().stage_samples <= client::kMaxStageSamples);
   }
-  /// Last wrench written to the device.
+  /// Returns the last wrench that was written to the device.
   const Wrench& shown() const { return shown_; }
 
  private:

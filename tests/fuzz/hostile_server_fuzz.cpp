@@ -1,4 +1,5 @@
-// Arbitrary bytes as the messages of a server, received by a whole client with its local model and a device.
+// Treats arbitrary bytes as the messages of a server. A complete client with its local model and a device receives
+// them.
 #include <cstdint>
 
 #include "tests/fuzz/fuzzed_client.hpp"

@@ -1,5 +1,5 @@
-// Arbitrary vertices and triangles as a user's mesh: it is prepared for contact, or refused. The parser of mesh files
-// is a separate program with bounded memory and time, and is not tested here.
+// Treats arbitrary vertices and triangles as a user's mesh, which is either prepared for contact or refused. The parser
+// of mesh files is a separate program with bounded memory and time; it is not tested here.
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -22,8 +22,9 @@ void check(const geometry::TriangleMesh& mesh) {
   }
 }
 
-/// Model   exponent of the power of two of the unit, number of vertices, x y z of each as signed bytes, then vertex
-///         indices of triangles
+/// Builds a mesh from bytes.
+/// Model   exponent of 2 that gives the unit, number of vertices, x y z of each vertex as signed bytes, then the vertex
+///         indices of the triangles
 geometry::TriangleMesh mesh_of(std::span<const std::uint8_t> bytes) {
   geometry::TriangleMesh mesh;
   if (bytes.size() < 2) return mesh;
@@ -51,7 +52,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto again = geometry::surface_from(geometry::surface_asset_bytes(all));
     check(again.has_value() && again->triangles == all.triangles);
   } catch (const geometry::MeshError&) {
-  } catch (const std::invalid_argument&) {  // too far from the origin for single precision
+  } catch (const std::invalid_argument&) {  // the mesh is too far from the origin for single precision
   }
   return 0;
 }

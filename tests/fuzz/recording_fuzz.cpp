@@ -1,5 +1,5 @@
-// Arbitrary bytes as a recording. The reader terminates, its results are within the limits of the file, and they
-// survive writing and reading.
+// Treats arbitrary bytes as a recording. The reader must terminate, and its results must be within the limits of the
+// file and must not change when they are written and read again.
 #include <cstdint>
 #include <sstream>
 

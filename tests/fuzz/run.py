@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Fuzzes all readers of external bytes with Clang's libFuzzer under AddressSanitizer and UndefinedBehaviorSanitizer.
 
-Builds into build/fuzz. Starts from the seeds of the real writers, the earlier inputs in corpus/TARGET.txt and the
-corpus of the last run (build/fuzz/corpus). Inputs with failures are stored in build/fuzz/findings; the exit code is then 1.
+The targets are built in build/fuzz. Each starts from the seeds of the real writers, the earlier inputs in
+corpus/TARGET.txt and the corpus of the last run (build/fuzz/corpus). Inputs that cause a failure are stored in
+build/fuzz/findings; the exit code is then 1.
 """
 
 import argparse
@@ -20,9 +21,10 @@ SOURCE = HERE.parents[1]
 BUILD = SOURCE / "build" / "fuzz"
 README = HERE / "README.md"
 MARKS = ("<!-- runs -->\n", "<!-- end of runs -->")
-# Limits of one input. No message, datagram or file of a test is longer; exceeding the time or the memory is a finding.
+# Limits for one input. No message, datagram or file of a test is longer. If an input exceeds the time or the memory,
+# this is a finding.
 MAX_BYTES, MAX_SECONDS, MAX_MEMORY_MB = 65536, 60, 2048
-# Limits of the committed inputs: only small inputs that reach new code are kept.
+# Limits for the committed inputs: only small inputs that reach new code are stored.
 KEPT_INPUTS, KEPT_BYTES = 150, 600
 COLUMNS = ("target", "minutes", "inputs", "inputs/s", "edges reached", "findings")
 
@@ -42,7 +44,7 @@ def build():
 
 
 def inputs_of(target, seeds):
-    """Folder with all raw inputs that the target starts from."""
+    """Creates the folder with all raw inputs from which the target starts, and returns it."""
     folder = BUILD / "corpus" / target
     folder.mkdir(parents=True, exist_ok=True)
     lines = [file.read_text() for file in sorted(seeds.glob("*.hex"))]
@@ -91,7 +93,7 @@ def table(rows):
 
 
 def rows_with(old, rows, targets):
-    """Rows of the existing table, updated by those of this run, in the order of the targets."""
+    """Returns the rows of the existing table, updated by those of this run, in the order of the targets."""
     cells = [[cell.strip() for cell in line.strip("| ").split("|")] for line in old.splitlines()[2:]]
     of = {row[0]: row for row in cells + rows}
     return [of[name] for name in targets if name in of]

@@ -1,6 +1,6 @@
-// Arbitrary bytes as a sealed datagram, at either end of a connection with known keys. The target passes the seal, so
-// that messages of an authentic but hostile peer are covered too. A datagram that was opened once is refused as a
-// replay.
+// Treats arbitrary bytes as a sealed datagram at either end of a connection with known keys. The target adds a valid
+// seal, so that messages of an authenticated but hostile peer are also tested. A datagram that was opened once must be
+// refused as a replay.
 #include <cstdint>
 #include <span>
 

@@ -1,4 +1,5 @@
-// Connection id and secret of the transport's seeds and fuzz targets, so that seeds pass the first checks.
+// Connection id and secret that the seeds and the fuzz targets of the transport share, so that the seeds pass the first
+// checks.
 #pragma once
 
 #include <algorithm>

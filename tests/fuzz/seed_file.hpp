@@ -1,4 +1,4 @@
-// Seed files: written by the corpus programs, read by the fuzz targets.
+// Seed files, which the corpus programs write and the fuzz targets read.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace tandem::fuzz {
 
-/// Writes FILE.seed, raw, for a fuzzer, and FILE.hex for the runner.
+/// Writes FILE.seed with the raw bytes, for a fuzzer, and FILE.hex, for the runner.
 inline void write_seed(const std::filesystem::path& file, std::span<const std::byte> bytes) {
   std::filesystem::create_directories(file.parent_path());
   std::ofstream raw(file.string() + ".seed", std::ios::binary), hex(file.string() + ".hex");

@@ -1,4 +1,4 @@
-// Actions of a server towards a client, as bytes: the input of hostile_server_fuzz.
+// Actions of a server towards a client, encoded as bytes. They are the input of hostile_server_fuzz.
 #pragma once
 
 #include <algorithm>
@@ -9,14 +9,14 @@
 
 namespace tandem::fuzz {
 
-/// One action. Unknown kinds count as kTime.
+/// One action. An unknown kind counts as kTime.
 enum class ServerAct : std::uint8_t {
-  kMessage,   ///< a control message in a frame
-  kStream,    ///< raw bytes of the control stream
-  kDatagram,  ///< raw bytes of a datagram
-  kState,     ///< a state behind a valid header
-  kHangUp,    ///< end of the connection
-  kTime,      ///< one millisecond for each byte
+  kMessage,   ///< sends a control message in a frame
+  kStream,    ///< sends raw bytes on the control stream
+  kDatagram,  ///< sends a datagram of raw bytes
+  kState,     ///< sends a state after a valid header
+  kHangUp,    ///< ends the connection
+  kTime,      ///< advances the time by one millisecond for each byte
 };
 
 struct ScriptedAct {
@@ -24,7 +24,8 @@ struct ScriptedAct {
   std::span<const std::byte> bytes;
 };
 
-/// Model   act (1 byte), size (2 bytes, little-endian), bytes; truncated at the end of the input
+/// Reads the next action from the front of `script`.
+/// Model   kind of the action (1 byte), size (2 bytes, little-endian), content; truncated at the end of the input
 inline ScriptedAct next_act(std::span<const std::byte>& script) {
   constexpr std::size_t kHead = 3;
   const auto number = [&script](std::size_t i) { return std::to_integer<std::size_t>(script[i]); };

@@ -1,5 +1,5 @@
-// Writes the seeds of hostile_server_fuzz: the messages of a real hub with a real room, in order. Its client joins,
-// presses on objects and sends the usual requests of a user.
+// Writes the seeds of hostile_server_fuzz: the messages of a real hub with a real room, in their order. The client
+// joins, presses on objects and sends the usual requests of a user.
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -24,7 +24,7 @@ using namespace tandem;
 constexpr server::ConnectionHandle kUser = 1;
 constexpr int kReportMilliseconds = 40;
 
-/// A hub and a client with a transport without delay. Records the messages of the hub.
+/// A hub and a client, connected by a transport without delay. The messages of the hub are recorded.
 class Session final : public server::ServerTransport, public client::ClientTransport {
  public:
   explicit Session(const std::shared_ptr<const server::LoadedScene>& scene, const std::string& stage = "local-model")
@@ -67,7 +67,7 @@ class Session final : public server::ServerTransport, public client::ClientTrans
     return script_;
   }
 
-  // Transport of the hub.
+  // The following functions are the transport of the hub.
   void send_control(server::ConnectionHandle, std::span<const std::byte> bytes) override {
     reader_.feed(bytes);
     while (const auto payload = reader_.next()) fuzz::append_act(fuzz::ServerAct::kMessage, *payload, script_);
@@ -82,7 +82,7 @@ class Session final : public server::ServerTransport, public client::ClientTrans
   std::size_t queued_control_bytes(server::ConnectionHandle) const override { return 0; }
   void close(server::ConnectionHandle) override {}
 
-  // Transport of the client.
+  // The following functions are the transport of the client.
   void connect(LocalTime) override {}
   void send_control(std::span<const std::byte> bytes) override {
     up_.emplace_back(true, proto::Bytes(bytes.begin(), bytes.end()));
@@ -96,7 +96,7 @@ class Session final : public server::ServerTransport, public client::ClientTrans
   void close() override {}
 
  private:
-  using Messages = std::vector<std::pair<bool, proto::Bytes>>;  ///< true: on the control stream
+  using Messages = std::vector<std::pair<bool, proto::Bytes>>;  ///< the flag is true for messages on the control stream
 
   static std::vector<std::unique_ptr<server::Room>> one_room(const std::shared_ptr<const server::LoadedScene>& scene) {
     std::vector<std::unique_ptr<server::Room>> rooms;
@@ -159,14 +159,14 @@ int main(int argc, char** argv) {
     return 2;
   }
   const std::filesystem::path folder(argv[1]), scenes(argv[2]);
-  // Small, because the client builds a world of its own for each scene it receives.
+  // The scene is small, because the client builds a world for each scene that it receives.
   const std::string small = R"({"name": "small",
     "bodies": [{"name": "box", "shapes": [{"box": {"size_m": [0.02, 0.02, 0.02]}}], "mass_kg": 0.1, "graspable": true}],
     "tools": [{"name": "a", "placement": {"position_m": [0, 0, 0.02]}}, {"name": "b"}],
     "coupling": {"law": "spring-damper", "stiffness_n_per_m": 300, "damping_n_s_per_m": 3}})";
   const auto small_scene = server::load_scene_text(small, "small.json", ".");
   fuzz::write_seed(folder / "small", Session(small_scene).script());
-  // Sessions that client_stages_fuzz plays back, and the timelines that are its seeds.
+  // These are the sessions that client_stages_fuzz replays, and the timelines that are its seeds.
   for (const std::string_view stage : client::stage_names())
     fuzz::write_seed(folder / "stages" / stage, Session(small_scene, std::string(stage)).script());
   fuzz::write_timeline_seeds(folder / "timelines");

@@ -1,4 +1,4 @@
-// Changes to the states of a recorded session before a client receives them: the input of client_stages_fuzz.
+// Changes to the states of a recorded session before a client receives them. They are the input of client_stages_fuzz.
 #pragma once
 
 #include <algorithm>
@@ -15,19 +15,19 @@
 
 namespace tandem::fuzz {
 
-/// One action. Unknown kinds count as kTrue.
+/// One action. An unknown kind counts as kTrue.
 enum class TimelineAct : std::uint8_t {
-  kTrue,      ///< the next recorded states, 1 ms apart, with true times
-  kSilence,   ///< a number of milliseconds without a state
-  kSpoilt,    ///< the next recorded state, with some numbers replaced
+  kTrue,      ///< delivers the next recorded states, 1 ms apart, with their true times
+  kSilence,   ///< delivers no state for a number of milliseconds
+  kSpoilt,    ///< delivers the next recorded state after some numbers have been replaced
   kCrowd,     ///< the same, with up to the maximum number of bodies and users
-  kSequence,  ///< the sequence of the next datagrams is advanced by a number
-  kStall,     ///< the client stalls for a time
-  kOffset,    ///< the server's clock is advanced from now on
-  kStage,     ///< another stage or predictor
+  kSequence,  ///< advances the sequence number of the following datagrams
+  kStall,     ///< stalls the client for a time
+  kOffset,    ///< advances the server's clock from now on
+  kStage,     ///< selects another stage or predictor
 };
 
-/// Reads bytes as numbers of every magnitude; zeros after the end of the input.
+/// Reads bytes as numbers of any magnitude. After the end of the input it reads zeros.
 class TimelineReader {
  public:
   explicit TimelineReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
@@ -39,34 +39,35 @@ class TimelineReader {
     bytes_ = bytes_.subspan(1);
     return first;
   }
-  /// From 0 up to 2^63, log-uniform: one byte is the exponent, the other the digits after the leading one.
+  /// Returns a number from 0 to 2^63 on a logarithmic scale. One byte is the exponent; the other contains the digits
+  /// after the leading one.
   std::uint64_t whole() {
     const unsigned exponent = byte() % 64U;
     const std::uint64_t digits = byte();
     return exponent < 8 ? digits >> (8 - exponent) : (256 + digits) << (exponent - 8) & ~(std::uint64_t{1} << 63U);
   }
-  /// From −2^63 to 2^63, log-uniform, of either sign.
+  /// Returns a number from −2^63 to 2^63, with either sign and a magnitude on a logarithmic scale.
   std::int64_t number() {
     const bool is_negative = byte() % 2 == 1;
     const auto size = static_cast<std::int64_t>(whole());
     return is_negative ? -size : size;
   }
-  /// From −1 to 1.
+  /// Returns a number from −1 to 1.
   double share() { return (static_cast<double>(byte()) - 127.5) / 127.5; }
 
  private:
   std::span<const std::uint8_t> bytes_;
 };
 
-/// Seeds of each of `stages` stages: true states only; a silence; one state with each kind of replaced number; and the
-/// other actions.
+/// Writes seeds for each of `stages` stages: one with true states only, one with a silence, one for each kind of
+/// replaced number in a state, and one for each other action.
 inline void write_timeline_seeds(const std::filesystem::path& folder, std::size_t stages = 8) {
   const auto act = [](TimelineAct kind) { return static_cast<std::uint8_t>(kind); };
   const auto write = [&folder](std::size_t stage, const std::string& name, std::vector<std::uint8_t> bytes) {
     bytes.insert(bytes.begin(), static_cast<std::uint8_t>(stage));
     write_seed(folder / (std::to_string(stage) + "_" + name), std::as_bytes(std::span(bytes)));
   };
-  // A year is 2^54.8 ns.
+  // One year is 2^54.8 ns.
   constexpr std::uint8_t kYear = 54;
   for (std::size_t stage = 0; stage < stages; ++stage) {
     write(stage, "true", {act(TimelineAct::kTrue), 60});
@@ -78,7 +79,8 @@ inline void write_timeline_seeds(const std::filesystem::path& folder, std::size_
             {act(TimelineAct::kTrue), 30, act(TimelineAct::kSpoilt), mask, 0, 0, kYear, 255, act(TimelineAct::kTrue),
              30, act(TimelineAct::kSpoilt), 0, mask, 1, kYear, 255, act(TimelineAct::kSilence), 200});
     }
-    // One state with all times a year ahead. It echoes no input, so that the estimated clock offset does not follow.
+    // One state in which all times are a year ahead. It echoes no input, so that the estimated clock offset does not
+    // follow.
     constexpr std::uint8_t kAheadWithoutEcho = 1U << 7U | 1U << 3U;
     write(stage, "ahead",
           {act(TimelineAct::kTrue), 30, act(TimelineAct::kSpoilt), kAheadWithoutEcho, 0, 0, 0, 0, kYear, 255,

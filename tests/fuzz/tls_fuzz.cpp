@@ -1,5 +1,5 @@
-// Arbitrary bytes as TLS from a stranger to a server, or from a server to a client. The connection ends or waits, and
-// delivers nothing before both ends are authenticated.
+// Treats arbitrary bytes as TLS data that a server receives from a stranger, or a client from a server. The connection
+// either ends or waits for more, and delivers no data before both ends are authenticated.
 #include <cstdint>
 #include <cstdlib>
 #include <span>

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""proto/BOUNDS.md is true of the tree: each place, each constant kName and each test that it names exists."""
+"""Checks proto/BOUNDS.md against the tree: each place, each constant kName and each test that it names must exist."""
 import argparse
 import pathlib
 import re
@@ -15,7 +15,7 @@ COLUMNS = 4
 
 
 def rows(text):
-    """The cells of each row of each table, without heads and rules."""
+    """Returns the cells of each row of each table, without header rows and separator lines."""
     for line in text.splitlines():
         cells = [cell.strip() for cell in line.strip().strip("|").split(" | ")]
         if line.startswith("| `") and len(cells) == COLUMNS:
@@ -23,7 +23,7 @@ def rows(text):
 
 
 def places(cell):
-    """(path, symbol) of each place in the first cell: symbols belong to the path before them."""
+    """Returns (path, symbol) for each place in the first cell. A symbol belongs to the path before it."""
     path = None
     for code in CODE.findall(cell):
         if PATH.match(code):
@@ -33,7 +33,7 @@ def places(cell):
 
 
 def line_of(text, symbol):
-    """Where a function, class or template of that name is defined; 0: nowhere."""
+    """Returns where a function, class or template with that name is defined, or 0 if nowhere."""
     name = rf"^(?!\s*(?://|if\b|for\b|while\b|return\b|}}))[^\n;{{}}]*\b{re.escape(symbol)}"
     found = re.search(rf"{name}(?:\([^;{{}}]*(?:\{{[^;{{}}]*\}}[^;{{}}]*)*\{{|\b[^;(){{}}]*\{{)", text, re.MULTILINE)
     return text.count("\n", 0, found.start()) + 1 if found else 0

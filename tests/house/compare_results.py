@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Compares what two versions of tandem-lab computed: results.json of every experiment under two folders, to the byte.
+"""Compares the results of two versions of tandem-lab: results.json of every experiment in two folders, byte by byte.
 
-Names that were changed on purpose (renamed.json, {"old": "new"}) are changed in BEFORE first, wherever they stand as a
-key or as a whole string. What differs is listed: experiment, trial, key, both values. Differences that EXPECTED lists
-({"experiment": {"key": "why"}}; "*" is any experiment) are counted apart. Exit code: 0 equal, 1 not, 2 bad input.
+Names that were changed on purpose (renamed.json, {"old": "new"}) are first replaced in BEFORE, wherever they are a key
+or a whole string. Every difference is listed with experiment, trial, key and both values. Differences that EXPECTED
+lists ({"experiment": {"key": "why"}}; "*" is any experiment) are counted separately. Exit code: 0 equal, 1 different, 2
+invalid input.
 
     tandem-lab run --out BEFORE    # with the program before the change
-    tandem-lab run --out AFTER     # with the one after it
+    tandem-lab run --out AFTER     # with the program after the change
 """
 import argparse
 import json
@@ -25,7 +26,7 @@ def renamed(value, names):
 
 
 def differences(before, after, at=""):
-    """(place, before, after) of each leaf that differs."""
+    """Yields (place, before, after) for each leaf value that differs."""
     if isinstance(before, dict) and isinstance(after, dict):
         for key in list(before) + [key for key in after if key not in before]:
             yield from differences(before.get(key, "absent"), after.get(key, "absent"), f"{at}/{key}")
@@ -37,7 +38,8 @@ def differences(before, after, at=""):
 
 
 def label_of(item):
-    """A trial by what tells it from the others; empty for anything else."""
+    """Returns a label for a trial, made of the values that distinguish it from other trials. For any other item it is
+    empty."""
     keys = ("experiment", "stage", "predictor", "rtt_ms", "jitter_ms", "loss", "seed", "overrides")
     if not isinstance(item, dict) or "seed" not in item:
         return ""
@@ -46,7 +48,7 @@ def label_of(item):
 
 def load(path, names):
     try:
-        # Numbers stay as they are written, so that equal means equal to the byte.
+        # Numbers are compared as text, so that equal means equal to the byte.
         text = json.loads(path.read_text(encoding="utf-8"), parse_float=lambda number: "number " + number)
     except (OSError, ValueError) as error:
         raise SystemExit(f"compare_results: {path}: {error}") from error

@@ -24,17 +24,18 @@ NAMESPACE = re.compile(r"^namespace ([\w:]+) \{", re.MULTILINE)
 
 
 def types_of(text):
-    """Names of the types that a header defines, nested ones too."""
+    """Returns the names of the types that a header defines, including nested ones."""
     return TYPE.findall(re.sub(r"//[^\n]*", "", text))
 
 
 def outer_types_of(text):
-    """Those of them at the outermost level: their line is not indented."""
+    """Returns the names of the types at the outermost level, whose line is not indented."""
     return [match.group(1) for match in TYPE.finditer(re.sub(r"//[^\n]*", "", text)) if match.group(0)[0] not in " \t"]
 
 
 def function_lengths(text):
-    """Lines between the braces of functions defined at the outermost level of a source, as clang-format lays it out."""
+    """Returns the number of lines between the braces of each function at the outermost level of a source, in the layout
+    of clang-format."""
     lengths, begin, signature = [], None, ""
     for number, line in enumerate(text.splitlines()):
         if begin is not None:

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Comments name what they are about: counts those that begin without a noun and those with a clause that lacks one.
+"""Measures how many comments lack a noun: those that begin without one, and those with a relative clause without one.
 
-A comment is a run of lines of // in the product and its tests, or one behind code; tags such as "In" and "Fails" of
-docstrings are not counted as words. Two shares are measured for each folder of grammar.json and held below its ceilings,
-in per cent, which only fall:
+A comment is a run of // lines in the product and its tests, or a comment after code. Tags such as "In" and "Fails" are
+not counted as words. Two shares, in per cent, are measured for each folder in grammar.json. They must not exceed the
+ceilings there, which may only be lowered:
   bare    begins with what, who, whoever, of, as, by, such, so or likewise
   clause  has a relative clause without a noun before it: "of what", "who has", "of those that", "by which"
---list FOLDER prints the comments that count. Exit code 0: below all ceilings, 1: not.
+--list FOLDER prints the comments that count. Exit code 0: all shares are below the ceilings, 1: one is not.
 """
 import argparse
 import json
@@ -29,7 +29,7 @@ CLAUSE = re.compile(
 
 
 def comments_of(text):
-    """(number of the first line, text) of each comment."""
+    """Returns (number of the first line, text) for each comment."""
     found, last = [], None
     for number, line in enumerate(text.splitlines(), 1):
         match = LINE.match(STRING.sub(lambda s: '"' + "_" * (len(s.group(0)) - 2) + '"', line))
@@ -48,13 +48,14 @@ def comments_of(text):
 
 
 def folder_for(path, folders):
-    """The longest of `folders` that `path` is in."""
+    """Returns the longest of `folders` that contains `path`."""
     name = path.as_posix()
     return max((f for f in folders if name.startswith(f + "/")), key=len, default=None)
 
 
 def measure(root, folders):
-    """For each folder: comments, and those that are bare or have a clause without a noun, as (path, number, text)."""
+    """Returns, for each folder, the number of comments, and those that are bare or have a clause without a noun, as
+    (path, number, text)."""
     counts = {folder: {"comments": 0, "bare": [], "clause": []} for folder in folders}
     for path in sources.sources(root, folders=FOLDERS):
         folder = folder_for(path, folders)

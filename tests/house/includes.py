@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Which folder may include which: reads every #include of the product and fails on an edge that includes.txt does not allow.
+"""Checks which folder may include which. Reads every #include of the product and fails if includes.txt does not allow
+it.
 
 includes.txt has a line for each group of folders, in the order of dependency:
 
@@ -16,7 +17,7 @@ TABLE = pathlib.Path(__file__).with_name("includes.txt")
 
 
 def read_table(path):
-    """({folder: [allowed folders]}, {library prefix: [folders]}) of includes.txt."""
+    """Returns ({folder: [allowed folders]}, {library prefix: [folders]}) from includes.txt."""
     folders, libraries = {}, {}
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
         line = line.split("#")[0].strip()
@@ -37,7 +38,7 @@ def is_below(folder, parent):
 
 
 def rule_for(folder, folders):
-    """The longest folder of the table that holds this one; None: the table does not know it."""
+    """Returns the longest folder of the table that contains this folder, or None if the table has none."""
     return max((name for name in folders if is_below(folder, name)), key=len, default=None)
 
 
@@ -52,7 +53,8 @@ def breaches(root, folders, libraries):
         for name in ours:
             target = sources.folder_of(name)
             if not (root / name).exists():
-                # Generated: the schema's headers, and a list that CMake writes beside its only reader.
+                # Generated headers are exempt: those of the schema, and a list that CMake writes next to its only
+                # reader.
                 if not name.startswith(("tandem/", "google/protobuf/")) and "/" in name:
                     yield f'{path}: "{name}" is not a path from the top of the tree'
             elif not is_below(target, rule) and not any(name == allowed or is_below(target, allowed) for allowed in folders[rule]):
@@ -64,7 +66,7 @@ def breaches(root, folders, libraries):
 
 
 def cycles(folders):
-    """Folders of the table that reach themselves."""
+    """Returns the folders of the table that depend on themselves, directly or through others."""
     def reached(start):
         seen, stack = set(), list(folders[start])
         while stack:

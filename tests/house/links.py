@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""READMEs lead somewhere: every relative link, every anchor in it, and every path between backticks that begins with a
-folder of the tree. An anchor is a heading in lower case without punctuation, with hyphens for blanks."""
+"""Checks the links of READMEs: every relative link, every anchor in it, and every path between backticks that begins
+with a folder of the tree must exist. An anchor is a heading in lower case without punctuation, with hyphens for
+spaces."""
 import argparse
 import pathlib
 import re
@@ -16,7 +17,7 @@ SUFFIXES = ("", ".hpp", ".cpp", ".json", ".py", ".proto")
 
 
 def anchors_of(text):
-    """Anchors of a page's headings, as GitHub makes them; a repeated one gets a number."""
+    """Returns the anchors of a page's headings as GitHub forms them. A repeated heading gets a number."""
     found = set()
     for heading in HEADING.findall(FENCE.sub("", text)):
         words = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading)

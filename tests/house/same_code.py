@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Proves that only prose changed: compares the tokens of every source between two commits, comments left out.
+"""Proves that only comments have changed: compares the tokens of every source in two commits, without comments.
 
-BEFORE and AFTER are commits of this repository; AFTER may be left out: then the working tree is meant. C++ and .proto
-files are compared by tokens (adjacent string literals are one), Python files by tokens without docstrings, CMake and
-shell files by lines without comments; other files are not code. With --map FILE, a JSON object of old to new
-identifiers, those renamings are no difference. --strings lists string literals that differ and counts them apart.
+BEFORE and AFTER are commits of this repository; without AFTER the working tree is compared. C++ and .proto files are
+compared by tokens (adjacent string literals are one token), Python files by tokens without docstrings, CMake and shell
+files by lines without comments. Other files are not code. --map FILE gives a JSON object of old to new identifiers;
+such a renaming does not count as a difference. --strings lists string literals that differ and counts them separately.
 Exit code 0: the code is the same, 1: it is not (the first difference of each file is printed), 2: wrong arguments.
 """
 import argparse
@@ -33,7 +33,7 @@ TOKEN = re.compile(
 
 
 def c_tokens(text):
-    """Words, numbers and signs; ends of lines count only after a directive of the preprocessor."""
+    """Returns words, numbers and symbols. The end of a line is a token only after a preprocessor directive."""
     tokens, in_directive, at_start = [], False, True
     for found in TOKEN.finditer(text.replace("\\\n", " ")):
         kind, value = found.lastgroup, found.group(0)
@@ -68,9 +68,10 @@ def python_tokens(text):
         if is_docstring:
             is_statement = True
             continue
-        tokens.append(token.string if token.type not in (tokenize.INDENT, tokenize.DEDENT) else
-                      tokenize.tok_name[token.type])
-    return [token for token in tokens if token.strip()]
+        layout = (tokenize.INDENT, tokenize.DEDENT, tokenize.NEWLINE)  # two joined statements are other code
+        if token.type != tokenize.ENDMARKER:
+            tokens.append(tokenize.tok_name[token.type] if token.type in layout else token.string)
+    return tokens
 
 
 def line_tokens(text):
@@ -78,7 +79,7 @@ def line_tokens(text):
 
 
 def tokens_of(name, text):
-    """None: not code."""
+    """Returns the tokens of a file, or None if the file is not code."""
     path = pathlib.PurePosixPath(name)
     if path.suffix in C_FAMILY:
         return c_tokens(text)
@@ -100,7 +101,7 @@ def changed_files(root, before, after):
 
 
 def text_at(root, commit, name):
-    """Empty: no such file there."""
+    """Returns the content of a file, or an empty text if it does not exist there."""
     try:
         data = git(root, "show", f"{commit}:{name}") if commit else (root / name).read_bytes()
     except (subprocess.CalledProcessError, FileNotFoundError):
@@ -113,7 +114,8 @@ def is_string(token):
 
 
 def difference(one, two, renamed, ignores_strings):
-    """The first place where two lists of tokens differ, for people; None: nowhere. And the strings that differ."""
+    """Returns a description of the first difference of two lists of tokens (None if they are equal), and the strings
+    that differ."""
     strings = []
     for n in range(max(len(one), len(two))):
         a = one[n] if n < len(one) else "(end)"
@@ -128,7 +130,7 @@ def difference(one, two, renamed, ignores_strings):
 
 
 def compare(root, before, after, renamed, ignores_strings):
-    """(name, first difference) of each file whose code differs, and the strings that do."""
+    """Returns (name, first difference) for each file whose code differs, and the strings that differ."""
     breaches, strings = [], []
     for name in changed_files(root, before, after):
         old, new = text_at(root, before, name), text_at(root, after, name)

@@ -1,4 +1,4 @@
-"""That the rules of the house see a breach: each on a tree made for it."""
+"""Tests that each rule detects a violation, in a tree that is made for this purpose."""
 import json
 import pathlib
 import tempfile

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""No test leaves out its claim in silence: skips are in the helpers alone, which fail, or count what is left out."""
+"""Checks that no test omits its claim without a record. Only the helpers may skip; they fail, or count what is left
+out."""
 import argparse
 import ast
 import pathlib
@@ -8,7 +9,7 @@ import sys
 
 import sources
 
-# The helpers (tests/README.md), and the house's own examples.
+# The helpers (tests/README.md), and the examples in the tests of these rules.
 HELPERS = {"tests/support/needs.hpp", "tests/support/needs.py", "tests/system/support.py", "tests/system/support_test.py"}
 SKIPS = {
     ".cpp": r"GTEST_SKIP\b|TEST(?:_F|_P)?\([\w, ]*\bDISABLED_|\bIsSkipped\(",
@@ -19,7 +20,7 @@ SKIPS[".hpp"] = SKIPS[".cpp"]
 SKIPS[".sh"] = r"\bexit 77\b"
 
 
-# A measured speed: a claim that is only made at some speed is left out on a slow machine.
+# A measured speed. If a claim is made only above some speed, a slow machine omits it.
 SPEED = re.compile(r"tick_rate|rate_hz|cpu_count|loadavg|elapsed|is_busy|too_slow")
 
 
@@ -29,7 +30,7 @@ def is_claim(node):
 
 
 def claims_at_a_speed(text):
-    """Lines of Python where a claim depends on a measured speed."""
+    """Returns the lines of Python code in which a claim depends on a measured speed."""
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.If) and SPEED.search(ast.unparse(node.test)):
             if any(is_claim(inner) for statement in node.body + node.orelse for inner in ast.walk(statement)):
@@ -41,7 +42,7 @@ def kind_of(path):
 
 
 def bare_skips(root):
-    """Lines of tests that skip by themselves."""
+    """Returns the lines of tests that skip without the helpers."""
     paths = [*(root / "tests").rglob("*"), *(root / "cmake").rglob("*.cmake")]
     for path in sorted(paths):
         name = path.relative_to(root).as_posix()

@@ -1,4 +1,5 @@
-"""What the house scripts share: the product's folders, its sources, and what they include."""
+"""Functions that all scripts in tests/house share: the product's folders, its sources, and the files that they
+include."""
 import pathlib
 import re
 
@@ -8,7 +9,7 @@ INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|<([^>]+)>)', re.MULTILINE)
 
 
 def sources(root=ROOT, suffixes=(".hpp", ".cpp", ".inc"), folders=PRODUCT):
-    """Paths of the product's sources, relative to `root`, sorted."""
+    """Returns the paths of the product's sources, relative to `root`, sorted."""
     found = []
     for folder in folders:
         found += [path.relative_to(root) for path in (root / folder).rglob("*") if path.suffix in suffixes]
@@ -16,7 +17,7 @@ def sources(root=ROOT, suffixes=(".hpp", ".cpp", ".inc"), folders=PRODUCT):
 
 
 def includes(path, root=ROOT):
-    """(project includes, other includes) of one source, as written."""
+    """Returns (project includes, other includes) of one source, as written in the file."""
     ours, others = [], []
     for quoted, angled in INCLUDE.findall((root / path).read_text(encoding="utf-8")):
         ours.append(quoted) if quoted else others.append(angled)
@@ -28,13 +29,14 @@ def folder_of(path):
 
 
 def home_of(path):
-    """The folder whose namespace a file has: common/physics of common/physics/joints, client of client/session."""
+    """Returns the folder whose namespace a file has, e.g. common/physics for common/physics/joints, or client for
+    client/session."""
     parts = pathlib.PurePosixPath(path).parent.parts
     return "/".join(parts[:2]) if parts[0] == "common" else parts[0]
 
 
 def header_users(root=ROOT):
-    """For each header the folders with namespaces of their own, other than its own, whose sources include it."""
+    """Returns, for each header, the folders with other namespaces whose sources include it."""
     users = {path.as_posix(): set() for path in sources(root, (".hpp",))}
     for path in sources(root):
         for name in includes(path, root)[0]:

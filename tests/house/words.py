@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""One word for one thing: fails on this project's former private words in identifiers, in --help texts and in READMEs.
+"""Checks that one thing has one name: fails if identifiers, --help texts or READMEs contain a former private word.
 
-words.json lists them. "identifiers" are matched against the parts of an identifier (kMaxOver_s has the parts k, max,
-over, s) in code without comments and strings; "prose" against READMEs and the string literals of command lines. Plain
-English in a comment is not meant. An entry may hold only `under` some folders, and has what to `say` instead.
+words.json lists the words. "identifiers" are matched against the parts of an identifier (kMaxOver_s has the parts k,
+max, over, s) in code without comments and strings; "prose" against READMEs and the string literals of command lines.
+Comments are not checked. An entry may apply only to the folders in `under`, and contains the term to `say` instead.
 """
 import argparse
 import json

@@ -1,15 +1,15 @@
-"""The soak test: `python3 tests/stress/soak.py` runs clients over bad links against a server that is repeatedly stopped
-and killed. It fails if a client does not rejoin by itself, a force exceeds its bounds, memory grows, a checkpoint is
-lost or a sanitizer reports an error. README.md lists the criteria and has the table of the last long run.
+"""The soak test. `python3 tests/stress/soak.py` runs clients over bad links against a server that is repeatedly stopped
+and killed. It fails if a client does not rejoin automatically, a force exceeds its bounds, memory grows, a checkpoint
+is lost or a sanitizer reports an error. README.md lists the criteria and contains the table of the last long run.
 
 --seconds S   duration of the events [600]; start, end and evaluation take one to three minutes more
---seed N      seed of events, links and hands [random, printed]
+--seed N      seed of events, links and hands [random; printed]
 --clients N, --rooms N   number of clients and of rooms
---all         all clients, not only some, are of $TANDEM_BIN with real-time rights: for machines with many cores
---keep DIR    keeps traces, logs, recordings and checkpoint in DIR
---write       also writes the table into README.md
-The programs are those of $TANDEM_BIN, or build/asan/bin. tandem-lab and tandem-replay are not under test and may be those
-of build/release/bin; so may most clients.
+--all         all clients, not only some, are of $TANDEM_BIN and have real-time rights: for machines with many cores
+--keep DIR    stores traces, logs, recordings and the checkpoint in DIR
+--write       also writes the table to README.md
+The programs are those of $TANDEM_BIN, or build/asan/bin. tandem-lab and tandem-replay are not under test and may be
+those of build/release/bin, as may most clients.
 """
 import argparse
 import collections
@@ -34,10 +34,10 @@ import soak_world as world  # noqa: E402
 from support import BIN, PATIENCE_S, free_port  # noqa: E402
 
 LINK = ("--delay", "20ms", "--jitter", "200ms", "--reorder", "--loss", "25%", "--duplication", "25%")
-BACK_S = 20          # limit from an event until the client has rejoined and receives states
-JOINED_S = 60        # limit for a restarted client to join while a server runs, even without processor time
-SHORT_S = 120        # longer runs must include a force and every kind of event
-LEAST_FORCE_N = 0.5  # minimum of the largest force; with less the bounds are not tested
+BACK_S = 20          # time limit from an event until the client has rejoined and receives states
+JOINED_S = 60        # time limit for a restarted client to join while a server runs, even if processor time is short
+SHORT_S = 120        # a run longer than this must include a displayed force and every kind of event
+LEAST_FORCE_N = 0.5  # minimum of the largest force; if it is smaller, the bounds are not tested
 ENDED = (0,)
 
 
@@ -54,7 +54,8 @@ def other_client():
 
 
 def sanitize(folder):
-    """Sets the sanitizer options: a quarantine of a few megabytes, so that growth is visible, and reports as files."""
+    """Sets the options of the sanitizers: a quarantine of only a few megabytes, so that growth is visible, and reports
+    in files."""
     os.makedirs(folder)
     options = f"log_path={folder}/report:print_stacktrace=1"
     os.environ["ASAN_OPTIONS"] = options + ":quarantine_size_mb=8:malloc_context_size=12:detect_leaks=1"
@@ -78,13 +79,14 @@ def lines_of(path):
 
 def judge_recording(path):
     done = subprocess.run([tool("tandem-replay"), "info", path, "--json"], capture_output=True, text=True, timeout=PATIENCE_S)
-    # A kill may leave an incomplete record at the end.
+    # A killed program may leave an incomplete record at the end of its recording.
     is_good = done.returncode == 0 or done.returncode == 3 and "within a record" in done.stderr
     return [] if is_good else [f"{os.path.basename(os.path.dirname(path))}: {done.stderr.strip()[:200]}"]
 
 
 def judge_clients(soak, over_s):
-    """Evaluates all clients. Returns traces, longest times to return and to rejoin, starved silences, problems."""
+    """Evaluates all clients. Returns traces, the longest times to return and to rejoin, silences caused by a lack of
+    processor time, and problems."""
     problems, traces = [], []
     with concurrent.futures.ProcessPoolExecutor(os.cpu_count()) as pool:
         for client in soak.clients:
@@ -115,7 +117,7 @@ def judge_clients(soak, over_s):
         last = lives[-1][1] if lives else None
         if last is None or last.ended is None or last.ended < over_s - 2 or (last.silences and last.silences[-1][1] >= over_s):
             problems.append(f"{client.name}: it was not there in the end")
-        # Time from the event that ended a process to the first state of the next one.
+        # The time from the event that ended a process to the first state of the next process.
         for event in soak.events:
             if event.client is client and event.kind in ("kill", "leave") and event.end is not None:
                 joined = [judge.time_to_join(event.end, trace.began, downs) for _, trace in lives

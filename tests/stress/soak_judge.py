@@ -1,25 +1,28 @@
-"""Criteria of a soak run, evaluated from the output of its programs: traces, logs, exit codes, memory, checkpoints.
+"""Criteria of a soak run. They are evaluated from the output of its programs: traces, logs, exit codes, memory,
+checkpoints.
 
-Each function returns its findings; `problems` has one line for each violated criterion. No function runs a program.
+Each function returns its findings; `problems` contains one line for each violated criterion. No function runs a
+program.
 """
 import math
 import os
 import re
 import statistics
 
-SILENT_S = 0.150         # age of the newest state from which the force must be zero
-FRESH_S = 0.150          # a client with a younger state has returned
-SILENCE_NOTED_S = 1.0    # a longer silence must be explained by an event
-LATE_S = 0.021           # after a longer interval between ticks the force falls in steps (SafetySettings::late_tick)
-AGE_JUMP_S = 0.002       # increase of a state's age beyond the elapsed time
-LATE_TICKS = 25          # ticks until the force is zero: 20, plus those until the next full one
-LEAST_SHARE = 0.5        # of the nominal rate: a slower loop lacks processor time, which loses connections
+SILENT_S = 0.150         # if the newest state is older, the force must be zero
+FRESH_S = 0.150          # if a client has a younger state, it has returned
+SILENCE_NOTED_S = 1.0    # an event must explain a silence that is longer than this
+LATE_S = 0.021  # if the interval between two ticks is longer, the force falls in steps (SafetySettings::late_tick)
+AGE_JUMP_S = 0.002       # permitted increase of a state's age beyond the elapsed time
+LATE_TICKS = 25          # number of ticks until the force is zero: 20, plus those until the next full tick
+LEAST_SHARE = 0.5        # share of the nominal rate; a slower loop lacks processor time, so that connections are lost
 PACE_S, TICKS_PER_S = 0.25, 1000
-ROUNDING = 1e-6          # numbers have nine digits
-MEMORY_GROWTH = 1.15     # limit of the last quarter of a program's life, relative to its second quarter …
-MEMORY_SPARE_MB = 30     # … plus an allowance for a model of the scene and a pool
-STEPS_LIVED_S = 30       # shorter lives of a server do not give a rate of its rooms
-MEMORY_LIVED_S = 120     # a client's memory grows during its first three sessions only
+ROUNDING = 1e-6          # tolerance for numbers with nine digits
+MEMORY_GROWTH = 1.15     # limit for memory in the last quarter of a program's life, relative to its second quarter …
+MEMORY_SPARE_MB = 30     # … plus this margin for a model of the scene and a memory pool
+STEPS_LIVED_S = 30       # if a server ran for a shorter time, the step rate of its rooms is not evaluated
+# minimum duration for the evaluation of memory: a client's memory grows only during its first three sessions
+MEMORY_LIVED_S = 120
 CHECKPOINT_LATE_MS = 1500
 STEPS_KEPT = 0.7         # minimum step rate in the last quarter, relative to the second quarter
 REPORT = re.compile(r"ERROR: (Address|Leak|Undefined)\w*Sanitizer|runtime error:|AddressSanitizer:DEADLYSIGNAL")
@@ -37,7 +40,7 @@ def columns(names, wanted):
 
 
 def rows_of(lines):
-    """Yields (tick, time [s], age of the newest state [s], force, torque) of each complete row."""
+    """Yields (tick, time [s], age of the newest state [s], force, torque) for each complete row."""
     names = next(lines, "").strip().split(",")
     if names == [""]:
         return
@@ -62,14 +65,14 @@ def step(now, before):
 
 
 class Trace:
-    """Displayed forces of one client, evaluated row by row."""
+    """Evaluates the displayed forces of one client row by row."""
 
     def __init__(self, name, limits):
         self.name, self.limits = name, limits
         self.rows = self.felt_rows = 0
         self.largest_n = self.largest_step = 0.0
-        self.silences = []  # (from, to) [s]
-        self.pace = []      # (time [s], number of ticks so far), sampled every PACE_S
+        self.silences = []  # list of (from, to) [s]
+        self.pace = []      # list of (time [s], number of ticks so far), sampled every PACE_S
         self.problems = []
         self._before = None
         self._late_for = 0
@@ -95,18 +98,20 @@ class Trace:
             self.say(at, f"{size:.3f} N and {turn:.4f} N·m, above the device's limit")
         self._take_step(tick, at, force, torque)
         if self._before is not None and age > self._before[2] + at - self._before[1] + AGE_JUMP_S:
-            self._late_for = LATE_TICKS  # detected only now: the state was old when the server sent it
+            # the silence is detected late, because the state was already old when the server sent it
+            self._late_for = LATE_TICKS
         self._take_silence(at, age, size + turn)
         self._before = row
 
     def _take_step(self, tick, at, force, torque):
-        """A force may rise by the slew limit of 1 ms, and fall by the slew limit of the time since the last tick."""
+        """The force may rise by the slew limit of 1 ms, and may fall by the slew limit times the time since the last
+        tick."""
         self._late_for = max(0, self._late_for - (1 if self._before is None else tick - self._before[0]))
         elapsed_s = at - self._before[1] if self._before is not None else math.inf
         if elapsed_s > LATE_S:
             self._late_for = LATE_TICKS
         if self._before is None or tick != self._before[0] + 1:
-            return  # only neighbouring ticks give a step
+            return  # a step can be computed only from two successive ticks
         fall_s = 0.001 if elapsed_s > LATE_S + 0.001 else max(0.001, elapsed_s)
         for now, before, slew, unit in ((force, self._before[3], self.limits.slew_n_per_s, "N"),
                                         (torque, self._before[4], self.limits.slew_n_m_per_s, "N·m")):
@@ -130,7 +135,7 @@ class Trace:
             self._silent_since, self._fresh = None, at
 
     def has_run(self, begin, end):
-        """Whether the loop ran at half its rate or more from 2 s before `begin` until `end`."""
+        """Returns whether the loop ran at LEAST_SHARE of its rate or more from 2 s before `begin` until `end`."""
         within = [(at, tick) for at, tick in self.pace if begin - 2 <= at <= end]
         if len(within) < 2:
             return False
@@ -157,7 +162,8 @@ def judge_trace(lines, name, limits, ended_at):
 
 
 def unexplained(silences, events, within_s):
-    """Silences that are not covered by the events, each extended by the time to return from it."""
+    """Returns the silences that no event explains. Each event is extended by the time that a client may take to
+    return."""
     covered = []
     for begin, end in sorted(events):
         begin, end = begin - SILENT_S, end + within_s
@@ -169,11 +175,11 @@ def unexplained(silences, events, within_s):
 
 
 def time_back(silences, events):
-    """Longest time from the end of an event that interrupted the stream to the next state."""
+    """Returns the longest time from the end of an event that interrupted the stream to the next state."""
     worst = 0.0
     for begin, end in silences:
         if any(e_begin <= end < e_end for e_begin, e_end in events):
-            continue  # the next event had begun
+            continue  # the next event had already begun
         ends = [e_end for e_begin, e_end in events if e_begin <= end and e_end >= begin - SILENCE_NOTED_S and e_end <= end]
         if ends:
             worst = max(worst, end - max(ends))
@@ -181,12 +187,14 @@ def time_back(silences, events):
 
 
 def time_to_join(begin, joined, downs):
-    """Time from `begin` to `joined` without the times `downs`, disjoint (begin, end) without a server."""
+    """Returns the time from `begin` to `joined` without the intervals `downs`: disjoint (begin, end) in which no server
+    ran."""
     return joined - begin - sum(max(0.0, min(end, joined) - max(start, begin)) for start, end in downs)
 
 
 def judge_memory(name, samples):
-    """`samples`: (time [s], MB) of one program. Returns the means of its second and last quarter, and problems."""
+    """`samples` contains (time [s], MB) of one program. Returns the means of its second and last quarter, and
+    problems."""
     if len(samples) < 8 or samples[-1][0] - samples[0][0] < MEMORY_LIVED_S:
         return None
     begin, lived = samples[0][0], samples[-1][0] - samples[0][0]
@@ -221,7 +229,7 @@ def judge_restart(number, log, rooms, down_ms, killed):
 
 
 def judge_steps(room, samples):
-    """`samples`: (time [s], steps) of one room on one server. Checks that the step rate does not fall."""
+    """`samples` contains (time [s], steps) of one room on one server. Checks that the step rate does not fall."""
     if len(samples) < 8 or samples[-1][0] - samples[0][0] < STEPS_LIVED_S:
         return []
     begin, lived = samples[0][0], samples[-1][0] - samples[0][0]
@@ -246,7 +254,7 @@ def judge_end(name, code, expected, log):
 
 
 def sanitizer_reports(folder):
-    """One line for each sanitizer report; a sanitizer creates a file only on an error."""
+    """Returns one line for each sanitizer report. A sanitizer creates a file only if there is an error."""
     problems = []
     for name in sorted(os.listdir(folder)):
         with open(os.path.join(folder, name), errors="replace") as file:

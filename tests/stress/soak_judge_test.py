@@ -1,4 +1,4 @@
-"""soak_judge.py accepts correct data and finds each injected fault."""
+"""Tests that soak_judge.py accepts correct data and finds each injected fault."""
 import os
 import sys
 import tempfile
@@ -24,7 +24,7 @@ def judged(rows, until_s=1e9):
 
 
 def after_start(*rows):
-    """Rows after enough quiet ticks that the exemption of the start has ended."""
+    """Returns `rows` after so many quiet ticks that the exemption at the start has ended."""
     return [row(tick) for tick in range(1, judge.LATE_TICKS + 5)] + [*rows]
 
 

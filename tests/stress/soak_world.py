@@ -15,21 +15,22 @@ from support import program
 
 STEP_RATE_HZ = 60
 PRESS_PERIOD_S = 6
-# Two cores can run some of the sixteen haptic loops in real time, but hardly one of a sanitizer build in contact.
-# SANITIZED are the rooms with one client of that build. FEELING are the rooms with one client of the other build with
-# real-time rights. These clients are on different sides of the block.
+# Two cores can run some of the sixteen haptic loops in real time, but hardly one loop of a sanitizer build in contact.
+# SANITIZED lists the rooms with one client of the sanitizer build. FEELING lists the rooms with one client of the other
+# build that has real-time rights. The clients of a room are on different sides of the block.
 SANITIZED, FEELING = (0, 1), (2, 3)
-# Stages of the clients, by side: with a local model, or rendering received states.
+# Stages of the clients by side of the block: with a local model, or rendering received states.
 STAGES = ("local-model", "local-model", "ar-spline", "late-pose")
 JUST_BEGUN_S = 5
-OTHERS_TRACE_EVERY = 5  # writing a row of a trace costs as much as a tick
+# only every fifth tick is written, because writing a row of a trace takes as much time as a tick
+OTHERS_TRACE_EVERY = 5
 ALL_JOINED_S = 120
-ENDED_S = 300  # a leak check takes a few seconds of processor time, on a shared processor
-STARTED_AGAIN_AFTER_S = 2.5  # by then the server has detected the loss of the killed client
+ENDED_S = 300  # a leak check needs a few seconds of processor time on a shared processor
+STARTED_AGAIN_AFTER_S = 2.5  # after this time the server has detected the loss of the killed client
 
 
 def clock_s():
-    """Time on the clock of a trace's column local_ns [s]."""
+    """Returns the time on the clock of the trace's column local_ns [s]."""
     return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 
@@ -38,7 +39,8 @@ def stand_back():
 
 
 def keep_time():
-    """Gives the calling process real-time priority if allowed: the emulated network must not wait for a processor."""
+    """Requests real-time priority for the calling process, because the emulated network must not wait for a
+    processor."""
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(50))
     except PermissionError:
@@ -46,7 +48,7 @@ def keep_time():
 
 
 def memory_mb(process):
-    """Resident memory of a process [MB]; None if it has ended."""
+    """Returns the resident memory of a process [MB], or None if it has ended."""
     try:
         with open(f"/proc/{process.pid}/status") as file:
             return int(re.search(r"VmRSS:\s+(\d+) kB", file.read()).group(1)) / 1024
@@ -55,8 +57,9 @@ def memory_mb(process):
 
 
 def scene(name, is_solid):
-    """A block on a spring with a tool on each side, to be pressed, pushed and held; or wind in a viscous fluid,
-    whose forces need no contacts. Shapes are small, because their surface is sampled at joining."""
+    """Returns a scene for a room. Either a block on a spring has a tool on each side and is pressed, pushed and held,
+    or wind in a viscous fluid causes forces without contacts. Shapes are small, because their surface is sampled when a
+    client joins."""
     block = {"name": "block", "shapes": [{"box": {"size_m": [0.02, 0.02, 0.02]}}], "mass_kg": 0.2, "anchor": {},
              "graspable": True, "placement": {"position_m": [0, 0, 0 if is_solid else -0.1]}}
     tools = [{"name": side, "placement": {"position_m": [0.04 * x, 0.04 * y, 0]}, "mass_kg": 0.03,
@@ -70,9 +73,11 @@ def scene(name, is_solid):
 
 
 def hand(side, seconds, is_solid):
-    """Hand that repeatedly presses towards the block's centre and retreats; some hands grab while they press."""
+    """Returns the path of a hand that repeatedly presses towards the centre of the block and retreats. Some hands grab
+    the block while they press."""
     direction = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0))[side % 4]
-    # The start is 40 mm away. Two hands press, one grabs, one only approaches, because contacts cost most.
+    # The start is 40 mm away. Two hands press, one grabs and one only approaches, because contacts need most of the
+    # computing time.
     depth = (0.030, 0.030, 0.0285, 0.020)[side % 4] if is_solid else 0.033
     grabs = ["grab"] if is_solid and side % 4 == 2 else []
     points, at = [{"t_s": 0, "position_m": [0, 0, 0], "phase": "approach"}], 1.5 * side
@@ -112,18 +117,19 @@ class SoakServer(KeptServer):
         self.metrics = families
 
     def total(self, name):
-        """Last sampled value of a counter without labels."""
+        """Returns the last sampled value of a counter without labels."""
         return sum(self.metrics.get(name, {"samples": {}})["samples"].values())
 
     def recordings(self):
-        """Paths of the recordings; none if it ran shorter than JUST_BEGUN_S: they may be empty."""
+        """Returns the paths of the recordings. If the server ran for less than JUST_BEGUN_S, the list is empty, because
+        the recordings may be empty."""
         if self.lived_s < JUST_BEGUN_S:
             return []
         return [os.path.join(self.records, name) for name in sorted(os.listdir(self.records)) if name.endswith(".mcap")]
 
 
 def pace_of(samples, begin, end):
-    """Steps per second from 3 s before `begin` to 2 s after `end`; None if unknown."""
+    """Returns the steps per second from 3 s before `begin` to 2 s after `end`, or None if unknown."""
     within = [(at, steps) for at, steps in samples if begin - 3 <= at <= end + 2]
     if len(within) < 2:
         return None
@@ -154,7 +160,7 @@ class Links:
 
 
 class SoakClient:
-    """One user during the whole run; each life is one process."""
+    """One user during the whole run. Each of its lives is one process."""
 
     def __init__(self, number, side, feels, folder, room, address, program_file):
         self.number, self.feels, self.folder, self.room, self.address = number, feels, folder, room, address
@@ -163,7 +169,7 @@ class SoakClient:
         self.stage = STAGES[side % len(STAGES)]
         self.hand = os.path.join(folder, f"hand{number}.json")
         self.lives, self.process = [], None
-        self.is_busy = False  # an event is in progress
+        self.is_busy = False  # true while an event is in progress
 
     def start(self, server):
         life = {"begin": clock_s(), "memory": [], "expected": (0,), "tried": 0}
@@ -192,7 +198,7 @@ class SoakClient:
             self.process.send_signal(number)
 
     def note_end(self):
-        """Records exit code and time; the program has ended."""
+        """Records exit code and time after the program has ended."""
         self.life["code"], self.life["end"] = self.process.wait(ENDED_S), clock_s()
 
     def sample(self):
@@ -202,7 +208,7 @@ class SoakClient:
 
 
 def is_fresh(client):
-    """Whether the newest row of the trace is recent and its state is younger than 1 s."""
+    """Returns whether the newest row of the trace is recent and its state is younger than 1 s."""
     try:
         with open(client.life["trace"], "rb") as file:
             names = file.readline().decode().strip().split(",")
@@ -223,7 +229,7 @@ class Event:
 
 
 class Soak:
-    """Events and their times, drawn from one seed."""
+    """Events and their times, which are drawn from one seed."""
 
     KINDS = ("cut", "reset", "move", "stop", "kill", "leave")
 
@@ -231,7 +237,7 @@ class Soak:
         self.folder, self.settings, self.lab = folder, settings, lab
         self.random = random.Random(settings.seed)
         self.events, self.servers, self.restarts, self.problems = [], [], [], []
-        self.pending = []  # (time, action)
+        self.pending = []  # list of (time, action)
         self.refused = 0
 
     def path(self, name):
@@ -303,7 +309,7 @@ class Soak:
             action()
         self.pending = []
         quiet = clock_s() + self.settings.back_s
-        # A slow machine gets more time at the end; a client that never returns is still detected.
+        # A slow machine gets more time at the end. A client that never returns is nevertheless detected.
         while clock_s() < quiet or (clock_s() < quiet + ALL_JOINED_S and not all(map(is_fresh, self.clients))):
             self.do_what_is_due(clock_s())
             self.look_after_clients(clock_s())
@@ -326,7 +332,7 @@ class Soak:
                 client.sample()
 
     def look_after_clients(self, now):
-        """Restarts clients that failed to join, as a user would. Any other exit without an event is a fault."""
+        """Restarts clients that failed to join, as a user would do. Any other exit without an event is a fault."""
         for client in self.clients:
             if client.is_busy or client.process.poll() is None:
                 continue
@@ -369,7 +375,8 @@ class Soak:
             self.server = self.start_server()
             event.end = clock_s()
             self.note("server started again")
-            # Age of the checkpoint when read: time since the end of the old server, including the start of the new one.
+            # The age of the checkpoint when it is read is the time since the end of the old server, including the start
+            # of the new one.
             self.restarts.append((self.server, (time.time() - server.ended_at) * 1e3, kills))
         self.later(now + self.random.uniform(0.2, 3.0), start)
 
@@ -413,7 +420,7 @@ class Soak:
 
     def _leave(self, client, event, now, _):
         client.signal(signal.SIGTERM)
-        client.life["expected"] = (0, 1)  # 1 if it had no session
+        client.life["expected"] = (0, 1)  # 1 is expected if the client had no session
 
         def when_ended():
             if client.process.poll() is None:

@@ -1,8 +1,5 @@
-"""A stand-in for the sidecar that Agones adds to a game server: its SDK's REST interface, and the states of a
-GameServer.
-
-Source: the documentation of Agones 1.x (agones.dev/site/docs/guides/client-sdks/rest). POST /ready, /health,
-/allocate and /shutdown with a JSON object, GET /gameserver.
+"""A substitute for the sidecar that Agones adds to a game server. It has the REST interface of the Agones SDK and the
+states of a GameServer.
 """
 
 import http.server
@@ -14,13 +11,13 @@ PATIENCE_S = 60
 
 
 class Sidecar:
-    """Usage: with Sidecar() as sidecar: … sidecar.port, sidecar.state, sidecar.calls"""
+    """Simulates the sidecar. Usage: with Sidecar() as sidecar: … sidecar.port, sidecar.state, sidecar.calls"""
 
     def __init__(self, port=0, state="Scheduled"):
-        self.calls = []   # (time, method, path)
-        self.wrong = []   # requests that no Agones client sends
+        self.calls = []   # list of (time, method, path)
+        self.wrong = []   # requests that an Agones client never sends
         self.state = state
-        self.fails = 0    # number of following calls that are answered by 500
+        self.fails = 0    # number of following calls that are answered with status 500
         self._lock = threading.Lock()
         sidecar = self
 
@@ -50,7 +47,7 @@ class Sidecar:
         self._thread.start()
 
     def take(self, method, path, body, content_type):
-        """Handles a POST. Returns (status, answer)."""
+        """Handles a POST request. Returns (status, answer)."""
         with self._lock:
             self.calls.append((time.monotonic(), method, path))
             if content_type != "application/json" or json.loads(body) != {}:
@@ -76,7 +73,7 @@ class Sidecar:
             return sum(1 for _, _, called in self.calls if called == path)
 
     def paths(self):
-        """Returns the called paths in order, without /health."""
+        """Returns the called paths in order, except /health."""
         with self._lock:
             return [path for _, _, path in self.calls if path != "/health"]
 

@@ -1,4 +1,5 @@
-"""A server that reports its state to a stand-in for the Agones sidecar, and a server without a reachable sidecar."""
+"""A server that reports its state to a substitute for the Agones sidecar, and a server whose sidecar is not
+reachable."""
 
 import os
 import signal

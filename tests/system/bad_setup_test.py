@@ -1,4 +1,4 @@
-"""Every wrong set-up ends with exit code 2 and one clear line that names the error and the remedy."""
+"""Every invalid set-up ends with exit code 2 and one clear line that names the error and the remedy."""
 
 import json
 import socket
@@ -37,8 +37,8 @@ class ServerSetup(ProgramTest):
                                 "bodies[0].shapes[0].mesh.file", "/nowhere/bunny.obj")
 
     def start_with_molecules(self, limits):
-        """Starts a server with two molecules of 4,000 atoms: 16 million pairs, some milliseconds a step on any
-        core."""
+        """Starts a server with two molecules of 4,000 atoms each. A step evaluates 16 million pairs, which takes some
+        milliseconds on any core."""
         names = ("N", "CA", "C", "O", "CB")
         lines = ["ATOM  %5d  %-3s ALA A%4d    %8.3f%8.3f%8.3f  1.00  0.00           %s" %
                  (i + 1, names[i % 5], i // 5 + 1, 1.5 * (i % 16), 1.5 * (i // 16 % 16), 1.5 * (i // 256), names[i % 5][0])
@@ -53,7 +53,8 @@ class ServerSetup(ProgramTest):
 
     def test_a_scene_that_this_machine_cannot_step_in_time(self):
         code, out, err = self.start_with_molecules({"atom_pairs": 20_000_000})
-        # Computing the scale of 16 million pairs may take longer than 2 s, so progress lines precede the error.
+        # The computation of the scale for 16 million pairs may take longer than 2 s. Then progress lines precede the
+        # error.
         lines = err.splitlines()
         progress = [line for line in lines if line.startswith("finding the scale of the forces between 4000 and 4000 atoms: ")]
         self.assertTrue(progress and progress[-1].endswith("100 %"), err)
@@ -85,7 +86,7 @@ class ClientSetup(ProgramTest):
         self.assert_setup_error(finish(start_client(port, "--duration", "1s")), str(port), "refused")
 
     def test_an_address_that_is_not_loopback(self):
-        # Refused before any packet is sent (TEST-NET-1 has no route).
+        # The client refuses before it sends a packet. TEST-NET-1 has no route.
         result = run("tandem-client", "--headless", "--insecure", "--server", "192.0.2.1:47800", "--duration", "1s")
         self.assert_setup_error(result, "192.0.2.1", "loopback")
 
@@ -131,7 +132,7 @@ class WrongVersion(ProgramTest):
             peer.settimeout(20)
             peer.sendall(control(HELLO, whole(1, 999), 1))
             answer = receive_frame(peer)
-            error = part(ERROR, b"")[:1]  # tag of ServerControl.error
+            error = part(ERROR, b"")[:1]  # the tag byte of ServerControl.error
             self.assertIn(error, answer)
             self.assertIn(whole(1, ERROR_WRONG_VERSION), answer)
             self.assertIn(b"999", answer)

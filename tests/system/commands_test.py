@@ -1,4 +1,5 @@
-"""A script docks two molecules without a window: tandem-client --commands reads a line and writes an answer."""
+"""A script docks two molecules without a window. tandem-client --commands reads each command as a line and writes an
+answer."""
 
 import json
 import os
@@ -10,13 +11,13 @@ import unittest
 
 from support import PATIENCE_S, ProgramTest, Server, program
 
-import needs  # of tests/support, on the path set by support.py
+import needs  # from tests/support; support.py adds this folder to the path
 
 HELICES = "/usr/share/pymol/test/dat/3al1.pdb"
 
 
 class Script:
-    """A client with --commands: writes its commands and reads its answers one by one."""
+    """A client with --commands, to which the test writes commands and whose answers it reads one by one."""
 
     def __init__(self, port, *arguments):
         self.process = subprocess.Popen(
@@ -39,7 +40,7 @@ class Script:
         return self.answer()
 
     def end(self, *lines):
-        """Writes these lines and waits for the end. Returns (exit code, remaining answers, stderr)."""
+        """Writes these lines and waits until the client ends. Returns (exit code, remaining answers, stderr)."""
         out, err = self.process.communicate("".join(line + "\n" for line in lines), timeout=PATIENCE_S)
         return self.process.returncode, [json.loads(line) for line in out.splitlines()], err
 
@@ -128,7 +129,8 @@ class Commands(ProgramTest):
         with self.server() as server:
             script = Script(server.port)
             self.assert_ok(script.ask("keep near"), "keep")
-            os.kill(server.process.pid, signal.SIGSTOP)  # the next request must wait for its answer
+            # the server is stopped, so that the next request must wait for its answer
+            os.kill(server.process.pid, signal.SIGSTOP)
             script.write("minimise", "visit near", "move-by 0 0.01 0", "poses", "state", "wait 0.1", "help")
             time.sleep(0.3)
             server.kill()
@@ -144,7 +146,8 @@ class Commands(ProgramTest):
         with self.server() as server:
             script = Script(server.port)
             self.assert_ok(script.ask("energy"), "energy")
-            os.kill(server.process.pid, signal.SIGSTOP)  # the cancellation must arrive together with the request
+            # the server is stopped, so that request and cancellation arrive together
+            os.kill(server.process.pid, signal.SIGSTOP)
             script.write("minimise 0.1")
             time.sleep(0.5)
             os.kill(server.process.pid, signal.SIGCONT)

@@ -1,7 +1,7 @@
-"""Whole sessions with simulated devices: the real server and the real client, down to the system calls.
+"""Whole sessions with simulated devices: the real server and the real client, including all system calls.
 
-umockdev provides a Falcon and a SpaceMouse, with a simulator behind them (tests/devices/fake_device_main.cpp). An
-Inverse3 is a WebSocket service on this machine.
+umockdev provides a Falcon and a SpaceMouse, which a simulator drives (tests/devices/fake_device_main.cpp). An Inverse3
+is a WebSocket service on this machine.
 """
 
 import base64
@@ -54,7 +54,7 @@ class Session:
         return dict(zip(words[0::2], map(int, words[1::2])))
 
     def _find(self, pattern, begin):
-        """Returns (index after the matching line, the match)."""
+        """Returns (index of the line after the match, the match)."""
         deadline = time.monotonic() + PATIENCE_S
         while time.monotonic() < deadline:
             has_ended = self.process.poll() is not None
@@ -84,7 +84,7 @@ class Session:
         self._close()
 
     def end(self):
-        """Ends the client. Returns (exit code, the JSON object)."""
+        """Ends the client. Returns (exit code, the JSON object that it printed)."""
         if self.process.poll() is None:
             self.do("stop")
         out = self.process.stdout.read()
@@ -129,7 +129,7 @@ class Falcon(FakeDevice):
         falcon.wait_for("device falcon is ready")
 
     def press(self, falcon):
-        """Moves the handle down, and on against the border of its workspace, until a force is felt."""
+        """Moves the handle down and further against the border of its workspace, until a force is displayed."""
         for i in range(50):
             falcon.do(f"grip 0 {-0.001 * i:.4f} {0.175 - 0.001 * i:.4f}")
             time.sleep(0.02)
@@ -197,7 +197,7 @@ class SpaceMouse(FakeDevice):
             mouse = self.begin(server, "spacemouse")
             mouse.wait_for("device spacemouse shows no force")
             mouse.until(lambda state: state["light"] == 1)
-            mouse.do("report 01 5e 01 00 00 00 00")  # 350 to the right
+            mouse.do("report 01 5e 01 00 00 00 00")  # a deflection of 350 to the right
             time.sleep(1)
             mouse.do("report 01 00 00 00 00 00 00")
             mouse.do("unplug")
@@ -210,7 +210,7 @@ class SpaceMouse(FakeDevice):
 
 
 class Service:
-    """The Inverse3 service: answers each command with the state of a cursor that the test moves."""
+    """Simulates the Inverse3 service. It answers each command with the state of a cursor that the test moves."""
 
     def __init__(self, port=0, receive_bytes=None):
         self.listener = socket.create_server(("127.0.0.1", port))
@@ -221,9 +221,9 @@ class Service:
         self.force = [0.0, 0.0, 0.0]
         self.commands = 0
         self.delay_s = 0
-        self.reads = True  # if false, it sends states without reading commands
-        self.answers = True  # if false, it reads commands without sending states
-        self.is_broken = False  # data other than whole commands arrived
+        self.reads = True  # if false, the service sends states without reading commands
+        self.answers = True  # if false, the service reads commands without sending states
+        self.is_broken = False  # the service received data other than whole commands
         self.connection = None
         threading.Thread(target=self._serve, daemon=True).start()
 
@@ -368,7 +368,7 @@ class Inverse3(ProgramTest):
 
 
     def unsent_bytes(self, service):
-        """Returns the bytes that the client has written and that the service has not received."""
+        """Returns the number of bytes that the client has written but the service has not received."""
         with open("/proc/net/tcp") as file:
             fields = [line.split() for line in file.readlines()[1:]]
         queues = [line[4] for line in fields if int(line[2].split(":")[1], 16) == service.port]

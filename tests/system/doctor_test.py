@@ -1,4 +1,4 @@
-"""tandem-doctor on this machine: its findings as text and as JSON, with a reachable and an unreachable server."""
+"""Runs tandem-doctor on this machine: its findings as text and as JSON, with a reachable and an unreachable server."""
 
 import json
 import unittest

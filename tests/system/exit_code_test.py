@@ -1,5 +1,5 @@
-"""A run that did not fulfil its purpose ends with exit code 1 and one line with the reason, and its JSON reports
-no success."""
+"""If a run did not fulfil its purpose, it ends with exit code 1 and one line with the reason, and its JSON does not
+report success."""
 
 import json
 import resource
@@ -10,7 +10,7 @@ import unittest
 
 from support import ProgramTest, Server, finish, program, start_client
 
-import hostile_server  # of tests/attack, on the path set by support.py
+import hostile_server  # from tests/attack; support.py adds this folder to the path
 
 
 class NoState(ProgramTest):

@@ -1,9 +1,9 @@
-"""Files that a scene may name and that are made to harm their reader: each is small but declares or causes a large
-amount of data or work.
+"""Files that a scene may refer to and that are designed to harm their reader. Each is small, but declares or causes a
+large amount of data or work.
 
-`FILES` is the table: name of the case → (name of the file, its bytes or a function that writes it).
-`scene_of(path)` is a scene that uses it. A program that reads such a file must end soon, with one clear line and
-with bounded memory.
+`FILES` is the table: it maps the name of a case to (name of the file, its bytes or a function that writes it).
+`scene_of(path)` returns a scene that refers to the file. A program that reads such a file must end soon, with one clear
+line and with bounded memory.
 """
 
 import json
@@ -50,14 +50,15 @@ def nested(opening, closing, depth, begin="", end=""):
 
 
 def polygon(corners):
-    """One face with many corners; the time to triangulate it grows with the square of their number."""
+    """Returns one face with many corners. The time to triangulate it grows with the square of their number."""
     points = random.Random(1)
     lines = [f"v {points.random():.4f} {points.random():.4f} 0\n" for _ in range(corners)]
     return ("".join(lines) + "f " + " ".join(map(str, range(1, corners + 1))) + "\n").encode()
 
 
 def soup(triangles):
-    """Random triangles as long as the whole mesh: each covers much of the distance grid."""
+    """Returns random triangles that are as long as the whole mesh. Each of them intersects a large part of the distance
+    grid."""
     points = random.Random(1)
     lines = ["v %g %g %g\n" % (points.random(), points.random(), points.random()) for _ in range(3 * triangles)]
     lines += [f"f {3 * i + 1} {3 * i + 2} {3 * i + 3}\n" for i in range(triangles)]
@@ -69,7 +70,7 @@ def tetrahedron(size):
 
 
 def nested_solids(count):
-    """Closed surfaces, each inside the next."""
+    """Returns closed surfaces, each inside the next."""
     lines = []
     for i in range(count):
         corners, _ = tetrahedron(4.0 * (i + 1))
@@ -81,7 +82,7 @@ def nested_solids(count):
 
 
 def crowd(vertices):
-    """Many different vertices within a hundred thousandth of the size."""
+    """Returns many different vertices within a hundred-thousandth of the mesh's size."""
     points = random.Random(1)
     lines = ["v 0 0 0\nv 1 0 0\nv 0 1 0\n"]
     lines += ["v %.9f %.9f %.9f\n" % tuple(points.random() * 8e-6 for _ in range(3)) for _ in range(vertices)]
@@ -90,7 +91,7 @@ def crowd(vertices):
 
 
 def cysteines(count):
-    """Sulfurs in one plane, each of which may be bonded to any other."""
+    """Returns sulphur atoms in one plane, each of which may be bonded to any other."""
     line = "ATOM  {:5d}  SG  CYS {}{:4d}    {:8.3f}{:8.3f}{:8.3f}  1.00  0.00\n"
     return "".join(line.format(i % 99999, chr(65 + i // 9999 % 26), i % 9999, 0, 9.0 * (i % 300), 9.0 * (i // 300))
                    for i in range(count)).encode()
@@ -101,7 +102,7 @@ def sparse(path):
         file.truncate(100 << 30)
 
 
-# Meshes that Assimp reads, refused because of the cost of reading them.
+# Meshes that Assimp can read but that are refused, because reading them would take too much memory or time.
 MESHES = {
     "ply of two billion vertices": ("a.ply", ply("binary_little_endian", PLY_VERTEX.format(MANY) +
                                                  PLY_FACE.format(MANY, "uchar"), PLY_CORNERS)),
@@ -133,11 +134,11 @@ MESHES = {
     "gltf nested 100,000 deep": ("a.gltf", nested("[", "]", 100_000, '{"asset": ', "}")),
     "larger than any mesh": ("a.stl", sparse),
 }
-# Read or refused, but quickly.
+# Files that are either read or refused, but in any case quickly.
 ODDITIES = {
     "obj of one face of 200,000 corners": ("a.obj", polygon(200_000)),
 }
-# Readable meshes, refused because of the cost of preparing them for contact.
+# Meshes that can be read but are refused, because preparing them for contact would take too much memory or time.
 SHAPES = {
     "soup of 1000 triangles": ("a.obj", soup(1000)),
     "20,000 solids in each other": ("a.obj", nested_solids(20_000)),
@@ -158,7 +159,7 @@ FILES = {**MESHES, **ODDITIES, **SHAPES, **STRUCTURES, **SCENES}
 
 
 def write(folder, case):
-    """Writes the case's file into the folder. Returns its path."""
+    """Writes the file of a case into the folder. Returns its path."""
     name, content = FILES[case]
     path = os.path.join(folder, name)
     if callable(content):
@@ -170,7 +171,7 @@ def write(folder, case):
 
 
 def scene_of(path):
-    """Returns the text of a scene that names the file."""
+    """Returns the text of a scene that refers to the file."""
     if path.endswith(".pdb"):
         body = {"name": "m", "mass_kg": 0.1, "shapes": [{"molecule": {"file": path}}]}
         return json.dumps({"name": "s", "bodies": [body], "molecular_field": {"metres_per_angstrom": 0.01},
@@ -180,7 +181,8 @@ def scene_of(path):
 
 
 def scene_file(folder, case):
-    """Returns the path of a scene that names the case's file, or of the file itself if it is a scene."""
+    """Returns the path of a scene that refers to the file of the case, or the path of the file itself if it is a
+    scene."""
     path = write(folder, case)
     if case in SCENES:
         return path
@@ -191,8 +193,8 @@ def scene_file(folder, case):
 
 
 def load(folder, case, server, *arguments):
-    """Runs the program `server` with the case. Returns its exit code and lines, the duration, and the processor
-    time and peak memory including its child processes."""
+    """Runs the program `server` with the case. Returns its exit code and lines, the duration, and the processor time
+    and peak memory including its child processes."""
     began = time.monotonic()
     running = subprocess.Popen([server, "--port", "0", "--cache", "", "--scene", scene_file(folder, case), *arguments],
                                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)

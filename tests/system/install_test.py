@@ -1,4 +1,4 @@
-"""After installation under a prefix that is then moved, the programs find their files, and the server reads its
+"""The programs are installed under a prefix that is then moved. They still find their files, and the server reads its
 configuration file."""
 
 import json
@@ -13,18 +13,18 @@ import support
 from support import ProgramTest, Server, finish, run, start_client
 
 BUILD = os.environ["TANDEM_BUILD"]
-# Options that a file cannot contain: those of every program, and --config itself, which names the file.
+# Options that a file cannot contain: those that every program has, and --config itself, which names the file.
 NOT_IN_A_FILE = {"help", "version", "config"}
 
 
 def options_of_help():
-    """Returns the first name of each option; the others are aliases."""
+    """Returns the first name of each option. Further names are aliases."""
     _, out, _ = run("tandem-server", "--help")
     return set(re.findall(r"^  (?:-\w,)?--([a-z][a-z-]*)", out, re.M)) - NOT_IN_A_FILE
 
 
 class Installed(ProgramTest):
-    """All tests run the installed programs: support.BIN refers to them meanwhile."""
+    """All tests of this class run the installed programs, because support.BIN then refers to them."""
 
     @classmethod
     def setUpClass(cls):
@@ -102,10 +102,11 @@ class Configuration(ProgramTest):
         text = re.sub(r"^# ([a-z][a-z-]* = )", r"\1", self.example(), flags=re.M)
         text = text.replace('duration = "3600s"', 'duration = "200ms"').replace("json = false", "json = true")
         text = text.replace("/var/cache/tandem", self.path("cache")).replace("/var/lib/tandem", self.path("state"))
-        # These options name absent files, depend on such an option, or end the program.
+        # These options name files that do not exist, depend on such an option, or end the program.
         text = re.sub(r"^(cert|key|issuer|dev-certs|receptor|ligand|hydrogens|dielectric|cutoff|far-grid|force-field) = .*$", "", text, flags=re.M)
         config = self.write("all.conf", text)
-        code, out, err = run("tandem-server", "--config", config, "--port", "0")  # the command line takes precedence
+        # the command line takes precedence over the file
+        code, out, err = run("tandem-server", "--config", config, "--port", "0")
         self.assertEqual(code, 0, err)
         self.assertEqual(json.loads(out)["rooms"][0]["name"], "peg_in_hole")
 

@@ -1,7 +1,7 @@
-"""tandem-lab live: a trial over sockets and in real time, collected like a trial in virtual time.
+"""tandem-lab live runs a trial over sockets in real time and collects the same data as for a trial in virtual time.
 
-The agreement of the two is the command's own claim, which may fail on a busy machine. These tests check that the
-trial's data is complete, and that exit code, table and files agree.
+That both trials agree is a claim of the command itself, which may fail on a busy machine. These tests check that the
+data of the trial is complete, and that exit code, table and files agree.
 """
 
 import json
@@ -24,8 +24,8 @@ class Live(ProgramTest):
     def check_trial(self, folder, trial):
         for user in trial["timing"]["users"]:
             self.assertEqual(user["records_lost"], 0)
-            # Each millisecond has its own tick or repeats one. Two ticks may fall into the same millisecond if one was
-            # late.
+            # Each millisecond either has a tick or repeats the previous one. If a tick was late, two ticks may lie in
+            # one millisecond.
             self.assertGreaterEqual(user["ticks"] + user["milliseconds_without_tick"], ROWS)
             self.assertLess(user["milliseconds_without_tick"], ROWS / 2)
         for compared in trial["compared"]:
@@ -52,7 +52,7 @@ class Live(ProgramTest):
             (virtual,) = load(folder, "virtual.json")["trials"]
             self.assertEqual(live.keys(), virtual.keys())
             self.assertEqual(live["rtt_ms"], 50)
-            # Delay of the simulated links in both directions; a machine can only add to it.
+            # The delay of the simulated links in both directions is 50 ms, and the machine can only add to it.
             self.assertGreater(load(folder, "trial.json")["users"][0]["metrics"]["round_trip_mean_ms"], 49)
 
     def test_two_users_are_both_collected_whole(self):

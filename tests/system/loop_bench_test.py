@@ -1,4 +1,4 @@
-"""tandem-lab bench loop measures the real client's loop. The figures are not evaluated here, because they depend
+"""tandem-lab bench loop measures the loop of the real client. The results are not evaluated here, because they depend
 on the machine."""
 
 import json

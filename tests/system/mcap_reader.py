@@ -1,6 +1,6 @@
-"""An independent reader of recordings, after the public specification (https://mcap.dev/spec), in another language
-and without the project's code. It checks sums, lengths, indexes and the summary. The program zstd unpacks the
-chunks."""
+"""An independent reader of recordings. It follows the public specification (https://mcap.dev/spec), is written in
+another language and uses no code of the project. It checks checksums, lengths, indexes and the summary. The program
+zstd decompresses the chunks."""
 
 import struct
 import subprocess
@@ -12,7 +12,7 @@ STATISTICS, DATA_END = 11, 15
 
 
 class Bad(Exception):
-    """The file violates the specification."""
+    """Raised if the file violates the specification."""
 
 
 class Cursor:
@@ -56,14 +56,14 @@ def unpacked(name, data, size):
 
 
 class Recording:
-    """Contents of a file. `messages`: (topic, log time [ns], data). `is_whole`: the file is complete, with a
-    correct summary."""
+    """The content of a file. `messages` contains (topic, log time [ns], data). `is_whole` is true if the file is
+    complete and its summary is correct."""
 
     def __init__(self, path):
         with open(path, "rb") as file:
             self.data = file.read()
         self.schemas, self.channels, self.messages = {}, {}, []
-        self.chunks = {}  # offset: (length, first time, last time, {channel: entries of its index})
+        self.chunks = {}  # maps offset to (length, first time, last time, {channel: entries of its index})
         self.is_whole = False
         cursor = Cursor(self.data)
         if cursor.take(8) != MAGIC:
@@ -81,7 +81,7 @@ class Recording:
             try:
                 op, content = cursor.record()
             except Bad:
-                return  # the file ends here because its program was killed
+                return  # the file ends here because the program that wrote it was killed
             if op == CHUNK:
                 last_chunk = begin
                 self.read_chunk(content, begin, cursor.at - begin)
@@ -165,8 +165,8 @@ class Recording:
 
 
 def fields(data):
-    """Returns a protobuf message as {number: [values]}. Varints become whole numbers, values of 4 and 8 bytes stay
-    raw, the others are bytes."""
+    """Returns a protobuf message as {number: [values]}. Varints become whole numbers; values of 4 and 8 bytes stay raw;
+    all other values are bytes."""
     cursor, result = Cursor(data), {}
 
     def varint():

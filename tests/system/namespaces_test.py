@@ -1,5 +1,5 @@
-"""A server and two clients, each in its own network namespace, with the simulated link between them: as over a
-real network, without its loopback.
+"""A server and two clients, each in a network namespace of its own, with the simulated link between them. This is like
+a real network, without the loopback of one machine.
 """
 
 import json
@@ -12,7 +12,7 @@ import unittest
 
 from support import PATIENCE_S, ProgramTest, finish, program
 
-import needs  # of tests/support, on the path set by support.py
+import needs  # from tests/support; support.py adds this folder to the path
 
 INSIDE = "TANDEM_TEST_INSIDE"
 PORT = 47800
@@ -27,7 +27,8 @@ def is_permitted():
 
 
 class Network:
-    """A network namespace, connected to this one by a cable: 10.77.N.1 at this end, 10.77.N.2 at the other."""
+    """A network namespace that a cable connects to this one. The addresses are 10.77.N.1 at this end and 10.77.N.2 at
+    the other."""
 
     def __init__(self, number):
         self.number = number
@@ -53,7 +54,7 @@ class Network:
         subprocess.run(self.command(*arguments), check=True)
 
     def move(self):
-        """Gives the far end another address."""
+        """Replaces the address of the other end."""
         self.inside("ip", "addr", "del", f"10.77.{self.number}.2/24", "dev", self.there)
         self.inside("ip", "addr", "add", f"10.77.{self.number}.3/24", "dev", self.there)
 
@@ -120,11 +121,11 @@ class ThreeNetworks(ProgramTest):
         anna, anna_link = self.join(self.client_nets[0], state, "anna", "peg-left", 16)
         ben, _ = self.join(self.client_nets[1], state, "ben", "peg-right", 16)
         time.sleep(3)
-        anna_link.stdin.write("move\n")  # like a NAT that has dropped its mapping
+        anna_link.stdin.write("move\n")  # as if a NAT had dropped its mapping
         anna_link.stdin.flush()
         time.sleep(1)
         self.assertEqual(self.server_log().count("joined room"), 2, "a new port is no new session")
-        self.client_nets[1].move()  # the connection is dead, and ben rejoins automatically
+        self.client_nets[1].move()  # the connection of ben is lost, and ben rejoins automatically
         self.wait_for_log('"ben" joined', 2)
         self.client_nets[0].plug(False)
         time.sleep(3)
@@ -139,8 +140,8 @@ class ThreeNetworks(ProgramTest):
             self.assertGreater(report["watched_body"]["displacement_m"], 0.05, "they carried the peg")
             self.assertTrue(report["all_forces_finite"])
             self.assertLess(report["force_n"]["max"], 20)
-            # Real-time rights end at a namespace, and a late tick makes the force decay to zero. It returns within the
-            # 16 s at any speed: the largest is 1.3 N at 936 Hz.
+            # Real-time rights do not extend into a namespace, and a late tick makes the force decay to zero. The force
+            # returns within the 16 s at any tick rate; at 936 Hz its largest value is 1.3 N.
             self.assertGreater(report["force_n"]["max"], 0.1, f"each felt the other; {report['tick_rate_hz']} Hz")
         self.server.terminate()
         report = json.loads(self.server.communicate(timeout=PATIENCE_S)[0])

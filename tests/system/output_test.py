@@ -1,5 +1,4 @@
-"""The reader of a program's output may hang or be closed: nothing is delayed, and the program still ends on
-request."""
+"""The reader of a program's output may hang or be closed. Nothing is delayed, and the program still ends on request."""
 
 import json
 import os
@@ -13,7 +12,7 @@ import unittest
 from support import PATIENCE_S, ProgramTest, Server, finish, free_port, full_pipe, program, read_trace, start_client
 
 END_WITHIN_S = 2.0
-SILENCE_S = 0.150  # the longest time with a force after the last state (SafetySettings)
+SILENCE_S = 0.150  # longest time for which a force may be displayed after the last state (SafetySettings)
 PRESSES = """{"points": [{"t_s": 0, "position_m": [0, 0, 0], "phase": "approach"},
  {"t_s": 1, "position_m": [0.073, 0, 0], "phase": "hold"}, {"t_s": 600, "position_m": [0.073, 0, 0]}]}"""
 
@@ -23,7 +22,7 @@ def force_n(row):
 
 
 def connect(port):
-    """Returns a connection as soon as the server listens."""
+    """Returns a connection as soon as the server accepts connections."""
     deadline = time.monotonic() + PATIENCE_S
     while True:
         try:
@@ -35,7 +34,7 @@ def connect(port):
 
 
 class Hanging:
-    """A pipe for a program's output that nobody reads, or whose read end is closed."""
+    """A pipe for the output of a program. It is never read, or its read end is closed."""
 
     def __init__(self, is_gone=False):
         self.reading, self.writing = os.pipe() if is_gone else full_pipe()
@@ -63,7 +62,7 @@ class ServersReader(ProgramTest):
         return server
 
     def hold_the_wall(self, server):
-        """Presses a hand on the wall while 30 connections open and close, each with log lines."""
+        """Presses a hand on the wall while 30 connections are opened and closed, each of which causes log lines."""
         trace = self.path("trace.csv")
         client = start_client(self.port, "--hand", self.write("press.json", PRESSES), "--trace", trace,
                               "--duration", "600s")
@@ -152,7 +151,7 @@ class Flood(ProgramTest):
             for _ in range(400):
                 connect(server.port).close()
             server.wait_for_log("more than 60 lines a minute of the kind \"closed\"")
-            time.sleep(0.5)  # because new connections are accepted at a limited rate
+            time.sleep(0.5)  # the rate at which new connections are accepted is limited
             server.process.terminate()
             server.process.wait(PATIENCE_S)
         text = "\n".join(line for _, line in server.log)
@@ -163,7 +162,7 @@ class Flood(ProgramTest):
 
 class ClientsReader(ProgramTest):
     def run_client(self, *arguments, **streams):
-        """Presses a hand on the wall: states and force continue, and on request the client releases the hand and
+        """Presses a hand on the wall. States and force continue; on request the client reduces the force to zero and
         ends."""
         trace = self.path("trace.csv")
         with Server("--scene", "wall") as server:

@@ -1,4 +1,4 @@
-"""A place that one user points at: sent to all users in the room, and displayed as a force to the others."""
+"""One user points at a place. It is sent to all users in the room and displayed as a force to the others."""
 
 import math
 import struct
@@ -7,7 +7,7 @@ import unittest
 
 from support import ProgramTest, Server, finish, read_trace, start_client
 
-import wire  # of tests/attack, on the path set by support.py
+import wire  # from tests/attack; support.py adds this folder to the path
 
 
 def point(place, body=0):
@@ -46,8 +46,8 @@ class Pointing(ProgramTest):
         self.assertLess(abs(away[-1]), 0.05, "and it is over")
 
     def forces_while_others_point(self, *arguments):
-        """Returns a client's displayed forces away from the scene by time, and its lines, while two users point as
-        often as they can."""
+        """Returns the forces that a client displays away from the scene, by time, and its output lines. Meanwhile two
+        users point as often as they can."""
         trace = self.path("trace.csv")
         with Server("--scene", "two_boxes") as server:
             partner = start_client(server.port, "--json", "--duration", "5s", "--hand", "rest", "--trace",

@@ -1,4 +1,4 @@
-"""Poses of two molecules that users save, restore and find again: sent, displayed, recorded, replayed."""
+"""Poses of two molecules that users save, restore and search for are sent, displayed, recorded and replayed."""
 
 import csv
 import json
@@ -13,8 +13,8 @@ import unittest
 
 from support import ProgramTest, Server, finish, read_trace, run, start_client
 
-import needs  # of tests/support, on the path set by support.py
-import wire  # of tests/attack, on the same path
+import needs  # from tests/support; support.py adds this folder to the path
+import wire  # from tests/attack, also added to the path by support.py
 
 HELICES = "/usr/share/pymol/test/dat/3al1.pdb"
 KEEP, GO_TO, UNDO, REDO, MINIMISE, DELETE, RENAME, CANCEL = range(8)
@@ -69,8 +69,8 @@ class Holder:
         return self.request
 
     def ask(self, kind, number=0, name=""):
-        """Sends a request. Returns the saved or renamed pose, the number of a deleted one, or the text of the
-        result or the error."""
+        """Sends a request. Returns the saved or renamed pose, the number of a deleted pose, or the text of the result
+        or the error."""
         self.send(kind, number, name)
         answered, found = self.next(wire.KEPT_POSE, wire.POSE_TAKEN, wire.POSE_DELETED, wire.ERROR)
         if answered == wire.KEPT_POSE:
@@ -80,12 +80,12 @@ class Holder:
         return found[3 if answered == wire.POSE_TAKEN else 2].decode()
 
     def until_heard(self):
-        """Returns the answers by request, once the server has read all requests and minimises."""
+        """Returns the answers by request as soon as the server has read all requests and is minimising."""
         self.client.stream.sendall(wire.control(wire.PING, wire.whole(1, 59)))
         return self.answers_until({wire.PONG, wire.POSE_PROGRESS})
 
     def rest(self):
-        """Returns the answers by request, until goodbye or the end of the connection."""
+        """Returns the answers by request until the goodbye message or the end of the connection."""
         return self.answers_until({wire.GOODBYE})
 
     def answers_until(self, wanted):
@@ -150,7 +150,7 @@ class KeptPoses(ProgramTest):
         return apart, near
 
     def energy_now(self, holder):
-        """Returns the energy of a pose that is saved for this purpose."""
+        """Saves a pose and returns its energy."""
         time.sleep(0.3)
         return holder.ask(KEEP, name="now")["energy"]
 

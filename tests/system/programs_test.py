@@ -1,4 +1,4 @@
-"""Output of the programs: machine-readable output is one JSON object, and an error is one clear line."""
+"""Output of the programs. Machine-readable output is one JSON object, and an error is one clear line."""
 
 import json
 import os
@@ -9,7 +9,7 @@ import unittest
 
 from support import PATIENCE_S, ProgramTest, Server, finish, program, run, start_client
 
-import needs  # of tests/support, on the path set by support.py
+import needs  # from tests/support; support.py adds this folder to the path
 
 LATENESS_KEYS = ["max", "p50", "p99", "p999"]
 
@@ -65,8 +65,8 @@ PDB_LINE = "{record:<6}{serial:5d}  {name:<3} {residue:<4}{chain}{number:4d}    
 
 
 class Structure(ProgramTest):
-    """A molecule that differs from the contents of its file is reported to the operator, in the report, and to
-    every user."""
+    """If a molecule was changed relative to the content of its file, this is reported to the operator, in the report,
+    and to every user."""
 
     def scene_of(self, structure):
         body = {"name": "m", "shapes": [{"molecule": {"file": structure}}], "mass_kg": 0.1}
@@ -75,7 +75,7 @@ class Structure(ProgramTest):
                                                 "molecular_field": {"metres_per_angstrom": 0.01}}))
 
     def served(self, scene):
-        """Returns the server's log and notes, and the client's stderr and notes."""
+        """Returns log and notes of the server, and stderr and notes of the client."""
         server = subprocess.Popen([program("tandem-server"), "--insecure", "--json", "--port", "0", "--scene", scene],
                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         log = ""
@@ -115,7 +115,7 @@ HELICES = "/usr/share/pymol/test/dat/3al1.pdb"
 
 
 class Docking(ProgramTest):
-    """A room made from two structure files, without a scene file."""
+    """A room that is created from two structure files, without a scene file."""
 
     def test_two_hands_hold_two_files(self):
         needs.files(HELICES, needs.OPLS)
@@ -142,7 +142,7 @@ class Docking(ProgramTest):
             self.assertTrue(server.port, "what was made can be given again")
 
     def check_complex(self, recording):
-        """Checks that the least energy on the path is found, and that the saved structure has it too."""
+        """Checks that the lowest energy on the path is found, and that the saved structure has the same energy."""
         file = self.path("best.cif")
         code, out, err = run("tandem-replay", "complex", str(recording), "--save", file, "--json")
         self.assertEqual(code, 0, err)
@@ -391,7 +391,7 @@ class Study(ProgramTest):
 
 
 class Meshes(ProgramTest):
-    # A plate of 100 by 80 by 5, made of 12 triangles.
+    # A plate of 100 by 80 by 5 that consists of 12 triangles.
     PLATE = "".join(f"v {x} {y} {z}\n" for z in (0, 5) for y in (0, 80) for x in (0, 100)) + "".join(
         f"f {a} {b} {d}\nf {a} {d} {c}\n" for a, b, c, d in ((1, 3, 2, 4), (5, 6, 7, 8), (1, 2, 5, 6), (3, 7, 4, 8), (1, 5, 3, 7), (2, 4, 6, 8)))
 

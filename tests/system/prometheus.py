@@ -1,5 +1,5 @@
-"""A reader of Prometheus' text format 0.0.4, from its specification alone. It refuses text that the format does
-not allow."""
+"""A reader of Prometheus' text format 0.0.4 that follows the specification only. It refuses text that the format does
+not permit."""
 
 import math
 import re
@@ -15,7 +15,7 @@ class BadText(Exception):
 
 
 def _labels(text, line):
-    """Returns the sorted (name, value) pairs between the braces."""
+    """Returns the sorted (name, value) pairs between the braces of a line."""
     found, at = [], 0
     while at < len(text):
         label = LABEL.match(text, at)
@@ -34,7 +34,7 @@ def _labels(text, line):
 
 
 def _family_of(name, families):
-    """Returns the family to which samples of that name belong."""
+    """Returns the family to which samples with that name belong."""
     for suffix in ("_bucket", "_sum", "_count"):
         base = name.removesuffix(suffix)
         if base != name and families.get(base, {}).get("type") == "histogram":
@@ -51,7 +51,7 @@ def _sample(line):
 
 
 def parse(text):
-    """Returns {family: {"type", "help", "samples": {(name, labels): value}}}."""
+    """Parses a text. Returns {family: {"type", "help", "samples": {(name, labels): value}}}."""
     if not text.endswith("\n"):
         raise BadText("the last line has no end")
     families, open_family, closed = {}, None, set()
@@ -95,7 +95,7 @@ def _check(name, family):
 
 
 def _check_histogram(name, samples):
-    """Checks that the buckets of each label set rise to +Inf, whose value is the count."""
+    """Checks that the buckets of each label set increase up to +Inf, and that the value at +Inf is the count."""
     if not name.endswith(UNITS):
         raise BadText(f"{name} has no unit")
     series = {}
@@ -116,7 +116,7 @@ def _check_histogram(name, samples):
 
 
 def counts(families):
-    """Returns all values that may only grow: {(name, labels): value}."""
+    """Returns all values that may only increase: {(name, labels): value}."""
     return {key: value for family in families.values() if family["type"] in ("counter", "histogram")
             for key, value in family["samples"].items()}
 

@@ -1,4 +1,5 @@
-"""Sessions recorded at both ends, killed, read by an independent reader, replayed, and used as a device."""
+"""Sessions are recorded at both ends. The programs are killed; an independent reader reads the recordings, which are
+also replayed and used as a device."""
 
 import glob
 import json
@@ -14,9 +15,9 @@ import unittest
 import mcap_reader
 from support import PATIENCE_S, SOURCE, ProgramTest, Server, finish, free_port, program, read_trace, replay_killed, run, start_client
 
-import needs  # of tests/support, on the path set by support.py
+import needs  # from tests/support; support.py adds this folder to the path
 
-STEP_NUMBER = 1  # field of RecordedStep
+STEP_NUMBER = 1  # field number in RecordedStep
 KILLS = int(os.environ.get("TANDEM_KILLS", "6"))
 
 
@@ -30,8 +31,8 @@ MCAP_CORE = os.path.join(SOURCE, "build", "mcap_core")
 
 
 def other_reader(path):
-    """Reads this file as a Recording and compares its channels with @mcap/core. Without @mcap/core that comparison
-    is left out and counted."""
+    """Reads this file as a Recording and compares its channels with those that @mcap/core reads. If @mcap/core is not
+    installed, the comparison is omitted and this is counted."""
     recording = mcap_reader.Recording(path)
     if not needs.has_of_machine(os.path.isdir(os.path.join(MCAP_CORE, "node_modules")),
                                 "@mcap/core, the reference reader of recordings (npm and network in deploy/install-deps)"):
@@ -115,7 +116,8 @@ class Session(ProgramTest):
             self.assertEqual(code, 0, err)
         then, now = read_trace(self.path("anna.csv")), read_trace(self.path("again.csv"))
         self.assertGreater(len(now), 2000)
-        # The hand is interpolated between two of its samples: a micrometre within a millisecond.
+        # The hand is interpolated between two of its samples, which gives an error of a micrometre within a
+        # millisecond.
         for row in now[::50]:
             due = then[0]["t_s"] + row["t_s"]
             near = min(then, key=lambda other: abs(other["t_s"] - due))
@@ -134,7 +136,7 @@ class Session(ProgramTest):
 
 
 class Killed(ProgramTest):
-    """kill -9 of the server: the flushed data can be read by another reader and replayed."""
+    """The server is killed by kill -9. Another reader can read the flushed data, and it can be replayed."""
 
     def test_at_random_moments(self):
         seed = int(os.environ.get("TANDEM_TEST_SEED", "1"))
@@ -164,7 +166,7 @@ class Killed(ProgramTest):
 
 
 def damaged(kind, data, random_):
-    """Returns (bytes, first changed byte) of a file that was cut, zeroed or changed in its second half."""
+    """Returns (bytes, index of the first changed byte) of a file that was cut, zeroed or changed in its second half."""
     at = random_.randrange(len(data) // 2, len(data) * 9 // 10)
     if kind == "cut":
         return data[:at], at
@@ -175,7 +177,7 @@ def damaged(kind, data, random_):
 
 
 class Damaged(ProgramTest):
-    """No message of a damaged file is lost silently: the error names the damage, its place, the readable part, and
+    """No message of a damaged file is lost silently. The error names the damage, its position, the readable part, and
     the remedy."""
 
     def record(self):

@@ -1,4 +1,5 @@
-"""Programs killed, frozen and cut off in mid-session: no force without a partner, and no body held forever."""
+"""Programs are killed, stopped or disconnected in mid-session. No force remains without a partner, and no body remains
+held."""
 
 import itertools
 import json
@@ -10,7 +11,7 @@ import unittest
 
 from support import PATIENCE_S, SOURCE, ProgramTest, Server, finish, full_pipe, read_trace, start_client
 
-import wire  # of tests/attack, on the path set by support.py
+import wire  # from tests/attack; support.py adds this folder to the path
 
 ZERO_WITHIN_S = 0.150
 RELEASE_WITHIN_S = 2.0
@@ -41,7 +42,7 @@ class ServerKilled(ProgramTest):
         self.check_trace(read_trace(trace))
 
     def check_trace(self, rows):
-        """Checks the time series: 150 ms after the last arrival the displayed force is zero."""
+        """Checks the time series: 150 ms after the last arrival, the displayed force is zero."""
         self.assertGreater(max(force_n(row) for row in rows), 0.05, "there was a force to lose")
         silent = [row for row in rows if row["state_age_s"] > ZERO_WITHIN_S]
         self.assertGreater(len(silent), 500, "the server was away for more than a second")
@@ -90,9 +91,11 @@ class RoomReset(ProgramTest):
 
 
 class ManySessions(ProgramTest):
-    SESSIONS_BEFORE = 4  # Models of two sessions, and a third under construction, exist at a time …
+    # memory is first measured after this number of sessions, because up to three models exist at a time …
+    SESSIONS_BEFORE = 4
     SESSIONS = 10
-    GROWTH_MB = 30  # … and a model of this scene has 22 MB: without freeing them, growth would be 220
+    # … and each model of this scene needs 22 MB; if models were not released, memory would grow by 220 MB
+    GROWTH_MB = 30
 
     def resident_mb(self, process):
         with open(f"/proc/{process.pid}/smaps_rollup") as file:
@@ -124,12 +127,13 @@ class ClientVanished(ProgramTest):
             server.wait_for_log(r"frosty.*joined|joined.*frosty")
             time.sleep(0.5)
             frozen = time.monotonic()
-            os.kill(client.pid, signal.SIGSTOP)  # like a pulled cable: the connection stays open, and no data arrives
+            # as if a cable were unplugged: the connection stays open, but no data arrives
+            os.kill(client.pid, signal.SIGSTOP)
             left = server.wait_for_log(r"frosty.*(left|silence)", after=frozen)
             os.kill(client.pid, signal.SIGKILL)
             client.communicate()
             self.assertLessEqual(left - frozen, RELEASE_WITHIN_S)
-            # The seat is free again: two more users can join a room of two.
+            # The seat is free again, so that two more users can join a room with two places.
             others = [start_client(server.port, "--duration", "1s", "--name", name) for name in ("a", "b")]
             for process in others:
                 code, _, err = finish(process)
@@ -158,7 +162,7 @@ class UdpBlocked(ProgramTest):
 
 
 class Stopping(ProgramTest):
-    """For each way to stop a client, its last tick displays no force."""
+    """Whichever way a client is stopped, its last tick displays no force."""
 
     numbers = itertools.count()
 
@@ -199,7 +203,7 @@ class Stopping(ProgramTest):
             client = self.start(server, stdout=writing)
             os.close(writing)
             os.close(reading)
-            time.sleep(2.5)  # for two status lines
+            time.sleep(2.5)  # time for two status lines
             self.assertIsNone(client.poll(), "alive")
             stopped_ns = time.monotonic_ns()
             client.terminate()
@@ -212,7 +216,7 @@ class Stopping(ProgramTest):
             reading, writing = full_pipe()
             client = self.start(server, stdout=writing)
             os.close(writing)
-            time.sleep(2.5)  # for two status lines
+            time.sleep(2.5)  # time for two status lines
             stopped_ns = time.monotonic_ns()
             client.terminate()
             code, _, err = finish(client)
@@ -224,7 +228,8 @@ class Stopping(ProgramTest):
         with Server("--scene", "peg_in_hole") as server:
             pipe = self.path("pipe")
             os.mkfifo(pipe)
-            reading = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)  # never read: the main thread blocks on its trace
+            # the pipe is never read, so the main thread blocks while it writes the trace
+            reading = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
             client = start_client(server.port, "--hand", "peg-left", "--name", "ender", "--trace", pipe)
             server.wait_for_log(r"ender.*joined|joined.*ender")
             time.sleep(2.5)

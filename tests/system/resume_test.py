@@ -1,5 +1,5 @@
-"""kill -9 of a server that keeps checkpoints: the next server continues from there, and all users rejoin
-automatically."""
+"""A server that writes checkpoints is killed by kill -9. The next server continues from the checkpoint, and all users
+rejoin automatically."""
 
 import glob
 import json
@@ -14,12 +14,12 @@ from secure_test import SecureServer, SecureTest, start_client
 from support import PATIENCE_S, finish, free_port, program, read_trace, replay_killed, run
 
 KILLS = int(os.environ.get("TANDEM_KILLS", "4"))
-# Bound on the motion of a peg in a second, when two hands move it.
+# Upper bound for the motion of a peg within one second if two hands move it.
 MOST_MOVED_M = 0.05
 
 
 class KeptServer(SecureServer):
-    """A server with --resume that records; `end` stops it with a signal."""
+    """A server with --resume that records. `end` stops it with a signal."""
 
     def __init__(self, folder, port, number):
         self.records = os.path.join(folder, f"records{number}")
@@ -103,9 +103,9 @@ class Restarts(SecureTest):
         server = KeptServer(self.folder, port, 0)
         client = start_client("--join", server.invitation("--name", "anna"), "--duration", "60s")
         server.wait_for("anna.*joined")
-        time.sleep(0.7)  # until the session is in the checkpoint
+        time.sleep(0.7)  # time until the session is in the checkpoint
         server.end()
-        os.kill(client.pid, signal.SIGSTOP)  # anna rejoins only in the last run
+        os.kill(client.pid, signal.SIGSTOP)  # the client is stopped, so that anna rejoins only in the last run
         with SecureServer(self.folder, port=port) as server:
             used = server.invitation("--name", "ben")
             self.assert_joined(start_client("--join", used, "--duration", "1s"))

@@ -1,4 +1,5 @@
-"""The long runs: parts of deploy/nightly by name, and the times and the verdict that they and .ci/run print."""
+"""The long runs: parts of deploy/nightly by name, and the times and the verdict that deploy/nightly and .ci/run
+print."""
 
 import os
 import re
@@ -8,7 +9,7 @@ import unittest
 
 from support import PATIENCE_S, SOURCE
 
-import needs  # of tests/support, on the path set by support.py
+import needs  # from tests/support; support.py adds this folder to the path
 
 NIGHTLY = os.path.join(SOURCE, "deploy", "nightly")
 PARTS = ["tests", "stalls", "asan", "lab", "soak", "tsan", "ubsan", "tidy"]
@@ -33,7 +34,7 @@ def steps(script, max_min="1"):
 
 
 def table_of_readme():
-    """Returns the (part, minutes) rows of tests/README.md."""
+    """Returns the (part, minutes) rows of the table in tests/README.md."""
     with open(os.path.join(SOURCE, "tests", "README.md"), encoding="utf-8") as file:
         return re.findall(r"^\| `(\w+)` \| (\d+) min \|", file.read(), re.MULTILINE)
 

@@ -1,4 +1,4 @@
-"""A server with default security: it has a key, admits users by tokens, and encrypts its traffic."""
+"""A server with the default security has a key, admits users by tokens, and encrypts its traffic."""
 
 import json
 import os
@@ -14,7 +14,7 @@ import unittest
 from support import PATIENCE_S, ProgramTest, finish, free_port, program, run
 from wire import PROTOCOL_VERSION, frame, part, receive_exactly, tls, token_bytes, whole
 
-import needs  # of tests/support, on the path set by support.py
+import needs  # from tests/support; support.py adds this folder to the path
 
 HELLO, JOIN, GRAB = 2, 3, 4
 JOINED, ERROR, GOODBYE = 3, 10, 11
@@ -24,11 +24,12 @@ SCENE = {"name": "still",
          "tools": [{"name": "a", "placement": {"position_m": [0.3141592653589793, 0.1, 0.2]}},
                                     {"name": "b", "placement": {"position_m": [0, 0.5, 0]}}],
          "coupling": {"law": "spring-damper", "stiffness_n_per_m": 200, "damping_n_s_per_m": 2}}
-POSE = struct.pack("<d", 0.3141592653589793)[4:]  # upper half of the number: one part in a million
+# upper half of the number, which determines it to one part in a million
+POSE = struct.pack("<d", 0.3141592653589793)[4:]
 
 
 class SecureServer:
-    """A tandem-server with default options; `report` is valid after its end."""
+    """A tandem-server with default options. `report` is valid after the server has ended."""
 
     def __init__(self, folder, *arguments, bind="127.0.0.1", port=0, scene="two_boxes"):
         self.state = os.path.join(folder, "state")
@@ -187,7 +188,7 @@ class Invitations(SecureTest):
     def test_let_nobody_in_while_their_use_cannot_be_written(self):
         with SecureServer(self.folder) as server:
             invitation, aside = server.invitation(), self.path("aside")
-            os.rename(server.state, aside)  # root may write everywhere, but cannot treat a file as a folder
+            os.rename(server.state, aside)  # root may write everywhere, but even root cannot use a file as a folder
             with open(server.state, "w") as file:
                 file.write("in the way")
             self.assert_refused(["cannot write down", "Not a directory"], "--join", invitation)
@@ -270,7 +271,7 @@ class Certificates(SecureTest):
 
 
 class TlsPeer:
-    """A peer with Python's ssl that sends given messages."""
+    """A peer that uses Python's ssl and sends given messages."""
 
     def __init__(self, port):
         self.stream = tls(socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S))
@@ -279,16 +280,16 @@ class TlsPeer:
         self.stream.sendall(frame(whole(1, 1) + part(number, body)))
 
     def hear(self):
-        """Returns the number of the next message, and its body."""
+        """Returns the number of the next message, and its content."""
         (size,) = struct.unpack(">I", receive_exactly(self.stream, 4))
         data = receive_exactly(self.stream, size)
         at = 0
-        while data[at] & 7 == 0:  # the request number
+        while data[at] & 7 == 0:  # skips the request number
             at += 2
         return data[at] >> 3, data
 
     def join(self, ticket):
-        """Joins with `ticket`: fields of JoinRoom besides the name."""
+        """Joins with `ticket`, which contains the fields of JoinRoom except the name."""
         self.say(HELLO, whole(1, PROTOCOL_VERSION) + part(3, b"state-tcp"))
         self.hear()
         self.say(JOIN, part(2, b"eve") + ticket)
@@ -297,7 +298,7 @@ class TlsPeer:
 
 class Misbehaviour(SecureTest):
     def raw_token(self, server, *arguments):
-        """Returns the field JoinRoom.token."""
+        """Returns the encoded field JoinRoom.token."""
         return part(6, token_bytes(server.token(*arguments)))
 
     def test_an_observer_cannot_grab(self):
@@ -351,8 +352,8 @@ class Misbehaviour(SecureTest):
 
 
 class Meddler(threading.Thread):
-    """A proxy between a client and its server. It forwards TCP unchanged, and calls `mischief(self, datagram)` for
-    each datagram to the server. It listens on another address, on the server's port or on `mapped_to`."""
+    """A proxy between a client and its server. It forwards TCP unchanged and calls `mischief(self, datagram)` for each
+    datagram to the server. It listens on another address, on the server's port or on `mapped_to`."""
 
     def __init__(self, port, mischief, mapped_to=None):
         super().__init__(daemon=True)
@@ -416,7 +417,7 @@ class Meddler(threading.Thread):
 
 class Datagrams(SecureTest):
     def meddle(self, mischief, duration="3s"):
-        """Runs a session through the meddler. Returns the reports of server and client, and the meddler's counts."""
+        """Runs a session through the proxy. Returns the reports of server and client, and the counters of the proxy."""
         with SecureServer(self.folder) as server:
             meddler = Meddler(server.port, mischief)
             client = start_client("--join", server.invitation(address="127.0.0.2"), "--duration", duration)
@@ -427,7 +428,7 @@ class Datagrams(SecureTest):
     def test_that_were_replayed_reordered_cut_changed_or_forged_have_their_counters_and_do_no_harm(self):
         def mischief(meddler, datagram):
             number = meddler.counts["up"]
-            if number % 7 == 1:  # sent after the next datagram
+            if number % 7 == 1:  # this datagram is sent after the next one
                 meddler.kept = datagram
                 return
             meddler.send(datagram)
@@ -436,7 +437,7 @@ class Datagrams(SecureTest):
                 meddler.kept = None
             flipped = bytearray(datagram)
             flipped[33 + number % (len(datagram) - 33)] ^= 1 << number % 8
-            flipped[16] ^= 0x40  # a sequence number that was not used before
+            flipped[16] ^= 0x40  # gives a sequence number that was not used before
             epoch, stranger = bytearray(flipped), bytearray(flipped)
             epoch[0] ^= 5
             stranger[4] ^= 1
@@ -452,7 +453,8 @@ class Datagrams(SecureTest):
 
     def test_whose_source_is_forged_send_nobody_more_than_three_times_what_came(self):
         def mischief(meddler, datagram):
-            # For a second, each datagram arrives from a silent address; the client's own address is already known.
+            # For one second, each datagram arrives from an address that is otherwise silent. The client's own address
+            # is already known.
             if 1000 < meddler.counts["up"] < 2000:
                 meddler.send_from_elsewhere(datagram)
             else:
@@ -486,7 +488,7 @@ class Datagrams(SecureTest):
 
 
 class Link(SecureTest):
-    """A session through tandem-lab's simulated link, a program between client and server."""
+    """A session through the simulated link of tandem-lab, which runs as a program between client and server."""
 
     def start_link(self, port, *arguments):
         link = subprocess.Popen([program("tandem-lab"), "link", "--port", str(port), *arguments], stdin=subprocess.PIPE,

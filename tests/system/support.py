@@ -1,6 +1,6 @@
 """Starts the real programs as a user does, for the tests of this folder.
 
-The environment variable TANDEM_BIN holds the folder of the programs (ctest sets it).
+The environment variable TANDEM_BIN contains the folder of the programs (ctest sets it).
 """
 
 import json
@@ -16,14 +16,14 @@ import unittest
 
 BIN = os.environ["TANDEM_BIN"]
 SOURCE = os.environ["TANDEM_SOURCE"]
-sys.path.append(os.path.join(SOURCE, "tests", "attack"))  # wire.py: control messages by hand
+sys.path.append(os.path.join(SOURCE, "tests", "attack"))  # contains wire.py, which encodes control messages
 sys.path.append(os.path.join(SOURCE, "tests", "support"))
 import needs  # noqa: E402  (found by the path above)
-# Far above any duration here; reached only when a program hangs.
+# Time-out far above any duration in these tests. It is reached only if a program hangs.
 PATIENCE_S = 60
 TRIES = 3
-# Share of the processor time that programs request. A quiet host takes less than 1.5 %; a burst of 100 ms in a test of
-# 10 s is 2 to 5 %.
+# Maximum share of the requested processor time that the host may take. A quiet host takes less than 1.5 %; a burst of
+# 100 ms in a test of 10 s is 2 to 5 %.
 MOST_TAKEN = 0.02
 
 
@@ -98,7 +98,7 @@ def start_client(port, *arguments, stdout=subprocess.PIPE, stderr=subprocess.PIP
 
 
 def finish(process):
-    """Waits for the end. Returns (exit code, stdout, stderr)."""
+    """Waits until a program ends. Returns (exit code, stdout, stderr)."""
     out, err = process.communicate(timeout=PATIENCE_S)
     return process.returncode, out, err
 
@@ -109,15 +109,15 @@ def run(name, *arguments):
 
 
 def replay_killed(command, file, *arguments):
-    """Runs tandem-replay on the recording of a killed program. Returns (whether it succeeded, stdout, stderr). A
-    kill may leave a partly written record, for which tandem-replay reports the error and ends with 3."""
+    """Runs tandem-replay on the recording of a killed program. Returns (whether it succeeded, stdout, stderr). A kill
+    may leave a partly written record; tandem-replay reports this error and ends with exit code 3."""
     code, out, err = run("tandem-replay", command, file, *arguments)
     return code == 0 or code == 3 and "within a record" in err, out, err
 
 
 def read_trace(path):
     """Returns the rows of a client's CSV trace as dictionaries of floats. A line that is still being written is
-    left out."""
+    omitted."""
     with open(path) as file:
         names = file.readline().strip().split(",")
         rows = []
@@ -130,7 +130,7 @@ def read_trace(path):
 
 
 def full_pipe():
-    """Returns (read end, write end) of a pipe that is completely full."""
+    """Returns (read end, write end) of a pipe that is full."""
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
     for size in (65536, 1):
@@ -139,13 +139,14 @@ def full_pipe():
                 os.write(writing, b"x" * size)
         except BlockingIOError:
             pass
-    os.set_blocking(writing, True)  # a child process inherits this flag with the description
+    # a child process inherits this flag, because it belongs to the open file description
+    os.set_blocking(writing, True)
     return reading, writing
 
 
 def _wanted_and_taken():
-    """Returns (time that programs requested, share of it that other machines of the same host took), in ticks
-    since boot."""
+    """Returns (time that programs requested, part of it that other machines of the same host took), in ticks since
+    boot."""
     with open("/proc/stat") as file:
         user, nice, system, _idle, _iowait, irq, softirq, taken = map(int, file.readline().split()[1:9])
     return user + nice + system + irq + softirq + taken, taken
@@ -176,10 +177,11 @@ for _name in ("startTest", "stopTest", "addSuccess", "addFailure", "addError", "
 
 
 class ProgramTest(unittest.TestCase):
-    """A test in real time. A failure while the host gave the processors to other machines proves nothing, so the test
-    is repeated. If the host never leaves the processors to the test, it is skipped and counted as left out.
+    """A test in real time. If it fails while the host gave the processors to other machines, the failure proves
+    nothing, so the test is repeated. If the host takes the processors in all attempts, the test is skipped and counted
+    as left out.
 
-    `files`, `programs`: requirements of all tests of the class (tests/support/needs.py)."""
+    `files` and `programs` are requirements of all tests of the class (tests/support/needs.py)."""
 
     files = ()
     programs = ()
@@ -218,7 +220,7 @@ class ProgramTest(unittest.TestCase):
         return self.path(name)
 
     def assert_setup_error(self, result, *words):
-        """Checks for exit code 2 and exactly one line on stderr that contains these words."""
+        """Checks for exit code 2 and exactly one line on stderr, which must contain these words."""
         code, _, err = result
         lines = [line for line in err.splitlines() if line.strip()]
         self.assertEqual(code, 2, err)

@@ -1,4 +1,4 @@
-"""A failed real-time test is repeated only if the host took the machine's processors away."""
+"""A failed test in real time is repeated only if the host has taken the processors of this machine away."""
 
 import contextlib
 import io
@@ -9,7 +9,7 @@ import unittest
 from unittest import mock
 
 import support
-import needs  # of tests/support, on the path set by support.py
+import needs  # from tests/support; support.py adds this folder to the path
 
 
 class OfPrograms(support.ProgramTest):
@@ -90,7 +90,7 @@ class OfMachine(unittest.TestCase):
 
 
 class Needs(unittest.TestCase):
-    """A claim that cannot be tested is a failure, or is counted as left out."""
+    """A claim that cannot be tested is either a failure or counted as left out."""
 
     def run_one(self, test, required=""):
         """Runs a test. Returns (result, lines of the list of left-out claims)."""
@@ -129,7 +129,8 @@ class Needs(unittest.TestCase):
         with open(os.path.join(support.SOURCE, "tests", "support", "needs.cpp"), encoding="utf-8") as file:
             of_cpp = set(re.findall(r'"/usr/[^"]*", "([^"]*)"', file.read()))
         self.assertGreater(len(of_cpp), 5)
-        of_python = {*needs.FOLDERS.values(), *needs.PROGRAMS.values()} - {"util-linux"}  # essential in Debian
+        # "util-linux" is omitted because Debian always installs it
+        of_python = {*needs.FOLDERS.values(), *needs.PROGRAMS.values()} - {"util-linux"}
         self.assertLessEqual(of_cpp | of_python, installed)
 
 

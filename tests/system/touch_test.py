@@ -1,4 +1,5 @@
-"""Scenes with meshes and soft bodies in practice: prepared shapes are stored, and both are displayed live."""
+"""Scenes with meshes and soft bodies: prepared shapes are stored, and meshes and soft bodies are displayed in live
+sessions."""
 
 import json
 import os
@@ -7,9 +8,9 @@ import unittest
 
 from support import ProgramTest, Server, finish, run, start_client
 
-# A closed tetrahedron of 4 cm.
+# A closed tetrahedron with edges of 4 cm.
 TETRAHEDRON = "v 0 0 0\nv 4 0 0\nv 0 4 0\nv 0 0 4\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 4 3\n"
-# Three triangles at one edge: they enclose no volume.
+# Three triangles at one edge. They enclose no volume.
 FIN = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 2 5\n"
 
 
@@ -65,7 +66,7 @@ class Room(ProgramTest):
     def test_the_room_benchmark_measures_steps_and_lateness_apart(self):
         code, out, err = run("tandem-lab", "bench", "room", "--scene", "two_boxes", "--seconds", "4",
                              "--json")
-        # The speed depends on the machine: exit code 0 or 1, but never an error.
+        # The speed depends on the machine. Therefore the exit code may be 0 or 1, but an error is not permitted.
         self.assertIn(code, (0, 1), err)
         result = json.loads(out)
         self.assertEqual(sorted(result["step_us"]), ["max", "p50", "p99", "p999"])

@@ -1,7 +1,7 @@
-"""The client is stopped or killed while it displays a force: its watchdog writes zero to the motors, even if they
+"""The client is stopped or killed while it displays a force. Its watchdog writes zero to the motors, even if they
 accept no data at that time.
 
-`--motors` receives the commands of a simulated device, like the USB descriptor of a real one.
+`--motors` names a pipe that receives the commands of a simulated device, like the USB descriptor of a real device.
 """
 
 import fcntl
@@ -17,16 +17,16 @@ from stall_test import PRESSES
 
 COMMAND = struct.Struct("3d")
 F_SETPIPE_SZ = 1031
-SLEW_N = 4.0  # per tick, of the simulated device
+SLEW_N = 4.0  # force change per tick; slew limit of the simulated device
 
 
 class Motors:
-    """The far end of a device's line: the received commands and their times."""
+    """The other end of a device's line. It records the received commands and their times."""
 
     def __init__(self, path, pipe_bytes=1 << 20):
         os.mkfifo(path)
         self.path = path
-        self.told = []  # (time, force [N])
+        self.told = []  # list of (time, force [N])
         self.reads = threading.Event()
         self.reads.set()
         self._pipe = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
@@ -40,7 +40,7 @@ class Motors:
             self.reads.wait()
             more = os.read(self._pipe, 65536)
             if not more:
-                time.sleep(0.001)  # no process has it open
+                time.sleep(0.001)  # no process has opened the line
             now = time.monotonic()
             data += more
             whole = len(data) // COMMAND.size * COMMAND.size
@@ -49,7 +49,7 @@ class Motors:
             data = data[whole:]
 
     def wait_for(self, is_it, after):
-        """Returns the time of the first command after `after` whose force meets the condition `is_it`."""
+        """Returns the time of the first command after `after` for whose force `is_it` returns true."""
         deadline = time.monotonic() + PATIENCE_S
         while time.monotonic() < deadline:
             for at, force_n in self.told[:]:
@@ -91,7 +91,7 @@ class Pressing(ProgramTest):
             return [int(word) for word in file.read().split()]
 
     def check_return(self, forces_n):
-        """Checks the forces after a stop. A pending command may still arrive, and zero follows at once; then the
+        """Checks the forces after a stop. A pending command may still arrive. Zero must follow at once, and then the
         ramp begins."""
         late = [force_n for force_n in forces_n[:20] if force_n > 1]
         self.assertLessEqual(len(late), 2, "the old force was shown again")
@@ -143,14 +143,14 @@ class Watchdog(Pressing):
 
 
 class BusyMotors(Pressing):
-    """The line accepts no data when the client is stopped or killed, and for another second."""
+    """The line accepts no data when the client is stopped or killed, and for one second after that."""
     pipe_bytes = 4096
 
     def end_while_busy(self, number):
-        """Sends this signal to the client while its line is full, and reads the line a second later. Returns the
-        time of that."""
+        """Sends this signal to the client while its line is full, and reads the line one second later. Returns the time
+        at which reading began."""
         self.motors.reads.clear()
-        time.sleep(0.5)  # 170 commands fill it
+        time.sleep(0.5)  # in this time, 170 commands fill the line
         os.kill(self.client.pid, number)
         time.sleep(1)
         self.motors.reads.set()

@@ -1,6 +1,7 @@
-"""An invisible display, a window on it, and the evaluation of its pictures, for the tests of the window.
+"""A virtual display, a window on it, and the evaluation of its images, for the tests of the window.
 
-No picture is compared with another machine's. The tests check colours, their amounts and their places.
+No image is compared with that of another machine. The tests check colours, the number of their pixels, and their
+places.
 """
 
 import itertools
@@ -19,7 +20,8 @@ WIDTH, HEIGHT = 720, 504
 
 
 class Picture:
-    """Rows of pixels, each (red, green, blue). The colour condition runs only once for all pixels of a colour."""
+    """An image: rows of pixels, each (red, green, blue). A condition on colours is evaluated only once for each
+    colour."""
 
     def __init__(self, rows):
         """Takes rows of bytes: red, green, blue of each pixel."""
@@ -29,7 +31,7 @@ class Picture:
 
     @classmethod
     def of_file(cls, path):
-        """Reads a PNG file of eight bits a channel, the format that the program writes."""
+        """Reads a PNG file with eight bits per channel, the format that the program writes."""
         with open(path, "rb") as file:
             data = file.read()
         assert data[:8] == b"\x89PNG\r\n\x1a\n", "no PNG file"
@@ -49,11 +51,12 @@ class Picture:
         return self.rows[y][x]
 
     def matching(self, is_it):
-        """Returns the colours of the picture that meet the condition."""
+        """Returns the colours of the image that satisfy the condition."""
         return {color for color in self._colors if is_it(*color)}
 
     def runs(self, is_it, left=0.0):
-        """Returns (first x, y, length) of the runs of pixels that meet the condition, in the part right of `left`."""
+        """Returns (x and y of the first pixel, length) for each run of pixels that satisfy the condition, to the right
+        of `left`."""
         found, colors = [], self.matching(is_it)
         for y, row in enumerate(self.rows):
             first = None
@@ -66,7 +69,7 @@ class Picture:
         return found
 
     def places(self, is_it, right=0.62):
-        """Returns (x, y) of the pixels of the scene, left of the panels, whose (red, green, blue) meet the
+        """Returns (x, y) of the pixels of the scene, left of the panels, whose (red, green, blue) satisfy the
         condition."""
         end, colors = int(self.width * right), self.matching(is_it)
         return [(x, y) for y, row in enumerate(self.rows) if not colors.isdisjoint(row)
@@ -82,7 +85,7 @@ class Picture:
 
 
 def unfiltered(data, stride, height):
-    """Returns the rows of bytes of a PNG file of three bytes a pixel, from its filtered rows (ISO/IEC 15948,
+    """Returns the rows of bytes of a PNG file with three bytes per pixel, given its filtered rows (ISO/IEC 15948,
     clause 9)."""
     rows, before = [], bytes(stride)
     for start in range(0, height * (stride + 1), stride + 1):
@@ -159,7 +162,7 @@ def is_white(r, g, b):
 
 
 class Display:
-    """A separate invisible display."""
+    """A virtual display of its own."""
 
     def __init__(self, width=WIDTH, height=HEIGHT):
         self.folder = tempfile.TemporaryDirectory()
@@ -181,7 +184,7 @@ class Display:
         self.folder.cleanup()
 
     def picture(self):
-        """Returns the present contents, from a file that Xvfb keeps in the format of xwd."""
+        """Returns the current content of the display. Xvfb stores it in a file in the format of xwd."""
         with open(os.path.join(self.folder.name, "Xvfb_screen0"), "rb") as file:
             with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
                 header = struct.unpack(">25I", data[:100])
@@ -198,7 +201,7 @@ class Display:
 
     def environment(self):
         variables = {key: value for key, value in os.environ.items() if key != "WAYLAND_DISPLAY"}
-        # Mesa renders in software, on any machine.
+        # Mesa renders in software, which works on any machine.
         return variables | {"DISPLAY": self.name, "LIBGL_ALWAYS_SOFTWARE": "1", "XDG_STATE_HOME": self.folder.name}
 
     def do(self, *arguments):
@@ -208,7 +211,7 @@ class Display:
 
 class WindowTest(ProgramTest):
     programs = ("Xvfb", "xdotool")
-    #: Sizes of the display and of the window on it; None: the window has the size of the display.
+    #: Sizes of the display and of the window on it. If `window` is None, the window has the size of the display.
     width, height, window = WIDTH, HEIGHT, None
 
     def setUp(self):
@@ -231,8 +234,8 @@ class WindowTest(ProgramTest):
     def wait_for_window(self):
         deadline = time.monotonic() + PATIENCE_S
         while time.monotonic() < deadline:
-            # Without a window manager the window gets the keyboard focus only here. The command fails until the window
-            # is visible.
+            # Without a window manager, only this command gives the keyboard focus to the window. It fails until the
+            # window is visible.
             found = subprocess.run(["xdotool", "search", "--onlyvisible", "--name", "^tandem:", "windowfocus"],
                                    env=self.display.environment(), capture_output=True, timeout=PATIENCE_S)
             if found.returncode == 0:
@@ -241,7 +244,8 @@ class WindowTest(ProgramTest):
         self.fail("no window opened")
 
     def drag(self, right, down, button=1):
-        """Drags from the middle of the scene, slowly, because a busy machine draws few frames a second."""
+        """Drags from the middle of the scene. The motion is slow, because a busy machine draws only a few frames per
+        second."""
         x, y, steps = self.width // 4, self.height // 2, 16
         self.display.do("mousemove", x, y)
         time.sleep(0.7)

@@ -1,4 +1,4 @@
-"""The window shows the scene and can be used with a mouse: tested under Xvfb by the colours of its pictures."""
+"""The window shows the scene and can be used with a mouse. This is tested under Xvfb by the colours of its images."""
 
 import colorsys
 import itertools
@@ -52,8 +52,8 @@ class Scenes(WindowTest):
         self.assertGreater(picture.count(is_white), 1000, "hydrogens")
 
     def settled_picture(self, is_wanted):
-        """Returns the first expected picture that stays for two seconds, because a thread prepares the contents of
-        the window."""
+        """Returns the first expected image that does not change for two seconds, because a thread prepares the content
+        of the window."""
         last, same, end = self.display.picture(), 0, time.monotonic() + PATIENCE_S
         while time.monotonic() < end:
             time.sleep(1)
@@ -65,8 +65,8 @@ class Scenes(WindowTest):
         self.fail("the window does not show the expected picture")
 
     def pictures_before_each(self, key, names):
-        """Returns pictures of molecules before each press of a key, by these names, and the settings that the
-        window stored."""
+        """Returns images of molecules, one before each press of a key, by these names, and the settings that the window
+        stored."""
         pictures = {}
         with Server("--scene", "docking_helices") as server:
             client = self.start(server, "--hand", "rest")
@@ -113,7 +113,7 @@ class Scenes(WindowTest):
         self.assertGreater(picture.count(is_red), 700, "the ball")
 
     def test_a_soft_mesh_is_there_and_yields(self):
-        """A ball that a tool presses from above."""
+        """Tests a soft ball on which a tool presses from above."""
         rings, sides, radius_m = 12, 24, 0.03
         with open(self.path("ball.obj"), "w") as file:
             for ring in range(rings + 1):
@@ -135,7 +135,7 @@ class Scenes(WindowTest):
                                   "shapes": [{"sphere": {"radius_m": 0.01}}]}],
                        "coupling": {"law": "spring-damper", "stiffness_n_per_m": 300, "damping_n_s_per_m": 5}}, file)
         def top_of_middle(picture, x):
-            """Returns the top of the ball at x. A drawing that does not yield would hide the tool there."""
+            """Returns the top of the ball at x. If the drawn ball did not yield, it would hide the tool there."""
             return min(y for at, y in picture.places(is_blue) if abs(at - x) <= 1)
         with Server("--scene", self.path("ball.json")) as server:
             rest = self.picture(server, "--hand", "rest")
@@ -147,14 +147,14 @@ class Scenes(WindowTest):
 
 
 def changed(before, after):
-    """Returns the number of pixels of the scene whose colour changed."""
+    """Returns the number of pixels of the scene whose colour has changed."""
     end = int(before.width * 0.62)
     return sum(max(abs(a - b) for a, b in zip(old, new)) > 60
                for rows in zip(before.rows, after.rows) for old, new in zip(*(row[:end] for row in rows)) if old != new)
 
 
 def hue_of(r, g, b):
-    """Returns (hue in turns, saturation 0 to 1, value)."""
+    """Returns (hue from 0 to 1, saturation from 0 to 1, value)."""
     return colorsys.rgb_to_hsv(r / 255, g / 255, b / 255)
 
 
@@ -169,8 +169,8 @@ is_rose = is_hue(0.971, by=0.03)
 
 
 def colored_things(scene):
-    """Returns (name, hue, place, whether the hue is unique in the scene) of the coloured bodies."""
-    # Tools are green and pink, arrows yellow and cyan. Only the carbons of a molecule have its colour.
+    """Returns (name, hue, place, whether the hue is unique in the scene) for each coloured body."""
+    # Tools are green and pink; arrows are yellow and cyan. Only the carbon atoms of a molecule have its colour.
     things = [thing for thing in scene.get("bodies", []) + scene.get("soft_bodies", [])
               if "color_rgb" in thing and "molecule" not in str(thing)]
     hues = [(thing, *hue_of(*[255 * c for c in thing["color_rgb"]])) for thing in things]
@@ -185,7 +185,7 @@ def colored_things(scene):
 
 
 def to_the_right(place):
-    """Returns the coordinate along the picture's x, in the initial view of the camera."""
+    """Returns the coordinate along the image's x axis in the initial view of the camera."""
     return math.cos(0.45) * place[0] + math.sin(0.45) * place[1]
 
 

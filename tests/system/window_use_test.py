@@ -1,6 +1,6 @@
-"""A user at the window, with synthetic mouse and keys: joins, grabs, lifts, changes delay and stage, and goes to
-another room. The user resizes and closes the window with a real window manager. Controls are found by their
-colours."""
+"""A user of the window, simulated with mouse and keyboard events. The user joins, grabs, lifts, changes delay and
+stage, and goes to another room. The user also resizes and closes the window with a real window manager. Controls are
+found by their colours."""
 
 import csv
 import json
@@ -15,9 +15,9 @@ import mcap_reader
 from support import BIN, PATIENCE_S, SOURCE, Server, finish, start_client
 from window_support import WindowTest, is_orange, is_yellow
 
-#: Colour of Dear ImGui's dark style: a slider's handle.
+#: Colour of the handle of a slider in Dear ImGui's dark style.
 HANDLE = (61, 133, 224)
-#: Heights of a row in a combo box and of its rim, in pixels.
+#: Height of a row in a combo box, and height of the rim of the box, in pixels.
 ROW, RIM = 18, 8
 
 
@@ -34,8 +34,8 @@ def is_arrow_button(r, g, b):
 
 
 def blocks(picture, is_it, shortest, longest, left=0.6):
-    """Returns the middles of the blocks of one colour, from the top. They have a width in this range and are at
-    least ten pixels high; text inside is allowed."""
+    """Returns the centres of the blocks of one colour, from the top. The blocks have a width in this range and are at
+    least ten pixels high; they may contain text."""
     width_at = {x: length for x, _, length in picture.runs(is_it, left=left) if shortest <= length <= longest}
     found = []
     for x, width in width_at.items():
@@ -80,12 +80,12 @@ class UseTest(WindowTest):
         time.sleep(1)
 
     def point_away(self):
-        """Moves the mouse away, because a control under the mouse has another colour."""
+        """Moves the mouse away, because a control has another colour while the mouse is over it."""
         self.display.do("mousemove", self.width // 4, self.height - 60)
         time.sleep(1)
 
     def sliders(self):
-        """Handles of the sliders: delay, jitter, loss."""
+        """Returns the handles of the sliders for delay, jitter and loss."""
         self.point_away()
         return blocks(self.display.picture(), is_handle, 6, 16)
 
@@ -95,7 +95,7 @@ class UseTest(WindowTest):
         return blocks(self.display.picture(), is_arrow_button, 14, 26, left=0.84)
 
     def choose(self, choice, entry):
-        """Selects an entry of a combo box; both are counted from 0."""
+        """Selects an entry of a combo box. Both are counted from 0."""
         x, y = self.choices()[choice]
         self.click(x, y)
         self.click(x - 60, y + 10 + RIM + ROW * (entry + 0.5))
@@ -172,7 +172,7 @@ class ClickThrough(UseTest):
 
 class Recordings(UseTest):
     def press_record(self):
-        """Presses the only wide button of a user who is not an operator."""
+        """Presses the only wide button that the window of a user without operator rights contains."""
         self.point_away()
         self.click(*blocks(self.display.picture(), is_arrow_button, 60, 200)[0])
 

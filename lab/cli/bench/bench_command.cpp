@@ -1,4 +1,5 @@
-// `tandem-lab bench`: speed measurements, each beside a peer or a limit measured in the same run.
+// `tandem-lab bench`: measurements of speed. Each is compared with a competing method or with a limit of the machine,
+// measured in the same run.
 
 #include <CLI/CLI.hpp>
 

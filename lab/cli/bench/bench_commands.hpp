@@ -1,4 +1,5 @@
-// The measurements of `tandem-lab bench`, one file each, registered in bench_command.cpp.
+// The measurements of `tandem-lab bench`. Each has a file of its own; bench_command.cpp registers them. The comment at
+// each function shows its command line.
 #pragma once
 
 #include "common/base/histogram.hpp"
@@ -11,30 +12,30 @@ class App;
 namespace tandem::lab {
 
 double microseconds(Duration duration);
-/// {"p50", "p99", "p999", "max"} in microseconds.
+/// Returns {"p50", "p99", "p999", "max"} in microseconds.
 boost::json::object quantiles_us(const Histogram& histogram);
 
-/// client [--rtt-ms MS] [--repetitions N] [--check] [--json]
+/// Adds `client [--rtt-ms MS] [--repetitions N] [--check] [--json]`.
 void add_client_bench(CLI::App& bench, int& exit_code);
-/// contact --a MESH --b MESH … [--check N] [--json]
+/// Adds `contact --a MESH --b MESH … [--check N] [--json]`.
 void add_contact_bench(CLI::App& bench, int& exit_code);
-/// contact-scaling --mesh FILE --out DIR
+/// Adds `contact-scaling --mesh FILE --out DIR`.
 void add_contact_scaling(CLI::App& bench, int& exit_code);
-/// coupling [--seconds S] [--check] [--json]
+/// Adds `coupling [--seconds S] [--check] [--json]`.
 void add_coupling_bench(CLI::App& bench, int& exit_code);
-/// docking --receptor F --ligand F [--cutoff C] [--kernel K] [--json]
+/// Adds `docking --receptor F --ligand F [--cutoff C] [--kernel K] [--json]`.
 void add_docking_bench(CLI::App& bench, int& exit_code);
-/// field [--scene NAME] [--seconds S] [--json]
+/// Adds `field [--scene NAME] [--seconds S] [--json]`.
 void add_field_bench(CLI::App& bench, int& exit_code);
-/// join [--experiment NAME] [--rate-mbit R...] [--loss SHARE...] [--rtt-ms MS] [--jitter-ms MS] [--json]
+/// Adds `join [--experiment NAME] [--rate-mbit R...] [--loss SHARE...] [--rtt-ms MS] [--jitter-ms MS] [--json]`.
 void add_join_bench(CLI::App& bench, int& exit_code);
-/// loop [--seconds S] [--with-window] [--pairs N] [--scene NAME] [--rt-priority N] [--check] [--json]
+/// Adds `loop [--seconds S] [--with-window] [--pairs N] [--scene NAME] [--rt-priority N] [--check] [--json]`.
 void add_loop_bench(CLI::App& bench, int& exit_code);
-/// proxy --mesh FILE [--size-mm S] [--radius-mm R] [--steps N] [--no-shading] [--check] [--json]
+/// Adds `proxy --mesh FILE [--size-mm S] [--radius-mm R] [--steps N] [--no-shading] [--check] [--json]`.
 void add_proxy_bench(CLI::App& bench, int& exit_code);
-/// room [--scene NAME] [--users N] [--json]
+/// Adds `room [--scene NAME] [--users N] [--json]`.
 void add_room_bench(CLI::App& bench, int& exit_code);
-/// server [--clients N] [--rooms N] [--overload] [--json]
+/// Adds `server [--clients N] [--rooms N] [--overload] [--json]`.
 void add_server_bench(CLI::App& bench, int& exit_code);
 
 }  // namespace tandem::lab

@@ -1,8 +1,9 @@
-// `tandem-lab bench client`: time of one haptic tick with all stages on, in a session with server and link. It is
-// compared with the same session with all stages off, and with a fixed computation on the same machine.
+// `tandem-lab bench client`: time of one haptic tick of a client with all processing enabled, in a session with server
+// and link. It is compared with the same session with all processing disabled, and with a fixed computation on the same
+// machine.
 //
-// Hand, client, link and server are those of a trial in virtual time. Only the tick is timed: neither the simulated
-// hand nor the energy ledger of an experiment.
+// Hand, client, link and server are those of a trial in virtual time. Only the tick is timed. The simulated hand and
+// the energy ledger of an experiment are excluded.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -35,22 +36,22 @@
 namespace tandem::lab {
 namespace {
 
-/// One run of a session.
+/// Results of one run of a session.
 struct ClientBenchRun {
-  Histogram tick;   ///< HapticCore::tick(), including the reads of the clock
-  Histogram fit;    ///< one fit of the wrenches' models outside the tick: six axes, the stage's settings
-  Histogram clock;  ///< one read of the clock, beside each tick
-  Histogram work;   ///< a fixed computation beside each tick, whose tail shows the machine's jitter
+  Histogram tick;   ///< time of HapticCore::tick(), including the reads of the clock
+  Histogram fit;    ///< time of one fit of the AR models outside the tick: six axes, with the settings of the stage
+  Histogram clock;  ///< time of one read of the clock, measured at each tick
+  Histogram work;   ///< time of a fixed computation at each tick; its tail shows the jitter of the machine
   double force_max_n = 0;
   double local_share = 0;       ///< share of the ticks in which the local model drives the hand
-  double predicting_share = 0;  ///< share of the ticks with a predicted part
+  double predicting_share = 0;  ///< share of the ticks in which a part of the force is predicted
 };
 
 constexpr Duration kJoinTimeout = std::chrono::seconds(30);
-/// Terms of the fixed computation, about as long as a tick of a simple scene.
+/// Number of terms of the fixed computation. It takes about as long as a tick of a simple scene.
 constexpr std::size_t kWorkTerms = 1500;
 
-/// A simulated hand that moves outside the timed section, because the mechanics of a hand are not part of the client.
+/// A simulated hand that moves outside the timed section, because the mechanics of the hand are not part of the client.
 class HandAhead final : public devices::Device {
  public:
   explicit HandAhead(devices::SimDevice& hand) : hand_(hand) {}
@@ -68,14 +69,15 @@ class HandAhead final : public devices::Device {
   devices::DeviceSample sample_;
 };
 
-/// A chain of dependent operations, without branches to mispredict or memory to miss.
+/// A chain of dependent operations without branches or memory accesses, so that neither mispredictions nor cache misses
+/// occur.
 double fixed_work(double x) {
   for (std::size_t i = 0; i < kWorkTerms; ++i) x = 0.999 * x + 1e-3 / (1.0 + x);
   return x;
 }
 
-/// Measures the cost of a fit on the wrenches of this session: a stream with the predictor's settings receives each
-/// new wrench.
+/// Measures the time of a fit to the wrenches of this session. A force stream with the settings of the predictor
+/// receives each new wrench.
 class FitMeter {
  public:
   explicit FitMeter(const std::string& predictor) : stream_(haptics::make_force_stream(predictor)) {}
@@ -95,7 +97,7 @@ class FitMeter {
   Step seen_;
 };
 
-/// One user's session with all its parts; the order within a slot is that of run_virtual_session().
+/// The session of one user with all its parts. The order of events within a slot is that of run_virtual_session().
 class BenchSession {
  public:
   BenchSession(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene);
@@ -199,30 +201,34 @@ ClientBenchRun BenchSession::run() {
   is_measuring_ = true;
   const LocalTime end = virtual_clock_.now() + experiment_.duration;
   while (virtual_clock_.now() < end) run_slot();
-  if (!std::isfinite(work_)) throw std::runtime_error("the fixed computation gave no result");  // prevents its removal
+  // also prevents the compiler from removing the computation
+  if (!std::isfinite(work_)) throw std::runtime_error("the fixed computation gave no result");
   const auto ticks = static_cast<double>(run_.tick.count());
   run_.local_share = static_cast<double>(local_ticks_) / ticks;
   run_.predicting_share = static_cast<double>(predicting_ticks_) / ticks;
   return run_;
 }
 
-/// Runs the experiment's first user alone from joining to the end of its duration. It runs faster than real time:
-/// between two ticks the server steps on the same core, so caches are as cold as for a client that shares its core.
+/// Runs the first user of the experiment alone, from joining until the end of the experiment. It runs faster than real
+/// time. Between two ticks the server steps on the same core, so caches are as cold as for a client that shares its
+/// core.
 ///
-/// Fails   std::runtime_error: the user cannot enter the room, or has no local model although the stage requires one
+/// Fails   std::runtime_error: the user cannot join the room, or has no local model although the stage requires one
 ClientBenchRun bench_client(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene) {
   BenchSession session(experiment, scene);
   session.join();
   return session.run();
 }
 
-/// Claimed limit of a tick, out of 1000 µs. The rest is for the device and the machine: USB, wake-up, network.
+/// Claimed upper limit for a tick, of the 1000 µs available. The rest is for the device and the machine: USB, wake-up,
+/// network.
 struct Claim {
   const char* experiment;
   double tick_p99_us;
 };
 constexpr std::array kClaims{Claim{"bunny", 150}, Claim{"wall", 20}};
-/// Limit of a fit. It runs outside the tick, but on the thread of the sockets, so received data waits for it.
+/// Upper limit for a fit. The fit runs outside the tick but on the thread that reads the sockets, so that received data
+/// waits for it.
 constexpr double kFitMedian_us = 200;
 
 struct Variant {
@@ -241,14 +247,16 @@ struct ClientBenchOptions {
   bool prints_json = false;
 };
 
-/// Runs of one experiment, alternating all stages on and all off, so that a change of the clock rate affects both.
+/// The runs of one experiment. Runs with all processing enabled and disabled alternate, so that a change of the
+/// processor's clock rate affects both.
 struct ClientBenchRow {
   Claim claim{};
   std::vector<ClientBenchRun> full;
   std::vector<ClientBenchRun> peer;
 };
 
-/// Median over the repetitions of a quantile of each, so that one interrupted repetition does not decide.
+/// Computes a quantile for each repetition and returns the median of these, so that a single interrupted repetition
+/// does not determine the result.
 double quantile_us(const std::vector<ClientBenchRun>& runs, Histogram ClientBenchRun::*of, double q) {
   std::vector<double> values;
   for (const ClientBenchRun& run : runs) values.push_back(microseconds((run.*of).quantile(q)));

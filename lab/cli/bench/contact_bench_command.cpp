@@ -111,7 +111,7 @@ boost::json::object to_json(const PoseCheck& check) {
           {"checks", to_json(checks_of(check))}};
 }
 
-/// Runs landings and drops instead of the path.
+/// Runs the landing and drop tests instead of the path.
 int run_landings(const ContactBenchOptions& options, const TouchObject& a, const TouchObject& b, const Clock& clock) {
   std::vector<Landing> all = landings(a, b, direction_of(options), options.mass_kg, clock);
   for (Landing& drop : drops(a, options.mass_kg, clock)) all.push_back(std::move(drop));

@@ -1,4 +1,4 @@
-// `tandem-lab bench contact-scaling`: the same contact at four resolutions of a mesh.
+// `tandem-lab bench contact-scaling`: the same contact with four resolutions of a mesh.
 
 #include <CLI/CLI.hpp>
 #include <iostream>
@@ -16,7 +16,8 @@
 namespace tandem::lab {
 namespace {
 
-/// Height of the waves added by subdivision: enough that finer meshes are not flat, too little to change the contact.
+/// Height of the waves that subdivision adds. It is sufficient to make finer meshes non-flat, but too small to change
+/// the contact.
 constexpr double kSubdivisionHeight_m = 5e-6;
 
 struct ContactScalingOptions {
@@ -34,7 +35,7 @@ ScalingRow row_of(const TouchObject& object) {
   return row;
 }
 
-/// Objects with 1, 4, 9 and 16 times the triangles.
+/// Returns objects with 1, 4, 9 and 16 times the number of triangles.
 std::vector<TouchObject> resolutions_of(const std::string& name, const geometry::TriangleMesh& mesh,
                                         const Clock& clock) {
   std::vector<TouchObject> objects;
@@ -77,7 +78,7 @@ int run_contact_scaling(const ContactScalingOptions& options) {
 
   std::vector<std::vector<TouchTrace>> runs(objects.size());
   for (int round = 0; round < kRounds; ++round) {
-    // Resolutions alternate, so that a change of the clock rate affects them all.
+    // The resolutions alternate, so that a change of the processor's clock rate affects all of them.
     for (std::size_t i = 0; i < objects.size(); ++i) {
       const contact::ContactShape& shape = *objects[i].shape;
       runs[i].push_back(run_touch(shape, shape, path, settings, clock));

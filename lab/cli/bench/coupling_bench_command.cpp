@@ -1,5 +1,5 @@
 // `tandem-lab bench coupling`: time of coupling law, saturation and safety chain in one haptic tick, for every law. It
-// is compared with a plain spring and damper and with a read of the clock in the same run.
+// is compared with a plain spring-damper and with a read of the clock in the same run.
 
 #include <CLI/CLI.hpp>
 #include <cmath>
@@ -24,9 +24,9 @@
 namespace tandem::lab {
 namespace {
 
-/// Limit of the median, out of 1000 µs of a tick; the rest is for device, network and proxy.
+/// Upper limit for the median, of the 1000 µs of a tick. The rest is for device, network and proxy.
 constexpr double kMedianBound_us = 2;
-/// Rounds; contestants alternate, so that a change of the clock rate affects them all.
+/// Number of rounds. The compared laws alternate, so that a change of the processor's clock rate affects all of them.
 constexpr int kCouplingRounds = 5;
 constexpr std::size_t kTicks = 4096;
 constexpr Duration kPeriod{std::chrono::milliseconds(1)};
@@ -43,9 +43,10 @@ struct WalkTick {
   Twist V_WH, V_WT;
 };
 
-/// One coordinate that wanders about zero, like a hand around its target: standard deviation `spread`.
+/// A coordinate that fluctuates randomly about zero with the standard deviation `spread`, like a hand around its
+/// target.
 ///
-/// Model   Ornstein–Uhlenbeck process, sampled every period
+/// Model   Ornstein–Uhlenbeck process, sampled once per period
 class Wander {
  public:
   Wander(double spread, double memory_s) : spread_(spread), keep_(std::exp(-to_seconds(kPeriod) / memory_s)) {}
@@ -61,8 +62,8 @@ class Wander {
   Vec3 value_ = Vec3::Zero();
 };
 
-/// A hand that wanders through its workspace, and a tool up to a few centimetres and half a radian away: on the flat,
-/// the steep and the saturated part of every curve.
+/// Returns the states of a hand that moves randomly in its workspace and of a tool up to a few centimetres and half a
+/// radian away. They cover the flat, the steep and the saturated part of every curve.
 std::vector<WalkTick> random_walk() {
   Random random(kSeed);
   Wander place(0.04, 1), turn(0.5, 1), apart(0.012, 0.3), twisted(0.3, 0.3), speed(0.1, 0.1), spin(1, 0.1),
@@ -80,27 +81,27 @@ std::vector<WalkTick> random_walk() {
 struct CouplingBenchContestant {
   std::string name;
   std::string what;
-  bool is_claimed = false;  ///< the bound applies to this contestant
-  /// Called through an opaque pointer: otherwise the compiler may move the work out of the timed section.
+  bool is_claimed = false;  ///< the bound applies to this law
+  /// The call goes through an opaque pointer. Otherwise the compiler may move the computation out of the timed section.
   std::function<Wrench(const WalkTick&)> work;
   Histogram times;
 };
 
-/// The minimum of a tick: no limit, no shortest rotation, no safety chain.
+/// The minimum that a tick must compute: no force limit, no shortest rotation, no safety chain.
 Wrench plain_spring(const WalkTick& tick) {
   const haptics::CouplingParameters c;
   return {c.stiffness_n_per_m * (tick.X_WT.p - tick.X_WH.p) + c.damping_n_s_per_m * (tick.V_WT.v - tick.V_WH.v),
           c.damping_n_m_s_per_rad * (tick.V_WT.w - tick.V_WH.w)};
 }
 
-/// Limits a contact as the room does for direct rendering; the test uses any wrench as the contact.
+/// Limits the contact force as the room does for direct rendering. Any wrench can serve as the contact for this test.
 Wrench limited(const Wrench& contact) {
   const haptics::CouplingParameters c;
   return {haptics::saturated(contact.f, c.force_limit_n, c.saturation_softness),
           haptics::saturated(contact.t, c.torque_limit_n_m, c.saturation_softness)};
 }
 
-/// The safety chain at full force, in virtual time, one period a call.
+/// The safety chain at full force in virtual time. Each call advances one period.
 class Safety {
  public:
   Wrench apply(const Wrench& on_hand) {
@@ -127,7 +128,7 @@ std::vector<CouplingBenchContestant> contestants() {
                  {}});
   for (const haptics::CouplingLawInfo& info : haptics::coupling_laws()) {
     if (info.tool == haptics::ToolDynamics::kAtHandle) {
-      // Without a law only the limit of the contact is left.
+      // Direct rendering has no law; only the limit of the contact force remains.
       const auto tick_of = [safety = std::make_shared<Safety>()](const WalkTick& tick) {
         return safety->apply(limited(plain_spring(tick)));
       };

@@ -1,5 +1,5 @@
-// `tandem-lab bench docking`: time of one field evaluation of two structures, and its share of the multiply-add rate
-// of this machine in the same run. Optionally at an interface of a given size, or of several sizes.
+// `tandem-lab bench docking`: time of one field evaluation for two structures, and its share of the multiply-add rate
+// that this machine reaches in the same run. Optionally, one or several interface sizes are given.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -30,12 +30,13 @@ namespace {
 
 namespace json = boost::json;
 
-/// Poses in a round: the ligand swings by ±0.5 Å and turns a little, by no more at its far end, so that no pose
-/// repeats.
+/// Poses in a round. The ligand oscillates by ±0.5 Å and rotates slightly, so that its far end moves by a similar
+/// distance. No pose repeats.
 constexpr int kPoses = 16;
 constexpr double kSwingAngstrom = 0.5;
 constexpr double kTurnRad = 0.01;
-/// Rounds; the limit is measured between them, so that a change of the clock rate affects both.
+/// Number of rounds. The multiply-add rate is measured between them, so that a change of the processor's clock rate
+/// affects both.
 constexpr int kDockingRounds = 10;
 constexpr std::size_t kLimitLoops = 200'000;
 
@@ -50,10 +51,10 @@ struct DockingBenchOptions {
   bool prints_json = false;
 };
 
-/// Interface sizes of a sweep, as parts of --interface-atoms.
+/// Interface sizes of a sweep: --interface-atoms divided by these numbers.
 constexpr std::size_t kSweepParts[] = {32, 16, 8, 4, 2, 1};
 
-/// Multiply-adds a second in one run; the best of the rounds is the limit.
+/// Returns the number of multiply-adds per second in one run. The maximum over the rounds is the limit of the machine.
 double multiply_adds_per_s(std::string_view kernel, const SteadyClock& clock) {
   const LocalTime begin = clock.now();
   const auto done = static_cast<double>(docking::MolecularField::run_multiply_adds(kernel, kLimitLoops));
@@ -115,7 +116,8 @@ json::object measured(const DockingPair& pair, docking::MolecularField& field, c
   return row;
 }
 
-/// Error of the grid for the far field, relative to all pairs without a cut-off: root mean squares over the poses.
+/// Returns the error of the far-field grid relative to a sum over all pairs without cut-off: root mean squares over the
+/// poses.
 json::object far_part(const DockingPair& pair, docking::MolecularField& field, const Pose& X_AB) {
   docking::FieldModel model = pair.model;
   model.has_far_grid = false;

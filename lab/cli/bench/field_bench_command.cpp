@@ -1,5 +1,5 @@
-// `tandem-lab bench field`: speed of a scene's molecular field on this machine, each kernel relative to the
-// double-precision one of the same run, at the same poses.
+// `tandem-lab bench field`: speed of a scene's molecular field on this machine. Each kernel is compared with the
+// double-precision kernel in the same run at the same poses.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -23,9 +23,10 @@
 namespace tandem::lab {
 namespace {
 
-/// Rounds; kernels alternate, so that a change of the clock rate affects them all. The median round counts.
+/// Number of rounds. The kernels alternate, so that a change of the processor's clock rate affects all of them. The
+/// median over the rounds is reported.
 constexpr int kFieldRounds = 5;
-/// Poses in a round: B swings by ±1 Å, as in docking, so that branches vary.
+/// Number of poses in a round. B oscillates by ±1 Å, as during docking, so that branches vary.
 constexpr int kFieldPoses = 16;
 
 struct FieldBenchOptions {
@@ -46,7 +47,7 @@ struct FieldBenchContestant {
   std::string precision;
   std::size_t pairs = 0;
   std::function<docking::FieldResult(const Pose&)> evaluate;
-  std::vector<double> seconds_per_evaluation;  ///< one a round
+  std::vector<double> seconds_per_evaluation;  ///< one value for each round
 };
 
 FieldPair first_pair(const FieldBenchOptions& options) {

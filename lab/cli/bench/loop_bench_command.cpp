@@ -1,8 +1,8 @@
-// `tandem-lab bench loop`: lateness of the haptic loop of the program tandem-client, without and with a window,
+// `tandem-lab bench loop`: lateness of the haptic loop of the program tandem-client, with and without a window. It is
 // compared with the wake-up latency of this machine.
 //
-//   this process     a server with its threads, as in tandem-server, for the whole run
-//   one at a time    cyclictest, tandem-client --headless, tandem-client with its window; then repeated
+//   this process     a server with its threads, as in tandem-server, during the whole run
+//   one at a time    cyclictest, tandem-client --headless, tandem-client with its window; then the three are repeated
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -35,7 +35,8 @@ namespace {
 
 namespace json = boost::json;
 
-// Ours, from the issue that requested the window: its allowed cost for the haptic loop.
+// Upper limits for the effect of the window on the haptic loop. They are our choice, from the issue that requested the
+// window.
 constexpr double kWindowShare = 1.5, kWindowAllowed_us = 150, kPeerShare = 1.3, kLateAllowed_percent = 0.1;
 constexpr int kServerPriority = 60;
 
@@ -50,13 +51,13 @@ struct LoopBenchOptions {
   bool prints_json = false;
 };
 
-/// Figures of one run, or medians of several.
+/// Results of one run, or medians of several runs.
 struct LoopFigures {
   double p50_us = 0, p99_us = 0, p999_us = 0, max_us = 0;
   double missed = 0;
-  double late_percent = 0;  ///< share of ticks more than 1 ms late
+  double late_percent = 0;  ///< share of ticks that are more than 1 ms late
   double tick_p50_us = 0, tick_p99_us = 0;
-  double awake = 0;  ///< 1: the processor was kept awake
+  double awake = 0;  ///< 1 if the processor was kept out of deep idle states
 };
 
 struct LoopBenchResult {
@@ -90,8 +91,8 @@ class ServerBeside {
   std::thread thread_;
 };
 
-/// Returns the standard output of a command.
-/// Fails   std::runtime_error: it cannot be started, or its exit code is not 0
+/// Runs a command and returns its standard output.
+/// Fails   std::runtime_error: the command cannot be started, or its exit code is not 0
 std::string output_of(const std::string& command) {
   std::FILE* const pipe = popen(command.c_str(), "re");
   if (pipe == nullptr) throw std::runtime_error("'" + command + "' cannot be started");
@@ -131,7 +132,7 @@ LoopFigures run_client(const LoopBenchOptions& options, std::uint16_t port, bool
   return figures_of_client(output_of(command.str()));
 }
 
-/// Parses lines "000012 000345" of cyclictest: lateness in microseconds, and its count.
+/// Parses the output of cyclictest. Lines such as "000012 000345" contain the lateness in microseconds and its count.
 LoopFigures figures_of_cyclictest(const std::string& text) {
   Histogram lateness;
   std::istringstream lines(text);

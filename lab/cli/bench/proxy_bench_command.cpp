@@ -1,4 +1,4 @@
-// `tandem-lab bench proxy`: point contact with a mesh, compared with a closest-point loop in the same run.
+// `tandem-lab bench proxy`: time of point contact with a mesh, compared with a closest-point loop in the same run.
 
 #include <CLI/CLI.hpp>
 #include <iostream>
@@ -16,10 +16,11 @@
 namespace tandem::lab {
 namespace {
 
-/// Time budget of point contact in a tick of one millisecond, which it shares with everything else.
+/// Time budget of point contact in a tick of one millisecond. The rest of the tick is needed for other computations.
 constexpr double kMedianBudget_us = 4;
 constexpr double kP99Budget_us = 20;
-/// Timed rounds of each loop, alternating; their times are pooled. One untimed round before them fills the caches.
+/// Number of timed rounds of each loop. The loops alternate, and the times of all rounds are pooled. An untimed round
+/// before them fills the caches.
 constexpr int kProxyRounds = 3;
 
 struct ProxyBenchOptions {

@@ -1,4 +1,4 @@
-// `tandem-lab bench room`: a scene's room in real time, with simulated hands that touch it.
+// `tandem-lab bench room`: runs the room of a scene in real time, with simulated hands that touch the scene.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -25,14 +25,14 @@ namespace tandem::lab {
 namespace {
 
 struct RoomBenchResult {
-  Histogram step;              ///< step of the room: inputs, physics, updates
-  std::uint64_t overlong = 0;  ///< steps that took longer than the period
-  Histogram lateness;          ///< lateness of the wake-ups, caused by the machine, not by the room
-  std::uint64_t missed = 0;    ///< periods skipped because a wake-up was more than a period late
+  Histogram step;              ///< time of a step of the room: inputs, physics, updates
+  std::uint64_t overlong = 0;  ///< number of steps that took longer than the period
+  Histogram lateness;          ///< lateness of the wake-ups, which the machine causes and not the room
+  std::uint64_t missed = 0;    ///< number of periods skipped because a wake-up was more than one period late
   TickFaults faults = 0;
-  std::uint32_t contacts_max = 0;  ///< contacts that press, all tools together
+  std::uint32_t contacts_max = 0;  ///< maximum number of active contacts, summed over all tools
   double depth_max_m = 0;
-  double force_max_n = 0;  ///< contact force of one tool
+  double force_max_n = 0;  ///< largest contact force of one tool
 };
 
 void record_touch(const server::Room& room, std::size_t users, RoomBenchResult& result) {
@@ -46,11 +46,11 @@ void record_touch(const server::Room& room, std::size_t users, RoomBenchResult& 
   result.contacts_max = std::max(result.contacts_max, contacts);
 }
 
-/// Runs the room in real time on this thread. The hands move between its steps and receive each step's wrench without
-/// delay.
+/// Runs the room in real time on the calling thread. The hands move between the steps and receive the wrench of each
+/// step without delay.
 ///
-/// In      hands  names of hand paths, one a user; the n-th user gets the n-th tool
-/// Fails   std::invalid_argument: more hands than tools, an unknown path
+/// In      hands  names of hand paths, one for each user; the n-th user gets the n-th tool
+/// Fails   std::invalid_argument: there are more hands than tools, or a path is unknown
 RoomBenchResult bench_room(const std::shared_ptr<const server::LoadedScene>& scene,
                            const std::vector<std::string>& hands, Duration duration) {
   constexpr std::uint64_t kSeed = 1;
@@ -58,7 +58,7 @@ RoomBenchResult bench_room(const std::shared_ptr<const server::LoadedScene>& sce
     throw std::invalid_argument("--users " + std::to_string(hands.size()) + ": the scene has " +
                                 std::to_string(scene->world.tools.size()) + " tools; give fewer users");
   }
-  // The hands follow paths and supply no energy, so passivity control is off.
+  // Passivity control is off, because the hands follow paths and supply no energy.
   const server::RoomOptions options{.steps_soft_aside = true, .controls_tool_passivity = false};
   const auto room = std::make_unique<server::Room>(RoomId{1}, scene->description.name(), scene, options);
   std::vector<std::unique_ptr<SimulatedUser>> seats;
@@ -85,14 +85,14 @@ RoomBenchResult bench_room(const std::shared_ptr<const server::LoadedScene>& sce
   return result;
 }
 
-/// Time budget of a step at 1 kHz, besides client, network and operating system.
+/// Time budget of a step at 1 kHz. The rest of the period is for client, network and operating system.
 constexpr double kStepBudget_us = 250;
 constexpr double kOverlongShare_percent = 0.1;
 constexpr std::size_t kDefaultUsers = 2;
 
 struct RoomBenchOptions {
   std::string scene = "bunny";
-  std::size_t users = 0;  ///< 0: as many as the scene has tools, up to kDefaultUsers
+  std::size_t users = 0;  ///< 0: as many users as the scene has tools, but at most kDefaultUsers
   std::vector<std::string> hands;
   double seconds = 11;
   bool prints_json = false;
@@ -137,7 +137,8 @@ void print(const RoomBenchOptions& options, const RoomBenchResult& result, const
   print_checks(std::cout, checks);
 }
 
-/// One path for each user: the named paths, then presses, because the shipped scenes have an object below every tool.
+/// Returns one path for each user. Users beyond the named paths get a path that presses down, because the shipped
+/// scenes have an object below every tool.
 std::vector<std::string> hands_of(const RoomBenchOptions& options) {
   std::vector<std::string> hands = options.hands;
   if (hands.size() > options.users) {
@@ -150,7 +151,7 @@ std::vector<std::string> hands_of(const RoomBenchOptions& options) {
 }
 
 int run_room_bench(RoomBenchOptions options) {
-  // Errors of the command line are reported before the scene is loaded, which takes time.
+  // Errors of the command line are reported before the scene is loaded, because loading takes time.
   if (options.users != 0) hands_of(options);
   server::SceneLoading loading;
   loading.progress = progress_on_stderr();

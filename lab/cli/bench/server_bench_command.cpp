@@ -1,5 +1,5 @@
-// `tandem-lab bench server`: a complete server with its sockets and rooms, and users that send and receive at 1 kHz,
-// all on this machine. It is compared with a bare echo of datagrams.
+// `tandem-lab bench server`: runs a complete server with its sockets and rooms, and users that send and receive at 1
+// kHz, all on this machine. It is compared with an echo server that only returns datagrams.
 
 #include <sys/resource.h>
 
@@ -30,14 +30,14 @@ namespace tandem::lab {
 namespace {
 
 constexpr Duration kServerSettling = std::chrono::seconds(1);
-/// Number of turns into which the measured time is divided; the median of their latencies counts.
+/// Number of runs into which the measured time is divided. The median of the latencies of the runs is reported.
 constexpr int kTurns = 3;
 constexpr std::size_t kEchoUsers = 2;
 constexpr int kRoomPriority = 60;
 constexpr double kMaxLatency_us = 500;
 constexpr double kMaxEchoes = 2;
 constexpr double kMaxAead_percent = 10;
-/// Delay added to a step of the first room with --overload: a step then takes five periods.
+/// With --overload, this delay is added to each step of the first room, so that a step takes five periods.
 constexpr Duration kOverload = std::chrono::milliseconds(4);
 
 struct ServerBenchOptions {
@@ -51,7 +51,8 @@ struct ServerBenchOptions {
   bool prints_json = false;
 };
 
-/// Processor time of this process without its calling thread, which generates the load, or of that thread alone.
+/// Returns the processor time of this process or of the calling thread. The calling thread generates the load; the rest
+/// of the process is the server.
 double cpu_seconds(int who) {
   rusage usage{};
   getrusage(who, &usage);
@@ -64,8 +65,8 @@ double server_cpu_seconds() {
   return cpu_seconds(RUSAGE_SELF) - cpu_seconds(RUSAGE_THREAD);
 }
 
-/// Processor time of all cores since the machine started, in one arbitrary unit: the total, and the part taken by the
-/// host of a virtual machine (steal).
+/// Returns the processor time of all cores since the machine started, in an arbitrary unit. The first value is the
+/// total; the second is the part that the host of a virtual machine has taken (steal).
 std::array<double, 2> machine_time() {
   std::ifstream stat("/proc/stat");
   std::string cpu;
@@ -77,21 +78,21 @@ std::array<double, 2> machine_time() {
 }
 
 struct ServerBenchResult {
-  Histogram echo;  ///< latency of the echo during the load
+  Histogram echo;  ///< latency of the echo server during the load
   std::array<LoadResult, kTurns> turns;
-  double took_s = 0;         ///< duration of all turns
-  std::vector<double> kept;  ///< share of its step rate that each room kept during the load
+  double took_s = 0;         ///< total duration of all runs
+  std::vector<double> kept;  ///< for each room: share of its step rate that it reached during the load
   std::vector<server::RoomTiming> timings;
   double server_cpu_s_per_s = 0;
-  double aead_percent = 0;  ///< share of the server's processor time
-  double wake_us = 0;       ///< processor time of one sleep and wake-up
-  double taken = 0;         ///< share of the machine's time taken by the host of a virtual machine during the load
+  double aead_percent = 0;  ///< processor time of sealing and opening, in per cent of the server's processor time
+  double wake_us = 0;       ///< processor time of one sleep and wake-up [µs]
+  double taken = 0;         ///< share of the machine's time that the host of a virtual machine took during the load
 };
 
-/// Due times of the newest steps of a room. Written by the room, read by the load.
+/// Deadlines of the newest steps of a room. The room writes them, and the load reads them.
 using Deadlines = std::array<std::atomic<LocalTime>, 4096>;
 
-/// A server on its own thread, which counts the steps of its rooms.
+/// A server on its own thread. It counts the steps of its rooms.
 class ServerUnderLoad {
  public:
   explicit ServerUnderLoad(const ServerBenchOptions& options) : steps_(options.rooms), deadlines_(options.rooms) {
@@ -161,7 +162,8 @@ class ServerUnderLoad {
   std::thread thread_;
 };
 
-/// Processor time of a thread for one sleep until a deadline and its wake-up, on this machine when idle [µs].
+/// Returns the processor time that a thread needs to sleep until a deadline and to wake up, on this machine when it is
+/// idle [µs].
 double wake_cost_us() {
   constexpr int kWakes = 1000;
   double cost_us = 0;
@@ -175,7 +177,7 @@ double wake_cost_us() {
   return cost_us;
 }
 
-/// Median of the turns' p99 [µs].
+/// Returns the median over all runs of the 99th percentile [µs].
 double median_p99_us(const ServerBenchResult& result, Histogram LoadResult::*what) {
   std::array<double, kTurns> p99_us{};
   std::ranges::transform(result.turns, p99_us.begin(),
@@ -212,8 +214,8 @@ ServerBenchResult measure_server_bench(const ServerBenchOptions& options) {
     const LocalTime begin = SteadyClock().now();
     const double cpu_before_s = server_cpu_seconds();
     const Duration duration = from_seconds(options.seconds / kTurns);
-    // Echo of user-sized datagrams at the priority of the server's io thread: the latency of this machine under the
-    // same load.
+    // Echoes datagrams of the size of a user's input at the priority of the server's io thread. This gives the latency
+    // of the machine under the same load.
     auto echo =
         std::async(std::launch::async, udp_echo_latency, kEchoUsers, options.rate_hz, duration, kRoomPriority + 1);
     turn = load.run(duration, options.rate_hz);

@@ -1,4 +1,4 @@
-// tandem-replay: shows recordings of tandem-server and tandem-client, exports them as tables, plays them back.
+// tandem-replay: shows recordings of tandem-server and tandem-client, exports them as tables, and replays them.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -45,7 +45,8 @@ void add_scene(CLI::App& command, Options& options) {
 
 constexpr int kDamaged = 3;
 
-/// Reports missing parts of the recording on standard error; a damaged recording turns exit code 0 into kDamaged.
+/// Reports on standard error which parts of the recording are missing. If the recording is damaged, exit code 0 is
+/// replaced by kDamaged.
 int with_end(const Options& options, int code) {
   const proto::RecordingEnd end = proto::read_recording(options.file, [](const auto&, const auto&) { return true; });
   if (!end.why.empty()) std::cerr << "tandem-replay: " << end.why << '\n';

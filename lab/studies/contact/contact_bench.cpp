@@ -97,7 +97,8 @@ std::string to_text(const ContactBench& bench) {
 
 TouchPlan bench_plan(const TouchSettings& settings) {
   TouchPlan plan;
-  // Past the point where the coupling reaches its limit, so that the tool is pressed with the limit force.
+  // The hand moves beyond the point where the coupling reaches its limit, so that the tool is pressed with the limit
+  // force.
   plan.press_m = 1.2 * settings.coupling.force_limit_n / settings.coupling.stiffness_n_per_m;
   return plan;
 }

@@ -1,4 +1,4 @@
-// Measurements of `tandem-lab bench contact` as values: for the command, for reproductions, and for tests.
+// Measurements of `tandem-lab bench contact` as values. The command, the reproductions and the tests use them.
 #pragma once
 
 #include <optional>
@@ -14,27 +14,27 @@ struct ContactBench {
   std::string b;
   std::size_t triangles_a = 0;
   std::size_t triangles_b = 0;
-  std::size_t points = 0;  ///< points of both shells together
-  double spacing_m = 0;    ///< the wider spacing of the two
-  double cell_m = 0;       ///< the larger cell of the two
-  double build_s = 0;      ///< sum for both objects; counted once when they are the same
+  std::size_t points = 0;  ///< number of points in both shells together
+  double spacing_m = 0;    ///< larger point spacing of the two objects
+  double cell_m = 0;       ///< larger cell size of the two objects
+  double build_s = 0;      ///< build time: sum for both objects, or the time of one if both are the same object
   double cache_load_s = 0;
   std::size_t memory_bytes = 0;
   TouchFigures ours;
   std::optional<TouchFigures> gimpact;
   double field_sample_ns = 0;    ///< time of one field sample: a lower bound for every method
-  TimeQuantiles memory_copy_us;  ///< time to copy 256 KiB: the machine's own jitter
+  TimeQuantiles memory_copy_us;  ///< time to copy 256 KiB; its spread is the timing jitter of the machine itself
 };
 
-/// Figures of two objects, without a run. Their costs count once when both are the same object.
+/// Returns the figures of two objects that need no run. If both are the same object, its costs count once.
 ContactBench describe(const TouchObject& a, const TouchObject& b);
 
 boost::json::object to_json(const TouchFigures& figures);
 boost::json::object to_json(const ContactBench& bench);
-/// The figures as a table in text.
+/// Returns the figures as a text table.
 std::string to_text(const ContactBench& bench);
 
-/// The hand's path in every benchmark with two meshes.
+/// Returns the hand's path that every benchmark with two meshes uses.
 TouchPlan bench_plan(const TouchSettings& settings);
 
 }  // namespace tandem::lab

@@ -1,4 +1,5 @@
-// `tandem-lab bench contact-scaling`: the cost of contact must follow the area in contact, not the size of the meshes.
+// `tandem-lab bench contact-scaling`: checks that the cost of contact depends on the contact area and not on the number
+// of triangles.
 #pragma once
 
 #include <span>
@@ -10,7 +11,7 @@
 
 namespace tandem::lab {
 
-/// One resolution of the mesh in contact with itself.
+/// Results for one resolution of the mesh, which is in contact with a copy of itself.
 struct ScalingRow {
   std::size_t triangles = 0;
   std::size_t points = 0;
@@ -20,7 +21,7 @@ struct ScalingRow {
   TouchFigures figures;
 };
 
-/// Compares the p99 of the finest mesh with the p99 of mesh number `reference`, the mesh as given.
+/// Compares the p99 step time of the finest mesh with that of mesh number `reference`, which is the mesh as given.
 std::vector<Check> scaling_checks(std::span<const ScalingRow> rows, std::size_t reference);
 std::string scaling_report_html(const std::string& mesh_name, std::span<const ScalingRow> rows, std::size_t reference);
 

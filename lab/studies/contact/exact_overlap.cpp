@@ -21,14 +21,15 @@ std::vector<std::pair<int, int>> unique_edges(const geometry::TriangleMesh& mesh
   return edges;
 }
 
-/// Collects the parts of one mesh inside the other; `shallowest_m` may rise during the collection.
+/// Collects the vertices and edge samples of one mesh that lie inside the other. `shallowest_m` may increase during the
+/// collection.
 class Collector {
  public:
   Collector(const ExactSurface& other, double shallowest_m, double deepest_m)
       : other_(other), shallowest_m_(shallowest_m), deepest_m_(deepest_m) {}
   virtual ~Collector() = default;
 
-  /// Collects from all parts of `from`, in the frame of the other mesh.
+  /// Collects from all parts of `from`. X_OF is the pose of `from` in the frame of the other mesh.
   void collect(const ExactSurface& from, const Pose& X_OF) {
     for (const ExactSurface* part : from.parts()) {
       from_half_m_ = part->half_thickness_m();
@@ -42,7 +43,8 @@ class Collector {
   void raise_shallowest(double depth_m) { shallowest_m_ = std::max(shallowest_m_, depth_m); }
 
  private:
-  /// Signed distance; infinite for points outside by more than `near_m` or inside by more than the search depth.
+  /// Returns the signed distance. It is infinite for points that are more than `near_m` outside or deeper inside than
+  /// the search depth.
   double distance_m(const Vec3& p_O, double near_m) const {
     if (!other_.may_touch(p_O, near_m + from_half_m_)) return std::numeric_limits<double>::infinity();
     return other_.distance_m(p_O, near_m + from_half_m_ + deepest_m_) - from_half_m_;
@@ -55,7 +57,7 @@ class Collector {
     const Vec3 middle = (begin_O + end_O) / 2;
     const double half_m = (end_O - begin_O).norm() / 2;
     const double distance = distance_m(middle, half_m);
-    // The depth anywhere on this piece exceeds that of its middle by at most half the length.
+    // The depth at any point of this piece exceeds the depth at its midpoint by at most half the length.
     if (half_m - distance <= shallowest_m_) return;
     if (2 * half_m <= kOverlapEdgeStep_m) {
       if (distance < -shallowest_m_) found(middle, -distance);

@@ -1,5 +1,5 @@
-// Exact overlap depth of two meshes: every corner and every edge of each is tested against the other. It shares only
-// the exact distance to a mesh with the code under test.
+// Exact overlap depth of two meshes. Every vertex and every edge of each mesh is tested against the other mesh. The
+// only code shared with the code under test is the exact distance to a mesh.
 #pragma once
 
 #include <array>
@@ -14,32 +14,33 @@
 
 namespace tandem::lab {
 
-/// A mesh prepared for exact distance queries: the surface of a solid, or the mid-surface of a plate. S: the frame of
+/// A mesh prepared for exact distance queries: the surface of a solid, or the mid-surface of a plate. S is the frame of
 /// the mesh.
 class ExactSurface {
  public:
-  /// In      half_thickness_m  half thickness of a plate, whose body is all points within it of the mesh; 0: a solid
+  /// In      half_thickness_m  for a plate: half its thickness, so that its body consists of all points within this
+  ///         distance of the mesh; 0: a solid
   ///         beside            rest of the body: the open parts of a solid; may be null
-  ///         inner             inner surfaces of a solid: see geometry::ContactMesh
+  ///         inner             inner surfaces of a solid; see geometry::ContactMesh
   explicit ExactSurface(const geometry::TriangleMesh& mesh, double half_thickness_m = 0,
                         std::shared_ptr<const ExactSurface> beside = nullptr, const geometry::TriangleMesh& inner = {});
 
-  /// This surface and the one given as `beside`.
+  /// Returns this surface and the surface given as `beside`.
   std::vector<const ExactSurface*> parts() const;
 
   const geometry::TriangleTree& tree() const { return tree_; }
   double half_thickness_m() const { return half_thickness_m_; }
-  /// The nearest point of the mesh, with the direction out of the body from there; triangle −1: none within `limit_m`.
-  /// The distance is negative inside a solid; for a plate it is the distance to the mid-surface.
+  /// Returns the nearest point of the mesh, with the outward direction there. Triangle −1 means that there is no point
+  /// within `limit_m`. The distance is negative inside a solid; for a plate it is the distance to the mid-surface.
   geometry::TriangleTree::Closest closest(const Vec3& p_S, double limit_m) const;
-  std::span<const Vec3> corners() const { return corners_; }  ///< vertices used by triangles
+  std::span<const Vec3> corners() const { return corners_; }  ///< vertices that belong to a triangle
   std::span<const std::array<Vec3, 2>> edges() const { return edges_; }
-  /// Whether a ball about `p_S` meets the bounding box.
+  /// Returns whether a ball about `p_S` intersects the bounding box.
   bool may_touch(const Vec3& p_S, double radius_m) const;
-  /// Signed distance to the body including `beside` where its magnitude is below `limit_m`, otherwise infinite, also
-  /// inside.
+  /// Returns the signed distance to the body, including `beside`. If its magnitude is not below `limit_m`, the result
+  /// is infinite, even if the point lies inside.
   double distance_m(const Vec3& p_S, double limit_m) const;
-  /// `count` points distributed over the surface by area; the same seed gives the same points.
+  /// Returns `count` points distributed over the surface in proportion to area. The same seed gives the same points.
   std::vector<Vec3> samples(std::size_t count, std::uint64_t seed) const;
 
  private:
@@ -55,25 +56,26 @@ class ExactSurface {
 /// A point of one surface that lies inside the other body.
 struct OverlapPoint {
   Vec3 p_W = Vec3::Zero();
-  double depth_m = 0;  ///< distance to the surface of the other body
+  double depth_m = 0;  ///< distance from the point to the surface of the other body
 };
 
-/// Largest distance between samples of an edge.
+/// Maximum distance between samples on an edge.
 inline constexpr double kOverlapEdgeStep_m = 5e-5;
-/// Default search depth: points deeper than this are not found, which bounds the cost.
+/// Default search depth. Points at larger depths are not found, which limits the cost.
 inline constexpr double kDeepestOverlap_m = 3e-3;
 
-/// All corners of both meshes, and samples of all their edges, that lie inside the other body.
-/// In      shallowest_m  points less deep than this are omitted; points deeper than deepest_m are not found
+/// Returns all vertices of both meshes, and samples of all their edges, that lie inside the other body.
+/// In      shallowest_m  points with a smaller depth are omitted
+///         deepest_m     points with a larger depth are not found
 /// Cost    milliseconds to seconds
 std::vector<OverlapPoint> overlap_points(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b,
                                          const Pose& X_WB, double shallowest_m = 0,
                                          double deepest_m = kDeepestOverlap_m);
-/// Largest depth of these points, 0 without any; much faster than overlap_points().
+/// Returns the largest depth of these points, or 0 if there are none. It is much faster than overlap_points().
 double deepest_overlap_m(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b, const Pose& X_WB,
                          double shallowest_m = 0, double deepest_m = kDeepestOverlap_m);
 
-/// Distance between meshes that do not overlap, measured at their corners.
+/// Returns the distance between two meshes that do not overlap, measured at their vertices.
 double corner_gap_m(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b, const Pose& X_WB);
 
 }  // namespace tandem::lab

@@ -19,7 +19,7 @@ constexpr double kGap_m = 0.005;
 constexpr double kPress_n = 3;
 constexpr double kStop_s = 0.01;
 constexpr double kHold_s = 0.3;
-constexpr double kNoLimit = 1e6;  // [N] and [N·m]
+constexpr double kNoLimit = 1e6;  // in N and N·m
 constexpr double kGravity_m_per_s2 = 9.81;
 constexpr double kGroundRadii = 40;
 constexpr double kGroundThickness_m = 0.05;
@@ -31,7 +31,7 @@ constexpr double kMaxRatio = 1.1;
 constexpr double kMaxSeparations = 1;
 constexpr double kMaxCreated_j = 1e-3;
 
-/// Straight motion at constant speed, then deceleration to rest within kStop_s.
+/// A straight motion at constant speed, followed by deceleration to rest within kStop_s.
 struct StraightHand {
   RigidState start;
   double cruise_s = 0;
@@ -76,7 +76,7 @@ Landing land(const TouchObject& tool, const TouchObject& fixed, const RigidState
   return landing;
 }
 
-/// Time after which the tool stays slower than kRest_m_per_s, by its kinetic energy.
+/// Returns the time after which the tool stays slower than kRest_m_per_s, judged by its kinetic energy.
 double rest_s(const TouchTrace& trace, double mass_kg) {
   const double rest_j = 0.5 * mass_kg * kRest_m_per_s * kRest_m_per_s;
   const auto last =
@@ -85,7 +85,7 @@ double rest_s(const TouchTrace& trace, double mass_kg) {
   return last == trace.rend() ? 0 : to_seconds(last->at);
 }
 
-/// Whether the mesh corners on that side of the box support the tool stably, see drops().
+/// Returns whether the mesh vertices on that side of the bounding box support the tool stably; see drops().
 bool is_face(const ExactSurface& tool, int axis, double sign) {
   const auto reach_of = [&](const ExactSurface& part, const Vec3& corner) {
     return sign * corner[axis] + part.half_thickness_m();
@@ -100,7 +100,7 @@ bool is_face(const ExactSurface& tool, int axis, double sign) {
       if (reach_of(*part, corner) >= reach_m - kFlat_m) base.push_back(corner);
     }
   }
-  // In each direction from the origin, one of these corners is far enough out.
+  // The support is stable if, in each direction from the origin, one of these vertices is far enough away.
   for (int i = 0; i < kWays; ++i) {
     const double angle = 2 * std::numbers::pi * i / kWays;
     Vec3 way = Vec3::Zero();

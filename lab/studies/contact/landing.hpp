@@ -1,4 +1,5 @@
-// Landing tests: a hand lands its tool on a fixed object, and a tool falls to the ground. Both have bounds to satisfy.
+// Landing tests: a hand lands its tool on a fixed object, or a tool falls to the ground. Checks with bounds apply to
+// both.
 #pragma once
 
 #include <string>
@@ -10,47 +11,52 @@
 
 namespace tandem::lab {
 
-/// One landing, or one drop.
+/// Results of one landing or one drop.
 struct Landing {
-  std::string name;  ///< "landing at 22 mm/s, 300 N/m", "drop on −x"
+  std::string name;  ///< e.g. "landing at 22 mm/s, 300 N/m" or "drop on −x"
   TouchFigures figures;
-  double speed_m_per_s = 0;  ///< speed of the hand until it presses; 0: a drop, without a hand
+  double speed_m_per_s = 0;  ///< speed of the hand until the tool presses; 0: a drop, without a hand
   double stiffness_n_per_m = 0;
-  double stop_force_n = 0;     ///< step of the hand's force at a rigid stop, see landings()
-  double stop_torque_n_m = 0;  ///< upper bound of the torque step at a rigid stop
-  bool is_on_face = false;     ///< drops only, see drops()
-  double rest_s = 0;           ///< drops only: start of rest below 1 mm/s; infinite: not within kDrop_s
-  double kinetic_left_j = 0;   ///< kinetic energy at the end
+  double stop_force_n = 0;     ///< step of the hand's force that a rigid stop would cause; see landings()
+  double stop_torque_n_m = 0;  ///< upper bound of the hand's torque step at a rigid stop
+  bool is_on_face = false;     ///< drops only; see drops()
+  /// drops only: time after which the tool stays slower than 1 mm/s; infinite: not reached within kDrop_s
+  double rest_s = 0;
+  double kinetic_left_j = 0;  ///< kinetic energy of the tool at the end
 };
 
 inline constexpr double kDrop_s = 3;
 
-/// Six landings: at 22, 60 and 300 mm/s, each with a coupling of 300 and of 2000 N/m, damped by damped_for() and
-/// without force limits. The hand moves straight along `direction_W` from 5 mm before the first contact. Its speed is
-/// constant until a spring of that stiffness would press with 3 N. It then stops within 10 ms and rests for 0.3 s.
+/// Runs six landings: at 22, 60 and 300 mm/s, each with a coupling of 300 and of 2000 N/m. The coupling has no force
+/// limits and the damping of damped_for(). The hand moves straight along `direction_W`, beginning 5 mm before the first
+/// contact. Its speed is constant until a spring of the coupling's stiffness would press with 3 N. It then stops within
+/// 10 ms and rests for 0.3 s.
 ///
-/// Model   An inelastic rigid stop projects the velocities (v, 0) onto those that the contacts still allow, nearest by
-///         kinetic energy. So the velocity changes by at most v: the coupling's damper b and the spring k stretched
-///         for a step of T give the hand v·(b + k·T). And |ω|² I + m|v'|² + |ω|² I + m|v − v'|² = m v², where the
-///         terms of v are at least half of m v²: |ω| ≤ v / (2 r), r = √(I/m) of the lightest axis. The hand's torque
-///         steps by at most (b_r + k_r·T)·v / (2 r); the step is smaller where the contact is in line with the centre.
-/// Source  our derivation; a frictionless contact at distance r beside the centre reaches the bound of ω
+/// Model   An inelastic rigid stop projects the velocities (v, 0) onto those that the contacts still permit; the
+///         projection is the nearest point in the metric of kinetic energy. So the velocity changes by at most v. The
+///         coupling has damping b and stiffness k, and is stretched during one step of duration T. Hence the force on
+///         the hand changes by at most v·(b + k·T). For the rotation, |ω|² I + m|v'|² + |ω|² I + m|v − v'|² = m v²,
+///         where the terms of v are at least half of m v². So |ω| ≤ v / (2 r), with r = √(I/m) for the axis with the
+///         smallest I. Hence the torque on the hand changes by at most (b_r + k_r·T)·v / (2 r). The change is smaller
+///         if the line of contact passes through the centre of mass.
+/// Source  our derivation; a frictionless contact at distance r from the centre attains the bound of ω
 std::vector<Landing> landings(const TouchObject& tool, const TouchObject& fixed, const Vec3& direction_W,
                               double mass_kg, const Clock& clock);
 
-/// Six drops without a hand: the tool falls 5 mm onto level ground that is 40 times as wide as its radius, once with
-/// each side of its bounding box down. Centre of mass and moments of inertia are those of the filled box.
+/// Runs six drops without a hand. The tool falls 5 mm onto level ground that is 40 times as wide as its radius, once
+/// for each side of its bounding box facing down. Centre of mass and moments of inertia are those of a solid box.
 ///
-/// A drop is "on a face" if corners of the mesh within 10 µm of that side support the tool stably up to a tilt of
-/// 1 in 10. Elsewhere the tool may keep rolling and rocking, because rolling on rigid ground dissipates nothing.
+/// A drop is "on a face" if mesh vertices within 10 µm of the lower side support the tool stably up to a tilt of 1 in
+/// 10. In other drops the tool may continue to roll and rock, because rolling on rigid ground dissipates no energy.
 std::vector<Landing> drops(const TouchObject& tool, double mass_kg, const Clock& clock);
 
-/// Checks. All: contact occurs, and contact creates at most 1 mJ. Landings: steps of the hand's force and torque are
-/// at most 1.1 times those of a rigid stop, and contact is lost at most once. Drops on a face: the tool comes to rest.
+/// Returns the checks. All runs: contact occurs, and contact creates at most 1 mJ. Landings: the steps of the hand's
+/// force and torque are at most 1.1 times those of a rigid stop, and contact is lost at most once. Drops on a face: the
+/// tool comes to rest.
 std::vector<Check> landing_checks(const std::vector<Landing>& all);
 
 boost::json::object to_json(const std::vector<Landing>& all);
-/// The results as a table in text, without the checks.
+/// Returns the results as a text table, without the checks.
 std::string to_text(const std::vector<Landing>& all);
 
 }  // namespace tandem::lab

@@ -14,10 +14,10 @@
 namespace tandem::lab {
 namespace {
 
-/// Meshes larger than this get cells in proportion (server/assets/scene_assets.cpp).
+/// If a mesh is larger than this, the cell size increases in proportion (server/assets/scene_assets.cpp).
 constexpr double kFullResolutionSize_m = 0.2;
 
-/// Scales and turns the mesh and centres it at the origin, as reported. Fails: MeshError
+/// Scales and rotates the mesh and moves its centre to the origin; records size and scale in `facts`. Fails: MeshError.
 void place(geometry::TriangleMesh& mesh, const MeshScale& scale, bool turns, MeshFacts& facts) {
   for (Vec3& vertex : mesh.vertices) {
     if (turns) vertex = Vec3(vertex.x(), -vertex.z(), vertex.y());
@@ -28,7 +28,7 @@ void place(geometry::TriangleMesh& mesh, const MeshScale& scale, bool turns, Mes
   for (Vec3& vertex : mesh.vertices) vertex = (vertex - bounds.center()) * facts.scale_m;
 }
 
-/// Empty for a requested size or a plausible one.
+/// Returns why the size is doubtful. The text is empty if the user requested the size or the size is plausible.
 std::string doubt_of(const std::filesystem::path& file, const MeshScale& scale, const MeshFacts& facts) {
   const double size_m = facts.size_units.maxCoeff() * facts.scale_m;
   const std::string doubt =
@@ -39,7 +39,7 @@ std::string doubt_of(const std::filesystem::path& file, const MeshScale& scale, 
                            : " Else give --scale or --largest-size");
 }
 
-/// A square picture with the depth of each pixel.
+/// A square image with a depth value for each pixel.
 class Canvas {
  public:
   explicit Canvas(int pixels)
@@ -48,7 +48,7 @@ class Canvas {
         depth_(static_cast<std::size_t>(pixels) * static_cast<std::size_t>(pixels),
                -std::numeric_limits<double>::infinity()) {}
 
-  /// In      corners  x to the right, y up, z towards the viewer, 0..1
+  /// In      corners  x to the right, y up, z towards the viewer; each 0..1
   void draw(const std::array<Vec3, 3>& corners, bool is_sheet) {
     const Vec3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
     if (normal.squaredNorm() == 0 || normal.z() == 0) return;

@@ -24,7 +24,7 @@ int add_vertex(geometry::TriangleMesh& mesh, const Vec3& p) {
   return static_cast<int>(mesh.vertices.size()) - 1;
 }
 
-/// A regular polygon about the z axis, counter-clockwise seen from +z; returns its first vertex.
+/// Adds a regular polygon about the z axis, counter-clockwise seen from +z. Returns the index of its first vertex.
 int add_ring(geometry::TriangleMesh& mesh, int sides, double radius_m, double z_m) {
   const int first = static_cast<int>(mesh.vertices.size());
   for (int i = 0; i < sides; ++i) {
@@ -34,7 +34,7 @@ int add_ring(geometry::TriangleMesh& mesh, int sides, double radius_m, double z_
   return first;
 }
 
-/// The wall between a lower and an upper ring, facing away from the axis.
+/// Adds the wall between a lower and an upper ring. It faces away from the axis.
 void join_rings(geometry::TriangleMesh& mesh, int lower, int upper, int sides) {
   for (int i = 0; i < sides; ++i) {
     const int next = (i + 1) % sides;
@@ -52,7 +52,8 @@ void cap_ring(geometry::TriangleMesh& mesh, int ring, int sides, double z_m, boo
   }
 }
 
-/// The surface between a square's corners (at 45°, 135°, …) and the hole's ring inside it, facing +z if `faces_up`.
+/// Adds the surface between the corners of a square (at 45°, 135°, …) and the ring of the hole inside it. The surface
+/// faces +z if `faces_up`, otherwise −z.
 void add_annulus(geometry::TriangleMesh& mesh, int ring, int square, bool faces_up) {
   const auto add = [&](int a, int b, int c) {
     mesh.triangles.push_back(faces_up ? std::array{a, b, c} : std::array{a, c, b});
@@ -67,7 +68,8 @@ void add_annulus(geometry::TriangleMesh& mesh, int ring, int square, bool faces_
   }
 }
 
-/// Deterministic function of position within ±1, with waves of a few millimetres at a size of 10 cm.
+/// A deterministic function of position with values within ±1. At a size of 10 cm its waves have a length of a few
+/// millimetres.
 double smooth_noise(const Vec3& p) {
   return std::sin(900 * p.x() + 0.3) * std::sin(1100 * p.y() + 1.1) * std::sin(1000 * p.z() + 2.3);
 }
@@ -103,7 +105,7 @@ geometry::TriangleMesh make_box_with_hole(double clearance_m) {
   const int low_square = add_square(-half.z());
   const int high_square = add_square(half.z());
   join_rings(mesh, low_square, high_square, 4);
-  // From top to bottom, so that the wall faces the axis.
+  // The rings are passed in the order from top to bottom, so that the wall faces the axis.
   join_rings(mesh, high_ring, low_ring, kHoleSides);
   add_annulus(mesh, high_ring, high_square, true);
   add_annulus(mesh, low_ring, low_square, false);
@@ -136,7 +138,7 @@ geometry::TriangleMesh make_cube(double edge_m) {
 
 namespace {
 
-/// Divides every edge and triangle of a mesh; adjacent triangles share the points on their edge.
+/// Divides every edge and triangle of a mesh. Adjacent triangles share the points on their common edge.
 class Subdivision {
  public:
   Subdivision(const geometry::TriangleMesh& mesh, int pieces, double height_m)
@@ -154,7 +156,7 @@ class Subdivision {
   }
 
  private:
-  /// Creates the points on a triangle, numbered by steps towards b and c, and its pieces.
+  /// Creates the points on a triangle, numbered by steps towards b and c, and the triangles between them.
   void cut(const std::array<int, 3>& triangle) {
     std::map<std::pair<int, int>, int> at;
     for (int to_b = 0; to_b <= pieces_; ++to_b) {
@@ -169,7 +171,8 @@ class Subdivision {
   }
 
   int point(const std::array<int, 3>& triangle, int to_b, int to_c) {
-    // Sorted, so that both triangles at an edge use the same key and order of summation for its points.
+    // The shares are sorted, so that both triangles at an edge use the same key and the same order of summation for a
+    // point.
     std::array<std::pair<int, int>, 3> shares{
         {{triangle[0], pieces_ - to_b - to_c}, {triangle[1], to_b}, {triangle[2], to_c}}};
     std::sort(shares.begin(), shares.end());
@@ -191,7 +194,7 @@ class Subdivision {
   int pieces_;
   double height_m_;
   std::vector<Vec3> normals_;
-  std::map<std::vector<int>, int> points_;  ///< keyed by a point's corners and its weights
+  std::map<std::vector<int>, int> points_;  ///< key: the corners of the triangle with the weights of the point
   geometry::TriangleMesh result_;
 };
 

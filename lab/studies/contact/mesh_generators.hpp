@@ -1,38 +1,39 @@
-// Meshes whose size, triangle count and clearance are known exactly: the thesis's peg and box, bodies for tests, and
-// one mesh at many resolutions.
+// Generates meshes whose size, triangle count and clearance are known exactly: the peg and the box of the thesis,
+// bodies for tests, and one mesh at many resolutions.
 #pragma once
 
 #include "common/geometry/triangle_mesh.hpp"
 
 namespace tandem::lab {
 
-/// The peg of the peg-in-hole benchmark: 180 triangles. A prism of 30 sides, axis z, centred; the tip, chamfered, is at
-/// −z.
+/// Returns the peg of the peg-in-hole benchmark: 180 triangles. It is a centred prism with 30 sides and axis z; its
+/// chamfered tip is at −z.
 geometry::TriangleMesh make_peg();
-inline constexpr double kPegRadius_m = 0.010;  ///< radius of the circle through its corners
+inline constexpr double kPegRadius_m = 0.010;  ///< radius of the circle through the corners of the cross section
 inline constexpr double kPegLength_m = 0.060;
 inline constexpr double kPegChamfer_m = 0.002;
 
-/// The box of the peg-in-hole benchmark: 176 triangles. Centred, with a through hole of 40 sides along z.
+/// Returns the box of the peg-in-hole benchmark: 176 triangles. It is centred and has a through hole with 40 sides
+/// along z.
 ///
-/// The clearance is the distance between the circle around the peg and the circle inscribed in the hole. So the peg
-/// fits at every angle about its axis.
+/// The clearance is the distance between the circle around the peg and the circle inscribed in the hole. Therefore the
+/// peg fits at every angle about its axis.
 geometry::TriangleMesh make_box_with_hole(double clearance_m = 5e-4);
 inline constexpr double kBoxWidth_m = 0.080;
-inline constexpr double kBoxHeight_m = 0.040;  ///< along the hole
+inline constexpr double kBoxHeight_m = 0.040;  ///< height along the axis of the hole
 
-/// 20 · 4^levels triangles; corners on the sphere.
+/// Returns a sphere of 20 · 4^levels triangles. All vertices lie on the sphere.
 geometry::TriangleMesh make_sphere(double radius_m, int levels);
-/// 12 triangles, centred.
+/// Returns a centred cube of 12 triangles.
 geometry::TriangleMesh make_cube(double edge_m);
 
-/// Divides each edge into `pieces` and each triangle into pieces². New corners are displaced along the normal of the
-/// old surface by up to `height_m`. The displacement is a smooth function of position, so the finer mesh has no flat
-/// patches.
+/// Divides each edge into `pieces` parts and each triangle into pieces² triangles. New vertices are displaced along the
+/// normal of the old surface by up to `height_m`. The displacement is a smooth function of position, so that the finer
+/// mesh has no flat patches.
 geometry::TriangleMesh subdivided(const geometry::TriangleMesh& mesh, int pieces, double height_m);
 
-/// Bounding box of the corners of the triangles.
-/// In      mesh  at least one triangle
+/// Returns the bounding box of the vertices that belong to triangles.
+/// In      mesh  has at least one triangle
 Eigen::AlignedBox3d bounds_of(const geometry::TriangleMesh& mesh);
 
 }  // namespace tandem::lab

@@ -1,4 +1,4 @@
-// Source of a benchmark's meshes: a file, or the name of a generated mesh.
+// Obtains a mesh for a benchmark: from a file, or by the name of a generated mesh.
 #pragma once
 
 #include <optional>
@@ -8,12 +8,12 @@
 
 namespace tandem::lab {
 
-/// The mesh, centred on the middle of its bounding box.
+/// Returns the mesh with the centre of its bounding box at the origin.
 ///
-/// In      name    "peg", "box_with_hole", "sphere", "cube", or a file
-///         option  name of the option, for messages: "--a"
+/// In      name    "peg", "box_with_hole", "sphere", "cube", or the path of a file
+///         option  command-line option for error messages, e.g. "--a"
 ///         largest_size_m  longest edge of the bounding box, for files without `factor`
-///         factor  metres per unit of the file; generated meshes are in metres already
+///         factor  metres per unit of the file; generated meshes are already in metres
 /// Fails   std::invalid_argument: "--a is /x/y.obj, which does not exist; …"
 geometry::TriangleMesh mesh_from(const std::string& name, const std::string& option, double largest_size_m = 0.1,
                                  std::optional<double> factor = {});

@@ -13,24 +13,26 @@ namespace {
 constexpr double kTick_s = 1e-3;
 constexpr double kPressed_m = 5e-3;
 constexpr double kHandSpeed_m_per_s = 0.2;
-/// Size of the ellipsoid, relative to the bounding box.
+/// Size of the ellipsoid relative to the bounding box.
 constexpr double kWiden = 1.3;
-/// Periods of the wandering point, chosen to coincide rarely, and its largest elevation.
+/// Periods of the moving point in azimuth and elevation, and its largest elevation. The ratio of the periods is chosen
+/// so that the path rarely repeats.
 constexpr double kRound_s = 7;
 constexpr double kUpAndDown_s = 3.1;
 constexpr double kElevation_rad = 1.2;
-/// For lag_of(): a stride that no period of the path shares, and the limit of updates until rest.
+/// Constants of lag_of(): a stride that does not coincide with a period of the path, and the maximum number of updates
+/// until rest.
 constexpr std::size_t kLagStride = 7;
 constexpr int kMaxSettling = 200;
-/// An update that moves less is at rest.
+/// The proxy is at rest if an update moves it by less than this.
 constexpr double kAtRest_m = 1e-7;
 
-/// Volume of a tetrahedron times six, signed.
+/// Returns six times the signed volume of a tetrahedron.
 double volume6(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   return (b - a).cross(c - a).dot(d - a);
 }
 
-/// Whether segment pq crosses the triangle; a segment that ends on it or touches its edge counts.
+/// Returns whether the segment pq crosses the triangle. A segment that ends on the triangle or touches its edge counts.
 bool crosses_triangle(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c) {
   if (volume6(a, b, c, p) * volume6(a, b, c, q) > 0) return false;
   const double ab = volume6(p, q, a, b);
@@ -43,15 +45,15 @@ double lowest_x(const std::array<Vec3, 3>& triangle) {
   return std::min({triangle[0].x(), triangle[1].x(), triangle[2].x()});
 }
 
-/// Finds straight paths that cross a mesh, by testing every triangle that overlaps their extent in x.
+/// Finds straight segments that cross a mesh. It tests every triangle that overlaps the segment's extent in x.
 class CrossingTest {
  public:
   explicit CrossingTest(const geometry::TriangleMesh& mesh);
   bool crosses(const Vec3& from, const Vec3& to) const;
 
  private:
-  std::vector<std::array<Vec3, 3>> triangles_;  ///< sorted by their lowest x
-  double widest_m_ = 0;                         ///< largest extent of a triangle in x
+  std::vector<std::array<Vec3, 3>> triangles_;  ///< sorted by the lowest x of the triangle
+  double widest_m_ = 0;                         ///< largest extent of a triangle along x
 };
 
 CrossingTest::CrossingTest(const geometry::TriangleMesh& mesh) {

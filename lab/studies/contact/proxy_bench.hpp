@@ -1,4 +1,4 @@
-// Measurements of `tandem-lab bench proxy`: a proxy that moves over a mesh, compared with a simple closest-point loop
+// Measurements of `tandem-lab bench proxy`. A proxy that moves over a mesh is compared with a simple closest-point loop
 // along the same path of the hand.
 #pragma once
 
@@ -13,48 +13,53 @@
 
 namespace tandem::lab {
 
-/// Positions of the hand's point, one a tick.
+/// Returns positions of the hand, one for each tick.
 ///
-/// Model   a point y wanders on an ellipsoid around the bounding box; the hand moves towards the point 5 mm behind the
-///         mesh's closest point to y, at no more than 0.2 m/s, also through the inside. It begins at y.
+/// Model   A point y moves randomly on an ellipsoid around the bounding box. Let x be the point of the mesh closest to
+///         y. The hand moves towards the point 5 mm behind x at up to 0.2 m/s, and may pass through the inside. It
+///         begins at y.
 std::vector<Vec3> wandering_hand(const geometry::TriangleMesh& mesh, std::size_t steps);
 
 /// Results of one loop along a path.
 struct ProxyRun {
   std::vector<Duration> times;
-  std::vector<Vec3> ball_W;  ///< centre of the displayed ball, one a tick
-  std::vector<Vec3> way_W;   ///< corners of the ball's path
+  std::vector<Vec3> ball_W;  ///< centre of the displayed ball at each tick
+  std::vector<Vec3> way_W;   ///< vertices of the polyline along which the ball moved
 };
 
-/// The god-object: the ball is its proxy.
+/// Runs the god-object; the ball is its proxy.
 ProxyRun run_god_object(const std::shared_ptr<const haptics::ProxyMesh>& mesh,
                         const haptics::GodObjectSettings& settings, const std::vector<Vec3>& hand, const Clock& clock);
-/// The mesh's closest point from the bounding-volume tree, computed from scratch in every tick. The ball touches it on
-/// the side that the surface faces.
+/// Runs the closest-point loop: each tick queries the closest point of the mesh from the bounding-volume tree, without
+/// using the previous tick. The ball touches the mesh there on the side to which the surface faces.
 ProxyRun run_closest_point(const geometry::TriangleTree& tree, double radius_m, const std::vector<Vec3>& hand,
                            const Clock& clock);
 
-/// Figures from positions and triangles alone. Only the exact distance to a mesh is shared with the loops under test.
+/// Figures computed only from positions and triangles. The only code shared with the loops under test is the exact
+/// distance to a mesh.
 struct ProxyFigures {
-  TimeQuantiles loop_us;           ///< over all ticks of all runs
-  double max_penetration_m = 0;    ///< largest radius less the signed distance of the ball's centre
-  std::uint64_t pop_throughs = 0;  ///< straight pieces of the path that cross the mesh
+  TimeQuantiles loop_us;  ///< over all ticks of all runs
+  /// maximum over the ticks of the radius minus the signed distance of the ball's centre
+  double max_penetration_m = 0;
+  std::uint64_t pop_throughs = 0;  ///< number of straight segments of the ball's path that cross the mesh
 };
 
-/// Lag of the god-object: its distance from the position it would reach with unlimited time in a tick.
+/// Lag of the god-object: its distance from the position that it would reach if the time in a tick were unlimited.
 struct ProxyLag {
   double held_back_share = 0;  ///< share of the ticks that end with kProxyHeldBack
-  double p50_m = 0;            ///< distance from the position where it comes to rest if the hand holds still
+  double p50_m = 0;            ///< distance from the position at which it comes to rest if the hand stops
   double p99_m = 0;
   double max_m = 0;
 };
-/// Follows every kLagStride-th tick until the proxy rests, for at most kMaxSettling updates. Reads no clock.
+/// Continues every kLagStride-th tick with a resting hand until the proxy rests, for at most kMaxSettling updates. It
+/// reads no clock.
 ProxyLag lag_of(const std::shared_ptr<const haptics::ProxyMesh>& mesh, const haptics::GodObjectSettings& settings,
                 const std::vector<Vec3>& hand);
-/// Largest depth of the hand's point.
+/// Returns the largest depth of the hand below the surface.
 double depth_of(const std::vector<Vec3>& hand, const geometry::TriangleTree& tree);
 
-/// In      runs  runs of the same loop and path, at least one; omit a first run, whose caches are cold
+/// In      runs  one or more runs of the same loop and path; the first run should be omitted, because its caches are
+///         cold
 ProxyFigures figures_of(const std::vector<ProxyRun>& runs, const geometry::TriangleMesh& mesh, double radius_m);
 boost::json::object to_json(const ProxyFigures& figures);
 boost::json::object to_json(const ProxyLag& lag);

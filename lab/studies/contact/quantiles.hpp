@@ -1,4 +1,4 @@
-// Quantiles of step times and of counts a step, as printed by the benchmarks.
+// Quantiles of step times and of counts for each step, as the benchmarks print them.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace tandem::lab {
 
-/// Exact order statistics; zero without samples.
+/// Exact order statistics. All are zero if there are no samples.
 struct TimeQuantiles {
   double p50_us = 0;
   double p99_us = 0;
@@ -20,7 +20,7 @@ TimeQuantiles quantiles_of(std::vector<Duration> times);
 /// In      q  0..1
 std::uint32_t quantile_of(std::vector<std::uint32_t> counts, double q);
 
-/// {"p50", "p99", "p999", "max"}
+/// Returns {"p50", "p99", "p999", "max"}.
 boost::json::object to_json(const TimeQuantiles& times);
 
 }  // namespace tandem::lab

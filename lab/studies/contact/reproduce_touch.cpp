@@ -20,7 +20,7 @@ namespace {
 constexpr const char* kBunny = "/usr/share/glmark2/models/bunny.obj";
 constexpr Duration kPeerStretch = std::chrono::seconds(3);
 
-/// A run of one tool over time: one line of a plot.
+/// A named run of one tool. It is one line of a plot.
 struct NamedTrace {
   std::string name;
   TouchTrace trace;
@@ -58,7 +58,7 @@ Plot figure_of(const std::vector<NamedTrace>& runs, const std::vector<std::strin
   return figure;
 }
 
-/// The four graphs of the thesis: force, torque, computation time, contacts.
+/// Returns the four diagrams of the thesis: force, torque, computation time, and number of contacts.
 std::vector<Plot> figures_of_thesis(const std::vector<NamedTrace>& runs, const std::vector<std::string>& phases) {
   return {figure_of(runs, phases, "force on the hand [N]", "Magnitude of the coupling's force on the hand.",
                     [](const TouchStep& step) { return step.on_hand_W.f.norm(); }),
@@ -76,14 +76,15 @@ double greatest_force_n(const TouchTrace& trace) {
   return force;
 }
 
-/// Sustained vibration of the force. Its deviation from its own mean over the surrounding 20 ms gives an RMS in each
-/// 100 ms. The result is the largest value, over all times, of the smallest of three consecutive RMS.
+/// Returns the amplitude of sustained vibration of the force. The deviation of the force from its mean over the
+/// surrounding 20 ms gives an RMS for each interval of 100 ms. Of every three consecutive RMS the smallest is taken;
+/// the result is the largest of these over all times.
 ///
-/// Voluntary motion changes the force below 10 Hz. The deviation passes frequencies above about 25 Hz, where buzz is
-/// felt. An impact ends within one of the three windows.
+/// Voluntary motion changes the force at frequencies below 10 Hz. The deviation contains frequencies above about 25 Hz,
+/// where buzz is felt. The smallest of three is used because an impact ends within one of the three intervals.
 double buzz_n(const TouchTrace& trace) {
   constexpr std::size_t kMean = 10, kWindow = 100;
-  std::vector<double> sums{0};  // cumulative squared deviations up to a step
+  std::vector<double> sums{0};  // cumulative squared deviations up to each step
   for (std::size_t i = kMean; i + kMean < trace.size(); ++i) {
     Vec3 mean = Vec3::Zero();
     for (std::size_t k = i - kMean; k <= i + kMean; ++k) mean += trace[k].on_hand_W.f;
@@ -118,7 +119,7 @@ struct PegRun {
   double mass_kg = 0;
   double force_n = 0;
   double buzz_n = 0;
-  double deepest_z_m = 0;  ///< lowest height of the tip
+  double deepest_z_m = 0;  ///< lowest height that the tip reached
   TouchFigures figures;
 };
 

@@ -1,4 +1,4 @@
-// The two touch benchmarks of the source thesis: two bunnies, and a peg in a hole.
+// Reproduces the two touch benchmarks of the source thesis: two bunnies, and a peg in a hole.
 //
 // Source  Hou Xiyuan, "Stable Haptic Rendering in Virtual Environment", PhD thesis, NTU, 2014, chapters 4 and 5
 #pragma once
@@ -10,9 +10,9 @@
 
 namespace tandem::lab {
 
-/// The bunny's mesh from Debian's package glmark2-data.
+/// Returns the file with the bunny's mesh, from Debian's package glmark2-data.
 std::filesystem::path bunny_file();
-/// Fails   std::invalid_argument when the bunny's file is missing (names the package)
+/// Fails   std::invalid_argument: the bunny's file is missing; the message names the package
 Reproduction reproduce_bunny(const Clock& clock);
 /// Uses the hand path lab/paths/peg_five_steps.json for every mass.
 Reproduction reproduce_peg(const Clock& clock);

@@ -15,7 +15,7 @@ constexpr std::size_t kCopyBytes = 256U << 10U;
 constexpr int kCopies = 5000;
 constexpr int kSampleRounds = 50;
 constexpr std::size_t kSamplePoints = 4096;
-constexpr std::size_t kPointsOfBody = 200;  // number of followed points
+constexpr std::size_t kPointsOfBody = 200;  // number of points that are followed on each body
 constexpr double kTooDeep_m = 2e-3;
 constexpr double kShallow_m = 5e-4;
 constexpr double kPiece_m = 2.5e-4;
@@ -25,23 +25,24 @@ double deepest_exact_m(const TouchTrace& trace, const ExactSurface& tool, const 
   double deepest_m = 0;
   for (std::size_t i = 0; i < trace.size(); i += kExactEvery) {
     const Pose& X_WT = trace[i].X_WT;
-    // Searches only for points deeper than the deepest so far.
+    // The search is restricted to points deeper than the deepest one found so far.
     deepest_m = std::max(deepest_m, deepest_overlap_m(tool, X_WT, fixed, Pose{}, deepest_m));
   }
   return deepest_m;
 }
 
-/// Points of one body's surface, followed relative to another body.
+/// Follows points on the surface of one body in their motion relative to another body.
 class PointsThrough {
  public:
-  /// In      points_M  in the frame of the moving body
-  ///         half_m    distance of the body's surface from them: half the thickness of a plate
+  /// In      points_M  points in the frame of the moving body
+  ///         half_m    distance of the body's surface from these points: half the thickness of a plate, 0 for a solid
   PointsThrough(const std::vector<Vec3>& points_M, double half_m, const ExactSurface& other)
       : other_(other), reach_m_(half_m + other.half_thickness_m()) {
     for (const Vec3& p_M : points_M) followers_.push_back({.p_M = p_M});
   }
 
-  /// Moves the points to a new relative pose. Returns how many are through now, or went through since the last step.
+  /// Moves the points to a new relative pose. Returns the number of points that have popped through the other body, now
+  /// or at any time since the previous step.
   std::size_t step(const Pose& X_OM);
   double deepest_m() const { return deepest_m_; }
 
@@ -49,15 +50,15 @@ class PointsThrough {
   struct Follower {
     Vec3 p_M = Vec3::Zero();
     Vec3 last_O = Vec3::Zero();
-    Vec3 entry_O = Vec3::Zero();  ///< normal of the side where it was last outside
+    Vec3 entry_O = Vec3::Zero();  ///< normal of the surface where the point was last outside
     bool is_inside = false;
     bool is_through = false;
-    bool was_through = false;  ///< at any time in this step
+    bool was_through = false;  ///< true if the point was through at any time in this step
   };
   void move(Follower& follower, const Vec3& p_O);
 
   const ExactSurface& other_;
-  double reach_m_;  ///< distance of the point from the other mesh at which the surfaces touch
+  double reach_m_;  ///< distance between the point and the other mesh at which the two surfaces touch
   std::vector<Follower> followers_;
   double deepest_m_ = 0;
   bool has_started_ = false;
@@ -72,7 +73,7 @@ std::size_t PointsThrough::step(const Pose& X_OM) {
     const Vec3 from_O = follower.last_O;
     const double length = (p_O - from_O).norm();
     const int pieces = std::clamp(static_cast<int>(std::ceil(length / kPiece_m)), 1, kMaxPieces);
-    // The ball around this stretch; if it is far from the box, no contact is possible.
+    // A ball encloses this piece of the path. If the ball is far from the bounding box, contact is impossible.
     if (follower.is_inside || other_.may_touch((from_O + p_O) / 2, length / 2 + kTooDeep_m + reach_m_)) {
       for (int i = 1; i <= pieces; ++i) move(follower, from_O + (p_O - from_O) * i / pieces);
     }
@@ -86,7 +87,7 @@ std::size_t PointsThrough::step(const Pose& X_OM) {
 void PointsThrough::move(Follower& follower, const Vec3& p_O) {
   const geometry::TriangleTree::Closest closest = other_.closest(p_O, kTooDeep_m + reach_m_);
   if (closest.triangle < 0) {
-    // In a solid: farther from the surface than the limit of depth. A plate has been left.
+    // No surface is within the depth limit. In a solid, the point is deeper than the limit; a plate has been left.
     const bool is_solid = other_.half_thickness_m() <= 0;
     if (follower.is_inside && is_solid) {
       follower.is_through = true;
@@ -109,15 +110,16 @@ void PointsThrough::move(Follower& follower, const Vec3& p_O) {
   }
 }
 
-/// Follows surface points of each of two bodies relative to the other. Counts how often the pair changes from no point
-/// through to at least one. It uses only the motion and the exact meshes.
+/// Follows surface points of each of two bodies relative to the other body. Counts how often the state changes from "no
+/// point has popped through" to "at least one has".
+/// It uses only the motion and the exact meshes.
 ///
-/// Model   A point has popped through when it is more than kTooDeep_m inside. It also counts when it is more than
-///         kShallow_m inside and closest to a side that faces away from its entry, so that thin walls are covered.
-///         Between steps the points move along straight lines in pieces of at most kPiece_m.
+/// Model   A point has popped through if it is more than kTooDeep_m inside. It also counts if it is more than
+///         kShallow_m inside and the nearest surface faces away from the side of entry; this detects thin walls.
+///         Between two steps the points move along straight lines, in pieces of at most kPiece_m.
 class PopThroughWatch {
  public:
-  /// In      a, b  separate at the first step
+  /// In      a, b  must be separate at the first step
   PopThroughWatch(const ExactSurface& a, const ExactSurface& b) {
     for (const ExactSurface* of_a : a.parts()) {
       for (const ExactSurface* of_b : b.parts()) {
@@ -135,7 +137,7 @@ class PopThroughWatch {
     is_through_ = through > 0;
   }
   std::uint64_t count() const { return count_; }
-  /// Largest depth of any point at any step.
+  /// Returns the largest depth of any point at any step.
   double deepest_m() const {
     double deepest_m = 0;
     for (const auto* side : {&a_in_b_, &b_in_a_}) {
@@ -145,7 +147,7 @@ class PopThroughWatch {
   }
 
  private:
-  std::vector<PointsThrough> a_in_b_;  ///< for each part of A in each part of B
+  std::vector<PointsThrough> a_in_b_;  ///< one entry for each pair of a part of A and a part of B
   std::vector<PointsThrough> b_in_a_;
   std::uint64_t count_ = 0;
   bool is_through_ = false;
@@ -159,7 +161,7 @@ std::size_t separations_of(const TouchTrace& trace) {
 
 void judge_energy(const TouchTrace& trace, TouchFigures& figures) {
   double work_j = 0, least_work_j = 0;
-  double least_j = std::numeric_limits<double>::infinity();  // least sum of work so far and stored energy
+  double least_j = std::numeric_limits<double>::infinity();  // minimum of the sum of past work and stored energy
   for (const TouchStep& step : trace) {
     least_j = std::min(least_j, work_j + step.contact_stored_j);
     work_j += step.contact_work_j;

@@ -1,4 +1,4 @@
-// Figures computed from a contact trace, and the speed limits of this machine, measured in the same run.
+// Figures computed from a contact trace, and lower bounds for the times on this machine, measured in the same run.
 #pragma once
 
 #include <cstddef>
@@ -13,29 +13,31 @@ namespace tandem::lab {
 struct TouchFigures {
   std::size_t steps = 0;
   std::uint32_t contacts_max = 0;
-  std::uint32_t queries_p50 = 0, queries_p99 = 0;  ///< distance queries to a field in a step: the same on every machine
+  /// number of distance queries to a grid in one step; it is the same on every machine
+  std::uint32_t queries_p50 = 0, queries_p99 = 0;
   TimeQuantiles query_us;
-  TimeQuantiles step_us;       ///< per step, the shortest time of kRounds equal runs
-  TimeQuantiles step_once_us;  ///< times of the first run alone, interruptions included
-  /// Overlap by the exact meshes: every 50 steps up to a depth of 3 mm, and at 200 points of each body in every step.
+  TimeQuantiles step_us;       ///< time of each step: the shortest of kRounds equal runs
+  TimeQuantiles step_once_us;  ///< time of each step in the first run alone, including interruptions
+  /// Overlap according to the exact meshes. It is computed every 50 steps up to a depth of 3 mm, and in every step at
+  /// 200 points of each body.
   double max_penetration_m = 0;
   std::uint64_t pop_throughs = 0;
-  double force_jump_max_n = 0;  ///< for the reduced contacts, see run_touch()
-  /// Largest change of the wrench on the hand from step to step.
+  double force_jump_max_n = 0;  ///< force jump for the reduced contacts; see run_touch()
+  /// Largest change of the wrench on the hand between two successive steps.
   double hand_force_step_max_n = 0, hand_torque_step_max_n_m = 0;
   std::size_t not_converged = 0;
   std::size_t separations = 0;  ///< number of times that contact was lost
-  /// Largest net work of contact on the tool over any interval: the springs return stored energy.
+  /// Largest net work of the contact on the tool over any interval. Springs return the energy that they stored.
   double contact_returned_j = 0;
-  /// The same, less the energy stored in contact layers and friction at the start of the interval: energy that
-  /// violates passivity. Energy stored in the rigid floor is included, so it is an upper bound.
+  /// Same as contact_returned_j, minus the energy that contact layers and friction stored at the start of the interval.
+  /// A positive value violates passivity. It is an upper bound, because it includes energy stored in the rigid floor.
   double contact_created_j = 0;
 };
 TouchFigures figures_of(const std::vector<TouchTrace>& runs, const ExactSurface& tool, const ExactSurface& fixed);
-/// Figures without the exact overlap, which takes seconds: times, contacts and force jump.
+/// Returns the figures except the exact overlap, which takes seconds: times, number of contacts, and force jump.
 TouchFigures quick_figures_of(const std::vector<TouchTrace>& runs);
 
-/// Number of runs of everything that is timed.
+/// Number of times that each timed run is repeated.
 inline constexpr int kRounds = 3;
 template <class Run>
 std::vector<TouchTrace> in_rounds(const Run& run) {
@@ -44,11 +46,11 @@ std::vector<TouchTrace> in_rounds(const Run& run) {
   return runs;
 }
 
-// Speed limits of this machine: lower bounds for every method.
+// The following functions measure the speed of this machine. The times are lower bounds for every method.
 
-/// Time of one distance with gradient near the surface, with everything in the cache.
+/// Returns the time of one query for distance and gradient near the surface, with all data in the cache.
 double field_sample_ns(const contact::ContactShape& shape, const Clock& clock);
-/// Time to copy 256 KiB: its tail is the jitter that the machine itself adds to a step.
+/// Returns the time to copy 256 KiB. The tail of the distribution is the jitter that the machine itself adds to a step.
 TimeQuantiles memory_copy_us(const Clock& clock);
 
 }  // namespace tandem::lab

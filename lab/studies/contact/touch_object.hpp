@@ -1,4 +1,4 @@
-// One of the two objects of a contact benchmark, with the cost of its preparation.
+// One of the two objects of a contact benchmark, and the cost of preparing it.
 #pragma once
 
 #include <filesystem>
@@ -16,18 +16,19 @@ struct TouchObject {
   geometry::ContactMesh mesh;
   std::shared_ptr<const contact::ContactShape> shape;  ///< loaded from the cache file
   std::shared_ptr<const ExactSurface> exact;
-  double build_s = 0;       ///< build time with repair; 0: loaded from the cache
-  double cache_load_s = 0;  ///< load time from a file, which the kernel still holds in memory if it was just built
+  double build_s = 0;  ///< build time including mesh repair; 0: the object was loaded from the cache
+  /// time to load the asset from its file; if it was just built, the file is still in the kernel's page cache
+  double cache_load_s = 0;
 
   double cell_m() const;     ///< largest cell of the distance grid near the surface
-  double spacing_m() const;  ///< spacing of the surface's points
+  double spacing_m() const;  ///< spacing of the sample points on the surface
   std::size_t points() const;
 };
 
-/// Repairs the mesh, builds its asset, writes the asset to a temporary file and reads it back.
-/// In      cache  folder that keeps assets, or empty: an asset found there is not built
-/// Fails   std::invalid_argument naming `name` and the reason when the mesh is unusable for contact;
-///         std::runtime_error when the temporary file cannot be used
+/// Repairs the mesh, builds its contact asset, writes the asset to a temporary file and reads it back.
+/// In      cache  folder in which assets are stored; an asset found there is not built again; empty: no cache
+/// Fails   std::invalid_argument: the mesh cannot be used for contact; the message contains `name` and the reason.
+///         std::runtime_error: the temporary file cannot be used
 TouchObject make_touch_object(const std::string& name, const geometry::TriangleMesh& mesh, const Clock& clock,
                               const std::filesystem::path& cache = {});
 

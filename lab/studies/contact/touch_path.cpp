@@ -7,7 +7,7 @@
 namespace tandem::lab {
 namespace {
 
-/// Ratio of peak to mean speed of a minimum-jerk movement.
+/// Ratio of peak speed to mean speed in a minimum-jerk movement.
 constexpr double kPeakOverMean = 1.875;
 constexpr double kRest_s = 0.2;
 constexpr double kTouching_m = 1e-5;
@@ -29,7 +29,7 @@ class Way {
 
  private:
   void add(const Pose& X_WH, double seconds) {
-    // The previous point starts the new phase.
+    // The new phase begins at the previous point.
     if (!phase_.empty()) points_.back().phase = std::exchange(phase_, "");
     points_.push_back({points_.back().at + from_seconds(seconds), X_WH, 0, ""});
   }
@@ -55,7 +55,8 @@ Vec3 first_contact(const ExactSurface& a, const ExactSurface& b, const TouchPlan
     X_WA.p += direction * gap;
     if (X_WA.p.dot(direction) > 0) break;  // the meshes passed each other without contact
   }
-  // Where edges cross, the corners detect the contact too late.
+  // If edges cross, the vertices detect the contact too late. Therefore the pose is moved back by the remaining
+  // overlap.
   for (int i = 0; i < kApproachSteps; ++i) {
     const double depth = deepest_overlap_m(a, X_WA, b, Pose{});
     if (depth <= 0) break;

@@ -18,14 +18,14 @@ namespace {
 constexpr double kDampingRatio = 0.7;
 constexpr double kMinBand_m = 5e-5;
 constexpr std::size_t kReducedContacts = 16;
-/// Smallest lever arm of the contacts; a smaller spread is negligible.
+/// Lower limit for the lever arm of the contacts, below which their spread is negligible.
 constexpr double kMinSpread_m = 1e-3;
 
-/// Difference between the wrench of the reduced contacts and that of all contacts.
+/// The difference between the wrench of the reduced contacts and the wrench of all contacts.
 class ReductionError {
  public:
-  /// Force error that a receiver feels on a change to the contacts reduced now. The contacts reduced at the previous
-  /// call are extrapolated to this pose by their own stiffness.
+  /// Returns the force error that a receiver perceives when the current contacts replace those of the previous call.
+  /// The previous error is extrapolated to this pose by the stiffness of the contacts.
   double change_n(std::span<const contact::ContactPoint> contacts, double stiffness_n_per_m3, const Pose& X_WT) {
     const std::size_t count = contact::reduce_contacts(contacts, stiffness_n_per_m3, reduced_);
     const contact::ContactWrench all = contact::contact_wrench(contacts, stiffness_n_per_m3, X_WT.p);
@@ -39,7 +39,7 @@ class ReductionError {
   }
 
  private:
-  /// Error of the reduced contacts' wrench about the tool's origin, and of its derivative.
+  /// Error of the wrench of the reduced contacts about the tool's origin, and of its derivative.
   struct Error {
     Wrench wrench_W;
     Mat6 derivative = Mat6::Zero();
@@ -59,7 +59,7 @@ class ReductionError {
   Error before_;
 };
 
-/// Our own contact: search and implicit solver.
+/// Our own contact method: search and implicit solver.
 class TouchSimulation {
  public:
   TouchSimulation(const contact::ContactShape& tool, const contact::ContactShape& fixed, const TouchSettings& settings,
@@ -79,7 +79,7 @@ class TouchSimulation {
 
   TouchStep step(const Pose& X_WH, const Twist& V_WH) {
     const double h = settings_.step_s;
-    // Both ends of the coupling may move within the step; the factor 1.5 covers motion added by the step itself.
+    // Both ends of the coupling may move within the step. The factor 1.5 covers motion that the step itself adds.
     const double speed = std::max(V_WT_.v.norm() + V_WT_.w.norm() * radius_m_, V_WH.v.norm());
     const double band = std::max(kMinBand_m, 1.5 * speed * h);
     TouchStep result;
@@ -113,14 +113,15 @@ class TouchSimulation {
     const Vec3 w_T = X_WT_.q.conjugate() * V_WT.w;
     return 0.5 * (settings_.mass_kg * V_WT.v.squaredNorm() + w_T.dot(inertia_T_ * w_T));
   }
-  /// Work of coupling and weight in the step from these velocities to the present ones. A force that changes the
-  /// velocity within a step does its work at the mean of both. So the work of all forces sums to the gain in kinetic
-  /// energy, up to rounding.
+  /// Returns the work of coupling and weight in the step from these velocities to the current ones. A force that
+  /// changes the velocity within a step does its work at the mean of both velocities. Therefore the work of all forces
+  /// equals the gain of kinetic energy, except for rounding.
   double work_beside_contact_j(const Twist& V_before_WT) const {
     const Vec3 f = tool_wrench_W_.f + settings_.mass_kg * settings_.gravity_m_per_s2;
     return 0.5 * settings_.step_s * (f.dot(V_before_WT.v + V_WT_.v) + tool_wrench_W_.t.dot(V_before_WT.w + V_WT_.w));
   }
-  /// Energy of layer and friction as in ContactRows: beyond the rigid depth the layer's force stays constant.
+  /// Returns the energy stored in contact layer and friction, as in ContactRows. Beyond the rigid depth, the force of
+  /// the layer is constant.
   double stored_j() const {
     double sum = 0;
     for (const contact::ContactPoint& contact : pair_.contacts()) {
@@ -167,14 +168,14 @@ class TouchSimulation {
   Twist V_WT_;
 };
 
-/// Rest pose of the tool below the hand at the start, if the hand holds it.
+/// Returns the start pose of the tool: if the hand holds it, the tool hangs at rest below the hand.
 Pose resting_pose(Pose X_WT, const TouchSettings& settings) {
   if (settings.coupling.stiffness_n_per_m <= 0) return X_WT;
   X_WT.p += settings.mass_kg * settings.gravity_m_per_s2 / settings.coupling.stiffness_n_per_m;
   return X_WT;
 }
 
-/// Calls `step(pose, twist)` with the hand's state for every step from `begin` on.
+/// Calls `step(pose, twist)` with the state of the hand for every step from `begin` on.
 template <class Step>
 TouchTrace trace_of(const devices::HandPath& path, const TouchSettings& settings, Duration begin, std::size_t steps,
                     const Step& step) {
@@ -199,7 +200,8 @@ Vec3 box_inertia_kg_m2(const Vec3& size_m, double mass_kg) {
 haptics::CouplingParameters damped_for(haptics::CouplingParameters coupling, double mass_kg,
                                        const Vec3& inertia_kg_m2) {
   coupling.damping_n_s_per_m = 2 * kDampingRatio * std::sqrt(coupling.stiffness_n_per_m * mass_kg);
-  // For the lightest axis: the others are damped less, but an explicit peer can step every axis.
+  // The damping is chosen for the axis with the smallest inertia. The other axes are damped less, but GImpact, where
+  // the coupling is explicit, then remains stable on every axis.
   coupling.damping_n_m_s_per_rad =
       2 * kDampingRatio * std::sqrt(coupling.stiffness_n_m_per_rad * inertia_kg_m2.minCoeff());
   return coupling;

@@ -1,5 +1,5 @@
-// Minimal simulation of one hand, one tool and one fixed object for comparing contact methods at 1 kHz. Our own
-// contact and its peer follow the same path here and record the same trace.
+// Minimal simulation of one hand, one tool and one fixed object at 1 kHz. It compares contact methods: our own and
+// Bullet's GImpact follow the same path and record the same trace.
 #pragma once
 
 #include <cstdint>
@@ -21,65 +21,68 @@ struct TouchSettings {
   double mass_kg = 0.1;
   Vec3 gravity_m_per_s2 = Vec3::Zero();
   double friction = 0.5;
-  /// Includes limits: the benchmark presses with up to 5 N, the saturation being a sharp corner. Damping is set by
-  /// damped_for().
+  /// Default coupling with a force limit of 5 N and saturation with a sharp corner. damped_for() sets its damping.
   haptics::CouplingParameters coupling{.force_limit_n = 5.0, .saturation_softness = 0};
 };
 
-/// One step of either method. Times depend on the machine; everything else is the same in every run.
+/// One step of either method. The times depend on the machine; all other values are the same in every run.
 struct TouchStep {
   Duration at{0};
   int phase = -1;
-  Pose X_WT;  ///< after the step
+  Pose X_WT;  ///< pose of the tool after the step
   Wrench on_hand_W;
-  std::uint32_t queries = 0;    ///< distance queries to a field
-  std::uint32_t found = 0;      ///< contact points within the band
-  std::uint32_t contacts = 0;   ///< contacts that press
-  double reported_depth_m = 0;  ///< deepest contact as reported by the method
-  double force_jump_n = 0;      ///< see run_touch()
+  std::uint32_t queries = 0;    ///< number of distance queries to a grid
+  std::uint32_t found = 0;      ///< number of contact points within the contact band
+  std::uint32_t contacts = 0;   ///< number of active contacts
+  double reported_depth_m = 0;  ///< depth of the deepest contact as reported by the method
+  double force_jump_n = 0;      ///< defined at run_touch()
   double kinetic_j = 0;         ///< kinetic energy of the tool after the step
-  /// Work on the tool in this step: its gain in kinetic energy less the work of coupling and weight.
+  /// Work of the contact on the tool in this step: the gain of kinetic energy minus the work of coupling and weight.
   double contact_work_j = 0;
-  /// Energy before the step in the layers of the contacts, ½ stiffness · area · depth² each, and in the friction
-  /// bristles.
+  /// Energy stored before the step in the contact layers (½ stiffness · area · depth² for each contact) and in the
+  /// friction bristles.
   double contact_stored_j = 0;
   Duration query{0};
-  Duration step{0};  ///< query and solver
+  Duration step{0};  ///< time of query and solver together
   bool has_converged = true;
 };
 
 using TouchTrace = std::vector<TouchStep>;
 
-/// Moments of inertia of a solid box.
+/// Returns the moments of inertia of a solid box.
 Vec3 box_inertia_kg_m2(const Vec3& size_m, double mass_kg);
-/// Returns `coupling` with damping for this tool: 0.7 of critical, in translation and in rotation.
+/// Returns `coupling` with damping for a tool of this mass and inertia: 0.7 of critical damping in translation and
+/// rotation.
 haptics::CouplingParameters damped_for(haptics::CouplingParameters coupling, double mass_kg, const Vec3& inertia_kg_m2);
 
-/// Default number of steps, larger than any path needs: a run ends at the end of its path.
+/// Default number of steps. It is larger than any path needs, so that a run ends at the end of its path.
 inline constexpr std::size_t kWholePath = std::numeric_limits<std::size_t>::max();
 
-/// Steps a tool with the mass of a solid box around `tool` along the path; `fixed` is at the origin of W.
+/// Simulates a tool along the path. The tool has the mass and inertia of a solid box around `tool`; `fixed` is at the
+/// origin of W.
 ///
-/// The force jump is the error that a receiver of 16 reduced contacts feels when the next ones arrive. It is the net
-/// wrench of the new reduced contacts less that of the previous ones, extrapolated by their own stiffness, less the
-/// same difference for all contacts. Torque is divided by the contacts' spread.
-/// In      clock  for TouchStep's times
+/// The force jump is the error that a receiver of the 16 reduced contacts perceives when new ones arrive. First the net
+/// wrench of the previous reduced contacts is extrapolated to the new pose by their own stiffness and subtracted from
+/// that of the new ones. The same difference for all contacts is then subtracted. Torque is divided by the spread of
+/// the contacts.
+/// In      clock  clock that measures the times in TouchStep
 TouchTrace run_touch(const contact::ContactShape& tool, const contact::ContactShape& fixed,
                      const devices::HandPath& path, const TouchSettings& settings, const Clock& clock,
                      Duration begin = Duration{0}, std::size_t steps = kWholePath);
 
-/// The same for `length`, with a hand whose pose and twist `hand_at` returns; the tool starts with that twist. A
-/// coupling without stiffness means no hand: the tool falls.
+/// Simulates the same for the duration `length`, with a hand whose pose and twist are returned by `hand_at`. The tool
+/// starts with the hand's twist. If the coupling has no stiffness, there is no hand and the tool falls.
 TouchTrace run_touch(const contact::ContactShape& tool, const contact::ContactShape& fixed,
                      const std::function<RigidState(Duration)>& hand_at, Duration length, const TouchSettings& settings,
                      const Clock& clock);
 
-/// Merges several equal runs into one trace with the shortest times of each step. This removes interruptions by other
-/// work of the machine.
-/// Fails   std::logic_error when the motions of the runs differ
+/// Merges several equal runs into one trace, with the shortest time of each step. This removes interruptions by other
+/// processes.
+/// Fails   std::logic_error: the motions of the runs differ
 TouchTrace fastest_of(const std::vector<TouchTrace>& runs);
 
-/// The same with Bullet's GImpact on the exact triangles, its default solver, and the coupling as an external force.
+/// Simulates the same with Bullet's GImpact on the exact triangles and Bullet's default solver. The coupling acts as an
+/// external force.
 TouchTrace run_gimpact(const geometry::TriangleMesh& tool, const geometry::TriangleMesh& fixed,
                        const devices::HandPath& path, const TouchSettings& settings, const Clock& clock,
                        Duration begin = Duration{0}, std::size_t steps = kWholePath);

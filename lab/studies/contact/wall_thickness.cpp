@@ -15,20 +15,20 @@ namespace {
 
 constexpr double kThinShare = 0.02;
 constexpr double kOppositeCosine = 1 / std::numbers::sqrt2;
-/// Distance, as a share of the mesh's size, below which surfaces coincide.
+/// Surfaces coincide if their distance is below this share of the mesh's size.
 constexpr double kCoincident = 1e-9;
-/// Lines that cross more surfaces are skipped.
+/// If a line crosses more surfaces, it is skipped.
 constexpr std::size_t kMaxCrossings = 4096;
-/// Steps of a sequence that fills the unit square evenly: inverse powers of the plastic number.
+/// Steps of a sequence that fills the unit square evenly (inverse powers of the plastic number).
 constexpr double kStepU = 0.7548776662466927, kStepV = 0.5698402909980532;
 
-/// A point of the surface to measure from.
+/// A point on the surface at which the thickness is measured.
 struct Place {
   Vec3 p = Vec3::Zero();
   std::size_t triangle = 0;
 };
 
-/// One point in each equal share of the area.
+/// Divides the surface into equal areas and returns one point in each.
 std::vector<Place> places_on(const geometry::TriangleMesh& mesh) {
   std::vector<double> area_up_to;
   double area = 0;
@@ -42,7 +42,7 @@ std::vector<Place> places_on(const geometry::TriangleMesh& mesh) {
     const auto t = static_cast<std::size_t>(found - area_up_to.begin());
     const auto corner = [&](std::size_t k) { return mesh.vertices[static_cast<std::size_t>(mesh.triangles[t][k])]; };
     double whole = 0;
-    // Never on the edge of another triangle, even for a regular mesh.
+    // The point never lies on the edge of another triangle, even in a regular mesh.
     double u = std::modf(static_cast<double>(i + 1) * kStepU, &whole);
     double v = std::modf(static_cast<double>(i + 1) * kStepV, &whole);
     if (u + v > 1) u = 1 - u, v = 1 - v;
@@ -53,7 +53,7 @@ std::vector<Place> places_on(const geometry::TriangleMesh& mesh) {
 
 /// Intersection of a line with the surface.
 struct Crossing {
-  double at_m = 0;  ///< distance from the place, into the solid
+  double at_m = 0;  ///< distance from the place along the line, positive into the solid
   bool is_exit = false;
   bool is_opposite = false;
 };
@@ -69,10 +69,11 @@ class Walls {
     coincident_m_ = kCoincident * (high - low).maxCoeff();
   }
 
-  /// Wall thickness behind a place; nullopt for a place inside the solid.
+  /// Returns the wall thickness behind a place, or nullopt if the place lies inside the solid.
   std::optional<double> behind(const Place& place) {
     cross(place);
-    // Number of parts around a point just outside, and the increase for a point just inside.
+    // `outside` is the number of parts around a point just outside the surface; `here` is the increase for a point just
+    // inside.
     int outside = 0, here = 1;
     for (const Crossing& crossing : crossings_) {
       if (crossing.at_m > coincident_m_) continue;
@@ -102,7 +103,7 @@ class Walls {
       const double along = normal.dot(inwards);
       crossings_.push_back({normal.dot(a - place.p) / along, along > 0, along >= kOppositeCosine * normal.norm()});
     }
-    // Entries sort before coincident exits, so that the line does not leave the solid where two parts touch.
+    // Entries are sorted before coincident exits, so that the line does not leave the solid where two parts touch.
     const auto order = [this](const Crossing& crossing) {
       return crossing.is_exit ? crossing.at_m : crossing.at_m - 2 * coincident_m_;
     };

@@ -19,11 +19,11 @@ namespace {
 
 constexpr std::size_t kReceptor = 0, kLigand = 1;
 constexpr Duration kRest{from_seconds(0.3)}, kHold{from_seconds(0.5)}, kPoint{kHapticPeriod};
-/// Time in which the hand's speed rises at the start and falls at the end.
+/// Time during which the hand's speed rises at the start and falls at the end.
 constexpr double kRamp_s = 0.3;
 constexpr std::string_view kSettle = "settle";
 constexpr int kHalvings = 30;
-/// Random poses tried for each start of a descent; most overlap the receptor.
+/// Number of random poses tried for each start of a minimisation. Most of them overlap the receptor.
 constexpr std::size_t kTriesForAStart = 200;
 constexpr double kFreeStart_kj_per_mol = 50 * docking::kKilojoulesPerKilocalorie;
 
@@ -31,7 +31,7 @@ const docking::Molecule& molecule(const server::LoadedScene& scene, std::size_t 
   return *scene.world.bodies[body].molecule;
 }
 
-/// The atoms of `molecule` within `reach` of an atom of `other`, whose pose is X_MO.
+/// Returns the atoms of `molecule` that are within `reach` of an atom of `other`, whose pose is X_MO.
 docking::Molecule near_part(const docking::Molecule& molecule, const docking::Molecule& other, const Pose& X_MO,
                             double reach) {
   return part_of(molecule, [&](std::size_t i) {
@@ -41,7 +41,7 @@ docking::Molecule near_part(const docking::Molecule& molecule, const docking::Mo
   });
 }
 
-/// Descents of one scene's ligand. With a cut-off only atoms near the other molecule take part in a descent.
+/// Energy minimisations for the ligand of one scene. With a cut-off, only atoms near the other molecule are used.
 class Descents {
  public:
   explicit Descents(const server::LoadedScene& scene)
@@ -52,7 +52,7 @@ class Descents {
     near_.emplace(near_part(a_, b_, native, reach), near_part(b_, a_, native.inverse(), reach));
   }
 
-  /// The minimum downhill from `start`, and its energy between all atoms [kcal/mol].
+  /// Returns the minimum reached from `start`, and its energy between all atoms [kcal/mol].
   std::pair<Pose, double> from(const Pose& start) const {
     if (!near_) return server::minimum_near(a_, b_, model_, start);
     const Pose minimum = server::minimum_near(near_->first, near_->second, model_, start).first;
@@ -61,7 +61,7 @@ class Descents {
   }
 
  private:
-  static constexpr double kMore_angstrom = 4;  ///< largest motion of the ligand in a descent
+  static constexpr double kMore_angstrom = 4;  ///< largest motion of the ligand during a minimisation
 
   const docking::Molecule& a_;
   const docking::Molecule& b_;
@@ -74,7 +74,7 @@ Vec3 random_vector(Random& random) {
   return {x, y, z};
 }
 
-/// `X_AB` moved and turned at random, so that the ligand's RMSD to it is `rmsd_angstrom`.
+/// Returns `X_AB` after a random translation and rotation that give the ligand an RMSD of `rmsd_angstrom` from X_AB.
 Pose displaced(const Pose& X_AB, const docking::Molecule& ligand, double rmsd_angstrom, Random& random) {
   const Vec3 move = random_vector(random), turn = random_vector(random) / ligand.gyration_radius_angstrom();
   const auto moved_by = [&](double share) {
@@ -89,7 +89,8 @@ Pose displaced(const Pose& X_AB, const docking::Molecule& ligand, double rmsd_an
   return moved_by(more);
 }
 
-/// Number of poses that the hand has passed at `time` on a path of `count` poses.
+/// Returns the number of poses that the hand has passed at `time` on a path of `count` poses. It is fractional between
+/// poses.
 double done(double time_s, double per_pose_s, double count) {
   const double whole_s = count * per_pose_s + kRamp_s;
   const auto ramp = [&](double t_s) { return t_s * t_s / (2 * kRamp_s * per_pose_s); };

@@ -1,5 +1,5 @@
-// Parts of docking trials: the minima of a docking scene's two molecules, and a hand that moves the ligand through
-// given poses.
+// Parts of docking trials: energy minima of the two molecules of a docking scene, and a hand that moves the ligand
+// through given poses.
 #pragma once
 
 #include <cstddef>
@@ -17,52 +17,54 @@
 
 namespace tandem::lab {
 
-/// The atoms for which `is_in_part(atom)` holds, with all properties that the field uses; without names.
+/// Returns the atoms for which `is_in_part(atom)` is true, with all properties that the field uses but without names.
 docking::Molecule part_of(const docking::Molecule& molecule, const std::function<bool(std::size_t)>& is_in_part);
 
-/// Pose of the ligand's molecule (body 1) in the receptor's (body 0) as the files have it, both about their centres
-/// [Å].
+/// Returns the pose of the ligand (body 1) in the receptor's frame (body 0) as given by the structure files. Both
+/// frames have their origin at the centre of the molecule [Å].
 Pose native_pose(const server::LoadedScene& scene);
-/// The minimum downhill from the native pose, and its energy [kcal/mol], by the scene's field.
-/// Cost    a few hundred evaluations of exact_field(); with a cut-off, restricted to the atoms within the cut-off plus
-///         4 Å
+/// Returns the minimum that energy minimisation from the native pose reaches, and its energy [kcal/mol] in the scene's
+/// field.
+/// Cost    a few hundred evaluations of exact_field(); with a cut-off, only atoms within the cut-off plus 4 Å are used
 std::pair<Pose, double> native_minimum(const server::LoadedScene& scene);
-/// Minima downhill from random poses around the native one, and their energies [kcal/mol], as native_minimum(). Start
-/// poses have at most 50 kcal/mol of Lennard-Jones energy.
+/// Returns the minima that energy minimisation reaches from random poses around the native pose, with their energies
+/// [kcal/mol]. The start poses have a Lennard-Jones energy of at most 50 kcal/mol.
 ///
-/// In      rmsd_angstrom  RMSD of each start to the native pose
-/// Out     at most `count`; fewer where too few poses are free of overlap
-/// Cost    native_minimum() each
+/// In      rmsd_angstrom  RMSD of each start pose from the native pose
+/// Out     at most `count` minima; fewer if too few poses are free of overlap
+/// Cost    that of native_minimum() for each minimum
 std::vector<std::pair<Pose, double>> minima_around_native(const server::LoadedScene& scene, std::size_t count,
                                                           double rmsd_angstrom, std::uint64_t seed);
-/// The pose at `share` of the way from `from` to `to`, 0 to 1.
+/// Returns the pose interpolated between `from` (share 0) and `to` (share 1).
 Pose pose_between(const Pose& from, const Pose& to, double share);
-/// Pose of the ligand in the receptor's frame [Å], from a sample of a trace's bodies.
+/// Returns the pose of the ligand in the receptor's frame [Å], taken from a sample of a trace's bodies.
 Pose ligand_pose(const server::LoadedScene& scene, const BodiesSample& sample);
 
-/// Loads the scene of docking_scene() or a similar one, with the ligand and its tool placed at `X_AB` [Å].
+/// Loads a scene such as that of docking_scene(), with the ligand and its tool at the pose `X_AB_angstrom`.
 /// Fails   see server::load_scene_text()
 std::shared_ptr<const server::LoadedScene> scene_with_ligand_at(wire::Scene scene, const Pose& X_AB_angstrom);
 
-/// `scene` with the force scale, the knee and the zero area found by loading; later loads skip their computation.
+/// Returns `scene` with the force scale, the knee and the zero area that were computed when it was loaded. Later loads
+/// of the result need not compute them again.
 wire::Scene with_found_scale(wire::Scene scene, const server::LoadedScene& loaded);
 
-/// The ligand's hand. It rests for 0.3 s (phase "approach") and moves along `poses` at one pose each `per_pose`,
-/// slower at both ends. It then holds for 0.5 s (phase "hold") and either relaxes or keeps guiding ("settle").
-/// In      poses  X_AB [Å], at least two, the first as placed by scene_with_ligand_at()
+/// Returns the path of the ligand's hand. It rests for 0.3 s (phase "approach") and then moves along `poses`; each pose
+/// takes `per_pose`, and more time near both ends. It then holds for 0.5 s (phase "hold"). In the last phase ("settle")
+/// it either relaxes or keeps guiding.
+/// In      poses  X_AB [Å], at least two; the first is the pose at which scene_with_ligand_at() placed the ligand
 devices::HandPath ligand_hand(const server::LoadedScene& scene, std::span<const Pose> poses, Duration per_pose,
                               bool relaxes);
-/// The receptor's hand: it rests, and relaxes when the ligand's hand does.
+/// Returns the path of the receptor's hand. It rests, and relaxes at the same time as the ligand's hand.
 devices::HandPath receptor_hand(const devices::HandPath& ligand, bool relaxes);
-/// Time at which a hand of ligand_hand() begins to settle.
+/// Returns the time at which a hand of ligand_hand() begins the phase "settle".
 Duration settles_at(const devices::HandPath& hand);
 
-/// An experiment of two users, each with one hand, over `round_trip`. It ends `settling` after the hands begin to
-/// settle.
+/// Returns an experiment of two users with one hand each over a link with the delay `round_trip`. It ends when the
+/// phase "settle" has lasted for `settling`.
 Experiment docking_experiment(const devices::HandPath& ligand, bool relaxes, Duration round_trip, Duration settling,
                               std::uint64_t seed);
 
-/// Largest change of the computed force (before the slew limit) between two ticks, over all users [N/ms].
+/// Returns the largest change of the computed force (before the slew limit) between two ticks, over all users [N/ms].
 double force_step_n_per_ms(const SessionTrace& trace);
 double peak_force_n(const SessionTrace& trace);
 

@@ -23,7 +23,7 @@ constexpr std::size_t kNoParent = static_cast<std::size_t>(-1);
 
 struct Node {
   Pose X_AB;
-  Vec3 direction_A = Vec3::Zero();  ///< direction of the step to this node; zero at the root
+  Vec3 direction_A = Vec3::Zero();  ///< direction of the step that led to this node; zero at the root
   Vec3 turn_A = Vec3::Zero();
   std::size_t parent = kNoParent;
   double out_angstrom = 0;
@@ -106,8 +106,8 @@ class Tree {
     return field_.evaluate(X_AB);
   }
 
-  /// Relaxes downhill, across the step's direction and in rotation, so that the path follows walls instead of entering
-  /// them.
+  /// Minimises the energy across the direction of the step and in rotation, so that the path follows walls instead of
+  /// entering them.
   void relax(Node& node) {
     docking::FieldResult here = evaluate(node.X_AB);
     double way = kRelax_angstrom;
@@ -131,7 +131,7 @@ class Tree {
   }
 
   bool is_free(const Pose& from, const Pose& to) {
-    // The end first, because it is most often blocked.
+    // The end is evaluated first, because it is the most likely to be blocked.
     for (int quarter = kQuarters; quarter > 0; --quarter) {
       const double share = static_cast<double>(quarter) / kQuarters;
       const docking::FieldResult here = evaluate(pose_between(from, to, share));
@@ -163,7 +163,7 @@ std::vector<Pose> exit_path(const docking::Molecule& a, const docking::Molecule&
     tree.grow(effort);
     return tree;
   };
-  // The highest bound first: if it finds no exit, no lower bound does.
+  // The highest bound is tried first: if it gives no exit, no lower bound does.
   const Tree highest = grown(kExitBound_kcal_per_mol);
   if (!highest.is_out()) return highest.way();
   for (const double bound : kLowerBounds_kcal_per_mol) {

@@ -1,4 +1,4 @@
-// Exit path of a ligand from a complex of two rigid molecules.
+// Finds a path along which a ligand leaves a complex of two rigid molecules.
 #pragma once
 
 #include <cstddef>
@@ -11,32 +11,35 @@
 
 namespace tandem::lab {
 
-/// Largest Lennard-Jones energy of a pose on the exit path [kcal/mol].
+/// Largest Lennard-Jones energy of a pose on the exit path.
 inline constexpr double kExitBound_kcal_per_mol = 50;
-/// B has left when it is this far from its start [Å] with no more than kHardlyHeld_kcal_per_mol of attraction.
+/// B has left A if its distance from its start is at least kExitDistance_angstrom and the attraction is at most
+/// kHardlyHeld_kcal_per_mol.
 inline constexpr double kExitDistance_angstrom = 8;
 inline constexpr double kHardlyHeld_kcal_per_mol = 5;
-/// Length of a step of B's origin, and of its farthest atom by rotation [Å]. Downhill relaxation may add 0.4 Å.
+/// Step length: displacement of B's origin in a translation, and of B's farthest atom in a rotation. The energy
+/// relaxation may add up to 0.4 Å.
 inline constexpr double kExitStep_angstrom = 0.25;
-/// Number of poses evaluated before an energy bound is given up.
+/// Number of poses that are evaluated before the search with an energy bound is abandoned.
 inline constexpr std::size_t kExitEffort = 60'000;
 
-/// Distance from the first to the last of the poses [Å].
+/// Returns the distance between the first and the last pose [Å].
 double way_out_angstrom(std::span<const Pose> way);
 
-/// A path with noise for molecule B out of A, through poses of bounded energy only. The motion between two poses is
-/// checked at quarters. The result uses the lowest of the bounds 10, 20, … 50 kcal/mol that lets B out: hands apply no
-/// more force than needed.
+/// Returns a path with random variation along which molecule B leaves A, through poses of bounded energy only. The
+/// motion between two poses is checked at each quarter. Of the energy bounds 10, 20, … 50 kcal/mol, the lowest that
+/// lets B leave is used. Hence the hands apply no more force than necessary.
 ///
-/// Model   a tree of poses. Each iteration extends the pose that is farthest in a random direction, less 0.05 Å for
-///         each earlier trial of it. The new step combines that direction, the direction and rotation of the pose's
-///         own step, and noise. The result then relaxes downhill, across the step and in rotation, by at most 0.4 Å
-/// Source  our method, after the expansive trees of motion planning
-/// In      X_AB  [Å]
-///         effort  poses evaluated for each bound
-/// Out     poses of B in A from X_AB until B has left. If no bound allows that, the path to the farthest pose found:
-///         if it ends closer than kExitDistance_angstrom, B is locked as far as the effort can show
-/// Cost    a MolecularField evaluation for each pose
+/// Model   A tree of poses. Each iteration extends the pose that is farthest in a random direction; for this ranking,
+///         0.05 Å are subtracted for each earlier attempt at that pose. The new step combines the random direction, the
+///         direction and rotation of the pose's own step, and noise. The energy of the new pose is then minimised by
+///         motion across the step and by rotation, at most 0.4 Å
+/// Source  our method, based on the expansive trees of motion planning
+/// In      X_AB    start pose [Å]
+///         effort  number of poses that are evaluated for each bound
+/// Out     poses of B in A from X_AB until B has left. If no bound permits that, the path to the farthest pose found.
+///         If that path ends closer than kExitDistance_angstrom, B is locked in, as far as this effort can show
+/// Cost    one evaluation of a MolecularField for each pose
 std::vector<Pose> exit_path(const docking::Molecule& a, const docking::Molecule& b, const docking::FieldModel& model,
                             const Pose& X_AB_angstrom, std::uint64_t seed, std::size_t effort = kExitEffort);
 

@@ -1,4 +1,4 @@
-// `tandem-lab bench docking --sweep`: cost of the molecular field over the size of the interface.
+// `tandem-lab bench docking --sweep`: cost of the molecular field as a function of the size of the interface.
 #pragma once
 
 #include <string>
@@ -7,6 +7,7 @@
 
 namespace tandem::lab {
 
+/// Returns an HTML report of the sweep.
 /// In      rows  rows as printed by bench docking, by ascending interface_atoms
 std::string field_scaling_html(const std::string& subtitle, const boost::json::array& rows);
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kStepAngstrom = 2;
 constexpr double kPlaceAngstrom = 1e-3;
-constexpr int kMaxCells = 128;  ///< number of cells along an axis
+constexpr int kMaxCells = 128;  ///< maximum number of cells along an axis
 
 struct Facts {
   std::size_t atoms = 0;
@@ -20,8 +20,8 @@ struct Facts {
   double min_distance2 = std::numeric_limits<double>::infinity();
 };
 
-/// Points sorted into the cells of a grid whose sides are at least the reach, so that neighbours are in adjacent
-/// cells.
+/// Points sorted into the cells of a grid. A cell is at least as wide as the reach, so that all neighbours of a point
+/// are in its cell and the adjacent ones.
 class Cells {
  public:
   Cells(const std::vector<Vec3>& points, double reach) : points_(points), origin_(points.front()) {
@@ -45,7 +45,7 @@ class Cells {
     }
   }
 
-  /// Calls found(i, distance²) for each point nearer to p than the reach.
+  /// Calls found(i, distance²) for each point closer to p than the reach.
   template <class Found>
   void for_each_near(const Vec3& p, double reach, const Found& found) const {
     const Eigen::Array3i cell = cell_of(p);
@@ -60,7 +60,7 @@ class Cells {
 
  private:
   Eigen::Array3i cell_of(const Vec3& p) const {
-    // Clamped before the cast: distant cells exceed the range of int.
+    // The value is clamped before the cast, because distant cells exceed the range of int.
     return ((p - origin_) / side_).array().floor().max(-2.0).min(kMaxCells + 2.0).cast<int>();
   }
   std::size_t index(const Eigen::Array3i& cell) const {
@@ -85,7 +85,7 @@ class Cells {
   double side_ = 1;
   Eigen::Array3i counts_;
   std::vector<std::vector<std::size_t>> members_;
-  std::vector<bool> is_near_;  ///< for each cell, whether any point is in it or in an adjacent cell
+  std::vector<bool> is_near_;  ///< for each cell: whether a point is in it or in an adjacent cell
 };
 
 class Interface {
@@ -132,7 +132,7 @@ double extent(const std::vector<Vec3>& points, const Vec3& centre, const Vec3& d
   return longest;
 }
 
-/// Positions of B on a line through both centres.
+/// A line through both centres, on which B is placed.
 class Line {
  public:
   Line(const docking::Molecule& a, const docking::Molecule& b, double reach, const Vec3& direction)
@@ -143,8 +143,8 @@ class Line {
 
   bool goes_on() const { return offset_ > 0; }
 
-  /// Moves B inwards from its last position until `wanted` atoms are in the interface; nullopt if the centres meet
-  /// before.
+  /// Moves B inwards from its last position until `wanted` atoms are in the interface. Returns nullopt if the centres
+  /// meet before.
   std::optional<Pose> come_near(Interface& interface, std::size_t wanted, std::size_t& most) {
     double outside = offset_;
     while (goes_on()) {

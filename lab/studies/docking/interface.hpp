@@ -1,4 +1,4 @@
-// The interface of two molecules: its size, and poses with a wanted interface size.
+// The interface of two molecules: its size, and poses in which it has a given size.
 #pragma once
 
 #include <cstddef>
@@ -10,18 +10,19 @@
 
 namespace tandem::lab {
 
-/// {"interface_atoms", "pairs_within", "min_distance_angstrom" (null without pairs)}: number of atoms within reach of
-/// the other molecule, number of atom pairs within reach, and the shortest distance, counted pair by pair.
-/// Cost   the neighbourhood of the interface
+/// Returns {"interface_atoms", "pairs_within", "min_distance_angstrom"}: the number of atoms within reach of the other
+/// molecule, the number of atom pairs within reach, and the shortest distance (null if there are no pairs). All values
+/// are computed by a loop over the atom pairs.
+/// Cost    proportional to the number of atoms near the interface
 boost::json::object interface_facts(const docking::Molecule& a, const docking::Molecule& b, const Pose& X_AB,
                                     double reach_angstrom);
 
-/// Poses of B, without rotation, each with about the wanted number of interface atoms. B approaches from far away
-/// along a line through both centres until it has that many. Of 26 such lines the one with the least overlap at the
-/// last size is used, which is the one with the largest shortest distance.
+/// Returns poses of B, without rotation, each with approximately the given number of interface atoms. B approaches from
+/// far away along a line through both centres until the number is reached. Of 26 such lines, the one with the least
+/// overlap at the last size is used: the one with the largest shortest distance.
 ///
-/// In      sizes  ascending numbers of atoms, both molecules counted together
-/// Fails   std::invalid_argument naming the size and the largest size found, where no line reaches it
+/// In      sizes  numbers of interface atoms, ascending; the atoms of both molecules are counted together
+/// Fails   std::invalid_argument: no line reaches a size; the message contains this size and the largest size found
 std::vector<Pose> poses_by_interface(const docking::Molecule& a, const docking::Molecule& b, double reach_angstrom,
                                      const std::vector<std::size_t>& sizes);
 

@@ -19,7 +19,7 @@ namespace {
 using docking::Molecule;
 
 struct BondRule {
-  std::string_view one, other;  ///< names of the bonded atoms, in either order
+  std::string_view one, other;  ///< names of the two bonded atoms, in either order
   double within_angstrom;
 };
 constexpr std::array kBondRules{BondRule{"SG", "SG", 2.5}, BondRule{"C", "N", 1.7}, BondRule{"O3'", "P", 1.7}};
@@ -73,7 +73,7 @@ std::optional<std::pair<std::size_t, std::size_t>> bond_between(const Molecule& 
   return std::nullopt;
 }
 
-/// The residue of `atom`: "CYS 7 of chain A".
+/// Returns the residue of `atom`, e.g. "CYS 7 of chain A".
 std::string residue_text(const Molecule& molecule, std::size_t atom) {
   const std::string& chain = molecule.chains[atom];
   return molecule.residue_names[atom] + " " + molecule.residue_ids[atom] + (chain.empty() ? "" : " of chain " + chain);

@@ -29,16 +29,16 @@ namespace json = boost::json;
 
 constexpr std::size_t kReceptorBody = 0, kLigandBody = 1;
 constexpr Duration kRedockSettling{from_seconds(4)};
-/// Time of one step of the path: 0.25 Å at 30 mm/s with 10 mm/Å.
+/// Time for one step of the path: 0.25 Å at a hand speed of 30 mm/s, at a scale of 10 mm/Å.
 constexpr Duration kRedockPerPose{from_seconds(0.083)};
 constexpr std::size_t kTriesBeforeLocked = 5;
-/// Number of descents from poses around the native pose, besides the one from that pose.
+/// Number of minimisations that start from poses around the native pose, in addition to the one from the native pose.
 constexpr std::size_t kDescentsAround = 12;
-/// Minima whose energies differ less than this, a sixth of kT, count as one.
+/// Two minima whose energies differ by less than this (a sixth of kT) count as one.
 constexpr double kSameMinimum_kcal_per_mol = 0.1;
 
 struct RedockPair {
-  wire::Scene scene;  ///< with its force scale
+  wire::Scene scene;  ///< scene with its computed force scale
   std::shared_ptr<const server::LoadedScene> loaded;
   Pose X_AB_min;
   double minimum_kcal_per_mol = 0;
@@ -52,8 +52,9 @@ const docking::Molecule& molecule_of(const RedockPair& pair, std::size_t body) {
   return *pair.loaded->world.bodies[body].molecule;
 }
 
-/// The deepest minimum found within kNative_angstrom of the native pose; if there is none, the one downhill from that
-/// pose. The latter alone may be a side pocket of the native well, which molecules that enter from outside pass by.
+/// Returns the deepest minimum found within kNative_angstrom of the native pose. If there is none, the minimum reached
+/// from the native pose is returned. The latter may be only a side pocket of the native well, which molecules that
+/// enter from outside do not reach.
 std::pair<Pose, double> deepest_near_native(const server::LoadedScene& scene) {
   const docking::Molecule& ligand = *scene.world.bodies[kLigandBody].molecule;
   const auto is_near = [&](const Pose& X_AB) {
@@ -94,7 +95,7 @@ double energy_kcal_per_mol(const RedockPair& pair, const Pose& X_AB) {
          docking::kKilojoulesPerKilocalorie;
 }
 
-/// The ligand's poses from the end of the exit path back to the pose at which the hands let go.
+/// Returns the ligand's poses from the end of the exit path back to the pose at which the hands release it.
 std::vector<Pose> way_in(const RedockPair& pair, const std::vector<Pose>& way_out) {
   const docking::Molecule& ligand = molecule_of(pair, kLigandBody);
   const auto rmsd = [&](const Pose& X_AB) { return ligand_rmsd_angstrom(ligand, X_AB, pair.X_AB_min); };
@@ -110,7 +111,7 @@ std::vector<Pose> way_in(const RedockPair& pair, const std::vector<Pose>& way_ou
   return way;
 }
 
-/// The last sample of the bodies up to `time`.
+/// Returns the last sample of the bodies up to `time`.
 const BodiesSample& bodies_at(const SessionTrace& trace, Duration time) {
   const auto after = std::ranges::upper_bound(trace.bodies, time, {}, &BodiesSample::time);
   return after == trace.bodies.begin() ? trace.bodies.front() : *std::prev(after);
@@ -130,7 +131,7 @@ bool is_out(const std::vector<Pose>& way_out) {
   return way_out_angstrom(way_out) >= kExitDistance_angstrom;
 }
 
-/// The highest Lennard-Jones energy on a path.
+/// Returns the highest Lennard-Jones energy on a path.
 double barrier_kcal_per_mol(const RedockPair& pair, const std::vector<Pose>& way) {
   docking::FieldModel model = pair.loaded->world.field_model;
   model.dielectric = docking::Dielectric::kNone;
@@ -142,7 +143,7 @@ double barrier_kcal_per_mol(const RedockPair& pair, const std::vector<Pose>& way
   return highest / docking::kKilojoulesPerKilocalorie;
 }
 
-/// The measures of CAPRI for a pose of the ligand, each name behind `prefix`.
+/// Adds the CAPRI measures of a pose of the ligand to a row. Each name begins with `prefix`.
 void add_native_measures(json::object& row, const std::string& prefix, const RedockPair& pair, const Pose& X_AB) {
   const docking::Molecule &receptor = molecule_of(pair, kReceptorBody), &ligand = molecule_of(pair, kLigandBody);
   const Pose native = native_pose(*pair.loaded);
@@ -151,13 +152,13 @@ void add_native_measures(json::object& row, const std::string& prefix, const Red
   row[prefix + "native_contact_share"] = rounded(native_contact_share(receptor, ligand, native, X_AB));
 }
 
-/// The "end" of a row: docked, or the ligand's other resting place.
+/// Returns the "end" of a row: whether the ligand is docked, or how else the trial ended.
 std::string_view end_name(const RedockPair& pair, const json::object& row) {
   if (!row.at("stayed_connected").get_bool()) return "disconnected";
   if (row.at("docked").get_bool()) return "docked";
   const double above_kcal_per_mol = row.at("settled_above_minimum_kcal_per_mol").to_number<double>();
   if (above_kcal_per_mol < -kSameMinimum_kcal_per_mol) return "deeper minimum";
-  // The edge of the zero area, where the force sets in, is 1 kT wide.
+  // The force rises from zero over 1 kT beyond the boundary of the zero area.
   const double zero_kt = pair.loaded->description.molecular_field().zero_area_kt();
   const bool is_in_zero_area =
       zero_kt > 0 && above_kcal_per_mol <= (zero_kt + 1) * docking::kThermalEnergy_kcal_per_mol;
@@ -204,7 +205,7 @@ json::object trial_row(const RedockPair& pair, const std::vector<Pose>& way_out,
   return row;
 }
 
-/// Runs job(0) … job(count − 1) on `threads` threads. Throws the first failure.
+/// Runs job(0) … job(count − 1) on `threads` threads. Rethrows the first exception.
 void for_each(std::size_t count, std::size_t threads, const std::function<void(std::size_t)>& job) {
   std::atomic<std::size_t> next{0};
   std::mutex failing;
@@ -257,8 +258,8 @@ docking::Molecule without_hydrogens(const docking::Molecule& molecule) {
   return part_of(molecule, [&](std::size_t i) { return molecule.elements[i] != "H" && molecule.elements[i] != "D"; });
 }
 
-/// The "lock" of a locked pair: the end of the farthest exit path, the residues that repel most there, and the
-/// distance that the heavy atoms alone reach.
+/// Returns the "lock" of a locked pair. It contains the end of the farthest exit path, the residues that repel most
+/// strongly there, and the distance that B reaches if only heavy atoms are used.
 json::object lock_of(const RedockPair& pair, const std::vector<std::vector<Pose>>& ways, std::uint64_t seed) {
   const auto& farthest = *std::ranges::max_element(
       ways, {}, [](const std::vector<Pose>& way) { return way.empty() ? 0.0 : way_out_angstrom(way); });

@@ -28,23 +28,23 @@ namespace {
 constexpr const char* kHelices = "/usr/share/pymol/test/dat/3al1.pdb";
 using docking::kThermalEnergy_kcal_per_mol;
 constexpr double kApart_angstrom = 8, kPressed_angstrom = 3, kPushed_angstrom = 8, kStep_angstrom = 0.25;
-/// Time of a step of the path, at 60 mm/s.
+/// Time for one step of the path, at 60 mm/s.
 constexpr Duration kPerPose{from_seconds(0.0417)}, kDockingSettling{from_seconds(2)}, kAlone{from_seconds(6)};
 constexpr double kAloneFrom_s = 3;
 constexpr double kTremor_n = 0.05;
 constexpr std::uint64_t kSeeds = 5;
-/// Required reductions. Without delay a light contact is soft, and the vibration of direct rendering depends on few
-/// atoms of the helices.
+/// Required factors by which vibration decreases. Without delay, a light contact is soft, and the vibration of direct
+/// rendering depends on a few atoms of the helices; therefore a smaller factor is required there.
 constexpr double kTimesLess = 10, kTimesLessLightly = 5;
-/// Number of leading conditions for which claims are made.
+/// Number of conditions, counted from the first, for which claims are made.
 constexpr std::size_t kClaimed = 3;
 constexpr double kRate_hz = 1000;
 
-/// Force displayed to the ligand's hand, tick by tick.
+/// Force displayed to the ligand's hand at each tick.
 struct ShownDocking {
   std::vector<double> at_s;
   std::vector<Vec3> force_n;
-  double vibration_rms_n = 0;  ///< above kVibration_hz, all axes combined
+  double vibration_rms_n = 0;  ///< RMS above kVibration_hz, all axes combined
   double peak_n = 0;
   double step_n_per_ms = 0;
 };
@@ -56,12 +56,12 @@ struct PublishedPair {
   std::shared_ptr<const server::LoadedScene> loaded;
 };
 
-/// Condition in which both rendering methods are tried.
+/// A condition under which both rendering methods are tried.
 struct Condition {
   std::string name, published_direct, published_stable;
   std::string device;
   Duration round_trip{0};
-  double deeper_angstrom = kPressed_angstrom;  ///< approach beyond the contact distance
+  double deeper_angstrom = kPressed_angstrom;  ///< approach of the molecules beyond the contact distance
   double tremor_rms_n = 0;
 };
 
@@ -72,7 +72,7 @@ wire::MoleculeSource helix(const std::string& chain) {
   return source;
 }
 
-/// Poses on the line between the centres, with the orientation of the files.
+/// Returns poses on the line between the centres, with the orientation given by the files.
 std::vector<Pose> approach_of(const server::LoadedScene& scene, double deeper_angstrom) {
   const auto& bodies = scene.world.bodies;
   const Vec3 line = native_pose(scene).p.normalized();
@@ -93,7 +93,7 @@ PublishedPair pair_of_helices() {
   return pair;
 }
 
-/// Adds the figures of the displayed force.
+/// Computes the statistics of the displayed force.
 ShownDocking with_figures(ShownDocking shown) {
   double sum = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -127,7 +127,7 @@ ShownDocking with_stable_method(const PublishedPair& pair, const Condition& cond
   return with_figures(std::move(shown));
 }
 
-/// A molecule fixed to the handle of a simulated device.
+/// A molecule that is fixed to the handle of a simulated device.
 struct HeldMolecule {
   devices::SimDevice device;
   Pose X_WM_start;
@@ -136,7 +136,8 @@ struct HeldMolecule {
                const devices::HandPath& path, const Pose& X_WM, std::uint64_t seed)
       : device(profile.spec, devices::holding(hand, profile), path, seed), X_WM_start(X_WM) {}
 
-  /// In metres; the device's frame is at the molecule's start, with the axes of the world.
+  /// Returns the pose in metres. The device's frame is at the start position of the molecule and has the axes of the
+  /// world.
   Pose pose_at(LocalTime now) {
     const Pose X_DH = device.read(now).X_DH;
     return {X_WM_start.p + X_DH.p, (X_DH.q * X_WM_start.q).normalized()};
@@ -149,9 +150,9 @@ struct HeldMolecule {
   }
 };
 
-/// Direct rendering: each molecule is fixed to its hand. The hands receive the field's force and torque at their
-/// poses, with the same scale, a zero-order hold of a millisecond and a round trip of delay. There is no body,
-/// coupling, zero area or knee. The device limits clip the wrench.
+/// Simulates direct rendering: each molecule is fixed to its hand. The hands receive the force and torque of the field
+/// at their poses, with the same scale, a zero-order hold of one millisecond and the round-trip delay. There is no
+/// body, coupling, zero area or knee. The limits of the device clip the wrench.
 ShownDocking with_direct_rendering(const PublishedPair& pair, const Condition& condition) {
   const std::vector<Pose> approach = approach_of(*pair.loaded, condition.deeper_angstrom);
   const auto scene = scene_with_ligand_at(pair.scene, approach.front());
@@ -184,7 +185,7 @@ ShownDocking with_direct_rendering(const PublishedPair& pair, const Condition& c
   return with_figures(std::move(shown));
 }
 
-/// Largest E − E_min in kT from kAloneFrom_s on: both hands relaxed at the minimum, both with tremor.
+/// Returns the largest E − E_min in kT from the time kAloneFrom_s on. Both hands relax at the minimum and have tremor.
 double left_alone_kt(const PublishedPair& pair, std::uint64_t seed, Duration round_trip) {
   const auto scene = scene_with_ligand_at(pair.scene, pair.X_AB_min);
   devices::WayPoint start, settle;

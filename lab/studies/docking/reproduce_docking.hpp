@@ -1,4 +1,4 @@
-// The thesis' docking of two helices, with and without its stable method, for `tandem-lab reproduce`.
+// Reproduces the thesis' docking of two helices, with and without its stable method, for `tandem-lab reproduce`.
 //
 // Source  Hou Xiyuan, "Stable Haptic Rendering in Virtual Environment", PhD thesis, NTU, 2014, chapter 7
 #pragma once
@@ -10,9 +10,10 @@
 
 namespace tandem::lab {
 
-/// Two designed helices from Debian's package pymol-data; if they are installed, the parameter file of gromacs-data.
+/// Returns the file with two designed helices from Debian's package pymol-data. The parameter file of gromacs-data is
+/// used if it is installed.
 std::filesystem::path docking_file();
-/// Fails   docking::MoleculeError when one of the two files is missing (names the package)
+/// Fails   docking::MoleculeError: one of the two files is missing; the message names the package
 Reproduction reproduce_docking(const Clock& clock);
 
 }  // namespace tandem::lab

@@ -1,4 +1,5 @@
-// AR models of a whole force series at the rate of a stream, for fixed coefficients and for the choice of an order.
+// Autoregressive (AR) models of a whole force series at the sampling rate of a stream. They serve to obtain fixed
+// coefficients and to choose an order.
 #pragma once
 
 #include <array>
@@ -10,12 +11,12 @@
 
 namespace tandem::lab {
 
-/// Force x, y, z and torque x, y, z at an even rate, interpolated linearly between the samples.
-/// In      series  at least one sample
+/// Returns force x, y, z and torque x, y, z at a constant rate, interpolated linearly between the samples.
+/// In      series  has at least one sample
 std::array<std::vector<double>, 6> even_axes(const ForceSeries& series, double rate_hz);
 std::vector<double> differences(const std::vector<double>& series);
 
-/// One model for each axis, fitted to the whole series as `settings` would fit its window.
+/// Returns one model for each axis, fitted to the whole series in the same way as `settings` fits a window.
 haptics::ArModels models_of(const ForceSeries& series, const haptics::ForceStreamSettings& settings);
 
 }  // namespace tandem::lab

@@ -46,13 +46,13 @@ std::vector<ForceSample> samples_of(const TouchTrace& trace) {
   return samples;
 }
 
-/// A shipped scene with a simulated hand at each tool, connected directly to the room without a network.
+/// A shipped scene with a simulated hand at each tool. The hands are coupled directly to the room, without a network.
 struct SceneHands {
-  std::string scene;               ///< name in server/scenes
-  std::vector<std::string> paths;  ///< names in lab/paths, one for each tool
+  std::string scene;               ///< name of the scene in server/scenes
+  std::vector<std::string> paths;  ///< names of the paths in lab/paths, one for each tool
 };
 
-/// Each scene with the paths that the shipped experiments use in it.
+/// Returns each scene with the paths that the shipped experiments use in it.
 const std::vector<SceneHands>& shipped_hands() {
   static const std::vector<SceneHands> hands{{"wall", {"wall"}},
                                              {"curve", {"curve"}},
@@ -64,10 +64,10 @@ const std::vector<SceneHands>& shipped_hands() {
   return hands;
 }
 
-/// Force on the first hand.
+/// Returns the force on the first hand.
 ForceSeries scene_series(const SceneHands& hands) {
   const auto scene = server::load_scene(server::find_scene(hands.scene, server::scene_folders()));
-  // The hands follow paths and supply no energy, so passivity control is off.
+  // Passivity control is off, because the hands follow paths and supply no energy.
   const auto room = std::make_unique<server::Room>(RoomId{1}, hands.scene, scene,
                                                    server::RoomOptions{.controls_tool_passivity = false});
   std::vector<std::unique_ptr<SimulatedUser>> seats;

@@ -1,5 +1,5 @@
-// Forces on a hand at 1 kHz in the shipped scenes and benchmarks, as test signals for predictors. Each series is
-// simulated here by the same code as elsewhere; none is stored.
+// Forces on a hand at 1 kHz in the shipped scenes and benchmarks, used as test signals for predictors. Each series is
+// simulated here with the code of the other studies; none is stored in a file.
 #pragma once
 
 #include <cstdint>
@@ -20,28 +20,29 @@ struct ForceSample {
 struct ForceSeries {
   std::string name;
   std::string what;
-  std::vector<ForceSample> samples;  ///< times increase; evenly spaced except in chatter_series()
+  /// samples in ascending order of time, at a constant interval except in chatter_series()
+  std::vector<ForceSample> samples;
 };
 
-/// Peg in hole in five steps with a peg of this mass and exact contact.
+/// Returns the forces of the benchmark peg-in-hole in five steps, with a peg of this mass and exact contact.
 ForceSeries peg_series(double mass_kg);
-/// Two bunnies pressed together, slid and twisted.
-/// Fails   std::invalid_argument when the bunny's file is missing (names the package)
+/// Returns the forces of two bunnies that are pressed together, slide and twist.
+/// Fails   std::invalid_argument: the bunny's file is missing; the message names the package
 ForceSeries bunny_pair_series();
 
-/// All of the above that this installation can make, and the force on the first hand in shipped scenes with a
-/// simulated hand at each tool. The bunnies are included where their file exists.
+/// Returns all of the above series that this installation can compute, and the force on the first hand in shipped
+/// scenes, with a simulated hand at each tool. The bunnies are included if their file exists.
 std::vector<ForceSeries> shipped_series();
 
-/// Chattering contact of the thesis's kind: peg and box in GImpact, stock Bullet with its default solver. Each time
-/// step is as long as the previous step would take on a slow machine.
+/// Returns a chattering contact like that of the thesis: peg and box in GImpact, with unmodified Bullet and its default
+/// solver. Each time step lasts as long as the computation of the previous step would take on a slow machine.
 ///
-/// Model   step h = 2 ms + 0.25 ms for each contact, within 2 … 10 ms: 100 to 500 Hz. Ours; the thesis says "variable,
-///         less than 100 to several 100 Hz"
+/// Model   step h = 2 ms + 0.25 ms for each contact, limited to 2 … 10 ms: 100 to 500 Hz. This model is our own; the
+///         thesis states "variable, less than 100 to several 100 Hz"
 ForceSeries chatter_series(double mass_kg);
 
-/// RMS deviation of the force from its mean over the surrounding 20 ms, over samples with a force: the part that no
-/// hand produces.
+/// Returns the RMS deviation of the force from its mean over the surrounding 20 ms, over all samples with a force. This
+/// is the part of the force that no motion of the hand causes.
 double noise_n(const ForceSeries& series);
 
 }  // namespace tandem::lab

@@ -9,7 +9,7 @@ namespace {
 /// Period of the haptic loop.
 constexpr Duration kTick = std::chrono::milliseconds(1);
 
-/// Interpolates the series; times must increase from call to call.
+/// Interpolates the series. The times of successive calls must increase.
 class Truth {
  public:
   explicit Truth(const std::vector<ForceSample>& samples) : samples_(samples) {}
@@ -28,7 +28,7 @@ class Truth {
   std::size_t next_ = 0;
 };
 
-/// The sent samples, each with any contact change since the previous one.
+/// Returns the samples that are sent. Each is marked if a contact has changed since the previous one.
 std::vector<ForceSample> sent_of(const ForceSeries& series, Duration period) {
   std::vector<ForceSample> sent;
   bool has_changed = false;
@@ -63,7 +63,7 @@ class ErrorSum {
   Vec3 sum_ = Vec3::Zero();
 };
 
-/// Local time with an arbitrary origin, a second before the first sample; only differences count.
+/// Converts a time to a local time with arbitrary origin, one second before the first sample. Only differences matter.
 LocalTime local(Duration time) {
   return LocalTime(time + std::chrono::seconds(1));
 }
@@ -84,7 +84,7 @@ PredictionErrors predict_series(const ForceSeries& series, haptics::ForceStream&
       stream.push(local(sent[next].at), sent[next].on_hand_W, sent[next].has_contact_changed);
     }
     const Wrench shown = stream.at(local(now));
-    // The io thread has a tick's time for the fit, which needs a hundredth of it.
+    // In a live client the io thread has the time of one tick for the fit, and needs about 1 % of it.
     stream.fit();
     const Wrench is = truth.at(now);
     force.add(shown.f - is.f);

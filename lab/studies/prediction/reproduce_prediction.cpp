@@ -22,15 +22,16 @@ constexpr std::string_view kDefault = "ar-spline";
 constexpr std::array kWindows{50, 75, 100, 150, 200, 250, 300, 400, 500, 600};
 constexpr std::array kBlends_ms{0, 2, 3, 4, 5};
 constexpr std::size_t kMaxOrder = 16;
-/// The thesis's gain over linear extrapolation, and the claimed part of its gain by online coefficients.
+/// Gain of the thesis's method over linear extrapolation, and the part of its gain by online coefficients that is
+/// claimed here.
 constexpr double kMinGain_percent = 6.8;
 constexpr double kMinOnlineGain_percent = 11;
 constexpr double kFitBudget_us = 200;
 constexpr double kChatter_kg = 0.1;
-/// A lighter peg: it bounces, and its noise is ten times as high.
+/// Mass of a lighter peg, which bounces and causes ten times as much noise.
 constexpr double kLightChatter_kg = 0.02;
 
-/// An uneven series is sent with its own times, an even one every 5 ms.
+/// Returns the interval at which samples are sent. An uneven series is sent at its own times, an even one every 5 ms.
 Duration sample_period_of(const ForceSeries& series) {
   return series.name == "chatter" ? Duration(0) : std::chrono::milliseconds(5);
 }
@@ -44,7 +45,7 @@ struct Comparison {
   std::string series;
   std::string what;
   double noise_n = 0;
-  std::array<PredictionErrors, kMethods.size()> errors;  ///< in the order of kMethods
+  std::array<PredictionErrors, kMethods.size()> errors;  ///< errors of the methods, in the order of kMethods
 
   const PredictionErrors& errors_by(std::string_view method) const {
     return errors[static_cast<std::size_t>(std::ranges::find(kMethods, method) - kMethods.begin())];
@@ -97,8 +98,8 @@ boost::json::object to_json(const Comparison& comparison) {
           {"methods", std::move(methods)}};
 }
 
-/// Claims that the default is not worse than hold and linear. A series without error under both must have none under
-/// the default.
+/// Adds the claims that the default predictor is not worse than "hold" and "linear". If neither has an error for a
+/// series, the default must not have one either.
 void add_shipped(Reproduction& result, const Comparison& comparison) {
   const PredictionErrors& ours = comparison.errors_by(kDefault);
   result.claims.push_back({comparison.series,
@@ -128,7 +129,7 @@ void add_chatter(Reproduction& result, const Comparison& comparison) {
                          format_significant(literal, 3) + " %"});
 }
 
-/// The AR model without the default's fallbacks, as compared in the thesis.
+/// Returns the settings of the AR model without the fallbacks of the default predictor, as compared in the thesis.
 haptics::ForceStreamSettings model_alone() {
   haptics::ForceStreamSettings settings = haptics::force_stream_settings(kDefault);
   settings.shrinks = false;
@@ -226,7 +227,7 @@ Plot order_figure(const std::vector<const ForceSeries*>& all, Reproduction& resu
   return figure;
 }
 
-/// A curve that is also smooth through its corrections displays them later.
+/// Adds rows for several blending times. A longer blend gives a smoother curve but displays corrections later.
 void add_blends(Reproduction& result, const ForceSeries& smooth, const ForceSeries& chatter,
                 boost::json::object& details) {
   for (const ForceSeries* series : {&smooth, &chatter}) {
@@ -248,7 +249,7 @@ void add_blends(Reproduction& result, const ForceSeries& smooth, const ForceSeri
   }
 }
 
-/// Median and p99 time of a fit of six axes.
+/// Median and p99 of the time for a fit of six axes.
 struct FitCost {
   double median_us = 0;
   double p99_us = 0;
@@ -281,7 +282,7 @@ void add_fit_cost(Reproduction& result, const ForceSeries& series, const Clock& 
   details["fit_us"] = {{"median", cost.median_us}, {"p99", cost.p99_us}};
 }
 
-/// Plot of half a second around the largest error of hold.
+/// Returns a plot of half a second around the largest error of the predictor "hold".
 Plot trace_figure(const ForceSeries& series) {
   constexpr std::size_t kTicks = 250;
   Plot figure;

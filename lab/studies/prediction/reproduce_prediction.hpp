@@ -1,4 +1,4 @@
-// The prediction of the source thesis beside ours: a force received at 200 Hz and displayed at 1000 Hz.
+// Compares the prediction of the source thesis with ours: a force is received at 200 Hz and displayed at 1000 Hz.
 //
 // Source  Hou Xiyuan, "Stable Haptic Rendering in Virtual Environment", PhD thesis, NTU, 2014, chapter 6
 #pragma once
@@ -8,7 +8,7 @@
 
 namespace tandem::lab {
 
-/// In      clock  measures the cost of a fit
+/// In      clock  measures the time of a fit
 Reproduction reproduce_prediction(const Clock& clock);
 
 }  // namespace tandem::lab

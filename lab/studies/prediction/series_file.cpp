@@ -14,7 +14,7 @@ namespace tandem::lab {
 namespace {
 
 constexpr std::size_t kMaxBytes = std::size_t{512} << 20U;
-/// Limit after resampling: an hour and a half at 200 Hz.
+/// Maximum number of samples after resampling: almost an hour and a half at 200 Hz.
 constexpr double kMaxSamples = 1e6;
 constexpr std::size_t kTrajColumns = 7;
 
@@ -34,7 +34,7 @@ std::string read_text(const std::filesystem::path& file) {
   return text.str();
 }
 
-/// Columns of equal length; the first holds the times.
+/// Columns of equal length. The first column contains the times.
 using Columns = std::vector<std::vector<double>>;
 
 CsvTable resampled(const std::string& origin, const Columns& columns, const std::vector<std::string>& names,
@@ -70,7 +70,7 @@ std::string place(const std::string& origin, std::size_t line) {
   return origin + ": line " + std::to_string(line);
 }
 
-/// The first numbers of a line, at most kTrajColumns; fewer for a shorter line.
+/// Returns the first kTrajColumns numbers of a line, or fewer if the line is shorter.
 std::vector<double> numbers_of(std::string_view line, const std::string& where) {
   std::vector<double> numbers;
   std::size_t at = 0;
@@ -122,7 +122,7 @@ CsvTable series_of_csv(const CsvTable& table, double rate_hz, double time_unit_s
   Columns columns{*times};
   for (const std::string& name : names) columns.push_back(table.column(name));
   for (std::size_t row = 0; row < times->size(); ++row) {
-    // The header is line 1.
+    // Line 1 is the header.
     const std::string where = place(table.origin, row + 2);
     for (const auto& column : columns) {
       if (!std::isfinite(column[row])) fail(where, "a value is missing or not finite; cut the row out");

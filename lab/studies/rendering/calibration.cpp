@@ -17,24 +17,25 @@ constexpr int kMasses = 8;
 constexpr double kLightest_kg = 0.02;
 constexpr double kHeaviest_kg = 2;
 constexpr double kShareOfLimitToHold = 0.8;
-/// The softest tried stiffness, as a share of the stiffest.
+/// Smallest stiffness that is tried, as a share of the largest.
 constexpr double kSoftest = 1.0 / 64;
-/// Bisections of the geometric interval: resolution 64^(1/128), 3 %.
+/// Number of bisections of the interval on a logarithmic scale. The resolution is 64^(1/128), i.e. 3 %.
 constexpr int kBisections = 7;
-/// Dampings tried first, and then between the neighbours of the best.
+/// Number of damping values tried first, and number of values tried afterwards between the neighbours of the best.
 constexpr int kDampings = 9;
 constexpr int kFinerDampings = 3;
 constexpr double kMinDamping = 1.0 / 64;
-/// Allowed roughness of the fitted pair at a point, as a factor of the limit.
+/// Permitted roughness of the fitted pair at a point, as a multiple of the limit.
 constexpr double kFitTolerance = 1.1;
-/// Smallest fitted stiffness as a share of the best, and largest factor of the damping error, either way. Ours.
+/// Smallest permitted fitted stiffness as a share of the best, and largest permitted ratio between fitted and best
+/// damping in either direction. Both are our choice.
 constexpr double kMinShareOfStiffness = 0.5;
 constexpr double kMaxOfDamping = 2;
 constexpr int kProbes = 64;
-/// Margin, so that rounding to kDigits stays below the maximum.
+/// Margin, so that a value rounded to kDigits does not exceed the maximum.
 constexpr double kBelowMost = 1 - 1e-9;
 
-/// Rounded to 12 digits, which JSON readers that are not exact to the last bit reproduce.
+/// Rounds to 12 digits. JSON readers that are not exact to the last bit reproduce such a number.
 double rounded(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.12g", value);
@@ -74,7 +75,7 @@ std::vector<double> checked_masses(const devices::DeviceProfile& profile, const 
   return settings.masses_kg;
 }
 
-/// Finds the points of one axis, then fits its polynomials.
+/// Finds the points of one axis and then fits the polynomials.
 class AxisCalibrator {
  public:
   AxisCalibrator(const devices::DeviceProfile& profile, bool is_rotation, const CalibrationSettings& settings,
@@ -109,18 +110,18 @@ class AxisCalibrator {
     const double force_n = settings_.roughness_floor_n + settings_.roughness_share_of_weight * weight_n(mass_kg);
     return is_rotation_ ? force_n * settings_.gyration_radius_m : force_n;
   }
-  /// The larger of two values: enough for a smooth hand to dissipate the energy created by sampling (k T), and the
-  /// fastest settling in continuous time.
+  /// Returns the larger of two values. With k T, a slowly moving hand dissipates the energy that sampling creates. The
+  /// other value gives the fastest settling in continuous time.
   double first_damping(double stiffness, double inertia) const {
     const double wanted = std::max(stiffness / settings_.rate_hz, 1.4 * std::sqrt(stiffness * inertia));
     return std::min(wanted, result_.damping_maximum);
   }
   void find_stiffnesses();
-  /// Returns false if even the softest pair violates a rule.
+  /// Returns false if even the softest pair violates a criterion.
   bool find_stiffness(CalibrationPoint& point) const;
   std::string why_left_out() const;
-  /// Returns the violated rule or "", and records the measured values.
-  /// In      share  share of the allowed roughness that may be used
+  /// Returns the violated criterion, or an empty text if none is violated. Records the measured values.
+  /// In      share  share of the permitted roughness that may be used
   std::string_view objection(CalibrationPoint& point, double share) const;
   void fit_stiffness();
   void find_dampings();
@@ -138,7 +139,7 @@ class AxisCalibrator {
   AxisCalibration result_;
 };
 
-// Cheapest rule first: most refused pairs never reach the simulated hands.
+// The cheapest criterion is evaluated first, so that most rejected pairs need no simulation of hands.
 std::string_view AxisCalibrator::objection(CalibrationPoint& point, double share) const {
   point.spectral_radius = trial_.spectral_radius(point.best, point.inertia);
   if (!(point.spectral_radius < 1)) return "stability";
@@ -149,7 +150,7 @@ std::string_view AxisCalibrator::objection(CalibrationPoint& point, double share
   return "";
 }
 
-/// Bisection, since all three criteria tend to rise with the stiffness; roughness scatters by about 10 %.
+/// Bisection is suitable because all three criteria tend to increase with stiffness; roughness scatters by about 10 %.
 bool AxisCalibrator::find_stiffness(CalibrationPoint& point) const {
   const auto tried = [&](double stiffness) {
     point.first_damping = first_damping(stiffness, point.inertia);
@@ -195,7 +196,7 @@ void AxisCalibrator::find_stiffnesses() {
     const bool is_found = find_stiffness(point);
     (is_found ? result_.points : result_.left_out).push_back(point);
     advance(0.6 * static_cast<double>(i + 1) / static_cast<double>(masses_kg_.size()));
-    // Beyond this mass the stiffness stays at its maximum, and the law holds the last value.
+    // For larger masses the stiffness stays at its maximum, and the law holds the last value.
     if (is_found && point.best.stiffness == result_.stiffness_maximum) break;
   }
   if (!result_.points.empty()) return;
@@ -210,14 +211,14 @@ std::vector<double> column(const std::vector<CalibrationPoint>& points, double (
   return values;
 }
 
-/// Values of `cubic` from low to high.
+/// Returns values of `cubic` from `low` to `high`.
 std::vector<double> probed(const haptics::Cubic& cubic, double low, double high) {
   std::vector<double> values;
   for (int i = 0; i <= kProbes; ++i) values.push_back(cubic(low + (high - low) * i / kProbes));
   return values;
 }
 
-/// Returns `cubic` scaled down until no point exceeds its `cap`, and no value in the range exceeds `most`.
+/// Returns `cubic`, scaled down so that no point exceeds its `cap` and no value in the range exceeds `most`.
 haptics::Cubic lowered(haptics::Cubic cubic, const std::vector<double>& x, const std::vector<double>& cap,
                        double most) {
   double share = 1;
@@ -243,7 +244,7 @@ void AxisCalibrator::fit_stiffness() {
   result_.stiffness = lowered(fit.cubic, x, k, result_.stiffness_maximum);
 }
 
-/// Tries the dampings by ascending settling time, until one is also stable, calm and quiet.
+/// Tries the damping values in the order of increasing settling time, until a pair is also stable, calm and quiet.
 void AxisCalibrator::find_damping(CalibrationPoint& point) const {
   struct Tried {
     double damping, cost;
@@ -267,7 +268,7 @@ void AxisCalibrator::find_damping(CalibrationPoint& point) const {
     point.best.damping = tried.damping;
     if (objection(point, 1).empty()) return;
   }
-  point = before;  // the damping with which the stiffness was found
+  point = before;  // uses the damping with which the stiffness was found
 }
 
 void AxisCalibrator::find_dampings() {
@@ -302,7 +303,7 @@ void AxisCalibrator::judge_fit() {
   advance(1);
 }
 
-/// Worst values over the points of an axis.
+/// Worst values over all points of an axis.
 struct Worst {
   double radius = 0;
   double stiffness = 0;

@@ -1,10 +1,10 @@
-// Calibration of the adaptive law: the best coupling for each tool mass on a given device, found by search.
+// Calibrates the adaptive law: a search finds the best coupling for each tool mass on a given device.
 //
-//   for each mass    the best stiffness: the largest that keeps the margins of stability and stays calm and quiet
+//   for each mass    the best stiffness: the largest that keeps the stability margins and is calm and quiet
 //   over the masses  a polynomial k(m)                                         (Hou 2014, eqs. 5.2, 5.13, 5.14)
-//   for each best k  the best damping: the tool settles soonest, same margins
+//   for each best k  the best damping: the tool settles fastest, with the same margins
 //   over stiffness   a polynomial b(k)                                         (eqs. 5.3, 5.15)
-//   again for inertias, where the device shows torque                          (eq. 5.7)
+//   the same for moments of inertia, if the device displays torque             (eq. 5.7)
 #pragma once
 
 #include <functional>
@@ -17,59 +17,64 @@
 
 namespace tandem::lab {
 
-/// One mass [kg] or moment of inertia [kg·m²].
+/// Result for one mass [kg] or moment of inertia [kg·m²].
 struct CalibrationPoint {
   double inertia = 0;
   double mass_kg = 0;  ///< mass of the tool with this inertia
   Pair best;
-  double first_damping = 0;  ///< damping with which the stiffness was found
-  /// Reason why the stiffness is not higher: "maximum" of the device, "cap" where that is unverified, "stability",
-  /// "rest" or "quiet".
+  double first_damping = 0;  ///< damping that was used while the stiffness was searched
+  /// The criterion that limits the stiffness: "maximum" of the device, "cap" (used if the maximum is unverified),
+  /// "stability", "rest" or "quiet".
   std::string_view limited_by;
-  double spectral_radius = 0;  ///< that of `best`, including the margins
-  double restlessness = 0;     ///< that of `best`, in encoder steps
-  double roughness = 0;        ///< that of `best`
+  double spectral_radius = 0;  ///< spectral radius for `best`, including the margins
+  double restlessness = 0;     ///< restlessness for `best`, in encoder steps
+  double roughness = 0;        ///< roughness for `best`
   double roughness_allowed = 0;
-  Pair fitted;                        ///< pair given by the polynomials
-  double fitted_spectral_radius = 0;  ///< that of `fitted`, including the margins
+  Pair fitted;                        ///< pair given by the fitted polynomials
+  double fitted_spectral_radius = 0;  ///< spectral radius for `fitted`, including the margins
   double fitted_restlessness = 0;
   double fitted_roughness = 0;
 };
 
 /// Calibration of translation or of rotation.
 struct AxisCalibration {
-  std::vector<CalibrationPoint> points;  ///< sorted by inertia, up to the first at the stiffness maximum
-  /// Masses that are too light: even the softest tried pair (`best`) violates the rule `limited_by`. The fits exclude
-  /// them.
+  /// sorted by inertia; the last point is the first one that reaches the stiffness maximum
+  std::vector<CalibrationPoint> points;
+  /// Masses that are too light: even the softest tried pair (`best`) violates the criterion `limited_by`. The fits
+  /// exclude these masses.
   std::vector<CalibrationPoint> left_out;
-  haptics::Cubic stiffness;  ///< function of the inertia
-  haptics::Cubic damping;    ///< function of the stiffness
+  haptics::Cubic stiffness;  ///< polynomial: stiffness as a function of the inertia
+  haptics::Cubic damping;    ///< polynomial: damping as a function of the stiffness
   int stiffness_degree = 0;
   int damping_degree = 0;
-  double stiffness_maximum = 0;     ///< limit from coupling_bounds()
-  bool is_maximum_verified = true;  ///< false: the maximum is a cap, and the device itself may allow more
+  double stiffness_maximum = 0;  ///< upper limit from coupling_bounds()
+  /// false: the maximum is only an assumed cap, and the device itself may permit more
+  bool is_maximum_verified = true;
   double damping_maximum = 0;
 };
 
 struct Calibration {
-  devices::DeviceProfile profile;  ///< profile that contains the result
+  devices::DeviceProfile profile;  ///< profile of the device, with the result of the calibration
   CalibrationSettings settings;
   AxisCalibration translation;
   std::optional<AxisCalibration> rotation;
 };
 
-/// Model   k(m), b(k) as above; no polynomial gives a tried mass more stiffness than was found for it, or any mass in
-///         the range more than coupling_bounds() allows
-/// Source  Hou, PhD thesis, NTU, 2014, chapter 5: the procedure. He leaves the criterion of "best" to the
-///         experimenter; ours is stated in CalibrationSettings
-/// In      on_progress  0..1
-/// Fails   std::invalid_argument: masses that are not increasing or not in 0.001..100 kg; a device for which the
-///         smallest tried stiffness is too much for every mass
-/// Cost    up to 15 s on one core for a shipped profile; the same settings give the same bits
+/// Runs the calibration.
+///
+/// Model   k(m) and b(k) as above. No polynomial gives a tried mass more stiffness than the search found for it, or any
+///         mass in the range more than coupling_bounds() permits
+/// Source  Hou, PhD thesis, NTU, 2014, chapter 5: the procedure. The thesis leaves the criterion for "best" to the
+///         experimenter; ours is defined in CalibrationSettings
+/// In      on_progress  called with the finished share, 0..1
+/// Fails   std::invalid_argument: the masses are not increasing or not within 0.001..100 kg, or the smallest tried
+///         stiffness is too large for every mass on this device
+/// Cost    up to 15 s on one core for a shipped profile. The same settings give the same bits
 Calibration calibrate(const devices::DeviceProfile& profile, const CalibrationSettings& settings,
                       const std::function<void(double)>& on_progress);
 
-/// Checks that the fitted pairs satisfy the criteria of the best ones and lose little of their stiffness and damping.
+/// Checks that the fitted pairs satisfy the criteria for the best pairs, and that they have almost the same stiffness
+/// and damping.
 std::vector<Check> checks_of(const Calibration& calibration);
 
 }  // namespace tandem::lab

@@ -15,7 +15,7 @@ namespace json = boost::json;
 constexpr int kHeight_px = 260;
 constexpr int kCurvePoints = 100;
 
-/// Terms and units of an axis.
+/// Terms and units for an axis.
 struct Words {
   const char* inertia;
   const char* stiffness;
@@ -83,7 +83,7 @@ json::object settings_json(const CalibrationSettings& settings) {
           {"gyration_radius_m", settings.gyration_radius_m}};
 }
 
-/// Samples of a curve over the tried range, so that it is visible between the points.
+/// Samples a curve over the tried range, so that the plot also shows it between the points.
 Series curve(const std::string& label, const haptics::Cubic& cubic, double low, double high) {
   Series series{label, {}, {}, 0};
   for (int i = 0; i <= kCurvePoints; ++i) {
@@ -128,7 +128,8 @@ Plot damping_figure(const AxisCalibration& axis, const Words& words) {
       half_plot("Best damping at each stiffness and the polynomial through them", words.stiffness, words.damping);
   Series found{"best", {}, {}, 1, Dash::kDotted};
   for (const CalibrationPoint& point : axis.points) {
-    // Points of almost equal stiffness may be in any order, but the x values of a plot must not decrease.
+    // Points of almost equal stiffness may be in any order. The x values of a plot must not decrease, so they are made
+    // monotonic.
     const double k = found.x.empty() ? point.best.stiffness : std::max(found.x.back(), point.best.stiffness);
     found.x.push_back(k);
     found.y.push_back(point.best.damping);
@@ -177,7 +178,7 @@ std::string method(const Calibration& calibration) {
   return text.str();
 }
 
-/// Remarks that a reader needs besides the points.
+/// Returns remarks that a reader needs in addition to the points.
 std::vector<std::string> remarks_of(const AxisCalibration& axis, const Words& words) {
   const std::string unit = words.is_rotation ? " N·m/rad" : " N/m";
   std::vector<std::string> remarks;

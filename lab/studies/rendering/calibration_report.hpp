@@ -1,4 +1,4 @@
-// Reports of a calibration as JSON, HTML and terminal text.
+// Reports of a calibration as JSON, as HTML and as text for a terminal.
 #pragma once
 
 #include <string>
@@ -8,9 +8,10 @@
 
 namespace tandem::lab {
 
-/// {"device", "settings", "translation", "rotation" (null without), "checks"}; an axis has "points" (one for each
-/// mass: the best pair, the reason for not being stiffer, the measured values, the fitted pair), "left_out" (masses
-/// that are too light), "stiffness", "damping" (coefficients, degree), and the upper limits.
+/// Returns {"device", "settings", "translation", "rotation" (null if not calibrated), "checks"}. "translation" and
+/// "rotation" contain "points" (for each mass: the best pair, the criterion that limits its stiffness, the measured
+/// values, the fitted pair), "left_out" (masses that are too light), "stiffness" and "damping" (coefficients, degree),
+/// and the upper limits.
 boost::json::object to_json(const Calibration& calibration);
 std::string to_html(const Calibration& calibration);
 std::string to_text(const Calibration& calibration);

@@ -12,27 +12,29 @@
 namespace tandem::lab {
 namespace {
 
-/// Pressing force as a share of the hand's limit, at first and at last.
+/// Pressing forces at the beginning and at the end, as shares of the force limit.
 constexpr double kLightPress = 0.1;
 constexpr double kFirmPress = 0.3;
-/// Largest intended rotation of a hand: beyond half a turn from the tool a spring would take the other direction.
+/// Largest intended rotation of a hand. If the hand were more than half a turn from the tool, a spring would pull in
+/// the opposite direction.
 constexpr double kFurthestTurn_rad = 1.5;
-/// Inertia of the tool that a hand turns against: it does not move during the trial.
+/// Inertia of a tool against which a hand twists. It is so large that the tool does not move during the trial.
 constexpr double kHeldFast_kg_m2 = 1e6;
-/// Mass and inertia of the tool in the direction that is not tried.
+/// Mass and inertia of the tool for the motion that is not tried (rotation or translation).
 constexpr double kOtherMass_kg = 0.1;
 constexpr double kOtherInertia_kg_m2 = 4e-5;
-/// Depth to which a tool sinks when its weight is applied as a step.
+/// Depth by which the tool sinks when its weight is applied as a step.
 constexpr double kSag_m = 1e-3;
 constexpr double kNoLimit_n = 1e6;
 constexpr Duration kReach = std::chrono::milliseconds(250);
 constexpr Duration kRest = std::chrono::milliseconds(2000);
 constexpr Duration kLastOfRest = std::chrono::milliseconds(250);
-/// Ratio of consecutive stretches of rest below which motion counts as decaying.
+/// If the range of motion in the last interval is below this share of the range in the interval before, the motion is
+/// decaying.
 constexpr double kShrinking = 0.9;
 constexpr Duration kPress = std::chrono::milliseconds(2000);
 constexpr Duration kSettled = std::chrono::milliseconds(800);
-/// A hand that no shipped device moves, critically damped, and soft enough for the step of the simulated hand.
+/// A critically damped hand that no shipped device can move. It is soft enough for the time step of the simulated hand.
 constexpr devices::HandParameters kUnmovedHand{.mass_kg = 10,
                                                .stiffness_n_per_m = 1e7,
                                                .damping_n_s_per_m = 2e4,
@@ -40,7 +42,7 @@ constexpr devices::HandParameters kUnmovedHand{.mass_kg = 10,
                                                .stiffness_n_m_per_rad = 1e6,
                                                .damping_n_m_s_per_rad = 2e3};
 
-/// Range of the handle's positions.
+/// Range of the positions of the handle.
 struct TrialRange {
   double low = INFINITY;
   double high = -INFINITY;
@@ -72,7 +74,7 @@ haptics::CouplingParameters with(const devices::DeviceProfile& profile, bool is_
 HandRigSettings rig_with(const devices::DeviceProfile& profile, bool is_rotation, const Pair& pair, double inertia,
                          const devices::HandParameters& hand, const CalibrationSettings& settings) {
   HandRigSettings rig;
-  rig.law = "spring-damper";  // equals the adaptive law once its parameters are chosen
+  rig.law = "spring-damper";  // the adaptive law equals this law once its parameters are chosen
   rig.coupling = with(profile, is_rotation, pair);
   rig.rate_hz = settings.rate_hz;
   rig.tool_mass_kg = is_rotation ? kOtherMass_kg : inertia;
@@ -82,8 +84,8 @@ HandRigSettings rig_with(const devices::DeviceProfile& profile, bool is_rotation
   return rig;
 }
 
-/// Intended position at which a hand presses with `force`: the deflection of its own spring plus that of the coupling.
-/// A soft coupling is turned with less.
+/// Returns the intended position at which a hand presses with `force`: the deflection of the hand's own spring plus
+/// that of the coupling. For a soft rotational coupling the angle is limited, which reduces the torque.
 double wanted_for(double force, double hand_stiffness, double stiffness, bool is_rotation) {
   const double deflection = force * (1 / hand_stiffness + 1 / stiffness);
   return -(is_rotation ? std::min(deflection, kFurthestTurn_rad) : deflection);
@@ -120,7 +122,7 @@ double CouplingTrial::spectral_radius(const Pair& pair, double inertia) const {
 
 double CouplingTrial::restlessness(const Pair& pair, double inertia) const {
   double worst = 0;
-  for (std::size_t i = 1; i < haptics::checked_hands().size(); ++i) {  // entry 0 has no hand
+  for (std::size_t i = 1; i < haptics::checked_hands().size(); ++i) {  // entry 0 stands for "no hand"
     worst = std::max(worst, restlessness_of(i, pair, inertia));
   }
   return worst;
@@ -182,12 +184,13 @@ double CouplingTrial::roughness_of(std::size_t of_checked, const Pair& pair, dou
     forces.push_back(is_rotation_ ? tick.on_hand_W.t.z() : tick.on_hand_W.f.z());
   }
   const std::vector<double> high = high_passed(forces, settings_.rate_hz, kVibration_hz);
-  // The first part contains the reaching motion and the transient of the filter.
+  // The first part is excluded, because it contains the reaching motion and the transient of the filter.
   const auto settled = static_cast<std::size_t>(3 * to_seconds(kReach) * settings_.rate_hz);
   return rms(std::span(high).subspan(std::min(settled, high.size())));
 }
 
-// A turned tool obeys the same equation, so it is run as a pushed one. Nothing saturates, and the hand does not yield.
+// Rotation obeys the same equation as translation, so it is simulated as a translation. No force saturates, and the
+// hand does not yield.
 double CouplingTrial::settling_cost(const Pair& pair, double inertia) const {
   HandRigSettings rig = rig_with(profile_, false, pair, inertia, kUnmovedHand, settings_);
   rig.coupling.force_limit_n = kNoLimit_n;

@@ -1,5 +1,6 @@
-// Trial of one stiffness and damping on one device: margin of stability, rest, noise and settling. Translation and
-// rotation are handled alike; "inertia" is a mass [kg] or a moment of inertia [kg·m²], forces are [N] or [N·m].
+// Tries one pair of stiffness and damping on one device and measures stability margin, rest, noise and settling.
+// Translation and rotation are treated alike: "inertia" is a mass [kg] or a moment of inertia [kg·m²], and forces are
+// in N or N·m.
 #pragma once
 
 #include <cstddef>
@@ -10,29 +11,32 @@
 
 namespace tandem::lab {
 
-/// Criteria for a pair, the simulated hands, and the choice of pairs to try.
+/// Criteria for a pair, parameters of the simulated hands, and the choice of the masses.
 struct CalibrationSettings {
-  double gain_margin = 2;        ///< the loop must be stable with all forces this many times larger …
-  int delay_margin_periods = 1;  ///< … and delayed by this many additional periods
+  double gain_margin = 2;        ///< the loop must be stable if all forces are this many times larger …
+  int delay_margin_periods = 1;  ///< … and are delayed by this many additional periods
   double rate_hz = 1000;
-  double tremor_rms_n = 0.05;  ///< tremor of the pressing hands; our choice: plainly visible at a relaxed hand
-  /// Encoder step assumed for a device with exact positions: that of the thesis's device, see devices/PROFILES.md.
+  double tremor_rms_n = 0.05;  ///< tremor of the pressing hands; our choice: clearly visible at a relaxed hand
+  /// Encoder step assumed for a device that reports exact positions. It is that of the thesis's device; see
+  /// devices/PROFILES.md.
   double nominal_step_m = 3e-5;
   double nominal_step_rad = 1.4e-4;
   std::uint64_t seed = 1;
-  /// Empty: eight masses from 0.02 kg to the mass whose weight is 0.8 of the device's force limit, at most 2 kg.
+  /// Masses to calibrate. If empty: eight masses from 0.02 kg to the mass whose weight is 0.8 of the device's force
+  /// limit, but at most 2 kg.
   std::vector<double> masses_kg;
-  /// Criterion "quiet": roughness is at most floor + share × the tool's weight. A light tool shows more encoder noise
-  /// than a heavy one, whose weight masks it. So the best stiffness grows with the mass. Both values are ours; 2 mN is
-  /// the noise of the coarsest shipped encoder at 100 N/m.
+  /// Criterion "quiet": the roughness is at most floor + share × weight of the tool. Encoder noise is more perceptible
+  /// with a light tool than with a heavy one, whose weight masks it. Therefore the best stiffness increases with the
+  /// mass. Both values are our choice; 2 mN is the noise of the coarsest shipped encoder at 100 N/m.
   double roughness_floor_n = 0.002;
   double roughness_share_of_weight = 0.005;
-  /// Share of the allowed roughness that the choice of stiffness may use; the rest is reserved for the choice of
+  /// Share of the permitted roughness that the choice of stiffness may use. The rest is reserved for the choice of
   /// damping.
   double stiffness_share_of_roughness = 0.75;
-  double restlessness_steps = 2;  ///< criterion "calm": a resting hand stays within this range in encoder steps
-  /// Gyration radius of the tried tools, one for each mass: I = m r². Torque limits are the force limits at this
-  /// lever. A tool of 4 cm; our choice.
+  /// criterion "calm": the handle of a resting hand moves within this range [encoder steps]
+  double restlessness_steps = 2;
+  /// Radius of gyration r of the tools, which gives the moment of inertia for each mass: I = m r². A torque limit is
+  /// the force limit times this radius. It corresponds to a tool of 4 cm; our choice.
   double gyration_radius_m = 0.02;
 };
 
@@ -41,25 +45,28 @@ struct Pair {
   double damping = 0;
 };
 
-/// One device, and whether trials push or turn it.
+/// Runs trials on one device, either in translation or in rotation.
 class CouplingTrial {
  public:
   CouplingTrial(const devices::DeviceProfile& profile, bool is_rotation, const CalibrationSettings& settings)
       : profile_(profile), is_rotation_(is_rotation), settings_(settings) {}
 
-  /// Largest spectral radius with the margins, over the hands of check_coupling(), with the tool in the air and in
-  /// stiff contact.
+  /// Returns the largest spectral radius with the margins, over the hands of check_coupling(), for a tool in the air
+  /// and for a tool in stiff contact.
   double spectral_radius(const Pair& pair, double inertia) const;
 
-  // Hands press the tool on a plane, or turn against a tool that does not turn: relaxed, with a light grip and with a
-  // firm grip. The worst counts. Cost of each: 3 simulated hands of 2 s, about 0.08 s.
+  // In the two following trials, hands press the tool on a plane, or twist against a tool that cannot rotate. The hands
+  // are relaxed, with a light grip and with a firm grip; the worst result is returned. Cost of each: 3 simulated hands
+  // for 2 s, about 0.08 s.
 
-  /// Range of the handle in the last quarter of 2 s without tremor, in encoder steps; 0 when it is still shrinking.
+  /// Returns the range of the handle in the last quarter of 2 s without tremor, in encoder steps. It is 0 if the range
+  /// is still shrinking.
   double restlessness(const Pair& pair, double inertia) const;
-  /// RMS of the force above 30 Hz, with tremor and a slow change of pressure.
+  /// Returns the RMS of the force above 30 Hz, with tremor and a slow change of the pressing force.
   double roughness(const Pair& pair, double inertia) const;
-  /// ∫ t |d − d_rest| dt after the tool's weight is applied as a step, with a hand that does not move; d in m or rad,
-  /// d_rest 1 mm. Smallest where the tool settles fastest with little overshoot: in continuous time at b = 1.4 √(k m).
+  /// Returns ∫ t |d − d_rest| dt after the weight of the tool is applied as a step while the hand does not move. d is
+  /// in m or rad; d_rest is 1 mm. The integral is smallest if the tool settles fastest with little overshoot, which in
+  /// continuous time happens at b = 1.4 √(k m).
   /// Source  Graham, Lathrop, "The synthesis of optimum transient response", AIEE Trans. 72, 1953: ITAE
   double settling_cost(const Pair& pair, double inertia) const;
 

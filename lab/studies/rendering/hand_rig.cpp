@@ -11,8 +11,8 @@
 namespace tandem::lab {
 namespace {
 
-// With this small mass a step ends at the balance of coupling and contact, to within rounding: even at 0.1 N/m the
-// tool would settle in a thousandth of a period of 4 kHz.
+// With this small mass, a step ends at the equilibrium of coupling and contact except for rounding. Even at 0.1 N/m,
+// the tool settles in a thousandth of a period of 4 kHz.
 constexpr double kVanishingMass_kg = 1e-15;
 constexpr double kVanishingInertia_kg_m2 = 1e-21;
 
@@ -49,7 +49,7 @@ devices::HandParameters hand_of(const haptics::CheckedHand& checked) {
 struct HandRig::Impl {
   Impl(const HandRigSettings& settings_in, devices::HandPath path);
 
-  /// Computes everything that follows from the handle's new position.
+  /// Computes all quantities that follow from the new position of the handle.
   HandRigTick respond(const Pose& X_WH_true, const Twist& V_WH_true, const Pose& X_WH);
   Wrench step_tool(const Pose& X_WH, const Twist& V_WH);
   Wrench press_directly(const Pose& X_WH);
@@ -68,12 +68,12 @@ struct HandRig::Impl {
 
   Pose X_WT;
   Twist V_WT;
-  std::array<contact::ContactPoint, 1> contact;  ///< a member, because it keeps the friction bristle
+  std::array<contact::ContactPoint, 1> contact;  ///< a member, because it stores the friction bristle between ticks
   Wrench on_tool_W;
   double normal_force_n = 0;
-  double work_on_tool_j = 0;  ///< work in the last step
+  double work_on_tool_j = 0;  ///< work on the tool in the last step
 
-  Pose X_WH_before;  ///< true pose, not the reported one
+  Pose X_WH_before;  ///< true pose of the handle, not the reported one
   Pose X_WH_reported;
   Wrench on_hand_W;
   double hand_work_j = 0;
@@ -99,7 +99,8 @@ HandRigTick HandRig::Impl::respond(const Pose& X_WH_true, const Twist& V_WH_true
   const Twist estimated = estimator.add(now, X_WH);
   const Twist& V_WH = settings.estimates_velocity ? estimated : V_WH_true;
   const bool is_direct = law->tool_dynamics() == haptics::ToolDynamics::kAtHandle;
-  // The passivity controller accounts for energy up to now, so the tool contributes its previous step.
+  // The passivity controller accounts for the energy up to now. Therefore the tool contributes the work of its previous
+  // step.
   const double work_before_j = std::exchange(work_on_tool_j, 0.0);
   const Wrench wanted = is_direct ? press_directly(X_WH) : step_tool(X_WH, V_WH);
   on_hand_W = settings.is_passivity_controlled ? passivity.apply(X_WH, wanted, work_before_j, period_s) : wanted;
@@ -119,7 +120,7 @@ HandRigTick HandRig::Impl::respond(const Pose& X_WH_true, const Twist& V_WH_true
   return tick;
 }
 
-/// Returns the wrench on the hand.
+/// Steps the tool and returns the wrench on the hand.
 Wrench HandRig::Impl::step_tool(const Pose& X_WH, const Twist& V_WH) {
   contact::SolverBody body;
   const Eigen::Matrix3d R = X_WT.q.toRotationMatrix();
@@ -152,7 +153,7 @@ Wrench HandRig::Impl::step_tool(const Pose& X_WH, const Twist& V_WH) {
   return haptics::reaction_on_hand(on_tool_W, X_WH.p - X_WT.p);
 }
 
-/// Penalty force of the handle's own depth; nothing slides, so there is no friction.
+/// Returns a penalty force proportional to the depth of the handle. Nothing slides, so there is no friction.
 Wrench HandRig::Impl::press_directly(const Pose& X_WH) {
   const haptics::CouplingParameters& c = settings.coupling;
   X_WT = X_WH;
@@ -170,7 +171,8 @@ HandRig::HandRig(HandRig&&) noexcept = default;
 
 HandRigTick HandRig::tick() {
   Impl& rig = *impl_;
-  // Computed from the start, so that periods that are no whole nanoseconds do not accumulate a drift.
+  // The time is computed from the number of ticks. If periods that are not whole nanoseconds were added up, rounding
+  // errors would accumulate.
   rig.now = LocalTime(from_seconds(static_cast<double>(++rig.ticks) * rig.period_s));
   const devices::DeviceSample sample = rig.device.read(rig.now);
   return rig.respond(rig.device.hand_pose(), rig.device.hand_twist(), sample.X_DH);

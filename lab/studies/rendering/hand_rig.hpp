@@ -1,5 +1,5 @@
-// One hand on one device, one coupling, one tool and at most one plane: the loop in which rendering laws are compared,
-// calibrated and reproduced. Law, solver, hand and velocity estimator are those of live sessions.
+// A control loop of one hand, one device, one coupling, one tool and at most one plane. Rendering laws are compared,
+// calibrated and reproduced in it. Law, solver, hand and velocity estimator are the same as in live sessions.
 //
 //   simulated hand ─▶ encoder ─▶ velocity ─▶ coupling ⇄ tool (contact solver) ⇄ plane
 //         ▲──────── force held for one period ◀── passivity controller ◀──┘
@@ -27,32 +27,35 @@ struct HandRigSettings {
   double tool_mass_kg = 0.1;
   Vec3 tool_inertia_kg_m2{4e-5, 4e-5, 4e-5};
   Vec3 gravity_m_per_s2 = Vec3::Zero();
-  devices::HandParameters hand;     ///< hand that holds the device: holding(hand, profile)
-  bool estimates_velocity = true;   ///< velocity estimated from encoder positions; false: the hand's true velocity
-  std::optional<double> plane_z_m;  ///< height of a fixed plane, normal +z, that blocks the tool's origin
-  double contact_n_per_m = 20000;   ///< stiffness of that plane against the tool
+  devices::HandParameters hand;  ///< hand that holds the device; see holding(hand, profile)
+  /// true: the velocity is estimated from encoder positions; false: the hand's true velocity is used
+  bool estimates_velocity = true;
+  std::optional<double> plane_z_m;  ///< height of a fixed plane with normal +z that stops the tool's origin
+  double contact_n_per_m = 20000;   ///< contact stiffness between that plane and the tool
   double friction = 0.5;
-  bool is_passivity_controlled = false;  ///< passivity controller enabled, fed by the reported positions
+  bool is_passivity_controlled = false;  ///< the passivity controller is enabled; it uses the reported positions
   std::uint64_t seed = 1;
 };
 
-/// State after a tick; all quantities in W, which equals D here.
+/// State after a tick. All quantities are in W, which equals D here.
 struct HandRigTick {
   Duration at{0};
-  Pose X_WH;                  ///< true pose, not the reported one
-  Twist V_WH;                 ///< true twist
-  Pose X_WT;                  ///< at the end of the step that begins now
-  Twist V_WT;                 ///< at the end of the same step
-  Wrench on_hand_W;           ///< displayed from now to the next tick, about the handle
+  Pose X_WH;                  ///< true pose of the handle, not the reported one
+  Twist V_WH;                 ///< true twist of the handle
+  Pose X_WT;                  ///< pose of the tool at the end of the step that begins now
+  Twist V_WT;                 ///< twist of the tool at the end of the same step
+  Wrench on_hand_W;           ///< wrench displayed from now to the next tick, about the handle
   Wrench on_tool_W;           ///< wrench of the coupling, about the tool
   double normal_force_n = 0;  ///< normal force of the contact
-  /// Work of the hand up to this tick: −Σ F_j·(x_{j+1} − x_j) − Σ τ_j·θ; F, τ as displayed, x, θ true.
+  /// Work of the hand up to this tick: −Σ F_j·(x_{j+1} − x_j) − Σ τ_j·θ. F and τ are the displayed values; x and θ are
+  /// the true ones.
   double hand_work_j = 0;
-  /// The same from the reported positions, the only ones available to a passivity controller.
+  /// The same work, computed from the reported positions. A passivity controller has only these.
   double reported_work_j = 0;
 };
 
-/// The simulated hand with the impedance of a hand from check_coupling(); the entry without a hand is not valid here.
+/// Returns parameters of a simulated hand with the impedance of a hand in check_coupling(). The entry that stands for
+/// "no hand" is not valid.
 devices::HandParameters hand_of(const haptics::CheckedHand& checked);
 
 /// Steps device, coupling and tool together.
@@ -65,8 +68,9 @@ class HandRig {
   HandRig(HandRig&&) noexcept;
 
   HandRigTick tick();
-  /// Moves and turns the handle by a prescribed step instead of by the simulated hand, for drivers that choose the
-  /// direction of each tick. The law receives the encoder's positions; W holds the true ones.
+  /// Translates and rotates the handle by a prescribed step, which replaces the simulated hand. This is for drivers
+  /// that choose the direction of each tick. The law receives positions from the encoder; the result in W has the true
+  /// ones.
   HandRigTick tick_driven(const Vec3& step_W, const Vec3& turn_W = Vec3::Zero());
   double withheld_j() const;
 

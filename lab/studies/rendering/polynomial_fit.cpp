@@ -9,10 +9,11 @@ namespace tandem::lab {
 namespace {
 
 constexpr int kMaxDegree = 3;
-/// Error ratio below which a further coefficient is accepted.
+/// A further coefficient is accepted only if the ratio of the errors is below this value.
 constexpr double kWorthwhile = 0.9;
 
-// The ends are never left out: a fit is not used outside its points, so extrapolation is not evaluated.
+// The first and last point are never left out. A fit is not used outside its points, so extrapolation must not be
+// evaluated.
 double left_out_rms(std::span<const double> x, std::span<const double> y, int degree) {
   double square_sum = 0;
   for (std::size_t out = 1; out + 1 < x.size(); ++out) {
@@ -29,7 +30,7 @@ double left_out_rms(std::span<const double> x, std::span<const double> y, int de
 }  // namespace
 
 haptics::Cubic least_squares(std::span<const double> x, std::span<const double> y, int degree) {
-  // Dividing x by its maximum gives all columns a similar size.
+  // x is divided by its maximum, so that all columns have a similar magnitude.
   double scale = 0;
   for (const double one : x) scale = std::max(scale, std::abs(one));
   if (scale == 0) scale = 1;
@@ -50,7 +51,8 @@ haptics::Cubic least_squares(std::span<const double> x, std::span<const double> 
 ChosenFit chosen_fit(std::span<const double> x, std::span<const double> y,
                      const std::function<bool(const haptics::Cubic&)>& is_allowed) {
   if (x.size() <= 2) {
-    // Leave-one-out is impossible for a line through two points, yet a constant would be wrong at both.
+    // For a line through two points a leave-one-out error cannot be computed, but a constant would be wrong at both
+    // points.
     const ChosenFit constant{least_squares(x, y, 0), 0, 0};
     if (x.size() < 2 || y[0] == y[1]) return constant;
     const ChosenFit line{least_squares(x, y, 1), 1, 0};

@@ -1,4 +1,4 @@
-// Least-squares polynomials of few points, with a degree that the points support.
+// Fits least-squares polynomials to a few points and chooses a degree that the points support.
 #pragma once
 
 #include <functional>
@@ -8,19 +8,20 @@
 
 namespace tandem::lab {
 
-/// Least-squares polynomial of the given degree, 0 to 3, through at least degree + 1 points.
+/// Returns the least-squares polynomial of the given degree (0 to 3) for at least degree + 1 points.
 haptics::Cubic least_squares(std::span<const double> x, std::span<const double> y, int degree);
 
 struct ChosenFit {
   haptics::Cubic cubic;
   int degree = 0;
-  double left_out_rms = 0;  ///< leave-one-out error; 0 for one or two points
+  double left_out_rms = 0;  ///< RMS of the leave-one-out error; 0 for one or two points
 };
 
-/// Chooses the degree, 0 to 3, with the smallest leave-one-out error; the first and the last point are never left out.
-/// A higher degree must lower the error by a tenth. Degrees without a spare point, or whose fit `is_allowed` refuses,
-/// are excluded; degree 0 is always allowed. Exception: two different points give a line where it is allowed.
-/// In      x  in ascending order, equal values allowed
+/// Chooses the degree (0 to 3) with the smallest leave-one-out error; the first and the last point are never left out.
+/// A higher degree is chosen only if it lowers the error by a tenth. A degree is excluded if it leaves no spare point,
+/// or if `is_allowed` returns false for its fit; degree 0 is always allowed. Exception: two different points give a
+/// line if `is_allowed` accepts it.
+/// In      x  in ascending order; equal values are allowed
 ChosenFit chosen_fit(std::span<const double> x, std::span<const double> y,
                      const std::function<bool(const haptics::Cubic&)>& is_allowed);
 

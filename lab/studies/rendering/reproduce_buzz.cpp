@@ -1,5 +1,5 @@
-// Buzz: a light tool, a hand with tremor and an encoder with finite steps. Measures the share of each law in the
-// vibration of the force.
+// Buzz that arises from a light tool, a hand with tremor and an encoder with finite steps. The study measures how much
+// vibration each law adds to the force.
 
 #include <algorithm>
 #include <array>
@@ -20,11 +20,11 @@ constexpr std::array kForces_n{0.005, 0.0075, 0.01, 0.0125, 0.015, 0.0175, 0.02,
                                0.05,  0.1,    0.2,  0.3,    0.5,   1.0,    2.0,  3.0};
 constexpr std::size_t kOneNewton = 13;
 static_assert(kForces_n[kOneNewton] == 1.0);
-constexpr double kLightShare = 0.005;  ///< share of F_max below which a touch counts as light
+constexpr double kLightShare = 0.005;  ///< a touch is light if its force is below this share of F_max
 constexpr std::string_view kRival = "qsa-dynamic";
 constexpr std::string_view kLiteral = "stable-dynamic-literal";
 constexpr std::array kTremors_n{0.02, 0.05, 0.1, 0.2};
-/// F_max of the published comparisons, tried in addition to the light tool's.
+/// F_max of the published comparisons, which is tried in addition to that of the light tool.
 constexpr double kLargerLimit_n = kForceLimit_n;
 /// Plane stiffness of a wall in a scene.
 constexpr double kHardPlane_n_per_m = 20000;
@@ -44,10 +44,10 @@ const LawBuzz& of_law(const std::vector<LawBuzz>& laws, std::string_view law) {
   return *std::ranges::find(laws, law, &LawBuzz::law);
 }
 
-/// Ratio of the default's vibration to its rival's in light touches.
+/// Ratio of the vibration with the default law to that with its rival, in light touches.
 struct LightTouches {
   int count = 0;
-  double worst_ratio = std::numeric_limits<double>::quiet_NaN();  ///< NaN: no light touch, so no evidence
+  double worst_ratio = std::numeric_limits<double>::quiet_NaN();  ///< NaN: there is no light touch, hence no evidence
 };
 
 LightTouches light_touches(const LawBuzz& ours, const LawBuzz& rival, const PressSettings& settings) {
@@ -62,7 +62,7 @@ LightTouches light_touches(const LawBuzz& ours, const LawBuzz& rival, const Pres
   return result;
 }
 
-/// Ratio of the default to its rival at 0.01 N, 0.015 N and 1 N.
+/// Returns the ratio of the default law to its rival at 0.01 N, 0.015 N and 1 N.
 std::string ratios_with(const PressSettings& settings) {
   std::string text;
   for (const double force_n : {0.01, 0.015, 1.0}) {
@@ -80,7 +80,8 @@ double slope_at(std::string_view law, double force_n, const PressSettings& setti
   return haptics::make_coupling_law(law, coupling)->gradient(state).force_by_d(2, 2);
 }
 
-/// Ratio of the default's slope to its rival's at a light touch, and the force above which the default is steeper.
+/// Returns the ratio of the slopes of the default law and its rival at a light touch, and the force above which the
+/// default law is steeper.
 std::string slope_ratio_with(const PressSettings& settings) {
   const auto ratio = [&](double force_n) {
     return slope_at(haptics::kDefaultCouplingLaw, force_n, settings) / slope_at(kRival, force_n, settings);
@@ -96,8 +97,8 @@ std::string slope_ratio_with(const PressSettings& settings) {
 
 /// Range of the settled force without tremor.
 struct Rest {
-  double exact_n = 0;       ///< largest over all forces, with an exact encoder
-  double over_quantum = 0;  ///< largest over all forces, in force changes of one encoder step
+  double exact_n = 0;       ///< largest value over all forces, with an exact encoder
+  double over_quantum = 0;  ///< largest value over all forces, in units of the force change caused by one encoder step
 };
 
 Rest rest_of(std::string_view law, PressSettings settings) {
@@ -120,7 +121,7 @@ std::string millinewtons(double force_n) {
 }
 
 void add_winner_rows(Reproduction& result, const std::vector<LawBuzz>& laws) {
-  // Direct rendering is listed apart: its plane is as soft as a coupling, so it is no rival.
+  // Direct rendering is listed separately. Its plane is as soft as a coupling, so it is not a rival.
   std::vector<const LawBuzz*> coupled;
   for (const LawBuzz& law : laws) {
     if (haptics::find_coupling_law(law.law)->tool != haptics::ToolDynamics::kAtHandle) coupled.push_back(&law);
@@ -170,7 +171,7 @@ void add_side_rows(Reproduction& result, const PressSettings& settings) {
   result.rows.push_back({ratio + "CouplingParameters as they are by default", "", ratios_with(shipped)});
 }
 
-/// Conditions of the figures.
+/// Returns a description of the conditions of the figures.
 std::string conditions(const PressSettings& settings) {
   return "F_max " + format_significant(settings.force_limit_n, 3) + " N, " +
          format_significant(settings.damping_n_s_per_m, 3) + " N·s/m, encoder " +

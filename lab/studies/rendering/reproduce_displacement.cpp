@@ -1,4 +1,4 @@
-// Sag: the cost of a soft coupling. A tool hangs m·g/k below the handle, also in free air.
+// Sag, which is the disadvantage of a soft coupling: a tool hangs m·g/k below the handle, also in free air.
 
 #include <algorithm>
 #include <array>
@@ -17,16 +17,16 @@ namespace tandem::lab {
 namespace {
 
 constexpr double kInertia_kg_m2 = 4e-5;
-/// Masses up to a weight beyond the knee of the saturation, 5.2 N.
+/// Masses up to a weight above the knee of the saturation, which is at 5.2 N.
 constexpr std::array kMasses_kg{0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6};
-/// Number of published masses, for which the adaptive law is calibrated.
+/// Number of masses with published results. The adaptive law is calibrated for these.
 constexpr std::size_t kPublishedMasses = 4;
 constexpr std::array kLaws{"spring-damper", "qsa-dynamic", "stable-dynamic", "stable-dynamic-literal", "adaptive"};
-/// Sharpness c of the stable dynamic curve.
+/// Parameter c of the stable dynamic law, which determines the sharpness of the curve.
 constexpr double kSharpness = 1;
-/// Laws whose tools have no weight.
+/// Laws in which the tool has no weight.
 constexpr std::array kWeightless{"qsa-static", "direct"};
-/// Beyond the knee a curve is nearly flat, so settling is slow.
+/// Above the knee a curve is almost flat, so settling is slow.
 constexpr double kSettling_s = 15;
 
 haptics::CouplingParameters adaptive_coupling(double mass_kg) {
@@ -37,30 +37,32 @@ haptics::CouplingParameters adaptive_coupling(double mass_kg) {
   return haptics::adapted(haptics::thesis_adaptive_fit(), mass_kg, kInertia_kg_m2, base);
 }
 
-/// Every law has the k_t of the adaptive law at the lightest mass.
+/// Returns the coupling for a law. Every law has the k_t that the adaptive law has at the lightest mass.
 haptics::CouplingParameters coupling_of(std::string_view law, double mass_kg) {
   haptics::CouplingParameters coupling = adaptive_coupling(law == "adaptive" ? mass_kg : kMasses_kg.front());
-  // Damping does not affect the sag; 0.7 of critical settles fastest.
+  // Damping does not affect the sag. At 0.7 of critical damping the tool settles fastest.
   coupling.damping_n_s_per_m = 1.4 * std::sqrt(coupling.stiffness_n_per_m * mass_kg);
   return coupling;
 }
 
-/// The published fit for a tool of this mass, constant outside the range of its masses.
+/// Returns the stiffness of the published fit for a tool of this mass; it is constant outside the range of masses of
+/// the fit.
 double adaptive_n_per_m(double mass_kg) {
   return 116.53 * std::clamp(mass_kg, 0.05, 0.2) + 16.21;
 }
 
-/// The elastic force that saturation reduces to `shown_n`: the inverse of the saturation.
+/// Returns the elastic force that saturation reduces to `shown_n`, i.e. the inverse of the saturation.
 double unbent_n(double shown_n) {
   const double knee_n = (1 - kSoftness) * kForceLimit_n;
   if (shown_n <= knee_n) return shown_n;
   return knee_n - kSoftness * kForceLimit_n * std::log((kForceLimit_n - shown_n) / (kSoftness * kForceLimit_n));
 }
 
-/// m·g/k with k the secant of the law's curve, written out here without the code of the law.
+/// Returns the expected sag m·g/k, with k the secant stiffness of the law's curve. The formulas are written out here,
+/// independent of the code of the law.
 ///
-/// Model   e = m g below the knee. Linear: e/k; QSA: −d_max ln(1 − e/F_max); stable dynamic:
-///         d_max √(−ln(1 − e/F_max)/c); d_max = F_max/k_t
+/// Model   below the knee the elastic force is e = m g. Linear: e/k; QSA: −d_max ln(1 − e/F_max); stable dynamic: d_max
+///         √(−ln(1 − e/F_max)/c); with d_max = F_max/k_t
 double closed_form_sag_m(std::string_view law, double mass_kg) {
   const double elastic_n = unbent_n(weight_n(mass_kg));
   if (law == "adaptive") return elastic_n / adaptive_n_per_m(mass_kg);
@@ -71,7 +73,7 @@ double closed_form_sag_m(std::string_view law, double mass_kg) {
   return d_max_m * (law == "qsa-dynamic" ? log_left : std::sqrt(log_left / kSharpness));
 }
 
-/// Simulated sag: the tool starts level with a handle that is held still, and settles.
+/// Simulates the sag. The tool starts at the height of a handle that does not move, and settles.
 double sag_m(std::string_view law, const haptics::CouplingParameters& coupling, double mass_kg) {
   HandRigSettings settings;
   settings.law = law;
@@ -88,7 +90,7 @@ double sag_m(std::string_view law, const haptics::CouplingParameters& coupling, 
 struct LawSag {
   std::string law;
   std::vector<double> sags_m;  ///< in the order of kMasses_kg
-  double worst_error = 0;      ///< relative error against the closed form
+  double worst_error = 0;      ///< largest relative error compared with the closed form
 
   double mean_published_m() const {
     double sum = 0;
@@ -116,8 +118,8 @@ std::string millimetres(double length_m) {
   return format_fixed(1e3 * length_m, 1) + " mm";
 }
 
-/// k_t at which `law` would have sagged by `published_m`: the curves depend on k_t d alone, so the sag is proportional
-/// to 1/k_t.
+/// Returns the k_t at which `law` would have had the sag `published_m`. The curves depend only on k_t d, so the sag is
+/// proportional to 1/k_t.
 std::string implied_stiffness(const LawSag& law, double ours_m, double published_m) {
   const double ours_n_per_m = coupling_of(law.law, kMasses_kg.front()).stiffness_n_per_m;
   return format_fixed(ours_n_per_m * ours_m / published_m, 1) + " N/m";
@@ -125,8 +127,8 @@ std::string implied_stiffness(const LawSag& law, double ours_m, double published
 
 struct PublishedRatio {
   const char* law;
-  double at_end;          ///< displacement of the adaptive law at 0.2 kg, relative to this law's
-  double mean_reduction;  ///< mean reduction by the adaptive law
+  double at_end;          ///< displacement of the adaptive law at 0.2 kg, relative to that of this law
+  double mean_reduction;  ///< mean reduction of the displacement by the adaptive law
 };
 constexpr std::array kPublished{PublishedRatio{"spring-damper", 2.71, 0.5243},
                                 PublishedRatio{"qsa-dynamic", 2.16, 0.4251}};
@@ -153,8 +155,8 @@ void add_published_rows(Reproduction& result, const std::vector<LawSag>& sags) {
   }
 }
 
-/// The other definition of equality at the lightest mass: equal sag instead of equal k_t. It favours a curve that
-/// steepens.
+/// Adds a row with the other definition of equality at the lightest mass: equal sag instead of equal k_t. It favours a
+/// curve whose slope increases.
 void add_equal_sag_row(Reproduction& result, const LawSag& adaptive) {
   constexpr std::string_view kCurved = haptics::kDefaultCouplingLaw;
   haptics::CouplingParameters coupling = coupling_of(kCurved, kMasses_kg.front());
@@ -169,7 +171,7 @@ void add_equal_sag_row(Reproduction& result, const LawSag& adaptive) {
       {std::string(kCurved) + " against adaptive at 0.1, 0.15, 0.2 kg, both level at 0.05 kg", "", ours});
 }
 
-/// Simulates these like the others, so that the absence of sag is measured too.
+/// Simulates these laws like the others, so that the absence of sag is also measured.
 void add_weightless_rows(Reproduction& result) {
   for (const char* law : kWeightless) {
     const bool is_at_handle = haptics::find_coupling_law(law)->tool == haptics::ToolDynamics::kAtHandle;
@@ -219,7 +221,7 @@ Plot figure_of(const std::vector<LawSag>& sags) {
   figure.y.low = 0;
   for (const LawSag& law : sags) {
     std::vector<double> sags_mm;
-    // Beyond the knee the sag of the QSA curve would flatten all others.
+    // Points above the knee are omitted, because the large sag of the QSA curve would flatten all other curves.
     for (std::size_t i = 0; i + 1 < kMasses_kg.size(); ++i) sags_mm.push_back(1e3 * law.sags_m[i]);
     figure.series.push_back(series_of(law.law, {kMasses_kg.begin(), kMasses_kg.end() - 1}, sags_mm));
   }

@@ -1,4 +1,4 @@
-// Growth of force with displacement during loading and unloading. A difference between the two generates energy.
+// Growth of the force with displacement during loading and unloading. If the two differ, energy is generated.
 
 #include <algorithm>
 #include <array>
@@ -14,14 +14,15 @@
 namespace tandem::lab {
 namespace {
 
-// Figures for which the published law was found to be active: 4 N, 20 mm, so k_t = 200 N/m, pressed by 10 mm.
+// Parameters for which the published law was found to be active: 4 N and 20 mm, hence k_t = 200 N/m; the hand presses
+// by 10 mm.
 constexpr double kLimit_n = 4;
 constexpr double kStiffness_n_per_m = 200;
 constexpr double kDepth_m = 0.010;
 constexpr int kSamples = 1000;
 constexpr double kSpeed_m_per_s = 0.02;
 constexpr double kGrowthToolMass_kg = 0.02;
-/// Laws without the adaptive one, which equals the spring-damper at a given stiffness.
+/// Compared laws. The adaptive law is omitted, because at a given stiffness it equals the spring-damper.
 constexpr std::array kGrowingLaws{"spring-damper", "qsa-static", "qsa-dynamic", "stable-dynamic",
                                   "stable-dynamic-literal"};
 constexpr double kDamping_n_s_per_m = 0.4;
@@ -29,7 +30,8 @@ constexpr double kDamping_n_s_per_m = 0.4;
 haptics::CouplingParameters coupling() {
   haptics::CouplingParameters result;
   result.stiffness_n_per_m = kStiffness_n_per_m;
-  // Twice k T: dissipates many times the energy created by sampling at this speed, and is 0.2 % of the force.
+  // Damping of twice k T dissipates many times the energy that sampling creates at this speed. Its force is 0.2 % of
+  // the total.
   result.damping_n_s_per_m = kDamping_n_s_per_m;
   result.force_limit_n = kLimit_n;
   result.saturation_softness = kSoftness;
@@ -43,7 +45,7 @@ struct Curves {
   std::vector<double> out_n;
   double stored_j = 0;
   double returned_j = 0;
-  double largest_jump_n = 0;  ///< where only the direction of the handle changes
+  double largest_jump_n = 0;  ///< largest jump of the force when only the direction of motion changes
 };
 
 Curves curves_of(std::string_view name, double sharpness = 1) {
@@ -67,9 +69,9 @@ Curves curves_of(std::string_view name, double sharpness = 1) {
 
 /// A stroke: the handle moves 10 mm into a plane and back at constant speed.
 struct Stroke {
-  std::vector<double> depth_m;  ///< depth of the handle, first loading, then unloading
+  std::vector<double> depth_m;  ///< depth of the handle, first while loading, then while unloading
   std::vector<double> force_n;
-  double gained_j = 0;  ///< energy gained by the hand over the whole stroke
+  double gained_j = 0;  ///< energy that the hand gained over the whole stroke
 };
 
 Stroke stroke_of(std::string_view law) {
@@ -105,7 +107,7 @@ Plot curve_figure(const std::string& law, const Curves& curves, const Stroke& st
     return lengths;
   };
   const auto half = static_cast<std::ptrdiff_t>(stroke.force_n.size() / 2);
-  // The x values of a plot increase, so unloading is drawn from its end.
+  // The x values of a plot must increase, so unloading is plotted in reverse.
   std::vector<double> out_m(stroke.depth_m.rbegin(), stroke.depth_m.rend() - half);
   std::vector<double> out_n(stroke.force_n.rbegin(), stroke.force_n.rend() - half);
   figure.series = {{"in", millimetres(curves.d_m), curves.in_n, 0},

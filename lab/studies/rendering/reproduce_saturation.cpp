@@ -1,4 +1,5 @@
-// Saturation: forces within the device's range pass unchanged; larger ones approach the limit without reaching it.
+// Saturation: a force within the range of the device is not changed; a larger force approaches the limit without
+// reaching it.
 
 #include <algorithm>
 #include <array>
@@ -21,7 +22,7 @@ constexpr double kPressDepth_m = 0.07;
 constexpr double kCouplingStiffness_n_per_m = 300;
 constexpr double kCouplingDamping_n_s_per_m = 3;
 
-/// Down by kPressDepth_m in a second, held, and up again.
+/// Returns a path that moves down by kPressDepth_m in one second, holds, and moves up again.
 devices::HandPath press() {
   using std::chrono::seconds;
   const Pose up{0.005 * Vec3::UnitZ(), Quat::Identity()};
@@ -39,18 +40,18 @@ HandRigSettings pressing(std::string_view law, double mass_kg) {
   settings.coupling.saturation_softness = kSoftness;
   settings.tool_mass_kg = mass_kg;
   settings.plane_z_m = 0;
-  // Exact velocity, so that the force requested from the law can be computed from the trace.
+  // The velocity is exact, so that the force that was requested from the law can be computed from the trace.
   settings.estimates_velocity = false;
   return settings;
 }
 
-/// Force of the law without a limit, and the force displayed.
+/// The force of the law without a limit, and the displayed force.
 struct Press {
   std::vector<double> at_s;
   std::vector<double> requested_n;
   std::vector<double> shown_n;
-  double largest_n = 0;          ///< largest force on hand or tool
-  double largest_unequal_n = 0;  ///< |force on hand + force on tool|
+  double largest_n = 0;          ///< largest force on the hand or the tool
+  double largest_unequal_n = 0;  ///< largest |force on hand + force on tool|
 };
 
 Press pressed(std::string_view law, double mass_kg) {
@@ -60,7 +61,7 @@ Press pressed(std::string_view law, double mass_kg) {
   Press result;
   for (int i = 0; i < 3000; ++i) {
     const HandRigTick tick = rig.tick();
-    // Spring-damper law: it uses the handle at the tick and the tool at the end of the step.
+    // The spring-damper law uses the handle at the tick and the tool at the end of the step.
     const Vec3 requested =
         c.stiffness_n_per_m * (tick.X_WH.p - tick.X_WT.p) + c.damping_n_s_per_m * (tick.V_WH.v - tick.V_WT.v);
     result.at_s.push_back(to_seconds(tick.at));
@@ -72,7 +73,7 @@ Press pressed(std::string_view law, double mass_kg) {
   return result;
 }
 
-/// Largest change of forces below the knee, over the spring-damper's presses with all masses.
+/// Returns the largest change of forces below the knee, over the presses of the spring-damper with all masses.
 double changed_below_knee_n(const std::vector<Press>& presses) {
   double changed = 0;
   for (const Press& press : presses) {
@@ -84,7 +85,7 @@ double changed_below_knee_n(const std::vector<Press>& presses) {
   return changed;
 }
 
-/// Jump between the one-sided slopes at the knee, by finite differences.
+/// Returns the difference of the one-sided slopes at the knee, by finite differences.
 double slope_jump() {
   constexpr double kStep_n = 1e-6;
   const auto H = [](double force_n) { return haptics::saturated(force_n, kForceLimit_n, kSoftness); };

@@ -1,4 +1,5 @@
-// Z-width: largest stiffness of a wall before the sampled loop rings, for each law, over damping and rate.
+// Z-width: the largest stiffness of a wall at which the sampled loop does not oscillate, for each law, as a function of
+// damping and rate.
 
 #include <algorithm>
 #include <array>
@@ -19,36 +20,37 @@ namespace {
 
 constexpr std::array kRates_hz{250.0, 500.0, 1000.0, 2000.0, 4000.0};
 constexpr std::array kDampings_n_s_per_m{0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 40.0};
-/// Laws without the adaptive one, which equals the spring-damper at a given stiffness.
+/// Compared laws. The adaptive law is omitted, because at a given stiffness it equals the spring-damper.
 constexpr std::array kZWidthLaws{"spring-damper",          "qsa-static", "qsa-dynamic", "stable-dynamic",
                                  "stable-dynamic-literal", "direct"};
 constexpr double kLeast_n_per_m = 50;
 constexpr double kMost_n_per_m = 1e6;
 constexpr double kResolution = 1.005;
-/// Factor of the first bracket around the expected value.
+/// Relative width of the first bracket around the expected value.
 constexpr double kNarrow = 1.01;
-/// Step of the scan for switching laws.
+/// Factor between successive stiffness values in the scan for switching laws.
 constexpr double kScan = 1.1;
 constexpr double kToolMass_kg = 0.05;
-/// Ours: a desktop device; the hand is the light grip of HandParameters.
+/// Our choice: a desktop device. The hand is the light grip of HandParameters.
 constexpr double kDeviceMass_kg = 0.1;
 constexpr double kDeviceDamping_n_s_per_m = 0.1;
-/// Stiffness at which the tool does not move: the coupling alone is the wall.
+/// At this stiffness of the plane the tool does not move; the wall that the hand feels is the coupling alone.
 constexpr double kPlane_n_per_m = 1e9;
-/// Swing that counts as rest; rounding of the positions is a ten thousandth of it.
+/// The handle is at rest if its swing is below this value. Rounding errors of the positions are a ten-thousandth of it.
 constexpr double kStill_m = 1e-14;
 constexpr double kSmallSwing = 0.05;
-/// Smallest preload, used where a curve is steepest at zero force, so that the handle stays on the wall.
+/// Smallest preload. It keeps the handle on the wall for curves that are steepest at zero force.
 constexpr double kMinPreload = 0.02;
 
-/// Tolerance of two steps of the search; the largest measured error is one step.
+/// Tolerance in the comparison of prediction and simulation: two steps of the search. The largest measured error is one
+/// step.
 constexpr double kTolerance_percent = 1;
 
 bool is_direct(std::string_view law) {
   return haptics::find_coupling_law(law)->tool == haptics::ToolDynamics::kAtHandle;
 }
 
-/// Laws whose loops are linear nowhere: they jump with the sign of d·v.
+/// Returns whether the loop of a law is nowhere linear, because its force jumps with the sign of d·v.
 bool is_switching(std::string_view law) {
   return !haptics::find_coupling_law(law)->is_passive && !is_direct(law);
 }
@@ -68,7 +70,7 @@ haptics::CouplingParameters coupling_of(const Setting& setting, double stiffness
   return coupling;
 }
 
-/// Operating point of the wall, and the law's slope there for each N/m of k_t. Both scale with k_t alone.
+/// Operating point of the wall: the force, and the slope of the law there for each N/m of k_t. Both depend only on k_t.
 struct Preload {
   double force_n = 1;
   double slope_per_stiffness = 1;
@@ -84,8 +86,8 @@ Preload preload_of(std::string_view name) {
   return {elastic_force_n(*law, d_m, true), law->gradient(state).force_by_d(2, 2)};
 }
 
-/// Largest stiffness for which `is_stable` holds, within kResolution; kLeast_n_per_m if none does. Starts near `guess`
-/// and widens its bracket by growing steps until it contains the limit.
+/// Returns the largest stiffness for which `is_stable` is true, within kResolution, or kLeast_n_per_m if there is none.
+/// The search starts near `guess` and widens its bracket by growing steps until it contains the limit.
 template <class IsStable>
 double largest_stable(double guess, const IsStable& is_stable) {
   double low = guess / kNarrow, high = guess * kNarrow;
@@ -134,7 +136,7 @@ HandRigSettings rig_of(const Setting& setting, double stiffness_n_per_m) {
   return settings;
 }
 
-/// RMS of the handle's position about its mean, over `ticks` ticks.
+/// Returns the RMS deviation of the handle's position from its mean, over `ticks` ticks.
 double swing_m(HandRig& rig, double ticks) {
   std::vector<double> heights_m;
   for (double i = 0; i < ticks; ++i) heights_m.push_back(rig.tick().X_WH.p.z());
@@ -143,21 +145,21 @@ double swing_m(HandRig& rig, double ticks) {
   return rms(heights_m);
 }
 
-/// Whether the hand comes to rest after it lowers itself onto the wall.
+/// Returns whether the hand comes to rest after it moves down onto the wall.
 bool comes_to_rest(const Setting& setting, const Preload& preload, double stiffness_n_per_m) {
   const HandRigSettings settings = rig_of(setting, stiffness_n_per_m);
   const double wall_m = is_direct(setting.law) ? preload.force_n / stiffness_n_per_m
                                                : displacement_m(setting.law, settings.coupling, preload.force_n);
   const double hand_m = preload.force_n / settings.hand.stiffness_n_per_m;
-  // Starts at the wall and moves slowly: an impact would still ring when the swings are compared.
+  // The hand starts at the wall and moves slowly. Otherwise an impact would still ring when the swings are compared.
   const Pose pressing{-(wall_m + hand_m) * Vec3::UnitZ(), Quat::Identity()};
   HandRig rig(settings, devices::HandPath({{Duration(0), Pose{}, 0, ""}, {from_seconds(0.8), pressing, 0, ""}}));
   swing_m(rig, 1.0 * setting.rate_hz);
   const double before_m = swing_m(rig, 0.3 * setting.rate_hz);
   swing_m(rig, 0.9 * setting.rate_hz);
   const double after_m = swing_m(rig, 0.3 * setting.rate_hz);
-  // Only small swings are conclusive: large ones are bounded by the limit or by lost contact, and neither grow nor
-  // decay.
+  // Only small swings allow a conclusion. Large ones are bounded by the force limit or by loss of contact, and neither
+  // grow nor decay.
   return after_m < kStill_m || (after_m < before_m && after_m < kSmallSwing * wall_m);
 }
 
@@ -165,8 +167,8 @@ double simulated_n_per_m(const Setting& setting, const Preload& preload, double 
   return largest_stable(expected_n_per_m, [&](double stiffness) { return comes_to_rest(setting, preload, stiffness); });
 }
 
-/// A switching law's rest does not depend on the stiffness monotonically. So the result is the lowest tried stiffness
-/// at which the hand does not come to rest.
+/// For a switching law, rest does not depend monotonically on the stiffness. Therefore the result is the lowest tried
+/// stiffness at which the hand does not come to rest.
 double lowest_restless_n_per_m(const Setting& setting, const Preload& preload) {
   double stiffness = kLeast_n_per_m;
   while (stiffness < kMost_n_per_m && comes_to_rest(setting, preload, stiffness)) stiffness *= kScan;
@@ -176,7 +178,8 @@ double lowest_restless_n_per_m(const Setting& setting, const Preload& preload) {
 struct Width {
   double rate_hz;
   std::vector<double> predicted_n_per_m;  ///< in the order of kDampings_n_s_per_m; empty for a switching law
-  std::vector<double> simulated_n_per_m;  ///< for a switching law the lowest stiffness without rest
+  /// for a switching law: lowest stiffness at which the hand does not come to rest
+  std::vector<double> simulated_n_per_m;
 };
 
 struct LawWidths {

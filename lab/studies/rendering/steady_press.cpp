@@ -16,7 +16,8 @@ bool is_at_handle(std::string_view law) {
   return haptics::find_coupling_law(law)->tool == haptics::ToolDynamics::kAtHandle;
 }
 
-/// Moves down to the balance at which the hand's own spring, the coupling and the plane all carry `force_n`.
+/// Returns a path that moves down to the equilibrium at which the hand's own spring, the coupling and the plane all
+/// carry `force_n`.
 devices::HandPath reaching(double force_n, const HandRigSettings& rig) {
   const double contact_m = force_n / rig.contact_n_per_m;
   const double coupling_m = is_at_handle(rig.law) ? 0 : displacement_m(rig.law, rig.coupling, force_n);
@@ -75,7 +76,7 @@ SteadyPress press_steadily(std::string_view law, double force_n, const PressSett
   }
   result.mean_normal_n = std::accumulate(contact_n.begin(), contact_n.end(), 0.0) / static_cast<double>(recorded);
   const std::vector<double> high = high_passed(result.normal_n, with.rate_hz, kVibration_hz);
-  // The first half second is the transient of the filter.
+  // The first half second is excluded, because it contains the transient of the filter.
   result.rms_n = rms(std::span(high).subspan(static_cast<std::size_t>(with.rate_hz / 2)));
   const auto [low, top] = std::ranges::minmax(result.normal_n);
   result.range_n = top - low;

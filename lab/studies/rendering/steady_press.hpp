@@ -1,4 +1,4 @@
-// A hand presses a light tool on a plane with a given force; the trial records the force on the hand.
+// A hand presses a light tool on a plane with a given force. The trial records the force on the hand.
 #pragma once
 
 #include <optional>
@@ -11,15 +11,16 @@
 
 namespace tandem::lab {
 
-/// Settings common to all laws: tool, limit, damping and encoder from the thesis, the others ours.
+/// Settings that all laws share. Tool, force limit, damping and encoder are those of the thesis; the other values are
+/// our choice.
 struct PressSettings {
-  /// If set, every law uses this coupling, and limit, secant stiffness and damping below are ignored.
+  /// If set, every law uses this coupling, and the following limit, secant stiffness and damping are ignored.
   std::optional<haptics::CouplingParameters> coupling;
   double force_limit_n = 4;
-  double secant_n_per_m = 300;     ///< secant stiffness of every law at 1 N
+  double secant_n_per_m = 300;     ///< secant stiffness of every law at a force of 1 N
   double damping_n_s_per_m = 0.2;  ///< damping of every law with a damper
   double tool_mass_kg = 0.02;
-  double encoder_step_m = 3e-5;  ///< 0.03 mm
+  double encoder_step_m = 3e-5;  ///< 0.03 mm, as in the thesis
   double tremor_rms_n = 0.05;
   double settling_s = 2.5;
   double recorded_s = 8;
@@ -29,19 +30,19 @@ struct PressSettings {
 struct SteadyPress {
   double mean_normal_n = 0;
   double rms_n = 0;              ///< RMS of the force on the hand above kVibration_hz
-  double range_n = 0;            ///< maximum less minimum
-  std::vector<double> normal_n;  ///< normal force on the hand, one a tick
+  double range_n = 0;            ///< maximum minus minimum
+  std::vector<double> normal_n;  ///< normal force on the hand, one value for each tick
 };
 
-/// The rig of a law with this secant stiffness at 1 N, or with the given coupling. Direct rendering uses a plane of
-/// that stiffness.
+/// Returns the rig of a law with this secant stiffness at 1 N, or with the given coupling. Direct rendering uses a
+/// plane of the same stiffness.
 HandRigSettings equal_rig(std::string_view law, const PressSettings& settings);
 
-/// Change of the force for one encoder step: by the slope at this force, and by the damper in the worst case, a
-/// velocity window of one period.
+/// Returns the change of the force caused by one encoder step: by the slope of the law at this force, and by the
+/// damper. For the damper the worst case is assumed: a velocity window of one period.
 double encoder_quantum_n(std::string_view law, double force_n, const PressSettings& settings);
 
-/// In      force_n  force at which hand, coupling and plane balance without tremor
+/// In      force_n  force at which hand, coupling and plane are in equilibrium without tremor
 SteadyPress press_steadily(std::string_view law, double force_n, const PressSettings& settings);
 
 }  // namespace tandem::lab

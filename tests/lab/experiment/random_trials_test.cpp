@@ -1,4 +1,5 @@
-// Random trials lie in their ranges and are reproducible for a seed. Each of their bounds can fail.
+// Tests that random trials lie within their ranges and are reproducible for a seed, and that each of their bounds can
+// be violated.
 #include "lab/experiment/random_trials.hpp"
 
 #include <gtest/gtest.h>
@@ -72,7 +73,7 @@ std::vector<bool> held(const std::vector<RandomOutcome>& outcomes) {
   return held;
 }
 
-/// One good trial for each claim.
+/// Returns outcomes that satisfy all claims, with at least one trial for each claim.
 std::vector<RandomOutcome> good_outcomes() {
   std::vector<RandomOutcome> outcomes;
   for (const char* const experiment : {"wall", "soft", "three_hands", "four_hands"})
@@ -105,7 +106,7 @@ TEST(RandomClaims, DoNotHoldWhereNothingWasMeasured) {
   EXPECT_EQ(held({}), (std::vector<bool>(8, false)));
   EXPECT_EQ(held({outcome("soft", "completed", 0.1, 0.001, 0.02)}),
             (std::vector<bool>{true, true, true, true, false, true, false, false}));
-  // A trial with a silence does not count as a measurement.
+  // A trial with a silence of the link does not count as a measurement.
   EXPECT_EQ(held({outcome("soft", "completed", 0.1, 0.001, 0.02, 200)}), (std::vector<bool>(8, false)));
   for (const RandomClaim& claim : random_claims(good_outcomes())) EXPECT_GT(claim.trials, 0U) << claim.text;
 }

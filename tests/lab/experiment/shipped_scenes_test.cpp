@@ -1,5 +1,5 @@
-// Checks of the shipped experiments against their table, without running them. Hands have the phases that metrics
-// evaluate and move at the stated speeds. Scenes load, and the simulated device can display their coupling.
+// Checks the shipped experiments against the table below without running them. Hands have the phases that metrics
+// evaluate, and move at the stated speeds. Scenes can be loaded, and the simulated device can display their coupling.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -44,8 +44,8 @@ constexpr std::array kShipped = {"free",
                                  "turn_squeezed",
                                  "two_plates",
                                  "box_on_box"};
-/// Phases that metrics evaluate: free motion, motion in contact or with a held body, shaking it, pressing or carrying
-/// at rest.
+/// Phases that metrics evaluate: free motion, motion in contact or with a held body, shaking a held body, pressing or
+/// carrying at rest.
 constexpr std::array kPhases = {"approach", "move", "contact", "slide", "shake", "hold", "retreat"};
 
 Experiment shipped(const std::string& name) {
@@ -57,7 +57,7 @@ std::string phase_at(const devices::HandPath& path, Duration time) {
   return phase < 0 ? "" : path.phases().at(static_cast<std::size_t>(phase));
 }
 
-/// Times within a phase, a millisecond apart.
+/// Returns times within a phase at intervals of one millisecond.
 std::vector<Duration> times_of(const devices::HandPath& path, const std::string& phase) {
   std::vector<Duration> times;
   for (Duration time{0}; time < path.length(); time += milliseconds(1)) {
@@ -133,8 +133,8 @@ TEST(ShippedPaths, DockingMovesAtFiftyMillimetresASecond) {
   for (const char* phase : {"move", "contact", "slide"}) EXPECT_NEAR(greatest_speed(path, phase), 0.05, 0.003) << phase;
 }
 
-// The intended circle lies inside the ball. The tool's centre is on the line from the ball's centre through the
-// intended point. It is where this line meets the sphere of ball and tip, 25 mm.
+// The intended circle lies inside the ball. The centre of the tool lies on the line from the centre of the ball through
+// the intended point, at a distance of 25 mm: the sum of the radii of ball and tip.
 TEST(ShippedPaths, CurveLeadsTheToolRoundTheBallAtTenCentimetresASecond) {
   const Experiment experiment = shipped("curve");
   const auto scene = load_experiment_scene(experiment);
@@ -148,7 +148,8 @@ TEST(ShippedPaths, CurveLeadsTheToolRoundTheBallAtTenCentimetresASecond) {
   }
 }
 
-// Hand and coupling are two springs in series, stretched by the intended distance past the contact.
+// Hand and coupling are two springs in series. They are stretched by the distance between the intended position and the
+// contact.
 TEST(ShippedPaths, SqueezePressesWithThreePointSixNewtonsFromEachSide) {
   const Experiment experiment = shipped("squeeze");
   const auto scene = load_experiment_scene(experiment);

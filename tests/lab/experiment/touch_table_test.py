@@ -1,4 +1,4 @@
-"""The table of lab/TOUCH.md consists of the rows of trials that its text states."""
+"""Tests that the table of lab/TOUCH.md contains the results of those trials that its text describes."""
 
 import importlib.util
 import pathlib

@@ -1,4 +1,4 @@
-"""The shipped delay paths equal the output of their generator."""
+"""Tests that the shipped delay paths equal the output of their generator."""
 
 import pathlib
 import subprocess

@@ -12,8 +12,8 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-/// A trace with known values: 1 s of "move" at 2 N, then 3 s of "hold". In the hold the force is 1 N with an
-/// oscillation of 0.5 N at 5 Hz. The hand's speed is a sine of 4 mm/s.
+/// Returns a trace with known values: 1 s of "move" at 2 N, then 3 s of "hold". During the hold, the force is 1 N plus
+/// an oscillation of 0.5 N at 5 Hz. The hand's speed is a sine with an amplitude of 4 mm/s.
 UserTrace known_trace() {
   devices::WayPoint move;
   move.phase = "move";
@@ -42,7 +42,7 @@ UserTrace known_trace() {
 
 TEST(UserMetrics, AreTheNumbersOfAKnownTrace) {
   const UserTrace trace = known_trace();
-  // A whole number of periods: the mean square of 1 + 0.5 sin is 1 + 0.125.
+  // The hold contains a whole number of periods, so the mean square of 1 + 0.5 sin is 1 + 0.125.
   EXPECT_NEAR(user_metric(trace, "force_rms_n"), std::sqrt((4.0 + 3 * 1.125) / 4), 1e-12);
   EXPECT_NEAR(user_metric(trace, "force_max_n"), 2, 1e-12);
   EXPECT_NEAR(user_metric(trace, "move_force_rms_n"), 2, 1e-12);
@@ -62,7 +62,7 @@ TEST(UserMetrics, TheHoldPhaseCountsOnlyASecondAfterEachBegin) {
   UserTrace trace = known_trace();
   EXPECT_EQ(settled_hold_ticks(trace).size(), 2000U);
   EXPECT_EQ(settled_hold_ticks(trace).front()->time, Duration(seconds(2)));
-  trace.ticks[2500].phase = 0;  // the hold is interrupted and begins again
+  trace.ticks[2500].phase = 0;  // the hold is interrupted and begins again after this tick
   EXPECT_EQ(settled_hold_ticks(trace).size(), 500U + 499U);
 }
 

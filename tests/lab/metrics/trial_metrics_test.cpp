@@ -1,4 +1,4 @@
-// Every metric against a synthetic trace with known values.
+// Tests every metric on a synthetic trace with known values.
 #include "lab/metrics/trial_metrics.hpp"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ devices::WayPoint begin_of(const char* phase, double at_s) {
 
 using Fill = std::function<void(TickSample&, double time_s)>;
 
-/// One user whose hand has these phases; `fill` sets the values of each tick.
+/// Returns a trace of one user whose hand has these phases; `fill` sets the values of each tick.
 SessionTrace trace_of(const std::vector<devices::WayPoint>& phases, double duration_s, const Fill& fill) {
   SessionTrace trace;
   UserTrace& user = trace.users.emplace_back();
@@ -48,7 +48,7 @@ SessionTrace trace_of(const std::vector<devices::WayPoint>& phases, double durat
   return trace;
 }
 
-/// 1 s of "move", 3 s of "contact", 3 s of "hold".
+/// Returns a trace with 1 s of "move", 3 s of "contact" and 3 s of "hold".
 SessionTrace pressing(const Fill& fill) {
   return trace_of({begin_of("move", 0), begin_of("contact", 1), begin_of("hold", 4)}, 7, fill);
 }
@@ -88,7 +88,7 @@ TEST(TrialMetrics, ContactErrorIsTheRmsDifferenceAtTheSameTime) {
   EXPECT_NEAR(metric("contact_error_rms_n", trace, &reference), 0.3 / std::sqrt(2.0), 1e-9);
   EXPECT_EQ(metric("contact_error_rms_n", reference, &reference), 0);
   EXPECT_NEAR(metric("contact_error_fraction", trace, &reference), 0.3 / std::sqrt(2.0) / 2, 1e-9);
-  // The error of a force that is 20 ms late follows from the phase shift of the sine: 2 sin(π f T).
+  // If a sinusoidal force is 20 ms late, the error follows from the phase shift: its amplitude is 2 sin(π f T).
   const SessionTrace late = pressing([](TickSample& tick, double t) { force(tick, 2 + sine(1, t - 0.020)); });
   EXPECT_NEAR(metric("contact_error_rms_n", late, &reference), 2 * std::sin(std::numbers::pi * 0.020) / std::sqrt(2.0),
               1e-6);
@@ -106,7 +106,7 @@ TEST(TrialMetrics, FeltStiffnessIsTheRatioOfSlopes) {
   EXPECT_NEAR(metric("felt_stiffness_ratio", spring(350), &reference), 0.7, 1e-9);
   const SessionTrace constant = pressing([](TickSample& tick, double) { force(tick, 2); });
   EXPECT_TRUE(std::isnan(metric("felt_stiffness_ratio", constant, &constant))) << "nothing was pressed";
-  // A force that does not depend on the hand's position has no stiffness.
+  // If the force does not depend on the position of the hand, the stiffness is undefined.
   const SessionTrace sliding = pressing([](TickSample& tick, double t) {
     tick.hand_D.p = Vec3(0, 0, 0.004 * sine(0.5, t));
     force(tick, 2 + sine(0.5, t + 0.5));
@@ -114,7 +114,7 @@ TEST(TrialMetrics, FeltStiffnessIsTheRatioOfSlopes) {
   EXPECT_TRUE(std::isnan(metric("felt_stiffness_ratio", sliding, &sliding)));
 }
 
-/// A hand that shakes `mass_kg` on a damper and a spring along x, with 0.5–5 Hz.
+/// Returns a trace of a hand that shakes `mass_kg` on a damper and a spring along x, at 0.5–5 Hz.
 SessionTrace shaking(double mass_kg, double noise_n = 0) {
   return trace_of({begin_of("move", 0), begin_of("shake", 1), begin_of("hold", 10)}, 11,
                   [=](TickSample& tick, double t) {
@@ -129,7 +129,7 @@ SessionTrace shaking(double mass_kg, double noise_n = 0) {
                     }
                     tick.hand_D.p = Vec3(0.2 + x, 0, 0.1);
                     tick.hand_twist_D.v = Vec3(v, 0, 0);
-                    // The force is held for the coming millisecond, so the mean of two forces is the force of the tick.
+                    // Each force is held for one millisecond, so the mean of two belongs to the tick between them.
                     tick.displayed_D.f = Vec3(-(mass_kg * a + 0.5 * v + 20 * x) + noise_n * sine(17, t), 0, -2);
                   });
 }
@@ -159,7 +159,7 @@ TEST(TrialMetrics, FeltMassIsHeldAgainstZeroDelay) {
 
 TEST(TrialMetrics, TheLimitCycleIsTheSpeedOfAHandThatShouldRest) {
   const SessionTrace trace = pressing([](TickSample& tick, double t) {
-    tick.hand_twist_D.v.y() = t < 5 ? 1 : 0.004 * sine(5, t);  // the first second of the hold still settles
+    tick.hand_twist_D.v.y() = t < 5 ? 1 : 0.004 * sine(5, t);  // the hand still settles in the first second of the hold
   });
   EXPECT_NEAR(metric("limit_cycle_m_per_s", trace), 0.004 / std::sqrt(2.0), 1e-9);
 }
@@ -169,7 +169,7 @@ TEST(TrialMetrics, PeakAndStepOfTheForce) {
   const SessionTrace trace = pressing([](TickSample& tick, double t) {
     force(tick, t < 2 ? 0 : 0.4);
     if (t >= 3) tick.stage_D.f.x() = 1.5;
-    tick.displayed_D.f.x() = t >= 3 ? std::min(1.5, 100 * (t - 3)) : 0;  // limited by the slew rate
+    tick.displayed_D.f.x() = t >= 3 ? std::min(1.5, 100 * (t - 3)) : 0;  // the slew limit acts
     if (t >= 3 && t < 3.0145) tick.safety_faults = haptics::kSafetySlewed;
   });
   EXPECT_NEAR(metric("peak_force_n", trace, &reference), std::hypot(0.4, 1.5), 1e-9);
@@ -178,7 +178,7 @@ TEST(TrialMetrics, PeakAndStepOfTheForce) {
   EXPECT_EQ(metric("slew_activations", trace, &reference), 15);
 }
 
-/// A step of 0.5 N and 0.05 N·m at `at_s`.
+/// Returns a trace with a step of 0.5 N and 0.05 N·m at `at_s`.
 SessionTrace stepping(double at_s) {
   return pressing([at_s](TickSample& tick, double t) {
     if (t >= at_s) tick.stage_D = {Vec3(0.5, 0, 0), Vec3(0, 0.05, 0)};
@@ -215,7 +215,7 @@ TEST(TrialMetrics, PathErrorsAreOfTheWholePathAndOverThePeak) {
     force(tick, t < 1 ? 0 : 2);
     tick.displayed_D.t.y() = t < 1 ? 0 : 0.02;
   });
-  // Different only in the first of seven seconds, in which the hand is not in contact.
+  // The traces differ only in the first of seven seconds, in which the hand is not in contact.
   const SessionTrace trace = pressing([](TickSample& tick, double t) {
     force(tick, t < 1 ? 1 : 2);
     tick.displayed_D.t.y() = t < 1 ? 0.01 : 0.02;
@@ -273,8 +273,8 @@ TEST(TrialMetrics, TheSpectrumAbove60HzHasWhatIsFastAndNothingElse) {
   EXPECT_LT(metric("force_above_60_hz_n", shaken(20)), 1e-3);
 }
 
-/// A hand at 0.1 m/s for 1 s against a constant force. The server receives `world_gain_j` with its inputs, each
-/// `late_ms` later.
+/// Returns a trace of a hand that moves at 0.1 m/s for 1 s against a constant force. The server's world receives
+/// `world_gain_j` with the inputs, each of which is used `late_ms` after it was sent.
 SessionTrace working(double force_n, double world_gain_j, int late_ms = 0) {
   SessionTrace trace = trace_of({begin_of("contact", 0)}, 1.001, [=](TickSample& tick, double t) {
     tick.tick = Tick{static_cast<std::uint64_t>(std::lround(1000 * t)) + 77};
@@ -303,13 +303,13 @@ TEST(EnergyLedger, TheGreatestSurplusAtAnyTimeCounts) {
   EXPECT_NEAR(metric("energy_created_max_j", working(2, 0.1)), 0.3, 1e-9);
   SessionTrace later = working(2, -0.2);
   std::vector<AnsweredInput>& answered = later.users[0].answered;
-  answered.back().taken_j -= 5;  // it is lost again at the end
+  answered.back().taken_j -= 5;  // the energy is removed again at the end
   for (std::size_t k = 400; k < 600; ++k) answered[k].taken_j += 0.05;
   EXPECT_NEAR(energy_ledger(later).created_max_j, 0.05, 1e-9);
 }
 
 TEST(EnergyLedger, ARiseWithinAShortTimeIsSeenWhateverWasTakenBefore) {
-  // 1 W is dissipated for half a second, then 0.4 W is generated.
+  // First 1 W is dissipated for half a second, then 0.4 W is generated.
   SessionTrace trace = working(0, 0);
   for (std::size_t k = 0; k <= 1000; ++k) {
     const double t = static_cast<double>(k) / 1000;
@@ -322,7 +322,7 @@ TEST(EnergyLedger, ARiseWithinAShortTimeIsSeenWhateverWasTakenBefore) {
 }
 
 TEST(EnergyLedger, WhatOneUserGivesAnotherMayGet) {
-  SessionTrace trace = working(2, 0);  // 0.2 J to a hand, which its own coupling at the server does not provide
+  SessionTrace trace = working(2, 0);  // the hand receives 0.2 J, which its coupling at the server does not supply
   trace.users.push_back(working(-2, 0).users[0]);
   EXPECT_NEAR(energy_ledger(trace).created_max_j, 0, 1e-9);
   trace.users[1] = working(-1.5, 0).users[0];
@@ -330,7 +330,7 @@ TEST(EnergyLedger, WhatOneUserGivesAnotherMayGet) {
 }
 
 TEST(EnergyLedger, ALateSpringMakesWhatTheorySays) {
-  // A hand oscillates 5 mm at 5 Hz on a spring of 500 N/m at a server, whose response is displayed late.
+  // A hand oscillates with 5 mm at 5 Hz on a spring of 500 N/m at the server, whose response is displayed late.
   constexpr double kSpring = 500, kSwing_m = 0.005;
   const auto at = [](double t) { return kSwing_m * sine(5, std::max(0.0, t)); };
   for (const int late_ms : {4, 20, 40}) {
@@ -344,7 +344,7 @@ TEST(EnergyLedger, ALateSpringMakesWhatTheorySays) {
       const auto tick = Tick{static_cast<std::uint64_t>(k) + 77};
       trace.users[0].answered.push_back({milliseconds(k + late_ms / 2), tick, 0.5 * kSpring * z * z});
     }
-    // Each of the five oscillations generates π k A² sin(ωT).
+    // Each of the five periods generates π k A² sin(ωT).
     const double theory_j = 5 * std::numbers::pi * kSpring * kSwing_m * kSwing_m * sine(5, late_ms * 1e-3);
     EXPECT_NEAR(energy_ledger(trace).created_max_j, theory_j, 0.1 * theory_j + 0.01) << late_ms;
   }
@@ -390,7 +390,7 @@ TEST(TrialMetrics, ViewsThatArriveApartDivergeByTheMovementBetween) {
   EXPECT_NEAR(metric("view_divergence_max_m", trace), 0, 1e-12);
   for (TickSample& tick : trace.users[1].ticks) tick.view_W.x() -= 0.2 * 0.050;
   EXPECT_NEAR(metric("view_divergence_max_m", trace), 0.010, 1e-9);
-  // Other sample times of the same motion: with linear interpolation the difference is zero.
+  // The same motion is sampled at other times. Linear interpolation gives no difference.
   SessionTrace shifted = trace;
   for (TickSample& tick : shifted.users[1].ticks) {
     tick.view_W.x() += 0.2 * 0.0505;
@@ -434,7 +434,7 @@ TEST(TrialMetrics, HaveNoValueInAnEmptyTraceAndNamesOfTheirOwn) {
   EXPECT_THROW(metric("happiness", trace), std::invalid_argument);
 }
 
-/// A cube at these heights, one per second, held by the hand in seconds 2 to 4.
+/// Returns the outcome for a cube with these heights, one for each second. The hand holds it from second 2 to second 4.
 std::string outcome_with(const std::vector<double>& heights_m) {
   Experiment experiment;
   experiment.outcome = {"cube", 0.05, "carry"};

@@ -1,4 +1,5 @@
-// A room's recording replays to the same state after each step. Otherwise the first different step and body are named.
+// The replay of a room's recording reaches the same state after each step. Otherwise it names the first step and body
+// that differ.
 #include "lab/recording/session_replay.hpp"
 
 #include <gtest/gtest.h>
@@ -46,8 +47,8 @@ class SessionReplayTest : public ::testing::Test {
   fs::path scene() const { return folder_ / "s.json"; }
   fs::path file() const { return folder_ / "r.mcap"; }
 
-  /// Two hands that move, push, grab, turn, change coupling and law, reset and leave, over networks with loss and
-  /// delay.
+  /// Records two hands that move, push, grab, rotate, change coupling and law, reset and leave, over links with loss
+  /// and delay.
   /// In      mode  client mode of the first hand
   void record(proto::ClientMode mode, const std::function<void(server::RoomRecording&)>& change = {}) {
     server::Room room(RoomId{1}, "attic", server::load_scene(scene()));
@@ -95,7 +96,7 @@ class SessionReplayTest : public ::testing::Test {
     return update;
   }
 
-  /// Rewrites the recording with changed steps.
+  /// Rewrites the recording after `change` has modified its steps.
   void rewrite(const std::function<void(wire::RecordedStep&)>& change) {
     std::ifstream in(file(), std::ios::binary);
     recording::McapReader reader(in);
@@ -143,13 +144,13 @@ TEST_F(SessionReplayTest, HasTheSameStateAfterEachStepInEachMode) {
 
 TEST_F(SessionReplayTest, NamesTheFirstStepAndThingThatDiffer) {
   record(proto::ClientMode::kHandle);
-  // The same scene except for the contents of its messages: the cube is a little heavier.
+  // The scene has bodies with the same names, but the cube is slightly heavier.
   std::string heavier = physics::scene_json({.bodies = kBodies, .tools = kTools});
   heavier.replace(heavier.find(R"("mass_kg": 0.2)"), 14, R"("mass_kg": 0.3)");
   std::ofstream(scene()) << heavier;
   EXPECT_THROW(replay(), std::invalid_argument) << "another scene is not played";
 
-  // A recording with one changed input, like a build that computes differently.
+  // One input of the recording is changed. This is like a replay by a build that computes different results.
   std::ofstream(scene()) << physics::scene_json({.bodies = kBodies, .tools = kTools});
   rewrite([](wire::RecordedStep& step) {
     if (step.step() == 800 && step.inputs_size() > 0) {

@@ -1,4 +1,4 @@
-// The report writer, from the digits of a number to the page: the report must show the measured values.
+// Tests the report writer, from the digits of a number to the whole page. The report must show the measured values.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -381,7 +381,7 @@ TEST(ParseCsv, RefusesMoreThanItsLimits) {
 TEST(ReadCsv, RefusesAFileThatIsTooLarge) {
   const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "large.csv";
   std::ofstream(file) << "a\n";
-  std::filesystem::resize_file(file, kMaxCsvBytes + 1);  // a sparse file, without blocks on disk
+  std::filesystem::resize_file(file, kMaxCsvBytes + 1);  // a sparse file, which occupies no blocks on disk
   EXPECT_THAT([&] { read_csv(file); }, testing::ThrowsMessage<std::invalid_argument>(
                                            testing::HasSubstr("has 536870913 bytes; at most 536870912 are read")));
   std::filesystem::remove(file);

@@ -1,4 +1,4 @@
-// The demo's verdict: every check can fail on its own, and an error about a bad file names the file.
+// The verdict about the demo: every check can fail independently, and an error about an invalid file names the file.
 #include <gtest/gtest.h>
 
 #include <CLI/CLI.hpp>
@@ -50,8 +50,8 @@ json::object good_summary(const std::string& user) {
           {"watched_body", {{"name", "peg"}, {"displacement_m", 0.02}}}};
 }
 
-/// One row for each value of the force along x, a second apart. The phase is "approach" in the first second and "hold"
-/// afterwards.
+/// Returns a trace with one row for each value of the force along x, at intervals of one second. The phase is
+/// "approach" in the first second and "hold" afterwards.
 std::string trace_csv(const std::vector<std::string>& forces_n, double start_s = 0) {
   std::ostringstream out;
   out << "local_ns,phase,handle_p_x_m,handle_p_y_m,handle_p_z_m,tool_p_x_m,tool_p_y_m,tool_p_z_m,body_p_x_m,body_p_y_m,"
@@ -228,7 +228,7 @@ TEST(ClientRun, IsWhatTheClientWrites) {
   summary.options.stage.name = "hold";
   summary.io.joined = std::make_shared<wire::Joined>();
   json::object written = client::to_json(summary);
-  written["scene"] = "peg";  // a Joined message without a scene has ""
+  written["scene"] = "peg";  // if a Joined message contains no scene, this is an empty text
   const ClientRun read = parse_client_summary(written, "ben.json");
   EXPECT_EQ(read.name, "ben");
   EXPECT_EQ(read.stage, "hold");
@@ -334,7 +334,7 @@ Outcome run_report(const std::vector<std::string>& arguments) {
   CLI::App app("test");
   Outcome outcome;
   add_report_command(app, outcome.code);
-  // CLI11 expects them in reverse order.
+  // CLI11 expects the arguments in reverse order.
   std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());
   reversed.push_back("report");
   testing::internal::CaptureStdout();

@@ -1,4 +1,4 @@
-// A long command writes all of its output or none.
+// A command that runs for a long time writes either all of its output or nothing.
 #include "lab/results/output_files.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// The three output forms of a reproduction agree, and the recorded path of the peg meets its purpose.
+// Tests that the three output formats of a reproduction agree. Also tests that the recorded path of the peg has its
+// five steps, and that the tip moves into the hole and out again.
 #include "lab/results/reproduction.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// A study of eight short trials, in the form of a study file, in its own folder.
+// A study of eight short trials in the format of a study file, in a folder of its own.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ namespace tandem::lab {
 namespace fs = std::filesystem;
 namespace json = boost::json;
 
-// Two tools in front of a free block, without gravity; a second of pushing.
+// A scene without gravity: two tools in front of a free block, which is pushed for one second.
 inline constexpr const char* kScene = R"({
   "name": "push", "gravity_m_per_s2": [0, 0, 0],
   "bodies": [{"name": "block", "mass_kg": 0.3, "graspable": true,

@@ -1,5 +1,5 @@
-// Output of a study: rows, samples, files for other programs and the report. Also the conditions under which it runs
-// again.
+// Tests the output of a study: rows, time series, files for other programs, and the report. Also tests when a study
+// runs its trials again.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

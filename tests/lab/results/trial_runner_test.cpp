@@ -1,4 +1,5 @@
-// Trials run on several threads: each runs once, a repeated run executes none, and the bytes are the same.
+// Tests trials on several threads: each trial runs once, a repeated study runs none of them again, and the output has
+// the same bytes.
 #include "lab/results/trial_runner.hpp"
 
 #include <gtest/gtest.h>

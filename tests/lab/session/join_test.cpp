@@ -1,4 +1,4 @@
-// Joining over a link that states and assets share, in virtual time.
+// Tests joining over a link that carries states and assets, in virtual time.
 #include <gtest/gtest.h>
 
 #include <array>

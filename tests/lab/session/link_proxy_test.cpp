@@ -1,4 +1,4 @@
-// Real sockets on loopback, with the time as an argument.
+// Tests the proxy with real sockets on loopback; the time is passed as an argument.
 #include "lab/session/link_proxy.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ using asio::ip::tcp;
 using asio::ip::udp;
 using boost::system::error_code;
 
-constexpr int kMostSteps = 5000;  // steps of a millisecond; the limit is reached only when no data arrives
+constexpr int kMostSteps = 5000;  // number of steps of a millisecond; the limit is reached only if no data arrives
 
 class LinkProxyTest : public ::testing::Test {
  protected:
@@ -46,7 +46,7 @@ class LinkProxyTest : public ::testing::Test {
     }
     return false;
   }
-  /// A stream through the proxy: the client's socket and the server's socket.
+  /// Opens a stream through the proxy. Returns the client's socket and the server's socket.
   std::pair<tcp::socket, tcp::socket> connected() {
     tcp::socket client(io_), server(io_);
     client.connect(proxy_address_);
@@ -60,7 +60,7 @@ class LinkProxyTest : public ::testing::Test {
     server.non_blocking(true);
     return {std::move(client), std::move(server)};
   }
-  /// Error code of the last read from a socket.
+  /// Returns the error code of the last read from a socket.
   error_code end_of(tcp::socket& socket) {
     error_code error;
     std::array<char, 16> bytes{};

@@ -11,7 +11,7 @@ using std::chrono::seconds;
 
 constexpr LocalTime kStart{seconds(100)};
 
-/// "move" for 3 ms, then "hold" at 10 mm.
+/// Returns a user whose path has the phase "move" for 3 ms, then "hold" at 10 mm.
 ExperimentUser someone() {
   devices::WayPoint move;
   move.phase = "move";
@@ -25,7 +25,7 @@ ExperimentUser someone() {
   return user;
 }
 
-/// A tick `since_start` after the start that displays `force_n`.
+/// Returns a tick at `since_start` after the start, in which the device displays `force_n`.
 LiveTick tick_at(Duration since_start, double force_n) {
   LiveTick tick;
   tick.record.at = kStart + since_start;

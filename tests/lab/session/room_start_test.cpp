@@ -1,4 +1,4 @@
-// Hands that start together over links with different delays, in virtual time.
+// Hands start at the same time over links with different delays, in virtual time.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -66,7 +66,7 @@ struct Session {
         user->transport.deliver(user->client.session(), now);
         user->has_joined |= user->client.session().status().state == client::SessionState::kActive;
         if (is_tick && user->has_joined)
-          user->client.haptics().tick(now);  // like tandem-client: the loop runs once joined
+          user->client.haptics().tick(now);  // as in tandem-client, the haptic loop runs after the user has joined
         user->client.poll(now);
       }
     }
@@ -103,8 +103,8 @@ TEST(RoomStart, HandsBeginTogetherWhoeverJoinsLate) {
     for (const auto& user : session.users) {
       const client::HapticCore& hand = user->client.haptics();
       ASSERT_LT(hand.began_at(), session.clock.now()) << "trial " << trial << ": it did not begin";
-      // Both ends use the same clock here. Each estimate of the offset errs by at most the standard deviation of the
-      // jitter, 5 ms.
+      // Both ends use the same clock in this test. Therefore the error of each offset estimate is at most the standard
+      // deviation of the jitter, 5 ms.
       EXPECT_LT(std::abs(to_seconds(hand.began_at() - first)), 0.010) << "trial " << trial;
       EXPECT_EQ(user->device.path_time(), hand.record().at - hand.began_at());
     }

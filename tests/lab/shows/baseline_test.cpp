@@ -1,5 +1,5 @@
-// Stages that close the loop through the network become unstable where theory predicts: k_c · delay against the hand's
-// damping.
+// Stages that close the control loop through the network become unstable at the delay that theory predicts from the
+// product k_c · delay and the damping of the hand.
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 namespace tandem::lab {
 namespace {
 
-/// Speed of a ringing hand; it is many times the speed of a calm one.
+/// Speed of an oscillating hand. It is many times the speed of a hand at rest.
 constexpr double kRings_m_per_s = 0.02;
 constexpr double kCalm_m_per_s = 0.001;
 
@@ -32,8 +32,8 @@ TEST(Wave, MakesNoEnergyWhateverTheDelay) {
   }
 }
 
-// With a tool that follows a late pose, the hand supplies none of the energy that the tool gives. Only the room's limit
-// on the tool's energy ends that.
+// In this stage the tool follows a delayed pose. The hand supplies none of the energy that the tool gives to the block;
+// only the room's limit on the energy of the tool stops this.
 TEST(LatePose, PushesWithEnergyFromNowhereUnlessTheToolsEnergyIsLimited) {
   const Shown off("push", bare("late-pose", 100));
   const Shown on("push", {"stage=late-pose", "passivity=true", "link.rtt_ms=100"});
@@ -46,7 +46,7 @@ TEST(LatePose, PushesWithEnergyFromNowhereUnlessTheToolsEnergyIsLimited) {
   EXPECT_GT(on["tool_energy_limited_fraction"], 0);
 }
 
-// The linear predictor extrapolates a force that has stopped growing: the longer the delay, the larger the overshoot.
+// The linear predictor continues the rise of a force that has stopped rising. The overshoot increases with the delay.
 TEST(Linear, Overshoots) {
   const Shown linear("wall", bare("linear", 100));
   const Shown hold("wall", bare("hold", 100));

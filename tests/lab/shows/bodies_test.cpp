@@ -1,5 +1,5 @@
-// One user's forces with bodies that move or yield: lifted, pressed into, or pulled by a field. Also a passivity
-// controller that must let a force return.
+// Forces on one user in contact with bodies that move or yield: lifted bodies, soft bodies, and molecules in a field.
+// Also a case in which the passivity controller must let the force return.
 
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ TEST(Docking, ErrsByLessThanHalfOfWhatItDoesWithoutPrediction) {
   }
 }
 
-// The residual force of the model is displayed with the gain at which it was predictable recently.
+// The residual force of the model is displayed with a gain that depends on how well it could recently be predicted.
 TEST(MassOfTheModel, WrongByFortyPercentIsFeltRight) {
   for (const char* scale : {"model.mass_scale=0.6", "model.mass_scale=1.4"}) {
     const Shown mass("mass", disturbed(100, {scale}));

@@ -1,4 +1,5 @@
-// The operator changes the room's law while hands press. The force makes no step, and afterwards follows the new law.
+// The operator changes the room's coupling law while hands press. The force makes no step, and then follows the new
+// law.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +16,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// After this time the check for the hand's device and the fade have ended.
+/// Time after which the stability check for the hand's device and the blend between the laws have ended.
 constexpr Duration kWatched = 750ms;
 
 Trial operated(const std::string& name, const Quantities& quantities) {
@@ -28,7 +29,7 @@ SessionTrace run(const Trial& trial, const OnClient& on_client = {}) {
   return run_virtual_session(trial.experiment, load_experiment_scene(trial.experiment), {}, on_client);
 }
 
-/// Laws that the first user sets, each at its time.
+/// Returns a callback with which the first user sets each law at its time.
 OnClient setting(const std::map<Duration, std::string>& laws) {
   return [laws, last = Duration{-1}](std::size_t user, Duration time, client::Client& client) mutable {
     if (user != 0) return;
@@ -39,9 +40,9 @@ OnClient setting(const std::map<Duration, std::string>& laws) {
   };
 }
 
-/// The wall is pressed deeply enough that each law displays more than a newton. A force that is a round trip late makes
-/// the hand ring above some delay. In stage hold the speed is 0.04 mm/s at 18 ms and 16 mm/s from 20 ms on. At 15 ms
-/// these hands are at rest.
+/// Returns conditions in which the hand presses on the wall so deeply that each law displays more than a newton. If the
+/// force is delayed by a round trip, the hand oscillates above a certain delay. In stage "hold" its speed is 0.04 mm/s
+/// at 18 ms and 16 mm/s from 20 ms on. At 15 ms, the value used here, the hand is at rest.
 /// Source  tandem-lab run wall --single --stage hold --set law=spring-damper --set link.rtt_ms=18,20
 Quantities wall_with(const std::string& law, const std::string& stage) {
   return {"link.rtt_ms=15", "law=" + law, "stage=" + stage};
@@ -71,7 +72,8 @@ TEST_P(ChangedLaw, WhileTheHandPressesMakesNoStepAndIsThenAsFromTheStart) {
   expect_same(of_first, kStill.back + kWatched);
 }
 
-// The laws available in any scene. The adaptive law, which requires a fit, is the linear one with other coefficients.
+// These are the laws that any scene can use. The adaptive law, which requires a fit, equals the linear law with other
+// coefficients.
 INSTANTIATE_TEST_SUITE_P(Pairs, ChangedLaw,
                          testing::Values(std::pair{"spring-damper", "stable-dynamic"},
                                          std::pair{"stable-dynamic", "spring-damper"}),
@@ -81,7 +83,8 @@ INSTANTIATE_TEST_SUITE_P(Pairs, ChangedLaw,
                            return name;
                          });
 
-// A user who finds the jumps of a scene too strong gets the calm law at once, and the scene's own law again.
+// If the jumps of the scene's law are too strong for a user, the user can change to the calm law at once, and later
+// return to the scene's law.
 TEST(ChangedLawOfAnActiveScene, CalmsTheHand) {
   const Ticks changed = run(operated("wall", wall_with("qsa-dynamic", "local-model")),
                             setting({{1s, "spring-damper"}, {kStill.back, "qsa-dynamic"}}))
@@ -96,7 +99,7 @@ TEST(ChangedLawOfAnActiveScene, CalmsTheHand) {
 
 class ChangedLawInStage : public testing::TestWithParam<const char*> {};
 
-// In these stages the displayed force comes from the server, or from a coupling to the tool.
+// In these stages the displayed force comes either from the server or from a coupling to the tool.
 TEST_P(ChangedLawInStage, MakesNoStepOfTheForce) {
   const Quantities quantities = wall_with("spring-damper", GetParam());
   const Ticks always = run(operated("wall", quantities)).users.at(0).ticks;
@@ -120,7 +123,8 @@ INSTANTIATE_TEST_SUITE_P(Stages, ChangedLawInStage, testing::Values("late-pose",
                            return name;
                          });
 
-// Friction alone holds a cube of 0.3 kg in the air. With a sharp enough curve the other law presses more, not less.
+// Only friction holds a cube of 0.3 kg in the air. With a sufficiently sharp curve the other law presses with more
+// force, not less.
 TEST(ChangedLawOfTwo, MakesNoStepForEitherAndDropsNothing) {
   const Quantities quantities{"link.rtt_ms=50", "coupling.curve_sharpness=4"};
   const SessionTrace always = run(operated("squeeze", quantities));

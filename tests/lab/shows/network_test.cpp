@@ -1,4 +1,4 @@
-// Effect of fewer and of lost datagrams on the default stage.
+// Effect of a limited data rate and of lost datagrams on the default stage.
 
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ TEST(LossBurst, LetsTheForceDecayAndRecoverWithoutAKick) {
   expect_recovery_from_bursts(false);
 }
 
-/// Output that `tandem-lab run` would write.
+/// Returns the output that `tandem-lab run` would write.
 std::string results_text(const std::string& folder, std::size_t threads) {
   RunSettings settings;
   settings.out = std::filesystem::path(testing::TempDir()) / folder;
@@ -52,15 +52,15 @@ TEST(Results, AreTheSameBytesTwiceWhateverTheThreads) {
   EXPECT_EQ(results_text("shows_twice", 2), once);
 }
 
-// At the full rate each direction needs about 375 kB/s. The queue would grow without bound, and the cube would never be
-// lifted.
+// At the full rate each direction needs about 375 kB/s. Without rate control, the queue would grow without bound and
+// the cube would never be lifted.
 TEST(NarrowLink, IsGivenWhatItCarriesAndTwoSqueezeAllTheSame) {
   for (const double carried : {300e3, 80e3}) {
     const Shown squeeze("squeeze", {"link.rtt_ms=50", "link.rate_limit_bytes_per_s=" + std::to_string(carried)});
     EXPECT_EQ(squeeze.outcome(), "completed") << carried;
     EXPECT_LE(squeeze["limit_cycle_m_per_s"], 0.002) << carried;
     EXPECT_LE(squeeze["force_step_max_n_per_ms"], 0.1) << carried;
-    // At 80 kB/s the rate control takes 0.3 to 0.7 s to drain the queue of the first second.
+    // At 80 kB/s the rate control needs 0.3 to 0.7 s to empty the queue that the first second has built up.
     EXPECT_LE(squeeze["energy_created_max_j"], carried > 100e3 ? 0.002 : 0.03) << carried;
   }
 }

@@ -1,4 +1,4 @@
-// One user of the default stage over a late, jittering, lossy link: on bodies that only this user moves, the force
+// One user of the default stage over a link with delay, jitter and loss. If only this user moves a body, its force
 // shows no effect of the link.
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::Values;
 
-/// An undefined metric of a trial does not exceed any bound.
+/// Returns whether a metric exceeds a bound. An undefined metric does not exceed any bound.
 bool is_above(double value, double bound) {
   return std::isfinite(value) && value > bound;
 }
@@ -59,7 +59,7 @@ TEST(Rim, IsFeltForAsLongAsTheDelayWhereForcesAreHeld) {
   EXPECT_GT(Shown("rim", bare("hold", 100))["ghost_contact_ms"], 50);
 }
 
-/// Largest difference of the force on the hand between two runs, tick by tick.
+/// Returns the largest difference of the force on the hand between two runs, tick by tick.
 double largest_difference_n(const SessionTrace& a, const SessionTrace& b) {
   double largest_n = 0;
   const std::size_t count = std::min(a.users[0].ticks.size(), b.users[0].ticks.size());
@@ -69,12 +69,12 @@ double largest_difference_n(const SessionTrace& a, const SessionTrace& b) {
   return largest_n;
 }
 
-// The god-object finds a wall without the server.
+// The god-object detects the contact with a wall without the server.
 TEST(GodObject, FeelsAWallToTheLastBitAsWithoutDelay) {
   const Shown at_0("wall", {"stage=god-object", "link.rtt_ms=0"});
   EXPECT_EQ(at_0.outcome(), "completed");
   EXPECT_GT(at_0["contact_force_mean_n"], 1.0);
-  // The reference's wall yields a little under the coupling; this wall does not.
+  // The wall of the reference yields slightly under the coupling; the wall of the god-object does not.
   EXPECT_NEAR(at_0["felt_stiffness_ratio"], 1.02, 0.01);
   for (const double round_trip_ms : {100.0, 200.0}) {
     const Shown late("wall", {"stage=god-object", "link.rtt_ms=" + std::to_string(round_trip_ms)});
@@ -120,8 +120,8 @@ TEST(Soft, HasAnEighthOfTheTextureAbove60HzThatHeldForcesHave) {
   EXPECT_LE(Shown("soft", disturbed(100))["force_above_60_hz_n"], 0.125 * held_n);
 }
 
-// The round trip rises from 50 ms to 250 ms, 100 ms each way, while the hand presses. The local model contains the
-// wall, so it bridges the gap.
+// The round trip rises from 50 ms to 250 ms (100 ms more in each direction) while the hand presses. The local model
+// contains the wall and continues to display it during the gap.
 TEST(DelayStep, OfATenthOfASecondEachWayIsHardlyFeltOnAWall) {
   const auto displayed_after = [](Duration more) {
     Trial trial = shipped_trial("wall", {"link.rtt_ms=50"});
@@ -141,15 +141,14 @@ TEST(DelayStep, OfATenthOfASecondEachWayIsHardlyFeltOnAWall) {
   EXPECT_LE(farthest_n, 0.5);
 }
 
-/// Contact with fixed bodies, and with bodies that only this user moves, at every delay of the default set from 0 to
-/// 300 ms.
+/// Contact with fixed bodies, and with bodies that only this user moves, at delays from 0 to 300 ms.
 class Alone : public testing::TestWithParam<At> {};
 
 TEST_P(Alone, MakesNoStepNoEnergyAndNoWorkForThePassivityController) {
   const Shown shown(GetParam().experiment, GetParam().quantities());
   EXPECT_LE(shown["force_step_max_n_per_ms"], 0.1);
   EXPECT_EQ(shown["slew_activations"], 0);
-  // After a gap the server's handle catches up with the hand, which explains the larger bound.
+  // After a gap, the server's handle catches up with the hand. Therefore the bound is larger in that case.
   EXPECT_LE(shown["energy_created_max_j"], shown.was_silent() ? 0.01 : 0.0025);
   EXPECT_FALSE(is_above(shown["passivity_dissipated_fraction"], 0.05)) << shown["passivity_dissipated_fraction"];
   EXPECT_EQ(shown["tool_energy_limited_fraction"], 0);

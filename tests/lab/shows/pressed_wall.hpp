@@ -1,4 +1,5 @@
-// A hand that presses on the wall during a change: the times of the change and the displayed force.
+// A hand presses on the wall during a change. This file has the times of the change and functions of the displayed
+// force.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +12,8 @@ namespace tandem::lab {
 
 using Ticks = std::vector<TickSample>;
 
-/// Times within the wall's 14 s: the hand presses deeper from 5.1 s to 7.1 s, and is at rest from 9.6 s to 13.1 s.
+/// Times within the 14 s of the experiment "wall": the hand presses deeper from 5.1 s to 7.1 s, and is at rest from 9.6
+/// s to 13.1 s.
 struct Change {
   Duration there{};
   Duration back{};
@@ -19,7 +21,7 @@ struct Change {
 inline constexpr Change kMoving{std::chrono::milliseconds(5500), std::chrono::milliseconds(6300)};
 inline constexpr Change kStill{std::chrono::milliseconds(11'000), std::chrono::milliseconds(11'800)};
 
-/// Largest force step on the hand in a millisecond.
+/// Returns the largest change of the force on the hand within one millisecond.
 inline double largest_step_n(const Ticks& ticks, Duration from, Duration watched) {
   double largest = 0;
   for (std::size_t k = 1; k < ticks.size(); ++k) {
@@ -29,7 +31,7 @@ inline double largest_step_n(const Ticks& ticks, Duration from, Duration watched
   return largest;
 }
 
-/// Force on the hand at `time`; 0 after the last tick.
+/// Returns the force on the hand at `time`, or 0 after the last tick.
 inline Vec3 force_at_n(const Ticks& ticks, Duration time) {
   const auto at = std::ranges::find_if(ticks, [time](const TickSample& tick) { return tick.time >= time; });
   return at == ticks.end() ? Vec3(Vec3::Zero()) : at->displayed_D.f;

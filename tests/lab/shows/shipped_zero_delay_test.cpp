@@ -1,4 +1,4 @@
-// The shipped experiments without delay: every hand presses with the intended force, and calmly. A cube is lifted by
+// The shipped experiments without delay: every hand presses calmly with the intended force. A cube is lifted by
 // friction alone, a peg is handed over, and a tool slides off an edge. At a round trip of 100 ms the cube falls, unless
 // a stage compensates the delay.
 
@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kShippedZeroDelayGravity = 9.81;
 
-/// The shipped experiment's hands with a baseline stage and a perfect link.
+/// Runs the hands of a shipped experiment with a baseline stage and a perfect link.
 SessionTrace run(const std::string& name, const std::string& stage = "late-pose", double round_trip_ms = 0) {
   Experiment experiment = load_experiment(test::source_path("lab/experiments") / (name + ".json"));
   for (ExperimentUser& user : experiment.users) {
@@ -46,9 +46,9 @@ struct HoldForces {
   std::vector<double> of_users_n;
 };
 
-/// Force on each hand in its hold phase, from the springs in series that its path stretches: 200 N/m of the hand, 500
-/// N/m of the coupling, and the compliance behind it. Added are the carried weight and the field's force. The
-/// squeezers' 3.89 N are 3.6 N across and half of the cube's weight down.
+/// Force on each hand in its hold phase. It follows from the springs in series that the path stretches: 200 N/m of the
+/// hand, 500 N/m of the coupling, and the compliance behind it. The carried weight and the force of the field are
+/// added. The 3.89 N of "squeeze" consist of 3.6 N across and half of the cube's weight downwards.
 const HoldForces kHoldForces[] = {{"free", {0}},
                                   {"wall", {4}},
                                   {"curve", {2}},
@@ -81,7 +81,7 @@ TEST_P(WithoutDelay, HandsFeelTheForceThatTheirPathMeansAndHoldStill) {
 INSTANTIATE_TEST_SUITE_P(Experiments, WithoutDelay, testing::ValuesIn(kHoldForces),
                          [](const auto& forces) { return std::string(forces.param.experiment); });
 
-/// Least and greatest height of a body above its start, in [from, to].
+/// Returns the smallest and the largest height of a body above its start, from `from_s` to `to_s`.
 std::pair<double, double> heights(const SessionTrace& trace, const std::string& body, double from_s, double to_s) {
   std::pair<double, double> result{1e9, -1e9};
   for (double t = from_s; t <= to_s; t += 0.05) {
@@ -91,7 +91,7 @@ std::pair<double, double> heights(const SessionTrace& trace, const std::string& 
   return result;
 }
 
-// Hold phase: 7.8 to 11.3 s; set down at 13.3 s, released at 14.6 s.
+// The hold phase lasts from 7.8 to 11.3 s. The cube is set down at 13.3 s and released at 14.6 s.
 TEST(Squeeze, IsLiftedByFrictionCarriedAndSetDownWithoutDelay) {
   const SessionTrace trace = run("squeeze");
   const auto [least, greatest] = heights(trace, "cube", 7.8, 11.3);
@@ -113,7 +113,8 @@ TEST(Squeeze, IsDroppedByHandsThatAreShownLateForces) {
   }
 }
 
-// Coulomb: each of the two contacts carries at most µ · 3.6 N, so with 0.5 there is 3.6 N for 2.94 N of weight.
+// By Coulomb's law, each of the two contacts carries at most µ · 3.6 N. With µ = 0.5 both together carry 3.6 N; the
+// weight is 2.94 N.
 TEST(SqueezeSlippery, IsLiftedWithoutDelayAndDroppedWithIt) {
   EXPECT_GE(heights(run("squeeze_slippery"), "cube", 6.3, 8.8).first, 0.01);
   for (const char* stage : {"late-pose", "hold"}) {
@@ -135,7 +136,8 @@ TEST(Peg, IsHandedOverAndStandsInTheHoleAtTheEnd) {
   EXPECT_TRUE(holds(0, 8.8) && holds(1, 8.8)) << "both";
   EXPECT_TRUE(!holds(0, 9.7) && holds(1, 9.7)) << "ben alone";
   EXPECT_TRUE(!holds(0, 19.5) && !holds(1, 19.5)) << "nobody";
-  // Hole: centre x = 60 mm, 0.75 mm of play. The peg stands on the table, its centre 30 mm above it.
+  // The hole is centred at x = 60 mm and leaves a clearance of 0.75 mm. The peg stands on the table, with its centre 30
+  // mm above the table.
   const Vec3 p = place_then(trace, "peg", 19.5);
   EXPECT_NEAR(p.x(), 0.060, 0.001);
   EXPECT_NEAR(p.y(), 0, 0.001);

@@ -1,4 +1,4 @@
-// A shipped experiment, run once under given conditions and compared with the same hands at zero delay.
+// Runs a shipped experiment once under given conditions, and compares it with the same hands at zero delay.
 #pragma once
 
 #include <filesystem>
@@ -19,7 +19,7 @@
 
 namespace tandem::lab {
 
-using Quantities = std::vector<std::string>;  ///< in the form of --set: "link.rtt_ms=100"
+using Quantities = std::vector<std::string>;  ///< in the format of --set, e.g. "link.rtt_ms=100"
 
 /// Conditions for claims about the default stage: delay, jitter, and loss in bursts of 20 ms.
 inline Quantities disturbed(double round_trip_ms, const Quantities& more = {}) {
@@ -27,7 +27,7 @@ inline Quantities disturbed(double round_trip_ms, const Quantities& more = {}) {
   all.insert(all.end(), more.begin(), more.end());
   return all;
 }
-/// Conditions for claims about other stages: delay only, and no passivity controller.
+/// Conditions for claims about other stages: delay only, without passivity controller.
 inline Quantities bare(const std::string& stage, double round_trip_ms) {
   return {"stage=" + stage, "passivity=false", "link.rtt_ms=" + std::to_string(round_trip_ms)};
 }
@@ -42,7 +42,7 @@ inline Trial shipped_trial(const std::string& name, const Quantities& quantities
   return std::move(trials.front());
 }
 
-/// A trial and its reference, both run at construction.
+/// A trial and its reference. The constructor runs both.
 class Shown {
  public:
   Shown(const std::string& name, const Quantities& quantities) : trial_(shipped_trial(name, quantities)) {
@@ -53,7 +53,7 @@ class Shown {
 
   double operator[](std::string_view metric) const { return trial_metric(view(), metric); }
   std::string outcome() const { return outcome_of(view()); }
-  /// True if a silence was so long that the force had to decay: such a trial has its own bounds.
+  /// Returns whether a silence of the link was so long that the force had to decay. Such a trial has bounds of its own.
   bool was_silent() const { return (*this)["silence_max_ms"] > kLongSilence_ms; }
   const SessionTrace& trace() const { return trace_; }
   const SessionTrace& reference() const { return reference_; }
@@ -66,7 +66,7 @@ class Shown {
   SessionTrace trace_;
 };
 
-/// An experiment at a round-trip time: the parameter of claims that hold for several.
+/// An experiment at a round-trip delay. It is the parameter of claims that hold for several cases.
 struct At {
   const char* experiment;
   double round_trip_ms;

@@ -1,4 +1,4 @@
-// Changes at the window while a hand presses on a wall: the force makes no step.
+// The user changes settings in the window while a hand presses on a wall. The force makes no step.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,7 +14,8 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Duration kWatched = 700ms;
-/// Times within the push's 10.5 s: the hand moves into the block from 4.7 s to 5.5 s, and then rests until 9.5 s.
+/// Times within the 10.5 s of the experiment "push": the hand moves into the block from 4.7 s to 5.5 s, and then rests
+/// until 9.5 s.
 constexpr Duration kPushing = 4900ms, kHolding = 7s;
 
 Ticks pressed(const OnClient& on_client) {
@@ -61,8 +62,8 @@ INSTANTIATE_TEST_SUITE_P(
       return name;
     });
 
-/// Trace of a hand that pushes a block of 0.5 kg over 100 ms. If `is_changed`, another model of the same scene replaces
-/// the model in the middle of the push, and again while the block is held.
+/// Returns the trace of a hand that pushes a block of 0.5 kg over 100 ms. If `is_changed`, the local model is replaced
+/// by a new model of the same scene in the middle of the push, and again while the block is held.
 UserTrace pushed(bool is_changed) {
   const Trial trial = shipped_trial("push", {"link.rtt_ms=100"});
   bool was_switched = false;
@@ -70,7 +71,7 @@ UserTrace pushed(bool is_changed) {
     const bool is_switched = time >= kPushing && time < kHolding;
     if (!is_changed || std::exchange(was_switched, is_switched) == is_switched) return;
     client::StageSettings same;
-    if (is_switched) same.wave.linear_n_s_per_m *= 2;  // a setting of another stage
+    if (is_switched) same.wave.linear_n_s_per_m *= 2;  // a setting that belongs to another stage
     client.set_stage(same);
   };
   return run_virtual_session(trial.experiment, load_experiment_scene(trial.experiment), {}, change).users.at(0);
@@ -94,7 +95,7 @@ TEST(ChangedModel, OfTheSameSceneGoesOnWhereTheOneBeforeItIs) {
   EXPECT_LE(changed.energy_to_hand_j, usual.energy_to_hand_j + 1e-3);
 }
 
-// The delay each way rises by 40 ms, and falls again.
+// The delay of each direction rises by 40 ms and later falls again.
 TEST(ChangedDelay, WhileTheHandPressesMakesNoStepOfTheForce) {
   Trial trial = shipped_trial("wall", {"link.rtt_ms=20"});
   ExperimentUser& user = trial.experiment.users.at(0);

@@ -1,4 +1,5 @@
-"""The corpus of meshes matches its classes, and the table of lab/studies/contact/README.md counts its runs."""
+"""Tests that the corpus of meshes matches its classes, and that the table of lab/studies/contact/README.md counts its
+runs."""
 
 import collections
 import contextlib
@@ -21,7 +22,7 @@ OPEN = {"sheets", "large holes"}
 
 
 def lone_edges(mesh):
-    """Directed edges without an opposite edge."""
+    """Returns the directed edges without an opposite edge."""
     edges = collections.Counter((t[i], t[(i + 1) % 3]) for t in mesh.triangles for i in range(3))
     return [edge for edge, count in edges.items() if count != 1 or edges[edge[::-1]] != 1]
 
@@ -63,7 +64,7 @@ def run(p99_us=50, depth_m=1e-4, pops=0, holds=True, hand_n=0.1):
 
 
 def landing(ratio=0.5, separations=0, created_j=1e-5, rest_s=0.1):
-    """Result with one landing, and one drop on a face."""
+    """Returns a result with one landing, and one drop on a face."""
     held = [("landing", ratio <= 1.1 and separations <= 1), ("landing", created_j <= 1e-3), ("drop", rest_s is not None)]
     return {"landing": {"landings": [{"force_ratio": ratio, "torque_ratio": 0.3, "separations": separations, "contact_created_j": created_j}],
             "drops": [{"is_on_face": True, "rest_s": rest_s, "contact_created_j": 1e-5}],

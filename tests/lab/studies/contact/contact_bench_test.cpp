@@ -1,4 +1,4 @@
-// The benchmark commands as used by a script: keys, exit codes, and error messages that name the remedy.
+// Tests the benchmark commands as a script uses them: keys, exit codes, and error messages that name the remedy.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -54,7 +54,7 @@ std::string complaint(const Arguments& arguments) {
 }
 
 TEST(ContactBench, JsonHasWhatAScriptReadsAndItIsPlausible) {
-  // At 0.4 of the size, to keep the preparation short.
+  // The objects have 0.4 of their usual size, so that the preparation is fast.
   const Outcome outcome = run({"contact", "--a", "peg", "--b", "box_with_hole", "--scale", "0.4", "--direction", "0",
                                "1", "0", "--steps", "900", "--peer-steps", "20", "--json"});
   EXPECT_EQ(outcome.exit_code, 0);
@@ -114,7 +114,7 @@ TEST(ContactBench, LandingPrintsItsChecksInPlaceOfThePath) {
     EXPECT_TRUE(first.contains(key)) << key;
   }
   EXPECT_GT(landing.at("drops").at(0).at("rest_s").to_number<double>(), 0);
-  // Four checks for each landing, two for each drop.
+  // There are four checks for each landing and two for each drop.
   ASSERT_EQ(landing.at("checks").as_array().size(), 48U);
   for (const char* key : {"scope", "claim", "value", "relation", "bound", "unit", "holds"}) {
     EXPECT_TRUE(landing.at("checks").at(0).as_object().contains(key)) << key;
@@ -124,7 +124,7 @@ TEST(ContactBench, LandingPrintsItsChecksInPlaceOfThePath) {
   EXPECT_THROW(run({"contact", "--a", "cube", "--b", "cube", "--landing", "--check", "3"}), CLI::ExcludesError);
 }
 
-/// A cube of 20 mm, prepared only once, because preparation is slow.
+/// Returns a cube of 20 mm. It is prepared only once, because preparation is slow.
 const TouchObject& small_cube() {
   static const TouchObject object = make_touch_object("cube", mesh_from("cube", "--a", 0.1, 0.4), SteadyClock{});
   return object;
@@ -140,7 +140,7 @@ TEST(ContactBench, TakesWhatItBuiltFromItsCache) {
   EXPECT_GT(built.build_s, 0);
   EXPECT_EQ(kept.build_s, 0);
   EXPECT_EQ(contact::contact_asset_bytes(*kept.shape, 0), contact::contact_asset_bytes(*built.shape, 0));
-  // A damaged asset is built again. If no asset can be stored, a message reports it.
+  // A damaged asset is built again. If an asset cannot be stored, a message reports this.
   const std::filesystem::path file = std::filesystem::directory_iterator(folder)->path();
   std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
   EXPECT_GT(make().build_s, 0);
@@ -176,13 +176,13 @@ TEST(ContactBench, PressesWithTheCouplingsLimitAndRestsOnTheSurface) {
   const TouchObject& cube = small_cube();
   const TouchSettings settings;
   const devices::HandPath path = touch_path(*cube.exact, *cube.exact, bench_plan(settings));
-  // The last step before the hand slides: pressed and at rest.
+  // In the last step before the hand slides, the tool is pressed and at rest.
   const Duration slide = begin_of_phase(path, "slide");
   const auto steps = static_cast<std::size_t>(to_seconds(slide) / settings.step_s);
   const TouchTrace trace = run_touch(*cube.shape, *cube.shape, path, settings, SteadyClock{}, Duration{0}, steps);
   const TouchStep& last = trace.back();
   EXPECT_NEAR(last.on_hand_W.f.z(), settings.coupling.force_limit_n, 1e-6);
-  // 4 cm² at 5 GN/m³ yield by 2.5 µm under 5 N.
+  // An area of 4 cm² with 5 GN/m³ yields by 2.5 µm under 5 N.
   EXPECT_NEAR(last.X_WT.p.z(), 0.02, 1e-5);
 }
 
@@ -199,7 +199,8 @@ TEST(PoseCheck, FindsNoMissedContactBetweenSmallPegAndBox) {
   EXPECT_LE(check.deepest_error_max_m, kDeepestErrorBound_m) << "pose " << check.worst_pose << " of seed 7";
 }
 
-// Beyond the contact budget, the mean of the points that a contact represents may be far from the deepest of them.
+// If there are more points than the contact budget, a contact represents several points. Their mean may be far from the
+// deepest of them.
 TEST(PoseCheck, AContactThatStandsForSeveralPointsIsAtEachOfThem) {
   const TouchObject ball = make_touch_object("ball", mesh_from("sphere", "--a", 0.1, 1), SteadyClock{});
   const PoseCheck check = check_poses(ball, ball, 10, 7, {}, 24);
@@ -207,7 +208,7 @@ TEST(PoseCheck, AContactThatStandsForSeveralPointsIsAtEachOfThem) {
   EXPECT_EQ(check.missed_poses, 0U);
 }
 
-// A face that a corner has pierced is deeper in the other body than any corner or edge.
+// If a vertex has pierced a face, the face may be deeper in the other body than any vertex or edge.
 TEST(PoseCheck, KnowsHowDeepAFaceIsThatACornerIsThrough) {
   geometry::TriangleMesh thin = make_cube(0.1);
   for (Vec3& p : thin.vertices) p.z() *= 0.0012;

@@ -1,4 +1,5 @@
-// Landings and drops against a rigid stop and a free fall. Their evaluation is tested with springs in one dimension.
+// Compares landings and drops with a rigid stop and a free fall. Their evaluation is tested with springs in one
+// dimension.
 #include "lab/studies/contact/landing.hpp"
 
 #include <gmock/gmock.h>
@@ -17,13 +18,13 @@ constexpr double kStep_s = 1e-3;
 constexpr double kSpringStep_s = 1e-4;
 constexpr double kEdge_m = 0.02;
 
-/// Prepared only once, because preparation is slow.
+/// Returns a cube that is prepared only once, because preparation is slow.
 const TouchObject& landed_cube() {
   static const TouchObject object = make_touch_object("cube", make_cube(kEdge_m), VirtualClock{});
   return object;
 }
 
-/// One step of a tool on a line whose contact is a spring below 0.
+/// One step of a tool in one dimension. The contact is a spring that acts below 0.
 TouchStep spring_step(double& z_m, double& v_m_per_s, double stiffness_n_per_m, double push_n) {
   TouchStep step;
   step.contact_stored_j = 0.5 * stiffness_n_per_m * std::pow(std::min(z_m, 0.0), 2);
@@ -36,7 +37,8 @@ TouchStep spring_step(double& z_m, double& v_m_per_s, double stiffness_n_per_m, 
   return step;
 }
 
-/// Trace of a tool pressed with 1 N. While it moves out the spring is `harder` times as stiff.
+/// Returns the trace of a tool that is pressed with 1 N. While it moves outwards, the spring is stiffer by the factor
+/// `harder`.
 TouchTrace bounces(double speed_m_per_s, double harder) {
   TouchTrace trace;
   double z = 1e-3, v = -speed_m_per_s;
@@ -47,7 +49,7 @@ TouchTrace bounces(double speed_m_per_s, double harder) {
 TEST(Landing, OfASpringWithoutDampingIsLostMoreThanOnceAndMakesNothing) {
   const TouchFigures figures = quick_figures_of({bounces(0.1, 1)});
   EXPECT_GT(figures.separations, 1U);
-  // The spring returns the energy that it stored: ½ k d² = ½ m v² + 1 N · (1 mm + d) at d = 3 mm.
+  // The spring returns the energy that it stored: ½ k d² = ½ m v² + 1 N · (1 mm + d), with d = 3 mm.
   const double taken_j = 4.5e-3;
   EXPECT_NEAR(figures.contact_returned_j, taken_j, 0.02 * taken_j);
   EXPECT_LT(figures.contact_created_j, 0.02 * taken_j);
@@ -73,7 +75,7 @@ TEST(Landing, OfACubeOnItsFaceIsStoppedAsByARigidStop) {
     const double damping = 2 * 0.7 * std::sqrt(landing.stiffness_n_per_m * kMass_kg);
     EXPECT_NEAR(landing.stop_force_n, landing.speed_m_per_s * (damping + landing.stiffness_n_per_m * kStep_s), 1e-12);
     // The step in which the surfaces meet brings the cube to the surface, and the next step stops it. One of the two
-    // has at least half of the force step.
+    // steps contains at least half of the change of force.
     const double ratio = figures.hand_force_step_max_n / landing.stop_force_n;
     EXPECT_GT(ratio, 0.5) << landing.name;
     EXPECT_LT(ratio, 1 + 1e-6) << landing.name;
@@ -81,9 +83,9 @@ TEST(Landing, OfACubeOnItsFaceIsStoppedAsByARigidStop) {
     EXPECT_GT(figures.contacts_max, 0U) << landing.name;
     EXPECT_LT(landing.kinetic_left_j, 1e-9) << landing.name;
   }
-  // A face that lies flat gives no torque.
+  // A face that lies flat on the ground causes no torque.
   EXPECT_LT(all.front().figures.hand_torque_step_max_n_m, 1e-3 * all.front().stop_torque_n_m);
-  // Full cube: I = m a²/6.
+  // A solid cube has I = m a²/6.
   const double gyration_m = kEdge_m / std::sqrt(6.0), inertia = kMass_kg * gyration_m * gyration_m;
   const double damping_r = 2 * 0.7 * std::sqrt(0.3 * inertia);
   EXPECT_NEAR(all.front().stop_torque_n_m, 0.022 / (2 * gyration_m) * (damping_r + 0.3 * kStep_s), 1e-6);
@@ -92,10 +94,10 @@ TEST(Landing, OfACubeOnItsFaceIsStoppedAsByARigidStop) {
 
 TEST(Landing, OfACubeMetBesideItsCentreTurnsAsFastAsARigidStopTurnsIt) {
   const TouchObject& cube = landed_cube();
-  // Only the edge beside x = −8 mm is hit. The lever arm with the fastest rotation is r = a/√6.
+  // Only the edge next to x = −8 mm is hit. The rotation is fastest for the lever arm r = a/√6.
   const double lever_m = 0.008, gyration_m = kEdge_m / std::sqrt(6.0);
   TouchSettings settings;
-  settings.coupling.stiffness_n_per_m = 1e-6;  // practically without a hand
+  settings.coupling.stiffness_n_per_m = 1e-6;  // so small that the tool is practically free
   settings.coupling.stiffness_n_m_per_rad = 0;
   RigidState start{{{2 * lever_m, 0, kEdge_m + 1e-3}, Quat::Identity()}, {{0, 0, -0.06}, Vec3::Zero()}};
   const TouchTrace trace = run_touch(
@@ -112,7 +114,7 @@ TEST(Landing, OfACubeMetBesideItsCentreTurnsAsFastAsARigidStopTurnsIt) {
   EXPECT_GT(fastest_rad_per_s, 0.5 * 0.06 / (2 * gyration_m));
 }
 
-// Friction at a corner acts as a soft spring: it returns only energy that it stored.
+// Friction at a vertex acts as a soft spring. It returns only the energy that it stored.
 TEST(Landing, OfACornerThatFrictionHoldsMakesNothing) {
   const TouchObject& cube = landed_cube();
   TouchSettings settings;
@@ -122,7 +124,7 @@ TEST(Landing, OfACornerThatFrictionHoldsMakesNothing) {
   RigidState start;
   start.X.q = Quat::FromTwoVectors(Vec3::Ones().normalized(), -Vec3::UnitZ());
   start.X.p = Vec3(0.003, 0.002, kEdge_m / 2 * (1 + std::sqrt(3.0)) + 1e-4);
-  // Down for 0.1 s, aside for 0.2 s, and back.
+  // The hand moves down for 0.1 s, sideways for 0.2 s, and back.
   const auto hand = [&](Duration at) {
     const double t = to_seconds(at), aside = std::clamp(1 - std::abs(t - 0.3) / 0.2, 0.0, 1.0);
     RigidState now = start;
@@ -162,8 +164,8 @@ TEST(Drop, OfAConeIsOnAFaceWhereItsBaseIs) {
   EXPECT_LT(all.back().rest_s, 0.1);
 }
 
-// A plate of one triangle whose longest side passes through the middle of its bounding box. It rolls over the rim
-// there.
+// A plate of one triangle. Its longest side passes through the middle of its bounding box, and the plate rolls over the
+// rim there.
 TEST(Drop, OfAPlateIsOnAFaceWhereItsMiddleIsAboveIt) {
   geometry::TriangleMesh plate;
   plate.vertices = {{-0.02, -0.02, 0}, {0.02, 0.02, 0}, {-0.02, 0.02, 0}};

@@ -1,4 +1,5 @@
-// The benchmark's meshes match their description: their counts are the thesis's, and they are closed.
+// The meshes of the benchmarks have their documented properties: the counts are those of the thesis, and the meshes are
+// closed.
 #include "lab/studies/contact/mesh_generators.hpp"
 
 #include <gtest/gtest.h>
@@ -14,7 +15,7 @@
 namespace tandem::lab {
 namespace {
 
-/// Whether every edge is used by one triangle in each direction.
+/// Returns whether every edge is used by exactly one triangle in each direction.
 bool is_closed(const geometry::TriangleMesh& mesh) {
   std::map<std::pair<int, int>, int> uses;
   for (const auto& [a, b, c] : mesh.triangles) {
@@ -28,7 +29,7 @@ bool is_closed(const geometry::TriangleMesh& mesh) {
   });
 }
 
-/// Area of a regular polygon with corners at `radius`.
+/// Returns the area of a regular polygon with corners at `radius`.
 double polygon_area(int sides, double radius) {
   return 0.5 * sides * radius * radius * std::sin(2 * std::numbers::pi / sides);
 }
@@ -57,7 +58,7 @@ TEST(MeshGenerators, ThePegLeavesTheStatedClearanceHoweverItIsTurned) {
     const geometry::TriangleMesh box = make_box_with_hole(clearance_m);
     double peg_radius = 0;
     for (const Vec3& p : peg.vertices) peg_radius = std::max(peg_radius, p.head<2>().norm());
-    // Least distance of the hole's walls from the axis: the midpoints of its sides.
+    // Smallest distance of the walls of the hole from the axis. It occurs at the midpoints of the sides.
     double hole_radius = 1;
     for (int i = 0; i < 40; ++i) {
       const Vec3 &p = box.vertices[static_cast<std::size_t>(i)],
@@ -74,7 +75,7 @@ TEST(MeshGenerators, SphereAndCubeAreClosedAndFaceOutwards) {
   EXPECT_TRUE(is_closed(sphere));
   const double ball = 4.0 / 3 * std::numbers::pi * 8e-6;
   EXPECT_LT(volume_m3(sphere), ball);
-  EXPECT_GT(volume_m3(sphere), 0.98 * ball);  // measured: 0.989
+  EXPECT_GT(volume_m3(sphere), 0.98 * ball);  // measured: 0.989 of the ball's volume
   const geometry::TriangleMesh cube = make_cube(0.05);
   EXPECT_TRUE(is_closed(cube));
   EXPECT_NEAR(volume_m3(cube), 1.25e-4, 1e-16);

@@ -1,4 +1,4 @@
-// Wall thickness of solids for which it is known, most of them with meshes as coarse as typical files.
+// Wall thickness of solids for which it is known. Most of their meshes are as coarse as those of typical files.
 #include "lab/studies/contact/wall_thickness.hpp"
 
 #include <gmock/gmock.h>
@@ -26,7 +26,7 @@ TriangleMesh together(TriangleMesh mesh, const TriangleMesh& other, bool is_flip
   return mesh;
 }
 
-/// A prism over a counter-clockwise polygon, with triangles around its first corner.
+/// Returns a prism over a counter-clockwise polygon. The triangles of its ends share the first corner.
 TriangleMesh prism(const std::vector<std::array<double, 2>>& outline, double height_m) {
   TriangleMesh mesh;
   const auto n = static_cast<int>(outline.size());
@@ -84,8 +84,8 @@ TEST(WallThickness, OfAHollowBallIsTheGapBetweenItsFacesDownToAMicrometre) {
 TEST(WallThickness, OfAWedgeIsThatOfAllButTwoHundredthsOfItsSurface) {
   const double height_m = 0.02, length_m = 0.1;
   const TriangleMesh wedge = prism({{0, -height_m / 2}, {length_m, 0}, {0, height_m / 2}}, 1.0);
-  // At s from the tip along a slanted side, the thickness straight through is s·tan α. The two ends have 1 m or 2 ‰ of
-  // the area.
+  // At a distance s from the tip along a slanted side, the thickness perpendicular to the side is s·tan α.
+  // The two ends, with a thickness of 1 m, have 0.9 % of the area.
   const double slant_m = std::hypot(length_m, height_m / 2), alpha = 2 * std::atan2(height_m / 2, length_m);
   const double area_m2 = 2 * slant_m + height_m + length_m * height_m;
   EXPECT_NEAR(thinnest_of(wedge), 0.02 * area_m2 / 2 * std::tan(alpha), 2e-5);
@@ -100,7 +100,7 @@ TEST(WallThickness, FacesThatMeetAtAnEdgeBoundNone) {
 
 TEST(WallThickness, OfPartsThatOverlapIsThatOfTheWholeAndTheOverlapIsTold) {
   const TriangleMesh plate = contact::box_mesh({0.1, 0.06, 0.006});
-  // A fin of 1.5 mm is embedded 1 mm deep in the plate: the result is 1.5 mm, not 1 mm.
+  // A fin with a thickness of 1.5 mm is embedded 1 mm deep in the plate. The thinnest wall is 1.5 mm, not 1 mm.
   const auto [walls, share] = walls_of(together(plate, contact::box_mesh({0.0015, 0.06, 0.03}, {0, 0, 0.017})));
   EXPECT_NEAR(thinnest_wall_m(walls), 0.0015, 1e-12);
   EXPECT_NEAR(share, 2 * 0.0015 * 0.06 / (0.1 * 0.06 * 2 + 0.32 * 0.006 + 2 * 0.06 * 0.03), 0.01);

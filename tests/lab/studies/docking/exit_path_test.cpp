@@ -1,4 +1,4 @@
-// Exit paths of pairs with known walls.
+// Exit paths of pairs of molecules whose walls are known.
 #include "lab/studies/docking/exit_path.hpp"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,8 @@ void add_atom(docking::Molecule& molecule, const Vec3& position) {
   molecule.mass_u.push_back(12);
 }
 
-/// About 110 atoms spread over a sphere of 6 Å around the origin, some 2.2 Å apart; none above z = `open_above`.
+/// Returns about 110 atoms spread over a sphere of 6 Å around the origin, some 2.2 Å apart. There are no atoms above z
+/// = `open_above`.
 docking::Molecule shell(double open_above) {
   docking::Molecule made;
   constexpr int kAtoms = 110;
@@ -33,7 +34,7 @@ docking::Molecule shell(double open_above) {
   return made;
 }
 
-/// Two atoms, so that the search tries rotations.
+/// Returns a molecule of two atoms, so that the search must also try rotations.
 docking::Molecule dumb_bell() {
   docking::Molecule made;
   add_atom(made, Vec3(0, 0, 0.7));
@@ -52,7 +53,7 @@ TEST(ExitPath, LeadsOutOfABowlThroughBoundedEnergiesInSmallSteps) {
     ASSERT_GE(way_out_angstrom(way), kExitDistance_angstrom) << "seed " << seed;
     EXPECT_EQ(way.front().p, Vec3::Zero());
     for (std::size_t i = 0; i < way.size(); ++i) {
-      // The search kernel computes in single precision, hence the margin.
+      // The margin of 0.01 is needed because the kernel of the search computes in single precision.
       ASSERT_LE(energy_kcal_per_mol(bowl, ligand, way[i]), kExitBound_kcal_per_mol + 0.01) << seed << ", pose " << i;
       if (i == 0) continue;
       EXPECT_LE((way[i].p - way[i - 1].p).norm(), kExitStep_angstrom + 0.4 + 1e-9);

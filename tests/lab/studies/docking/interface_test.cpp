@@ -1,4 +1,4 @@
-// Contact area of two molecules against all pairs, and poses with a required area.
+// Compares the interface of two molecules with a loop over all pairs, and tests poses that have a given interface size.
 #include "lab/studies/docking/interface.hpp"
 
 #include <gtest/gtest.h>
@@ -63,7 +63,7 @@ TEST(PosesByInterface, HaveAsManyAtomsAsWantedAndNoMoreThanOneStepGives) {
     EXPECT_LE(atoms_in(a, b, poses[k]), sizes[k] + 10);
     EXPECT_EQ(poses[k].q.coeffs(), Quat::Identity().coeffs());
   }
-  // Atoms of these molecules fill cubes of 3 Å, so an interface of 400 exists without overlapping atoms.
+  // In these molecules each atom occupies a cube of 3 Å. Therefore an interface of 400 atoms exists without overlap.
   EXPECT_GT(interface_facts(a, b, poses.back(), kReach).at("min_distance_angstrom").as_double(), 1.0);
 }
 

@@ -1,4 +1,4 @@
-// Hand-made parts that form a complex, and parts that do not.
+// Tests constructed parts, some of which form a complex and some of which do not.
 #include "lab/studies/docking/parts_as_read.hpp"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace tandem::lab {
 namespace {
 
-/// A molecule of one atom in residue `residue` 7 of `chain`, at the origin.
+/// Returns a molecule of one atom at the origin, in residue `residue` 7 of chain `chain`.
 docking::Molecule part(const std::string& name, const std::string& element, const std::string& residue,
                        const std::string& chain) {
   docking::Molecule made = test::one_atom(3.4, 0.4);
@@ -25,7 +25,7 @@ docking::Molecule part(const std::string& name, const std::string& element, cons
   return made;
 }
 
-/// Reason why parts at this distance are refused; empty if they are accepted.
+/// Returns the reason why parts at this distance are refused, or an empty text if they are accepted.
 std::string refusal_at(const docking::Molecule& a, const docking::Molecule& b, double distance_angstrom) {
   try {
     require_complex_as_read(a, b, {Vec3(0, distance_angstrom, 0), Quat::Identity()});
@@ -83,8 +83,8 @@ TEST(PartsAsRead, NearestAtomsAreHeavyAndFoundAmongAll) {
 }
 
 TEST(PartsAsRead, StrongestRepulsionNamesTheResiduesWithTheirEnergy) {
-  // Equal atoms at r = σ (1 / 2)^(1/6): 4 ε (4 − 2) = 8 ε = 3.2 kJ/mol, which is 0.76 kcal/mol. The energies of either
-  // molecule's atoms sum to that value.
+  // At r = σ (1 / 2)^(1/6) two equal atoms have the energy 4 ε (4 − 2) = 8 ε = 3.2 kJ/mol, which is 0.76 kcal/mol. The
+  // sum of the energies over the atoms of either molecule is this value.
   const docking::Molecule a = part("CB", "C", "ALA", "A"), b = part("CB", "C", "LEU", "B");
   const double r = 3.4 * std::pow(0.5, 1.0 / 6);
   const std::string text = strongest_repulsion_text(a, b, {Vec3(r, 0, 0), Quat::Identity()});

@@ -1,5 +1,5 @@
-// Two hands reassemble a complex from a real pair. Also claims about results with known values, and pairs that are no
-// complex.
+// Two hands reassemble the complex of a real pair. Also tests claims about results with known values, and pairs that
+// form no complex.
 #include "lab/studies/docking/redock.hpp"
 
 #include <gtest/gtest.h>
@@ -41,11 +41,11 @@ TEST(Redock, HandsBringAHelixHomeAndTheFieldTakesItIn) {
     EXPECT_LE(row.at("settled_rmsd_angstrom").to_number<double>(), kDocked_angstrom);
     EXPECT_TRUE(row.at("docked").get_bool());
     EXPECT_EQ(row.at("end").as_string(), "docked");
-    // The end pose is compared with the native pose too, which is 0.5 Å from the minimum.
+    // The end pose is also compared with the native pose, which is 0.5 Å from the minimum.
     EXPECT_LE(row.at("settled_rmsd_to_native_angstrom").to_number<double>(), 1);
     EXPECT_LE(row.at("settled_interface_rmsd_angstrom").to_number<double>(), 0.5);
     EXPECT_GE(row.at("settled_native_contact_share").to_number<double>(), 0.9);
-    // Bound: the zero area and its edge, 1 kT each.
+    // The bound is the width of the zero area and of its boundary, 1 kT each.
     EXPECT_LE(row.at("settled_above_minimum_kcal_per_mol").to_number<double>(), 2 * 0.593);
   }
   EXPECT_NEAR(redocked.at("minimum_rmsd_to_native_angstrom").to_number<double>(), 0.5, 0.2);
@@ -58,7 +58,7 @@ TEST(Redock, HandsBringAHelixHomeAndTheFieldTakesItIn) {
 TEST(Redock, AHandThatGoesOnGuidingStaysOffTheMinimum) {
   TANDEM_NEEDS_FILES(test::k3al1File, test::kOplsDirectory);
   wire::MolecularField field;
-  field.set_zero_area_kt(0);  // it could rest anywhere in the zero area
+  field.set_zero_area_kt(0);  // in a zero area the ligand could rest anywhere
   const wire::Scene scene = server::docking_scene(helix("A"), helix("B"), field);
   const auto settled = [&](bool guided) {
     const json::object redocked = redock(scene, 1, 1, from_seconds(0.1), guided, 1);

@@ -11,7 +11,7 @@
 namespace tandem::lab {
 namespace {
 
-/// Series of a force along x, sampled at 1 kHz.
+/// Returns a series of a force along x, sampled at 1 kHz.
 template <class Force>
 ForceSeries series_of(double length_s, const Force& force) {
   ForceSeries series{"test", "", {}};
@@ -28,10 +28,10 @@ TEST(PredictionTrial, HoldOnARampErrsByItsMeanAge) {
   const ForceSeries ramp = series_of(1, [](double t) { return 3 * t; });
   haptics::ForceStream hold(haptics::force_stream_settings("hold"));
   const PredictionErrors errors = predict_series(ramp, hold);
-  // Ages 0 … 4 ms at 3 N/s, 200 of each; the last tick, number 1000, adds one more age of 0.
+  // At 3 N/s, each of the ages 0 … 4 ms occurs 200 times. The last tick, number 1000, adds another age of 0.
   EXPECT_NEAR(errors.force.mean, 3e-3 * 2 * 1000 / 1001, 1e-9);
   EXPECT_NEAR(errors.force.largest, 0.012, 1e-9);
-  // Variance of a uniform choice of 0 … 4: 2.
+  // The variance of a uniform distribution over 0 … 4 is 2.
   EXPECT_NEAR(errors.force.variance, 9e-6 * 2, 5e-8);
   EXPECT_NEAR(errors.step_max_n, 0.015, 1e-9);
   EXPECT_EQ(errors.stream.samples, 201U);
@@ -44,18 +44,18 @@ TEST(PredictionTrial, ADelayIsAnAge) {
   constexpr Duration kLate = std::chrono::milliseconds(10);
   EXPECT_NEAR(predict_series(ramp, hold, kPeriod, kLate).force.mean, 3e-3 * 12, 1e-4);
   haptics::ForceStream linear(haptics::force_stream_settings("linear"));
-  // Exact except for the first sample, before a line can be fitted.
+  // The prediction is exact except at the first sample, when no line can be fitted yet.
   EXPECT_LT(predict_series(ramp, linear, kPeriod, kLate).force.mean, 3e-3 * 12 / 50);
 }
 
 TEST(PredictionTrial, WhatChangedBetweenTwoSentSamplesIsSentWithTheNext) {
-  // A step of eight times the noise resets the predictor only where a contact change is flagged (threshold 5 times).
-  // Otherwise the threshold is 12 times.
+  // If a contact change is flagged, a step of eight times the noise resets the predictor, because the threshold is then
+  // 5 times the noise. Otherwise the threshold is 12 times.
   Random random(5);
   ForceSeries series = series_of(1, [&](double t) { return 0.1 * random.normal() + (t < 0.502 ? 0 : 0.8); });
   haptics::ForceStream plain, flagged;
   const std::uint64_t before = predict_series(series, plain).stream.resets;
-  // The change is between the samples of 500 and 505 ms, which are sent.
+  // The change occurs between the samples of 500 and 505 ms, which are sent.
   series.samples[502].has_contact_changed = true;
   EXPECT_EQ(predict_series(series, flagged).stream.resets, before + 1);
 }

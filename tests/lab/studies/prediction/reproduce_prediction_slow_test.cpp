@@ -7,7 +7,7 @@ namespace tandem::lab {
 namespace {
 
 TEST(ReproducePrediction, TheDefaultIsNeverWorseThanHoldAndLinearAndBeatsLinearOnChatter) {
-  // A clock that stands still, because a test does not measure the cost of a fit.
+  // The clock does not advance, because a test does not measure the time of a fit.
   expect_claims(reproduce_prediction(VirtualClock{}));
 }
 

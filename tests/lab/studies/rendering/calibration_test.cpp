@@ -1,4 +1,4 @@
-// The calibration recovers known values and follows its own rules. Its file is an ordinary device profile.
+// The calibration recovers known values and satisfies its own criteria. Its output file is an ordinary device profile.
 #include "lab/studies/rendering/calibration.hpp"
 
 #include <gtest/gtest.h>
@@ -27,8 +27,8 @@ TEST(PolynomialFit, RecoversACubicThroughItsOwnPoints) {
 }
 
 TEST(PolynomialFit, ALineWithScatterIsALine) {
-  // The thesis's line with alternating errors of ±2 %. A parabola or a cubic fits the points better and the left-out
-  // points worse.
+  // The points lie on the thesis's line, with errors of ±2 % of alternating sign. A parabola or a cubic fits the points
+  // better, but predicts left-out points worse.
   const std::vector<double> x{0.05, 0.075, 0.1, 0.125, 0.15, 0.175, 0.2};
   std::vector<double> y;
   for (std::size_t i = 0; i < x.size(); ++i) y.push_back((116.53 * x[i] + 16.21) * (i % 2 == 0 ? 1.02 : 0.98));
@@ -60,8 +60,8 @@ TEST(PolynomialFit, WhatIsNotAllowedIsNotChosen) {
 }
 
 TEST(CouplingTrial, SettlesSoonestAtTheClosedFormsDamping) {
-  // A mass on spring and damper whose other end jumps: ∫ t |d| dt is least at b = 1.4 √(k m) (Graham, Lathrop 1953).
-  // Sampling shifts it by about k T.
+  // For a mass on a spring and damper whose other end makes a step, ∫ t |d| dt is smallest at b = 1.4 √(k m) (Graham,
+  // Lathrop 1953). Sampling shifts the minimum by about k T.
   const CouplingTrial trial(devices::find_device_profile("sim"), false, {});
   for (const double mass_kg : {0.05, 0.2}) {
     const double closed_form = 1.4 * std::sqrt(400 * mass_kg);
@@ -79,11 +79,12 @@ TEST(CouplingTrial, SettlesSoonestAtTheClosedFormsDamping) {
 }
 
 TEST(CouplingTrial, TheSpectralRadiusTellsTheStiffnessLimitOfAHeldHandle) {
-  // With a delay of one period a soft spring is stable. A stiffness far beyond the dissipation of any hand is unstable.
+  // With a delay of one period, a soft spring is stable. A stiffness far beyond the dissipation of any hand is
+  // unstable.
   const CouplingTrial trial(devices::find_device_profile("touch"), false, {});
   EXPECT_LT(trial.spectral_radius({100, 2}, 0.1), 1);
   EXPECT_GT(trial.spectral_radius({1e5, 2}, 0.1), 1);
-  // The margins are stricter: a coupling that is stable without them may be unstable with them.
+  // The margins make the criterion stricter: a coupling that is stable without them may be unstable with them.
   CalibrationSettings bare;
   bare.gain_margin = 1;
   bare.delay_margin_periods = 0;
@@ -101,8 +102,8 @@ TEST(CouplingTrial, RoughnessGrowsWithStiffnessAndWithTheEncoderStep) {
 }
 
 TEST(CouplingTrial, ASoftTurningSpringIsNotTurnedPastHalfATurn) {
-  // 0.3 of sigma.7's torque limit would turn 1/64 N·m/rad by 3.3 rad. Beyond π the spring pulls in the opposite
-  // direction, and that jump must not count as roughness of the coupling.
+  // With 0.3 of sigma.7's torque limit, a coupling of 1/64 N·m/rad would be rotated by 3.3 rad. Beyond π the spring
+  // pulls in the opposite direction. That jump must not count as roughness of the coupling.
   const CouplingTrial sigma(devices::find_device_profile("sigma.7"), true, {});
   const double inertia = 8e-6;
   EXPECT_LT(sigma.roughness({1.0 / 64, 5e-4}, inertia), sigma.roughness({0.25, 5e-4}, inertia));
@@ -146,8 +147,8 @@ TEST(Calibration, StopsJustBelowAStiffnessThatWouldBreakARule) {
     EXPECT_LE(point.roughness, point.roughness_allowed);
     if (point.limited_by != "quiet") continue;
     ++quiet;
-    // The last bisection ends within 3 % of the first stiffness that was too rough, with the damping of that search.
-    // Just above it the roughness scatters between stiffnesses by some 10 %.
+    // The bisection ends within 3 % of the smallest stiffness that was too rough, with the damping used in that search.
+    // Just above this stiffness the roughness scatters by some 10 %.
     const double share = settings.stiffness_share_of_roughness;
     const auto roughness = [&](double factor) {
       return trial.roughness({factor * point.best.stiffness, std::sqrt(factor) * point.first_damping}, point.inertia);
@@ -197,8 +198,9 @@ TEST(Calibration, RotationIsCalibratedWhereThereIsTorque) {
       });
   EXPECT_EQ(progress, 1);
   ASSERT_TRUE(calibration.rotation);
-  // The device is so soft that its encoder does not limit the stiffness: a tool of 20 g, 8e-6 kg·m², gets the maximum.
-  // Dampings are 8 % apart; the chosen one settles soonest in continuous time. Sampling shifts it by about k T.
+  // The device is so soft that its encoder does not limit the stiffness. Therefore a tool of 20 g, 8e-6 kg·m², gets the
+  // maximum. The tried damping values are 8 % apart; the one with the fastest settling in continuous time is chosen.
+  // Sampling shifts it by about k T.
   const haptics::CouplingParameters most = devices::coupling_bounds(calibration.profile);
   ASSERT_EQ(calibration.rotation->points.size(), 1U);
   const CalibrationPoint& point = calibration.rotation->points.front();

@@ -1,4 +1,4 @@
-// Requirements on every reproduction: all its claims hold, and its output contains all of them.
+// Requirements for every reproduction: all its claims hold, and its output contains all of them.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
-// The whole region in which laws are marked passive: every shipped device profile, tools of 0.02 to 2 kg, three hands.
-// Stiffness ranges from soft to the stiffest displayable in translation and rotation, with three dampings. Positions
-// are exact, or pass the profile's encoder, from whose steps the velocity is estimated. W refers to the true motion in
-// both cases.
+// Tests the whole region in which laws are marked as passive: every shipped device profile, tools of 0.02 to 2 kg, and
+// three hands. The stiffness in translation and rotation ranges from soft to the largest that the device can display,
+// with three damping values. Positions are either exact or quantized by the encoder of the profile, from whose steps
+// the velocity is estimated. In both cases W refers to the true motion.
 #include <gtest/gtest.h>
 
 #include <iostream>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kLength_s = 1;
 
-/// The least W of many runs, and the run in which it occurred.
+/// The smallest W of many runs, and the run in which it occurred.
 class LeastWork {
  public:
   void add(double work_j, const std::string& run) {
@@ -26,7 +26,7 @@ class LeastWork {
     run_ = run;
   }
   double work_j() const { return least_j_; }
-  /// Prints once, so that a test with many failures stays readable.
+  /// Prints the result once, so that the output of a test with many failures remains readable.
   void print(std::string_view what) const {
     std::cout << what << ": least W " << 1e6 * least_j_ << " µJ, " << run_ << '\n';
   }
@@ -37,8 +37,8 @@ class LeastWork {
   std::string run_ = "in no run below 0";
 };
 
-/// Calls `run(settings, device, seed)` for a law on every profile, stiffness, mass and given damping, each with its own
-/// seed.
+/// Calls `run(settings, device, seed)` for a law on every profile, stiffness and mass and with the given damping
+/// values. Each call has a seed of its own.
 template <class Run>
 void for_region(std::string_view law, std::span<const double> dampings, std::uint64_t seed, const Run& run) {
   for (const devices::DeviceProfile& device : devices::load_device_profiles(devices::shipped_device_profiles())) {
@@ -54,7 +54,8 @@ void for_region(std::string_view law, std::span<const double> dampings, std::uin
   }
 }
 
-/// Applies to both distinct passive laws: at a given stiffness the adaptive law is the spring-damper.
+/// Applies to the two different passive laws. The adaptive law is not included, because at a given stiffness it equals
+/// the spring-damper.
 template <class Run>
 void for_passive_laws(std::uint64_t seed, const Run& run) {
   for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
@@ -102,8 +103,8 @@ struct ControlledWork {
   LeastWork reported;  ///< for the positions that the passivity controller received
 };
 
-/// Uses damping k T, the least that is ever requested. The passivity controller does not distinguish directions, so its bound counts from
-/// rest.
+/// Uses damping k T, the smallest that is ever required. The passivity controller does not distinguish directions, so
+/// its bound counts from rest.
 ControlledWork least_of_controlled_drivers(Encoder encoder) {
   ControlledWork least;
   const std::uint64_t seed = test::test_seed(1);
@@ -150,8 +151,9 @@ TEST(PassivityRegion, HoldsWithThePassivityControllerForDriversWhoTurnEveryTickW
 }
 
 TEST(PassivityRegion, OfTheReportedPositionsIsWhatThePassivityControllerKeepsBehindTheEncoder) {
-  // The controller's energy balance uses the encoder's positions. A driver that turns every tick gains a little more,
-  // because its motion within a step is not observed. W of the true positions is therefore printed and not claimed.
+  // The energy balance of the controller uses the encoder's positions. A driver that changes direction in every tick
+  // gains slightly more, because its motion within a step is not observed. Therefore W of the true positions is printed
+  // but not claimed.
   const ControlledWork least = least_of_controlled_drivers(Encoder::kOfProfile);
   least.real.print("with passivity controller, drivers that turn every tick, encoder, true positions");
   expect_passive(least.reported,

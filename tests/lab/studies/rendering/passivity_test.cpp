@@ -1,5 +1,6 @@
-// A hand cannot extract energy from a law marked passive; for the other laws the test shows the extracted amount. W is
-// the work of the hand since it began at rest, from the true displacements under the held force.
+// A hand cannot extract energy from a law that is marked as passive. For the other laws, the test shows how much can be
+// extracted. W is the work of the hand since it began at rest, computed from the true displacements under the held
+// force.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +16,7 @@ namespace {
 
 constexpr std::uint64_t kUsualSeed = 20240611;
 
-/// 300 N/m in a light grip, damping k T.
+/// Returns a rig with 300 N/m, a light grip, and damping k T.
 HandRigSettings light_rig(std::string_view law) {
   HandRigSettings settings;
   settings.law = law;
@@ -29,14 +30,14 @@ double least_driven_j(const HandRigSettings& settings, const DriverLimits& limit
   return least_driven_work(settings, DriverWay::kDown, limits, seed, 2).from_rest_j;
 }
 
-/// The greatest stiffness that the device can display, damping k T.
+/// Returns a rig with the largest stiffness that the device can display, and damping k T.
 HandRigSettings stiffest_rig(std::string_view law, const devices::DeviceProfile& device) {
   HandRigSettings settings = rig_on(law, device, coupling_on(device, 1, 1), 0.02);
   settings.hand = devices::holding(settings.hand, device);
   return settings;
 }
 
-/// The least W of a hand and of a driver in each direction, all as quick as a person.
+/// Returns the smallest W of a simulated hand and of a driver in each direction, all as fast as a person.
 double least_of_people_j(const HandRigSettings& settings, std::uint64_t seed) {
   double least_j = least_work_j(settings, seed, 1);
   for (const DriverWay way : kDriverWays) {
@@ -45,7 +46,7 @@ double least_of_people_j(const HandRigSettings& settings, std::uint64_t seed) {
   return least_j;
 }
 
-/// The device with the greatest stiffness, and the one with the greatest stiffness that displays torque.
+/// The device with the largest stiffness, and the device with the largest stiffness among those that display torque.
 constexpr std::array kDevices{"omega.6", "sigma.7"};
 
 TEST(Passivity, OfPassiveLawsHoldsForHandsOnTheStiffestDevices) {
@@ -61,7 +62,8 @@ TEST(Passivity, OfPassiveLawsHoldsForHandsOnTheStiffestDevices) {
 }
 
 TEST(Passivity, OfPassiveLawsHoldsForHandsBehindTheEncoder) {
-  // The law uses the encoder's position and W the hand's position, so W includes the effect of the encoder steps.
+  // The law uses the encoder's position and W the true position of the hand, so W includes the effect of the encoder
+  // steps.
   const std::uint64_t seed = test::test_seed(kUsualSeed);
   for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
     if (!law.is_passive) continue;
@@ -102,13 +104,14 @@ TEST(Passivity, IsLostBySwitchingAndByDirectRendering) {
     const double by_driver_j = least_driven_j(settings, human_limits(DriverWay::kDown), seed);
     std::cout << law.name << " gave " << -1e3 * by_strokes_j << " mJ in 2.4 s of strokes, " << -1e3 * by_driver_j
               << " mJ to a driver in 2 s\n";
-    // A hundred times the tolerance of a passive law.
+    // The bound is a hundred times the tolerance for a passive law.
     EXPECT_LT(std::min(by_strokes_j, by_driver_j), -100 * kMaxCreated_j) << law.name << ", seed " << seed;
   }
 }
 
 TEST(Passivity, OfPassiveLawsIsLostToADriverThatTurnsEveryTickWithoutAPassivityController) {
-  // Purpose of the passivity controller: no damping suffices for a hand that turns as often as the force is updated.
+  // This is the purpose of the passivity controller: if a hand changes direction as often as the force is updated, no
+  // damping suffices.
   HandRigSettings settings = light_rig("spring-damper");
   settings.coupling.stiffness_n_per_m = 5000;
   settings.coupling.damping_n_s_per_m = 5;

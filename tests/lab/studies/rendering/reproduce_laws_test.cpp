@@ -1,4 +1,4 @@
-// The claims of the law comparisons hold, and their tools are correct.
+// The claims of the comparisons of laws hold, and the functions that they use are correct.
 #include "lab/studies/rendering/reproduce_laws.hpp"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ TEST(LawCurves, SecantIsWhatWasAskedForOfEveryCurve) {
 }
 
 TEST(LawCurves, StableDynamicIsSteepestWhereItsSecondDerivativeIsZero) {
-  // F (1 − e^(−u²)): u = 1/√2, slope √(2/e) k.
+  // For F (1 − e^(−u²)) the slope is largest at u = 1/√2, where it is √(2/e) k.
   const haptics::CouplingParameters coupling;
   const double steepest_m = steepest_displacement_m("stable-dynamic", coupling);
   const double d_max = coupling.force_limit_n / coupling.stiffness_n_per_m;
@@ -58,7 +58,8 @@ TEST(HighPass, KeepsVibrationAndDropsTremor) {
     vibration.push_back(std::sin(2 * std::numbers::pi * 120 * i / 1000.0));
   }
   const auto settled = [](const std::vector<double>& samples) { return rms(std::span(samples).subspan(1000)); };
-  // (9/30)^8 = 6.6e-5 of 0.707, and a little less because the corner is prewarped.
+  // The filter reduces 0.707 to (9/30)^8 = 6.6e-5 of its value, and slightly more because the corner frequency is
+  // prewarped.
   EXPECT_LT(settled(high_passed(tremor, 1000, 30)), 5e-5);
   EXPECT_NEAR(settled(high_passed(vibration, 1000, 30)), std::sqrt(0.5), 1e-3);
 }
@@ -68,8 +69,8 @@ TEST(HandRig, PressesWithWhatTheHandsSpringIsStretchedBy) {
   exact.encoder_step_m = exact.tremor_rms_n = 0;
   exact.recorded_s = 1;
   for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
-    // The literal law has no equilibrium there: it jumps at every reversal of the hand. Switching laws rest on either
-    // of their curves.
+    // The literal law has no equilibrium there, because it jumps at every reversal of the hand. Switching laws can rest
+    // on either of their curves.
     if (law.name == "stable-dynamic-literal") continue;
     const SteadyPress press = press_steadily(law.name, 1, exact);
     EXPECT_NEAR(press.mean_normal_n, 1, law.is_passive || law.name == "direct" ? 1e-6 : 0.1) << law.name;
