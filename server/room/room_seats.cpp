@@ -116,9 +116,9 @@ haptics::CouplingParameters RoomSeats::coupling_in_force(const Seat& seat) const
   return physics::coupling_in_force(coupling_, moved_mass(room_.scene(), seat.tool, body));
 }
 
-void RoomSeats::on_update(const Seat& seat, const RoomUpdate& told) {
-  served_[seat.index] = told.requests_served[seat.index];
-  held_[seat.index] = told.own[seat.index].held_body;
+void RoomSeats::on_update(const Seat& seat, const RoomUpdate& update) {
+  served_[seat.index] = update.requests_served[seat.index];
+  held_[seat.index] = update.own[seat.index].held_body;
 }
 
 bool RoomSeats::grab(const Seat& seat, BodyId body, std::uint32_t request) {

@@ -15,11 +15,6 @@ namespace tandem::server {
 
 /// Rate limit of granted resets, per room.
 inline constexpr net::Rate kResetRate{1, 2};
-/// Rate limits of requests for molecule poses: per room, and per user.
-inline constexpr net::Rate kPoseRate{16, 32}, kUserPoseRate{4, 8};
-
-/// Rate limit of pointing, per room.
-inline constexpr net::Rate kPointRate{4, 8};
 
 /// Assigns the seats of one room, and posts the commands of their users to the room's loop.
 ///
@@ -55,8 +50,6 @@ class RoomSeats {
   /// Moves all bodies back to their start (World::put_all_back()). Returns false, without effect, when the room's queue
   /// is full or kResetRate is exceeded: each reset causes an event per moving body to every user.
   bool reset(const Seat& seat, LocalTime now);
-  bool may_ask_pose(LocalTime now) { return poses_.has_some(now) && poses_.take(1, now); }
-  bool may_point(LocalTime now) { return points_.take(1, now); }
   /// In      placing  without the seat
   /// Out     false: the room's queue is full
   bool place(const Seat& seat, RoomCommand placing);
@@ -66,7 +59,7 @@ class RoomSeats {
   bool release(const Seat& seat, std::uint32_t request);
   /// Copies the served requests and the held body of the seat's user from an update. Every step repeats them, so a lost
   /// event causes no lasting error.
-  void on_update(const Seat& seat, const RoomUpdate& told);
+  void on_update(const Seat& seat, const RoomUpdate& update);
   /// Retries the commands that the room's full queue refused.
   void flush();
 
@@ -87,8 +80,6 @@ class RoomSeats {
   std::array<std::uint64_t, proto::kMaxUsers> served_{};
   std::uint32_t last_user_ = 0;
   net::TokenBucket resets_{kResetRate};
-  net::TokenBucket poses_{kPoseRate};
-  net::TokenBucket points_{kPointRate};
   /// Commands that must not be lost. Bounded, because a room that is behind accepts no new users.
   std::deque<RoomCommand> waiting_;
 };

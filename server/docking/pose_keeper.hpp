@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "server/recording/pose_site.hpp"
+#include "server/docking/pose_site.hpp"
 #include "server/room/server_rooms.hpp"
 
 namespace tandem::server {
@@ -29,7 +29,6 @@ namespace tandem::server {
 ///         request gets one answer, at the latest by refuse_unanswered()
 class PoseKeeper final : public RoomService {
  public:
-  /// In      folder  empty: nothing is written
   /// In      folder  empty: nothing is written
   ///         rooms   not stepping yet
   ///         unix_ms  milliseconds since 1970
@@ -54,8 +53,8 @@ class PoseKeeper final : public RoomService {
   const std::vector<wire::KeptPose>& kept(const Room& room) const;
   /// Accepts a request of any kind except CANCEL.
   /// Out     empty, or the reason for the refusal as text for users
-  std::string ask(const Room& room, UserId user, const std::string& user_name, std::uint32_t request,
-                  const wire::AskPose& asked);
+  std::string submit(const Room& room, UserId user, const std::string& user_name, std::uint32_t request,
+                     const wire::AskPose& message);
   /// Cancels pending and running minimisations of the room, of one user or of all.
   /// In      why  literal that answers those requests
   /// Out     false: there is none

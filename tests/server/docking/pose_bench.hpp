@@ -11,7 +11,7 @@
 
 #include "server/assets/docking_scene.hpp"
 #include "server/assets/scene_file.hpp"
-#include "server/recording/pose_keeper.hpp"
+#include "server/docking/pose_keeper.hpp"
 #include "tests/support/molecules.hpp"
 #include "tests/support/needs.hpp"
 
@@ -85,7 +85,7 @@ class PoseKeeperTest : public ::testing::Test {
     asked.set_kind(kind);
     asked.set_number(number);
     asked.set_name(name);
-    EXPECT_EQ(keeper_->ask(room(), UserId{7}, user_name_, 31, asked), "");
+    EXPECT_EQ(keeper_->submit(room(), UserId{7}, user_name_, 31, asked), "");
     keeper_->work();
     return serve();
   }

@@ -7,7 +7,7 @@
 #include <map>
 #include <sstream>
 
-#include "tests/server/recording/pose_bench.hpp"
+#include "tests/server/docking/pose_bench.hpp"
 
 namespace tandem::server {
 namespace {
@@ -40,12 +40,12 @@ TEST_F(PoseKeeperTest, UserAndRoomHaveBudgetsAndDeletingGivesThemBack) {
 TEST_F(PoseKeeperTest, AUserWaitsForAnswersBeforeAskingMore) {
   wire::AskPose asked;
   for (std::size_t i = 0; i < kMaxPoseRequestsOfUser; ++i)
-    EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 1, asked), "");
-  EXPECT_THAT(keeper_->ask(room(), UserId{7}, "ada", 1, asked), HasSubstr("4 of your requests wait"));
+    EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 1, asked), "");
+  EXPECT_THAT(keeper_->submit(room(), UserId{7}, "ada", 1, asked), HasSubstr("4 of your requests wait"));
   std::uint32_t user = 8;
   for (std::size_t i = kMaxPoseRequestsOfUser; i < kMaxPoseRequestsOfRoom; ++i)
-    EXPECT_EQ(keeper_->ask(room(), UserId{user++}, "ben", 1, asked), "");
-  EXPECT_THAT(keeper_->ask(room(), UserId{user}, "cleo", 1, asked), HasSubstr("32 requests of this room wait"));
+    EXPECT_EQ(keeper_->submit(room(), UserId{user++}, "ben", 1, asked), "");
+  EXPECT_THAT(keeper_->submit(room(), UserId{user}, "cleo", 1, asked), HasSubstr("32 requests of this room wait"));
 }
 
 TEST_F(PoseKeeperTest, ADeletedPoseIsGoneWithItsFilesAndItsNumberIsNotUsedAgain) {
@@ -99,11 +99,11 @@ TEST_F(PoseKeeperTest, ALongMinimisationLetsTheRequestsOfAnotherRoomInAndTellsHo
   }
   wire::AskPose asked;
   asked.set_kind(wire::AskPose::MINIMISE);
-  EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 1, asked), "");
+  EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 1, asked), "");
   for (int i = 0; i < 5; ++i) ASSERT_TRUE(keeper_->work_slice());
   asked.set_kind(wire::AskPose::KEEP);
-  EXPECT_EQ(keeper_->ask(*rooms_[1], UserId{9}, "ben", 2, asked), "");
-  EXPECT_EQ(keeper_->ask(room(), UserId{8}, "cleo", 3, asked), "") << "in the same room";
+  EXPECT_EQ(keeper_->submit(*rooms_[1], UserId{9}, "ben", 2, asked), "");
+  EXPECT_EQ(keeper_->submit(room(), UserId{8}, "cleo", 3, asked), "") << "in the same room";
   std::vector<std::uint32_t> answered;
   bool is_told = false;
   for (int slice = 0; slice < 10 && answered.size() < 2; ++slice) {
@@ -123,7 +123,7 @@ TEST_F(PoseKeeperTest, AMinimisationThatIsCalledOffLeavesTheMoleculesWhereTheyAr
   const auto begin = [this] {
     wire::AskPose asked;
     asked.set_kind(wire::AskPose::MINIMISE);
-    EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 31, asked), "");
+    EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 31, asked), "");
     for (int i = 0; i < 5; ++i) ASSERT_TRUE(keeper_->work_slice());
   };
   const Pose X = pose();
@@ -156,12 +156,12 @@ TEST_F(PoseKeeperTest, AMinimisationEndsWhenAUserBringsTheMoleculesElsewhere) {
   ask(wire::AskPose::KEEP);
   wire::AskPose asked;
   asked.set_kind(wire::AskPose::MINIMISE);
-  EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 1, asked), "");
+  EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 1, asked), "");
   keeper_->work_slice();
-  EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 2, asked), "");
+  EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 2, asked), "");
   asked.set_kind(wire::AskPose::GO_TO);
   asked.set_number(1);
-  EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 3, asked), "");
+  EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 3, asked), "");
   keeper_->work();
   std::map<std::uint32_t, wire::ServerControl> answers;
   keeper_->deliver([&](const Room&, UserId, const wire::ServerControl& answer, const RoomCommand*) {
@@ -179,11 +179,11 @@ TEST_F(PoseKeeperTest, WhatWaitsWhenTheServerStopsIsRefusedAndNotWritten) {
   for (const auto kind : {wire::AskPose::MINIMISE, wire::AskPose::KEEP, wire::AskPose::DELETE}) {
     asked.set_kind(kind);
     asked.set_number(1);
-    EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 10 + static_cast<std::uint32_t>(kind), asked), "");
+    EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 10 + static_cast<std::uint32_t>(kind), asked), "");
     if (kind == wire::AskPose::MINIMISE) keeper_->work_slice();
   }
   keeper_->begin_stop();
-  EXPECT_THAT(keeper_->ask(room(), UserId{7}, "ada", 99, asked), HasSubstr("the server is stopping"));
+  EXPECT_THAT(keeper_->submit(room(), UserId{7}, "ada", 99, asked), HasSubstr("the server is stopping"));
   EXPECT_EQ(keeper_->unanswered(), 3U);
   keeper_->work();
   std::vector<std::uint32_t> refused;
@@ -199,7 +199,7 @@ TEST_F(PoseKeeperTest, WhatWaitsWhenTheServerStopsIsRefusedAndNotWritten) {
 
 TEST_F(PoseKeeperTest, ADroppedRequestIsGivenUpOnceAndNotServedAfterTheRoomsEnd) {
   wire::AskPose asked;
-  EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 5, asked), "");
+  EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 5, asked), "");
   int refused = 0;
   keeper_->refuse_unanswered([&](const Room& of, UserId user, std::uint32_t request) {
     EXPECT_EQ(&of, &room());

@@ -1,4 +1,4 @@
-#include "server/recording/pose_keeper.hpp"
+#include "server/docking/pose_keeper.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -8,7 +8,7 @@
 
 #include "common/realtime/ring.hpp"
 #include "common/recording/recorder_thread.hpp"
-#include "server/recording/fair_turns.hpp"
+#include "server/docking/fair_turns.hpp"
 
 namespace tandem::server {
 namespace {
@@ -25,13 +25,14 @@ bool changes_list(Kind::Kind kind) {
   return kind == Kind::KEEP || kind == Kind::DELETE || kind == Kind::RENAME;
 }
 
-std::string unanswered_problem(const std::vector<PoseSite::Asked>& asked, UserId user) {
-  const auto own = static_cast<std::size_t>(std::ranges::count(asked, user, &PoseSite::Asked::user));
+std::string unanswered_problem(const std::vector<PoseRequest>& unanswered, UserId user) {
+  const auto own = static_cast<std::size_t>(std::ranges::count(unanswered, user, &PoseRequest::user));
   if (own >= kMaxPoseRequestsOfUser)
     return std::to_string(own) +
            " of your requests wait for their answers, which is the most; ask again after one of them";
-  if (asked.size() >= kMaxPoseRequestsOfRoom)
-    return std::to_string(asked.size()) + " requests of this room wait for their answers, which is the most; try again";
+  if (unanswered.size() >= kMaxPoseRequestsOfRoom)
+    return std::to_string(unanswered.size()) +
+           " requests of this room wait for their answers, which is the most; try again";
   return {};
 }
 
@@ -44,7 +45,7 @@ struct PoseKeeper::Impl {
   realtime::Ring<PoseAnswer> answers{kMaxAnswers};
   // Used by the keeper's thread only.
   FairTurns turns{0};
-  std::deque<PoseAnswer> unsaid;
+  std::deque<PoseAnswer> unsent;
   // Used by the io thread only.
   std::uint64_t last_id = 0;
   // Last member, because its thread uses all of the above.
@@ -56,9 +57,9 @@ struct PoseKeeper::Impl {
   }
 
   /// Sends the answers; false: the ring is full.
-  bool say() {
-    while (!unsaid.empty() && answers.push(unsaid.front())) unsaid.pop_front();
-    return unsaid.empty();
+  bool send_answers() {
+    while (!unsent.empty() && answers.push(unsent.front())) unsent.pop_front();
+    return unsent.empty();
   }
 };
 
@@ -104,13 +105,13 @@ bool PoseKeeper::work_slice() {
   if (impl.has_finished) return false;
   for (const auto& site : impl.sites) {
     site->watch();
-    if (impl.is_stopping) site->refuse_all(kStopping, impl.unsaid);
+    if (impl.is_stopping) site->refuse_all(kStopping, impl.unsent);
   }
-  if (!impl.say()) return false;
+  if (!impl.send_answers()) return false;
   const auto next = impl.turns.next([&impl](std::size_t i) { return impl.sites[i]->has_work(); });
   if (!next) return false;
-  impl.turns.charge(*next, impl.sites[*next]->serve_slice(impl.unix_ms(), impl.unsaid));
-  impl.say();
+  impl.turns.charge(*next, impl.sites[*next]->serve_slice(impl.unix_ms(), impl.unsent));
+  impl.send_answers();
   return true;
 }
 
@@ -124,16 +125,16 @@ const std::vector<wire::KeptPose>& PoseKeeper::kept(const Room& room) const {
   return site == nullptr ? kNone : site->kept;
 }
 
-std::string PoseKeeper::ask(const Room& room, UserId user, const std::string& user_name, std::uint32_t request,
-                            const wire::AskPose& asked) {
+std::string PoseKeeper::submit(const Room& room, UserId user, const std::string& user_name, std::uint32_t request,
+                               const wire::AskPose& message) {
   PoseSite* const site = impl_->find(room);
   if (site == nullptr) return "this room has no two molecules";
   if (impl_->is_stopping) return kStopping;
-  if (std::string problem = unanswered_problem(site->asked, user); !problem.empty()) return problem;
-  const auto called_off = std::make_shared<std::atomic<const char*>>(nullptr);
-  const std::uint64_t id = ++impl_->last_id;
-  if (!site->requests.push({id, user, user_name, request, asked, called_off})) return "the room is busy; try again";
-  site->asked.push_back({id, user, request, asked.kind(), called_off});
+  if (std::string problem = unanswered_problem(site->unanswered, user); !problem.empty()) return problem;
+  const PoseRequest submitted{++impl_->last_id, user,    user_name,
+                              request,          message, std::make_shared<std::atomic<const char*>>(nullptr)};
+  if (!site->requests.push(submitted)) return "the room is busy; try again";
+  site->unanswered.push_back(submitted);
   return {};
 }
 
@@ -141,9 +142,10 @@ bool PoseKeeper::cancel(const Room& room, std::optional<UserId> user, const char
   PoseSite* const site = impl_->find(room);
   bool is_any = false;
   if (site == nullptr) return is_any;
-  for (const PoseSite::Asked& asked : site->asked) {
-    if (asked.kind != Kind::MINIMISE || (user && asked.user != *user) || *asked.called_off != nullptr) continue;
-    *asked.called_off = why;
+  for (const PoseRequest& request : site->unanswered) {
+    if (request.message.kind() != Kind::MINIMISE || (user && request.user != *user)) continue;
+    if (*request.cancelled != nullptr) continue;
+    *request.cancelled = why;
     is_any = true;
   }
   return is_any;
@@ -152,29 +154,29 @@ bool PoseKeeper::cancel(const Room& room, std::optional<UserId> user, const char
 void PoseKeeper::forget(const Room& room, UserId user) {
   PoseSite* const site = impl_->find(room);
   if (site == nullptr) return;
-  for (const PoseSite::Asked& asked : site->asked) {
-    if (asked.user == user && !changes_list(asked.kind)) *asked.called_off = kLeft;
+  for (const PoseRequest& request : site->unanswered) {
+    if (request.user == user && !changes_list(request.message.kind())) *request.cancelled = kLeft;
   }
 }
 
 void PoseKeeper::begin_stop() {
   impl_->is_stopping = true;
   for (const auto& site : impl_->sites) {
-    for (const PoseSite::Asked& asked : site->asked) *asked.called_off = kStopping;
+    for (const PoseRequest& request : site->unanswered) *request.cancelled = kStopping;
   }
 }
 
 std::size_t PoseKeeper::unanswered() const {
   std::size_t count = 0;
-  for (const auto& site : impl_->sites) count += site->asked.size();
+  for (const auto& site : impl_->sites) count += site->unanswered.size();
   return count;
 }
 
 void PoseKeeper::refuse_unanswered(const std::function<void(const Room&, UserId, std::uint32_t)>& on_refused) {
   begin_stop();
   for (const auto& site : impl_->sites) {
-    for (const PoseSite::Asked& asked : std::exchange(site->asked, {}))
-      on_refused(*site->room, asked.user, asked.number);
+    for (const PoseRequest& request : std::exchange(site->unanswered, {}))
+      on_refused(*site->room, request.user, request.number);
   }
 }
 
@@ -193,18 +195,18 @@ void PoseKeeper::deliver(
       pose = message.kept_pose();
       pose.clear_is_news();
     }
-    const auto asked = std::ranges::find(site.asked, answer.id, &PoseSite::Asked::id);
-    const char* const why = asked == site.asked.end() ? nullptr : asked->called_off->load();
-    if (answer.id != 0 && asked != site.asked.end()) site.asked.erase(asked);
-    // The request was called off while its answer was pending, so the placing is not sent to the room.
-    const bool is_called_off = answer.placing && why != nullptr;
-    if (is_called_off) {
+    const auto request = std::ranges::find(site.unanswered, answer.id, &PoseRequest::id);
+    const char* const why = request == site.unanswered.end() ? nullptr : request->cancelled->load();
+    if (answer.id != 0 && request != site.unanswered.end()) site.unanswered.erase(request);
+    // The request was cancelled while its answer was pending, so the placing is not sent to the room.
+    const bool is_cancelled = answer.placing && why != nullptr;
+    if (is_cancelled) {
       answer.message.mutable_error()->set_code(wire::ERROR_NOT_ALLOWED);
       answer.message.mutable_error()->set_text(why);
     }
-    const bool has_placing = answer.placing && !is_called_off;
+    const bool has_placing = answer.placing && !is_cancelled;
     const bool is_done = on_answer(*site.room, answer.user, answer.message, has_placing ? &*answer.placing : nullptr);
-    if (is_called_off || (has_placing && !is_done)) site.refuse_placing();
+    if (is_cancelled || (has_placing && !is_done)) site.refuse_placing();
   }
 }
 

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "common/base/random.hpp"
-#include "tests/server/recording/pose_bench.hpp"
+#include "tests/server/docking/pose_bench.hpp"
 #include "tests/support/needs.hpp"
 #include "tests/support/test_seed.hpp"
 
@@ -58,7 +58,7 @@ class PoseSequences {
     if (asked.kind() == wire::AskPose::CANCEL) return;
     asked.set_number(static_cast<std::uint32_t>(below(12)));
     asked.set_name("name " + std::to_string(below(1000)));
-    if (keeper_->ask(of, by, "user " + std::to_string(by.value), ++last_request_, asked).empty())
+    if (keeper_->submit(of, by, "user " + std::to_string(by.value), ++last_request_, asked).empty())
       open_[last_request_] = {of.name(), by};
   }
 

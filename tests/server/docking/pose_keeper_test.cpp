@@ -1,5 +1,5 @@
 // Poses that are kept, restored, undone and redone, in a room with two helices.
-#include "server/recording/pose_keeper.hpp"
+#include "server/docking/pose_keeper.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <sstream>
 #include <vector>
 
-#include "tests/server/recording/pose_bench.hpp"
+#include "tests/server/docking/pose_bench.hpp"
 
 namespace tandem::server {
 namespace {
@@ -47,7 +47,7 @@ TEST_F(PoseKeeperTest, WhatIsAskedWhileTheRoomPlacesWaitsForIt) {
   for (const auto kind : {wire::AskPose::UNDO, wire::AskPose::REDO}) {
     wire::AskPose asked;
     asked.set_kind(kind);
-    for (int i = 0; i < 2; ++i) EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 31, asked), "");
+    for (int i = 0; i < 2; ++i) EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 31, asked), "");
     keeper_->work();
     // The room has not stepped: the second request must wait, because the molecule is not yet at its new pose.
     keeper_->work();
@@ -92,7 +92,7 @@ TEST_F(PoseKeeperTest, OfTwoServersWithOneFolderNoneWritesOverTheOthers) {
   const auto ask_other = [&] {
     wire::AskPose asked;
     asked.set_kind(wire::AskPose::KEEP);
-    EXPECT_EQ(other.ask(*rooms[0], UserId{7}, "ada", 31, asked), "");
+    EXPECT_EQ(other.submit(*rooms[0], UserId{7}, "ada", 31, asked), "");
     other.work();
     wire::ServerControl told;
     other.deliver([&told](const Room&, UserId, const wire::ServerControl& answer, const RoomCommand*) {
