@@ -2,22 +2,16 @@
 
 #include <algorithm>
 
-#include "proto/content_hash.hpp"
 #include "proto/recording/exact_state.hpp"
+#include "server/assets/scene_hash.hpp"
 
 namespace tandem::server {
 namespace {
 
 constexpr int kNumbersPerPose = 7;
 
-/// Hash of the scene's description and the assets it names, except drawings.
-std::string hash_of(const LoadedScene& scene) {
-  std::string text = scene.description.SerializeAsString();
-  for (const Asset& asset : scene.assets) {
-    if (asset.kind == "drawing") continue;
-    text.append(reinterpret_cast<const char*>(asset.sha256.data()), asset.sha256.size());
-  }
-  const proto::Sha256 hash = proto::sha256_of(std::as_bytes(std::span(text)));
+std::string hash_text(const LoadedScene& scene) {
+  const proto::Sha256 hash = hash_of(scene);
   return {reinterpret_cast<const char*>(hash.data()), hash.size()};
 }
 
@@ -32,7 +26,7 @@ wire::RoomCheckpoint checkpoint_of(const Room& room) {
 wire::RoomCheckpoint checkpoint_of(const std::string& room, const LoadedScene& scene, const RoomState& state) {
   wire::RoomCheckpoint out;
   out.set_room(room);
-  out.set_scene_sha256(hash_of(scene));
+  out.set_scene_sha256(hash_text(scene));
   for (const proto::BodyState& body : state.bodies) {
     wire::RecordedBody& to = *out.add_bodies();
     to.set_id(body.id.value);
@@ -54,7 +48,7 @@ wire::RoomCheckpoint checkpoint_of(const std::string& room, const LoadedScene& s
 }
 
 std::optional<RoomState> state_of(const wire::RoomCheckpoint& checkpoint, const LoadedScene& scene) {
-  if (checkpoint.scene_sha256() != hash_of(scene)) return std::nullopt;
+  if (checkpoint.scene_sha256() != hash_text(scene)) return std::nullopt;
   RoomState state;
   if (checkpoint.bodies_size() > static_cast<int>(state.bodies.capacity()) ||
       checkpoint.tools_size() > static_cast<int>(state.tools.capacity())) {

@@ -15,11 +15,6 @@ namespace tandem::server {
 
 /// Rate limit of granted resets per room.
 inline constexpr net::Rate kResetRate{1, 2};
-/// Rate limits of requests for molecule poses: per room, and per user.
-inline constexpr net::Rate kPoseRate{16, 32}, kUserPoseRate{4, 8};
-
-/// Rate limit of pointing commands per room.
-inline constexpr net::Rate kPointRate{4, 8};
 
 /// Assigns the seats of one room, and posts the commands of their users to the room's loop.
 ///
@@ -55,8 +50,6 @@ class RoomSeats {
   /// Moves all bodies back to their start (World::return_all()). Returns false, without effect, if the room's queue is
   /// full or kResetRate is exceeded: each reset sends an event per moving body to every user.
   bool reset(const Seat& seat, LocalTime now);
-  bool may_request_pose(LocalTime now) { return poses_.has_some(now) && poses_.consume(1, now); }
-  bool may_point(LocalTime now) { return points_.consume(1, now); }
   /// In      placing  its `seat` is ignored and replaced by the argument
   /// Out     false: the room's queue is full
   bool place(const Seat& seat, RoomCommand placing);
@@ -87,8 +80,6 @@ class RoomSeats {
   std::array<std::uint64_t, proto::kMaxUsers> served_{};
   std::uint32_t last_user_ = 0;
   net::TokenBucket resets_{kResetRate};
-  net::TokenBucket poses_{kPoseRate};
-  net::TokenBucket points_{kPointRate};
   /// Commands that must not be lost. The queue is bounded, because a room that lags behind accepts no new users.
   std::deque<RoomCommand> waiting_;
 };

@@ -16,13 +16,17 @@ inline constexpr net::Rate kControlRate{100, 200};
 inline constexpr double kOwnPace = 0.05;
 /// Accepted client updates; a client sends 1000 a second.
 inline constexpr net::Rate kUpdateRate{4000, 4000};
-/// Pointing by one user; beyond it the request is refused. Each nudges the hands of the others.
-inline constexpr net::Rate kUserPointRate{1, 2};
 /// Unread control bytes above which a connection is ended (DISCONNECT_SLOW).
 inline constexpr std::size_t kMaxQueuedControlBytes = 1024 * 1024;
 /// Queued bytes above which news are held back. Held news are merged: the newest value of each parameter, and the users
 /// present at the time of sending.
 inline constexpr std::size_t kMaxQueuedBeforeNews = 16 * 1024;
+
+// Limits of the requests of one user, and of all users of a room; beyond them a request is refused.
+/// Pointing; each nudges the hands of the others.
+inline constexpr net::Rate kUserPointRate{1, 2}, kPointRate{4, 8};
+/// Requests for poses of molecules.
+inline constexpr net::Rate kUserPoseRate{4, 8}, kPoseRate{16, 32};
 
 // Limits of one address. Its connections that have not joined wait in turn.
 /// Control messages of all its connections, except those that joined users send at their own pace.

@@ -17,12 +17,13 @@
 #include "common/base/ids.hpp"
 #include "common/base/time.hpp"
 #include "proto/datagram_channel.hpp"
-#include "server/recording/pose_keeper.hpp"
 #include "server/room/room.hpp"
 #include "server/session/admission.hpp"
 #include "server/session/limits.hpp"
 
 namespace tandem::server {
+
+class PoseKeeper;
 
 /// TCP connection of the transport. The transport chooses the handle; it is not 0 and never reused while open.
 using ConnectionHandle = std::uint64_t;
@@ -111,11 +112,11 @@ class SessionHub {
   /// the calling thread must not block.
   /// Thread  the room's
   void help(const Room& room);
-  /// Refuses all pose requests not yet started and all later ones; poll() sends the answers.
+  /// Refuses all requests to services that are not started and all later ones; poll() sends the answers.
   void begin_stop();
-  /// Whether a pose request is still unanswered.
+  /// Whether a request to a service is still unanswered.
   bool owes_answers() const;
-  /// Ends all connections (DISCONNECT_SERVER_STOPPING), after refusing the unanswered pose requests.
+  /// Ends all connections (DISCONNECT_SERVER_STOPPING), after refusing the unanswered requests.
   void stop(LocalTime now);
 
   /// Whether messages of that connection wait for a later turn; until then, read no more from it.

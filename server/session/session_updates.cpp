@@ -29,31 +29,31 @@ void add_counts(const proto::ChannelCounters& more, proto::ChannelCounters& to) 
 
 /// Sends a room's update to its users. Only the io thread writes to TCP connections.
 void SessionHub::Impl::send_updates(std::size_t room, const Clock& clock) {
-  auto& output = rooms[room]->room().output();
-  if (!output.poll()) return;
-  const RoomUpdate& update = output.front();
+  Room& count = room_seats[room]->room();
+  if (!count.output().poll()) return;
+  const RoomUpdate& update = count.output().front();
   updated.clear();
   for (const auto& [handle, connection] : connections) {
-    if (connection->is_in(*rooms[room]) && !connection->state_over_tcp) updated.push_back(connection.get());
+    if (connection->is_in(count) && !connection->state_over_tcp) updated.push_back(connection.get());
   }
   const auto send = [&](std::size_t i) { send_update(*updated[i], update, clock.now()); };
   updates[room].run(updated.size(), std::ref(send));
   for (const auto& [handle, connection] : connections) {
-    if (!connection->is_in(*rooms[room])) continue;
+    if (!connection->is_in(count)) continue;
     if (connection->state_over_tcp) send_update(*connection, update, clock.now());
     collect(*connection);
   }
+  for (const auto& service : services) service->on_update(count);
 }
 
 /// Thread  io or the helping thread; changes nothing but this connection
 void SessionHub::Impl::send_update(Connection& connection, const RoomUpdate& update, LocalTime now) {
   // The seat's previous user is skipped.
   if (update.user[connection.seat.index] != connection.seat.user) return;
-  apply_room_update(connection, update);
-  const bool is_blocked = connection.state_over_tcp && transport.queued_control_bytes(connection.handle) > 0;
-  connection.bodies_thinned +=
-      connection.stream->send(update, is_blocked, now,
-                              [&](std::span<const std::byte> datagram) { return deliver_state(connection, datagram); });
+  connection.seats->on_update(connection.seat, update);
+  const bool is_blocked = connection.state_over_tcp && queued_bytes(connection) > 0;
+  const auto deliver = [&](std::span<const std::byte> datagram) { return deliver_state(connection, datagram); };
+  connection.bodies_thinned += connection.stream->send(update, is_blocked, now, deliver);
 }
 
 void SessionHub::Impl::collect(Connection& connection) {
@@ -74,8 +74,8 @@ void SessionHub::help(const Room& room) {
   for (std::size_t seat = 0; seat < proto::kMaxUsers; ++seat) users += room.seat(seat).user.is_valid() ? 1 : 0;
   if (users < kWorthHelping) return;
   const auto is_it = [&room](const auto& seats) { return &seats->room() == &room; };
-  const auto found = std::ranges::find_if(impl_->rooms, is_it);
-  impl_->updates[static_cast<std::size_t>(found - impl_->rooms.begin())].help(kHelpBeginsWithin);
+  const auto found = std::ranges::find_if(impl_->room_seats, is_it);
+  impl_->updates[static_cast<std::size_t>(found - impl_->room_seats.begin())].help(kHelpBeginsWithin);
 }
 
 }  // namespace tandem::server

@@ -65,4 +65,8 @@ std::string name_beside(const std::string& name, const std::vector<std::string>&
   return result;
 }
 
+std::string quoted(const std::string& text) {
+  return is_acceptable_user_name(text) ? "\"" + text + "\"" : std::string("(unprintable)");
+}
+
 }  // namespace tandem::server

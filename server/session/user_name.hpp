@@ -13,4 +13,7 @@ bool is_acceptable_user_name(std::string_view name);
 /// Returns `name`, with a number appended if it is taken: "ada (2)".
 std::string name_beside(const std::string& name, const std::vector<std::string>& taken);
 
+/// Makes client text safe for a log or an error text.
+std::string quoted(const std::string& text);
+
 }  // namespace tandem::server

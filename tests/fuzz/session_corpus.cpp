@@ -10,7 +10,7 @@
 #include "common/base/random.hpp"
 #include "proto/control_framing.hpp"
 #include "server/assets/scene_file.hpp"
-#include "server/recording/pose_keeper.hpp"
+#include "server/docking/pose_keeper.hpp"
 #include "server/session/session_hub.hpp"
 #include "tests/client/haptics/scripted_device.hpp"
 #include "tests/fuzz/seed_file.hpp"

@@ -17,9 +17,9 @@
 
 #include "common/recording/mcap_reader.hpp"
 #include "server/assets/docking_scene.hpp"
+#include "server/docking/pose_keeper.hpp"
 #include "server/metrics/monitor.hpp"
 #include "server/net/live_server.hpp"
-#include "server/recording/pose_keeper.hpp"
 #include "server/recording/server_checkpoint.hpp"
 #include "server/recording/server_recorder.hpp"
 #include "tests/support/hub_bench.hpp"

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "server/assets/docking_scene.hpp"
-#include "server/recording/pose_keeper.hpp"
+#include "server/docking/pose_keeper.hpp"
 #include "tests/support/hub_bench.hpp"
 #include "tests/support/molecules.hpp"
 #include "tests/support/needs.hpp"

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "common/base/random.hpp"
-#include "tests/server/recording/pose_bench.hpp"
+#include "tests/server/docking/pose_bench.hpp"
 #include "tests/support/needs.hpp"
 #include "tests/support/test_seed.hpp"
 

@@ -1,4 +1,4 @@
-#include "server/recording/kept_pose_files.hpp"
+#include "server/docking/kept_pose_files.hpp"
 
 #include <google/protobuf/util/json_util.h>
 
@@ -14,8 +14,8 @@
 
 #include "common/base/folders.hpp"
 #include "common/docking/exact_field.hpp"
+#include "server/assets/scene_hash.hpp"
 #include "server/assets/structures/structure_writer.hpp"
-#include "server/recording/room_checkpoint.hpp"
 #include "tandem/checkpoint.pb.h"
 
 namespace tandem::server {
@@ -34,11 +34,10 @@ std::string csv_text(const std::string& text) {
   return out + "\"";
 }
 
-std::string hex_of(const std::string& bytes, std::size_t count) {
+/// Two hexadecimal digits.
+std::string hex_of(char c) {
   std::ostringstream text;
-  for (std::size_t i = 0; i < std::min(count, bytes.size()); ++i) {
-    text << std::hex << std::setw(2) << std::setfill('0') << static_cast<int>(static_cast<unsigned char>(bytes[i]));
-  }
+  text << std::hex << std::setw(2) << std::setfill('0') << static_cast<int>(static_cast<unsigned char>(c));
   return text.str();
 }
 
@@ -46,7 +45,7 @@ std::string file_name(const std::string& room) {
   std::string name;
   for (const char c : room) {
     const bool is_plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_';
-    name += is_plain ? std::string(1, c) : "%" + hex_of({c}, 1);
+    name += is_plain ? std::string(1, c) : "%" + hex_of(c);
   }
   return name;
 }
@@ -85,7 +84,7 @@ void replace_text(const std::filesystem::path& file, const std::string& text) {
 }  // namespace
 
 std::string kept_pose_folder(const Room& room) {
-  return file_name(room.name()) + "-" + hex_of(checkpoint_of(room).scene_sha256(), 4);
+  return file_name(room.name()) + "-" + proto::hex(hash_of(room.scene())).substr(0, 8);
 }
 
 std::optional<Pose> in_first(const wire::KeptPose& pose) {

@@ -1,4 +1,4 @@
-#include "server/recording/pose_keeper.hpp"
+#include "server/docking/pose_keeper.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -8,7 +8,7 @@
 
 #include "common/realtime/ring.hpp"
 #include "common/recording/recorder_thread.hpp"
-#include "server/recording/fair_turns.hpp"
+#include "server/docking/fair_turns.hpp"
 
 namespace tandem::server {
 namespace {
@@ -25,13 +25,13 @@ bool changes_list(Kind::Kind kind) {
   return kind == Kind::KEEP || kind == Kind::DELETE || kind == Kind::RENAME;
 }
 
-std::string unanswered_problem(const std::vector<PoseSite::OpenRequest>& open_requests, UserId user) {
-  const auto own = static_cast<std::size_t>(std::ranges::count(open_requests, user, &PoseSite::OpenRequest::user));
+std::string unanswered_problem(const std::vector<PoseRequest>& unanswered, UserId user) {
+  const auto own = static_cast<std::size_t>(std::ranges::count(unanswered, user, &PoseRequest::user));
   if (own >= kMaxPoseRequestsOfUser)
     return std::to_string(own) +
            " of your requests wait for their answers, which is the limit; try again after one of them";
-  if (open_requests.size() >= kMaxPoseRequestsOfRoom)
-    return std::to_string(open_requests.size()) +
+  if (unanswered.size() >= kMaxPoseRequestsOfRoom)
+    return std::to_string(unanswered.size()) +
            " requests of this room wait for their answers, which is the limit; try again";
   return {};
 }
@@ -57,7 +57,7 @@ struct PoseKeeper::Impl {
   }
 
   /// Sends the answers; false: the ring is full.
-  bool flush_answers() {
+  bool send_answers() {
     while (!unsent.empty() && answers.push(unsent.front())) unsent.pop_front();
     return unsent.empty();
   }
@@ -107,11 +107,11 @@ bool PoseKeeper::work_slice() {
     site->watch();
     if (impl.is_stopping) site->refuse_all(kStopping, impl.unsent);
   }
-  if (!impl.flush_answers()) return false;
+  if (!impl.send_answers()) return false;
   const auto next = impl.turns.next([&impl](std::size_t i) { return impl.sites[i]->has_work(); });
   if (!next) return false;
   impl.turns.charge(*next, impl.sites[*next]->serve_slice(impl.unix_ms(), impl.unsent));
-  impl.flush_answers();
+  impl.send_answers();
   return true;
 }
 
@@ -131,10 +131,10 @@ std::string PoseKeeper::submit(const Room& room, UserId user, const std::string&
   if (site == nullptr) return "this room has no two molecules";
   if (impl_->is_stopping) return kStopping;
   if (std::string problem = unanswered_problem(site->unanswered, user); !problem.empty()) return problem;
-  const auto called_off = std::make_shared<std::atomic<const char*>>(nullptr);
-  const std::uint64_t id = ++impl_->last_id;
-  if (!site->requests.push({id, user, user_name, request, message, called_off})) return "the room is busy; try again";
-  site->unanswered.push_back({id, user, request, message.kind(), called_off});
+  const PoseRequest submitted{++impl_->last_id, user,    user_name,
+                              request,          message, std::make_shared<std::atomic<const char*>>(nullptr)};
+  if (!site->requests.push(submitted)) return "the room is busy; try again";
+  site->unanswered.push_back(submitted);
   return {};
 }
 
@@ -142,9 +142,10 @@ bool PoseKeeper::cancel(const Room& room, std::optional<UserId> user, const char
   PoseSite* const site = impl_->find(room);
   bool is_any = false;
   if (site == nullptr) return is_any;
-  for (const PoseSite::OpenRequest& request : site->unanswered) {
-    if (request.kind != Kind::MINIMISE || (user && request.user != *user) || *request.called_off != nullptr) continue;
-    *request.called_off = why;
+  for (const PoseRequest& request : site->unanswered) {
+    if (request.message.kind() != Kind::MINIMISE || (user && request.user != *user)) continue;
+    if (*request.cancelled != nullptr) continue;
+    *request.cancelled = why;
     is_any = true;
   }
   return is_any;
@@ -153,15 +154,15 @@ bool PoseKeeper::cancel(const Room& room, std::optional<UserId> user, const char
 void PoseKeeper::forget(const Room& room, UserId user) {
   PoseSite* const site = impl_->find(room);
   if (site == nullptr) return;
-  for (const PoseSite::OpenRequest& request : site->unanswered) {
-    if (request.user == user && !changes_list(request.kind)) *request.called_off = kLeft;
+  for (const PoseRequest& request : site->unanswered) {
+    if (request.user == user && !changes_list(request.message.kind())) *request.cancelled = kLeft;
   }
 }
 
 void PoseKeeper::begin_stop() {
   impl_->is_stopping = true;
   for (const auto& site : impl_->sites) {
-    for (const PoseSite::OpenRequest& request : site->unanswered) *request.called_off = kStopping;
+    for (const PoseRequest& request : site->unanswered) *request.cancelled = kStopping;
   }
 }
 
@@ -174,7 +175,7 @@ std::size_t PoseKeeper::unanswered() const {
 void PoseKeeper::refuse_unanswered(const std::function<void(const Room&, UserId, std::uint32_t)>& on_refused) {
   begin_stop();
   for (const auto& site : impl_->sites) {
-    for (const PoseSite::OpenRequest& request : std::exchange(site->unanswered, {}))
+    for (const PoseRequest& request : std::exchange(site->unanswered, {}))
       on_refused(*site->room, request.user, request.number);
   }
 }
@@ -194,18 +195,18 @@ void PoseKeeper::deliver(
       pose = message.kept_pose();
       pose.clear_is_news();
     }
-    const auto request = std::ranges::find(site.unanswered, answer.id, &PoseSite::OpenRequest::id);
-    const char* const why = request == site.unanswered.end() ? nullptr : request->called_off->load();
+    const auto request = std::ranges::find(site.unanswered, answer.id, &PoseRequest::id);
+    const char* const why = request == site.unanswered.end() ? nullptr : request->cancelled->load();
     if (answer.id != 0 && request != site.unanswered.end()) site.unanswered.erase(request);
-    // The request was called off while its answer was pending, so the placing is not sent to the room.
-    const bool is_called_off = answer.placing && why != nullptr;
-    if (is_called_off) {
+    // The request was cancelled while its answer was pending, so the placing is not sent to the room.
+    const bool is_cancelled = answer.placing && why != nullptr;
+    if (is_cancelled) {
       answer.message.mutable_error()->set_code(wire::ERROR_NOT_ALLOWED);
       answer.message.mutable_error()->set_text(why);
     }
-    const bool has_placing = answer.placing && !is_called_off;
+    const bool has_placing = answer.placing && !is_cancelled;
     const bool is_done = on_answer(*site.room, answer.user, answer.message, has_placing ? &*answer.placing : nullptr);
-    if (is_called_off || (has_placing && !is_done)) site.refuse_placing();
+    if (is_cancelled || (has_placing && !is_done)) site.refuse_placing();
   }
 }
 

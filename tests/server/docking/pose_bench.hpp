@@ -11,7 +11,7 @@
 
 #include "server/assets/docking_scene.hpp"
 #include "server/assets/scene_file.hpp"
-#include "server/recording/pose_keeper.hpp"
+#include "server/docking/pose_keeper.hpp"
 #include "tests/support/molecules.hpp"
 #include "tests/support/needs.hpp"
 
@@ -80,7 +80,7 @@ class PoseKeeperTest : public ::testing::Test {
 
   /// Sends a request and executes the resulting placement in the room. Returns the answer, to all users or to the
   /// requester.
-  wire::ServerControl answer_to(wire::AskPose::Kind kind, std::uint32_t number = 0, const std::string& name = "") {
+  wire::ServerControl submit(wire::AskPose::Kind kind, std::uint32_t number = 0, const std::string& name = "") {
     wire::AskPose request;
     request.set_kind(kind);
     request.set_number(number);

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "server/recording/pose_site.hpp"
+#include "server/docking/pose_site.hpp"
 #include "server/room/server_rooms.hpp"
 
 namespace tandem::server {
@@ -29,7 +29,6 @@ namespace tandem::server {
 ///         request gets one answer, at the latest by refuse_unanswered()
 class PoseKeeper final : public RoomService {
  public:
-  /// In      folder  empty: nothing is written
   /// In      folder  empty: nothing is written
   ///         rooms   not stepping yet
   ///         unix_ms  milliseconds since 1970

@@ -1,5 +1,5 @@
 // Poses that are kept, restored, undone and redone, in a room with two helices.
-#include "server/recording/pose_keeper.hpp"
+#include "server/docking/pose_keeper.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <sstream>
 #include <vector>
 
-#include "tests/server/recording/pose_bench.hpp"
+#include "tests/server/docking/pose_bench.hpp"
 
 namespace tandem::server {
 namespace {
@@ -23,20 +23,19 @@ TEST_F(PoseKeeperTest, UndoGoesBackToWhereItRestedAndRedoForwardAgain) {
   const Pose second = pose();
   move({0, 5, 0}, 100);  // in motion: no resting pose
   const Pose third = pose();
-  EXPECT_THAT(answer_to(wire::AskPose::UNDO).pose_taken().text(), HasSubstr("ada: back"));
+  EXPECT_THAT(submit(wire::AskPose::UNDO).pose_taken().text(), HasSubstr("ada: back"));
   EXPECT_LT(apart_angstrom(pose(), second), 0.2);
-  answer_to(wire::AskPose::UNDO);
+  submit(wire::AskPose::UNDO);
   EXPECT_LT(apart_angstrom(pose(), first), 0.2);
-  EXPECT_THAT(answer_to(wire::AskPose::UNDO).error().text(), HasSubstr("nothing to go back to"));
-  answer_to(wire::AskPose::REDO);
+  EXPECT_THAT(submit(wire::AskPose::UNDO).error().text(), HasSubstr("nothing to go back to"));
+  submit(wire::AskPose::REDO);
   EXPECT_LT(apart_angstrom(pose(), second), 0.2);
-  answer_to(wire::AskPose::REDO);
+  submit(wire::AskPose::REDO);
   EXPECT_LT(apart_angstrom(pose(), third), 0.2) << "where it was when it was sent back";
-  EXPECT_THAT(answer_to(wire::AskPose::REDO).error().text(), HasSubstr("nothing to go forward to"));
-  answer_to(wire::AskPose::UNDO);
+  EXPECT_THAT(submit(wire::AskPose::REDO).error().text(), HasSubstr("nothing to go forward to"));
+  submit(wire::AskPose::UNDO);
   move({0, 0, 4}, 700);
-  EXPECT_THAT(answer_to(wire::AskPose::REDO).error().text(), HasSubstr("nothing to go forward to"))
-      << "it went elsewhere";
+  EXPECT_THAT(submit(wire::AskPose::REDO).error().text(), HasSubstr("nothing to go forward to")) << "it went elsewhere";
 }
 
 TEST_F(PoseKeeperTest, WhatIsAskedWhileTheRoomPlacesWaitsForIt) {
@@ -62,25 +61,25 @@ TEST_F(PoseKeeperTest, WhatABusyRoomWasNotToldLeavesTheTrailAsItWas) {
   move({0, 0, 0}, 700);
   move({5, 0, 0}, 700);
   const Pose second = pose();
-  answer_to(wire::AskPose::UNDO);
+  submit(wire::AskPose::UNDO);
   const Pose first = pose();
   is_busy_ = true;
-  answer_to(wire::AskPose::REDO);
+  submit(wire::AskPose::REDO);
   EXPECT_LT(apart_angstrom(pose(), first), 0.1);
   is_busy_ = false;
-  EXPECT_TRUE(answer_to(wire::AskPose::REDO).has_pose_taken());
+  EXPECT_TRUE(submit(wire::AskPose::REDO).has_pose_taken());
   EXPECT_LT(apart_angstrom(pose(), second), 0.2);
 }
 
 TEST_F(PoseKeeperTest, TheFirstIsMovedWhereTheSecondIsStatic) {
   start(folder_, load_helices({1}));
   const Pose X_WB = room().world().body(BodyId{2}).X;
-  EXPECT_TRUE(answer_to(wire::AskPose::GO_TO, 0).has_pose_taken());
+  EXPECT_TRUE(submit(wire::AskPose::GO_TO, 0).has_pose_taken());
   EXPECT_EQ(room().world().body(BodyId{2}).X.p, X_WB.p);
-  EXPECT_LT(answer_to(wire::AskPose::KEEP).kept_pose().rmsd_angstrom(), 0.1);
+  EXPECT_LT(submit(wire::AskPose::KEEP).kept_pose().rmsd_angstrom(), 0.1);
   start(folder_, load_helices({0, 1}));
-  EXPECT_TRUE(answer_to(wire::AskPose::KEEP).has_kept_pose());
-  EXPECT_THAT(answer_to(wire::AskPose::GO_TO, 0).error().text(), HasSubstr("neither molecule moves"));
+  EXPECT_TRUE(submit(wire::AskPose::KEEP).has_kept_pose());
+  EXPECT_THAT(submit(wire::AskPose::GO_TO, 0).error().text(), HasSubstr("neither molecule moves"));
 }
 
 TEST_F(PoseKeeperTest, OfTwoServersWithOneFolderNoneWritesOverTheOthers) {
@@ -89,18 +88,18 @@ TEST_F(PoseKeeperTest, OfTwoServersWithOneFolderNoneWritesOverTheOthers) {
   PoseKeeper other(folder_, rooms, [] { return 1ULL; });
   ASSERT_TRUE(rooms[0]->post({.seat = {0, UserId{7}, UserRole::kManipulator, 0}}));
   rooms[0]->step(ServerTime{});
-  EXPECT_EQ(answer_to(wire::AskPose::KEEP).kept_pose().number(), 1U);
+  EXPECT_EQ(submit(wire::AskPose::KEEP).kept_pose().number(), 1U);
   const auto request_other = [&] {
     wire::AskPose request;
     request.set_kind(wire::AskPose::KEEP);
     EXPECT_EQ(other.submit(*rooms[0], UserId{7}, "ada", 31, request), "");
     other.work();
-    wire::ServerControl received;
-    other.deliver([&received](const Room&, UserId, const wire::ServerControl& answer, const RoomCommand*) {
-      received = answer;
+    wire::ServerControl reply;
+    other.deliver([&reply](const Room&, UserId, const wire::ServerControl& answer, const RoomCommand*) {
+      reply = answer;
       return true;
     });
-    return received;
+    return reply;
   };
   EXPECT_THAT(request_other().error().text(), HasSubstr("another server keeps poses in that folder"));
   keeper_.reset();
@@ -108,7 +107,7 @@ TEST_F(PoseKeeperTest, OfTwoServersWithOneFolderNoneWritesOverTheOthers) {
 }
 
 TEST_F(PoseKeeperTest, ARoomOfAnotherNameHasAnotherFolder) {
-  answer_to(wire::AskPose::KEEP);
+  submit(wire::AskPose::KEEP);
   std::vector<std::unique_ptr<Room>> rooms;
   for (const char* name : {"a_room", "a room"}) rooms.push_back(std::make_unique<Room>(RoomId{1}, name, helices()));
   const PoseKeeper other(folder_, rooms, [] { return 1ULL; });
@@ -120,12 +119,12 @@ TEST_F(PoseKeeperTest, AKeptPoseIsCountedWrittenAndReadAgain) {
   ASSERT_EQ(keeper_->kept(room()).size(), 1U);
   EXPECT_EQ(keeper_->kept(room())[0].rmsd_angstrom(), 0);
   EXPECT_GT(keeper_->kept(room())[0].contacts(), 10U) << "the files have them together";
-  const wire::KeptPose apart = answer_to(wire::AskPose::KEEP, 0, "a \"first\" one").kept_pose();
+  const wire::KeptPose apart = submit(wire::AskPose::KEEP, 0, "a \"first\" one").kept_pose();
   EXPECT_EQ(apart.number(), 1U);
   EXPECT_EQ(apart.user_name(), "ada");
   EXPECT_EQ(apart.contacts(), 0U);
   EXPECT_NEAR(apart.rmsd_angstrom(), 8, 3) << "drawn apart by the scene";
-  EXPECT_EQ(answer_to(wire::AskPose::KEEP).kept_pose().name(), "pose 2");
+  EXPECT_EQ(submit(wire::AskPose::KEEP).kept_pose().name(), "pose 2");
   std::filesystem::path list;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
     if (entry.path().filename() == "poses.csv") list = entry.path();
@@ -141,40 +140,40 @@ TEST_F(PoseKeeperTest, AKeptPoseIsCountedWrittenAndReadAgain) {
   ASSERT_EQ(keeper_->kept(room()).size(), 3U);
   EXPECT_EQ(keeper_->kept(room())[1].name(), "a \"first\" one");
   move({9, 0, 0}, 20);
-  answer_to(wire::AskPose::GO_TO, 1);
+  submit(wire::AskPose::GO_TO, 1);
   EXPECT_NEAR(helices()->world.metres_per_angstrom * apart.in_first(0), pose().p.x(), 1e-3);
-  EXPECT_EQ(answer_to(wire::AskPose::KEEP).kept_pose().number(), 3U) << "counted on";
+  EXPECT_EQ(submit(wire::AskPose::KEEP).kept_pose().number(), 3U) << "counted on";
 }
 
 TEST_F(PoseKeeperTest, TheMinimumNearbyIsTheFilesOwn) {
-  answer_to(wire::AskPose::GO_TO, 0);
-  const wire::ServerControl reply = answer_to(wire::AskPose::MINIMISE);
+  submit(wire::AskPose::GO_TO, 0);
+  const wire::ServerControl reply = submit(wire::AskPose::MINIMISE);
   EXPECT_THAT(reply.pose_taken().text(), HasSubstr("to the minimum nearby, -"));
-  const wire::KeptPose found = answer_to(wire::AskPose::KEEP).kept_pose();
+  const wire::KeptPose found = submit(wire::AskPose::KEEP).kept_pose();
   EXPECT_LT(found.rmsd_angstrom(), 1.0);
   EXPECT_LT(found.lj_kj_per_mol() + found.coulomb_kj_per_mol(),
             keeper_->kept(room())[0].lj_kj_per_mol() + keeper_->kept(room())[0].coulomb_kj_per_mol());
-  answer_to(wire::AskPose::UNDO);
-  EXPECT_LT(answer_to(wire::AskPose::KEEP).kept_pose().rmsd_angstrom(), 0.1);
+  submit(wire::AskPose::UNDO);
+  EXPECT_LT(submit(wire::AskPose::KEEP).kept_pose().rmsd_angstrom(), 0.1);
 }
 
 TEST_F(PoseKeeperTest, WhatIsNoListIsLeftAlone) {
-  answer_to(wire::AskPose::KEEP);
+  submit(wire::AskPose::KEEP);
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
     if (entry.path().filename() == "poses.json")
       std::ofstream(entry.path()) << R"({"poses": [{"number": 1, "inFirst": [1, 2]}]})";
   }
   start(folder_);
   EXPECT_EQ(keeper_->kept(room()).size(), 1U);
-  EXPECT_THAT(answer_to(wire::AskPose::KEEP).error().text(), HasSubstr("poses.json is no list of poses"));
+  EXPECT_THAT(submit(wire::AskPose::KEEP).error().text(), HasSubstr("poses.json is no list of poses"));
   EXPECT_EQ(keeper_->kept(room()).size(), 1U);
   start(folder_);
-  EXPECT_THAT(answer_to(wire::AskPose::KEEP).error().text(), HasSubstr("poses.json is no list"))
+  EXPECT_THAT(submit(wire::AskPose::KEEP).error().text(), HasSubstr("poses.json is no list"))
       << "it still stands there";
 }
 
 TEST_F(PoseKeeperTest, WhatANewerServerAddedDoesNotLoseTheList) {
-  answer_to(wire::AskPose::KEEP, 0, "mine");
+  submit(wire::AskPose::KEEP, 0, "mine");
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
     if (entry.path().filename() != "poses.json") continue;
     std::stringstream text;
@@ -184,7 +183,7 @@ TEST_F(PoseKeeperTest, WhatANewerServerAddedDoesNotLoseTheList) {
   start(folder_);
   ASSERT_EQ(keeper_->kept(room()).size(), 2U);
   EXPECT_EQ(keeper_->kept(room())[1].name(), "mine");
-  EXPECT_EQ(answer_to(wire::AskPose::KEEP).kept_pose().number(), 2U);
+  EXPECT_EQ(submit(wire::AskPose::KEEP).kept_pose().number(), 2U);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // Order in which rooms are served, against the bounds stated in fair_turns.hpp.
-#include "server/recording/fair_turns.hpp"
+#include "server/docking/fair_turns.hpp"
 
 #include <gtest/gtest.h>
 

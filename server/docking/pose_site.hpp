@@ -15,12 +15,12 @@
 #include "common/realtime/mailbox.hpp"
 #include "common/realtime/ring.hpp"
 #include "server/assets/pose_minimiser.hpp"
-#include "server/recording/kept_pose_files.hpp"
+#include "server/docking/kept_pose_files.hpp"
 #include "server/room/room.hpp"
 
 namespace tandem::server {
 
-// Limits of a user's pose requests (WIRE.md); for rates see session/limits.hpp and room/room_seats.hpp.
+// Limits of a user's pose requests (WIRE.md); for rates see session/limits.hpp.
 inline constexpr std::size_t kMaxKeptPosesOfUser = 50;
 inline constexpr std::size_t kMaxPoseRequestsOfUser = 4, kMaxPoseRequestsOfRoom = 32;
 
@@ -36,7 +36,7 @@ struct PoseRequest {
   std::uint32_t number = 0;  ///< request number on the wire
   wire::AskPose message;
   /// Literal with the reason for dropping the request, set by io; null: it is still to be served.
-  std::shared_ptr<std::atomic<const char*>> called_off;
+  std::shared_ptr<std::atomic<const char*>> cancelled;
 };
 
 class PoseSite;
@@ -78,17 +78,9 @@ class PoseSite final : public RoomWatcher {
   void refuse_all(const std::string& why, std::deque<PoseAnswer>& answers);
 
   // io thread:
-  /// Request that was pushed, kept until its answer is delivered.
-  struct OpenRequest {
-    std::uint64_t id;
-    UserId user;
-    std::uint32_t number;
-    wire::AskPose::Kind kind;
-    std::shared_ptr<std::atomic<const char*>> called_off;
-  };
   const Room* const room;
-  std::vector<OpenRequest> unanswered;
-  std::vector<wire::KeptPose> kept;  ///< number 0 and the users' poses, as known to io
+  std::vector<PoseRequest> unanswered;  ///< copies of the pushed requests, until their answers are delivered
+  std::vector<wire::KeptPose> kept;     ///< number 0 and the users' poses, as known to io
   realtime::Ring<PoseRequest> requests{2 * kMaxPoseRequestsOfRoom};
   /// Reports that the room did not accept the last placing.
   void refuse_placing() { is_refused_ = true; }
@@ -105,25 +97,22 @@ class PoseSite final : public RoomWatcher {
     std::vector<Pose> poses;
     std::size_t at = 0;
   };
-  /// Energy of a pose, summed over atoms of the first molecule.
+  /// Energy of a pose that is to be kept, summed over atoms of the first molecule.
   struct Evaluation {
+    PoseRequest request;  ///< empty for the pose of the files
     Pose X_AB;
     std::size_t atoms_done = 0;
     double lj_kj_per_mol = 0, coulomb_kj_per_mol = 0;
-  };
-  struct Keeping {
-    PoseRequest request;
-    Evaluation evaluation;
   };
   struct Minimisation {
     PoseRequest request;
     PoseMinimiser minimiser;
     std::size_t steps = 0, max_steps = 0;
-    std::uint64_t reported_ms = 0;
+    std::uint64_t reported_ms = 0;  ///< time of the last progress
   };
 
   std::uint64_t begin(PoseRequest request, std::uint64_t unix_ms, std::deque<PoseAnswer>& answers);
-  PoseAnswer move_on(const PoseRequest& request);
+  PoseAnswer navigate(const PoseRequest& request);
   PoseAnswer delete_pose(const PoseRequest& request);
   PoseAnswer rename_pose(const PoseRequest& request);
   void begin_minimising(PoseRequest request, std::uint64_t unix_ms, std::deque<PoseAnswer>& answers);
@@ -132,7 +121,7 @@ class PoseSite final : public RoomWatcher {
   PoseAnswer progress(bool is_over);
   std::string keeping_problem(const PoseRequest& request) const;
   std::uint64_t keep_slice(std::uint64_t unix_ms, std::deque<PoseAnswer>& answers);
-  PoseAnswer keep(const Keeping& keeping, std::uint64_t unix_ms);
+  PoseAnswer keep(const Evaluation& evaluation, std::uint64_t unix_ms);
 
   PoseAnswer answer_to(const PoseRequest& request);
   PoseAnswer refusal(const PoseRequest& request, wire::ErrorCode code, const std::string& text);
@@ -143,9 +132,9 @@ class PoseSite final : public RoomWatcher {
   bool is_elsewhere() const;
   void mark(const Pose& X_AB);
   bool evaluate_slice(Evaluation& evaluation) const;
-  wire::KeptPose described(const Evaluation& evaluation) const;
+  wire::KeptPose describe(const Evaluation& evaluation) const;
   const wire::KeptPose* find(std::uint32_t number) const;
-  std::string write_down(const KeptPoseList& list, const wire::KeptPose* added);
+  std::string write_list(const KeptPoseList& list, const wire::KeptPose* added);
 
   const std::string room_name_;
   const BodyId first_, second_;
@@ -157,7 +146,7 @@ class PoseSite final : public RoomWatcher {
   const Duration period_;
   std::filesystem::path folder_;
 
-  std::uint64_t placings_ = 0, published_placings_ = 0;  ///< used by the room's thread only
+  std::uint64_t placings_ = 0, placings_published_ = 0;  ///< used by the room's thread only
   realtime::Mailbox<Sample> samples_;
   std::atomic<bool> is_refused_{false};
 
@@ -169,7 +158,7 @@ class PoseSite final : public RoomWatcher {
   wire::KeptPose of_files_;
   KeptPoseList list_;
   std::deque<PoseRequest> waiting_;
-  std::optional<Keeping> keeping_;
+  std::optional<Evaluation> keeping_;
   std::optional<Minimisation> minimising_;
   bool was_minimising_ = false;  ///< whether the last slice was of the minimisation
   std::optional<Pose> placed_from_;

@@ -1,4 +1,4 @@
-#include "server/recording/pose_site.hpp"
+#include "server/docking/pose_site.hpp"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -76,10 +76,10 @@ PoseSite::PoseSite(const Room& of, const std::filesystem::path& folder, std::siz
       moves_second_(of.moves(second_)),
       period_(of.period()) {
   if (!folder.empty()) folder_ = folder / kept_pose_folder(of);
-  Evaluation evaluation{as_in_files()};
+  Evaluation evaluation{{}, as_in_files()};
   while (!evaluate_slice(evaluation)) {
   }
-  of_files_ = described(evaluation);
+  of_files_ = describe(evaluation);
   of_files_.set_name(kAsInFiles);
   if (const auto listed = read_kept_poses(folder_)) list_ = *listed;
   kept = list_.poses;
@@ -96,8 +96,8 @@ void PoseSite::on_command(const RoomCommand& command) noexcept {
 
 void PoseSite::on_step(const Room& of, ServerTime /*now*/, TickFaults /*faults*/) noexcept {
   // For an empty room, only a new placing is published.
-  if (of.is_empty() && placings_ == published_placings_) return;
-  published_placings_ = placings_;
+  if (of.is_empty() && placings_ == placings_published_) return;
+  placings_published_ = placings_;
   samples_.back() = {of.world().body(first_).X, of.world().body(second_).X, of.steps_done(), placings_};
   samples_.publish();
 }
@@ -153,7 +153,7 @@ std::uint64_t PoseSite::begin(PoseRequest request, std::uint64_t unix_ms, std::d
     answers.push_back(refusal(request, code, text));
     return kPairsOfARequest;
   };
-  if (const char* const why = *request.called_off) return refuse(wire::ERROR_NOT_ALLOWED, why);
+  if (const char* const why = *request.cancelled) return refuse(wire::ERROR_NOT_ALLOWED, why);
   const Kind::Kind kind = request.message.kind();
   if (kind == Kind::DELETE || kind == Kind::RENAME) {
     answers.push_back(kind == Kind::DELETE ? delete_pose(request) : rename_pose(request));
@@ -164,7 +164,7 @@ std::uint64_t PoseSite::begin(PoseRequest request, std::uint64_t unix_ms, std::d
   if (kind == Kind::KEEP) {
     if (const std::string problem = keeping_problem(request); !problem.empty())
       return refuse(wire::ERROR_NOT_ALLOWED, problem);
-    keeping_ = Keeping{std::move(request), {*X_AB_}};
+    keeping_ = Evaluation{std::move(request), *X_AB_};
     return keep_slice(unix_ms, answers);
   }
   if (!moves_first_ && !moves_second_) return refuse(wire::ERROR_NOT_ALLOWED, "neither molecule moves in this scene");
@@ -172,7 +172,7 @@ std::uint64_t PoseSite::begin(PoseRequest request, std::uint64_t unix_ms, std::d
     begin_minimising(std::move(request), unix_ms, answers);
     return kPairsOfARequest;
   }
-  PoseAnswer answer = move_on(request);
+  PoseAnswer answer = navigate(request);
   if (answer.placing && minimising_)
     end_minimising(request.user_name + " has moved the molecules in the meantime; minimise again from there", answers);
   answers.push_back(std::move(answer));
@@ -180,7 +180,7 @@ std::uint64_t PoseSite::begin(PoseRequest request, std::uint64_t unix_ms, std::d
 }
 
 /// Serves undo, redo and jumps to a kept pose.
-PoseAnswer PoseSite::move_on(const PoseRequest& request) {
+PoseAnswer PoseSite::navigate(const PoseRequest& request) {
   before_placing_ = trail_;
   placed_from_ = X_AB_;
   switch (request.message.kind()) {
@@ -208,7 +208,7 @@ PoseAnswer PoseSite::delete_pose(const PoseRequest& request) {
   if (find(number) == nullptr) return refusal(request, wire::ERROR_BAD_VALUE, kNoSuchPose);
   KeptPoseList left = list_;
   std::erase_if(left.poses, [number](const wire::KeptPose& pose) { return pose.number() == number; });
-  if (const std::string problem = write_down(left, nullptr); !problem.empty())
+  if (const std::string problem = write_list(left, nullptr); !problem.empty())
     return refusal(request, wire::ERROR_NOT_ALLOWED, "the pose cannot be deleted: " + problem);
   list_ = std::move(left);
   if (!folder_.empty()) remove_deleted_poses(folder_, list_);
@@ -226,7 +226,7 @@ PoseAnswer PoseSite::rename_pose(const PoseRequest& request) {
   const auto found = std::ranges::find(renamed.poses, number, &wire::KeptPose::number);
   if (found == renamed.poses.end()) return refusal(request, wire::ERROR_BAD_VALUE, kNoSuchPose);
   found->set_name(request.message.name());
-  if (const std::string problem = write_down(renamed, nullptr); !problem.empty())
+  if (const std::string problem = write_list(renamed, nullptr); !problem.empty())
     return refusal(request, wire::ERROR_NOT_ALLOWED, "the pose cannot be renamed: " + problem);
   PoseAnswer answer = answer_to(request);
   *answer.message.mutable_kept_pose() = *found;
@@ -258,7 +258,7 @@ void PoseSite::begin_minimising(PoseRequest request, std::uint64_t unix_ms, std:
 
 std::uint64_t PoseSite::minimise_slice(std::uint64_t unix_ms, std::deque<PoseAnswer>& answers) {
   Minimisation& running = *minimising_;
-  if (const char* const why = *running.request.called_off) {
+  if (const char* const why = *running.request.cancelled) {
     end_minimising(why, answers);
     return kPairsOfARequest;
   }
@@ -309,19 +309,19 @@ std::string PoseSite::keeping_problem(const PoseRequest& request) const {
 }
 
 std::uint64_t PoseSite::keep_slice(std::uint64_t unix_ms, std::deque<PoseAnswer>& answers) {
-  const std::size_t atoms_before = keeping_->evaluation.atoms_done;
-  const bool is_done = evaluate_slice(keeping_->evaluation);
-  const std::uint64_t work = kPairsOfARequest + (keeping_->evaluation.atoms_done - atoms_before) * b_.size();
-  if (!is_done && *keeping_->request.called_off == nullptr) return work;
-  const Keeping keeping = std::move(*std::exchange(keeping_, std::nullopt));
-  const char* const why = *keeping.request.called_off;
-  answers.push_back(why != nullptr ? refusal(keeping.request, wire::ERROR_NOT_ALLOWED, why) : keep(keeping, unix_ms));
+  const std::size_t atoms_before = keeping_->atoms_done;
+  const bool is_done = evaluate_slice(*keeping_);
+  const std::uint64_t work = kPairsOfARequest + (keeping_->atoms_done - atoms_before) * b_.size();
+  if (!is_done && *keeping_->request.cancelled == nullptr) return work;
+  const Evaluation done = std::move(*std::exchange(keeping_, std::nullopt));
+  const char* const why = *done.request.cancelled;
+  answers.push_back(why != nullptr ? refusal(done.request, wire::ERROR_NOT_ALLOWED, why) : keep(done, unix_ms));
   return work;
 }
 
-PoseAnswer PoseSite::keep(const Keeping& keeping, std::uint64_t unix_ms) {
-  const PoseRequest& request = keeping.request;
-  wire::KeptPose pose = described(keeping.evaluation);
+PoseAnswer PoseSite::keep(const Evaluation& evaluation, std::uint64_t unix_ms) {
+  const PoseRequest& request = evaluation.request;
+  wire::KeptPose pose = describe(evaluation);
   pose.set_number(list_.next_number);
   pose.set_name(request.message.name().empty() ? "pose " + std::to_string(pose.number()) : request.message.name());
   pose.set_user_name(request.user_name);
@@ -329,7 +329,7 @@ PoseAnswer PoseSite::keep(const Keeping& keeping, std::uint64_t unix_ms) {
   KeptPoseList longer = list_;
   longer.poses.push_back(pose);
   ++longer.next_number;
-  if (const std::string problem = write_down(longer, &pose); !problem.empty())
+  if (const std::string problem = write_list(longer, &pose); !problem.empty())
     return refusal(request, wire::ERROR_NOT_ALLOWED, "the pose cannot be written: " + problem);
   list_ = std::move(longer);
   if (is_elsewhere()) mark(*X_AB_);
@@ -406,7 +406,7 @@ bool PoseSite::evaluate_slice(Evaluation& evaluation) const {
   return evaluation.atoms_done == a_.size();
 }
 
-wire::KeptPose PoseSite::described(const Evaluation& evaluation) const {
+wire::KeptPose PoseSite::describe(const Evaluation& evaluation) const {
   const Pose& X_AB = evaluation.X_AB;
   wire::KeptPose pose;
   write(X_AB, *pose.mutable_in_first());
@@ -425,7 +425,7 @@ const wire::KeptPose* PoseSite::find(std::uint32_t number) const {
 }
 
 /// Out     empty, or the reason for which the files are unchanged
-std::string PoseSite::write_down(const KeptPoseList& list, const wire::KeptPose* added) {
+std::string PoseSite::write_list(const KeptPoseList& list, const wire::KeptPose* added) {
   if (folder_.empty()) return {};
   std::error_code error;
   std::filesystem::create_directories(folder_, error);

@@ -7,7 +7,7 @@
 #include <map>
 #include <sstream>
 
-#include "tests/server/recording/pose_bench.hpp"
+#include "tests/server/docking/pose_bench.hpp"
 
 namespace tandem::server {
 namespace {
@@ -18,7 +18,7 @@ TEST_F(PoseKeeperTest, UserAndRoomHaveBudgetsAndDeletingGivesThemBack) {
   start("");
   const auto keep = [this](const std::string& user) {
     user_name_ = user;
-    return answer_to(wire::AskPose::KEEP);
+    return submit(wire::AskPose::KEEP);
   };
   std::size_t number = 0;
   for (const char* user : {"ada", "ben", "cleo", "dora"}) {
@@ -31,8 +31,8 @@ TEST_F(PoseKeeperTest, UserAndRoomHaveBudgetsAndDeletingGivesThemBack) {
   }
   EXPECT_THAT(keep("eve").error().text(), HasSubstr("has kept 200 poses, and keeps no more; delete some"));
   EXPECT_EQ(keeper_->kept(room()).size(), kMaxKeptPoses + 1);
-  EXPECT_EQ(answer_to(wire::AskPose::GO_TO, kMaxKeptPoses).message_case(), wire::ServerControl::kPoseTaken);
-  EXPECT_EQ(answer_to(wire::AskPose::DELETE, 77).pose_deleted().number(), 77U);
+  EXPECT_EQ(submit(wire::AskPose::GO_TO, kMaxKeptPoses).message_case(), wire::ServerControl::kPoseTaken);
+  EXPECT_EQ(submit(wire::AskPose::DELETE, 77).pose_deleted().number(), 77U);
   EXPECT_EQ(keep("eve").kept_pose().number(), 201U) << "no number is used twice";
   EXPECT_THAT(keep("ada").error().text(), HasSubstr("keeps no more"));
 }
@@ -49,12 +49,12 @@ TEST_F(PoseKeeperTest, AUserWaitsForAnswersBeforeAskingMore) {
 }
 
 TEST_F(PoseKeeperTest, ADeletedPoseIsGoneWithItsFilesAndItsNumberIsNotUsedAgain) {
-  for (int i = 0; i < 3; ++i) answer_to(wire::AskPose::KEEP);
-  EXPECT_EQ(answer_to(wire::AskPose::DELETE, 3).pose_deleted().number(), 3U);
-  EXPECT_EQ(answer_to(wire::AskPose::DELETE, 1).pose_deleted().user(), 7U);
-  EXPECT_THAT(answer_to(wire::AskPose::DELETE, 1).error().text(), HasSubstr("no pose has that number"));
-  EXPECT_THAT(answer_to(wire::AskPose::GO_TO, 1).error().text(), HasSubstr("no pose has that number"));
-  EXPECT_THAT(answer_to(wire::AskPose::DELETE, 0).error().text(), HasSubstr("the files themselves stays"));
+  for (int i = 0; i < 3; ++i) submit(wire::AskPose::KEEP);
+  EXPECT_EQ(submit(wire::AskPose::DELETE, 3).pose_deleted().number(), 3U);
+  EXPECT_EQ(submit(wire::AskPose::DELETE, 1).pose_deleted().user(), 7U);
+  EXPECT_THAT(submit(wire::AskPose::DELETE, 1).error().text(), HasSubstr("no pose has that number"));
+  EXPECT_THAT(submit(wire::AskPose::GO_TO, 1).error().text(), HasSubstr("no pose has that number"));
+  EXPECT_THAT(submit(wire::AskPose::DELETE, 0).error().text(), HasSubstr("the files themselves stays"));
   EXPECT_EQ(structure_files(), (std::vector<std::string>{"2.cif", "2.pdb"}));
   // State after a server was killed between writing the list and the files.
   for (const char* file : {"1.cif", "3.pdb"}) std::ofstream(list_folder() / file) << "left over";
@@ -62,19 +62,19 @@ TEST_F(PoseKeeperTest, ADeletedPoseIsGoneWithItsFilesAndItsNumberIsNotUsedAgain)
   start(folder_);
   ASSERT_EQ(keeper_->kept(room()).size(), 2U);
   EXPECT_EQ(keeper_->kept(room())[1].number(), 2U);
-  EXPECT_EQ(answer_to(wire::AskPose::KEEP).kept_pose().number(), 4U) << "3 was used";
-  answer_to(wire::AskPose::DELETE, 4);
+  EXPECT_EQ(submit(wire::AskPose::KEEP).kept_pose().number(), 4U) << "3 was used";
+  submit(wire::AskPose::DELETE, 4);
   EXPECT_EQ(structure_files(), (std::vector<std::string>{"01.cif", "2.cif", "2.pdb", "7.cif", "notes.pdb"}));
 }
 
 TEST_F(PoseKeeperTest, ARenamedPoseHasItsNameInEveryListAfterARestartToo) {
-  for (int i = 0; i < 2; ++i) answer_to(wire::AskPose::KEEP);
+  for (int i = 0; i < 2; ++i) submit(wire::AskPose::KEEP);
   const wire::KeptPose before = keeper_->kept(room())[1];
-  const wire::ServerControl reply = answer_to(wire::AskPose::RENAME, 1, "bound");
+  const wire::ServerControl reply = submit(wire::AskPose::RENAME, 1, "bound");
   EXPECT_EQ(reply.kept_pose().name(), "bound");
   EXPECT_FALSE(reply.kept_pose().is_news());
-  EXPECT_THAT(answer_to(wire::AskPose::RENAME, 9, "x").error().text(), HasSubstr("no pose has that number"));
-  EXPECT_THAT(answer_to(wire::AskPose::RENAME, 0, "x").error().text(), HasSubstr("keeps its name"));
+  EXPECT_THAT(submit(wire::AskPose::RENAME, 9, "x").error().text(), HasSubstr("no pose has that number"));
+  EXPECT_THAT(submit(wire::AskPose::RENAME, 0, "x").error().text(), HasSubstr("keeps its name"));
   std::stringstream csv;
   csv << std::ifstream(list_folder() / "poses.csv").rdbuf();
   EXPECT_THAT(csv.str(), HasSubstr(",\"bound\",\"ada\","));
@@ -149,12 +149,12 @@ TEST_F(PoseKeeperTest, AMinimisationThatIsCalledOffLeavesTheMoleculesWhereTheyAr
   EXPECT_EQ(serve().error().text(), "cancelled");
   step(20);
   EXPECT_LT(apart_angstrom(pose(), X), 0.1);
-  EXPECT_THAT(answer_to(wire::AskPose::MINIMISE).pose_taken().text(), HasSubstr("minimum nearby"))
+  EXPECT_THAT(submit(wire::AskPose::MINIMISE).pose_taken().text(), HasSubstr("minimum nearby"))
       << "and another is served";
 }
 
 TEST_F(PoseKeeperTest, AMinimisationEndsWhenAUserBringsTheMoleculesElsewhere) {
-  answer_to(wire::AskPose::KEEP);
+  submit(wire::AskPose::KEEP);
   wire::AskPose request;
   request.set_kind(wire::AskPose::MINIMISE);
   EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 1, request), "");
@@ -175,7 +175,7 @@ TEST_F(PoseKeeperTest, AMinimisationEndsWhenAUserBringsTheMoleculesElsewhere) {
 }
 
 TEST_F(PoseKeeperTest, WhatWaitsWhenTheServerStopsIsRefusedAndNotWritten) {
-  answer_to(wire::AskPose::KEEP);
+  submit(wire::AskPose::KEEP);
   wire::AskPose request;
   for (const auto kind : {wire::AskPose::MINIMISE, wire::AskPose::KEEP, wire::AskPose::DELETE}) {
     request.set_kind(kind);
@@ -199,8 +199,8 @@ TEST_F(PoseKeeperTest, WhatWaitsWhenTheServerStopsIsRefusedAndNotWritten) {
 }
 
 TEST_F(PoseKeeperTest, ADroppedRequestIsGivenUpOnceAndNotServedAfterTheRoomsEnd) {
-  wire::AskPose message;
-  EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 5, message), "");
+  wire::AskPose request;
+  EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 5, request), "");
   int refused = 0;
   keeper_->refuse_unanswered([&](const Room& of, UserId user, std::uint32_t request) {
     EXPECT_EQ(&of, &room());

@@ -1,0 +1,204 @@
+#include <algorithm>
+#include <utility>
+
+#include "proto/coupling_fields.hpp"
+#include "server/room/wire_role.hpp"
+#include "server/session/session_hub_impl.hpp"
+#include "server/session/user_name.hpp"
+
+namespace tandem::server {
+namespace {
+
+/// Returns the first bound out of range; null: all present bounds are in range.
+const proto::CouplingField* find_bad_bound(const wire::Coupling& bounds) {
+  for (const proto::CouplingField& field : proto::kCouplingFields) {
+    if ((bounds.*field.has)() && !field.accepts((bounds.*field.get)())) return &field;
+  }
+  return nullptr;
+}
+
+/// Room of that name, or without a name the only one; null: there is none.
+RoomSeats* find_room(const std::vector<std::unique_ptr<RoomSeats>>& rooms, const std::string& name) {
+  if (name.empty() && rooms.size() == 1) return rooms.front().get();
+  for (const auto& seats : rooms) {
+    if (seats->room().name() == name) return seats.get();
+  }
+  return nullptr;
+}
+
+std::string names_of(const std::vector<std::unique_ptr<RoomSeats>>& rooms) {
+  std::string names;
+  for (const auto& seats : rooms) names += (names.empty() ? "" : ", ") + seats->room().name();
+  return names;
+}
+
+}  // namespace
+
+void SessionHub::Impl::join(Connection& connection, const wire::ClientControl& message) {
+  wire::ClientControl granted = message;
+  if (admit_user(connection, message.request(), *granted.mutable_join())) join_as_granted(connection, granted);
+}
+
+/// Checks the join against admission, and limits `wanted` to the granted rights.
+bool SessionHub::Impl::admit_user(Connection& connection, std::uint32_t request, wire::JoinRoom& wanted) {
+  if (!admission) return true;
+  const auto exported =
+      transport.exported(connection.handle, secure::kResumeExport, proto::seal_context(connection.id));
+  if (const auto refusal = admission->admit(wanted, exported, called_at, connection.ticket)) {
+    refuse_connection(connection, request, refusal->code, refusal->text);
+    return false;
+  }
+  if (!connection.ticket.is_resumed) return true;
+  // The resumed user may still have a connection whose loss has not been detected yet.
+  for (const auto& [handle, other] : connections) {
+    if (other->credential != connection.ticket.id || other->state != ConnectionState::kActive) continue;
+    end(*other, wire::DISCONNECT_RESUMED, "the user rejoined on another connection");
+  }
+  return true;
+}
+
+void SessionHub::Impl::join_as_granted(Connection& connection, const wire::ClientControl& message) {
+  const wire::JoinRoom& wanted = message.join();
+  const Admission::Ticket& ticket = connection.ticket;
+  RoomSeats* seats = find_room(room_seats, wanted.room());
+  const auto refuse = [&](wire::ErrorCode code, const std::string& text) {
+    refuse_connection(connection, message.request(), code, text);
+  };
+  if (!is_acceptable_user_name(wanted.user_name())) {
+    refuse(wire::ERROR_BAD_NAME,
+           "a user name is 1 to 64 bytes of printable UTF-8, without invisible characters, its blanks single spaces; "
+           "choose another");
+  } else if (!role_of(wanted.role())) {
+    refuse(wire::ERROR_BAD_VALUE, "the role must be manipulator, operator or observer");
+  } else if (seats == nullptr) {
+    refuse(wire::ERROR_UNKNOWN_ROOM,
+           (wanted.room().empty() ? "several rooms are open, name one" : "there is no room " + quoted(wanted.room())) +
+               "; rooms here: " + names_of(room_seats));
+  } else if (wanted.role() == wire::ROLE_OPERATOR && seats->has_operator()) {
+    refuse(wire::ERROR_NOT_ALLOWED, "room " + seats->room().name() + " has an operator; join as a manipulator");
+  } else if (!(wanted.deadband() >= 0 && wanted.deadband() <= net::kMaxDeadband)) {  // NaN, too, is refused
+    refuse(wire::ERROR_BAD_VALUE, "the deadband must be 0 to 0.5");
+  } else if (const proto::CouplingField* bad = find_bad_bound(wanted.coupling_bounds())) {
+    refuse(wire::ERROR_BAD_VALUE, "coupling_bounds: " + std::string(bad->name) + " must be " +
+                                      std::to_string(bad->low) + " to " + std::to_string(bad->high) + ", or absent");
+  } else if (!seats->has_place(*role_of(wanted.role()))) {
+    refuse(wire::ERROR_ROOM_FULL,
+           "room " + seats->room().name() + " is full: no free place for " +
+               (has_tool(*role_of(wanted.role())) ? "a manipulator; join as an observer, or wait" : "an observer"));
+  } else if (admission && ticket.uses_token() && admission->use_of(ticket) != InvitationLedger::Use::kWritten) {
+    hold(connection, message);
+  } else {
+    assign_seat(connection, message, *seats);
+  }
+}
+
+/// Writes the token's use before giving a seat: a kill in between would leave it valid. Does not block io.
+void SessionHub::Impl::hold(Connection& connection, const wire::ClientControl& message) {
+  connection.held_join = message;
+  admission->use(connection.ticket);
+  settle(connection);
+}
+
+/// Continues a held join after its write. Checks everything again, because others may have taken the last place.
+void SessionHub::Impl::settle(Connection& connection) {
+  const InvitationLedger::Use use = admission->use_of(connection.ticket);
+  if (use == InvitationLedger::Use::kBeingWritten) return;
+  const wire::ClientControl granted = *std::exchange(connection.held_join, std::nullopt);
+  if (use == InvitationLedger::Use::kNone) {
+    const Refusal refusal = admission->unwritten();
+    return refuse_connection(connection, granted.request(), refusal.code, refusal.text);
+  }
+  join_as_granted(connection, granted);
+  if (connection.state != ConnectionState::kActive) admission->release(connection.ticket);
+}
+
+void SessionHub::Impl::assign_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats) {
+  const wire::JoinRoom& wanted = message.join();
+  auto secret = transport.exported(connection.handle, secure::kDatagramExport, proto::seal_context(connection.id));
+  // With tokens, no datagram is sent unsealed.
+  if (admission && !secret) return end(connection, wire::DISCONNECT_PROTOCOL_ERROR, "no keys for datagrams");
+  const UserRole role = *role_of(wanted.role());
+  std::vector<std::string> taken;
+  for (const SessionUser* other : users_of(seats.room())) taken.push_back(other->name);
+  const std::string name = name_beside(wanted.user_name(), taken);
+  const auto seat = seats.consume(role, wanted.deadband() > 0, proto::read_bounds(wanted.coupling_bounds()), name,
+                                  connection.ticket.tool);
+  if (!seat) return refuse_connection(connection, message.request(), wire::ERROR_ROOM_FULL, kRoomBusy);
+  connection.name = name;
+  connection.seats = &seats;
+  connection.seat = *seat;
+  connection.stream.emplace(seats, *seat,
+                            proto::DatagramChannel::Settings{.sends = proto::DatagramType::kServerUpdate,
+                                                             .connection = connection.id,
+                                                             .epoch = connection.epoch,
+                                                             .deadband = wanted.deadband(),
+                                                             .max_rate_hz = 1 / to_seconds(seats.room().period()),
+                                                             .is_stream = connection.state_over_tcp,
+                                                             .secret = std::move(secret)},
+                            connection.counters);
+  connection.state = ConnectionState::kActive;
+  connection.joined = called_at;
+  ++counters.joins;
+  log("joined", connection.label() + " joined room " + seats.room().name() + " as " +
+                    (has_tool(role) ? (role == UserRole::kOperator ? "operator" : "manipulator") +
+                                          (", tool " + std::to_string(seat->tool))
+                                    : std::string("observer")));
+  wire::ServerControl answer = joined_answer(message.request(), seats, *seat);
+  give_credential(connection, wanted, *answer.mutable_joined());
+  send(connection, answer);
+  introduce(connection, wanted);
+}
+
+void SessionHub::Impl::give_credential(Connection& connection, const wire::JoinRoom& granted, wire::Joined& joined) {
+  if (!admission) return;
+  wire::JoinRoom here = granted;
+  here.set_room(connection.room().name());
+  const auto tool = has_tool(connection.seat.role) ? std::optional(connection.seat.tool) : std::nullopt;
+  connection.credential = admission->note_joined(connection.ticket, here, tool, called_at);
+  if (!connection.credential) return;
+  joined.set_resume_credential(connection.credential->data(), connection.credential->size());
+  joined.set_resume_within_s(static_cast<std::uint32_t>(kResumeWithin / std::chrono::seconds(1)));
+}
+
+void SessionHub::Impl::introduce(Connection& newcomer, const wire::JoinRoom& granted) {
+  for (const SessionUser* other : users_of(newcomer.room())) {
+    if (other != &newcomer) send(newcomer, user_joined(other->seat, other->name));
+  }
+  for (const auto& service : services) {
+    if (newcomer.state == ConnectionState::kActive) service->on_joined(newcomer, granted);
+  }
+  if (newcomer.state != ConnectionState::kActive) return;
+  announce_presence(newcomer, user_joined(newcomer.seat, newcomer.name));
+}
+
+/// If a user leaves before others were notified of the join, they get neither message.
+void SessionHub::Impl::announce_presence(const Connection& requester, const wire::ServerControl& message) {
+  const auto is_join = [&requester](const wire::ServerControl& unsent) {
+    return unsent.has_user_joined() && unsent.user_joined().user() == requester.seat.user.value;
+  };
+  for (const auto& [handle, user] : connections) {
+    if (user.get() == &requester || !user->is_in(requester.room())) continue;
+    if (!message.has_user_left() || std::erase_if(user->presence, is_join) == 0) user->presence.push_back(message);
+    send_news(*user);
+  }
+}
+
+/// Ends the user's other device too, if the user left with the first one or was kicked with either.
+void SessionHub::Impl::end_other_device(const Admission::Id& credential, wire::DisconnectReason reason) {
+  const Admission::Id first = reason == wire::DISCONNECT_KICKED ? admission->first_of(credential) : credential;
+  const std::optional<Admission::Id> second = admission->revoke(first);
+  const std::optional<Admission::Id> revoked = first == credential ? second : first;
+  if (!revoked) return;
+  for (const auto& [handle, other] : connections) {
+    const bool is_it = other->credential == revoked && other->state == ConnectionState::kActive;
+    if (is_it) end(*other, reason, "the user's other device left");
+  }
+}
+
+void SessionHub::Impl::publish_admission() {
+  if (!admission || !owner.on_admission || admission->changes() == published_admission) return;
+  published_admission = admission->changes();
+  owner.on_admission(admission->state(called_at));
+}
+
+}  // namespace tandem::server
