@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "common/base/progress.hpp"
-#include "common/contact/primitive_fields.hpp"
+#include "common/contact/field/primitive_fields.hpp"
 #include "common/geometry/surface_asset.hpp"
 #include "common/haptics/coupling/laws.hpp"
 #include "proto/placement.hpp"

@@ -87,6 +87,13 @@ inline bool is_same(const RigidState& a, const RigidState& b) {
   return is_same(a.X, b.X) && is_same(a.V, b.V);
 }
 
+/// Matrix that maps b to a × b.
+inline Eigen::Matrix3d cross_matrix(const Vec3& a) {
+  Eigen::Matrix3d m;
+  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+  return m;
+}
+
 /// Rotation vector (axis · angle, |angle| ≤ π) of a unit quaternion. Of the two possible rotations it describes the
 /// shorter one.
 inline Vec3 rotation_vector(const Quat& q) {

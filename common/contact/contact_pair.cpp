@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "common/contact/flat/flat_node.hpp"
+#include "common/contact/field/oriented_box.hpp"
 #include "common/contact/flat/plane_contacts.hpp"
 
 namespace tandem::contact {
@@ -68,14 +68,6 @@ struct ContactPair::Direction {
     return largest;
   }
 };
-
-ContactWork& ContactWork::operator+=(const ContactWork& other) {
-  nodes += other.nodes;
-  points += other.points;
-  is_coarse = is_coarse || other.is_coarse;
-  is_refreshed = is_refreshed || other.is_refreshed;
-  return *this;
-}
 
 ContactPair::ContactPair(std::uint32_t budget) : budget_(std::max(8U, budget)), primary_(budget_), other_(budget_ / 2) {
   now_.reserve(budget_ + kSmallNode);

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "common/contact/coupling_term.hpp"
+#include "common/base/spatial.hpp"
 
 namespace tandem::contact {
 namespace {

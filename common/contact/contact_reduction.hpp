@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "common/contact/contact_pair.hpp"
+#include "common/contact/contact_point.hpp"
 
 namespace tandem::contact {
 

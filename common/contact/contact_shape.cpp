@@ -7,9 +7,10 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "common/contact/distance_grid.hpp"
-#include "common/contact/flat/flat_points.hpp"
-#include "common/contact/primitive_fields.hpp"
+#include "common/contact/field/distance_grid.hpp"
+#include "common/contact/field/oriented_box.hpp"
+#include "common/contact/field/primitive_fields.hpp"
+#include "common/contact/points/flat_points.hpp"
 #include "common/contact/round/thin_rods.hpp"
 #include "common/geometry/mesh_repair.hpp"
 #include "common/geometry/tessellation.hpp"
@@ -34,7 +35,6 @@ constexpr double kRoundingShare = 1e-3;
 // Largest distance of a point on a plane, and half size of the box around the point where the field must be that of
 // planes.
 constexpr double kOnPlane_m = 5e-6, kInsidePlane_m = 5e-5;
-constexpr double kMinCell_m = 1e-5;
 // Spacing of points, largest cell and interpolation error of thin round shapes, as shares of the radius.
 constexpr double kRoundSpacing = 0.5, kRoundCell = 2, kRoundTolerance = 0.1;
 constexpr double kThinnessError_m = 2e-6;
@@ -54,11 +54,6 @@ ContactShapeOptions for_radius(double radius_m, ContactShapeOptions options) {
 
 double rigid_depth_of(double half_thickness_m) {
   return std::clamp(kRigidShare * half_thickness_m, kMinRigidDepth, kMaxRigidDepth);
-}
-
-void require(bool is_met, const char* field, double value, const char* remedy) {
-  if (is_met) return;
-  throw std::invalid_argument("contact shape: " + std::string(field) + " is " + std::to_string(value) + "; " + remedy);
 }
 
 void require_positive(double value, const char* shape, const char* field) {
@@ -197,18 +192,6 @@ class StagedProgress {
 };
 
 }  // namespace
-
-void check(const ContactShapeOptions& options) {
-  require(options.cell_m >= kMinCell_m && options.cell_m <= 10, "cell_m", options.cell_m, "use 0.00001 to 10 m");
-  require(options.tolerance_m > 0 && std::isfinite(options.tolerance_m), "tolerance_m", options.tolerance_m,
-          "use a positive length");
-  // Nearer to the surface than a cell's half diagonal, even the sign of an interpolated distance may be wrong.
-  require(options.band_m >= options.cell_m && options.band_m <= 100, "band_m", options.band_m,
-          "use at least cell_m and at most 100 m");
-  require(options.sheet_thickness_m >= 0 && options.sheet_thickness_m <= 100, "sheet_thickness_m",
-          options.sheet_thickness_m, "use 0 to 100 m");
-  require(options.threads >= 1 && options.threads <= 256, "threads", options.threads, "use 1 to 256");
-}
 
 void ContactShape::complete() {
   const auto& points = shells.surface.points;

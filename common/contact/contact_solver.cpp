@@ -10,7 +10,7 @@
 #include <cmath>
 #include <limits>
 
-#include "common/contact/contact_island.hpp"
+#include "common/contact/solver/contact_island.hpp"
 
 namespace tandem::contact {
 namespace {

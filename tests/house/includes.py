@@ -5,6 +5,7 @@ it.
 includes.txt has a line for each group of folders, in the order of dependency:
 
     FOLDER: WHAT IT MAY INCLUDE ...              a folder stands for all below it, a header for itself; own files always
+    HEADER: WHAT IT MAY INCLUDE ...              a header of a lower layer than the rest of its folder
     library PREFIX: FOLDERS THAT MAY INCLUDE IT  for headers of other projects
 """
 import argparse
@@ -37,15 +38,15 @@ def is_below(folder, parent):
     return folder == parent or folder.startswith(parent + "/")
 
 
-def rule_for(folder, folders):
-    """Returns the longest folder of the table that contains this folder, or None if the table has none."""
-    return max((name for name in folders if is_below(folder, name)), key=len, default=None)
+def rule_for(path, folders):
+    """Returns the longest entry of the table that is this path or a folder above it, or None if there is none."""
+    return max((name for name in folders if is_below(path, name)), key=len, default=None)
 
 
 def breaches(root, folders, libraries):
     for path in sources.sources(root):
         folder = sources.folder_of(path)
-        rule = rule_for(folder, folders)
+        rule = rule_for(path.as_posix(), folders)
         if rule is None:
             yield f"{path}: no line of includes.txt speaks of its folder"
             continue
@@ -71,7 +72,8 @@ def cycles(folders):
         seen, stack = set(), list(folders[start])
         while stack:
             name = stack.pop()
-            rule = None if name.endswith(".hpp") else rule_for(name, folders)
+            # A header without a line of its own may have fewer edges than its folder.
+            rule = name if name in folders else None if name.endswith(".hpp") else rule_for(name, folders)
             for known in [rule] if rule else []:
                 if known not in seen:
                     seen.add(known)

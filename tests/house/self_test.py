@@ -118,6 +118,30 @@ class Includes(Tree):
     def test_a_circle_of_folders_is_found(self):
         self.assertEqual(includes.cycles({"a": ["b"], "b": ["a"], "c": ["a"]}), ["a", "b"])
 
+    def test_a_header_with_a_line_of_its_own_is_held_by_that_line(self):
+        self.folders = {"common": [], "common/low.hpp": [], "common/part": ["common/low.hpp"]}
+        self.write("common/high.hpp", "")
+        self.write("common/part/p.cpp", '#include "common/low.hpp"\n')
+        self.write("common/low.hpp", "")
+        self.assertEqual(self.breaches(), [])
+        self.write("common/low.hpp", '#include "common/high.hpp"\n')
+        self.assertIn("common/low.hpp may not include common/high.hpp", self.breaches()[0])
+
+    def test_a_circle_through_a_header_is_found(self):
+        self.assertEqual(includes.cycles({"a": ["a/low.hpp", "b"], "a/low.hpp": [], "b": ["a/low.hpp"]}), [])
+        self.assertEqual(includes.cycles({"a": [], "a/low.hpp": ["b"], "b": ["a/low.hpp"]}), ["a/low.hpp", "b"])
+
+    def test_edges_against_the_layers_of_contact_fail(self):
+        self.folders = includes.read_table(includes.TABLE)[0]
+        layers = ("contact_shape_options.hpp", "contact_point.hpp", "round/rod.hpp", "field/f.hpp", "points/p.hpp", "contact_shape.hpp",
+                  "shell/s.hpp", "flat/l.hpp", "contact_pair.hpp")
+        for low, high in ((low, high) for i, low in enumerate(layers) for high in layers[i + 1:]):
+            with self.subTest(low=low, high=high), tempfile.TemporaryDirectory() as folder:
+                self.root = pathlib.Path(folder)
+                self.write(f"common/contact/{high}", "")
+                self.write(f"common/contact/{low}", f'#include "common/contact/{high}"\n')
+                self.assertEqual(len(self.breaches()), 1)
+
 
 class Counts(Tree):
     def test_types_are_counted_nested_ones_too_and_declarations_not(self):

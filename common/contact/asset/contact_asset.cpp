@@ -7,8 +7,9 @@
 #include "common/base/byte_io.hpp"
 #include "common/base/progress.hpp"
 #include "common/contact/contact_shape.hpp"
-#include "common/contact/distance_grid.hpp"
-#include "common/contact/flat/flat_points.hpp"
+#include "common/contact/field/distance_grid.hpp"
+#include "common/contact/points/flat_planes.hpp"
+#include "common/contact/points/flat_points.hpp"
 #include "common/realtime/large_pages.hpp"
 
 namespace tandem::contact {

@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "common/base/progress.hpp"
-#include "common/contact/asset/brick_lattice.hpp"
-#include "common/contact/distance_grid.hpp"
+#include "common/contact/field/brick_lattice.hpp"
+#include "common/contact/field/distance_grid.hpp"
 #include "common/geometry/packing.hpp"
 #include "common/realtime/large_pages.hpp"
 

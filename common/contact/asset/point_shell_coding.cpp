@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "common/base/progress.hpp"
-#include "common/contact/point_shell.hpp"
+#include "common/contact/points/point_shell.hpp"
 #include "common/geometry/packing.hpp"
 
 namespace tandem::contact {

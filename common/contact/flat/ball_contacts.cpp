@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/contact/contact_pair.hpp"
-#include "common/contact/flat/flat_node.hpp"
+#include "common/contact/contact_point.hpp"
+#include "common/contact/field/oriented_box.hpp"
 
 namespace tandem::contact {
 namespace {

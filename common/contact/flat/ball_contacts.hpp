@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/base/spatial.hpp"
-#include "common/contact/distance_field.hpp"
+#include "common/contact/field/distance_field.hpp"
 
 namespace tandem::contact {
 

@@ -9,9 +9,11 @@
 #include <limits>
 #include <utility>
 
-#include "common/contact/contact_pair.hpp"
-#include "common/contact/flat/plane_map.hpp"
-#include "common/contact/flat/polygon.hpp"
+#include "common/contact/contact_point.hpp"
+#include "common/contact/field/plane_map.hpp"
+#include "common/contact/points/point_shell.hpp"
+#include "common/contact/points/polygon.hpp"
+#include "common/contact/shell/shell_candidate.hpp"
 
 namespace tandem::contact {
 namespace {
@@ -356,10 +358,6 @@ void merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, doub
 }
 
 }  // namespace
-
-std::size_t least_contacts_of(const ShellNode& node) {
-  return node.count > kSmallNode ? kMaxNodeContacts : kLeafContacts;
-}
 
 void PlaneContacts::add(std::uint32_t root, PlaneSet planes, std::vector<ContactPoint>& contacts) noexcept {
   NodeContacts node_contacts(*this, planes, contacts);

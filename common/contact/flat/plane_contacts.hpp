@@ -6,21 +6,12 @@
 #include <vector>
 
 #include "common/base/spatial.hpp"
-#include "common/contact/distance_field.hpp"
+#include "common/contact/field/distance_field.hpp"
 
 namespace tandem::contact {
 
 struct ContactPoint;
 struct PointShell;
-struct ShellNode;
-
-/// Largest number of points of a small node, which has one contact that presses on a plane and one that does not.
-/// Larger nodes have four of each.
-inline constexpr std::uint32_t kSmallNode = 32;
-inline constexpr std::size_t kMaxNodeContacts = 8;
-inline constexpr std::size_t kLeafContacts = 2;
-/// Number of contacts for which a node above planes needs room.
-std::size_t least_contacts_of(const ShellNode& node);
 
 /// Contacts of a shell's points (frame P) with planes of a field (frame F), one node at a time.
 ///

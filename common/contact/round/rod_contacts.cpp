@@ -7,7 +7,7 @@
 #include <numbers>
 #include <optional>
 
-#include "common/contact/contact_pair.hpp"
+#include "common/contact/contact_point.hpp"
 
 namespace tandem::contact {
 namespace {
@@ -19,10 +19,10 @@ constexpr std::array kGaussWeights = {0.2369268850561891, 0.4786286704993665, 0.
                                       0.2369268850561891};
 // Middle part of a strip as a share of its width. The mean depths of the middle and of the rest are in units of the
 // depth of the middle line.
-constexpr double kMiddle = 0.2;
-constexpr double kMiddleDepth = 1 - kMiddle * kMiddle / 3;
-constexpr double kRestDepth = (2.0 / 3 - kMiddle * kMiddleDepth) / (1 - kMiddle);
-constexpr double kRestAside = (1 + kMiddle) / 2;
+constexpr double kMiddleShare = 0.2;
+constexpr double kMiddleDepth = 1 - kMiddleShare * kMiddleShare / 3;
+constexpr double kRestDepth = (2.0 / 3 - kMiddleShare * kMiddleDepth) / (1 - kMiddleShare);
+constexpr double kRestAside = (1 + kMiddleShare) / 2;
 // Deepest slice of an end as a share of its depth.
 constexpr double kFirstSlice = 0.05;
 // A contact that does not press has the area of a slice of this depth.
@@ -35,7 +35,7 @@ constexpr double kMinBend_per_m = 1e-9;
 constexpr double kEdgeSlope = 0.1;
 
 /// 0 below `low`, 1 above `high`, linear in between.
-double ramp(double value, double low, double high) {
+double rod_ramp(double value, double low, double high) {
   return high > low ? std::clamp((value - low) / (high - low), 0.0, 1.0) : (value > low ? 1.0 : 0.0);
 }
 
@@ -105,7 +105,7 @@ struct End {
   /// end.
   double round_share(const PlacedRod& rod, double beyond_m) const {
     const double patch_m = std::sqrt(2 * rod.radius_m * std::max(depth_m, 0.0));
-    return ramp(beyond_m, -patch_m, patch_m);
+    return rod_ramp(beyond_m, -patch_m, patch_m);
   }
 
   Vec3 outward_W, out_of_other_W = Vec3::UnitZ(), place_W = Vec3::Zero();
@@ -236,7 +236,7 @@ class RodWriter {
     if (std::abs(nearest_.on_a_m) == a_.half_m && a_.has_round_ends) {
       const double slope = -normal_W_.dot(a_.outward_W(nearest_.on_a_m));
       const double patch_m = std::sqrt(2 * a_.radius_m * std::max(sum_m_ - normal_W_.dot(nearest_.way_W), 0.0));
-      side_share_ = 1 - ramp(a_.radius_m * slope, 0, patch_m);
+      side_share_ = 1 - rod_ramp(a_.radius_m * slope, 0, patch_m);
     }
     if (!(high_m > low_m) || !(side_share_ > 0)) return std::nullopt;
     return std::array{low_m, high_m};
@@ -246,13 +246,13 @@ class RodWriter {
     const double depth_m = depth_at(x_m), half_m = half_width_m(depth_m);
     const Vec3 on_axis_W = a_.at(nearest_.on_a_m + x_m);
     const double beyond_m = std::abs(b_.axis_W.dot(on_axis_W - b_.centre_W)) - b_.half_m;
-    const double beside_share = overhang_m_ > 0 ? 1 - ramp(beyond_m, -overhang_m_, overhang_m_) : 1;
+    const double beside_share = overhang_m_ > 0 ? 1 - rod_ramp(beyond_m, -overhang_m_, overhang_m_) : 1;
     const double area_m2 = side_share_ * beside_share * 2 * half_m * length_m;
     const Vec3 place_W = on_axis_W - (a_.radius_m - depth_m / 2) * normal_W_;
     const Vec3 across_W = kRestAside * half_m * a_.axis_W.cross(normal_W_);
-    add(place_W, normal_W_, kMiddleDepth * depth_m, kMiddle * area_m2);
-    add(place_W - across_W, normal_W_, kRestDepth * depth_m, (1 - kMiddle) / 2 * area_m2);
-    add(place_W + across_W, normal_W_, kRestDepth * depth_m, (1 - kMiddle) / 2 * area_m2);
+    add(place_W, normal_W_, kMiddleDepth * depth_m, kMiddleShare * area_m2);
+    add(place_W - across_W, normal_W_, kRestDepth * depth_m, (1 - kMiddleShare) / 2 * area_m2);
+    add(place_W + across_W, normal_W_, kRestDepth * depth_m, (1 - kMiddleShare) / 2 * area_m2);
   }
 
   /// In      place_W  middle of the overlap

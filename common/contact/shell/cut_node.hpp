@@ -6,7 +6,8 @@
 #include <cstdint>
 #include <limits>
 
-#include "common/contact/shell_candidates.hpp"
+#include "common/contact/field/distance_field.hpp"
+#include "common/contact/shell/leaf_samples.hpp"
 
 namespace tandem::contact {
 
@@ -15,7 +16,7 @@ namespace tandem::contact {
 inline constexpr std::uint32_t kPlanesAbove = 256;
 
 /// A node of the cut.
-struct ShellCandidates::CutNode {
+struct CutNode {
   std::uint32_t node = 0;
   float query_again_at_m = 0;  ///< accumulated motion of its part, plus the band, at the next query
   PlaneSet planes = 0;         ///< planes that the node is above, until then; the band does not count

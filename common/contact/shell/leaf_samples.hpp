@@ -8,22 +8,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/contact/distance_field.hpp"
-#include "common/contact/point_shell.hpp"
+#include "common/contact/field/distance_field.hpp"
+#include "common/contact/points/point_shell.hpp"
+#include "common/contact/shell/shell_candidate.hpp"
 
 namespace tandem::contact {
-
-/// One point of the shell, several merged points, or a node above planes of the field.
-struct ShellCandidate {
-  Eigen::Vector3f p_P = Eigen::Vector3f::Zero();
-  float area_m2 = 0;
-  double distance_m = 0;            ///< at this pose; unused for nodes above planes
-  Vec3 gradient_F = Vec3::UnitZ();  ///< at this pose; about unit length
-  std::uint32_t first = 0;
-  std::uint32_t count = 0;  ///< the candidate represents points first .. first + count − 1
-  std::uint32_t node = 0;   ///< node index, if `planes` is not empty
-  PlaneSet planes = 0;      ///< planes below the node; none for points
-};
 
 /// Lag of each sampled point of a leaf behind the leaf's bound, in steps of kLagStep_m, rounded down; the last step
 /// covers all larger lags.

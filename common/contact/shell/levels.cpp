@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/contact/shell/cut_node.hpp"
+#include "common/contact/shell/shell_candidates.hpp"
 
 namespace tandem::contact {
 namespace {

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "common/contact/primitive_fields.hpp"
+#include "common/contact/field/primitive_fields.hpp"
 #include "common/haptics/proxy/plane_projection.hpp"
 #include "common/haptics/proxy/proxy_mesh.hpp"
 

@@ -9,7 +9,7 @@
 #include <stdexcept>
 
 #include "client/model/proxy_world.hpp"
-#include "common/contact/primitive_fields.hpp"
+#include "common/contact/field/primitive_fields.hpp"
 #include "common/geometry/surface_asset.hpp"
 #include "common/geometry/tessellation.hpp"
 #include "proto/scene_ranges.hpp"

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "common/contact/contact_reduction.hpp"
-#include "common/contact/primitive_fields.hpp"
+#include "common/contact/field/primitive_fields.hpp"
 #include "tests/common/contact/hand_made_shell.hpp"
 #include "tests/support/allocation_counter.hpp"
 

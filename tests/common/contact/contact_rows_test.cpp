@@ -1,4 +1,4 @@
-#include "common/contact/contact_rows.hpp"
+#include "common/contact/solver/contact_rows.hpp"
 
 #include <gtest/gtest.h>
 

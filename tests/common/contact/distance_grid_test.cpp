@@ -1,4 +1,4 @@
-#include "common/contact/distance_grid.hpp"
+#include "common/contact/field/distance_grid.hpp"
 
 #include <gmock/gmock.h>
 

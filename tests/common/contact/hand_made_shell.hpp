@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/contact/contact_shape.hpp"
-#include "common/contact/primitive_fields.hpp"
+#include "common/contact/field/primitive_fields.hpp"
 
 namespace tandem::contact {
 

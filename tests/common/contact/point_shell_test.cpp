@@ -1,4 +1,4 @@
-#include "common/contact/point_shell.hpp"
+#include "common/contact/points/point_shell.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "common/base/random.hpp"
 #include "common/contact/contact_shape.hpp"
-#include "common/contact/primitive_fields.hpp"
+#include "common/contact/field/primitive_fields.hpp"
 #include "common/geometry/mesh_repair.hpp"
 #include "common/geometry/tessellation.hpp"
 #include "common/geometry/triangle_tree.hpp"

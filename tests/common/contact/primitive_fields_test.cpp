@@ -1,4 +1,4 @@
-#include "common/contact/primitive_fields.hpp"
+#include "common/contact/field/primitive_fields.hpp"
 
 #include <gtest/gtest.h>
 

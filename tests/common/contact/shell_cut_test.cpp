@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "common/contact/contact_pair.hpp"
-#include "common/contact/flat/flat_node.hpp"
-#include "common/contact/primitive_fields.hpp"
+#include "common/contact/field/primitive_fields.hpp"
+#include "common/contact/points/flat_node.hpp"
 #include "tests/common/contact/hand_made_shell.hpp"
 
 namespace tandem::contact {

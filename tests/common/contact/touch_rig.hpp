@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "common/contact/contact_pair.hpp"
 #include "common/contact/contact_solver.hpp"
 #include "common/geometry/mesh_repair.hpp"
 #include "tests/common/contact/touch_scene.hpp"

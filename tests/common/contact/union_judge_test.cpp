@@ -13,7 +13,7 @@
 
 #include "common/base/random.hpp"
 #include "common/contact/contact_shape.hpp"
-#include "common/contact/distance_grid.hpp"
+#include "common/contact/field/distance_grid.hpp"
 #include "common/geometry/mesh_repair.hpp"
 #include "common/geometry/triangle_tree.hpp"
 #include "common/geometry/winding_number.hpp"

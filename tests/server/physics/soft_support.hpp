@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "common/contact/primitive_fields.hpp"
+#include "common/contact/field/primitive_fields.hpp"
 #include "server/assets/soft_scene.hpp"
 #include "server/physics/soft_world.hpp"
 

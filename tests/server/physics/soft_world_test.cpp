@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "common/contact/contact_reduction.hpp"
-#include "common/contact/primitive_fields.hpp"
+#include "common/contact/field/primitive_fields.hpp"
 #include "server/assets/soft_scene.hpp"
 #include "tests/common/physics/scene_support.hpp"
 #include "tests/server/physics/soft_support.hpp"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/contact/contact_pair.hpp"
-#include "common/contact/primitive_fields.hpp"
+#include "common/contact/field/primitive_fields.hpp"
 #include "tests/common/contact/hand_made_shell.hpp"
 #include "tests/common/contact/test_meshes.hpp"
 #include "tests/common/contact/touch_rig.hpp"

@@ -1,4 +1,4 @@
-#include "common/contact/flat/flat_node.hpp"
+#include "common/contact/points/flat_node.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <tuple>
 
 #include "common/contact/contact_shape.hpp"
-#include "common/contact/flat/flat_points.hpp"
-#include "common/contact/flat/polygon.hpp"
+#include "common/contact/points/flat_points.hpp"
+#include "common/contact/points/polygon.hpp"
 #include "common/geometry/triangle_tree.hpp"
 #include "tests/common/contact/hand_made_shell.hpp"
 #include "tests/common/contact/test_meshes.hpp"

@@ -10,7 +10,7 @@
 #include <tuple>
 
 #include "common/contact/contact_pair.hpp"
-#include "common/contact/primitive_fields.hpp"
+#include "common/contact/field/primitive_fields.hpp"
 #include "common/geometry/triangle_tree.hpp"
 #include "tests/common/contact/hand_made_shell.hpp"
 #include "tests/common/contact/test_meshes.hpp"

@@ -13,7 +13,7 @@
 
 #include "common/base/random.hpp"
 #include "common/contact/contact_pair.hpp"
-#include "common/contact/primitive_fields.hpp"
+#include "common/contact/field/primitive_fields.hpp"
 #include "tests/support/test_seed.hpp"
 
 namespace tandem::contact {

@@ -1,0 +1,79 @@
+// Bricks of a distance grid with shared borders, and the coding of their samples as few small numbers. Private to
+// construction, writing and reading of grids.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdlib>
+#include <functional>
+#include <vector>
+
+#include "common/contact/field/brick_sampler.hpp"
+
+namespace tandem::contact {
+
+/// Coding of samples: each as its difference from the mean of its coarser neighbours, in steps.
+///
+/// Model   r = round((s − p) / d), s' = p + r d; d = max(step, |p| / 128): near the surface within step/2 of the exact
+///         value, far from it within 0.4 % of the distance. p is computed from coded samples s', so errors do not
+///         accumulate, and coding a second time changes nothing.
+/// Source  after the lifting scheme: Sweldens, "The lifting scheme: a construction of second generation wavelets",
+///         1998, with linear prediction and without update
+struct SampleCoding {
+  int step = 1;  ///< quanta
+
+  int step_at(int predicted) const { return std::max(step, std::abs(predicted) >> 7); }
+  /// The number r of a sample.
+  int steps_to(int sample, int predicted) const {
+    const int step_here = step_at(predicted);
+    const int beyond = sample - predicted;
+    return (beyond >= 0 ? beyond + step_here / 2 : beyond - step_here / 2) / step_here;
+  }
+};
+
+/// Codes or decodes one sample: returns r, computed from the sample or read.
+///
+/// In      depth      0 for the corners of a brick, 1 for the middles between them, …
+///         predicted  in quanta
+///         sample     value before coding; unspecified when decoding
+using CodeSample = std::function<int(int depth, int predicted, int sample)>;
+
+class BrickLattice {
+ public:
+  BrickLattice() = default;
+  explicit BrickLattice(const std::array<std::uint32_t, 3>& along);
+
+  std::array<std::uint32_t, 3> position_of(std::uint32_t index) const {
+    return {index % along_[0], index / along_[0] % along_[1], index / along_[0] / along_[1]};
+  }
+  std::uint32_t index_of(const std::array<std::uint32_t, 3>& position) const {
+    return (position[2] * along_[1] + position[1]) * along_[0] + position[0];
+  }
+  /// Appends a brick; bricks must be added in the order of their indices.
+  void add(Brick&& brick);
+
+  /// Replaces all samples by their coded values, the coarsest bricks first. A place that several bricks share is owned
+  /// by the coarsest of them, or by the first of equally coarse ones. The others interpolate from the owner there and
+  /// code nothing.
+  ///
+  /// In      corner_quanta  predicted sample at a corner of the lattice
+  void code(const SampleCoding& coding, const std::function<int(std::size_t corner)>& corner_quanta,
+            const CodeSample& code_sample);
+
+  std::vector<Brick> bricks;
+
+ private:
+  void code_brick(Brick& brick, const SampleCoding& coding, const std::function<int(std::size_t corner)>& corner_quanta,
+                  const CodeSample& code_sample);
+  /// Marks samples with another owner in `is_known_`.
+  void match_border(Brick& brick);
+  const Brick* owner_of(const Brick& brick, const Halves& at, Halves& at_owner) const;
+  std::size_t corner_of(const Brick& brick, const Halves& at) const;
+
+  std::array<std::uint32_t, 3> along_ = {0, 0, 0};
+  std::vector<std::int32_t> brick_at_;  ///< index in bricks of each place, or −1
+  std::vector<std::uint8_t> is_known_;  ///< for each sample of the current brick
+};
+
+}  // namespace tandem::contact

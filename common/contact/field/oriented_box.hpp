@@ -1,0 +1,30 @@
+// Boxes of any orientation, and the planes of a set that matter over a box.
+#pragma once
+
+#include <span>
+
+#include "common/base/spatial.hpp"
+#include "common/contact/field/distance_field.hpp"
+
+namespace tandem::contact {
+
+/// A box of any orientation.
+struct OrientedBox {
+  Vec3 centre = Vec3::Zero();
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< unit columns
+  Vec3 half_m = Vec3::Zero();
+
+  OrientedBox moved(const Eigen::Matrix3d& R_FB, const Vec3& p_FB) const {
+    return {R_FB * centre + p_FB, R_FB * axes, half_m};
+  }
+  /// Largest n·p over the box less that at its centre.
+  double reach_m(const Vec3& normal) const { return (axes.transpose() * normal).cwiseAbs().dot(half_m); }
+};
+
+/// Largest distance to the planes of a set; minus infinity for an empty set.
+double largest_m(std::span<const FieldPlane> planes, PlaneSet set, const Vec3& p);
+
+/// Planes of a set whose distance may be the largest somewhere in a box.
+PlaneSet largest_over(std::span<const FieldPlane> planes, PlaneSet set, const OrientedBox& box);
+
+}  // namespace tandem::contact

@@ -1,0 +1,27 @@
+// Exact distance fields of primitives, by formula.
+#pragma once
+
+#include <memory>
+
+#include "common/contact/field/distance_field.hpp"
+
+namespace tandem::contact {
+
+/// Common base of the primitives' fields: exact everywhere, and convex.
+class ExactField : public DistanceField {
+ public:
+  double error_m() const noexcept override { return 0; }
+  double band_m() const noexcept override;
+};
+
+/// The half-space z ≤ 0.
+std::unique_ptr<ExactField> half_space_field();
+std::unique_ptr<ExactField> sphere_field(double radius_m);
+/// In      size_m  full edge lengths
+std::unique_ptr<ExactField> box_field(const Vec3& size_m);
+/// Centred, axis along z.
+std::unique_ptr<ExactField> cylinder_field(double radius_m, double length_m);
+/// Centred, axis along z; `length_m` is that of the straight part.
+std::unique_ptr<ExactField> capsule_field(double radius_m, double length_m);
+
+}  // namespace tandem::contact

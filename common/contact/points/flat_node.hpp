@@ -1,0 +1,55 @@
+// Nodes of a shell whose points lie on one plane: depth is linear in the place, so few points represent all.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/base/spatial.hpp"
+#include "common/contact/field/oriented_box.hpp"
+
+namespace tandem::contact {
+
+struct ShellNode;
+struct ShellPoint;
+
+/// Largest number of corners of a flat node's polygon.
+inline constexpr std::size_t kMaxFlatCorners = 8;
+
+/// Moments of a node's points that lie within a few micrometres of a plane, and their polygon.
+///
+/// Model   Area, mean and covariance of the points. Four points at mean ± deviations, each with a quarter of the area,
+///         have the same moments. A force that is linear over the node thus has the same sum and moment. Where the
+///         points cover a convex polygon evenly, the same is true of each part of the polygon
+struct FlatNode {
+  Eigen::Vector3f mean_S = Eigen::Vector3f::Zero();
+  /// Unit vectors in the plane: the axes of the covariance, or for a polygon the sides of the smallest box.
+  Eigen::Vector3f along_S = Eigen::Vector3f::UnitX();
+  Eigen::Vector3f across_S = Eigen::Vector3f::UnitY();
+  float deviation_along_m = 0;
+  float deviation_across_m = 0;
+  /// centre of the box around points and polygon, along these axes
+  Eigen::Vector3f centre_S = Eigen::Vector3f::Zero();
+  Eigen::Vector3f half_m = Eigen::Vector3f::Zero();
+  std::uint32_t corner_count = 0;  ///< 0: no polygon
+  /// Corners relative to the mean (along, across), anticlockwise.
+  std::array<Eigen::Vector2f, kMaxFlatCorners> corners_m = {};
+
+  bool is_polygon() const { return corner_count > 0; }
+  /// Whether the four points are in the box. If a few points lie far from many others, mean − deviation is beyond all
+  /// points.
+  bool has_four_inside() const;
+  OrientedBox box_S() const;
+};
+
+/// Borders of four consecutive ranges of a node's points, one for each of its four points. The tree divides the node
+/// and its halves there, so that each of the four represents the points nearest to it.
+std::array<std::uint32_t, 5> quarters_of(const ShellNode& node);
+
+/// Finds the flat nodes among those with more points than a leaf, and all nodes below them.
+///
+/// Out     nodes  ShellNode::flat
+std::vector<FlatNode> find_flat_nodes(std::span<const ShellPoint> points, std::span<ShellNode> nodes);
+
+}  // namespace tandem::contact

@@ -1,0 +1,42 @@
+// Points of one plane: their moments and axes, and the convex polygon that they cover.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "common/base/spatial.hpp"
+#include "common/contact/points/flat_node.hpp"
+
+namespace tandem::contact {
+
+struct PointShell;
+
+/// Largest distance of points from their common plane. Points are rounded to less than 1 µm along each axis.
+inline constexpr double kFlat_m = 3e-6;
+
+/// Area-weighted moments of points; the sums are taken about the first point.
+struct Moments {
+  double area_m2 = 0;
+  Vec3 mean = Vec3::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+};
+
+Moments moments_of(std::span<const ShellPoint> points);
+
+/// Box around the points along these axes.
+OrientedBox box_along(std::span<const ShellPoint> points, const Eigen::Matrix3d& axes);
+
+/// The rectangle of `box`, if the points cover it evenly. Their mean and covariance must be the rectangle's, and each
+/// of its cells must have its share of the area. Each part twice as wide as the points' spacing must contain a point.
+std::optional<FlatNode> rectangle_of(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments,
+                                     const OrientedBox& box);
+/// A convex polygon with the mean and covariance of the points, if they cover one evenly.
+std::optional<FlatNode> polygon_of(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments);
+/// Flat node without a polygon, from the moments of its points.
+FlatNode node_as_it_is(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments);
+
+/// Removes polygons that reach beyond the surface of `field` by more than a tenth of a millimetre; their nodes remain
+/// flat nodes. The points alone cannot show this: the corner of a rectangle may be beyond them by their spacing.
+void drop_polygons_off(const DistanceField& field, PointShell& shell);
+
+}  // namespace tandem::contact

@@ -1,0 +1,80 @@
+// A surface as points, which are sampled in the other shape's distance field.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/contact/field/distance_field.hpp"
+#include "common/contact/points/flat_node.hpp"
+#include "common/geometry/mesh_repair.hpp"
+
+namespace tandem::contact {
+
+/// One sample of a surface, in the frame of its shape S. Single precision: 10 cm to 10 nm.
+struct ShellPoint {
+  Eigen::Vector3f p_S = Eigen::Vector3f::Zero();
+  Eigen::Vector3f normal_S = Eigen::Vector3f::Zero();  ///< out of the shape, unit
+  /// area of surface that the point represents; all areas sum to the surface
+  float area_m2 = 0;
+};
+
+/// A ball around points first .. first + count − 1, and around all nodes below it.
+struct ShellNode {
+  Eigen::Vector3f centre_S = Eigen::Vector3f::Zero();
+  float radius_m = 0;
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+  std::uint32_t next = 0;         ///< index of the next node when this subtree is skipped; node + 1 is the first child
+  std::uint32_t flat = kNotFlat;  ///< index in PointShell::flat_nodes
+  bool is_leaf = false;
+  /// Mean of all points of the node, with their total area: used where work must be bounded.
+  ShellPoint mean;
+
+  static constexpr std::uint32_t kNotFlat = 0xffffffff;
+};
+
+/// Largest number of points in a leaf.
+inline constexpr std::uint32_t kShellLeafPoints = 8;
+
+/// Points in depth-first order of the tree over them, so that neighbours in space are neighbours in memory.
+struct PointShell {
+  std::vector<ShellPoint> points;
+  std::vector<ShellNode> nodes;  ///< node 0 is the root; empty without points
+  std::vector<FlatNode> flat_nodes;
+  double spacing_m = 0;  ///< no point of the surface is farther than this from a shell point
+
+  /// Builds the tree over `points`, which it sorts.
+  static PointShell make(std::vector<ShellPoint> points, double spacing_m);
+
+  /// Builds the same tree over points that are in its order already.
+  static PointShell in_order(std::vector<ShellPoint> points, double spacing_m);
+
+  double area_m2() const;
+  std::size_t memory_bytes() const;
+  /// Writes the points with the resolution of contact_asset_bytes(); the tree follows from them.
+  void write(std::vector<std::uint8_t>& bytes, int packing_level) const;
+  /// Nothing for bytes that write() did not produce, or for more memory than `limit_bytes`: counts and numbers are
+  /// checked.
+  static std::optional<PointShell> read(std::span<const std::uint8_t>& bytes, std::size_t limit_bytes);
+};
+
+/// Both shells of a shape's surface.
+struct PointShells {
+  PointShell surface;   ///< everything, features included
+  PointShell features;  ///< sharp edges, corners and small bumps alone; may be empty
+};
+
+struct ContactShapeOptions;
+
+/// Deterministic: the same mesh gives the same points.
+PointShells sample_surface(const geometry::ContactMesh& mesh, const ContactShapeOptions& options,
+                           const std::function<void(double)>& progress);
+/// Shells of a primitive. `outline` is its tessellation, `field` its exact distance; points are projected onto the
+/// field's surface.
+PointShells sample_surface(const geometry::TriangleMesh& outline, const DistanceField& field,
+                           const ContactShapeOptions& options);
+
+}  // namespace tandem::contact

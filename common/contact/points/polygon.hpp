@@ -1,0 +1,53 @@
+// Convex polygons in a plane: clipping by a linear distance, and moments.
+#pragma once
+
+#include <Eigen/Core>
+#include <boost/container/static_vector.hpp>
+#include <cstddef>
+#include <span>
+#include <utility>
+
+#include "common/contact/field/plane_map.hpp"
+#include "common/contact/points/flat_node.hpp"
+
+namespace tandem::contact {
+
+/// Corners of a polygon, anticlockwise; fewer than three: an empty polygon. Each cut adds at most one.
+using Polygon = boost::container::static_vector<Eigen::Vector2d, kMaxFlatCorners + PlaneMap::kMaxInBox + 6>;
+
+/// A distance that is linear over a plane: middle + u · along + v · across.
+using DepthSlope = Eigen::Vector3d;
+
+/// Integrals of the products of (1, u, v) with each other over an area.
+using AreaMoments = Eigen::Matrix3d;
+
+inline double at(const DepthSlope& slope, const Eigen::Vector2d& p) {
+  return slope[0] + slope[1] * p.x() + slope[2] * p.y();
+}
+/// The distance relative to `distance_m`: negative below it.
+inline DepthSlope below(const DepthSlope& slope, double distance_m) {
+  return slope - distance_m * DepthSlope::UnitX();
+}
+
+/// Rectangle centred at (0, 0).
+Polygon rectangle(const Eigen::Vector2d& half_m);
+/// Polygon of a flat node, about its mean.
+Polygon corners_of(const FlatNode& flat);
+/// Convex polygon with its corners at or near some of these places, which must not be on one line. No place is outside
+/// by more than `lost_m`. Empty if the polygon would need more than kMaxFlatCorners.
+Polygon polygon_in_places(std::span<const Eigen::Vector2d> places, double lost_m);
+/// Unit vector along a side of the smallest rectangle around the polygon.
+Eigen::Vector2d axis_of_box(const Polygon& polygon);
+
+inline bool is_empty(const Polygon& polygon) {
+  return polygon.size() < 3;
+}
+/// Keeps the part where the distance is not above 0; in most calls that is all of the polygon, or nothing.
+void cut(Polygon& polygon, const DepthSlope& slope);
+/// Least and largest distance over the polygon.
+std::pair<double, double> range(const Polygon& polygon, const DepthSlope& slope);
+AreaMoments moments_of(const Polygon& polygon);
+Eigen::Vector2d mean_of(const AreaMoments& moments);
+Eigen::Matrix2d covariance_of(const AreaMoments& moments);
+
+}  // namespace tandem::contact

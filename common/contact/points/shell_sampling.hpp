@@ -1,0 +1,30 @@
+// Samples of a surface before they become a shell: they cover the surface, each with its share of the area.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "common/contact/points/point_shell.hpp"
+#include "common/geometry/sample_grid.hpp"
+#include "common/geometry/surface_features.hpp"
+
+namespace tandem::contact {
+
+struct SpreadSamples {
+  std::vector<geometry::SurfaceSample> samples;
+  std::vector<float> areas_m2;   ///< area of each sample; they sum to the surface
+  std::vector<bool> is_feature;  ///< for each sample
+  double spacing_m = 0;          ///< resulting spacing
+};
+
+/// Covers `surface`: each of its points is within `spacing_m` of a sample that faces the same way.
+///
+/// Model   Sharp edges first. Then darts into pieces of the triangles: a dart is kept when no sample is nearer than 0.9
+///         spacings, and a piece is halved until the ball around one sample contains all of it. That proves coverage
+///         exactly, since balls are convex. Last, features that protrude between the samples.
+/// Source  after White, Cline & Egbert, "Poisson disk point sets by hierarchical dart throwing", 2007; the stop by
+///         covering balls and its use on surfaces are ours
+SpreadSamples spread_samples(const geometry::SurfaceTopology& surface, const ContactShapeOptions& options,
+                             const std::function<void(double)>& progress);
+
+}  // namespace tandem::contact

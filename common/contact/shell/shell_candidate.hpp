@@ -1,0 +1,34 @@
+// Result of the search in a shell, and the number of contacts for which each candidate needs room.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "common/contact/field/distance_field.hpp"
+#include "common/contact/points/point_shell.hpp"
+
+namespace tandem::contact {
+
+/// One point of the shell, several merged points, or a node above planes of the field.
+struct ShellCandidate {
+  Eigen::Vector3f p_P = Eigen::Vector3f::Zero();
+  float area_m2 = 0;
+  double distance_m = 0;            ///< at this pose; unused for nodes above planes
+  Vec3 gradient_F = Vec3::UnitZ();  ///< at this pose; about unit length
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;  ///< the candidate represents points first .. first + count − 1
+  std::uint32_t node = 0;   ///< node index, if `planes` is not empty
+  PlaneSet planes = 0;      ///< planes below the node; none for points
+};
+
+/// Largest number of points of a small node, which has one contact that presses on a plane and one that does not.
+/// Larger nodes have four of each.
+inline constexpr std::uint32_t kSmallNode = 32;
+inline constexpr std::size_t kMaxNodeContacts = 8;
+inline constexpr std::size_t kLeafContacts = 2;
+/// Number of contacts for which a node above planes needs room.
+inline std::size_t least_contacts_of(const ShellNode& node) {
+  return node.count > kSmallNode ? kMaxNodeContacts : kLeafContacts;
+}
+
+}  // namespace tandem::contact

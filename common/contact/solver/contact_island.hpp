@@ -1,0 +1,97 @@
+// Optimisation inside the contact solver: solves all bodies of one island together.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "common/contact/solver/block_cholesky.hpp"
+#include "common/contact/solver/contact_rows.hpp"
+#include "common/contact/solver/coupling_term.hpp"
+
+namespace tandem::contact {
+
+struct IslandBody {
+  double mass_kg = 0;
+  Eigen::Matrix3d inertia_W = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d inverse_inertia_W = Eigen::Matrix3d::Identity();
+  Vec3 p_WC = Vec3::Zero();
+  Vec6 free = Vec6::Zero();      ///< V*: velocity without contact and couplings
+  Vec6 velocity = Vec6::Zero();  ///< V, the iterate
+  Vec6 residual = Vec6::Zero();  ///< M (V − V*) − h Σ wrenches
+  double push_n = 0;             ///< magnitude of the external force
+  int island = 0;
+  std::size_t row = 0;         ///< row in the system of the island
+  bool is_moving = false;      ///< its velocity is an unknown of the solution
+  bool is_prescribed = false;  ///< its velocity is given by the caller
+
+  Vec6 momentum(const Vec6& v) const;
+  /// Energy norm of the residual: twice the kinetic energy of the velocity that the residual would cause.
+  double residual_energy() const;
+  /// Force equivalent of a wrench: a torque counts as the force that moves the body's surface (at its radius of
+  /// gyration) likewise.
+  double force_of(const Wrench& wrench) const;
+};
+
+struct IslandPatch {
+  PatchTerms terms;
+  IslandBody* a = nullptr;  ///< null: static
+  IslandBody* b = nullptr;
+  int island = 0;
+  std::size_t index = 0;  ///< index among the caller's patches
+  Wrench on_a_W;          ///< about terms.about_W
+  bool is_void = false;   ///< its forces must not be used
+
+  bool moves_a() const { return a != nullptr && a->is_moving; }
+  bool moves_b() const { return b != nullptr && b->is_moving; }
+};
+
+/// Twist of A relative to B, at terms.about_W.
+Twist relative_twist(const IslandPatch& patch);
+
+struct IslandCoupling {
+  CouplingTerm term;
+  IslandBody* body = nullptr;
+  int island = 0;
+  std::size_t index = 0;  ///< index among the caller's couplings
+  bool is_void = false;
+};
+
+/// Minimises the potential of ContactSolver over the velocities, one island at a time.
+class ContactIsland {
+ public:
+  ContactIsland(std::size_t bodies, ContactRows& rows);
+
+  /// Selects the island to solve and sets the stiffness of its patches' hard floor. The patches must have their rows.
+  void begin(double step_s, std::span<IslandBody* const> bodies, std::span<IslandPatch> patches,
+             std::span<IslandCoupling> couplings) noexcept;
+  /// Runs Newton's method from the bodies' velocities. False: not converged within `iterations`.
+  bool solve(std::uint32_t iterations) noexcept;
+  std::uint32_t iterations() const { return iterations_; }
+
+ private:
+  void set_hardness() noexcept;
+  enum class Progress : std::uint8_t;
+  Progress iterate() noexcept;
+  void linearise() noexcept;
+  double enough() const;  ///< residual energy below which an iterate is a solution
+  void evaluate() noexcept;
+  void assemble() noexcept;
+  void add_patch(const IslandPatch& patch) noexcept;
+  bool search_line(double slope) noexcept;
+  double slope_at(double scale) noexcept;
+  double residual_energy() const noexcept;
+
+  ContactRows& rows_;
+  BlockCholesky system_;
+  std::vector<Vec6> start_;      ///< velocities at the start of the line search
+  std::vector<Vec6> direction_;  ///< direction of the line search
+  double step_s_ = 0;
+  double mass_kg_ = 0;
+  std::span<IslandBody* const> bodies_;
+  std::span<IslandPatch> patches_;
+  std::span<IslandCoupling> couplings_;
+  std::uint32_t iterations_ = 0;
+  FrictionLimit friction_ = FrictionLimit::kFollows;
+};
+
+}  // namespace tandem::contact

@@ -1,0 +1,53 @@
+// A user's coupling in the contact solver: evaluated implicitly, at the body's pose at the end of the step.
+#pragma once
+
+#include "common/contact/solver/block_cholesky.hpp"
+#include "common/contact/solver/solver_types.hpp"
+
+namespace tandem::contact {
+
+/// The coupling of one step as a function of the body's twist.
+///
+/// Model   The tool T is fixed to the body: at the end of the step r' = exp(h ω) r, p_WT = p_WC + h v + r', v_WT = v +
+///         ω × r'. Its wrench (f, τ) about T is (f, τ + r' × f) about C. The handle keeps its last received pose and
+///         velocity, since its motion during the step is not known yet. The derivative is −Tᵀ (h K_d + B_v) T with T =
+///         [1, −[r']×], and −(h K_θ + B_ω) of the rotation. It omits the rotation of the lever r' and of the rotation
+///         vector, because no symmetric positive matrix contains them; the wrench is exact nevertheless. Where that
+///         does not converge, as when a hand's pose jumps by a radian, linearise() replaces the law by wrench and
+///         derivative for the rest of the step.
+class CouplingTerm {
+ public:
+  CouplingTerm() = default;
+  CouplingTerm(const SolverCoupling& coupling, const SolverBody& body, double step_s);
+
+  /// Wrench on the body, about its centre of mass at the end of the step.
+  Wrench evaluate(const Twist& V_WC) noexcept;
+  /// −∂wrench/∂V_WC at the twist of the last evaluate().
+  Mat6 derivative() const noexcept;
+  /// Replaces the law by its linearisation at `V_WC` for all later evaluations.
+  void linearise(const Twist& V_WC) noexcept;
+  /// Wrench of the last evaluation, about the tool's origin.
+  const Wrench& on_tool_W() const { return on_tool_W_; }
+
+ private:
+  const haptics::CouplingLaw* law_ = nullptr;
+  double brake_n_s_per_m_ = 0;
+  double brake_n_m_s_per_rad_ = 0;
+  Pose X_WH_;
+  Twist V_WH_;
+  Quat q_WT_ = Quat::Identity();
+  Vec3 p_WC_ = Vec3::Zero();
+  Vec3 r_W_ = Vec3::Zero();  ///< from C to the tool's origin
+  double step_s_ = 0;
+
+  Vec3 lever_W_ = Vec3::Zero();  ///< r'
+  haptics::CouplingState state_;
+  Wrench on_tool_W_;
+
+  bool is_linear_ = false;
+  Vec6 at_ = Vec6::Zero();
+  Vec6 wrench_ = Vec6::Zero();
+  Mat6 derivative_ = Mat6::Zero();
+};
+
+}  // namespace tandem::contact

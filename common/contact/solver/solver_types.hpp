@@ -1,0 +1,60 @@
+// Inputs of the contact solver, and its result for each patch.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "common/contact/contact_point.hpp"
+#include "common/haptics/coupling/coupling_law.hpp"
+
+namespace tandem::contact {
+
+inline constexpr int kStaticBody = -1;
+
+/// A moving rigid body at the start of a step. C: centre of mass, axes of W.
+struct SolverBody {
+  double mass_kg = 0;
+  Eigen::Matrix3d inertia_W = Eigen::Matrix3d::Zero();  ///< about C
+  Vec3 p_WC = Vec3::Zero();
+  Twist V_WC;       ///< velocity of C
+  Wrench wrench_W;  ///< external wrench (weight, fields), about C
+  /// The body moves with V_WC whatever pushes it: mass, inertia and wrench_W are not used. Its contacts with other
+  /// bodies that do not yield have no rigid depth, since nothing could end the overlap; the layer continues instead.
+  bool is_prescribed = false;
+};
+
+/// A user's coupling to a freely moving body.
+struct SolverCoupling {
+  int body = 0;
+  const haptics::CouplingLaw* law = nullptr;
+  Pose X_WH;
+  Twist V_WH;
+  Pose X_WT;  ///< pose of the tool, which is fixed to the body
+  /// Additional damping of the tool's absolute velocity; part of the coupling.
+  double brake_n_s_per_m = 0;
+  double brake_n_m_s_per_rad = 0;
+};
+
+/// Stiffness of sticking friction over that of the contact's layer, see ContactRows.
+inline constexpr double kTangentialRatio = 0.8;
+
+/// The contacts of body `a` with body `b`; either may be kStaticBody, not both.
+struct SolverPatch {
+  int a = 0;
+  int b = kStaticBody;
+  std::span<ContactPoint> contacts;  ///< normals out of b; bristles are read and written
+  double stiffness_n_per_m3 = 5e9;   ///< per area and depth
+  double rigid_depth_m = 5e-4;       ///< beyond it, contact is as stiff as the step allows
+  double friction = 0.5;
+  double dissipation_s = 1e-3;  ///< damping of the normal contact: force ∝ depth + dissipation · closing speed
+};
+
+/// Result of the solver for one patch.
+struct PatchResult {
+  Wrench on_a_W;               ///< mean over the step, about the origin of W; on b its opposite
+  double normal_force_n = 0;   ///< sum of the magnitudes
+  double deepest_m = 0;        ///< deepest contact with a force, at the start of the step
+  std::uint32_t pressing = 0;  ///< contacts with a force
+};
+
+}  // namespace tandem::contact
