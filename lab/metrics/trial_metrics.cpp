@@ -143,64 +143,73 @@ std::string_view name_of(Combine combine) {
 const std::vector<TrialMetric>& trial_metrics() {
   static const std::vector<TrialMetric> metrics = {
       {"free_drag_rms_n",
-       "RMS of the displayed force in the phase \"move\", less that of the reference: the force felt in free motion.",
+       "RMS of the displayed force in the phase \"move\" minus that of the reference: the force felt in free motion.",
        Combine::kGreatest, free_drag_rms_n},
       {"contact_force_mean_n",
        "Mean displayed force in the phases in contact: all but \"approach\", \"move\" and \"retreat\" in which the "
        "reference shows 0.1 N or more on average.",
        Combine::kMean, contact_force_mean_n},
       {"contact_force_ratio",
-       "That mean over the reference's: the share of a touch that is left. Below 0.5 of any user the outcome is "
+       "contact_force_mean_n divided by the same mean of the reference. If it is below 0.5 for any user, the outcome "
+       "is "
        "\"weak\".",
        Combine::kLeast, contact_force_ratio},
       {"contact_error_rms_n",
        "RMS of the difference between the displayed force and the reference's at the same time since the hands "
        "started, in the phases in contact.",
        Combine::kGreatest, contact_error_rms_n},
-      {"contact_error_fraction", "That RMS over the mean force of the reference in the same phases.",
+      {"contact_error_fraction", "contact_error_rms_n divided by the mean force of the reference in the same phases.",
        Combine::kGreatest, contact_error_fraction},
       {"contact_delay_error_rms_n",
-       "That RMS against the same stage at zero delay: the effect of delay, jitter and loss. Errors that the stage "
-       "makes at any delay cancel.",
+       "As contact_error_rms_n, against the same stage at zero delay: the effect of delay, jitter and loss. Errors "
+       "that the stage makes at any delay cancel.",
        Combine::kGreatest, contact_delay_error_rms_n},
       {"path_error_rms_n",
        "RMS of the difference between the displayed force and the reference's over the whole path: approach, move, "
        "contact and retreat.",
        Combine::kGreatest, path_error_rms_n},
-      {"path_error_of_peak", "That RMS over the reference's greatest force; null where that is below 0.5 N.",
+      {"path_error_of_peak",
+       "path_error_rms_n divided by the greatest force of the reference; null if this force is below 0.5 N.",
        Combine::kGreatest, path_error_of_peak},
-      {"path_torque_error_rms_n_m", "As path_error_rms_n, of the torque.", Combine::kGreatest,
+      {"path_torque_error_rms_n_m", "As path_error_rms_n, for the torque.", Combine::kGreatest,
        path_torque_error_rms_n_m},
-      {"path_torque_error_of_peak", "That over the reference's greatest torque; null where that is below 10 mN·m.",
+      {"path_torque_error_of_peak",
+       "path_torque_error_rms_n_m divided by the greatest torque of the reference; null if this torque is below 10 "
+       "mN·m.",
        Combine::kGreatest, path_torque_error_of_peak},
       {"felt_stiffness_ratio",
        "Slope of displayed force against position of the hand (least squares, along the mean force of the reference, "
-       "phases in contact), over that of the reference. Null where that slope is no line (R² below 0.8) or the hand "
-       "hardly moves along it.",
+       "phases in contact), divided by that of the reference. Null if the points are not on a line (R² below 0.8) or "
+       "the hand hardly moves along it.",
        Combine::kFarthestFromOne, felt_stiffness_ratio},
       {"felt_mass_kg",
        "Mass that the hand feels in the phase \"shake\" (0.5–5 Hz), by regression of displayed force on "
        "the hand's acceleration, velocity and position.",
        Combine::kMean, [](const UserView& view) { return felt_mass(view.user).mass_kg; }},
-      {"felt_mass_ratio", "That mass over the mass in the reference.", Combine::kFarthestFromOne, felt_mass_ratio},
+      {"felt_mass_ratio", "felt_mass_kg divided by the mass felt in the reference.", Combine::kFarthestFromOne,
+       felt_mass_ratio},
       {"felt_mass_interval_fraction",
-       "Half the 95 % confidence interval of that mass (Newey and West, 0.2 s), over the mass.", Combine::kGreatest,
-       felt_mass_interval_fraction},
+       "Half the 95 % confidence interval of felt_mass_kg (Newey and West, 0.2 s), divided by felt_mass_kg.",
+       Combine::kGreatest, felt_mass_interval_fraction},
       {"limit_cycle_m_per_s", "RMS of the hand's true speed in the phase \"hold\" after its first second.",
        Combine::kGreatest, of_user<kHoldSpeed>},
-      {"limit_cycle_rad_per_s", "Likewise, how fast it turns.", Combine::kGreatest, of_user<kHoldTurnRate>},
+      {"limit_cycle_rad_per_s", "RMS of the hand's true angular speed in the phase \"hold\" after its first second.",
+       Combine::kGreatest, of_user<kHoldTurnRate>},
       {"hold_force_mean_n", "Mean displayed force in the phase \"hold\" after its first second.", Combine::kLeast,
        of_user<kHoldForce>},
-      {"hold_force_ratio", "That mean over the reference's; null where that is below 0.1 N.", Combine::kLeast,
-       hold_force_ratio},
-      {"hold_force_least_ratio", "The least displayed force there over the reference's mean.", Combine::kLeast,
-       hold_force_least_ratio},
+      {"hold_force_ratio",
+       "hold_force_mean_n divided by the same mean of the reference; null if the latter is below 0.1 N.",
+       Combine::kLeast, hold_force_ratio},
+      {"hold_force_least_ratio",
+       "Least displayed force in the phase \"hold\" after its first second, divided by the mean of the reference.",
+       Combine::kLeast, hold_force_least_ratio},
       {"peak_force_n", "Greatest displayed force.", Combine::kGreatest, of_user<kPeakForce>},
       {"force_step_max_n_per_ms",
        "Greatest change of the computed force in a millisecond, before the slew limit, beyond the greatest of the "
        "reference at that instant (0.1 s and a round trip before or after it); 0 when it is no greater.",
        Combine::kGreatest, force_step_max_n_per_ms},
-      {"torque_step_max_n_m_per_ms", "Likewise of the torque.", Combine::kGreatest, torque_step_max_n_m_per_ms},
+      {"torque_step_max_n_m_per_ms", "As force_step_max_n_per_ms, for the torque.", Combine::kGreatest,
+       torque_step_max_n_m_per_ms},
       {"return_step_max_n_per_ms",
        "Greatest change of the displayed force in a millisecond in the half second after a silence of more than 110 "
        "ms; null without one.",
@@ -223,7 +232,7 @@ const std::vector<TrialMetric>& trial_metrics() {
       {"energy_created_in_100_ms_j",
        "Greatest rise of E(t) within 0.1 s: earlier dissipation by friction cannot hide it.", Combine::kGreatest,
        nullptr, of_ledger<&EnergyLedger::created_in_100_ms_j>},
-      {"energy_created_in_1_s_j", "Likewise within 1 s.", Combine::kGreatest, nullptr,
+      {"energy_created_in_1_s_j", "Greatest rise of E(t) within 1 s.", Combine::kGreatest, nullptr,
        of_ledger<&EnergyLedger::created_in_1_s_j>},
       {"energy_of_late_display_j",
        "Energy that a display would create if it showed every hand of the reference the right wrench one loop late "

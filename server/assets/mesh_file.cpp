@@ -390,7 +390,7 @@ std::string doubt_of_size(double size_m, double scale_m, const std::filesystem::
   if (states_unit(file) && scale_m == 1) {
     text << "by the unit that the file states";
   } else {
-    text << "for a unit of the file is " << scale_m << " m";
+    text << "if a unit of the file is " << scale_m << " m";
   }
   text << ": is that right?";
   return text.str();

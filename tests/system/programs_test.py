@@ -418,7 +418,7 @@ class Meshes(ProgramTest):
         file = self.write("plate.obj", self.PLATE)
         code, out, err = run("tandem-lab", "mesh", file, "--json")
         self.assertEqual(code, 0, err)
-        doubt = "100 m large, for a unit of the file is 1 m: is that right? Else give --scale (0.001 if the file is in millimetres) or --largest-size"
+        doubt = "100 m large, if a unit of the file is 1 m: is that right? Else give --scale (0.001 if the file is in millimetres) or --largest-size"
         self.assertEqual(err, f"{file}: warning: {doubt}\n")
         self.assertEqual(json.loads(out)[0]["doubt"], doubt)
         code, out, err = run("tandem-lab", "mesh", file, "--scale", "0.001", "--json")

@@ -245,7 +245,7 @@ class Loader {
     const auto plain = [](const std::string& text) { return text; };
     // In a structure without hydrogens, the charges of residues are not whole.
     const bool has_hydrogens = 2 * missing_hydrogens_ <= expected_hydrogens_;
-    note("net charge " + charge_text(report_.charge) + (has_hydrogens ? "" : ", for hydrogens are missing"));
+    note("net charge " + charge_text(report_.charge) + (has_hydrogens ? "" : "; hydrogens are missing"));
     if (has_hydrogens && !report_.charge.suspects.empty()) {
       note("charges that are not those of a whole residue: " + joined(report_.charge.suspects, plain));
     }

@@ -112,9 +112,9 @@ TEST_F(SceneFiles, ShapesThatAreTooThinToHoldAreNotedByNameWithTheRemedy) {
 TEST_F(SceneFiles, MeshOfAnUnlikelySizeIsNotedWithTheFieldThatMendsIt) {
   write("t.obj", "v 0 0 0\nv 2 0 0\nv 0 2 0\nf 1 2 3\n");
   const auto notes_of = [this](const std::string& fields) { return load(mesh_body(fields))->notes; };
-  const auto asks_for_scale = Contains(AllOf(HasSubstr("m large, for a unit of the file is"), HasSubstr("scale")));
+  const auto asks_for_scale = Contains(AllOf(HasSubstr("m large, if a unit of the file is"), HasSubstr("scale")));
   EXPECT_THAT(notes_of(R"(, "scale": 2)"),
-              Contains("t.obj: 4 m large, for a unit of the file is 2 m: is that right? Else "
+              Contains("t.obj: 4 m large, if a unit of the file is 2 m: is that right? Else "
                        "give the mesh scale (0.001 if the file is in millimetres) or "
                        "largest_size_m"));
   EXPECT_THAT(notes_of(R"(, "scale": 0.0001)"), asks_for_scale);
