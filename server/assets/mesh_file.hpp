@@ -34,7 +34,7 @@ bool states_up_axis(const std::filesystem::path& file);
 /// millimetres were taken for metres.
 bool is_too_large(double size_m);
 
-/// Returns a question to the user about an implausible size: "60 m large, for a unit of the file is 1 m: is that
+/// Returns a question to the user about an implausible size: "60 m large, if a unit of the file is 1 m: is that
 /// right?". It applies to a mesh whose scale was not derived from a wanted size. Empty for a plausible size.
 std::string doubt_of_size(double size_m, double scale_m, const std::filesystem::path& file);
 
