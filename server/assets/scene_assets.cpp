@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "common/base/byte_io.hpp"
 #include "common/base/units.hpp"
 #include "common/docking/molecule_asset.hpp"
 #include "common/geometry/drawing_asset.hpp"

@@ -121,8 +121,8 @@ void SessionHub::Impl::assign_seat(Connection& connection, const wire::ClientCon
   std::vector<std::string> taken;
   for (const SessionUser* other : users_of(seats.room())) taken.push_back(other->name);
   const std::string name = name_beside(wanted.user_name(), taken);
-  const auto seat = seats.consume(role, wanted.deadband() > 0, proto::read_bounds(wanted.coupling_bounds()), name,
-                                  connection.ticket.tool);
+  const auto seat = seats.allocate(role, wanted.deadband() > 0, proto::read_bounds(wanted.coupling_bounds()), name,
+                                   connection.ticket.tool);
   if (!seat) return refuse_connection(connection, message.request(), wire::ERROR_ROOM_FULL, kRoomBusy);
   connection.name = name;
   connection.seats = &seats;
