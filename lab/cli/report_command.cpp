@@ -98,7 +98,7 @@ void add_report_command(CLI::App& app, int& exit_code) {
                    "NAME=DIR; DIR holds USER.json (--json) and USER.csv (--trace) of each client; may be repeated")
       ->required()
       ->expected(1)
-      ->match_all();
+      ->take_all();
   command
       ->add_option("--tasks", options->tasks,
                    "task of the hands, checked too: by session, where a body is in the phase \"hold\" [m], "

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "common/contact/field/distance_grid.hpp"
 #include "server/assets/contact_cache.hpp"
 
 namespace tandem::lab {

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/byte_io.hpp"
 #include "common/geometry/surface_asset.hpp"
 #include "common/geometry/tessellation.hpp"
 #include "server/assets/scene_file.hpp"

@@ -202,10 +202,10 @@ TEST_F(PoseKeeperTest, ADroppedRequestIsGivenUpOnceAndNotServedAfterTheRoomsEnd)
   wire::AskPose request;
   EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 5, request), "");
   int refused = 0;
-  keeper_->refuse_unanswered([&](const Room& of, UserId user, std::uint32_t request) {
+  keeper_->refuse_unanswered([&](const Room& of, UserId user, std::uint32_t number) {
     EXPECT_EQ(&of, &room());
     EXPECT_EQ(user, UserId{7});
-    EXPECT_EQ(request, 5U);
+    EXPECT_EQ(number, 5U);
     ++refused;
   });
   EXPECT_EQ(refused, 1);
