@@ -4,8 +4,8 @@
 //   on_command, on_input ──┐
 //   on_step: hashes, states ──ring──▶    drain(): complete steps to messages ▶ RecordingFile
 //
-// If a record of a step does not fit into the ring, the whole step is discarded and counted. Messages that the disk does
-// not accept are discarded and counted by RecordingFile.
+// If a record of a step does not fit into the ring, the whole step is discarded and counted. Messages that the disk
+// does not accept are discarded and counted by RecordingFile.
 #pragma once
 
 #include <atomic>
