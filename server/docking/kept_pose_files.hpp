@@ -26,9 +26,9 @@ std::string kept_pose_folder(const Room& room);
 /// Pose of the second molecule in the frame of the first [Å]; none if its numbers do not form a valid pose.
 std::optional<Pose> in_first(const wire::KeptPose& pose);
 
-/// Reads at most kMaxKeptPoses poses from poses.json. Fields that only a newer server defines are ignored.
-/// Out     the list, which is empty if the file does not exist; none if the file is not a valid list. Such a file must
-///         not be overwritten, because its contents would be lost.
+/// Reads poses.json. Fields that only a newer server defines are ignored.
+/// Out     the list, which is empty if the file does not exist; none if the file is not a valid list of at most
+///         kMaxKeptPoses poses. Such a file must not be overwritten, because its contents would be lost.
 std::optional<KeptPoseList> read_kept_poses(const std::filesystem::path& folder);
 
 /// Writes poses.json, the list that read_kept_poses() reads, and poses.csv, a table with one line per pose. Each file

@@ -166,9 +166,8 @@ class PoseSite final : public RoomWatcher {
   std::optional<Minimisation> minimising_;
   bool was_minimising_ = false;  ///< whether the last slice belonged to the minimisation
   std::optional<Pose> placed_from_;
-  std::optional<Pose> X_AB_;  ///< newest pose of the second molecule in the frame of the first [Å]
-  std::optional<Pose>
-      still_;  ///< pose from which the molecule has moved by less than kStill_angstrom since still_since_
+  std::optional<Pose> X_AB_;   ///< newest pose of the second molecule in the frame of the first [Å]
+  std::optional<Pose> still_;  ///< since still_since_ the molecule has moved by less than kStill_angstrom from it
   Step still_since_{};
   Trail trail_, before_placing_;
 };

@@ -17,7 +17,8 @@ std::span<const std::byte> bytes_in(const std::string& text) {
   return std::as_bytes(std::span(text));
 }
 
-/// In      text  at least as long as the array
+/// Copies the first bytes of a text to an array.
+/// In      text  must be at least as long as the array
 template <class Array>
 Array array_of(const std::string& text) {
   Array array{};

@@ -88,8 +88,8 @@ class InvitationLedger {
   /// Returns whether a use can be added. If the list is full, deletes the tokens that have expired at `now_ms` first.
   bool has_room(std::uint64_t now_ms);
   std::size_t max_used() const { return max_used_; }
-  /// Marks a token as used, which must be kNone. If the write fails, it becomes kNone again, and problem() returns the
-  /// reason.
+  /// Marks a token as used. Its state must be kNone. If the write fails, it becomes kNone again, and problem() returns
+  /// the reason.
   void use(const Id& token, std::uint64_t expires_ms);
   /// Removes the use of a token, because its holder got no seat.
   void release(const Id& token);

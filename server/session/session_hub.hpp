@@ -80,8 +80,8 @@ struct AcceptedDatagram {
 struct HubCounters : proto::ChannelCounters {
   std::uint64_t bodies_thinned = 0;
   std::uint64_t joins = 0;
-  std::array<std::uint64_t, wire::ErrorCode_ARRAYSIZE>
-      refusals{};  ///< refused connections and joins, by wire::ErrorCode
+  /// Refused connections and joins, by wire::ErrorCode.
+  std::array<std::uint64_t, wire::ErrorCode_ARRAYSIZE> refusals{};
   std::array<std::uint64_t, wire::DisconnectReason_ARRAYSIZE> ends{};  ///< ended connections, by wire::DisconnectReason
   /// Round-trip times, one for each accepted input, measured with the server's clock. A client can falsify them,
   /// because the time for which it held the state is subtracted as reported.

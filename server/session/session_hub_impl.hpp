@@ -24,7 +24,7 @@
 
 namespace tandem::server {
 
-/// Limits shared by the connections of one address.
+/// Use of the limits that the connections of one address share.
 struct AddressUse {
   net::TokenBucket control{kAddressControlRate};
   std::size_t connections = 0;
@@ -45,8 +45,8 @@ struct Connection final : SessionUser {
 
   // kJoining
   Admission::Ticket ticket;  ///< ticket of the last admitted join
-  std::optional<wire::ClientControl>
-      held_join;  ///< join that waits until its token is written; later messages wait too
+  /// Join that waits until the use of its token is on disk. Later messages of the connection wait too.
+  std::optional<wire::ClientControl> held_join;
 
   // kActive
   LocalTime joined{};
