@@ -1,4 +1,4 @@
-// Fair scheduling of one thread's work among several rooms.
+// Fair scheduling: divides the work of one thread fairly among several rooms.
 #pragma once
 
 #include <algorithm>
@@ -10,22 +10,23 @@
 
 namespace tandem::server {
 
-/// Start-time fair queueing: the room served least so far is next. Work comes in slices; M is the largest.
+/// Start-time fair queueing: the next slice of work is done for the room that has received the least work so far.
 ///
-/// Model   Each room i has a start tag s_i. next() serves the room that has work and the smallest tag, v. charge() adds
-///         the slice's work to its tag. A room that had no work before gets s_i = max(s_i, v): idle time gives no
-///         credit.
-///         So s_i ≤ v + M, and
-///         (1) between a room's first request and its first slice, each other room is served at most 2 M;
-///         (2) while two rooms both have work, their served work differs by at most 2 M.
+/// Model   Each room i has a start tag s_i. next() selects the room with the smallest tag among those with work; v is
+///         that tag. charge() adds the work of the slice to the tag. When an idle room gets work again, its tag is set
+///         to max(s_i, v), so idle time gives no credit.
+///         If no slice has more work than M, then s_i ≤ v + M, and therefore
+///         (1) between a room's first request and its first slice, each other room receives at most 2 M;
+///         (2) while two rooms both have work, the amounts of work that they receive differ by at most 2 M.
 /// Source  Goyal, Vin, Cheng, "Start-time Fair Queueing", SIGCOMM 1996, section 2; with equal weights
 /// Thread  one
 class FairTurns {
  public:
   explicit FairTurns(std::size_t rooms) : rooms_(rooms) {}
 
-  /// In      has_work  whether the room with that index has work
-  /// Out     the room whose slice is next; nothing: no room has work
+  /// Selects the room for the next slice.
+  /// In      has_work  returns whether the room of an index has work
+  /// Out     index of the room; none if no room has work
   std::optional<std::size_t> next(const std::function<bool(std::size_t)>& has_work) {
     std::optional<std::size_t> least;
     for (std::size_t i = 0; i < rooms_.size(); ++i) {
@@ -38,7 +39,7 @@ class FairTurns {
     if (least) now_ = rooms_[*least].tag;
     return least;
   }
-  /// Records the work done for a room.
+  /// Adds work that was done for a room to its tag.
   void charge(std::size_t room, std::uint64_t work) { rooms_[room].tag += work; }
 
  private:
@@ -47,7 +48,7 @@ class FairTurns {
     bool has_work = false;
   };
   std::vector<Room> rooms_;
-  std::uint64_t now_ = 0;  ///< v: tag of the room served last, before that slice
+  std::uint64_t now_ = 0;  ///< v: tag of the last selected room, before its slice was charged
 };
 
 }  // namespace tandem::server

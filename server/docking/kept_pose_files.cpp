@@ -23,18 +23,18 @@ namespace {
 
 constexpr std::uintmax_t kMaxListBytes = 1U << 20U;
 constexpr int kPoseNumbers = 7;
-/// Limit of pose numbers, more than a room can use, and far below the limit of the type.
+/// Upper limit of pose numbers. A room cannot use so many, and it is far below the limit of the type.
 constexpr std::uint32_t kMaxNumber = 1'000'000'000;
 constexpr std::array kStructureEndings{".cif", ".pdb"};
 
-/// Quotes a CSV field; names have no control characters.
+/// Puts a CSV field in quotes. Control characters need no escape, because names do not contain any.
 std::string csv_text(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
   return out + "\"";
 }
 
-/// Two hexadecimal digits.
+/// Returns the code of a character as two hexadecimal digits.
 std::string hex_of(char c) {
   std::ostringstream text;
   text << std::hex << std::setw(2) << std::setfill('0') << static_cast<int>(static_cast<unsigned char>(c));
@@ -141,7 +141,7 @@ void save_kept_pose(const std::filesystem::path& folder, const wire::KeptPose& p
   result.coulomb_kj_per_mol = pose.coulomb_kj_per_mol();
   std::vector<std::string> remarks = energy_remarks(result, scene.world.field_model);
   remarks.insert(remarks.begin(), "pose " + std::to_string(pose.number()) + " of room " + room);
-  // An existing file of that number is from a lost list, or from a server that was killed before it listed the pose.
+  // If a file of this number exists, its list was lost, or a server was killed before it added the pose to the list.
   const auto file = [&](const char* ending) { return folder / (std::to_string(pose.number()) + ending); };
   for (const char* ending : kStructureEndings) {
     std::error_code error;
@@ -152,7 +152,7 @@ void save_kept_pose(const std::filesystem::path& folder, const wire::KeptPose& p
   try {
     save_complex(file(".pdb"), in_file_a, in_file_b, X_files, remarks);
   } catch (const docking::MoleculeError&) {
-    // The .cif file holds the molecules that PDB cannot.
+    // The PDB format cannot represent these molecules; the .cif file contains them.
   }
 }
 

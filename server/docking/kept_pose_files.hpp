@@ -1,4 +1,5 @@
-// Files of kept poses: a list that a later server reads again, a table for spreadsheets, structures for viewers.
+// Files with the saved poses of a room: a list that the next server reads, a table for spreadsheets, and molecular
+// structures for viewers.
 #pragma once
 
 #include <filesystem>
@@ -13,35 +14,37 @@ namespace tandem::server {
 
 inline constexpr std::size_t kMaxKeptPoses = 200;
 
-/// Kept poses of a room, by ascending numbers from 1.
+/// Saved poses of a room, sorted by number; the first number is 1.
 struct KeptPoseList {
   std::vector<wire::KeptPose> poses;
-  std::uint32_t next_number = 1;  ///< larger than all numbers ever used
+  std::uint32_t next_number = 1;  ///< number of the next saved pose; larger than all numbers used before
 };
 
-/// Folder name ROOM-SCENE; unique for each room and scene.
+/// Name of the room's folder, ROOM-SCENE. It is unique for each combination of room name and scene.
 std::string kept_pose_folder(const Room& room);
 
-/// Pose of the second molecule in the frame of the first [Å]; none if it is no valid pose.
+/// Pose of the second molecule in the frame of the first [Å]; none if its numbers do not form a valid pose.
 std::optional<Pose> in_first(const wire::KeptPose& pose);
 
-/// Reads poses.json, at most kMaxKeptPoses; an empty list without a file. Ignores fields of a newer server.
-/// Out     nothing if the file is not such a list: overwriting it would lose its contents
+/// Reads poses.json. Fields that only a newer server defines are ignored.
+/// Out     the list, which is empty if the file does not exist; none if the file is not a valid list of at most
+///         kMaxKeptPoses poses. Such a file must not be overwritten, because its contents would be lost.
 std::optional<KeptPoseList> read_kept_poses(const std::filesystem::path& folder);
 
-/// Writes poses.csv, one line per pose, and poses.json, the authoritative list. Each file is replaced as a whole or
-/// left unchanged.
-/// Fails   std::runtime_error: the reason, such as a name that is not UTF-8
+/// Writes poses.json, the list that read_kept_poses() reads, and poses.csv, a table with one line per pose. Each file
+/// is either replaced completely or left unchanged.
+/// Fails   std::runtime_error with the reason, for example a name that is not UTF-8
 void write_kept_poses(const std::filesystem::path& folder, const KeptPoseList& list);
 
-/// Writes NUMBER.cif and, if the format can hold them, NUMBER.pdb: both molecules in the frame of the first one's file.
-/// In      room  name, for a remark
+/// Writes both molecules to NUMBER.cif and, if the PDB format can represent them, to NUMBER.pdb. The coordinates are in
+/// the frame of the first molecule's structure file.
+/// In      room  name of the room, which is written as a remark
 /// Fails   see save_complex()
 void save_kept_pose(const std::filesystem::path& folder, const wire::KeptPose& pose, const std::string& room,
                     const LoadedScene& scene, BodyId first, BodyId second);
 
-/// Removes NUMBER.cif and NUMBER.pdb for each used number that is not in the list. This includes files of a server that
-/// was killed before it removed them. Other files stay.
+/// Removes NUMBER.cif and NUMBER.pdb of each number below next_number that is not in the list. This includes files
+/// that remain from a server that was killed before it could remove them. Other files are not changed.
 void remove_deleted_poses(const std::filesystem::path& folder, const KeptPoseList& list);
 
 }  // namespace tandem::server

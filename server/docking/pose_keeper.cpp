@@ -20,7 +20,7 @@ constexpr const char* kLeft = "the requesting user has left";
 
 using Kind = wire::AskPose;
 
-/// Whether a request changes the list; these do not need the user to be present.
+/// Returns whether a request changes the list of poses. Such a request is completed even if its user has left.
 bool changes_list(Kind::Kind kind) {
   return kind == Kind::KEEP || kind == Kind::DELETE || kind == Kind::RENAME;
 }
@@ -43,12 +43,12 @@ struct PoseKeeper::Impl {
   std::function<std::uint64_t()> unix_ms;
   std::atomic<bool> is_stopping{false}, has_finished{false};
   realtime::Ring<PoseAnswer> answers{kMaxAnswers};
-  // Used by the keeper's thread only.
+  // Used by the pose thread only.
   FairTurns turns{0};
   std::deque<PoseAnswer> unsent;
   // Used by the io thread only.
   std::uint64_t last_id = 0;
-  // Last member, because its thread uses all of the above.
+  // Last member, so that the thread is joined before the members that it uses are destroyed.
   std::unique_ptr<recording::RecorderThread> thread;
 
   PoseSite* find(const Room& room) const {
@@ -56,7 +56,7 @@ struct PoseKeeper::Impl {
     return found == sites.end() ? nullptr : found->get();
   }
 
-  /// Sends the answers; false: the ring is full.
+  /// Moves the answers to the ring. Returns false if some remain because the ring is full.
   bool send_answers() {
     while (!unsent.empty() && answers.push(unsent.front())) unsent.pop_front();
     return unsent.empty();
@@ -198,7 +198,7 @@ void PoseKeeper::deliver(
     const auto request = std::ranges::find(site.unanswered, answer.id, &PoseRequest::id);
     const char* const why = request == site.unanswered.end() ? nullptr : request->cancelled->load();
     if (answer.id != 0 && request != site.unanswered.end()) site.unanswered.erase(request);
-    // The request was cancelled while its answer was pending, so the placing is not sent to the room.
+    // If the request was cancelled while its answer was in the ring, the molecule is not moved.
     const bool is_cancelled = answer.placing && why != nullptr;
     if (is_cancelled) {
       answer.message.mutable_error()->set_code(wire::ERROR_NOT_ALLOWED);

@@ -1,9 +1,9 @@
-// Keeps poses of two molecules for the users of a room, as lists and as structure files, and brings the molecules back
-// to them.
+// Saves relative poses of two molecules on request of a room's users, and moves the molecules back to saved or earlier
+// poses. Saved poses are stored in a list and as structure files.
 //
-//   room threads ──mailbox each──▶ keeper's thread: slices of work, next for the room served least (fair_turns.hpp)
-//   io ──ring per room: requests─▶   │                energies, files, rest poses of the molecules (pose_site.hpp)
-//      ◀──ring: answers, and placings of the second molecule─┘
+//   room threads ──one mailbox each: poses──▶ pose thread: slices of work for each room in turn (fair_turns.hpp);
+//   io thread ──one ring per room: requests─▶   │          energies, files, rest poses of the molecules (pose_site.hpp)
+//             ◀──one ring: answers, commands that move a molecule──┘
 #pragma once
 
 #include <cstddef>
@@ -22,55 +22,60 @@ namespace tandem::server {
 
 /// Serves rooms whose scenes have exactly two molecules with at most kMaxPairsToKeep pairs of atoms; ignores others.
 ///
-/// Model   The second molecule is moved, or the first if the second is static. Poses are kept in `folder`
-///         (kept_pose_files.hpp), where a later server of the same room and scene reads them again. Undo returns to the
-///         last rest pose or to the pose before a jump. A rest pose is held for kRests_s, farther than
-///         kElsewhere_angstrom from the one before. Redo goes forward again until the molecule is moved. Each accepted
-///         request gets one answer, at the latest by refuse_unanswered()
+/// Model   The second molecule is moved, or the first if the second is static. Poses are saved in `folder`
+///         (kept_pose_files.hpp), from which the next server with the same room and scene reads them. Undo returns to
+///         the previous rest pose, or to the pose before a request moved the molecule. A pose becomes a rest pose if
+///         the molecule stays there for kRests_s and if it is farther than kElsewhere_angstrom from the previous rest
+///         pose. Redo reverses undo until the molecule is moved by other means. Each accepted request gets one answer,
+///         at the latest in refuse_unanswered().
 class PoseKeeper final : public RoomService {
  public:
-  /// In      folder  empty: nothing is written
-  ///         rooms   not stepping yet
-  ///         unix_ms  milliseconds since 1970
+  /// In      folder  root folder of the saved poses; if empty, no file is written
+  ///         rooms   must not step before the constructor returns
+  ///         unix_ms  returns the current time [ms since 1970]
   PoseKeeper(std::filesystem::path folder, const std::vector<std::unique_ptr<Room>>& rooms,
              std::function<std::uint64_t()> unix_ms);
   ~PoseKeeper() override;
   PoseKeeper(const PoseKeeper&) = delete;
   PoseKeeper& operator=(const PoseKeeper&) = delete;
 
-  /// Calls work() on a thread of its own from now on.
+  /// Starts the pose thread, which calls work() periodically. Without it, the caller must call work().
   void start();
-  /// Serves all pending requests.
+  /// Works on all pending requests until no more work can be done.
   void work();
-  /// Serves one slice. Returns false when nothing can be served now.
+  /// Does one slice of work. Returns false if no work can be done now.
   bool work_slice();
-  /// Drops open requests without serving them; begin_stop() and deliver() refuse them before.
+  /// Ends the thread and discards open requests. To answer them first, call begin_stop() and then deliver().
   void finish() override;
 
-  // io
+  // The following functions are called on the io thread.
   bool has_molecules(const Room& room) const;
-  /// The pose of the files and the poses kept by users, by number.
+  /// Saved poses, sorted by number. Number 0 is the pose in the structure files from which the scene was loaded.
   const std::vector<wire::KeptPose>& kept(const Room& room) const;
-  /// Accepts a request of any kind except CANCEL.
-  /// Out     empty, or the reason for the refusal as text for users
+  /// Queues a request of any kind except CANCEL, for which cancel() is called.
+  /// Out     empty if the request is accepted, otherwise the reason for the refusal, as text for users
   std::string submit(const Room& room, UserId user, const std::string& user_name, std::uint32_t request,
                      const wire::AskPose& message);
-  /// Cancels pending and running minimisations of the room, of one user or of all.
-  /// In      why  literal that answers those requests
-  /// Out     false: there is none
+  /// Cancels the pending and running minimisations of one user of the room, or of all users.
+  /// In      user  none: all users
+  ///         why  string literal with the text of the refusals
+  /// Out     false if there is no such minimisation
   bool cancel(const Room& room, std::optional<UserId> user, const char* why);
-  /// Drops a departed user's requests that would move the molecules.
+  /// Cancels all requests of a user who has left, except those that change the list of poses.
   void forget(const Room& room, UserId user);
-  /// From now on refuses all open requests, within a slice of work.
+  /// Refuses all open and all later requests. A running slice of work is completed first.
   void begin_stop();
   /// Number of requests without an answer.
   std::size_t unanswered() const;
-  /// Drops all unanswered requests: deliver() brings no answer to them any more.
+  /// Calls on_refused() for each unanswered request and removes it. Do not call deliver() afterwards, because it could
+  /// deliver a second answer to such a request.
   void refuse_unanswered(const std::function<void(const Room& room, UserId user, std::uint32_t request)>& on_refused);
-  /// Delivers the answers. kept_pose, pose_deleted, pose_taken and pose_progress go to all users of the room, an error
-  /// to the user of the request. All but pose_progress carry that request's number. `placing`, for answers that move
-  /// molecules, lacks the seat. A room gets no further answers until the placing is done or on_answer() has returned
-  /// false.
+  /// Calls on_answer() for each available answer. An error must be sent to the user who made the request. Other answers
+  /// must be sent to all users of the room. All answers except pose_progress contain the number of their request.
+  ///
+  /// In      on_answer  sends an answer. If `placing` is not null, it must also pass that command, which moves a
+  ///                    molecule, to the room, after it has set the seat. It returns false if this fails. No later
+  ///                    request of the room is begun until the command has been executed or has failed.
   void deliver(const std::function<bool(const Room& room, UserId user, const wire::ServerControl& answer,
                                         const RoomCommand* placing)>& on_answer);
 

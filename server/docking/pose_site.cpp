@@ -15,11 +15,13 @@
 namespace tandem::server {
 namespace {
 
+/// A molecule is at rest if it moves by less than kStill_angstrom (RMSD) for kRests_s. Its pose is added to the history
+/// if it is farther than kElsewhere_angstrom from the current entry. Poses closer than kSame_angstrom count as equal.
 constexpr double kRests_s = 0.5, kStill_angstrom = 0.1, kElsewhere_angstrom = 0.5, kSame_angstrom = 0.01;
 constexpr std::size_t kMaxTrail = 100;
-/// Limit over all steps of one minimisation.
+/// Maximum number of atom pairs evaluated in all steps of one minimisation.
 constexpr std::size_t kMaxPairsToMinimise = 300'000'000;
-/// Assumed cost of a request without an evaluation, in pairs of atoms; mostly file access.
+/// Assumed cost of a request that evaluates no energy, in pairs of atoms. It is mostly file access.
 constexpr std::uint64_t kPairsOfARequest = 100'000;
 constexpr std::uint64_t kProgressEvery_ms = 250;
 constexpr const char* kAsInFiles = "as in the files";
@@ -39,7 +41,7 @@ std::string text_of(double value) {
   return text.str();
 }
 
-/// Copies the data of some atoms that the field needs.
+/// Copies `count` atoms, beginning with atom `first`. Only the data that the energy needs are copied.
 docking::Molecule part_of(const docking::Molecule& molecule, std::size_t first, std::size_t count) {
   const auto copy = [first, count](const auto& from, auto& to) {
     const auto begin = from.begin() + static_cast<std::ptrdiff_t>(first);
@@ -95,7 +97,7 @@ void PoseSite::on_command(const RoomCommand& command) noexcept {
 }
 
 void PoseSite::on_step(const Room& of, ServerTime /*now*/, TickFaults /*faults*/) noexcept {
-  // For an empty room, only a new placing is published.
+  // In an empty room, poses are published only after a new kPlace command.
   if (of.is_empty() && placings_ == placings_published_) return;
   placings_published_ = placings_;
   samples_.back() = {of.world().body(first_).X, of.world().body(second_).X, of.steps_done(), placings_};
@@ -110,7 +112,7 @@ void PoseSite::watch() {
   }
   if (!samples_.poll()) return;
   const Sample& now = samples_.front();
-  // Samples from before the placing are skipped: undo continues from the new place.
+  // Skips samples from before the pending command, because later requests such as undo start from the new pose.
   if (is_placing_ && now.placings <= placed_) return;
   is_placing_ = false;
   placed_ = now.placings;
@@ -141,7 +143,7 @@ std::uint64_t PoseSite::serve_slice(std::uint64_t unix_ms, std::deque<PoseAnswer
 }
 
 void PoseSite::refuse_all(const std::string& why, std::deque<PoseAnswer>& answers) {
-  has_work();  // moves the ring's requests to waiting_
+  has_work();  // moves the requests from the ring to waiting_
   if (minimising_) end_minimising(why, answers);
   if (keeping_) waiting_.push_front(std::exchange(keeping_, std::nullopt)->request);
   for (const PoseRequest& request : waiting_) answers.push_back(refusal(request, wire::ERROR_NOT_ALLOWED, why));
@@ -179,7 +181,7 @@ std::uint64_t PoseSite::begin(PoseRequest request, std::uint64_t unix_ms, std::d
   return kPairsOfARequest;
 }
 
-/// Serves undo, redo and jumps to a kept pose.
+/// Handles undo, redo and jumps to a saved pose.
 PoseAnswer PoseSite::navigate(const PoseRequest& request) {
   before_placing_ = trail_;
   placed_from_ = X_AB_;
@@ -218,7 +220,7 @@ PoseAnswer PoseSite::delete_pose(const PoseRequest& request) {
   return answer;
 }
 
-/// Renames a pose. Only the list contains names; files are named by numbers.
+/// Renames a pose. Only the list changes, because the structure files are named by number.
 PoseAnswer PoseSite::rename_pose(const PoseRequest& request) {
   const std::uint32_t number = request.message.number();
   if (number == 0) return refusal(request, wire::ERROR_BAD_VALUE, "the pose of the files themselves keeps its name");
@@ -265,7 +267,7 @@ std::uint64_t PoseSite::minimise_slice(std::uint64_t unix_ms, std::deque<PoseAns
   const bool has_more = running.minimiser.step();
   const bool is_over = !has_more || ++running.steps >= running.max_steps;
   const std::uint64_t work = kPairsOfARequest + a_.size() * b_.size();
-  // The clock may be set back.
+  // The first condition is true if the clock was set back.
   const bool is_due = unix_ms < running.reported_ms || unix_ms - running.reported_ms >= kProgressEvery_ms;
   if (is_due || is_over) answers.push_back(progress(is_over));
   if (is_due) running.reported_ms = unix_ms;
@@ -297,7 +299,7 @@ PoseAnswer PoseSite::progress(bool is_over) {
   return news;
 }
 
-/// Describes the exhausted budget; empty: there is none.
+/// Returns the reason why the user or the room may not save another pose; empty if they may.
 std::string PoseSite::keeping_problem(const PoseRequest& request) const {
   if (list_.poses.size() >= kMaxKeptPoses)
     return "this room has kept " + std::to_string(kMaxKeptPoses) +
@@ -371,7 +373,7 @@ PoseAnswer PoseSite::place(const Pose& X_AB, const std::string& text, const Pose
   return answer;
 }
 
-/// Jumps to a pose and marks the current one for undo.
+/// Moves the molecule to a pose, and adds the current pose to the history for undo.
 PoseAnswer PoseSite::leave_for(const Pose& X_AB, const std::string& text, const PoseRequest& request) {
   if (is_elsewhere()) mark(*X_AB_);
   mark(X_AB);
@@ -382,7 +384,7 @@ bool PoseSite::is_elsewhere() const {
   return trail_.poses.empty() || docking::rmsd_angstrom(b_, trail_.poses[trail_.at], *X_AB_) > kElsewhere_angstrom;
 }
 
-/// Appends a pose after the current one, if it differs; drops the poses for redo.
+/// Appends a pose to the history after the current entry, if it differs from it. Deletes the entries for redo.
 void PoseSite::mark(const Pose& X_AB) {
   auto& [poses, at] = trail_;
   if (!poses.empty() && docking::rmsd_angstrom(b_, poses[at], X_AB) < kSame_angstrom) return;
@@ -392,7 +394,7 @@ void PoseSite::mark(const Pose& X_AB) {
   at = poses.size() - 1;
 }
 
-/// Evaluates one slice of a pose's energy. Returns true when it is complete.
+/// Evaluates one slice of the energy of a pose. Returns true when the energy is complete.
 bool PoseSite::evaluate_slice(Evaluation& evaluation) const {
   const std::size_t fits = std::max<std::size_t>(1, kMaxPairsInSlice / std::max<std::size_t>(1, b_.size()));
   const std::size_t count = std::min(fits, a_.size() - evaluation.atoms_done);
@@ -424,7 +426,8 @@ const wire::KeptPose* PoseSite::find(std::uint32_t number) const {
   return found == list_.poses.end() ? nullptr : &*found;
 }
 
-/// Out     empty, or the reason for which the files are unchanged
+/// Writes the list, and the structure files of `added` unless it is null.
+/// Out     empty if the files are written, otherwise the reason for the failure
 std::string PoseSite::write_list(const KeptPoseList& list, const wire::KeptPose* added) {
   if (folder_.empty()) return {};
   std::error_code error;

@@ -1,7 +1,7 @@
-// Kept poses, rest poses and open requests of one room with two molecules.
+// Saved poses, rest poses and open requests of one room with two molecules.
 //
-//   room thread: on_command(), on_step() ──mailbox──▶ keeper's thread: watch(), serve_slice()
-//   io: requests ──ring──▶                                  └─▶ answers (PoseKeeper delivers them to io)
+//   room thread: on_command(), on_step() ──mailbox──▶ pose thread: watch(), serve_slice()
+//   io thread: requests ──ring──▶                           └─▶ answers (PoseKeeper passes them to the io thread)
 #pragma once
 
 #include <atomic>
@@ -20,22 +20,23 @@
 
 namespace tandem::server {
 
-// Limits of a user's pose requests (WIRE.md); for rates see session/limits.hpp.
+// Limits on saved poses and unanswered pose requests (WIRE.md). For limits on their rate, see session/limits.hpp.
 inline constexpr std::size_t kMaxKeptPosesOfUser = 50;
 inline constexpr std::size_t kMaxPoseRequestsOfUser = 4, kMaxPoseRequestsOfRoom = 32;
 
-/// Pairs of atoms evaluated in one slice, which bounds the wait of other rooms.
+/// Maximum number of atom pairs evaluated in one slice of work. It limits the time for which other rooms wait.
 inline constexpr std::size_t kMaxPairsInSlice = 10'000'000;
-/// Larger scenes have no kept poses, because each pose is evaluated over all pairs in double precision.
+/// Maximum number of atom pairs of a scene with saved poses. The energy of each saved pose is summed over all pairs in
+/// double precision, which would take too long for larger scenes.
 inline constexpr std::size_t kMaxPairsToKeep = 300'000'000;
 
 struct PoseRequest {
-  std::uint64_t id = 0;  ///< unique in the keeper
+  std::uint64_t id = 0;  ///< unique within a PoseKeeper
   UserId user;
   std::string user_name;
   std::uint32_t number = 0;  ///< request number on the wire
   wire::AskPose message;
-  /// Literal with the reason for dropping the request, set by io; null: it is still to be served.
+  /// String literal with the reason for the cancellation, set by the io thread; null if the request is not cancelled.
   std::shared_ptr<std::atomic<const char*>> cancelled;
 };
 
@@ -43,63 +44,65 @@ class PoseSite;
 
 struct PoseAnswer {
   PoseSite* site = nullptr;
-  std::uint64_t id = 0;  ///< id of the answered request; 0: progress of a running one
+  std::uint64_t id = 0;  ///< id of the answered request; 0 for a progress report of a minimisation
   UserId user;
   wire::ServerControl message;
-  std::optional<RoomCommand> placing;
+  std::optional<RoomCommand> placing;  ///< command to the room that moves a molecule, without the seat
 };
 
 class PoseSite final : public RoomWatcher {
  public:
-  /// In      folder  root for the poses of all rooms; empty: nothing is written
-  ///         first, second  indices of the bodies with the molecules
+  /// In      folder  root folder of the saved poses of all rooms; if empty, no file is written
+  ///         first, second  indices of the bodies that represent the molecules
   PoseSite(const Room& of, const std::filesystem::path& folder, std::size_t first, std::size_t second);
   ~PoseSite() override;
   PoseSite(const PoseSite&) = delete;
   PoseSite& operator=(const PoseSite&) = delete;
 
-  // Room thread:
+  // Called on the room thread:
   void on_command(const RoomCommand& command) noexcept override;
   void on_input(std::size_t /*seat*/, const proto::ClientUpdate& /*input*/) noexcept override {}
   void on_step(const Room& of, ServerTime now, TickFaults faults) noexcept override;
 
-  // Keeper's thread:
-  /// Reads the newest poses of the molecules.
+  // Called on the pose thread:
+  /// Reads the newest poses of the molecules, and detects rest poses.
   void watch();
-  /// Whether a request can be served. False while a placing is pending, because later requests refer to the pose after
-  /// it. A minimisation continues meanwhile.
+  /// Returns whether there is work for serve_slice(). While a command that moves a molecule is pending, no new request
+  /// is begun, because it refers to the pose after that command. Begun requests continue meanwhile.
   bool has_work();
-  /// Serves one slice of a request. Appends its answer when it is finished, or progress. Requires has_work().
+  /// Does one slice of work on a request. Appends the answer when the request is completed, and progress reports of a
+  /// minimisation. Requires has_work().
   ///
-  /// Model   A minimisation and other requests take turns. A request that moves the molecules ends the minimisation
-  /// Out     work in pairs of atoms: at most about kMaxPairsInSlice
+  /// Model   Slices of a minimisation alternate with slices of other requests. A request that moves the molecules ends
+  ///         the minimisation.
+  /// Out     work done, in pairs of atoms; at most about kMaxPairsInSlice
   std::uint64_t serve_slice(std::uint64_t unix_ms, std::deque<PoseAnswer>& answers);
-  /// Refuses each open request with the reason `why`.
+  /// Refuses every open request with the text `why`.
   void refuse_all(const std::string& why, std::deque<PoseAnswer>& answers);
 
-  // io thread:
+  // Used by the io thread:
   const Room* const room;
-  std::vector<PoseRequest> unanswered;  ///< copies of the pushed requests, until their answers are delivered
-  std::vector<wire::KeptPose> kept;     ///< number 0 and the users' poses, as known to io
+  std::vector<PoseRequest> unanswered;  ///< copies of the requests whose answers have not been delivered yet
+  std::vector<wire::KeptPose> kept;     ///< pose number 0 and the saved poses, according to the delivered answers
   realtime::Ring<PoseRequest> requests{2 * kMaxPoseRequestsOfRoom};
-  /// Reports that the room did not accept the last placing.
+  /// Reports that the last command that moves a molecule was not passed to the room.
   void refuse_placing() { is_refused_ = true; }
 
  private:
-  /// Poses of both bodies after a step, and the number of placings the room had received before.
+  /// Poses of both bodies after a step, and the number of kPlace commands that the room had executed until then.
   struct Sample {
     Pose X_WA, X_WB;
     Step step;
     std::uint64_t placings = 0;
   };
-  /// Visited poses and the current one, for undo and redo.
+  /// History of poses for undo and redo; `at` is the index of the current one.
   struct Trail {
     std::vector<Pose> poses;
     std::size_t at = 0;
   };
-  /// Energy of a pose that is to be kept, summed over atoms of the first molecule.
+  /// State of the energy evaluation of a pose that is to be saved. It is summed over the atoms of the first molecule.
   struct Evaluation {
-    PoseRequest request;  ///< empty for the pose of the files
+    PoseRequest request;  ///< empty for the pose in the structure files
     Pose X_AB;
     std::size_t atoms_done = 0;
     double lj_kj_per_mol = 0, coulomb_kj_per_mol = 0;
@@ -108,7 +111,7 @@ class PoseSite final : public RoomWatcher {
     PoseRequest request;
     PoseMinimiser minimiser;
     std::size_t steps = 0, max_steps = 0;
-    std::uint64_t reported_ms = 0;  ///< time of the last progress
+    std::uint64_t reported_ms = 0;  ///< time of the last progress report [ms since 1970]
   };
 
   std::uint64_t begin(PoseRequest request, std::uint64_t unix_ms, std::deque<PoseAnswer>& answers);
@@ -146,24 +149,25 @@ class PoseSite final : public RoomWatcher {
   const Duration period_;
   std::filesystem::path folder_;
 
-  std::uint64_t placings_ = 0, placings_published_ = 0;  ///< used by the room's thread only
+  /// Number of executed kPlace commands, now and at the last publication; used by the room thread only.
+  std::uint64_t placings_ = 0, placings_published_ = 0;
   realtime::Mailbox<Sample> samples_;
   std::atomic<bool> is_refused_{false};
 
-  // Used by the keeper's thread only.
-  int lock_ = -1;
-  bool is_known_ = false;  ///< the file has the list below; the lock ensures that it stays so
-  bool is_placing_ = false;
-  std::uint64_t placed_ = 0;  ///< placings in the newest sample
+  // Used by the pose thread only.
+  int lock_ = -1;             ///< descriptor of the lock file; -1 if it is not open
+  bool is_known_ = false;     ///< whether poses.json is known to equal list_, which the lock then ensures
+  bool is_placing_ = false;   ///< whether a command that moves a molecule is pending
+  std::uint64_t placed_ = 0;  ///< Sample::placings of the last accepted sample
   wire::KeptPose of_files_;
   KeptPoseList list_;
   std::deque<PoseRequest> waiting_;
   std::optional<Evaluation> keeping_;
   std::optional<Minimisation> minimising_;
-  bool was_minimising_ = false;  ///< whether the last slice was of the minimisation
+  bool was_minimising_ = false;  ///< whether the last slice belonged to the minimisation
   std::optional<Pose> placed_from_;
-  std::optional<Pose> X_AB_;   ///< newest [Å]
-  std::optional<Pose> still_;  ///< pose since which it has moved less than kStill_angstrom
+  std::optional<Pose> X_AB_;   ///< newest pose of the second molecule in the frame of the first [Å]
+  std::optional<Pose> still_;  ///< since still_since_ the molecule has moved by less than kStill_angstrom from it
   Step still_since_{};
   Trail trail_, before_placing_;
 };

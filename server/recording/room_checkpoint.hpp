@@ -1,4 +1,4 @@
-// Checkpoint message from which a room resumes.
+// Conversion between the state of a room and the checkpoint message from which the room resumes.
 #pragma once
 
 #include <optional>
@@ -9,10 +9,11 @@
 
 namespace tandem::server {
 
-/// Checkpoint of a room between its steps.
+/// Makes the checkpoint of a room. Call it between two steps.
 wire::RoomCheckpoint checkpoint_of(const Room& room);
 wire::RoomCheckpoint checkpoint_of(const std::string& room, const LoadedScene& scene, const RoomState& state);
-/// Fails   nothing: the checkpoint is of another scene, or a number is missing. Room::resume() checks the ranges
+/// Reads the state of a room from its checkpoint. Room::resume() checks the ranges of the numbers.
+/// Fails   returns none if the checkpoint belongs to another scene or if a number is missing
 std::optional<RoomState> state_of(const wire::RoomCheckpoint& checkpoint, const LoadedScene& scene);
 
 }  // namespace tandem::server

@@ -10,7 +10,7 @@
 namespace tandem::server {
 namespace {
 
-/// After kill −9, at most steps younger than this plus the drain period are lost.
+/// Period of flushes. If the server is killed, only steps younger than this period plus the period of drain() are lost.
 constexpr std::uint64_t kFlushEvery_ns = 250'000'000;
 enum : std::uint16_t { kRoomTopic, kStepTopic, kStatesTopic };
 
@@ -70,7 +70,7 @@ wire::RecordedRoom RoomRecorder::description(std::uint32_t part) const {
   return out;
 }
 
-/// Appends a record; if it does not fit, the whole step is lost.
+/// Appends a record to the ring. If it does not fit, later records of the step are not appended, and the step is lost.
 template <class What>
 void RoomRecorder::push(const What& what) noexcept {
   if (is_losing_ || !ring_.push({step_, what})) is_losing_ = true;
@@ -105,7 +105,7 @@ void RoomRecorder::on_step(const Room& room, ServerTime now, TickFaults faults) 
   ++step_;
 }
 
-/// Assembles the records of a step; drops a step with missing records.
+/// Adds a record to the messages of its step. A step with missing records is not written.
 void RoomRecorder::write(const Record& record) {
   if (record.step != taken_step_) {
     taken_step_ = record.step;
@@ -151,7 +151,7 @@ void RoomRecorder::write_step(const Record& record, const Stepped& stepped) {
 void RoomRecorder::drain() {
   const std::uint64_t before_ns = newest_ns_;
   while (ring_.pop(record_)) write(record_);
-  // For an idle room, everything is flushed at once.
+  // If no step was added, the room is idle, and everything is flushed immediately.
   if (newest_ns_ != before_ns && newest_ns_ < flushed_ns_ + kFlushEvery_ns) return;
   flushed_ns_ = newest_ns_;
   file_.flush(newest_ns_);

@@ -2,9 +2,10 @@
 //
 //   room thread                          recorder thread
 //   on_command, on_input ──┐
-//   on_step: hashes, states ──ring──▶    drain(): whole steps to messages ▶ RecordingFile
+//   on_step: hashes, states ──ring──▶    drain(): complete steps to messages ▶ RecordingFile
 //
-// A step that does not fit into the ring is dropped as a whole and counted; so is a step that the disk does not accept.
+// If a record of a step does not fit into the ring, the whole step is discarded and counted. Messages that the disk
+// does not accept are discarded and counted by RecordingFile.
 #pragma once
 
 #include <atomic>
@@ -22,20 +23,20 @@ namespace tandem::server {
 
 struct RoomRecording {
   std::filesystem::path file;
-  std::string program;          ///< including its version
+  std::string program;          ///< name and version of the recording program
   std::string scene_file{};     ///< file name as given by the user
   std::uint64_t recording = 0;  ///< number shared by the files of one recording
-  Duration unix_offset{0};      ///< from the room's clock to Unix time
-  double states_hz = 50;        ///< rate of recorded states; at most one per step
-  std::size_t capacity = 4096;  ///< records in the ring, one for each step, command, input and state
+  Duration unix_offset{0};      ///< Unix time minus time of the room's clock
+  double states_hz = 50;        ///< rate of recorded states; limited to one per step
+  std::size_t capacity = 4096;  ///< capacity of the ring, in records; each step, command, input and state needs one
   recording::RotationSettings rotation{};
-  std::optional<wire::RoomCheckpoint> restored{};  ///< state that the room resumes from
+  std::optional<wire::RoomCheckpoint> restored{};  ///< state from which the room resumes; none if it starts anew
 };
 
 class RoomRecorder final : public RoomWatcher {
  public:
-  /// Makes the file. The room must not have stepped yet.
-  /// Fails   std::invalid_argument: the file cannot be made
+  /// Creates the file. The room must not have stepped yet.
+  /// Fails   std::invalid_argument if the file cannot be created
   RoomRecorder(const Room& room, RoomRecording settings);
   ~RoomRecorder() override;
 
@@ -43,23 +44,24 @@ class RoomRecorder final : public RoomWatcher {
   void on_input(std::size_t seat, const proto::ClientUpdate& input) noexcept override;
   void on_step(const Room& room, ServerTime now, TickFaults faults) noexcept override;
 
-  /// Writes the pending steps, and flushes when due. Call from one thread, not the room's.
+  /// Writes the pending steps, and flushes the file if this is due. All calls must come from one thread, which must not
+  /// be the room thread.
   void drain();
   /// Writes all remaining steps and closes the file. Call after the last step.
   void finish();
 
-  /// Number of steps missing from the recording. Thread: any.
+  /// Number of steps that were discarded because the ring was full. Thread: any.
   std::uint64_t steps_lost() const { return steps_lost_.load(std::memory_order_relaxed); }
-  /// Thread  that of drain(); counters: any
+  /// Thread  the thread of drain(); its counters may be read on any thread
   const recording::RecordingFile& file() const { return file_; }
-  /// News for the operator since the last call; empty: none. Thread: that of drain().
+  /// Message for the operator that arose since the last call; empty if there is none. Thread: the thread of drain().
   std::string pop_news();
 
  private:
   struct Stepped {
     ServerTime now{};
     TickFaults faults = 0;
-    std::uint32_t records = 0;  ///< number of earlier records of this step
+    std::uint32_t records = 0;  ///< number of records of this step that precede this one
     double field_energy_kj_per_mol = 0;
     bool has_states = false;
     StateHashes hashes;
@@ -71,7 +73,7 @@ class RoomRecorder final : public RoomWatcher {
     Wrench on_hand_W;
     BodyId held;
   };
-  /// Ring entry; records of one step have the same `step`.
+  /// Entry of the ring. All records of one step have the same value of `step`.
   struct Record {
     std::uint64_t step = 0;
     std::variant<RoomCommand, TakenInput, proto::BodyState, ToolRecord, Stepped> what;
@@ -91,12 +93,12 @@ class RoomRecorder final : public RoomWatcher {
   realtime::Ring<Record> ring_;
   std::atomic<std::uint64_t> steps_lost_{0};
 
-  // Used by the room's thread only.
-  std::uint64_t step_ = 1;  ///< current step
+  // Used by the room thread only.
+  std::uint64_t step_ = 1;  ///< number of the current step
   std::uint32_t records_ = 0;
   bool is_losing_ = false;
 
-  // Used by the recorder's thread only.
+  // Used by the recorder thread only.
   recording::RecordingFile file_;
   Record record_;
   std::uint64_t taken_step_ = 0;

@@ -14,15 +14,18 @@ namespace tandem::server {
 namespace {
 
 constexpr const char* kFileName = "checkpoint.pb";
+/// Period of writes, and maximum back-off after failed ones.
 constexpr Duration kCheckpointEvery = std::chrono::milliseconds(500), kMaxBackOff = std::chrono::seconds(8);
+/// Period in which a room publishes its state.
 constexpr double kCheckpointEvery_s = 0.1;
+/// Period in which the checkpoint thread checks for changes.
 constexpr Duration kCheckpointPeriod = std::chrono::milliseconds(20);
-/// Size limit: 64 rooms, each with the nodes of eight soft bodies, and all state of Admission.
+/// Maximum size of the file. It is sufficient for 64 rooms with eight soft bodies each, and for all of AdmissionState.
 constexpr std::uintmax_t kMaxFileBytes = 64U << 20U;
 
 }  // namespace
 
-/// Copies the state of a room, on the room's thread.
+/// Copies the state of a room on the room thread, and publishes it for the checkpoint thread.
 class ServerCheckpoint::Watch final : public RoomWatcher {
  public:
   explicit Watch(const Room& room)
@@ -34,19 +37,19 @@ class ServerCheckpoint::Watch final : public RoomWatcher {
   void on_command(const RoomCommand& /*command*/) noexcept override {}
   void on_input(std::size_t /*seat*/, const proto::ClientUpdate& /*input*/) noexcept override {}
   void on_step(const Room& room, ServerTime /*now*/, TickFaults /*faults*/) noexcept override {
-    // When the room becomes idle, its last state is copied.
+    // The last state before the room becomes idle is always published.
     if (room.steps_done().value % every_ != 0 && !room.is_idle()) return;
     room.describe(states.back());
     states.publish();
   }
 
-  // Copied, because the room may be destroyed first.
+  // Copies, because the room may be destroyed before this object.
   const std::string name;
   const std::shared_ptr<const LoadedScene> scene;
   realtime::Mailbox<RoomState> states;
 
  private:
-  /// State with space for all nodes, so that the room's thread does not allocate.
+  /// Returns a state with space for all nodes of the soft bodies, so that the room thread does not allocate.
   static RoomState with_all_nodes(const LoadedScene& scene) {
     RoomState state;
     for (const SoftModel& body : scene.soft_bodies) {

@@ -1,8 +1,9 @@
-// Checkpoint file from which a server resumes after a crash: the state of its rooms, and the credentials of users who
-// may resume.
+// Checkpoint file from which a server resumes after a crash. It contains the state of the rooms, and the credentials of
+// users who may resume their sessions.
 //
-//   room threads ──mailbox each 100 ms──┐
-//   io thread ──mailbox, each change────┴▶ checkpoint thread: one file every 0.5 s, at once after a join or kick
+//   room threads ──one mailbox each, every 100 ms──┐
+//   io thread ──mailbox, after every change────────┴▶ checkpoint thread: writes the file every 0.5 s, and immediately
+//                                                     after credentials change
 #pragma once
 
 #include <atomic>
@@ -19,17 +20,18 @@
 
 namespace tandem::server {
 
-/// The file is written under another name, flushed to disk and renamed, so a reader finds either the old or the new
-/// state.
+/// Each state is written to a temporary file, which is flushed to disk and then renamed. A reader therefore finds
+/// either the old or the new state, both complete.
 class ServerCheckpoint final : public RoomService {
  public:
-  /// Resumes the rooms from the file, and watches them while they step. A room's state is ignored if it is older than
-  /// the room's limits.reset_after_s, or of another scene.
-  /// In      folder  used by this server only (lock_state() of server/app)
-  ///         rooms  not stepping yet
-  ///         audience  the server's key; empty: no credentials
-  ///         unix_ms  milliseconds since 1970, for the age at the next start; writes are timed by a monotonic clock
-  ///         on_news  messages for the operator; called here and on the thread
+  /// Resumes the rooms from the file, and observes their later steps. The stored state of a room is ignored if it is
+  /// older than limits.reset_after_s of the scene, or if it belongs to another scene.
+  /// In      folder  must be used by this server only (lock_state() of server/app)
+  ///         rooms  must not step before the constructor returns
+  ///         audience  public key of the server; empty if it has none, and therefore no credentials
+  ///         unix_ms  returns the current time [ms since 1970], from which the next start computes the age of the file;
+  ///                  the writes are timed by a monotonic clock
+  ///         on_news  receives messages for the operator; called in the constructor and on the checkpoint thread
   ServerCheckpoint(const std::filesystem::path& folder, const std::vector<std::unique_ptr<Room>>& rooms,
                    std::string audience, std::function<std::uint64_t()> unix_ms,
                    std::function<void(const std::string&)> on_news);
@@ -37,22 +39,22 @@ class ServerCheckpoint final : public RoomService {
   ServerCheckpoint(const ServerCheckpoint&) = delete;
   ServerCheckpoint& operator=(const ServerCheckpoint&) = delete;
 
-  /// State of the previous run; empty if there is none, or if that server had another key.
+  /// Admission state of the previous run; empty if there is none, or if that server had another key.
   const wire::AdmissionState& admission() const { return admission_; }
-  /// State from which a room resumed; nothing: it started as in its scene.
+  /// State from which a room resumed; none if the room started from its scene.
   const std::optional<wire::RoomCheckpoint>& restored(std::size_t room) const { return restored_.at(room); }
-  /// Stores the admission state to be written.
+  /// Sets the admission state to be written.
   /// Thread  io
   void note(const wire::AdmissionState& admission);
-  /// Starts the thread; without it, the caller must call work().
+  /// Starts the checkpoint thread. Without it, the caller must call work().
   void start();
-  /// Writes changes, at most every 0.5 s. Retries a failed write with a back-off of 0.5 s to 8 s, also while no room is
-  /// awake.
+  /// Writes the file if the state has changed. Changes of rooms are written at most every 0.5 s, those of credentials
+  /// immediately. A failed write is retried with a back-off of 0.5 s to 8 s, even if all rooms are idle.
   /// Thread  checkpoint
   void work(LocalTime now);
-  /// Writes the final state. Call after the rooms' last steps, while the rooms exist. Idempotent.
+  /// Writes the final state. Call it after the last steps of the rooms and before they are destroyed. It is idempotent.
   void finish() override;
-  /// Number of successful and of failed writes. Thread: any.
+  /// Number of successful writes, and number of failed ones. Thread: any.
   std::uint64_t writes() const { return writes_.load(std::memory_order_relaxed); }
   std::uint64_t failures() const { return failures_.load(std::memory_order_relaxed); }
 
@@ -70,11 +72,11 @@ class ServerCheckpoint final : public RoomService {
   std::vector<std::unique_ptr<Watch>> watches_;
   wire::AdmissionState admission_;
   std::vector<std::optional<wire::RoomCheckpoint>> restored_;
-  realtime::Mailbox<std::string> admissions_;  ///< serialised
+  realtime::Mailbox<std::string> admissions_;  ///< serialised wire::AdmissionState
   // Used by the checkpoint thread only.
   wire::ServerCheckpoint newest_;
-  std::optional<LocalTime> next_{};  ///< next write; nothing: no write yet
-  Duration back_off_{};              ///< 0: the last write succeeded
+  std::optional<LocalTime> next_{};  ///< earliest time of the next write; none before the first call of work()
+  Duration back_off_{};              ///< time until the next attempt after a failed write; 0 if the last one succeeded
   bool is_finished_ = false;
   std::atomic<std::uint64_t> writes_{0}, failures_{0};
   std::unique_ptr<recording::RecorderThread> thread_;

@@ -8,10 +8,10 @@
 namespace tandem::server {
 namespace {
 
-/// The rings hold at least one second of two users.
+/// Period of the recorder thread. For comparison: the ring of a room holds at least one second of steps with two users.
 constexpr Duration kWriteEvery = std::chrono::milliseconds(20);
 
-/// Replaces characters of a room name that may not be in a file name.
+/// Replaces the characters of a room name that are not allowed in a file name.
 std::string plain(std::string name) {
   for (char& c : name) {
     const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-';

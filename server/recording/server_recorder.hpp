@@ -1,4 +1,4 @@
-// Recordings of a server's rooms, and the thread that writes them.
+// Recordings of all rooms of a server, and the thread that writes them.
 #pragma once
 
 #include <functional>
@@ -12,22 +12,23 @@
 
 namespace tandem::server {
 
-/// Writes one file per room into a folder: ROOM-20261122T071500Z.mcap, and -002, … as it rotates.
+/// Writes one recording per room into a folder. Its first file is named ROOM-20261122T071500Z.mcap; the names of the
+/// files that follow after a rotation end with -002 and so on.
 class ServerRecorder final : public RoomService {
  public:
-  /// Watches the rooms from now on. The rooms outlive the recorder, and do not step yet.
-  /// In      settings  for each room
-  ///         on_news  called on the recorder's thread
-  /// Fails   std::invalid_argument: the folder or a file cannot be made
+  /// Starts to record the rooms, which must outlive the recorder and must not have stepped yet.
+  /// In      settings  settings of each room, in the order of `rooms`
+  ///         on_news  receives messages for the operator; called on the recorder thread
+  /// Fails   std::invalid_argument if the folder or a file cannot be created
   ServerRecorder(const std::filesystem::path& folder, const std::vector<std::unique_ptr<Room>>& rooms,
                  const std::vector<RoomRecording>& settings, std::function<void(const std::string&)> on_news);
   ~ServerRecorder() override;
   ServerRecorder(const ServerRecorder&) = delete;
   ServerRecorder& operator=(const ServerRecorder&) = delete;
 
-  /// Writes the pending steps and closes the files.
+  /// Writes the pending steps, closes the files and ends the thread.
   void finish() override;
-  /// Recorders in the order of the rooms. Use them after finish(); their counters at any time.
+  /// Recorders in the order of the rooms. Before finish() only their counters may be used.
   const std::vector<std::unique_ptr<RoomRecorder>>& rooms() const { return recorders_; }
 
  private:

@@ -30,7 +30,7 @@ bool read(const google::protobuf::RepeatedField<double>& from, CouplingParameter
   return std::ranges::all_of(from, [](double number) { return number >= 0; });  // also refuses NaN
 }
 
-/// FNV-1a over whole words, folded to 32 bits.
+/// FNV-1a hash with 64-bit words as input units, folded to 32 bits.
 class Hash {
  public:
   void add(std::uint64_t word) noexcept { value_ = (value_ ^ word) * 0x100000001b3U; }
@@ -125,8 +125,8 @@ wire::RecordedInput recorded(const TakenInput& input) {
   return out;
 }
 
-/// Checks the input like one from the network. That parser normalises the rotation again, so the recorded rotation,
-/// which the room used, is restored.
+/// Checks the input with the parser for network input. The parser normalises the rotation once more, so the recorded
+/// rotation, which the room used, is copied afterwards.
 std::optional<TakenInput> input_of(const wire::RecordedInput& in) {
   TakenInput input{in.seat(), {}};
   const std::string payload = in.update().SerializeAsString();

@@ -1,5 +1,5 @@
-// Commands and inputs of a room's steps as recording messages, and back. They keep all bits, so that the steps can be
-// repeated.
+// Conversion of the commands and inputs of a room's steps to recording messages and back. The conversion preserves
+// every bit, so that the steps can be replayed exactly.
 #pragma once
 
 #include <boost/container/static_vector.hpp>
@@ -12,26 +12,26 @@
 namespace tandem::server {
 
 wire::RecordedCommand recorded(const RoomCommand& command);
-/// Fails   nothing: a number is out of its range
+/// Fails   returns none if a number is out of its range
 std::optional<RoomCommand> command_of(const wire::RecordedCommand& recorded);
 
-/// Input taken by a step.
+/// Client update that a step has taken from the mailbox of a seat.
 struct TakenInput {
   std::size_t seat = 0;
   proto::ClientUpdate update;
 };
 wire::RecordedInput recorded(const TakenInput& input);
-/// Fails   nothing: a server would not have accepted this input
+/// Fails   returns none if a server would not have accepted this input
 std::optional<TakenInput> input_of(const wire::RecordedInput& recorded);
 
-/// Hash of each object's state after a step: equal worlds have equal hashes.
+/// Hash of the state of each object after a step. Equal states have equal hashes.
 struct StateHashes {
-  boost::container::static_vector<std::uint32_t, proto::kMaxBodies + 8> bodies;  ///< scene order, then soft bodies
-  boost::container::static_vector<std::uint32_t, proto::kMaxUsers> tools;        ///< scene order
+  boost::container::static_vector<std::uint32_t, proto::kMaxBodies + 8> bodies;  ///< in scene order, then soft bodies
+  boost::container::static_vector<std::uint32_t, proto::kMaxUsers> tools;        ///< in scene order
 
   bool operator==(const StateHashes&) const = default;
 };
-/// Thread  room: no allocation
+/// Thread  room; does not allocate
 StateHashes hashes_of(const Room& room) noexcept;
 
 }  // namespace tandem::server

@@ -9,7 +9,7 @@
 namespace tandem::server {
 namespace {
 
-/// Tolerated lead of the issuer's clock.
+/// Maximum time by which the clock of a token's issuer may be ahead of the server's time.
 constexpr std::uint64_t kClockError_ms = 60'000;
 constexpr Duration kReadClockEvery = std::chrono::milliseconds(100), kNoteTimeEvery = std::chrono::minutes(10);
 
@@ -17,7 +17,8 @@ std::span<const std::byte> bytes_in(const std::string& text) {
   return std::as_bytes(std::span(text));
 }
 
-/// In      text  at least as long as the array
+/// Copies the first bytes of a text to an array.
+/// In      text  must be at least as long as the array
 template <class Array>
 Array array_of(const std::string& text) {
   Array array{};
@@ -25,7 +26,7 @@ Array array_of(const std::string& text) {
   return array;
 }
 
-/// Rank of a role; a higher role includes the rights of the lower ones.
+/// Rank of a role. A role includes the rights of all roles with a lower rank.
 int rank_of(wire::Role role) {
   if (role == wire::ROLE_OPERATOR) return 2;
   return role == wire::ROLE_MANIPULATOR ? 1 : 0;
@@ -60,7 +61,7 @@ Admission::Admission(AdmissionSettings settings)
 }
 
 void Admission::resume(const wire::AdmissionState& state) {
-  // Credentials from before a run without --resume have ended with it.
+  // A run without --resume changes the generation, so that all earlier credentials are invalid.
   if (state.generation() != ledger_->generation()) return;
   for (const wire::ResumeCredential& in : state.credentials()) {
     if (in.id().size() != sizeof(Id) || in.key().size() != sizeof(secure::PublicKey)) continue;
@@ -68,7 +69,7 @@ void Admission::resume(const wire::AdmissionState& state) {
     Credential& credential = credentials_[array_of<Id>(in.id())];
     credential.key = array_of<secure::PublicKey>(in.key());
     credential.granted = in.granted();
-    // A user who was connected when the server ended counts as lost at this start.
+    // If the user was connected when the server ended, the connection counts as lost at this start.
     credential.lost_before_ms = in.lost_ms() != 0 ? in.lost_ms() : settings_.unix_ms();
     if (in.tool() > 0) credential.tool = static_cast<std::uint8_t>(in.tool() - 1);
     credential.claims = in.claims();
@@ -124,9 +125,10 @@ void Admission::poll(LocalTime now) {
   if (read_clock_ && now - *read_clock_ < kReadClockEvery) return;
   read_clock_ = now;
   const std::uint64_t now_ms = time_.update(settings_.unix_ms(), now);
-  // Waits at first, because the clock may be wrong for a moment after the machine's start.
+  // The first note is delayed, because the clock may be wrong for a moment after the machine has started.
   if (!note_time_) note_time_ = now + kClockHold;
-  if (time_.follows_in(now)) note_time_ = now + kReadClockEvery;  // set to a time after the step is followed
+  // While a step of the clock is pending, the note is postponed.
+  if (time_.follows_in(now)) note_time_ = now + kReadClockEvery;
   if (now < *note_time_) return;
   note_time_ = now + kNoteTimeEvery;
   ledger_->note_time(now_ms);
@@ -213,7 +215,8 @@ Admission::Credentials::iterator Admission::find_beside(const Id& first) {
   return std::ranges::find_if(credentials_, [&first](const auto& entry) { return entry.second.beside == first; });
 }
 
-/// All faults give the same answer, so that guessing reveals nothing.
+/// Admits a resume. An unknown credential and a wrong signature give the same answer, so an attacker cannot learn which
+/// credentials exist.
 std::optional<Refusal> Admission::admit_again(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
                                               Ticket& ticket) {
   const auto found = find_signed(join.resume(), exported);
@@ -250,7 +253,7 @@ std::optional<Refusal> Admission::admit_beside(wire::JoinRoom& join, const std::
   ticket.claims = found->second.claims;
   const wire::JoinRoom& first = found->second.granted;
   join.set_room(first.room());
-  // A room has only one operator.
+  // A second device never gets the role of operator, because a room has only one operator.
   const bool has_tool = join.role() != wire::ROLE_OBSERVER && first.role() != wire::ROLE_OBSERVER;
   join.set_role(has_tool ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER);
   return cut_to(ticket.claims, join);
@@ -270,7 +273,7 @@ std::optional<Admission::Id> Admission::note_joined(const Ticket& ticket, const 
     return ticket.id;
   }
   if (ticket.beside) {
-    // Credential of an earlier second device that was lost; the new device replaces it.
+    // The new second device replaces an earlier one whose connection was lost.
     const auto before = find_beside(*ticket.beside);
     if (before != credentials_.end()) erase(before);
   }

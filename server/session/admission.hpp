@@ -1,15 +1,16 @@
-// Admission of users and their rights: by a token that is used once, or by a resume with the key named at the first
-// join.
+// Admission of users, and their rights. A new user needs a token, which is valid once. A user who resumes a session
+// needs the private key whose public key was sent in the first join.
 //
-//   JoinRoom.token ──▶ signature ▶ audience ▶ times ▶ not used ──▶ role, room, name and force limited to the token's
-//   JoinRoom.resume ─▶ credential known, not expired ▶ signature over this connection's export ──▶ rights of the first
-//                      join, also in another room if the token allows any
-//   JoinRoom.beside ─▶ the same checks, for a connected user with one device ──▶ their room, and the token's rights
+//   JoinRoom.token ──▶ signature ▶ audience ▶ times ▶ not used ──▶ role, room, name and force limit of the token
+//   JoinRoom.resume ─▶ credential valid ▶ signature over keying material of this TLS connection ──▶ rights of the first
+//                      join, also in another room if the token is valid for every room
+//   JoinRoom.beside ─▶ the same checks, for the second device of a connected user ──▶ rights of the token, in the room
+//                      of the first device
 //
-// A token counts as used only when its user has a seat, and a seat is given only when the use is on disk
-// (invitation_ledger.hpp). The list of used tokens outlives every restart. Credentials outlive a restart with --resume
-// (state(), AdmissionSettings::resumed). unix_time.hpp defines the times: a wall clock that is wrong for less than 10 s
-// has no effect.
+// A user gets a seat only after the use of the token is on disk (invitation_ledger.hpp). If the user gets no seat, the
+// token remains valid. The list of used tokens is preserved over every restart. Credentials are preserved only over a
+// restart with --resume (state(), AdmissionSettings::resumed). Times are those of unix_time.hpp: a wall clock that is
+// wrong for less than 10 s has no effect.
 #pragma once
 
 #include <array>
@@ -31,16 +32,16 @@
 
 namespace tandem::server {
 
-/// Time after its loss within which a connection may be resumed.
+/// Time after the loss of a connection within which the session may be resumed.
 inline constexpr Duration kResumeWithin = std::chrono::minutes(15);
 
 struct AdmissionSettings {
-  secure::KeyId audience{};                ///< this server's key
+  secure::KeyId audience{};                ///< id of this server's key
   std::vector<secure::PublicKey> issuers;  ///< keys whose tokens are accepted
   std::function<std::uint64_t()> unix_ms;  ///< wall clock: milliseconds since 1970, UTC
-  InvitationLedger* ledger = nullptr;      ///< outlives the Admission; null: one in memory, for trials
+  InvitationLedger* ledger = nullptr;      ///< must outlive the Admission; null: a ledger in memory, for trials
   std::size_t max_credentials = 1024;
-  wire::AdmissionState resumed{};  ///< state of the previous run; empty: all earlier credentials end
+  wire::AdmissionState resumed{};  ///< state of the previous run; if empty, all earlier credentials are invalid
 };
 
 /// Reason for refusing a join.
@@ -53,51 +54,57 @@ struct Refusal {
 class Admission {
  public:
   using Id = std::array<std::byte, 16>;
-  /// Admitted join that has no seat yet.
+  /// Join that has been admitted but has no seat yet.
   struct Ticket {
     bool is_resumed = false;
-    Id id{};  ///< token, or credential if resumed
+    Id id{};  ///< id of the token, or of the credential for a resume
     std::uint64_t expires_ms = 0;
     secure::PublicKey resume_key{};
     bool has_resume_key = false;
-    std::optional<std::uint8_t> tool{};  ///< for a resume: the tool that the user had
-    wire::TokenClaims claims;            ///< from a new user's token, or from the first device
-    std::optional<Id> beside{};
+    std::optional<std::uint8_t> tool{};  ///< for a resume in the same room, the previous tool of the user
+    wire::TokenClaims claims;            ///< claims of the new user's token, or of the first device's token
+    std::optional<Id> beside{};          ///< for a second device, the credential of the first
     bool uses_token() const { return !is_resumed && !beside; }
   };
 
   explicit Admission(AdmissionSettings settings);
 
-  /// Checks the request and limits its room, name, role and force to the granted ones.
+  /// Checks a join. If it is admitted, limits its room, name, role and force limit to the granted ones.
   ///
-  /// In      exported  keying material of this connection for kResumeExport; none: resume is not possible
+  /// In      exported  keying material that this TLS connection exports with the label kResumeExport; without it, a
+  ///                   resume or a second device is refused
+  /// Out     the reason for a refusal; none if the join is admitted
   std::optional<Refusal> admit(wire::JoinRoom& join, const std::optional<secure::Exported>& exported, LocalTime now,
                                Ticket& ticket);
-  // For a ticket that uses_token(): a seat is given only when the use is kWritten.
-  /// Begins to write the token's use to disk.
+  // If the ticket uses_token(), a seat may be assigned only when use_of() is kWritten.
+  /// Begins to write the use of the token to disk.
   void use(const Ticket& ticket) { ledger_->use(ticket.id, ticket.expires_ms); }
-  /// State of the use; kNone after use(): it could not be written.
+  /// State of the use of the token. After use(), kNone means that the write failed.
   InvitationLedger::Use use_of(const Ticket& ticket) const { return ledger_->use_of(ticket.id); }
+  /// Refusal to be sent if the use of a token could not be written.
   Refusal unwritten() const;
-  /// Releases a token whose holder got no seat; it is valid as before.
+  /// Makes the token valid again, because its holder got no seat.
   void release(const Ticket& ticket) { ledger_->release(ticket.id); }
 
-  /// Records that the ticket's holder has a seat, and may resume with the rights of `granted`, at `tool` if that is
-  /// free.
-  /// Out     the credential; none: the ticket has no resume key, or too many credentials are stored
+  /// Records that the holder of the ticket has a seat and may later resume with the rights of `granted`. The holder
+  /// then gets `tool` again if it is free.
+  /// Out     the credential; none if the ticket has no resume key, if max_credentials are stored, or if the resumed
+  ///         credential has expired
   std::optional<Id> note_joined(const Ticket& ticket, const wire::JoinRoom& granted, std::optional<std::uint8_t> tool,
                                 LocalTime now);
-  /// Records a lost connection; it may be resumed within kResumeWithin.
+  /// Records the loss of a connection, whose session may be resumed within kResumeWithin.
   void note_lost(const Id& credential, LocalTime now);
-  /// Credential of the user's first device; for a first device, its own.
+  /// Credential of the user's first device, which may be `credential` itself.
   Id first_of(const Id& credential) const;
-  /// Revokes the credential and that of a second device beside it; once written to disk, also across a restart.
-  /// Out     the second device's credential; none: there is no second device
+  /// Revokes a credential, and that of the user's second device if there is one. The revocation is preserved over
+  /// restarts once it is on disk.
+  /// Out     credential of the second device; none if there is no second device
   std::optional<Id> revoke(const Id& credential);
-  /// Reads the wall clock and collects finished disk writes. Cheap enough to call often.
+  /// Reads the wall clock and collects the results of disk writes. It may be called often, because it is cheap.
   void poll(LocalTime now);
-  /// State to save across restarts, and a count of its changes.
+  /// State to be saved for the next start.
   wire::AdmissionState state(LocalTime now) const;
+  /// Number of changes of state() so far, for comparison with an earlier value.
   std::uint64_t changes() const { return changes_; }
 
  private:
@@ -105,10 +112,10 @@ class Admission {
     secure::PublicKey key{};
     wire::JoinRoom granted;
     std::optional<LocalTime> lost{};
-    std::uint64_t lost_before_ms = 0;  ///< since 1970, in the previous run; 0: not lost then
+    std::uint64_t lost_before_ms = 0;  ///< time of a loss before this start [ms since 1970]; 0: no such loss
     std::optional<std::uint8_t> tool{};
     wire::TokenClaims claims;
-    std::optional<Id> beside{};  ///< for a second device: the first one's credential
+    std::optional<Id> beside{};  ///< for a second device, the credential of the first
   };
   using Credentials = std::map<Id, Credential>;
   void resume(const wire::AdmissionState& state);
@@ -118,7 +125,7 @@ class Admission {
                                      Ticket& ticket);
   std::optional<Refusal> admit_beside(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
                                       Ticket& ticket);
-  /// Finds the credential whose key made the signature; end(): none.
+  /// Finds the credential that `by` names. Returns end() if it does not exist or if its key did not make the signature.
   Credentials::iterator find_signed(const wire::Resume& by, const std::optional<secure::Exported>& exported);
   Credentials::iterator find_beside(const Id& first);
   std::optional<Refusal> check_times(const wire::TokenClaims& claims, LocalTime now) const;
@@ -128,7 +135,7 @@ class Admission {
   std::unique_ptr<InvitationLedger> own_ledger_;
   InvitationLedger* ledger_;
   UnixTime time_;
-  std::optional<LocalTime> read_clock_{}, note_time_{};  ///< last reading; next note
+  std::optional<LocalTime> read_clock_{}, note_time_{};  ///< last reading of the wall clock; time of the next note
   Credentials credentials_;
   std::uint64_t changes_ = 1;
 };

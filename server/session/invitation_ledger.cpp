@@ -14,10 +14,10 @@
 namespace tandem::server {
 namespace {
 
-/// Longest wait of a join for the writer, in addition to the disk's time.
+/// Period of the writer thread. A join waits at most this long in addition to the time of the disk write.
 constexpr Duration kWriterPeriod = std::chrono::milliseconds(5);
 constexpr Duration kMinRetryAfter = std::chrono::milliseconds(500), kMaxRetryAfter = std::chrono::seconds(8);
-/// Size limit; kMaxUsedTokens and kMaxRevoked need 2 MB.
+/// Maximum size of the file. A full list (kMaxUsedTokens and kMaxRevoked) takes 2 MB.
 constexpr std::uintmax_t kMaxLedgerBytes = 16U << 20U;
 constexpr unsigned kLedgerMode = 0600;
 
@@ -146,7 +146,7 @@ void InvitationLedger::finish() {
   poll();
   thread_->stop();
   thread_.reset();
-  // The ring may not have held all changes.
+  // Writes the changes that did not fit into the ring.
   for (poll(); posted_ > settled_; poll()) work(SteadyClock().now());
 }
 
@@ -160,7 +160,7 @@ InvitationLedger::Use InvitationLedger::use_of(const Id& token) const {
   return found->second.number > settled_ ? Use::kBeingWritten : Use::kWritten;
 }
 
-/// Deletes expired entries of a full list. Searches only when one may have expired.
+/// If the list is full, deletes the expired entries. The list is searched only if an entry may have expired.
 bool InvitationLedger::has_room(std::uint64_t now_ms) {
   if (used_.size() < max_used_) return true;
   if (now_ms < none_expires_before_ms_) return false;
@@ -209,7 +209,7 @@ void InvitationLedger::post(Change change) {
 void InvitationLedger::poll() {
   Outcome outcome;
   while (outcomes_.pop(outcome)) settle(outcome);
-  // At most as many as the ring of outcomes holds, so that the writer never waits for this thread.
+  // The number of changes without a result is limited to the capacity of `outcomes_`, so a result always fits into it.
   while (!waiting_.empty() && sent_ - settled_ < kInFlight && changes_.push(waiting_.front())) {
     const Change& change = waiting_.front();
     sent_ = change.number;
@@ -279,7 +279,7 @@ void InvitationLedger::work(LocalTime now) {
   const std::error_code error = write();
   const bool was_failing = std::exchange(is_failing_, static_cast<bool>(error));
   if (error) {
-    // The clients with these uses are refused.
+    // The joins with these tokens are refused, so the tokens become unused again.
     for (const Id& id : uses) apply({.kind = Change::Kind::kRelease, .id = id});
     back_off_ = was_failing ? std::min(2 * back_off_, kMaxRetryAfter) : kMinRetryAfter;
     retry_ = now + back_off_;

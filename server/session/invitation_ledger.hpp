@@ -1,18 +1,18 @@
-// List of used invitations, on disk beside the keys. The file is read at every start, with and without --resume. Its
-// ids stay regardless of the clock, so a used invitation never admits anybody again.
+// List of used invitations, stored in a file beside the keys. The file is read at every start, with and without
+// --resume. Its ids are kept regardless of the clock, so a used invitation never admits a second user.
 //
 //   io thread   use(), release(), revoke() ──ring──▶ writer thread: changes the list, replaces and flushes the file
-//               poll()                     ◀──ring── numbers of the changes that are on disk, or the error
+//               poll()                     ◀──ring── number of the last change that is on disk, or the error
 //
-// The order of a join:
-//   1. use(): the id is in the list, so no other connection can use it; the client waits (SessionHub)
-//   2. the file with the id is on disk
-//   3. the client gets a seat and is notified; without a seat, release()
-// A kill before step 2 leaves the invitation unused. A kill between steps 2 and 3 leaves it used without a user. If the
-// file cannot be written, nobody is admitted.
+// A join is processed in this order:
+//   1. use() adds the id to the list, so no other connection can use the invitation. The client waits (SessionHub).
+//   2. The writer thread writes the file with the id to disk.
+//   3. The client gets a seat and is notified. If it gets no seat, release() removes the id.
+// If the server is killed before step 2, the invitation remains unused. If it is killed between steps 2 and 3, the
+// invitation is used, although no user was admitted. While the file cannot be written, no user is admitted.
 //
-// Ids are deleted only when the list is full, and only of expired tokens. From then on, tokens that expire no later are
-// refused, so setting the clock back makes none of them valid again.
+// Ids are deleted only when the list is full, and only if their tokens have expired. From then on, all tokens that do
+// not expire later than the deleted ones are refused. Setting the clock back therefore makes none of them valid again.
 #pragma once
 
 #include <array>
@@ -34,72 +34,75 @@
 
 namespace tandem::server {
 
-/// Limit of used tokens in the list. 64 users with a new invitation every hour for 30 days, the longest validity, use
-/// 46,080. Memory: two copies, 7 MB; disk: 2 MB.
+/// Maximum number of used tokens in the list. For comparison: 64 users who each need a new invitation every hour use
+/// 46,080 tokens in 30 days, the longest validity. A full list takes 7 MB of memory, in two copies, and 2 MB on disk.
 inline constexpr std::size_t kMaxUsedTokens = 65'536;
-/// Limit of revoked credentials; the newest are kept. A checkpoint holds at most 1024 credentials.
+/// Maximum number of revoked credentials in the list. If it is exceeded, the oldest is deleted. For comparison: a
+/// checkpoint contains at most 1024 credentials.
 inline constexpr int kMaxRevoked = 4096;
 
-/// Thread  io, except work()
+/// Thread  io for all functions except work()
 class InvitationLedger {
  public:
   using Id = std::array<std::byte, 16>;
   enum class Use : std::uint8_t { kNone, kBeingWritten, kWritten };
-  /// Replaces a whole file, which is on disk when the call returns.
+  /// Replaces a file. The new contents are on disk when the call returns.
   using ReplaceFile = std::function<std::error_code(const std::filesystem::path&, std::span<const std::byte>)>;
 
-  /// Reads the file. Without a file, tokens issued before begin() are refused.
-  /// In      file  empty: in memory only, for trials; each use counts as written
-  ///         on_news  messages for the operator; called on the thread of work()
-  ///         replace  empty: replace_file()
-  /// Fails   std::invalid_argument: the file cannot be read or is damaged; the message names the remedy
+  /// Reads the file. If it does not exist, tokens issued before begin() are refused.
+  /// In      file  if empty, the list is kept in memory only, and each use counts as written (for trials)
+  ///         on_news  receives messages for the operator; called in begin() and on the thread of work()
+  ///         replace  if empty, replace_file() is used
+  /// Fails   std::invalid_argument if the file cannot be read or is damaged; the message names the remedy
   explicit InvitationLedger(std::filesystem::path file = {}, std::function<void(const std::string&)> on_news = {},
                             ReplaceFile replace = {}, std::size_t max_used = kMaxUsedTokens);
   ~InvitationLedger();
   InvitationLedger(const InvitationLedger&) = delete;
   InvitationLedger& operator=(const InvitationLedger&) = delete;
 
-  /// Makes the file for a new key, which has no tokens yet; keeps an existing file.
-  /// Fails   std::invalid_argument: the file cannot be written
+  /// Creates the file for a new server key, for which no tokens exist yet. An existing file is not changed.
+  /// Fails   std::invalid_argument if the file cannot be written
   static void make(const std::filesystem::path& file);
 
-  /// Writes the file once before start(), so that a write error is found at the start.
-  /// In      keeps_credentials  false: credentials of previous runs end for good
-  /// Fails   std::invalid_argument: the file cannot be written
+  /// Writes the file once, so that a write error is found at the start of the server. Call it before start().
+  /// In      keeps_credentials  if false, all credentials of previous runs become invalid permanently
+  /// Fails   std::invalid_argument if the file cannot be written
   void begin(bool keeps_credentials, std::uint64_t now_ms);
-  /// Starts the writer thread; without it, the caller must call work().
+  /// Starts the writer thread. Without it, the caller must call work().
   void start();
-  /// Writes the pending changes and ends the thread. Idempotent.
+  /// Writes the pending changes and ends the thread. It is idempotent.
   void finish();
 
-  /// Newest time noted by previous runs; at most 10 minutes old when the last one ended.
+  /// Last time that a previous run noted with note_time(), which it does every 10 minutes [ms since 1970].
   std::uint64_t time_ms() const { return time_ms_; }
-  /// Tokens issued before issued_from_ms() are refused, and those that expire by forgotten_to_ms().
+  /// Tokens issued before this time are refused [ms since 1970].
   std::uint64_t issued_from_ms() const { return issued_from_ms_; }
+  /// Tokens that expire at this time or earlier are refused [ms since 1970].
   std::uint64_t forgotten_to_ms() const { return forgotten_to_ms_; }
-  /// Generation of the valid credentials; empty: in memory only.
+  /// Random id shared by all valid credentials; empty if the list is kept in memory only.
   const std::string& generation() const { return generation_; }
-  /// Call before start().
+  /// Returns whether a previous run revoked the credential. Call it before start().
   bool is_revoked(const Id& credential) const;
 
   Use use_of(const Id& token) const;
-  /// Whether a use can be added; false: the list is full of tokens that have not expired at `now_ms`.
+  /// Returns whether a use can be added. If the list is full, deletes the tokens that have expired at `now_ms` first.
   bool has_room(std::uint64_t now_ms);
   std::size_t max_used() const { return max_used_; }
-  /// Marks a token that is kNone as used. If the write fails, it becomes kNone again, and problem() gives the reason.
+  /// Marks a token as used. Its state must be kNone. If the write fails, it becomes kNone again, and problem() returns
+  /// the reason.
   void use(const Id& token, std::uint64_t expires_ms);
-  /// Removes a use whose join got no seat.
+  /// Removes the use of a token, because its holder got no seat.
   void release(const Id& token);
-  /// Revokes a credential that a checkpoint may still hold.
+  /// Revokes a credential that a checkpoint may still contain.
   void revoke(const Id& credential);
-  /// Notes the time on disk: a clock behind it at the next start was set back.
+  /// Writes the time to the file. If the clock is behind it at the next start, the clock was set back.
   void note_time(std::uint64_t now_ms);
-  /// Collects the writer's results. Never waits.
+  /// Collects the results of the writer thread, and passes changes to it. It never blocks.
   void poll();
-  /// Error of the last write; empty: it succeeded.
+  /// Error of the last write; empty if it succeeded.
   std::string problem() const;
 
-  /// Writes pending changes. After a failure retries with a back-off of 0.5 s to 8 s.
+  /// Writes pending changes. A failed write is retried with a back-off of 0.5 s to 8 s.
   /// Thread  writer
   void work(LocalTime now);
 
@@ -108,17 +111,18 @@ class InvitationLedger {
     enum class Kind : std::uint8_t { kUse, kRelease, kRevoke, kForget, kTime };
     Kind kind = Kind::kUse;
     Id id{};
-    /// kUse: expiry of the token. kForget: latest expiry of the deleted ones. kTime: the time.
+    /// Its meaning depends on the kind. kUse: expiry of the token. kForget: latest expiry among the deleted tokens.
+    /// kTime: current time. Others: unused.
     std::uint64_t unix_ms = 0;
     std::uint64_t number = 0;
   };
   struct Outcome {
-    std::uint64_t number = 0;  ///< last change written
-    int error = 0;             ///< errno; 0: on disk
+    std::uint64_t number = 0;  ///< number of the last change in this write
+    int error = 0;             ///< errno of the write; 0 if it succeeded
   };
   struct UsedToken {
     std::uint64_t expires_ms = 0;
-    std::uint64_t number = 0;  ///< number of the change; 0: from a previous run
+    std::uint64_t number = 0;  ///< number of the kUse change; 0 if it needs no write, such as one from a previous run
   };
   void read();
   void post(Change change);
@@ -135,16 +139,17 @@ class InvitationLedger {
   std::string generation_;
   // Used by the io thread only.
   std::map<Id, UsedToken> used_;
-  std::deque<Change> waiting_{};                       ///< until the ring has space
-  std::deque<Change> being_written_{};                 ///< uses
-  std::uint64_t posted_ = 0, sent_ = 0, settled_ = 0;  ///< numbers of the last change
+  std::deque<Change> waiting_{};        ///< changes that do not fit into the ring yet
+  std::deque<Change> being_written_{};  ///< kUse changes passed to the writer, without a result yet
+  /// Number of the last change that was made, passed to the writer, and completed by it, respectively.
+  std::uint64_t posted_ = 0, sent_ = 0, settled_ = 0;
   std::uint64_t none_expires_before_ms_ = 0;
   int error_ = 0;
   // Shared by both threads.
   static constexpr std::size_t kInFlight = 256;
   realtime::Ring<Change> changes_{kInFlight};
   realtime::Ring<Outcome> outcomes_{kInFlight};
-  // Used by the writer only.
+  // Used by the writer thread only.
   wire::InvitationLedger list_;
   bool is_failing_ = false;
   LocalTime retry_{};

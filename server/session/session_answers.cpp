@@ -24,7 +24,7 @@ void fill(const MassProperties& mass, wire::MassProperties& out) {
   for (const double number : mass.principal_inertia_kg_m2) out.add_principal_inertia_kg_m2(number);
 }
 
-/// Shortens a long note at a code point boundary.
+/// Shortens a note to kMaxNoteBytes, at the boundary of a code point.
 std::string shortened(std::string note) {
   constexpr std::size_t kMaxNoteBytes = 400;
   if (note.size() <= kMaxNoteBytes) return note;
@@ -45,7 +45,7 @@ void fill_notes(const std::vector<std::string>& notes, wire::Joined& joined) {
   }
 }
 
-/// Fills the fields that are equal for all new users.
+/// Sets the fields that are equal for all new users.
 void fill(const LoadedScene& scene, wire::Joined& joined) {
   *joined.mutable_scene() = scene.description;
   for (const Asset& asset : scene.assets) fill(asset, *joined.add_assets());
@@ -104,7 +104,7 @@ wire::ServerControl joined_answer(std::uint32_t request, const RoomSeats& seats,
 }
 
 std::size_t joined_answer_bound(const LoadedScene& scene) {
-  // Room for a user's numbers, and for coefficients that are zero in the description; rounded up.
+  // Bytes for the fields that depend on the user, and for coefficients that are absent in the description; rounded up.
   constexpr std::size_t kBesides = 256;
   wire::Joined joined;
   fill(scene, joined);

@@ -1,4 +1,5 @@
-// Messages of the hub on the control channel, as pure functions of the facts. Services make their own (services/).
+// Functions that build the control messages of the hub from their arguments, without side effects. Services build their
+// own messages (services/).
 #pragma once
 
 #include <cstdint>
@@ -12,16 +13,16 @@ namespace tandem::server {
 wire::ServerControl error_answer(std::uint32_t request, wire::ErrorCode code, const std::string& text);
 wire::ServerControl goodbye(std::uint32_t request, wire::DisconnectReason reason, const std::string& text);
 
-/// Fills all fields except the connection's id and epoch and the rooms.
+/// Sets all fields except the id and epoch of the connection and the list of rooms.
 wire::ServerControl welcome_answer(std::uint32_t request, const HubSettings& settings);
 
-/// Everything that a new user needs: the scene with the coupling in force for their tool, the tool, the assets.
+/// Contains all that a new user needs: the scene, their tool with its effective coupling, and the list of assets.
 wire::ServerControl joined_answer(std::uint32_t request, const RoomSeats& seats, const Seat& seat);
 wire::ServerControl room_start(const RoomStart& start);
 wire::ServerControl user_joined(const Seat& seat, const std::string& name);
 wire::ServerControl user_left(const Seat& seat, wire::DisconnectReason reason);
 
-/// An upper bound of joined_answer()'s size for any user.
+/// Upper bound of the size of joined_answer() for any user [bytes].
 std::size_t joined_answer_bound(const LoadedScene& scene);
 
 }  // namespace tandem::server

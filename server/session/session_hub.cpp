@@ -11,7 +11,7 @@
 namespace tandem::server {
 namespace {
 
-using Connections = std::map<ConnectionHandle, std::unique_ptr<Connection>>;  // in order of arrival
+using Connections = std::map<ConnectionHandle, std::unique_ptr<Connection>>;  // in the order of connecting
 
 std::size_t half_open_of(const AddressUse& address, const Connections& connections) {
   return static_cast<std::size_t>(std::ranges::count_if(connections, [&address](const auto& entry) {
@@ -27,7 +27,8 @@ Connection* oldest_half_open(const AddressUse& address, const Connection& newcom
   return nullptr;
 }
 
-/// Finds the address with most half-open connections, without the newcomer. Among equals the oldest connection decides.
+/// Returns the address with the most connections that have not joined, not counting the newcomer. If several addresses
+/// have equally many, returns the one with the oldest of these connections.
 AddressUse& most_half_open(const Connection& newcomer, const Connections& connections) {
   AddressUse* most = newcomer.address;
   std::size_t count = 0;
@@ -82,7 +83,8 @@ SessionHub::Impl::Impl(SessionHub& hub, HubSettings hub_settings, const std::vec
   }
 }
 
-/// Ends the oldest connection that has not joined, of the address with most of them. Joined users keep their places.
+/// If there are too many connections, closes the oldest one that has not joined, of the address with the most of them.
+/// Connections of joined users are never closed. If all others have joined, the newcomer is refused.
 void SessionHub::Impl::make_room(Connection& newcomer) {
   const bool is_full = connections.size() > settings.max_connections;
   if (!is_full && half_open_of(*newcomer.address, connections) <= kMaxHalfOpen) return;
@@ -130,7 +132,7 @@ proto::DropReason SessionHub::Impl::receive_datagram(std::span<const std::byte> 
   return proto::DropReason::kNone;
 }
 
-/// Updates the common start after a hand has arrived or a user has left.
+/// Updates the common start of a room (RoomStart) after the first valid handle pose of a user or after a user has left.
 void SessionHub::Impl::note_start(const Connection& connection, bool (RoomStart::*change)(UserId, ServerTime)) {
   RoomSeats& seats = *connection.seats;
   if (!(seats.start().*change)(connection.seat.user, server_time_of_own_clock(called_at))) return;
@@ -192,7 +194,8 @@ void SessionHub::Impl::announce(SessionUser& user, std::size_t key, std::functio
   static_cast<Connection&>(user).news[key] = std::move(make);
 }
 
-/// Many changes by others thus do not add up in the queue of a user who reads slowly.
+/// Sends the queued notifications, unless the user reads slowly. Changes made meanwhile by others are merged, so they
+/// do not accumulate in the queue of that user.
 void SessionHub::Impl::send_news(SessionUser& user) {
   auto& connection = static_cast<Connection&>(user);
   const bool has_news = !connection.presence.empty() || !connection.news.empty();
@@ -213,7 +216,8 @@ void SessionHub::Impl::end(SessionUser& user, wire::DisconnectReason reason, con
   close(static_cast<Connection&>(user), reason, text, 0);
 }
 
-/// In      request  copied to the goodbye
+/// Ends a connection with a goodbye.
+/// In      request  number of the request that is answered by the goodbye; 0 if there is none
 void SessionHub::Impl::close(Connection& connection, wire::DisconnectReason reason, const std::string& text,
                              std::uint32_t request) {
   if (connection.state == ConnectionState::kClosed) return;
@@ -232,13 +236,14 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
     log("closed", connection.label() + " closed: " + text);
     return;
   }
-  // Separate kinds, because the log limits the lines of each: short stays must not use up those of others.
+  // The log limits the lines of each kind. Short stays have a separate kind, so that they do not suppress other lines.
   const std::string_view kind = called_at - connection.joined < kShortStay ? "left soon" : "left";
   log(kind, connection.label() + " left room " + connection.room().name() + ": " + text + "; " +
                 std::to_string(connection.stream->taken()) + " inputs taken");
   if (connection.credential && (reason == wire::DISCONNECT_LEFT || reason == wire::DISCONNECT_KICKED)) {
     end_other_device(*connection.credential, reason);
-  } else if (connection.credential) {  // may run before the user's new connection has a seat, which it may not get
+  } else if (connection.credential) {
+    // This includes an old connection of a resumed user, whose new connection has no seat yet and may be refused.
     admission->note_lost(*connection.credential, called_at);
   }
   connection.seats->leave(connection.seat);
@@ -253,7 +258,7 @@ void SessionHub::Impl::sweep() {
     if (is_closed) --entry.second->address->connections;
     return is_closed;
   });
-  // An address is kept until its token bucket is full again, so reconnecting gives no new budget.
+  // An address is stored until its token bucket is full again, so a client gets no new budget by reconnecting.
   if (erased == 0 && addresses.size() <= connections.size()) return;
   std::erase_if(addresses, [this](auto& entry) {
     return entry.second.connections == 0 && entry.second.control.is_full(called_at);

@@ -1,6 +1,6 @@
-// The server's side of every connection, without sockets: bytes and time come in, bytes leave through ServerTransport.
-// The live server drives it from Asio (server/net), the lab from simulated links. proto/STATES.md defines the states of
-// a connection.
+// The server side of all connections, without sockets. Its functions receive the incoming bytes and the time; outgoing
+// bytes are passed to ServerTransport. The live server calls it from Asio (server/net), the lab from simulated links.
+// proto/STATES.md defines the states of a connection.
 #pragma once
 
 #include <array>
@@ -25,111 +25,116 @@ namespace tandem::server {
 
 class PoseKeeper;
 
-/// TCP connection of the transport. The transport chooses the handle; it is not 0 and never reused while open.
+/// Handle of a TCP connection, chosen by the transport. It is not 0, and it is not reused while the connection is open.
 using ConnectionHandle = std::uint64_t;
 
-/// Send interface of the hub. Called on the io thread, from inside the hub's calls.
+/// Interface through which the hub sends. Unless stated otherwise, it is called on the io thread, within a call of the
+/// hub.
 class ServerTransport {
  public:
   virtual ~ServerTransport() = default;
-  /// Queues control bytes, whole and in order.
+  /// Queues control bytes. All of them are sent, in order.
   virtual void send_control(ConnectionHandle connection, std::span<const std::byte> bytes) = 0;
-  /// Sends one state datagram to the source address of that connection's last accepted datagram. Freshest-only: false
-  /// when it cannot be sent now; the datagram is then lost, and the caller counts it.
-  /// Thread  io; while io only sends, also the thread in SessionHub::help(), for another connection
+  /// Sends one state datagram to the source address of the connection's last accepted datagram. If it cannot be sent
+  /// now, returns false and discards it, because a newer state follows. The caller counts it.
+  /// Thread  io; while the io thread sends updates, also the thread in SessionHub::help(), for another connection
   virtual bool send_datagram(ConnectionHandle connection, std::span<const std::byte> datagram) = 0;
-  /// Control bytes that the connection has not taken yet. The hub sends state over TCP only when it is 0
-  /// (freshest-only), and ends a connection whose reader exceeds kMaxQueuedControlBytes.
+  /// Number of queued control bytes that the connection has not accepted yet. The hub sends state over TCP only if it
+  /// is 0, so that no outdated state waits. It closes a connection with more than kMaxQueuedControlBytes.
   virtual std::size_t queued_control_bytes(ConnectionHandle connection) const = 0;
-  /// Keying material exported from the connection's TLS (RFC 8446 §7.5); nothing if it is not encrypted.
+  /// Keying material exported from the TLS connection (RFC 8446 §7.5); none if the connection is not encrypted.
   virtual std::optional<secure::Exported> exported(ConnectionHandle, std::string_view /*label*/,
                                                    std::span<const std::byte> /*context*/) {
     return std::nullopt;
   }
-  /// Closes after the queued bytes have been sent. The hub has already dropped the connection; later calls about it are
-  /// optional and ignored.
+  /// Closes the connection after the queued bytes have been sent. The hub has already removed it, and ignores later
+  /// calls with this handle.
   virtual void close(ConnectionHandle connection) = 0;
 };
 
-/// States of a connection (proto/STATES.md). kClosed: unknown, or ended.
+/// States of a connection (proto/STATES.md). An unknown connection counts as kClosed.
 enum class ConnectionState : std::uint8_t { kGreeting, kJoining, kActive, kClosed };
 std::string_view name_of(ConnectionState state);
 
 struct HubSettings {
-  Duration silence_timeout{std::chrono::milliseconds(1500)};  ///< after joining, without state and control
-  Duration hello_timeout{std::chrono::seconds(2)};            ///< from connecting to hello
-  Duration join_timeout{std::chrono::seconds(5)};             ///< from connecting to joined
+  Duration silence_timeout{std::chrono::milliseconds(1500)};  ///< maximum time without a message from a joined user
+  Duration hello_timeout{std::chrono::seconds(2)};            ///< maximum time from connecting to the hello
+  Duration join_timeout{std::chrono::seconds(5)};             ///< maximum time from connecting to a completed join
   std::size_t max_connections = 64;
   std::uint16_t datagram_port = 0;
-  /// Source of connection ids. They must not be guessable: the live server uses a cryptographic source (LiveServer),
-  /// trials a seeded one.
+  /// Generator of connection ids, which must not be predictable. The live server uses a cryptographic generator
+  /// (LiveServer), trials use a seeded one.
   std::function<std::uint64_t()> connection_ids{};
-  /// Rules for joining; none: everybody may join (--insecure, trials).
+  /// Settings for admission; none if everybody may join (--insecure, trials).
   std::optional<AdmissionSettings> admission{};
-  /// Service of the rooms (ServerRooms), destroyed after the hub; null: no poses are kept.
+  /// Service that saves poses. It belongs to ServerRooms and must outlive the hub. Null: no poses are saved.
   PoseKeeper* poses = nullptr;
 };
 
 /// Result of on_datagram().
 struct AcceptedDatagram {
-  ConnectionHandle connection = 0;             ///< 0: the datagram was dropped
-  std::optional<std::uint64_t> path_answer{};  ///< number returned by a path answer; none for state
+  ConnectionHandle connection = 0;             ///< connection of the datagram; 0 if it was dropped
+  std::optional<std::uint64_t> path_answer{};  ///< number in the answer to a path challenge; none for other datagrams
 };
 
 struct HubCounters : proto::ChannelCounters {
   std::uint64_t bodies_thinned = 0;
   std::uint64_t joins = 0;
-  std::array<std::uint64_t, wire::ErrorCode_ARRAYSIZE> refusals{};     ///< connections and joins, by wire::ErrorCode
-  std::array<std::uint64_t, wire::DisconnectReason_ARRAYSIZE> ends{};  ///< connections, by wire::DisconnectReason
-  /// For each accepted input, measured at this end. A client can falsify it, because it reports part of it.
+  /// Refused connections and joins, by wire::ErrorCode.
+  std::array<std::uint64_t, wire::ErrorCode_ARRAYSIZE> refusals{};
+  std::array<std::uint64_t, wire::DisconnectReason_ARRAYSIZE> ends{};  ///< ended connections, by wire::DisconnectReason
+  /// Round-trip times, one for each accepted input, measured with the server's clock. A client can falsify them,
+  /// because the time for which it held the state is subtracted as reported.
   Histogram round_trip;
 };
 
 class SessionHub {
  public:
-  /// Fails   std::invalid_argument: connection_ids is empty, or a scene's description is too long for the wire
+  /// Fails   std::invalid_argument if connection_ids is empty, or if the description of a scene does not fit into a
+  ///         control message
   SessionHub(HubSettings settings, const std::vector<Room*>& rooms, ServerTransport& transport);
   ~SessionHub();
 
-  /// In      address  peer address without the port; connections from one address share limits
+  /// In      address  peer address without the port; connections from one address share limits (limits.hpp)
   void on_connected(ConnectionHandle connection, LocalTime now, const std::string& address = "");
   void on_control_bytes(ConnectionHandle connection, std::span<const std::byte> bytes, LocalTime now);
-  /// Ends a lost TCP connection: the user leaves the room, and the tool releases its body.
+  /// Ends a lost TCP connection. Its user leaves the room, and the user's tool releases the held body.
   void on_disconnected(ConnectionHandle connection, LocalTime now, const std::string& why = "the connection was lost");
-  /// Handles a datagram from any source. Dropped datagrams are counted, not answered. The transport may remember the
-  /// source of an accepted one. `may_belong_to` lets the transport veto a connection (wrong peer address).
+  /// Handles a datagram from any source. A dropped datagram is counted but not answered. If it is accepted, the
+  /// transport may store its source address.
+  /// In      may_belong_to  returns false if the datagram cannot come from a connection (wrong peer address)
   AcceptedDatagram on_datagram(std::span<const std::byte> datagram, LocalTime now,
                                const std::function<bool(ConnectionHandle)>& may_belong_to);
-  /// Datagram that asks its receiver to return `number`; empty if the connection has no state or no sealing. Valid
-  /// until the next call for that connection.
+  /// Returns a path challenge, a datagram whose receiver must return `number`. It is empty if the user has not joined
+  /// or if datagrams are not sealed. It is valid until the next call for this connection.
   std::span<const std::byte> path_challenge(ConnectionHandle connection, std::uint64_t number, LocalTime now);
 
-  /// Sends every update that rooms have published since the last call. Then delivers room events, ends silent
-  /// connections, and serves waiting control messages in turn (limits.hpp).
-  /// In      clock  read again for each update to stamp it, because sending the others takes time
+  /// Sends all updates that rooms have published since the last call. Then delivers the events of rooms, ends silent
+  /// connections, and handles waiting control messages of the connections in turn (limits.hpp).
+  /// In      clock  read before each update is sent, for its time stamp, because sending the others takes time
   void poll(const Clock& clock);
-  /// Helps poll() to send the updates of a room that has just published. The io thread waits for sends begun here, so
-  /// the calling thread must not block.
-  /// Thread  the room's
+  /// Sends some of the updates of a room that has just published, in parallel with poll() on the io thread. poll()
+  /// waits for sends begun here, so the calling thread must not block.
+  /// Thread  room
   void help(const Room& room);
-  /// Refuses all requests to services that are not started and all later ones; poll() sends the answers.
+  /// Refuses all requests that services have not begun, and all later ones. poll() sends the answers.
   void begin_stop();
-  /// Whether a request to a service is still unanswered.
+  /// Returns whether a request to a service has not been answered yet.
   bool owes_answers() const;
-  /// Ends all connections (DISCONNECT_SERVER_STOPPING), after refusing the unanswered requests.
+  /// Refuses the unanswered requests, then ends all connections (DISCONNECT_SERVER_STOPPING).
   void stop(LocalTime now);
 
-  /// Whether messages of that connection wait for a later turn; until then, read no more from it.
+  /// Returns whether messages of the connection wait for a later call of poll(). Meanwhile, do not read from it.
   bool is_behind(ConnectionHandle connection) const;
   ConnectionState state_of(ConnectionHandle connection) const;
   std::size_t connection_count() const;
   std::size_t user_count() const;
-  /// Number of users in a room by UserRole; rooms are numbered as in the constructor.
+  /// Number of users in a room, by UserRole. `room` is an index into the constructor's list of rooms.
   std::array<std::size_t, 3> users_in(std::size_t room) const;
   const HubCounters& counters() const;
-  /// Log sink, one line per noteworthy event (joined, left or refused with the reason). Called on the io thread.
+  /// Called on the io thread with one log line per event, for example a join, a leave, or a refusal with its reason.
   std::function<void(std::string_view kind, const std::string& line)> on_log;
-  /// Called within poll() and stop() when the state to save across restarts has changed.
+  /// Called within poll() and stop() if the state to be saved for the next start has changed.
   std::function<void(const wire::AdmissionState&)> on_admission;
 
  private:

@@ -1,9 +1,9 @@
-// Private to this folder: the connections of a SessionHub. Its functions are in four sources:
-//   session_hub.cpp      connections as a whole: accept, send, state in, time-outs, end
-//   session_updates.cpp  state out
-//   session_control.cpp  control messages from clients: rates, and the service or function that handles each
+// Implementation of SessionHub, private to this folder. Its functions are in four sources:
+//   session_hub.cpp      connections in general: accepting, sending, received state, time-outs, ending
+//   session_updates.cpp  sending of state
+//   session_control.cpp  received control messages: rate limits, and the choice of the service that handles them
 //   session_join.cpp     joining: admission, seats, credentials
-// Requests of joined users are handled by services (services/service.hpp).
+// Services handle the requests of joined users (services/service.hpp).
 #pragma once
 
 #include <deque>
@@ -24,7 +24,7 @@
 
 namespace tandem::server {
 
-/// Limits shared by the connections of one address.
+/// Use of the limits that the connections of one address share.
 struct AddressUse {
   net::TokenBucket control{kAddressControlRate};
   std::size_t connections = 0;
@@ -44,27 +44,28 @@ struct Connection final : SessionUser {
   bool state_over_tcp = false;
 
   // kJoining
-  Admission::Ticket ticket;                      ///< of the last admitted join
-  std::optional<wire::ClientControl> held_join;  ///< until the token's use is on disk; blocks other messages
+  Admission::Ticket ticket;  ///< ticket of the last admitted join
+  /// Join that waits until the use of its token is on disk. Later messages of the connection wait too.
+  std::optional<wire::ClientControl> held_join;
 
   // kActive
   LocalTime joined{};
-  proto::ChannelCounters counters;  ///< counts of the stream since the last collect()
+  proto::ChannelCounters counters;  ///< counters of `stream` since the last collect()
   std::uint64_t bodies_thinned = 0;
   std::optional<StateStream> stream;
   net::TokenBucket updates{kUpdateRate};
-  std::optional<Admission::Id> credential;  ///< for a later resume by the user
-  // News not sent to the user yet.
-  std::vector<wire::ServerControl> presence;  ///< joins and leaves, in order
-  std::map<std::size_t, std::function<wire::ServerControl()>> news;
+  std::optional<Admission::Id> credential;  ///< credential with which the user can resume
+  // Notifications not sent to the user yet.
+  std::vector<wire::ServerControl> presence;                         ///< joins and leaves of other users, in order
+  std::map<std::size_t, std::function<wire::ServerControl()>> news;  ///< others, by key; see ServiceHost::announce()
 
   std::string label() const { return seats == nullptr ? "connection " + std::to_string(handle) : SessionUser::label(); }
   bool is_half_open() const { return state == ConnectionState::kGreeting || state == ConnectionState::kJoining; }
   bool is_in(const Room& of) const { return state == ConnectionState::kActive && &room() == &of; }
 };
 
-// A connection that ends is only marked kClosed; sweep() erases it when the outermost call is done, so that
-// loops over the connections may end any of them.
+// A connection that ends is only marked kClosed. sweep() erases it at the end of the outermost call, so that a loop
+// over the connections may end any of them.
 struct SessionHub::Impl final : ServiceHost {
   Impl(SessionHub& owner, HubSettings hub_settings, const std::vector<Room*>& hub_rooms,
        ServerTransport& hub_transport);
@@ -113,7 +114,7 @@ struct SessionHub::Impl final : ServiceHost {
   void collect(Connection& connection);
   bool deliver_state(Connection& connection, std::span<const std::byte> datagram);
 
-  // For services; each user is a Connection.
+  // Interface for services. Each SessionUser is a Connection.
   LocalTime now() const override { return called_at; }
   const std::vector<std::unique_ptr<RoomSeats>>& rooms() const override { return room_seats; }
   std::vector<SessionUser*> users_of(const Room& room) const override;
@@ -132,10 +133,10 @@ struct SessionHub::Impl final : ServiceHost {
   std::optional<Admission> admission;
   std::uint64_t published_admission = 0;  ///< Admission::changes() at the last on_admission()
   std::vector<std::unique_ptr<RoomSeats>> room_seats;
-  std::vector<std::unique_ptr<SessionService>> services;  ///< in the order of their messages
+  std::vector<std::unique_ptr<SessionService>> services;  ///< in the order in which they notify users
   std::map<SessionService::Case, SessionService*> handlers;
-  std::deque<SharedTurns> updates;     ///< per room, for its UDP users
-  std::vector<Connection*> updated{};  ///< UDP users of the current room
+  std::deque<SharedTurns> updates;     ///< parallel loop over the UDP users of a room, for each room
+  std::vector<Connection*> updated{};  ///< UDP users of the room whose update is being sent
   std::map<ConnectionHandle, std::unique_ptr<Connection>> connections;
   std::unordered_map<ConnectionId, Connection*> active;
   HubCounters counters;
@@ -143,7 +144,7 @@ struct SessionHub::Impl final : ServiceHost {
   std::map<std::string, AddressUse> addresses;
   net::TokenBucket turn{kTurn};
   ConnectionHandle served_last = 0;
-  LocalTime called_at{};  ///< time of the current call
+  LocalTime called_at{};  ///< time of the current call of the hub
 };
 
 }  // namespace tandem::server

@@ -9,7 +9,7 @@
 namespace tandem::server {
 namespace {
 
-/// Returns the first bound out of range; null: all present bounds are in range.
+/// Returns the first bound that is out of range; null if all present bounds are in range.
 const proto::CouplingField* find_bad_bound(const wire::Coupling& bounds) {
   for (const proto::CouplingField& field : proto::kCouplingFields) {
     if ((bounds.*field.has)() && !field.accepts((bounds.*field.get)())) return &field;
@@ -17,7 +17,7 @@ const proto::CouplingField* find_bad_bound(const wire::Coupling& bounds) {
   return nullptr;
 }
 
-/// Room of that name, or without a name the only one; null: there is none.
+/// Finds a room by name. An empty name stands for the only room. Returns null if there is no such room.
 RoomSeats* find_room(const std::vector<std::unique_ptr<RoomSeats>>& rooms, const std::string& name) {
   if (name.empty() && rooms.size() == 1) return rooms.front().get();
   for (const auto& seats : rooms) {
@@ -39,7 +39,7 @@ void SessionHub::Impl::join(Connection& connection, const wire::ClientControl& m
   if (admit_user(connection, message.request(), *granted.mutable_join())) join_as_granted(connection, granted);
 }
 
-/// Checks the join against admission, and limits `wanted` to the granted rights.
+/// Checks a join with Admission. Limits `wanted` to the granted rights, or refuses the connection and returns false.
 bool SessionHub::Impl::admit_user(Connection& connection, std::uint32_t request, wire::JoinRoom& wanted) {
   if (!admission) return true;
   const auto exported =
@@ -49,7 +49,7 @@ bool SessionHub::Impl::admit_user(Connection& connection, std::uint32_t request,
     return false;
   }
   if (!connection.ticket.is_resumed) return true;
-  // The resumed user may still have a connection whose loss has not been detected yet.
+  // If the loss of the user's old connection has not been detected yet, the old connection is ended now.
   for (const auto& [handle, other] : connections) {
     if (other->credential != connection.ticket.id || other->state != ConnectionState::kActive) continue;
     end(*other, wire::DISCONNECT_RESUMED, "the user rejoined on another connection");
@@ -76,7 +76,7 @@ void SessionHub::Impl::join_as_granted(Connection& connection, const wire::Clien
                "; rooms here: " + names_of(room_seats));
   } else if (wanted.role() == wire::ROLE_OPERATOR && seats->has_operator()) {
     refuse(wire::ERROR_NOT_ALLOWED, "room " + seats->room().name() + " has an operator; join as a manipulator");
-  } else if (!(wanted.deadband() >= 0 && wanted.deadband() <= net::kMaxDeadband)) {  // NaN, too, is refused
+  } else if (!(wanted.deadband() >= 0 && wanted.deadband() <= net::kMaxDeadband)) {  // also refuses NaN
     refuse(wire::ERROR_BAD_VALUE, "the deadband must be 0 to 0.5");
   } else if (const proto::CouplingField* bad = find_bad_bound(wanted.coupling_bounds())) {
     refuse(wire::ERROR_BAD_VALUE, "coupling_bounds: " + std::string(bad->name) + " must be " +
@@ -92,14 +92,15 @@ void SessionHub::Impl::join_as_granted(Connection& connection, const wire::Clien
   }
 }
 
-/// Writes the token's use before giving a seat: a kill in between would leave it valid. Does not block io.
+/// Holds a join until the use of its token is on disk, without blocking the io thread. If a seat were assigned before,
+/// a kill of the server in between would leave the token valid.
 void SessionHub::Impl::hold(Connection& connection, const wire::ClientControl& message) {
   connection.held_join = message;
   admission->use(connection.ticket);
   settle(connection);
 }
 
-/// Continues a held join after its write. Checks everything again, because others may have taken the last place.
+/// Continues a held join after the write. Checks all conditions again, because others may have taken the last seat.
 void SessionHub::Impl::settle(Connection& connection) {
   const InvitationLedger::Use use = admission->use_of(connection.ticket);
   if (use == InvitationLedger::Use::kBeingWritten) return;
@@ -115,7 +116,7 @@ void SessionHub::Impl::settle(Connection& connection) {
 void SessionHub::Impl::assign_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats) {
   const wire::JoinRoom& wanted = message.join();
   auto secret = transport.exported(connection.handle, secure::kDatagramExport, proto::seal_context(connection.id));
-  // With tokens, no datagram is sent unsealed.
+  // If tokens are required, no datagram may be sent without a seal.
   if (admission && !secret) return end(connection, wire::DISCONNECT_PROTOCOL_ERROR, "no keys for datagrams");
   const UserRole role = *role_of(wanted.role());
   std::vector<std::string> taken;
@@ -171,7 +172,8 @@ void SessionHub::Impl::introduce(Connection& newcomer, const wire::JoinRoom& gra
   announce_presence(newcomer, user_joined(newcomer.seat, newcomer.name));
 }
 
-/// If a user leaves before others were notified of the join, they get neither message.
+/// Notifies the other users of a join or leave. If a user leaves before another user has been notified of the join,
+/// that user gets neither message.
 void SessionHub::Impl::announce_presence(const Connection& requester, const wire::ServerControl& message) {
   const auto is_join = [&requester](const wire::ServerControl& unsent) {
     return unsent.has_user_joined() && unsent.user_joined().user() == requester.seat.user.value;
@@ -183,7 +185,7 @@ void SessionHub::Impl::announce_presence(const Connection& requester, const wire
   }
 }
 
-/// Ends the user's other device too, if the user left with the first one or was kicked with either.
+/// Ends the user's other device too, if the user left with the first device or was kicked with either of them.
 void SessionHub::Impl::end_other_device(const Admission::Id& credential, wire::DisconnectReason reason) {
   const Admission::Id first = reason == wire::DISCONNECT_KICKED ? admission->first_of(credential) : credential;
   const std::optional<Admission::Id> second = admission->revoke(first);

@@ -1,4 +1,4 @@
-// Sends published room updates to their users, on the io thread and on the room's thread that helps it.
+// Sends published updates of rooms to their users, on the io thread and in parallel on the room thread.
 #include <algorithm>
 #include <functional>
 #include <utility>
@@ -8,9 +8,10 @@
 namespace tandem::server {
 namespace {
 
-// Below this number of users, io alone is faster than sharing the work. An awake io thread begins within the time
-// below.
+/// Minimum number of users for help by the room thread. With fewer users, the io thread alone is faster.
 constexpr std::size_t kWorthHelping = 4;
+/// Maximum time for which the room thread waits for the io thread to begin. If the io thread is awake, it begins
+/// earlier.
 constexpr Duration kHelpBeginsWithin = std::chrono::microseconds(20);
 
 void add_counts(const proto::ChannelCounters& more, proto::ChannelCounters& to) {
@@ -27,7 +28,8 @@ void add_counts(const proto::ChannelCounters& more, proto::ChannelCounters& to) 
 
 }  // namespace
 
-/// Sends a room's update to its users. Only the io thread writes to TCP connections.
+/// Sends the newest update of a room to its users. Both threads send to UDP users, but only the io thread writes to TCP
+/// connections.
 void SessionHub::Impl::send_updates(std::size_t room, const Clock& clock) {
   Room& count = room_seats[room]->room();
   if (!count.output().poll()) return;
@@ -46,9 +48,10 @@ void SessionHub::Impl::send_updates(std::size_t room, const Clock& clock) {
   for (const auto& service : services) service->on_update(count);
 }
 
-/// Thread  io or the helping thread; changes nothing but this connection
+/// Sends an update to one user. Changes only this connection.
+/// Thread  io, or the room thread in help()
 void SessionHub::Impl::send_update(Connection& connection, const RoomUpdate& update, LocalTime now) {
-  // The seat's previous user is skipped.
+  // Skips an update that was made for the previous user of the seat.
   if (update.user[connection.seat.index] != connection.seat.user) return;
   connection.seats->on_update(connection.seat, update);
   const bool is_blocked = connection.state_over_tcp && queued_bytes(connection) > 0;

@@ -1,10 +1,10 @@
-// Parallel loop of two threads: the owner, which runs it, and an idle helper.
+// Parallel loop of two threads: the owner, which runs the loop, and an idle helper. A turn is one iteration.
 //
-//   run():  open ── takes turns ── closes ── waits until no helper is in a turn
-//   help():      sees it open, takes turns
+//   run():   opens the loop ── executes turns ── closes the loop ── waits until no helper executes a turn
+//   help():       finds the loop open ── executes turns
 //
-// Each turn is taken by incrementing a counter, so it is taken once. A helper registers itself before it checks again
-// that the loop is open, so run() never leaves one behind.
+// A thread takes a turn by incrementing a shared counter, so each turn is executed once. A helper first registers
+// itself and then checks again that the loop is open. Therefore run() never returns while a helper executes a turn.
 #pragma once
 
 #include <atomic>
@@ -15,13 +15,14 @@
 
 namespace tandem::server {
 
-/// Uses no lock and does not allocate; run() spins while it waits for helpers. A turn must not throw: the other thread
-/// would not be notified.
+/// Parallel loop without locks or allocation. run() spins while it waits for helpers. A turn must not throw, because
+/// run() and help() are noexcept.
 class SharedTurns {
  public:
   using Turn = std::function<void(std::size_t)>;
 
-  /// Calls `turn` once with each number below `count`, here or in help(). Returns when all calls have returned.
+  /// Calls `turn` once with each number below `count`, on this thread or in help(). Returns when all calls have
+  /// returned.
   /// Thread  one
   void run(std::size_t count, const Turn& turn) noexcept {
     turn_ = &turn;
@@ -33,8 +34,8 @@ class SharedTurns {
     while (helpers_.load() > 0) {
     }
   }
-  /// Takes turns of the open loop; waits up to `time` for it to open.
-  /// Thread  any thread that does not block: run() waits for turns taken here
+  /// Executes turns of the open loop. If it is not open, waits for it up to `time`, spinning.
+  /// Thread  any thread that does not block, because run() waits for turns that are executed here
   void help(Duration time) noexcept {
     const SteadyClock clock;
     const LocalTime until = clock.now() + time;
@@ -51,7 +52,7 @@ class SharedTurns {
     for (std::size_t i = next_.fetch_add(1); i < count_; i = next_.fetch_add(1)) (*turn_)(i);
   }
 
-  const Turn* turn_ = nullptr;  ///< open loop's, as count_
+  const Turn* turn_ = nullptr;  ///< body of the open loop, with count_ iterations
   std::size_t count_ = 0;
   std::atomic<std::size_t> next_{0};
   std::atomic<int> helpers_{0};

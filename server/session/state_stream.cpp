@@ -26,11 +26,11 @@ proto::DropReason StateStream::receive(const proto::DatagramHeader& header, std:
   if (reason != proto::DropReason::kNone) return reason;
   mode_ = input.mode;
   ++taken_;
-  has_hand_ = has_hand_ || input.handle_valid;  // an observer's is never valid
+  has_hand_ = has_hand_ || input.handle_valid;  // never true for an observer
   if (input.acknowledged_sent != ServerTime{}) {
     round_trip_ = server_time_of_own_clock(now) - input.acknowledged_sent - input.acknowledged_held;
   }
-  // An observer's updates only keep the connection alive and show its address; they never reach the world.
+  // The updates of an observer only keep the connection alive and reveal its address; the room does not get them.
   if (has_tool(seat_.role) && seats_.room().input(seat_.index).publish(input)) {
     counters_.received_drops.add(proto::DropReason::kOverwritten);
   }
@@ -41,7 +41,7 @@ std::size_t StateStream::send(const RoomUpdate& published, bool is_blocked, Loca
   proto::OwnUpdate own = published.own[seat_.index];
   channel_.count_overwritten(own.step.value);
   unsent_faults_ |= own.tick_faults;
-  // The destination of a user's datagrams is unknown until the first one arrives.
+  // Over UDP, the address of the client is unknown until its first datagram has arrived.
   if (!channel_.has_received() && !is_stream_) return 0;
   const auto changed = [&](const net::Deadband& deadband, Duration since) {
     return has_changed(deadband, since, own, published.users.size());
@@ -61,8 +61,9 @@ std::size_t StateStream::send(const RoomUpdate& published, bool is_blocked, Loca
   return thinned;
 }
 
-// A client without a local model couples to the last sent tool pose. A client with a model compares poses at the same
-// input, so the last sent pose is extrapolated.
+// Returns whether the update differs from the last sent one by more than the deadband. A client without a local model
+// couples to the last received tool pose. A client with a local model compares its prediction with the received pose
+// for the same input, so the last sent pose is extrapolated here.
 bool StateStream::has_changed(const net::Deadband& deadband, Duration since, const proto::OwnUpdate& own,
                               std::size_t users) const {
   if (mode_ == proto::ClientMode::kWave || own.held_body != sent_.held_body) return true;

@@ -1,4 +1,5 @@
-// State stream of a user's session, between the mailboxes of the room and the datagrams of the connection.
+// State stream of one user: passes received client updates to the mailbox of the room, and sends the room's updates as
+// datagrams.
 #pragma once
 
 #include <functional>
@@ -13,24 +14,24 @@ namespace tandem::server {
 /// Thread  io; send() also on the thread in SessionHub::help()
 class StateStream {
  public:
-  /// Sends a datagram; returns false when it cannot be sent now.
+  /// Sends a datagram. Returns false if it cannot be sent now.
   using Deliver = std::function<bool(std::span<const std::byte>)>;
 
-  /// In      seats, counters  must outlive the stream
+  /// In      seats, counters  stored by reference; must outlive the stream
   StateStream(const RoomSeats& seats, const Seat& seat, const proto::DatagramChannel::Settings& settings,
               proto::ChannelCounters& counters);
 
   bool is_for(const proto::DatagramHeader& header) const { return channel_.is_for(header); }
   /// Number of accepted client updates.
   std::uint64_t taken() const { return taken_; }
-  /// Whether a valid handle of a user with a tool has been accepted.
+  /// Returns whether a client update with a valid handle pose has been accepted. An observer's never is.
   bool has_hand() const { return has_hand_; }
   /// Passes the client update in the datagram to the room, or returns the reason for dropping it.
   proto::DropReason receive(const proto::DatagramHeader& header, std::span<const std::byte> datagram, LocalTime now);
-  /// Time from sending a state to receiving the input that acknowledges it, less the client's holding time; none before
-  /// the first acknowledgement.
+  /// Round-trip time: from sending a state to receiving the input that acknowledges it, minus the time for which the
+  /// client held the state. None before the first acknowledgement.
   std::optional<Duration> round_trip() const { return round_trip_; }
-  /// Reads the number returned by a path message, or returns the reason for dropping it.
+  /// Reads the number in the answer to a path challenge, or returns the reason for dropping the datagram.
   proto::DropReason receive_path(const proto::DatagramHeader& header, std::span<const std::byte> datagram,
                                  std::uint64_t& number) {
     return channel_.receive_path(header, datagram, number);
@@ -38,9 +39,9 @@ class StateStream {
   std::span<const std::byte> path_challenge(std::uint64_t number, LocalTime now) {
     return channel_.path_message(number, now);
   }
-  /// Sends the room's update, unless it is suppressed or paced.
+  /// Sends the room's update, unless the deadband suppresses it or the rate limit withholds it.
   ///
-  /// In      is_blocked  state uses TCP, and earlier bytes are still queued
+  /// In      is_blocked  true if state uses TCP and earlier bytes are still queued
   /// Out     number of bodies and users that did not fit into the datagram
   std::size_t send(const RoomUpdate& published, bool is_blocked, LocalTime now, const Deliver& deliver);
 
@@ -58,9 +59,9 @@ class StateStream {
   bool has_hand_ = false;
   std::optional<Duration> round_trip_;
   proto::ClientMode mode_ = proto::ClientMode::kHandle;  ///< mode of the newest client update
-  TickFaults unsent_faults_ = 0;                         ///< faults of steps that were not sent
-  proto::OwnUpdate sent_;                                ///< last sent update as published, if it may suppress the next
-  std::size_t users_sent_ = 0;                           ///< in the same update
+  TickFaults unsent_faults_ = 0;                         ///< faults of the steps since the last sent update
+  proto::OwnUpdate sent_;                                ///< last sent update; used only with a deadband
+  std::size_t users_sent_ = 0;                           ///< number of users in that update
 };
 
 }  // namespace tandem::server

@@ -8,9 +8,9 @@
 namespace tandem::server {
 namespace {
 
-/// Tolerance for drift between two updates; drift and the slew of adjtime(3) are far below it.
+/// Maximum difference between two updates that counts as drift. Real drift and the slew of adjtime(3) are far smaller.
 constexpr std::int64_t kDrift_ms = 1000;
-/// Year 9999: a later clock is broken, and the limit keeps sums far from overflow.
+/// End of the year 9999. Later times are clamped to it, so that sums do not overflow.
 constexpr std::uint64_t kLatest_ms = 253'402'300'799'000;
 
 std::int64_t milliseconds(LocalTime now) {

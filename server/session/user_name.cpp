@@ -16,13 +16,13 @@ bool is_between(std::uint32_t code, std::uint32_t first, std::uint32_t last) {
   return code >= first && code <= last;
 }
 
-/// Whether the code point is a blank of any width.
+/// Returns whether the code point is a space of any width.
 bool is_space(std::uint32_t code) {
   return code == ' ' || code == 0xA0 || code == 0x1680 || is_between(code, 0x2000, 0x200A) || code == 0x202F ||
          code == 0x205F || code == 0x3000;
 }
 
-/// Whether the code point has no visible glyph: two names that differ only by it look alike.
+/// Returns whether the code point has no visible glyph. Two names that differ only by such a code point look alike.
 bool is_invisible(std::uint32_t code) {
   return code == 0xAD || code == 0x34F || code == 0x61C || code == 0x115F || code == 0x1160 ||
          is_between(code, 0x17B4, 0x17B5) || is_between(code, 0x180B, 0x180F) || is_between(code, 0x200B, 0x200D) ||
@@ -31,7 +31,7 @@ bool is_invisible(std::uint32_t code) {
          is_between(code, 0x1D173, 0x1D17A) || is_between(code, 0xE0000, 0xE0FFF);
 }
 
-/// Returns as many whole characters as fit into `most_bytes`.
+/// Returns the longest prefix of `name` that has at most `most_bytes` and ends with a complete character.
 std::string first_characters(std::string_view name, std::size_t most_bytes) {
   std::string_view rest = name;
   std::size_t size = 0;
@@ -45,11 +45,11 @@ std::string first_characters(std::string_view name, std::size_t most_bytes) {
 
 bool is_acceptable_user_name(std::string_view name) {
   if (name.empty() || name.size() > kMaxNameBytes) return false;
-  bool was_space = true;  // at either end a space is invisible
+  bool was_space = true;  // refuses a space at the beginning, where it is invisible
   while (!name.empty()) {
     const auto code = net::pop_code_point(name);
     if (!code || !net::is_harmless(*code) || is_invisible(*code)) return false;
-    // Blanks other than U+0020 look like it, so two names could look equal.
+    // Other spaces than U+0020 look like U+0020, so two different names could look equal.
     if (is_space(*code) && (was_space || *code != ' ')) return false;
     was_space = is_space(*code);
   }

@@ -1,4 +1,4 @@
-// User names, which appear in logs, terminals and windows of other people.
+// Rules for user names, which are displayed in logs, terminals and the windows of other users.
 #pragma once
 
 #include <string>
@@ -7,13 +7,13 @@
 
 namespace tandem::server {
 
-/// True for 1 to 64 bytes of valid UTF-8 without control, line-breaking, direction-overriding or invisible characters,
-/// and without a space at either end or two in a row.
+/// Returns true for 1 to 64 bytes of valid UTF-8 without control, line-breaking, direction-overriding or invisible
+/// characters. A name must not begin or end with a space, or contain two spaces in a row.
 bool is_acceptable_user_name(std::string_view name);
 /// Returns `name`, with a number appended if it is taken: "ada (2)".
 std::string name_beside(const std::string& name, const std::vector<std::string>& taken);
 
-/// Makes client text safe for a log or an error text.
+/// Returns text from a client in a form that is safe in logs and error texts: in quotes, or "(unprintable)".
 std::string quoted(const std::string& text);
 
 }  // namespace tandem::server

@@ -7,7 +7,7 @@
 namespace tandem::server {
 namespace {
 
-/// A chunk of a scene's asset, or an error with the reason.
+/// Returns the requested chunk of an asset of the scene, or an error with the reason.
 wire::ServerControl asset_answer(std::uint32_t request, const wire::GetAsset& wanted, const LoadedScene& scene) {
   const auto asset = std::find_if(scene.assets.begin(), scene.assets.end(), [&wanted](const Asset& candidate) {
     const auto* hash = reinterpret_cast<const char*>(candidate.sha256.data());

@@ -7,7 +7,7 @@
 namespace tandem::server {
 namespace {
 
-/// Keys of news: users receive the law before the coefficients.
+/// Keys of notifications, in the order in which they are sent: users receive the law before the coefficients.
 constexpr std::size_t kLawNews = 0, kCoefficientNews = 1;
 
 wire::ServerControl law_set(std::string_view law) {
@@ -17,7 +17,7 @@ wire::ServerControl law_set(std::string_view law) {
   return message;
 }
 
-/// Value of a coefficient in force for the user.
+/// Message with the effective value of a coefficient for the user's tool.
 wire::ServerControl coefficient_set(const proto::CouplingField& field, const SessionUser& user) {
   wire::ServerControl message;
   message.mutable_parameter_set()->set_name(std::string(field.name));
@@ -32,11 +32,11 @@ class Coupling final : public SessionService {
   void handle(SessionUser& user, const wire::ClientControl& message) override;
   void on_joined(SessionUser& user, const wire::JoinRoom& /*granted*/) override { known_[&user] = in_force(user); }
   void on_left(SessionUser& user) override;
-  /// A grip changes the coefficients in force.
+  /// Reports changes, because the effective coefficients change when a tool grasps or releases a body.
   void on_update(const Room& room) override { announce_changes(room); }
 
  private:
-  /// Coupling in force at the last announce_changes(): the user knows it, or has news of it.
+  /// Effective coupling at the last announce_changes(). It has been sent to the user, or its notification is queued.
   struct Known {
     std::string_view law;
     haptics::CouplingParameters coefficients;
@@ -79,7 +79,8 @@ void Coupling::handle(SessionUser& user, const wire::ClientControl& message) {
   }
 }
 
-/// Announces the coefficient to all others, each with the value for their own tool, even if that is the same as before.
+/// Sets a coefficient. Each of the other users is notified of its effective value for their tool, even if this value
+/// has not changed.
 void Coupling::set_coefficient(SessionUser& setter, const wire::ClientControl& message,
                                const proto::CouplingField& field) {
   haptics::CouplingParameters parameters = setter.seats->coupling().parameters;
@@ -97,7 +98,8 @@ void Coupling::set_coefficient(SessionUser& setter, const wire::ClientControl& m
   host_.send(setter, answer);
 }
 
-/// Sets the law. Allowed during contact: both ends fade it (haptics::LawFade).
+/// Sets the coupling law. This is allowed during contact, because client and server both blend from the old law to the
+/// new one (haptics::LawFade).
 void Coupling::set_law(SessionUser& setter, const wire::ClientControl& message) {
   RoomSeats& seats = *setter.seats;
   const physics::SceneCoupling& of_scene = seats.room().scene().world.coupling;
@@ -121,7 +123,7 @@ void Coupling::set_law(SessionUser& setter, const wire::ClientControl& message) 
   send_changes(seats.room());
 }
 
-/// The coupling returns to the scene's when an operator leaves.
+/// Reports changes, because the scene's coupling is restored when the operator leaves.
 void Coupling::on_left(SessionUser& user) {
   known_.erase(&user);
   send_changes(user.room());
@@ -132,7 +134,8 @@ void Coupling::announce(SessionUser& user, const proto::CouplingField& field) {
   host_.announce(user, kCoefficientNews + index, [&user, &field] { return coefficient_set(field, user); });
 }
 
-/// Announces to each user the law and those coefficients in force that have changed.
+/// Queues notifications for each user of the law, if it has changed, and of those effective coefficients that have
+/// changed.
 void Coupling::announce_changes(const Room& room) {
   for (SessionUser* user : host_.users_of(room)) {
     const auto known = known_.find(user);

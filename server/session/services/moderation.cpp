@@ -26,7 +26,7 @@ void Moderation::handle(SessionUser& user, const wire::ClientControl& message) {
   }
 }
 
-/// Removes a user; a kicked user can join again only with a new token.
+/// Removes a user from the room. If tokens are required, the kicked user can join again only with a new token.
 void Moderation::kick(SessionUser& user, const wire::ClientControl& message) {
   SessionUser* const kicked = host_.find_user(user.room(), UserId{message.kick().user()});
   if (!user.is_operator()) {

@@ -29,7 +29,7 @@ class Poses final : public SessionService {
   void refuse_unanswered() override;
 
  private:
-  /// Takes one request from the bucket of a user or of a room; false: it is empty.
+  /// Takes one token from the bucket of a user or of a room. Returns false if the bucket is empty.
   template <class Key>
   bool consume(std::map<const Key*, net::TokenBucket>& buckets, const Key& count, const net::Rate& rate) {
     net::TokenBucket& bucket = buckets.try_emplace(&count, rate).first->second;
@@ -45,7 +45,7 @@ class Poses final : public SessionService {
   std::map<const Room*, net::TokenBucket> of_rooms_;
 };
 
-/// Submits a request; on_poll() sends the answer.
+/// Passes a permitted request to PoseKeeper. on_poll() sends the answer.
 void Poses::handle(SessionUser& user, const wire::ClientControl& message) {
   const Room& room = user.room();
   const wire::AskPose& wanted = message.ask_pose();
@@ -89,8 +89,9 @@ void Poses::on_left(SessionUser& user) {
   if (keeper_ != nullptr) keeper_->forget(user.room(), user.seat.user);
 }
 
-/// A kept pose belongs to the user name that kept it. After that user has left, everybody may edit it; otherwise a room
-/// could fill up for good.
+/// Returns the reason why the user may not delete or rename a pose; empty if they may. A saved pose belongs to the name
+/// of the user who saved it. After that user has left, everybody may edit it. Otherwise nobody could make space in a
+/// full room.
 std::string Poses::edit_problem(const SessionUser& user, const wire::AskPose& edit) const {
   const bool edits = edit.kind() == wire::AskPose::DELETE || edit.kind() == wire::AskPose::RENAME;
   if (!edits || user.is_operator()) return {};
@@ -126,7 +127,7 @@ void Poses::on_poll() {
                           const RoomCommand* placing) { return deliver(room, requester, answer, placing); });
 }
 
-/// See PoseKeeper::deliver().
+/// Sends an answer, and passes `placing` to the room (see PoseKeeper::deliver()).
 bool Poses::deliver(const Room& room, UserId requester, const wire::ServerControl& answer, const RoomCommand* placing) {
   SessionUser* const user = host_.find_user(room, requester);
   const bool is_for_requester = placing != nullptr || answer.has_error();
@@ -147,7 +148,7 @@ void Poses::begin_stop() {
   if (keeper_ != nullptr) keeper_->begin_stop();
 }
 
-/// A hung disk or a long evaluation does not delay a stop.
+/// Refuses all requests that have not been answered. A hung disk or a long evaluation therefore does not delay a stop.
 void Poses::refuse_unanswered() {
   if (keeper_ == nullptr) return;
   on_poll();

@@ -1,4 +1,4 @@
-// The services of a hub, each in the source of its name.
+// Functions that make the services of a hub. Each service is in the source file of the same name.
 #pragma once
 
 #include <memory>
@@ -8,21 +8,21 @@
 
 namespace tandem::server {
 
-/// Grab and Release, their results, and bodies that were put back.
+/// Handles Grab and Release, and reports their results and bodies that were put back.
 std::unique_ptr<SessionService> make_grasping(ServiceHost& host);
-/// SetParameter: coefficients and law of a room's coupling, and news of their changes.
+/// Handles SetParameter, which sets the law and the coefficients of a room's coupling, and reports their changes.
 std::unique_ptr<SessionService> make_coupling(ServiceHost& host);
-/// Kick and ResetRoom, by a room's operator.
-/// In      poses  null: no poses are kept
+/// Handles Kick and ResetRoom, which only the operator of a room may request.
+/// In      poses  null if no poses are saved
 std::unique_ptr<SessionService> make_moderation(ServiceHost& host, PoseKeeper* poses);
-/// AskPose: kept poses of a room's two molecules, undo, and minimisation.
-/// In      poses  null: every request is refused
+/// Handles AskPose: saved poses of a room's two molecules, undo and redo, and minimisation.
+/// In      poses  if null, every request is refused
 std::unique_ptr<SessionService> make_poses(ServiceHost& host, PoseKeeper* poses);
-/// Point: shows a place to the users of a room.
+/// Handles Point, which shows a place to all users of a room.
 std::unique_ptr<SessionService> make_pointing(ServiceHost& host);
-/// GetAsset: assets of a room's scene, chunk by chunk.
+/// Handles GetAsset, which requests one chunk of an asset of the room's scene.
 std::unique_ptr<SessionService> make_assets(ServiceHost& host);
-/// Shapes of soft bodies for users who display them.
+/// Sends the shapes of soft bodies to the users who requested them when they joined.
 std::unique_ptr<SessionService> make_soft_shapes(ServiceHost& host);
 
 }  // namespace tandem::server

@@ -19,7 +19,7 @@ class SoftShapes final : public SessionService {
   void send(SessionUser& user, const wire::ServerControl& message);
 
   ServiceHost& host_;
-  /// Last sent offsets, by soft body, of the users who requested them.
+  /// Last sent offsets of each soft body, for each user who requested shapes.
   std::map<const SessionUser*, std::map<std::uint32_t, std::string>> sent_;
 };
 
@@ -36,7 +36,7 @@ void SoftShapes::on_poll() {
   }
 }
 
-/// Shapes never queue: a shape is skipped while any byte is queued, or if it is unchanged.
+/// Sends a shape, unless it is unchanged or earlier bytes are still queued for the user. Shapes therefore never queue.
 void SoftShapes::send(SessionUser& user, const wire::ServerControl& message) {
   const auto found = sent_.find(&user);
   if (found == sent_.end()) return;

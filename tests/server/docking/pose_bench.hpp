@@ -1,4 +1,4 @@
-// A room with two helices and its pose keeper, for tests.
+// Test fixture: a room with two helical molecules, and a PoseKeeper for it.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -17,7 +17,8 @@
 
 namespace tandem::server {
 
-/// Two helices at a distance; no tool holds them.
+/// Scene with two separate helices, which no tool holds.
+/// In      static_bodies  indices of the bodies that cannot move
 inline std::shared_ptr<const LoadedScene> load_helices(const std::vector<int>& static_bodies) {
   wire::Scene scene = docking_scene(molecule_source(std::string(test::k3al1File) + ":A", ""),
                                     molecule_source(std::string(test::k3al1File) + ":B", ""), wire::MolecularField());
@@ -26,7 +27,7 @@ inline std::shared_ptr<const LoadedScene> load_helices(const std::vector<int>& s
     scene.mutable_bodies(body)->clear_mass_kg();
     scene.mutable_bodies(body)->clear_graspable();
   }
-  // Too weak to move the helices while no tool holds them.
+  // This scale makes the molecular forces too weak to move the helices.
   scene.mutable_molecular_field()->set_newtons_per_kcal_per_mol_angstrom(1e-6);
   return load_scene_text(scene_text(scene), "helices", ".");
 }
@@ -44,7 +45,7 @@ class PoseKeeperTest : public ::testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  /// Creates a new room of the scene and its keeper.
+  /// Creates a new room with the scene, and a new PoseKeeper, as after a restart of the server.
   void start(const std::filesystem::path& folder, const std::shared_ptr<const LoadedScene>& scene = helices()) {
     keeper_.reset();
     rooms_.clear();
@@ -63,7 +64,7 @@ class PoseKeeperTest : public ::testing::Test {
     keeper_->work();
   }
 
-  /// Moves the second molecule by this vector and leaves it there for this number of steps.
+  /// Moves the second molecule by `by_angstrom` and leaves it there for `rest_steps` steps.
   void move(const Vec3& by_angstrom, int rest_steps) {
     RoomCommand command;
     command.kind = RoomCommand::Kind::kPlace;
@@ -78,8 +79,7 @@ class PoseKeeperTest : public ::testing::Test {
 
   Pose pose() { return room().world().body(BodyId{1}).X.inverse() * room().world().body(BodyId{2}).X; }
 
-  /// Sends a request and executes the resulting placement in the room. Returns the answer, to all users or to the
-  /// requester.
+  /// Submits a request, and executes the resulting kPlace command in the room. Returns the answer.
   wire::ServerControl submit(wire::AskPose::Kind kind, std::uint32_t number = 0, const std::string& name = "") {
     wire::AskPose request;
     request.set_kind(kind);
@@ -90,7 +90,7 @@ class PoseKeeperTest : public ::testing::Test {
     return serve();
   }
 
-  /// Folder of the room's pose list.
+  /// Folder that contains the room's poses.json; empty if there is none.
   std::filesystem::path list_folder() const {
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
       if (entry.path().filename() == "poses.json") return entry.path().parent_path();

@@ -1,5 +1,5 @@
-// Random sequences of requests over restarts: each request gets one answer, and the poses sent to users equal those in
-// the files.
+// Tests pose requests in random sequences with restarts. Each request gets exactly one answer, and the poses sent to
+// users equal those in the files.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -87,7 +87,7 @@ class PoseSequences {
     }
   }
 
-  /// Updates a list by an answer, as a client does.
+  /// Updates a list of poses with an answer, as a client does.
   static void apply(std::map<std::uint32_t, std::string>& list, const wire::ServerControl& answer) {
     if (answer.has_kept_pose()) list[answer.kept_pose().number()] = answer.kept_pose().name();
     if (!answer.has_pose_deleted()) return;
@@ -122,7 +122,7 @@ class PoseSequences {
     for (const auto& [number, name] : list) text += std::to_string(number) + " " + name + "\n";
     return text;
   }
-  /// Numbered poses only, without those of the files.
+  /// Omits number 0, the pose in the structure files.
   static std::string text_of(const std::vector<wire::KeptPose>& poses) {
     std::map<std::uint32_t, std::string> list;
     for (const wire::KeptPose& pose : poses) {
@@ -137,8 +137,8 @@ class PoseSequences {
   std::vector<std::unique_ptr<Room>> rooms_;
   std::unique_ptr<PoseKeeper> keeper_;
   std::uint32_t last_request_ = 0;
-  std::map<std::uint32_t, std::pair<std::string, UserId>> open_;       ///< unanswered requests
-  std::map<std::string, std::map<std::uint32_t, std::string>> lists_;  ///< names by number, as received by users
+  std::map<std::uint32_t, std::pair<std::string, UserId>> open_;       ///< room and user of each unanswered request
+  std::map<std::string, std::map<std::uint32_t, std::string>> lists_;  ///< pose names by room and number, as received
 };
 
 class PoseKeeperProperty : public ::testing::TestWithParam<int> {};

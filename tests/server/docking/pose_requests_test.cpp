@@ -1,5 +1,5 @@
-// Requests of users on kept poses: their order of service and their ends. Budgets, deletion, renaming, minimisation in
-// slices, and a stop.
+// Tests requests for saved poses: limits per user and room, deletion, renaming, minimisation in slices, cancellation,
+// and the stop of the server.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -56,7 +56,7 @@ TEST_F(PoseKeeperTest, ADeletedPoseIsGoneWithItsFilesAndItsNumberIsNotUsedAgain)
   EXPECT_THAT(submit(wire::AskPose::GO_TO, 1).error().text(), HasSubstr("no pose has that number"));
   EXPECT_THAT(submit(wire::AskPose::DELETE, 0).error().text(), HasSubstr("the files themselves stays"));
   EXPECT_EQ(structure_files(), (std::vector<std::string>{"2.cif", "2.pdb"}));
-  // State after a server was killed between writing the list and the files.
+  // Files that remain if a server is killed after it has written the list and before it has removed the files.
   for (const char* file : {"1.cif", "3.pdb"}) std::ofstream(list_folder() / file) << "left over";
   for (const char* file : {"notes.pdb", "01.cif", "7.cif"}) std::ofstream(list_folder() / file) << "somebody's own";
   start(folder_);
@@ -142,7 +142,7 @@ TEST_F(PoseKeeperTest, AMinimisationThatIsCalledOffLeavesTheMoleculesWhereTheyAr
   begin();
   keeper_->forget(room(), UserId{7});
   EXPECT_THAT(end(), HasSubstr("has left"));
-  // The minimisation is done, and its answer is queued.
+  // The minimisation is complete and its answer is queued when it is cancelled.
   begin();
   keeper_->work();
   EXPECT_TRUE(keeper_->cancel(room(), UserId{7}, "cancelled"));

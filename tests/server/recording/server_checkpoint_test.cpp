@@ -29,7 +29,7 @@ class ServerCheckpointTest : public testing::Test {
         state, bench.rooms, "key", [this] { return unix_ms; },
         [this](const std::string& line) { news.push_back(line); });
   }
-  /// Makes the state folder unwritable, even for root: replaces it by a file.
+  /// Replaces the state folder by a file, so that even root cannot write into it.
   void make_unwritable() {
     std::filesystem::rename(state, root_ / "aside");
     std::ofstream(state.string()) << "in the way";
@@ -88,7 +88,7 @@ TEST_F(ServerCheckpointTest, AClockThatIsSetBackHoldsUpNoWrite) {
   std::uint64_t writes = 0;
   for (int i = 0; i < 10; ++i) {
     unix_ms -= 3'600'000;
-    bench.step(200);  // empty rooms step too, until they are idle
+    bench.step(200);  // an empty room publishes states until it is idle
     checkpoint->work(LocalTime(1s * i));
     EXPECT_TRUE(checkpoint->writes() > writes || i >= 2);
     writes = checkpoint->writes();

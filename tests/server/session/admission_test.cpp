@@ -1,4 +1,4 @@
-// Admission by token and return by credential: answers of the hub to each invalid case.
+// Tests the answers of the hub to joins with a token and to resumes with a credential, valid and invalid ones.
 #include "server/session/admission.hpp"
 
 #include <gmock/gmock.h>
@@ -55,7 +55,7 @@ class AdmissionTest : public testing::Test {
     bench->greet(client);
     return client;
   }
-  /// Answer of the hub to a join. If accepted, `in` receives the joined message.
+  /// Sends a join and describes the answer of the hub. If the join is accepted, `in` is set to the joined message.
   std::string answer_to(const test::BenchClient& client, const wire::ClientControl& join, wire::Joined* in = nullptr) {
     bench->send(client, join);
     auto messages = bench->drain(client);
@@ -64,7 +64,8 @@ class AdmissionTest : public testing::Test {
     return test::described(messages);
   }
   std::string answer_to(const wire::ClientControl& join) { return answer_to(greeted(), join); }
-  /// Join message of a second device beside the one with `credential`, over `client`'s connection.
+  /// Join message of a second device on the connection of `client`. The first device has `credential` and signs with
+  /// `key`.
   wire::ClientControl join_beside(const test::BenchClient& client, const std::string& credential,
                                   const secure::KeyPair& key) const {
     wire::ClientControl join = resume_by(client, credential, key);
@@ -79,12 +80,12 @@ class AdmissionTest : public testing::Test {
     bench->transport.is_encrypted = true;
   }
   void SetUp() override { start_server(); }
-  /// Advances both clocks.
+  /// Advances the monotonic clock and the wall clock.
   void pass(Duration duration) {
     bench->now += duration;
     unix_ms += static_cast<std::uint64_t>(duration / std::chrono::milliseconds(1));
   }
-  /// A joined user with a credential.
+  /// Joins a new user, who gets a credential.
   test::BenchClient joined_client(const std::function<void(wire::TokenClaims&)>& change = {}) {
     test::BenchClient client = greeted();
     EXPECT_EQ(answer_to(client, join_by(token(change)), &client.joined), "joined");
@@ -161,7 +162,7 @@ TEST_F(AdmissionTest, WhenTheTableIsFullAnotherTokenIsRefusedAndNoneForgotten) {
   EXPECT_EQ(answer_to(join_by(once)), "error ERROR_TOKEN_USED, goodbye");
   pass(std::chrono::seconds(60));
   EXPECT_EQ(answer_to(join_by(token())), "joined") << "the first one's time is over";
-  bench.reset();  // the hub must end before its ledger
+  bench.reset();  // the hub must be destroyed before its ledger
 }
 
 TEST_F(AdmissionTest, RoleNameAndForceAreTheTokens) {
@@ -258,7 +259,7 @@ TEST_F(AdmissionTest, ATokenForAnyRoomLetsItsUserGoFromOneToAnother) {
     EXPECT_EQ(user.joined.scene().name(), room);
     EXPECT_EQ(user.joined.resume_credential(), credential);
   }
-  // A user who returns without naming a room gets the last one.
+  // A user who resumes without naming a room returns to the last room.
   bench->hub->on_disconnected(user.handle, bench->now);
   user = greeted();
   EXPECT_EQ(answer_to(user, resume_by(user, credential, client_key), &user.joined), "joined");
@@ -289,7 +290,7 @@ TEST_F(AdmissionTest, ASecondDeviceJoinsBesideTheFirstWithinItsToken) {
   EXPECT_EQ(answer_to(fourth, join_beside(fourth, second.joined.resume_credential(), second_key)),
             "error ERROR_NOT_ALLOWED, goodbye")
       << "and none beside the second";
-  // A lost second device gives up its place to another one, and cannot return afterwards.
+  // If the second device has lost its connection, another device may replace it. The lost one cannot resume afterwards.
   bench->hub->on_disconnected(second.handle, bench->now);
   test::BenchClient new_second = greeted();
   EXPECT_EQ(answer_to(new_second, join_beside(new_second, credential, client_key), &new_second.joined), "joined");
@@ -328,7 +329,7 @@ TEST_F(AdmissionTest, WhoIsKickedGoesWithBothDevicesAlsoAfterARestart) {
   };
   EXPECT_EQ(again.revoke(id_of(first)), id_of(second));
   test::BenchClient operator_client = greeted();
-  // The room has two tools, and the operator needs one.
+  // The room has only two tools. The second device leaves, because the operator needs a tool.
   bench->hub->on_disconnected(second.handle, bench->now);
   EXPECT_EQ(answer_to(operator_client, join_by(token([](auto& c) { c.set_role(wire::ROLE_OPERATOR); }))), "joined");
   bench->send(operator_client,
@@ -386,7 +387,7 @@ TEST_F(AdmissionTest, AServerThatGoesOnKnowsWhoMayComeBackToWhichTool) {
   bench->hub->on_disconnected(lost.handle, bench->now);
   bench->now += kResumeWithin - std::chrono::seconds(10);
   unix_ms += static_cast<std::uint64_t>((kResumeWithin - std::chrono::seconds(10)) / std::chrono::milliseconds(1));
-  bench->hub->poll(VirtualClock(bench->now));  // the other clients were silent and are now lost
+  bench->hub->poll(VirtualClock(bench->now));  // the other clients time out, because they were silent
   const auto restart = [&] {
     HubSettings resumed = settings();
     ASSERT_TRUE(resumed.admission->resumed.ParseFromString(kept.SerializeAsString()));

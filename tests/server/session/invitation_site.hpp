@@ -1,4 +1,5 @@
-// One state folder, the servers that use it one after the other, and a model of which invitations are valid.
+// Test support: a state folder, servers that use it one after the other, and a model that predicts which invitations
+// are valid.
 #pragma once
 
 #include <algorithm>
@@ -26,14 +27,14 @@ struct Invitation {
   bool is_operator = false;
 };
 
-/// Events so far and their consequences for an invitation, independent of the server's implementation.
+/// Model that predicts from the events so far whether an invitation is valid, independently of the server's code.
 struct Model {
-  std::set<std::size_t> used;  ///< admitted, or on the disk when the server was killed
-  // Range of clock offsets (wall clock minus true time) that the server may assume. It is a single value once the clock
-  // has not been set for 10 s.
+  std::set<std::size_t> used;  ///< invitations that admitted a user, or were on disk when the server was killed
+  // Range of clock offsets (wall clock minus true time) that the server may assume. If the clock has not been set for
+  // 10 s, the range is a single value.
   std::int64_t low_ms = 0, high_ms = 0;
-  std::int64_t noted_ms = 0;  ///< maximum offset of the time in the file
-  std::int64_t wall_ms = 0;   ///< present offset of the wall clock
+  std::int64_t noted_ms = 0;  ///< upper bound of the clock offset of the time noted in the file
+  std::int64_t wall_ms = 0;   ///< current offset of the wall clock
   std::int64_t set_at_ms = 0;
 
   void set_clock(std::int64_t offset_ms, std::int64_t now_ms) {
@@ -60,14 +61,14 @@ struct Model {
   }
 };
 
-/// An admitted user.
+/// A user who has been admitted at some time.
 struct Guest {
   std::string credential;
   std::int64_t joined_ms = 0, lost_ms = 0;  ///< lost_ms: 0 while connected
-  bool is_ended = false;                    ///< kicked, or a run without --resume has started
+  bool is_ended = false;                    ///< true if kicked, or if a run without --resume has started since
 };
 
-/// One state folder and one room, with the servers that use them one after the other.
+/// A state folder and the servers that use it one after the other. Each server has one room.
 class Site {
  public:
   explicit Site(std::uint64_t seed) : random_(seed) {
@@ -116,7 +117,7 @@ class Site {
     model.start(now_ms);
     poll();
   }
-  /// Ends the server like kill -9: unwritten data is lost.
+  /// Ends the server as kill -9 does: data not yet written are lost.
   void kill() {
     bench.reset();
     ledger.reset();
@@ -127,13 +128,13 @@ class Site {
     if (bench) poll();
   }
   void pass(Duration duration) {
-    // Silent users are lost. The clock is read before and after.
+    // Users time out if they are silent for the duration. The server reads the clock before and after it.
     now_ms += milliseconds(duration);
     for (Guest& guest : guests) {
       if (duration >= 1500ms && guest.lost_ms == 0) guest.lost_ms = now_ms;
     }
     poll();
-    // Later polls detect the changes of the first one.
+    // The second poll handles the changes that the first one has caused.
     now_ms += 200;
     poll();
     write();
@@ -144,12 +145,12 @@ class Site {
     bench->hub->poll(VirtualClock(bench->now));
     if (!keeps_checkpoints_) return;
     kept_ = kept_in_memory_;
-    // The checkpoint is written now: users without a loss time count as lost now.
+    // The checkpoint is written at this time. After a restart, users who are connected now count as lost since then.
     for (auto& credential : *kept_.mutable_credentials()) {
       if (credential.lost_ms() == 0) credential.set_lost_ms(static_cast<std::uint64_t>(wall_ms()));
     }
   }
-  /// Advances the time until the rate limits on joins (limits.hpp) do not delay any.
+  /// Advances the time so far that the rate limits (limits.hpp) do not delay the next join.
   void breathe() {
     now_ms += 50;
     poll();
@@ -188,7 +189,7 @@ class Site {
     bench->send(client, join);
     return client;
   }
-  /// Reads the client's messages. Returns whether it was admitted.
+  /// Reads the messages sent to the client. Returns whether it was admitted; `text` receives the text of an error.
   bool is_in(test::BenchClient& client, std::string* text = nullptr) {
     for (const wire::ServerControl& message : bench->drain(client)) {
       if (text != nullptr && message.has_error()) *text = message.error().text();
@@ -196,7 +197,7 @@ class Site {
     }
     return client.joined.user() != 0;
   }
-  bool has_place() const { return bench->hub->users_in(0)[1] < 1; }  // a room has one place for observers
+  bool has_place() const { return bench->hub->users_in(0)[1] < 1; }  // the room has a seat for one observer
   void leave_all() {
     for (auto& client : here) bench->hub->on_disconnected(client.handle, bench->now);
     here.clear();

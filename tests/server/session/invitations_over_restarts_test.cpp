@@ -1,5 +1,5 @@
-// Validity of invitations over random sequences of joins, kicks, starts with and without --resume, kills, steps of the
-// clock and full disks. A model of a few sets predicts the answers of the hub.
+// Tests the validity of invitations in random sequences of events: joins, kicks, starts with and without --resume,
+// kills of the server, steps of the clock and full disks. A simple model (invitation_site.hpp) predicts the answers.
 #include <gtest/gtest.h>
 
 #include "tests/server/session/invitation_site.hpp"
@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kHistories = 120, kEventsEach = 40;
 
-/// Random events, each checked against the answer that the model predicts.
+/// Sequence of random events. After each, the answer of the hub is compared with the prediction of the model.
 class Sequence {
  public:
   explicit Sequence(std::uint64_t seed) : random_(seed), site_(seed) {}
@@ -57,7 +57,7 @@ class Sequence {
             one_of<std::int64_t>({0, 0, 90'000, -90'000, 7'200'000, -7'200'000, 34'560'000'000, -34'560'000'000}));
         if (below(2) == 0) site_.pass(11s);
         break;
-      case 8: {  // the clock is wrong for half a second
+      case 8: {  // the wall clock is wrong for half a second
         const std::int64_t before = site_.model.wall_ms;
         const bool was_settled = site_.model.low_ms == site_.model.high_ms && site_.model.low_ms == before;
         site_.set_clock(before + one_of<std::int64_t>({5'000, -5'000, 7'200'000, -7'200'000, 31'536'000'000}));
@@ -90,7 +90,7 @@ class Sequence {
   void present(std::size_t number) {
     const Invitation& invitation = invitations_[number];
     site_.breathe();
-    if (invitation.is_operator) site_.leave_all();  // a room has one operator
+    if (invitation.is_operator) site_.leave_all();  // a room can have only one operator
     if (!site_.has_place()) {
       auto client = site_.join_with(invitation);
       site_.write();
@@ -146,11 +146,11 @@ class Sequence {
       return client;
     };
     const auto by = enter(master), whom = enter(victim);
-    if (by.joined.user() == 0 || whom.joined.user() == 0) return;  // the clock was just set
+    if (by.joined.user() == 0 || whom.joined.user() == 0) return;  // refused, because the clock was just set
     site_.bench->send(by,
                       test::message_of([&](auto& message) { message.mutable_kick()->set_user(whom.joined.user()); }));
     site_.ledger->poll();
-    site_.ledger->work(site_.bench->now);  // the kill comes later, before the next checkpoint
+    site_.ledger->work(site_.bench->now);  // writes the revocation; the checkpoint is not written before the kill
     site_.guests.push_back(
         {.credential = whom.joined.resume_credential(), .joined_ms = site_.now_ms, .is_ended = true});
     if (below(2) == 0) {
@@ -208,7 +208,7 @@ TEST(InvitationsOverRestarts, LetInOnceWhateverHappensBetween) {
   EXPECT_LT(5 * either, joined + refused) << "a model that leaves much open shows nothing";
 }
 
-// Regression tests: the sequences that revealed the faults.
+// Regression tests: sequences of events that have revealed faults.
 
 TEST(InvitationsOverRestarts, AUsedOneStaysUsedOverARunWithoutResumeBetweenTwoWithIt) {
   Site site(1);

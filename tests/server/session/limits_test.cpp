@@ -1,4 +1,4 @@
-// A user with excessive requests does not affect other users (server/session/limits.hpp).
+// Tests that a client with excessive requests does not affect other users (server/session/limits.hpp).
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -70,7 +70,8 @@ TEST(Limits, WhoHasJoinedKeepsNobodyOfHisAddressOutAtHisOwnPace) {
   std::vector<test::BenchClient> crowd;
   for (int i = 0; i < 12; ++i) crowd.push_back(bench.join("one of many", wire::ROLE_OBSERVER));
   const wire::ClientControl state = message_of([](auto& message) { message.set_state_datagram("x"); });
-  // Each user sends 1900 a second, which costs 95 of the budget: together more than the limit of one address.
+  // Each of the 12 users sends 1900 messages per second, which cost 95 per second: less than kControlRate, but together
+  // more than kAddressControlRate.
   for (int ms = 0; ms < 20'000; ++ms) {
     for (test::BenchClient& user : crowd) {
       if (ms % 100 == 0) bench.send_state(user);
@@ -122,7 +123,7 @@ TEST(Limits, ConnectionsOfOneAddressWaitForEachOtherAndNobodyElseDoes) {
   std::size_t answered = 0;
   for (int ms = 0; ms < 2000; ++ms) {
     bench.send_state(ada);
-    if (ms % 5 == 0) {  // 200 a second each, 3200 in all
+    if (ms % 5 == 0) {  // 200 messages per second from each connection, 3200 in total
       for (const test::BenchClient& client : crowd) bench.send(client, ping());
     }
     bench.step();

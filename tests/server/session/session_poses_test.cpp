@@ -1,4 +1,4 @@
-// Permissions and limits of the requests on a room's poses, and the messages to other users.
+// Tests the permissions and rate limits of requests for a room's poses, and the messages sent to other users.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -30,13 +30,13 @@ class SessionPosesTest : public ::testing::Test {
  protected:
   void SetUp() override {
     TANDEM_NEEDS_FILES(test::k3al1File, test::kOplsDirectory);
-    // The keeper needs the rooms, and the hub needs the keeper.
+    // PoseKeeper needs the rooms of the bench, and the hub needs PoseKeeper, so the hub is replaced.
     bench_ = std::make_unique<test::HubBench>(HubSettings{}, std::vector<std::string>{helices_json()});
     bench_->hub.reset();
     keeper_ = std::make_unique<PoseKeeper>("", bench_->rooms, [] { return 1'700'000'000'000ULL; });
     HubSettings settings;
     settings.poses = keeper_.get();
-    settings.silence_timeout = std::chrono::hours(1);  // these users send only requests
+    settings.silence_timeout = std::chrono::hours(1);  // the users of this test send no state
     settings.connection_ids = [ids = Random(1)]() mutable { return ids.next_u64(); };
     bench_->hub =
         std::make_unique<SessionHub>(settings, std::vector<Room*>{bench_->rooms.front().get()}, bench_->transport);
@@ -62,7 +62,7 @@ class SessionPosesTest : public ::testing::Test {
                    message.mutable_ask_pose()->set_name(name);
                  }));
   }
-  /// Answer to the requester.
+  /// Sends a request and returns the answer that its user receives.
   wire::ServerControl request(const test::BenchClient& client, wire::AskPose::Kind kind, std::uint32_t number = 0,
                               const std::string& name = "") {
     step(300);  // refills the user's token bucket

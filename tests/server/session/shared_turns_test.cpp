@@ -1,4 +1,4 @@
-// Uses threads: also run under ThreadSanitizer.
+// Tests of SharedTurns with several threads. They are also run under ThreadSanitizer.
 #include "server/session/shared_turns.hpp"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 namespace tandem::server {
 namespace {
 
-/// A thread that helps until its destruction.
+/// Thread that calls `help` repeatedly until the Helper is destroyed.
 class Helper {
  public:
   explicit Helper(const std::function<void()>& help)
@@ -41,11 +41,12 @@ TEST(SharedTurns, EachIsTakenOnceAndIsOverWhenRunReturns) {
   const std::thread::id runner = std::this_thread::get_id();
   std::atomic<std::size_t> helped{0};
   while (helped < kHelped) {
-    std::vector<std::size_t> taken(kTurns);  // not atomic: run() orders the accesses
+    std::vector<std::size_t> taken(
+        kTurns);  // not atomic, because each turn writes another element and run() synchronises
     turns.run(kTurns, [&](std::size_t i) {
       ++taken[i];
       if (std::this_thread::get_id() != runner) ++helped;
-      std::this_thread::yield();  // on a single processor this lets a helper run
+      std::this_thread::yield();  // lets a helper run if there is only one processor
     });
     ASSERT_EQ(taken, std::vector<std::size_t>(kTurns, 1));
   }
@@ -79,20 +80,20 @@ TEST(SessionHub, TellsEachUserEachStepOnceWhileTheRoomsThreadHelps) {
     users.push_back(bench.join("user " + std::to_string(i)));
     bench.send_state(users.back());
   }
-  bench.step();  // the users are in the room after this step
+  bench.step();  // the room accepts the users in this step
   Room& room = *bench.rooms.front();
   for (const test::BenchClient& user : users) bench.drain_datagrams(user);
   const std::uint64_t sent_before = bench.hub->counters().datagrams_sent;
   std::atomic<std::size_t> published{0};
   std::size_t steps = 0;
   {
-    // Helps only after a step, like the thread that made it.
+    // Calls help() once after each step, as the room thread does.
     const Helper helper([&, helped = std::size_t{0}]() mutable {
       if (published.load() == helped) return;
       helped = published.load();
       bench.hub->help(room);
     });
-    // On a single processor it takes longer until a helper runs at the right time.
+    // With a single processor more steps are needed until the helper runs while the loop is open.
     for (; steps < kLeastSteps || (bench.transport.sent_elsewhere == 0 && steps < kMostSteps); ++steps) {
       bench.now += std::chrono::milliseconds(1);
       room.step(server_time_of_own_clock(bench.now));

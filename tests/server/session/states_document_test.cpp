@@ -1,4 +1,5 @@
-// Compares the server's tables of proto/STATES.md with SessionHub: every row is produced and checked.
+// Compares the server's tables in proto/STATES.md with SessionHub. For each row, the event is produced and the result
+// is checked.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -13,7 +14,7 @@ namespace {
 
 const std::string kDocument = test::source_path("proto/STATES.md").string();
 
-/// A client of a bench, brought into the named state.
+/// A bench with a client whose connection is in the given state.
 struct Subject {
   explicit Subject(const std::string& state, const HubSettings& settings = {}) : bench(settings) {
     client = bench.connect();
@@ -52,7 +53,7 @@ void wait_out(Subject& subject) {
 }
 
 void send_forbidden(Subject& subject) {
-  // A second hello is never allowed; a ping is not allowed before the first one.
+  // A hello is allowed only once. A ping is not allowed before the hello.
   if (subject.state() == "greeting") {
     subject.send([](auto& message) { message.mutable_ping(); });
   } else {

@@ -1,4 +1,4 @@
-// Permitted user names, and the distinction of two users of the same name.
+// Tests which user names are permitted, and how two users with the same name are distinguished.
 #include "server/session/user_name.hpp"
 
 #include <gmock/gmock.h>
