@@ -19,7 +19,9 @@
 namespace tandem::contact {
 namespace {
 
-// Rigid depth over half thickness: below 1/2, with a margin for the compliance of a hard contact.
+// Ratio of the rigid depth (depth beyond which contact is as stiff as the step allows) to half of the wall thickness. A
+// pressing point must stop before the middle of the wall, beyond which the far side is the nearer one. The ratio is
+// below 1/2, because even a rigid contact yields a little.
 constexpr double kRigidShare = 0.4;
 static_assert(kRigidShare * kMaxHalfThickness >= kMaxRigidDepth);
 // Share of a surface that may be thinner than the rigid depth is made for: tips of wedges and spikes have no least

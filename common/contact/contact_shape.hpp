@@ -56,7 +56,7 @@ std::shared_ptr<const ContactShape> make_contact_cylinder(double radius_m, doubl
                                                           const ContactShapeOptions& options = {});
 std::shared_ptr<const ContactShape> make_contact_capsule(double radius_m, double length_m,
                                                          const ContactShapeOptions& options = {});
-/// In      progress  0..1, called from the calling thread now and then; may be empty
+/// In      progress  called on the calling thread from time to time with the completed fraction, 0..1; may be empty
 /// Fails   MeshError: too large for the grid's cells, or so far from its origin that single precision is too coarse;
 ///         std::invalid_argument: an option out of its range
 std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMesh& mesh,

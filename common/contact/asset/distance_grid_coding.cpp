@@ -18,7 +18,8 @@ constexpr double kSmallest = 1e-6;
 constexpr double kMaxBrick = 1e3;
 constexpr double kWorld = 1e6;
 constexpr std::uint32_t kMaxBricksAlong = 1U << 16U;
-constexpr int kDepths = 5;  ///< depths of SampleCoding: a brick's corners, then four levels of middles
+/// Number of levels at which samples are coded: the corners of a brick, then four levels of midpoints.
+constexpr int kDepths = 5;
 constexpr double kMaxCorner = 1 << 28;
 
 bool is_between(double value, double low, double high) {

@@ -33,7 +33,7 @@ class BrickLattice;
 ///         interpolation error
 class DistanceGrid final : public DistanceField {
  public:
-  /// In      progress  called from the calling thread now and then, 0..1; may be empty
+  /// In      progress  called on the calling thread from time to time with the completed fraction, 0..1; may be empty
   /// Fails   std::invalid_argument: an option out of its range; MeshError: the mesh is too large for these cells
   /// Cost    see `tandem-lab bench contact`; the same bytes for any number of threads
   static std::unique_ptr<DistanceGrid> build(const geometry::ContactMesh& mesh, const geometry::TriangleTree& tree,

@@ -260,7 +260,8 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S, std::size_t& queries) c
     return all == before || std::popcount(all) <= kMaxInBox;
   };
   const Eigen::Matrix3d half_edges = box_S.axes * box_S.half_m.asDiagonal();
-  // Boxes that extend beyond the planes' region, or meet a concave edge, fail at their corners first.
+  // The corners are checked first, because most boxes that extend beyond the planes' region, or meet a concave edge,
+  // are rejected there.
   std::array<std::uint8_t, 9> at_corners;
   std::size_t corners = 0;
   const auto add_corner = [&](const Vec3& p_S) { return add_planes_at(at_corners[corners++] = at(p_S)); };

@@ -289,7 +289,8 @@ class NodeContacts {
   // Depth of the first slice from the nearest place: four points in it hide a fifth of it.
   static constexpr double kFirstSlice_m = 1.6e-5;
   static constexpr double kNextSlice = 4;
-  // Share of the rigid depth below which force stays linear during a step.
+  // Fraction of the rigid depth (depth beyond which contact is as stiff as the step allows). Up to this depth, force
+  // remains linear in the depth during a step.
   static constexpr double kLinear = 0.5;
 
   bool add_slices(const Below& plane, const DepthSlope& slope, Polygon rest, double slice_m, double density,
@@ -352,7 +353,7 @@ void merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, doub
   const std::uint32_t end = last + contacts.back().count;
   const bool has_both = sides[0].area > 0 && sides[1].area > 0;
   contacts.resize(begin);
-  // If there are both, the gap gets the id of the last point.
+  // If there is a pressing and a gap contact, the gap contact gets the id of the last point.
   if (sides[0].area > 0) contacts.push_back(sides[0].contact(first, has_both ? last : end));
   if (sides[1].area > 0) contacts.push_back(sides[1].contact(has_both ? last : first, end));
 }

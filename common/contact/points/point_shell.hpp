@@ -1,4 +1,5 @@
-// A surface as points, which are sampled in the other shape's distance field.
+// A surface represented by points. Contact is found by sampling the distance field of the other shape of a pair at
+// these points.
 #pragma once
 
 #include <cstdint>

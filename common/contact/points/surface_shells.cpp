@@ -46,7 +46,7 @@ std::vector<Candidate> candidates_of(const SpreadSamples& spread) {
   return candidates;
 }
 
-/// The points of a plate of `thickness` around a sheet.
+/// Samples the surface of a plate whose middle surface is the sheet. Its thickness is options.sheet_thickness_m.
 class PlateSampler {
  public:
   PlateSampler(const geometry::SurfaceTopology& sheet, const ContactShapeOptions& options)
@@ -190,8 +190,8 @@ PointShells sample_surface(const geometry::TriangleMesh& outline, const Distance
   ContactShapeOptions spread_under = options;
   spread_under.spacing_m *= kOutlineMargin;
   spread_under.max_points = std::min(spread_under.max_points, kPrimitivePoints);
-  // A primitive has no bumps. With wide spacing all corners of its outline would count as bumps; a ball of 10 m took 10
-  // s.
+  // A primitive has no bumps. With a wide spacing, all corners of its tessellation would count as bumps. Sampling a
+  // ball of 10 m then took 10 s.
   spread_under.feature_height_m = std::numeric_limits<double>::infinity();
   const SpreadSamples spread = spread_samples(surface, spread_under, {});
   std::vector<Candidate> candidates = candidates_of(spread);

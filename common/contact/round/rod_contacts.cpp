@@ -294,7 +294,7 @@ bool meets_flat_end(const PlacedRod& rod, double along_m, const Vec3& out_W, con
   const bool is_at_end = std::abs(along_m) == rod.half_m;
   if (is_at_end && std::abs(other_along_m) == other.half_m) return true;
   if (out_W.dot(rod.outward_W(along_m)) > kEdgeSlope) return true;
-  // The way out along this axis may be shorter than the one out of the side.
+  // The penetration depth along this axis may be smaller than that through the side.
   const double beside_m = std::abs(rod.foot_m(other.at(other.half_m)) - rod.foot_m(other.at(-other.half_m)));
   return std::max(rod.half_m - std::abs(along_m), beside_m) < depth_m;
 }

@@ -15,7 +15,8 @@ constexpr std::size_t kLanes = 4;
 constexpr double kRecovery_m_per_s = 0.2;
 /// Excess of lanes without a force.
 constexpr double kFarAway_m = -1e30;
-/// Largest r. With more, friction does not settle within the iterations of a step when kilonewtons press on a corner.
+/// Upper limit of r, the factor by which sticking friction is stiffer in a contact beyond the rigid depth (ContactRows).
+/// With a larger r, friction does not converge within the iterations of a step when kilonewtons press on a corner.
 constexpr double kMaxRate = 100;
 /// Divisor in place of zero; far below any length or square of a length here.
 constexpr double kTiny = 1e-200;

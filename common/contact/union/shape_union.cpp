@@ -67,7 +67,7 @@ double exit_cover(const PlacedShape& other, const Vec3& q_W, const Vec3& out_W, 
 
 }  // namespace
 
-/// The shape that covers the largest share of a place, and this share.
+/// The shape that covers a point of the surface to the highest degree, and this degree, 0 to 1.
 struct ShapeUnion::Cover {
   double share = 0;
   const PlacedShape* by = nullptr;
