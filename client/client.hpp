@@ -5,11 +5,12 @@
 //   device ◀──▶ haptics().tick(now) ── mailboxes (mailboxes.hpp) ──▶ session() ◀──▶ transport
 //               1 kHz, haptic thread ◀────── local model ─────────── poll(now), io thread
 //
-// Each join starts a new generation of the scene. Once the assets have arrived, the local model or the ball's world
-// that the stage needs is built (up to a second for a large mesh). It is handed over to the haptic thread together with
-// its stage (client/haptics/rendering.hpp). Large assets arrive first at a coarse level. The model built from them is
-// later replaced by one built from the full assets, which continues from the same state. A newly selected stage is
-// built in the same way; until then the previous stage is displayed.
+// Each join starts a new generation of the scene. Once the assets have arrived, the model that the stage (rendering
+// method) needs is built: a local model, or the scene geometry for the proxy of stage "god-object". This takes up to a
+// second for a large mesh. The model is handed over to the haptic thread together with its stage
+// (client/haptics/rendering.hpp). Large assets arrive first at a coarse level. The model built from them is later
+// replaced by one built from the full assets, which continues from the same state. A newly selected stage is built in
+// the same way; until then the previous stage is displayed.
 #pragma once
 
 #include <functional>

@@ -40,7 +40,9 @@ class CommandPipe {
 
  private:
   struct Impl;
-  std::shared_ptr<Impl> impl_;  ///< shared with the thread, which is left running if it is blocked in a terminal
+  /// Shared with the thread. If the thread is blocked in a read from a terminal, or in a write to one, finish() leaves
+  /// it running.
+  std::shared_ptr<Impl> impl_;
 };
 
 }  // namespace tandem::client

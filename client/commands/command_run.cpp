@@ -396,7 +396,7 @@ Step CommandRun::Impl::turn(const CommandLine& command) {
   return move_to({goal.p, (turn * goal.q).normalized()});
 }
 
-// Presses the grab button of the handle, as the window's mouse does. This grabs a body within reach.
+// Presses the grab button of the handle, as a mouse click in the window does. This grabs a body within reach.
 Step CommandRun::Impl::grab() {
   seen();
   own_hand().press(kButtonGrab, true);

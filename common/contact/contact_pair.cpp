@@ -12,17 +12,19 @@
 namespace tandem::contact {
 namespace {
 
-// Largest spacing of a shell that finds contacts with the promised accuracy.
+// Largest spacing of points that finds contacts with the intended accuracy.
 constexpr double kFineSpacing_m = 5e-4;
-// Margin of a plane query around a ball: its result holds for this motion.
+// Margin by which the box of a plane query around a ball is enlarged. The result stays valid until the ball has moved
+// by this much.
 constexpr double kBallSlack_m = 1e-3;
-// Share of the ring that a ball's core absorbs in a step. The core thus adapts to a larger contact with a time constant
-// of 100 steps.
+// A closed-form contact consists of a core, which has been pressing all the time, and a ring around it. The core
+// absorbs this fraction of the ring in a step, so it adapts to a larger contact with a time constant of 100 steps.
 constexpr double kCoreGrowth = 1e-2;
-// Growth of the depth of a late-found contact in a step, in addition to its own motion.
+// Amount by which the depth of a late-found contact may grow in a step, in addition to the contact's motion.
 constexpr double kPushOut_m = 1e-5;
 
-// A plane whose normal is opposed to a sample's gradient belongs to the far side of a wall.
+// Cosine of the angle between a plane's normal and a sample's gradient below which the plane belongs to the far side of
+// a wall.
 constexpr double kFarSideCosine = -0.5;
 
 double area_m2(const ContactShape& shape) {
@@ -33,12 +35,12 @@ bool is_fine(const ContactShape& shape) {
   return shape.shells.surface.spacing_m <= kFineSpacing_m && !shape.shells.surface.nodes.empty();
 }
 
-// Most fields return a unit gradient; the check saves a root and three divisions a point.
+// Most fields return a unit gradient. For these, the check saves a root and three divisions.
 Vec3 unit(const Vec3& a) {
   return a.squaredNorm() == 1 ? a : a.normalized();
 }
 
-// Whether all points of `a` are sampled in the first direction.
+// Whether `a` is the primary shape of a pair, all of whose points are sampled.
 bool is_primary(const ContactShape& a, const ContactShape& b) {
   if (is_fine(a) != is_fine(b)) return is_fine(a);
   return area_m2(a) <= area_m2(b);
@@ -46,17 +48,17 @@ bool is_primary(const ContactShape& a, const ContactShape& b) {
 
 }  // namespace
 
-/// Points of one shape (frame P) against the field of the other (frame F).
+/// One direction of the search: points of one shape (frame P) are sampled in the field of the other (frame F).
 struct ContactPair::Direction {
   const DistanceField& field;
   Pose X_WF;
   Pose X_FP;
   std::uint32_t id_bits = 0;
   double sign = 1;         ///< sign of the field's gradient that makes it point out of B
-  double share = 1;        ///< share of the points' area
-  double plane_share = 1;  ///< area share of points on planes of the field
+  double share = 1;        ///< fraction of the points' area that counts
+  double plane_share = 1;  ///< the same fraction for points at planes of the field
 
-  /// Plane that the field equals at a point on or inside it; null: none.
+  /// Returns the plane whose distance equals the field's at a point on or below the surface; null if there is none.
   const FieldPlane* plane_at(const Vec3& p_F) const noexcept {
     const std::span<const FieldPlane> planes = field.planes();
     if (planes.empty()) return nullptr;
@@ -86,8 +88,8 @@ void ContactPair::bind(const ContactShape* a, const ContactShape* b) noexcept {
   is_a_primary_ = is_primary(*a, *b);
   const ContactShape& first = is_a_primary_ ? *a : *b;
   const ContactShape& second = is_a_primary_ ? *b : *a;
-  // A blunt tip that enters between the other shape's points is deep only in terms of its own points. Where both shells
-  // are fine, each contributes all of its points, for half of their area.
+  // If a blunt tip enters between the other shape's points, only the tip's points are deep. Therefore, if both shapes
+  // have fine points, each contributes all of them, for half of their area.
   is_mutual_ = is_fine(*a) && is_fine(*b);
   const PointShell& others = is_mutual_ ? second.surface_off_planes() : second.shells.features;
   const std::uint32_t for_others = others.nodes.empty() ? 0 : budget_ / (is_mutual_ ? 2 : 4);
@@ -158,11 +160,12 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   return work;
 }
 
-// Limits the depth of contacts that a coarse search found late. A search over its budget samples some of the points
-// only. If a contact is deeper than before, and than all previous contacts, by more than its motion, it existed before
-// and was missed. Its full depth at once would throw the shapes apart. Beyond the rigid depth the limit grows by the
-// contact's motion only. The contact then stops further motion but does not push out, else both sides of a pierced thin
-// wall would drive it.
+// Limits the depth of contacts that a coarse search found late. If the budget is exceeded, a search samples only some
+//         of
+// the points. If a contact is deeper than before, and deeper than all previous contacts, by more than its motion, it
+// existed before and was missed. Its full depth at once would throw the shapes apart. Beyond the rigid depth (where
+// contact is as stiff as the step allows), the limit grows by the contact's motion only. The contact then stops further
+// motion but does not push out. Otherwise both sides of a pierced thin wall would accelerate it.
 void ContactPair::limit_depths(const Pose& X_WA, const Pose& X_WB, const Pose& X_BA, bool is_coarse) noexcept {
   const Pose X_BA_before = std::exchange(X_BA_before_, X_BA);
   const double deepest_before_m = std::exchange(deepest_m_, 0);
@@ -173,7 +176,8 @@ void ContactPair::limit_depths(const Pose& X_WA, const Pose& X_WB, const Pose& X
     if (is_limited && point.depth_m > most_m) {
       const Vec3 before_W = X_WB * (X_BA_before * (X_WA.inverse() * point.p_W));
       const double moved_m = point.normal_W.dot(before_W - point.p_W), in_m = std::max(0.0, moved_m);
-      // Motion outwards along the same normal reduces the limit; otherwise a motion to and fro would accumulate.
+      // Motion outwards along the same normal reduces the limit. Otherwise repeated motion in and out would increase
+      // it.
       const ContactPoint* const old = deepest_before(point);
       const bool has_turned = old != nullptr && old->normal_W.dot(point.normal_W) < 0.5;
       const double limit_m = std::max(most_m + in_m, old == nullptr ? 0 : old->depth_m + (has_turned ? in_m : moved_m));
@@ -184,7 +188,7 @@ void ContactPair::limit_depths(const Pose& X_WA, const Pose& X_WB, const Pose& X
   }
 }
 
-// Deepest contact of the previous find() that represents some of the same points; null: none.
+// Returns the deepest contact of the previous find() that represents some of the same points; null if there is none.
 const ContactPoint* ContactPair::deepest_before(const ContactPoint& point) const noexcept {
   const bool is_other = (point.id & ContactPoint::kOtherDirection) != 0;
   const auto all = std::span(before_);
@@ -205,7 +209,7 @@ std::span<const ShellPoint> ContactPair::points_of(const ContactPoint& contact) 
   return std::span(shell.points).subspan(contact.id & ~ContactPoint::kOtherDirection, contact.count);
 }
 
-// Whether now_ is complete: empty for a ball out of reach, else the contacts of add_ball_on_plane().
+// Returns whether the contacts in now_ are complete: none for a ball out of reach, else those of add_ball_on_plane().
 bool ContactPair::has_ball_contacts(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept {
   const bool is_ball_a = ball_ == a_;
   const DistanceField& field = is_ball_a ? *b_->field : *a_->field;
@@ -221,7 +225,7 @@ bool ContactPair::has_ball_contacts(const Pose& X_WA, const Pose& X_WB, double b
   return true;
 }
 
-// Whether now_ has all contacts of two rods.
+// Returns whether the contacts in now_ are complete: those of two rods, by formula.
 bool ContactPair::has_rod_contacts(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept {
   has_rods_ = rods_.find(a_->rod, X_WA, b_->rod, X_WB, band_m, ball_ != nullptr && ball_ == a_, now_);
   first_of_other_ = now_.size();
@@ -244,8 +248,9 @@ PlaneSet ContactPair::planes_around_ball(const Vec3& centre_F, double reach_m) n
   return ball_planes_;
 }
 
-// Carries bristles as single points would: area added to a contact has no bristle, and a shrinking contact loses the
-// area added last. A trembling force thus keeps the friction of the area that presses all the time.
+// Transfers the bristles (friction state) of the last find() as if the contacts consisted of single points: area added
+// to a contact has no bristle, and a shrinking contact loses the area that was added last. If the force trembles, the
+// area that presses all the time thus keeps its friction.
 void ContactPair::carry_ball_bristles(const Eigen::Matrix3d& turn) noexcept {
   std::size_t before = 0;
   for (ContactPoint& point : now_) {
@@ -260,7 +265,7 @@ void ContactPair::carry_ball_bristles(const Eigen::Matrix3d& turn) noexcept {
     const double old_core_m2 = core_areas_m2_[slot], old_ring_m2 = old.area_m2 - old_core_m2;
     double core_m2 = std::min(old_core_m2, point.area_m2);
     const double ring_m2 = point.area_m2 - core_m2;
-    Vec3 core_W = core_m2 * (old_W + lead_W);  // × its area, as ring_W
+    Vec3 core_W = core_m2 * (old_W + lead_W);  // bristle × area, like ring_W
     Vec3 ring_W = Vec3::Zero();
     if (old_ring_m2 > 0) ring_W = std::min(1.0, ring_m2 / old_ring_m2) * (old_ring_m2 * old_W - old_core_m2 * lead_W);
     point.bristle_W = (core_W + ring_W) / point.area_m2;
@@ -276,8 +281,8 @@ void ContactPair::keep_core(const ContactPoint& point, const Vec3& core_bristle_
   core_areas_m2_[slot] = core_area_m2;
 }
 
-// Carries bristles between contacts that do not correspond. Each pressing contact receives a share in proportion to its
-// depth, as friction is limited by it. Together they keep the friction force and its moment about the normal.
+// Transfers bristles between contacts that do not correspond. Each pressing contact gets a bristle in proportion to its
+// depth, which limits its friction. Together they keep the friction force and its moment about the normal.
 void ContactPair::share_bristles(const Eigen::Matrix3d& turn) noexcept {
   const auto weight = [](const ContactPoint& point) { return point.area_m2 * std::max(0.0, point.depth_m); };
   const auto centre_of = [&](const std::vector<ContactPoint>& points) {
@@ -342,15 +347,17 @@ void ContactPair::search(ShellCandidates& candidates, const Direction& direction
     const FieldPlane* const plane = direction.plane_at(p_F);
     if (plane == nullptr) continue;
     contact.area_m2 = direction.plane_share * candidate.area_m2;
-    // Samples round off edges where planes meet. In a thin wall they have the side from which the point entered.
+    // Samples round off the edges where planes meet, so the plane is more accurate. In a thin wall, however, the sample
+    // has the side from which the point entered; a plane of the far side is not used.
     if (plane->distance_m(p_F) > 0 || plane->normal.dot(unit(candidate.gradient_F)) < kFarSideCosine) continue;
     contact.normal_W = R_out * plane->normal;
     contact.depth_m = -plane->distance_m(p_F);
   }
 }
 
-// Both lists are in the order of their points. A contact that represents several points takes the mean of their
-// bristles and passes it to each of them. Friction thus holds when contact gets coarser or finer.
+// Transfers the bristles from the contacts of the last find() to those of the same points. Both lists are in the order
+// of their points. A contact that represents several points takes the mean of their bristles and passes it to each of
+// them. Friction thus persists when the contacts become coarser or finer.
 void ContactPair::carry_bristles(std::size_t now, std::size_t now_end, std::size_t before, std::size_t before_end,
                                  const Eigen::Matrix3d& turn_of_b) noexcept {
   for (; now < now_end; ++now) {

@@ -19,45 +19,46 @@ namespace tandem::contact {
 /// points and not in time, so that a replay degrades identically.
 inline constexpr std::uint32_t kContactBudget = 768;
 
-/// Contacts of shape A with shape B, searched in each step. Stores a lower bound of the distance of each far part of
-/// the tree: the shapes may move by that much before the part can be near.
+/// Contacts of shape A with shape B, searched in each step. For each far part of the tree over the surface points, a
+/// lower bound of its distance is stored. The part is not searched again before the shapes have moved by that much.
 ///
 /// Model   Surface points of each shape are sampled in the distance field of the other, each for half of its area.
-///         Inside a plane of the larger shape, the smaller shape's points count with their whole area: there, few
-///         points of the larger shape would press beside the edges of a small tip and push it sideways. A shape whose
-///         shell is wider than 0.5 mm (a large primitive) contributes its feature points only, and the other shape's
-///         points count with their whole area
+///         On a flat part of the larger shape, only the smaller shape's points are used, with their whole area.
+///         Otherwise, the few points of the larger shape beside the edges of a small tip would push it sideways. A
+///         shape whose points are farther apart than 0.5 mm (a large primitive) contributes its feature points only.
+///         The other shape's points then count with their whole area
 /// Thread  one at a time
 class ContactPair {
  public:
   /// Allocates all memory for `budget`.
   explicit ContactPair(std::uint32_t budget = kContactBudget);
 
-  /// Discards the state of the last pair and binds these shapes. Null unbinds. No allocation.
+  /// Discards the state of the last pair and binds these shapes. With a null shape, no pair is bound. No allocation.
   void bind(const ContactShape* a, const ContactShape* b) noexcept;
   bool is_bound() const { return a_ != nullptr && b_ != nullptr; }
 
-  /// Finds every point deeper than −`band_m`. Bristles of points that already were in contact are rotated with B.
-  /// Beyond the budget, points may be found late. The depth_m of such a point grows by 10 µm a step up to the rigid
-  /// depth, plus its own motion. The limit stays active when the budget holds again, until no point is deeper than its
-  /// limit.
+  /// Finds every surface point that is in contact or has a gap below `band_m`. The bristle (friction state) of a point
+  /// that was in contact before is rotated with B. If more points are near than the budget allows, a point may be found
+  /// late. Its depth_m then grows by 10 µm a step plus its own motion, up to the rigid depth. (Beyond the rigid depth,
+  /// contact is as stiff as the step allows.) These limits end only when the budget suffices again and no point exceeds
+  /// its limit.
   ///
-  /// Model   While the budget holds, force, moment and stiffness depend on the current poses only. Up to eight points
-  ///         of a leaf are merged where their depths are equal within a micrometre. Flat on flat, a few contacts
-  ///         represent a whole face (PlaneContacts). Beyond the budget, points are merged with their net force and
-  ///         moment: first the pressing points of a leaf, then those of larger nodes. A ball on one plane has the few
-  ///         contacts of add_ball_on_plane(), whose force is the limit of its points' force as they get finer. Near an
-  ///         edge, the last millimetre of motion decides whether these contacts or the ball's points are used. Thin
-  ///         rods and balls have the contacts of RodContacts, except for flat ends and their edges
-  /// In      band_m  search distance outside of the surface. Beyond a field's `band_m()`, depths are as accurate as its
-  ///         sample(), which suffices for looking ahead in fast motion
+  /// Model   While the budget suffices, force, moment and stiffness depend on the current poses only. The up to eight
+  ///         points of a leaf are merged if their depths are equal within a micrometre. If a flat face touches a flat
+  ///         face, a few contacts represent the whole face (PlaneContacts). Beyond the budget, points are merged with
+  ///         their net force and moment: first the pressing points of a leaf, then those of larger nodes. A ball on one
+  ///         plane has the few contacts of add_ball_on_plane(). Their force is the limit for infinitely many points.
+  ///         Near an edge, the last millimetre of motion decides whether these contacts or the ball's points are used.
+  ///         Thin rods and balls have the contacts of RodContacts, except for flat ends and their edges
+  /// In      band_m  largest gap that is searched. Beyond a field's `band_m()`, depths are as accurate as its sample(),
+  ///         which suffices to predict contact in fast motion
   /// Fails   no contact for a pose that is not finite
   ContactWork find(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept;
 
   /// Corrects the contacts of the last find() where other nearby shapes cover the surface of A or B, so that contact is
   /// with the union. Call it once after each find(), with the same poses.
   ///
-  /// In      beside_a, beside_b  shapes that touch B beside A, and A beside B; their order is changed
+  /// In      beside_a, beside_b  other shapes near B, beside A, and other shapes near A, beside B; overwritten
   void join(const Pose& X_WA, const Pose& X_WB, std::span<PlacedShape> beside_a,
             std::span<PlacedShape> beside_b) noexcept;
 
@@ -97,26 +98,25 @@ class ContactPair {
   ShellCandidates other_;
   std::vector<ContactPoint> now_;
   std::vector<ContactPoint> before_;
-  std::size_t first_of_other_ = 0;  ///< index of the first contact of the second direction
+  std::size_t first_of_other_ = 0;  ///< index in now_ of the first contact of the second search direction
   std::size_t first_of_other_before_ = 0;
   double deepest_m_ = 0;         ///< deepest contact of the last find(); infinite: unknown
-  bool is_catching_up_ = false;  ///< the last search was coarse, or depths are still limited
+  bool is_catching_up_ = false;  ///< whether the last search was coarse, or depths are still limited
   Pose X_BA_before_;
   Eigen::Matrix3d turn_of_b_ = Eigen::Matrix3d::Identity();  ///< rotation since the previous find()
   Quat q_WA_before_ = Quat::Identity();
   Quat q_WB_before_ = Quat::Identity();
-  const ContactShape* ball_ = nullptr;   ///< the shape that is a ball, if the other shape has planes
-  double ball_share_ = 1;                ///< force share of the ball's own points
+  const ContactShape* ball_ = nullptr;   ///< the shape that is a ball, if the other shape has planes; else null
+  double ball_share_ = 1;                ///< fraction of the force that is due to the ball's points
   const FieldPlane* ball_on_ = nullptr;  ///< plane of the closed-form ball contacts in now_; null: none
-  bool are_rods_ = false;                ///< both shapes are thin rods
-  bool has_rods_ = false;                ///< now_ has the closed-form contacts of the rods
+  bool are_rods_ = false;                ///< whether both shapes are thin rods
+  bool has_rods_ = false;                ///< whether now_ has the closed-form contacts of the rods
   RodContacts rods_;
-  /// For each contact of a ball or rods: the core area, which has been pressing all the time, and the lead of the
-  /// core's bristle over the contact's bristle. The contact's bristle is the mean of its core and of the ring around
-  /// it.
+  /// For each contact of a ball or of rods: the area of its core, which has been pressing all the time, and the core's
+  /// bristle minus the contact's bristle. The contact's bristle is the mean over the core and the ring around it.
   std::array<double, kMaxRodContacts> core_areas_m2_ = {};
   std::array<Vec3, kMaxRodContacts> core_leads_W_;
-  PlaneSet ball_planes_ = 0;  ///< planes over a box of this size and centre, from the last query
+  PlaneSet ball_planes_ = 0;  ///< result of the last query of planes, over a box with this centre and half edge
   Vec3 ball_planes_centre_F_ = Vec3::Zero();
   double ball_planes_reach_m_ = -1;
 };

@@ -7,16 +7,18 @@
 
 namespace tandem::contact {
 
-/// One place where A meets B.
+/// One point of contact between shapes A and B, or of a gap between them.
 struct ContactPoint {
-  Vec3 p_W = Vec3::Zero();        ///< sample on the surface of the shape that owns the point
-  Vec3 normal_W = Vec3::UnitZ();  ///< unit, out of B towards A: the force on A is along it
+  Vec3 p_W = Vec3::Zero();        ///< position of the sample on the surface of its shape
+  Vec3 normal_W = Vec3::UnitZ();  ///< unit, out of B towards A, which is the direction of the normal force on A
   double depth_m = 0;             ///< overlap along the normal; negative: a gap
   double area_m2 = 0;
-  Vec3 bristle_W = Vec3::Zero();  ///< tangential displacement of A past B since they stuck; written by the solver
-  /// Identity of the sample, the same from step to step: index of the point in its shell, or of the first of several
-  /// merged points. kOtherDirection marks points of the shape with the larger surface. kClosedForm marks a part of a
-  /// ball (numbered from its deepest point outwards) or of a rod (RodContacts), which has no sample.
+  /// State of friction: tangential displacement of A relative to B since they began to stick. The solver writes it.
+  Vec3 bristle_W = Vec3::Zero();
+  /// Identity of the sample, constant from step to step: index of the point in its shell, or of the first of several
+  /// merged points. kOtherDirection marks points of the shape that is searched second (usually that with the larger
+  /// surface). kClosedForm marks a contact without a sample: a part of a ball, numbered from its deepest point
+  /// outwards, or of a rod (RodContacts).
   std::uint32_t id = 0;
   /// Number of shell points, from `id` on, that the contact represents; for a slice of a face, the points whose
   /// friction it inherits.

@@ -12,12 +12,12 @@ namespace {
 constexpr int kMost = static_cast<int>(kReducedContacts);
 using Columns6 = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMost>;  // at most 16, on the stack
 
-// Numbers of rounds, from measurements on 15 kinds of patches: more rounds improve little.
+// Numbers of rounds of sharing and of bending. Measured on 15 kinds of patches, more rounds improve little.
 constexpr int kSharings = 2;
 constexpr int kBendings = 3;
-// Squared distance (in units of the radius) below which two groups share a contact evenly.
+// Squared distance (in units of the patch's radius) below which two groups share a contact nearly evenly.
 constexpr float kBlur = 0.05F;
-// Share of the trace below which an eigenvalue is a rounding error.
+// Fraction of the trace below which an eigenvalue is regarded as a rounding error.
 constexpr double kEigenRounding = 1e-13;
 
 // Adds one contact's force and its derivative; see ContactWrench.
@@ -68,7 +68,7 @@ PatchMoments moments_of(std::span<const ContactPoint> contacts, double stiffness
     const Vec3 force = m.stiffness * share * contact.depth_m * contact.normal_W;
     m.wrench_W += Wrench{force, r.cross(force)};
   }
-  // A lower bound, for patches of one point.
+  // The lower bound is for patches of one point, whose radius is zero.
   m.radius_m = std::max(1e-9, std::sqrt(m.covariance.topLeftCorner<3, 3>().trace()));
   Vec6 unit = Vec6::Ones();
   unit.head<3>() /= m.radius_m;
@@ -88,7 +88,7 @@ Mat6 applied(const Mat6& matrix, Function function) {
 }
 
 Mat6 root(const Mat6& matrix) {
-  // The root of a rounding error is 1e8 times larger and would widen a patch that is a line.
+  // The root of a rounding error is up to 1e8 times larger, and would widen a patch that is a line.
   const double zero = kEigenRounding * matrix.trace();
   return applied(matrix, [zero](double value) { return value > zero ? std::sqrt(value) : 0.0; });
 }
@@ -113,17 +113,19 @@ Columns6 pattern(int count) {
 
 // Groups of contacts, one column each.
 struct Groups {
-  Columns6 spread;  ///< mean position (about the mean of all, in units of the radius) and mean normal
-  Eigen::Array<double, 1, kMost> share;  ///< share of the stiffness
+  /// mean position (about the mean of all contacts, in units of the patch's radius) and mean normal
+  Columns6 spread;
+  Eigen::Array<double, 1, kMost> share;  ///< fraction of the stiffness
   Eigen::Array<double, 1, kMost> depth_m;
 
   int count() const { return static_cast<int>(spread.cols()); }
 };
 
-// Values of all groups in single precision: the places of groups matter little, and bending corrects the error.
+// Values of all groups. Single precision suffices, because the positions of groups matter little and bending corrects
+// the error.
 using Numbers = Eigen::Array<float, kMost, 1>;
 
-// Shares of `whole` at z for the groups at `at`; they sum to `whole`.
+// Divides `whole`, the stiffness of a contact at z, among the groups at `at`. The shares sum to `whole`.
 Numbers shares(const std::array<Numbers, 6>& at, const Eigen::Matrix<float, 6, 1>& z, float whole) {
   Numbers squared = Numbers::Constant(kBlur);
   for (std::size_t row = 0; row < 6; ++row) squared += (at[row] - z[static_cast<int>(row)]).square();
@@ -132,7 +134,7 @@ Numbers shares(const std::array<Numbers, 6>& at, const Eigen::Matrix<float, 6, 1
 }
 
 // Divides each contact among all groups, most of it among the near ones, and moves each group to the mean of its
-// shares: k-means without a hard assignment.
+// shares. This is a k-means iteration without a hard assignment.
 Groups shared_out(const Groups& from, std::span<const ContactPoint> contacts, double stiffness_n_per_m3,
                   const PatchMoments& m) {
   std::array<Numbers, 6> at;
@@ -163,7 +165,7 @@ Groups shared_out(const Groups& from, std::span<const ContactPoint> contacts, do
   return to;
 }
 
-// Groups from the covariance of all contacts, refined with the contacts themselves.
+// Places the groups according to the covariance of all contacts, and refines them with the contacts themselves.
 Groups grouped(std::span<const ContactPoint> contacts, double stiffness_n_per_m3, const PatchMoments& m, int count) {
   Groups groups{root(m.covariance) * pattern(count), {}, {}};
   groups.spread.bottomRows<3>().colwise() += m.normal_W;
@@ -171,8 +173,8 @@ Groups grouped(std::span<const ContactPoint> contacts, double stiffness_n_per_m3
   return groups;
 }
 
-// Bends the groups' lines of force to the nearest lines whose Σ s w wᵀ is that of all contacts; their pitch is dropped.
-// The normals' lengths then contain a part of the stiffness.
+// Changes the groups' lines of force to the nearest lines whose Σ s w wᵀ is that of all contacts. Their pitch (moment
+// along the line) is dropped. The lengths of the normals then contain a part of the stiffness.
 void bend(Groups& groups, const Mat6& wanted_root) {
   const int count = groups.count();
   Columns6 lines(6, count);
@@ -208,8 +210,8 @@ void write_contacts(const Groups& groups, const PatchMoments& m, std::span<Reduc
   }
 }
 
-// Corrects the remaining error of the wrench: equal forces for the net force, forces of a rotation about the mean for
-// the moment.
+// Corrects the remaining error of the wrench. Equal forces correct the net force, and forces in proportion to a
+// rotation about the mean correct the moment.
 void correct_wrench(std::span<ReducedContact> contacts, const PatchMoments& m) {
   Vec3 middle = Vec3::Zero();
   for (const ReducedContact& contact : contacts) middle += contact.p_W / static_cast<double>(contacts.size());
@@ -220,7 +222,7 @@ void correct_wrench(std::span<ReducedContact> contacts, const PatchMoments& m) {
     missing = missing - Wrench{contact.force_on_a_W, r.cross(contact.force_on_a_W)};
     inertia += r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose();
   }
-  // If all contacts are on one line, no moment about it is missing either.
+  // If all contacts are on one line, they have no moment about it, and none is missing.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(inertia);
   const double zero = kEigenRounding * inertia.trace();
   const Vec3 inverse = axes.eigenvalues().unaryExpr([zero](double value) { return value > zero ? 1 / value : 0.0; });

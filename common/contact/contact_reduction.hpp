@@ -1,4 +1,5 @@
-// Reduces hundreds of contacts to a few that act alike: for transmission, display, or bounded work.
+// Reduces hundreds of contacts to a few with the same net wrench and nearly the same stiffness: for transmission,
+// display, or bounded work.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +9,7 @@
 
 namespace tandem::contact {
 
-/// A contact force with its stiffness.
+/// A contact that represents several others: a force with its stiffness.
 struct ReducedContact {
   Vec3 p_W = Vec3::Zero();
   Vec3 normal_W = Vec3::UnitZ();
@@ -21,7 +22,7 @@ struct ReducedContact {
 /// its surface is taken as flat at each contact.
 ///
 /// Model   With r = p − about, a motion (δt, δθ) of A moves a contact by δp = δt + δθ × r and changes its depth by
-///         −n·δp. The force follows with its stiffness, and its lever with δp (`about_W` itself does not move):
+///         −n·δp. The force changes with this depth, and its lever by δp (`about_W` itself does not move):
 ///         δf = −s n (n·δp),  δτ = r × δf + δp × f
 struct ContactWrench {
   Wrench on_a_W;
@@ -30,7 +31,7 @@ struct ContactWrench {
 ContactWrench contact_wrench(std::span<const ContactPoint> contacts, double stiffness_n_per_m3, const Vec3& about_W);
 ContactWrench contact_wrench(std::span<const ReducedContact> contacts, const Vec3& about_W);
 
-/// Numbers of contacts that a reduction returns, depending on the slots of its output.
+/// Numbers of contacts that a reduction returns, depending on the size of its output.
 inline constexpr std::size_t kReducedContactsMin = 8;
 inline constexpr std::size_t kReducedContacts = 16;
 
@@ -48,9 +49,9 @@ inline constexpr std::size_t kReducedContacts = 16;
 ///         sharing: fuzzy c-means (Bezdek 1981); the bending is ours
 /// Out     number of contacts written. The derivative of 16 (Frobenius norm, about the middle of the patch, lengths in
 ///         units of its radius) is right to rounding on planes. The worst errors of 2,000 random patches each are 0.2 %
-///         on spheres, 5 % in grooves, and 8 % in corners and around pegs. The derivative changes by that much when
-///         contacts just cease to fit
-/// Fails   none written: more contacts press than fit, and `out` has fewer than 8 slots
+///         on spheres, 5 % in grooves, and 8 % in corners and around pegs. The derivative jumps by that much when the
+///         contacts no longer fit into `out` and are reduced
+/// Fails   writes no contact if more contacts press than fit and `out` has fewer than 8 elements
 /// Cost    0.1 µs a contact and 12 µs; no allocation
 std::size_t reduce_contacts(std::span<const ContactPoint> contacts, double stiffness_n_per_m3,
                             std::span<ReducedContact> out) noexcept;

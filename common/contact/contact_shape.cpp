@@ -19,30 +19,33 @@
 namespace tandem::contact {
 namespace {
 
-// Rigid depth over half thickness: below 1/2, with a margin for the compliance of a hard contact.
+// Ratio of the rigid depth (depth beyond which contact is as stiff as the step allows) to half of the wall thickness. A
+// pressing point must stop before the middle of the wall, beyond which the far side is the nearer one. The ratio is
+// below 1/2, because even a rigid contact yields a little.
 constexpr double kRigidShare = 0.4;
 static_assert(kRigidShare * kMaxHalfThickness >= kMaxRigidDepth);
-// Share of a surface that may be thinner than the rigid depth is made for: tips of wedges and spikes have no least
-// thickness.
+// Fraction of a surface that may be thinner than the thickness from which the rigid depth is computed. Tips of wedges
+// and spikes have no minimum thickness.
 constexpr double kThinShare = 0.02;
-// Depth in errors of the field from which a point of one part inside another part is left out.
+// Depth, in errors of the field, beyond which a point of one part that is inside another part is omitted.
 constexpr double kBuriedErrors = 2;
-// Length below which a gradient is that of a crease, between faces nearer to each other than cells are long.
+// A gradient shorter than this is that of a crease between two faces that are nearer to each other than a cell is long.
 constexpr double kShortGradient = 0.101;
-// Limit of the rounding of a shell's points, as a share of its spacing.
+// Limit of the rounding of points to single precision, as a fraction of their spacing.
 constexpr double kRoundingShare = 1e-3;
 
-// Largest distance of a point on a plane, and half size of the box around the point where the field must be that of
-// planes.
+// A point on a plane is at most kOnPlane_m from it. It is in the plane's interior if the plane equals the field in a
+// box of half size kInsidePlane_m around it.
 constexpr double kOnPlane_m = 5e-6, kInsidePlane_m = 5e-5;
-// Spacing of points, largest cell and interpolation error of thin round shapes, as shares of the radius.
+// Spacing of points, largest cell and interpolation error of thin round shapes, as multiples of the radius.
 constexpr double kRoundSpacing = 0.5, kRoundCell = 2, kRoundTolerance = 0.1;
+// Accuracy of the measured half thickness of shapes that may be too thin to hold.
 constexpr double kThinnessError_m = 2e-6;
 // Radius above which round shapes are sampled finely enough by default.
 constexpr double kThinRadius_m = 4e-4;
 
-/// Options with points close enough for a round shape of this radius: the deepest place of a contact is then deeper
-/// than the nearest point by at most an eighth of the radius.
+/// Returns options with points close enough for a round shape of this radius. The deepest position of a contact is then
+/// deeper than the nearest point by at most an eighth of the radius.
 ContactShapeOptions for_radius(double radius_m, ContactShapeOptions options) {
   if (radius_m > kThinRadius_m) return options;
   options.spacing_m = std::min(options.spacing_m, kRoundSpacing * radius_m);
@@ -62,7 +65,7 @@ void require_positive(double value, const char* shape, const char* field) {
                               ", but must be a positive length in metres");
 }
 
-/// Rejects meshes far from their origin: points in single precision would all fall on a few places.
+/// Rejects meshes far from their origin, where rounding to single precision would merge many points.
 void require_near_origin(const geometry::TriangleMesh& mesh, double spacing_m) {
   double reach_m = 0;
   for (const Vec3& vertex : mesh.vertices) reach_m = std::max(reach_m, vertex.cwiseAbs().maxCoeff());
@@ -89,7 +92,8 @@ std::shared_ptr<ContactShape> make_primitive(std::shared_ptr<const DistanceField
   return shape;
 }
 
-/// Whether a point lies on a plane that equals the field everywhere near the point.
+/// Returns whether a surface point is in the interior of a flat part: on a plane that equals the field in a box around
+/// the point.
 bool is_inside_of_plane(const DistanceField& field, const ShellPoint& point) {
   const std::span<const FieldPlane> planes = field.planes();
   if (planes.empty()) return false;
@@ -105,26 +109,26 @@ bool is_inside_of_plane(const DistanceField& field, const ShellPoint& point) {
   return (field.planes_over(around, queries) >> static_cast<unsigned>(plane - planes.begin()) & 1U) != 0;
 }
 
-/// Distance from a surface point straight inward to the place where the opposite surface becomes the nearer one;
-/// infinite if beyond `limit_m`. Walls that meet at an angle are not opposite, however near.
+/// Returns the distance from a surface point along its inward normal to where the opposite surface becomes the nearer
+/// one; infinite if that exceeds `limit_m`. Walls that meet at an angle are not opposite, however near they are.
 double half_thickness_at(const DistanceField& field, const ShellPoint& point, double limit_m) {
   const int steps = 24;
   const Vec3 normal = point.normal_S.cast<double>();
   const Vec3 p = point.p_S.cast<double>();
   const auto is_opposite_at = [&](double depth_m) {
     const Vec3 gradient = field.sample(p - depth_m * normal).gradient;
-    // A short gradient is that of a crease and gives the direction only.
+    // Of the short gradient of a crease, only the direction is used.
     const double length = gradient.norm();
     return gradient.dot(normal) < -0.5 * (length < kShortGradient ? length : 1);
   };
-  // Required twice in a row, because the gradient on a crease of the field is arbitrary.
+  // Two successive samples must be opposite, because the gradient on a crease of the field is arbitrary.
   bool was_opposite = false;
   for (int i = 1; i <= steps + 1; ++i) {
     const bool is_opposite = is_opposite_at(limit_m * i / steps);
     if (is_opposite && was_opposite) {
       double low_m = limit_m * (i - 2) / steps, high_m = limit_m * (i - 1) / steps;
-      // The check for shapes too thin to hold needs a finer resolution than a step; the rigid depth is at its minimum
-      // there anyway.
+      // Bisection refines the result for shapes so thin that the rigid depth is at its minimum. Only why_too_thin()
+      // needs that accuracy.
       while (kRigidShare * high_m < kMinRigidDepth && high_m - low_m > kThinnessError_m) {
         const double middle_m = (low_m + high_m) / 2;
         (is_opposite_at(middle_m) ? high_m : low_m) = middle_m;
@@ -136,7 +140,7 @@ double half_thickness_at(const DistanceField& field, const ShellPoint& point, do
   return std::numeric_limits<double>::infinity();
 }
 
-/// Half thickness that is exceeded by all but a small share of the surface.
+/// Returns the half thickness that all but the fraction kThinShare of the surface exceeds.
 double thin_half_thickness(const DistanceField& field, const PointShell& shell) {
   const std::size_t most_samples = 20'000;
   const double limit_m = kMaxHalfThickness;
@@ -150,7 +154,7 @@ double thin_half_thickness(const DistanceField& field, const PointShell& shell) 
   return std::min(*thin, limit_m);
 }
 
-/// Points of both shells, without those inside the shape.
+/// Returns the points of both shells, without those inside the shape.
 PointShell joined(const DistanceField& field, const PointShell& solid, const PointShell& sheet) {
   std::vector<ShellPoint> points;
   for (const PointShell* shell : {&solid, &sheet}) {
@@ -161,7 +165,7 @@ PointShell joined(const DistanceField& field, const PointShell& solid, const Poi
   return PointShell::make(std::move(points), std::max(solid.spacing_m, sheet.spacing_m));
 }
 
-/// Samples solids and the sheets beside them, each by its kind.
+/// Samples the solids of a mesh, and the sheets beside them as plates. Omits points inside the shape.
 PointShells sample_parts(const geometry::ContactMesh& mesh, const DistanceField& field, bool may_overlap,
                          const ContactShapeOptions& options, const std::function<void(double)>& progress) {
   PointShells shells = sample_surface(mesh, options, progress);
@@ -272,7 +276,7 @@ std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMes
   shape->shells = sample_parts(mesh, *shape->field, tree.may_overlap(), options, staged.stage(0.7, 0.95));
   shape->half_thickness_m = thin_half_thickness(*shape->field, shape->shells.surface);
   shape->rigid_depth_m = rigid_depth_of(shape->half_thickness_m);
-  // Reading back the coded bytes gives the server and all clients the same numbers.
+  // The shape is read back from its coded bytes, so that the server and all clients have the same numbers.
   auto coded = contact_shape_from(contact_asset_bytes(*shape, 0));
   if (coded == nullptr) {
     throw geometry::MeshError(

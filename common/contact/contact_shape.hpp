@@ -1,4 +1,4 @@
-// A shape that can be touched: its distance field and its points. Built once, shared.
+// A shape for contact: its distance field and its surface points. It is built once and then shared.
 #pragma once
 
 #include <cstdint>
@@ -17,21 +17,21 @@
 
 namespace tandem::contact {
 
-/// Immutable; shared by bodies of the same shape, by rooms, and by server and clients.
+/// Immutable shape for contact. Bodies of the same shape share it, in all rooms. Server and clients have equal copies.
 struct ContactShape {
   std::shared_ptr<const DistanceField> field;
   PointShells shells;
-  /// Surface points outside all planes of the field; inside a plane, the other shape's points suffice. Empty optional:
-  /// no surface point is inside a plane.
+  /// Surface points that are not in the interior of a flat part of the surface (a plane of the field). On a flat part,
+  /// the other shape's points suffice. Empty if no surface point is in such an interior.
   std::optional<PointShell> off_planes;
   Vec3 low_S = Vec3::Zero();  ///< bounding box of the points
   Vec3 high_S = Vec3::Zero();
-  /// Depth at which contact becomes rigid: less than half of the thickness of the shape's thin places. A pressing point
-  /// thus stops before the far side of a wall is the nearer one.
+  /// Rigid depth: depth beyond which contact is as stiff as the step allows. It is less than half of the thickness of
+  /// the shape's thin parts. A pressing point thus stops before the far side of a wall is the nearer one.
   double rigid_depth_m = 5e-4;
-  double half_thickness_m = 1.25e-3;  ///< half thickness of the shape's thin places; kMaxHalfThickness at most
+  double half_thickness_m = 1.25e-3;  ///< half thickness of the shape's thin parts; kMaxHalfThickness at most
   double ball_radius_m = 0;           ///< radius of the shape if it is one ball about the origin of S; 0: no ball
-  Rod rod;                            ///< the shape as a rod, if it is a rod or a ball
+  Rod rod;                            ///< dimensions of the shape if it is a rod or a ball
 
   double radius_m() const { return std::max(low_S.norm(), high_S.norm()); }  ///< about the origin of S, an upper bound
   std::size_t memory_bytes() const;
@@ -42,12 +42,13 @@ struct ContactShape {
 
 /// Limit of the memory of one shape; shapes made with the default options need less.
 inline constexpr std::size_t kMaxShapeBytes = std::size_t{128} << 20U;
-/// Compression level of zstd, 1 to 22.
+/// Default compression level of zstd (range 1 to 22).
 inline constexpr int kPackingLevel = 12;
 inline constexpr double kMaxRigidDepth = 5e-4;
 /// Limit of the measured half-thickness: where a shape is thicker, contact is rigid at kMaxRigidDepth.
 inline constexpr double kMaxHalfThickness = 1.25e-3;
-/// Least rigid depth, however thin a shape is: a fifth of the compliance of single contacts under a hand.
+/// Minimum of the rigid depth, also for very thin shapes. It is a fifth of the depth to which a hand presses a single
+/// contact.
 inline constexpr double kMinRigidDepth = 5e-5;
 
 std::shared_ptr<const ContactShape> make_contact_sphere(double radius_m, const ContactShapeOptions& options = {});
@@ -56,7 +57,7 @@ std::shared_ptr<const ContactShape> make_contact_cylinder(double radius_m, doubl
                                                           const ContactShapeOptions& options = {});
 std::shared_ptr<const ContactShape> make_contact_capsule(double radius_m, double length_m,
                                                          const ContactShapeOptions& options = {});
-/// In      progress  0..1, called from the calling thread now and then; may be empty
+/// In      progress  called on the calling thread from time to time with the completed fraction, 0..1; may be empty
 /// Fails   MeshError: too large for the grid's cells, or so far from its origin that single precision is too coarse;
 ///         std::invalid_argument: an option out of its range
 std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMesh& mesh,
@@ -70,8 +71,9 @@ std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMes
 ///
 /// In      packing_level  level of zstd; 0: not packed
 std::vector<std::uint8_t> contact_asset_bytes(const ContactShape& shape, int packing_level = kPackingLevel);
-/// Null for bytes that are not a whole asset of this version, or for a shape of more than `limit_bytes` of memory. Safe
-/// for hostile bytes: reading takes at most four times `limit_bytes`, and the time to fill it.
+/// Reads a shape from the result of contact_asset_bytes(). Returns null if the bytes are not a whole asset of this
+/// version, or if the shape needs more memory than `limit_bytes`. Malicious bytes are safe: reading uses at most four
+/// times `limit_bytes` of memory, and the time to fill it.
 std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint8_t> bytes,
                                                        std::size_t limit_bytes = kMaxShapeBytes);
 /// Serialises the inputs of a mesh's asset (mesh, options and version). A hash of these bytes can be the key of a

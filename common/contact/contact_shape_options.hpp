@@ -1,4 +1,4 @@
-// Resolution of a shape that can be touched.
+// Options for the resolution of a contact shape.
 #pragma once
 
 #include <cstddef>
@@ -8,33 +8,33 @@ namespace tandem::contact {
 /// Smallest edge of a cell of a distance grid.
 inline constexpr double kMinCell_m = 1e-5;
 
-/// How finely a shape is sampled.
+/// Resolution of the distances and points of a contact shape.
 struct ContactShapeOptions {
   // Distances to a mesh.
   double cell_m = 8e-4;       ///< largest cell edge near the surface; cells are halved up to twice where needed
   double tolerance_m = 3e-5;  ///< largest interpolation error near the surface that does not halve the cells
   double band_m = 2.5e-3;     ///< distances up to this are sampled at full resolution
-  /// a larger grid gets wider cells, with an error larger in proportion
+  /// limit of the grid's memory; a larger grid gets wider cells and an error that is larger in proportion
   std::size_t max_grid_bytes = std::size_t{48} << 20U;
   int threads = 2;  ///< threads that build the grid
 
   // Points.
-  double spacing_m = 4.5e-4;
+  double spacing_m = 4.5e-4;  ///< maximum distance from any point of the surface to the nearest sample
   /// Edges sharper than this, and their corners, are sampled exactly, at `feature_spacing_m`: a sharp feature could
   /// otherwise slip through between points.
   double feature_angle_deg = 25;
   double feature_spacing_m = 2.5e-4;
   double feature_height_m = 5e-5;  ///< vertices that protrude from the shell by more than this are added to it
 #ifndef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
-  std::size_t max_points = 400'000;  ///< larger surfaces get a wider spacing; bumps may add a quarter
+  std::size_t max_points = 400'000;  ///< limit; larger surfaces get a wider spacing, and bumps may add a quarter
 #else
-  std::size_t max_points = 1'000;  ///< a fuzzer tries thousands of scenes
+  std::size_t max_points = 1'000;  ///< few, because a fuzzer builds thousands of scenes
 #endif
 
   /// Solids with rods thinner than 0.8 mm get points and cells that suit the rods' radius, on their whole surface.
   bool refines_rods = true;
 
-  /// An open sheet is treated as a plate of this thickness around it.
+  /// Thickness of the plate as which an open sheet is treated. The sheet is its middle surface.
   double sheet_thickness_m = 1e-3;
 };
 

@@ -15,7 +15,7 @@
 namespace tandem::contact {
 namespace {
 
-/// Island of the contacts between bodies that do not yield.
+/// Island id of contacts between bodies that do not yield (static or prescribed).
 constexpr int kUnyielding = -1;
 
 bool is_usable(const SolverBody& body) {
@@ -82,7 +82,7 @@ struct ContactSolver::Impl {
   void finish(std::span<SolverBody> bodies_out, std::span<const SolverPatch> patches_in, std::span<PatchResult> results,
               std::span<Wrench> tool_wrenches_W) const noexcept;
 
-  /// Null: static, or not used.
+  /// Returns null for a static body, and for one that is not used.
   IslandBody* body_of(int index) {
     if (index < 0 || index >= body_count) return nullptr;
     IslandBody& body = bodies[static_cast<std::size_t>(index)];

@@ -13,11 +13,12 @@ namespace tandem::contact {
 
 struct SolverReport {
   std::uint32_t iterations = 0;  ///< Newton iterations, the maximum over the islands
-  bool has_converged = true;     ///< false: the best velocities found, or free flight if they are not finite
+  /// If false, the velocities are the best ones found, or those of free flight if these are not finite.
+  bool has_converged = true;
   /// Number of unused bodies, couplings, patches and contacts: over the limits, not finite, or with a body that does
-  /// not exist. An unused body stands still.
+  /// not exist. An unused body does not move.
   std::uint32_t left_out = 0;
-  std::uint32_t ill_formed = 0;  ///< those of `left_out` with invalid numbers
+  std::uint32_t ill_formed = 0;  ///< how many of `left_out` had invalid input
 };
 
 /// Implicit Euler with contact as a potential.
@@ -29,8 +30,8 @@ struct SolverReport {
 ///         by the normal force of the current iterate, later by that of the last of these iterates. Contact planes and
 ///         inertia are those at the start of the step. The solution has no gyroscopic torque: the caller advances the
 ///         pose at constant angular momentum (RigidBody::advance()).
-///         Beyond the rigid depth, each contact is stiff enough to stop the whole island, including the hands, from 1
-///         m/s within 0.1 mm.
+///         Beyond the rigid depth of its patch, each contact is stiff enough to stop the whole island, including the
+///         hands, from 1 m/s within 0.1 mm.
 /// Source  our derivation
 /// Fails   see SolverReport; outputs are always finite
 /// Cost    linear in contacts, cubic in the bodies of an island; one body at rest on 285 contacts: 8 µs

@@ -6,10 +6,10 @@
 namespace tandem::contact {
 namespace {
 
-// A contact with less than this share of its area is dropped.
+// A contact is dropped if less than this fraction of its area remains.
 constexpr double kMinKeptShare = 1e-3;
 
-/// Mean normal of the points that a contact represents; `otherwise_W` for a contact without points.
+/// Returns the mean normal of the points that a contact represents, or `otherwise_W` for a contact without points.
 Vec3 mean_normal_of(std::span<const ShellPoint> points, const Pose& X_WS, const Vec3& otherwise_W) {
   Vec3 sum = Vec3::Zero();
   for (const ShellPoint& point : points) sum += point.normal_S.cast<double>();
@@ -49,7 +49,8 @@ void ContactPair::join(const Pose& X_WA, const Pose& X_WB, std::span<PlacedShape
   first_of_other_ = kept_before_other;
 }
 
-// find() kept only the part of the bristle that is tangential to the old normal.
+// Transfers the bristle again for a contact whose normal was changed. find() kept only the part of the bristle that is
+// tangential to the old normal.
 void ContactPair::carry_bristle_again(std::size_t index, bool is_first_direction) noexcept {
   const std::size_t begin = is_first_direction ? 0 : first_of_other_before_;
   const std::size_t end = is_first_direction ? first_of_other_before_ : before_.size();

@@ -12,7 +12,7 @@ struct Nearest {
   bool is_found = false;
 };
 
-/// Lowers `nearest` to the smallest distance of a point of `shell` in `field`, if there is a smaller one.
+/// Replaces `nearest` by the point of `shell` with the smallest distance in `field`, if that distance is smaller.
 void search(const PointShell& shell, const DistanceField& field, const Pose& X_FS, Nearest& nearest) noexcept {
   std::uint32_t index = 0;
   while (index < shell.nodes.size()) {
@@ -39,7 +39,8 @@ bool has_deeper(const PointShell& shell, const DistanceField& field, const Pose&
   while (index < shell.nodes.size()) {
     const ShellNode& node = shell.nodes[index];
     const double depth = -field.distance_m(X_FS * node.centre_S.cast<double>());
-    // The ball contains the points: if its centre is deeper than `depth_m` by more than its radius, so are all of them.
+    // The node's ball contains its points. If its centre is deeper than `depth_m` by more than its radius, all points
+    // are deeper than `depth_m`.
     if (depth > depth_m + node.radius_m) return true;
     const bool may_be_deeper = depth + node.radius_m > depth_m;
     if (may_be_deeper && node.is_leaf) {
@@ -52,7 +53,7 @@ bool has_deeper(const PointShell& shell, const DistanceField& field, const Pose&
   return false;
 }
 
-/// Gap between the surfaces near a sample, by alternating projections.
+/// Returns the gap between the surfaces near a sample, by alternating projections.
 double refined(const Nearest& from, const DistanceField& own, const DistanceField& other, const Pose& X_OS) noexcept {
   constexpr int kRounds = 8;
   const Pose X_SO = X_OS.inverse();
@@ -69,7 +70,7 @@ double refined(const Nearest& from, const DistanceField& own, const DistanceFiel
   return nearest;
 }
 
-/// Compares B's box, rotated into A's axes, with A's box.
+/// Returns whether the box around B's rotated box, along A's axes, is farther than `gap_m` from A's box.
 bool is_apart(const ContactShape& a, const ContactShape& b, const Pose& X_AB, double gap_m) noexcept {
   const Vec3 centre_a = (a.low_S + a.high_S) / 2;
   const Vec3 centre_b = X_AB * Vec3((b.low_S + b.high_S) / 2);
@@ -95,7 +96,7 @@ bool boxes_are_near(const ContactShape& a, const Pose& X_WA, const ContactShape&
 
 double shape_distance_m(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
                         double limit_m) noexcept {
-  // Samples lie beside the nearest points of the surfaces, so the search reaches a little farther.
+  // Samples lie beside the nearest points of the surfaces, so the search distance is a little larger.
   const double reach = limit_m + a.shells.surface.spacing_m + b.shells.surface.spacing_m;
   const Pose X_BA = X_WB.inverse() * X_WA;
   const Pose X_AB = X_BA.inverse();
@@ -105,7 +106,7 @@ double shape_distance_m(const ContactShape& a, const Pose& X_WA, const ContactSh
   Nearest of_b{of_a.distance_m, Vec3::Zero(), false};
   search(b.shells.surface, *a.field, X_AB, of_b);
   if (of_b.is_found) nearest = std::min(nearest, refined(of_b, *b.field, *a.field, X_AB));
-  // The last nanometre is rounding.
+  // One nanometre is allowed for rounding.
   return nearest <= limit_m + 1e-9 ? std::min(nearest, limit_m) : std::numeric_limits<double>::infinity();
 }
 

@@ -5,7 +5,7 @@
 
 namespace tandem::contact {
 
-/// Gap between the surfaces, negative when they overlap; infinite when it is more than `limit_m`.
+/// Returns the gap between the surfaces. It is negative if they overlap, and infinite if it exceeds `limit_m`.
 ///
 /// Model   Smallest distance of a point of either shell in the other's field, found by branch and bound over the
 ///         shells' trees. It is refined by alternating projections between the surfaces (von Neumann). Overlap is
@@ -14,13 +14,13 @@ namespace tandem::contact {
 double shape_distance_m(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
                         double limit_m) noexcept;
 
-/// Whether a point of either shell is deeper than `depth_m` in the other's field.
+/// Returns whether a surface point of either shape is deeper than `depth_m` inside the other.
 ///
-/// Cost    ends at the first such point: much less than shape_distance_m() for shapes that are deep in each other
+/// Cost    ends at the first such point, so shapes that overlap deeply take much less than with shape_distance_m()
 bool overlaps(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
               double depth_m) noexcept;
 
-/// False only when the bounding boxes are farther apart than `gap_m`; cheap.
+/// Returns false only if the bounding boxes are farther apart than `gap_m`. Cheap.
 bool boxes_are_near(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
                     double gap_m) noexcept;
 

@@ -186,7 +186,7 @@ struct TriangleTree::Parts {
     Eigen::Matrix3d R_US;
     Box box_U;
     TriangleMesh mesh;
-    std::optional<TriangleTree> tree;    ///< empty for a part that is the whole mesh, whose tree it uses
+    std::optional<TriangleTree> tree;    ///< empty if the part is the whole mesh; then the tree of the mesh is used
     std::vector<int> triangles;          ///< for each triangle of the part: its index in the whole mesh
     std::optional<PartSides> sides;      ///< sides of the triangles, for a part that is not simple
     std::optional<TriangleTree> border;  ///< tree of `sides->border()`, if there are inner faces

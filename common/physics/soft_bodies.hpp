@@ -17,7 +17,7 @@ class SoftBodies {
   virtual ~SoftBodies() = default;
 
   /// Advances by a step, after the rigid things have moved to their new poses.
-  /// In      X_WT  poses of the world's tools, then of its bodies; an empty entry touches nothing
+  /// In      X_WT  poses of the world's tools, then of its bodies; an empty entry (an absent object) takes no part
   virtual TickFaults advance(std::span<const std::optional<Pose>> X_WT) noexcept = 0;
   /// Returns the contact of a tool or body for soft_wrench(), valid until the next advance(). It is empty for a thing
   /// without a pose.

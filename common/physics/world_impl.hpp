@@ -131,8 +131,9 @@ struct World::Impl {
   double field_energy_j = 0;
   std::vector<TouchThing> things;  ///< bodies, then tools
   std::vector<TouchCoupling> pulls;
-  std::vector<TouchJoint> touch_joints;         ///< anchors of the bodies
-  std::vector<std::optional<Pose>> soft_tools;  ///< poses of tools, then of bodies; an empty entry touches nothing
+  std::vector<TouchJoint> touch_joints;  ///< anchors of the bodies
+  /// Poses of the tools, then of the bodies. An empty entry (an absent object) takes no part in soft contact.
+  std::vector<std::optional<Pose>> soft_tools;
   TouchStage touch;
   std::unique_ptr<SoftBodies> soft;  ///< null if there are no soft bodies
   EffectStage effects;

@@ -190,8 +190,9 @@ void LiveServer::Impl::wake() {
   [[maybe_unused]] const auto written = ::write(step_event.native_handle(), &one, sizeof one);
 }
 
-/// Replaces io_context::run() and checks for new states before it sleeps. Rooms wake it only if it sleeps, in a short
-/// step already before its end. Between consecutive states it reads the datagrams of a few users only.
+/// Replaces io_context::run(): checks for new states before the io thread sleeps. Rooms wake the thread only if it
+/// sleeps. If a room's answer is expected soon, the thread is woken at the start of the step, so that it is awake when
+/// the new state is available. Between two checks, only the datagrams of a few users are read.
 void LiveServer::Impl::run_cycle() {
   bool has_read = false;
   while (!io.stopped()) {

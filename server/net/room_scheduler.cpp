@@ -36,7 +36,8 @@ constexpr std::uint64_t kEnoughSteps = 5;
 constexpr double kMaxShared = 0.3, kMaxToShareAgain = 0.2;
 /// A thread that would sleep longer than this checks in between for assigned rooms and new users.
 constexpr Duration kLongSleep = std::chrono::milliseconds(2);
-/// A room's phase may deviate by the fraction 1/kPlaces of its period. This is also the largest shift per step.
+/// A room's phase may deviate from its computed phase by the period / kPlaces. A larger deviation is corrected by at
+/// most this shift per step.
 constexpr int kPlaces = 64;
 // io runs below the rooms while the steps of each thread together take at most kIoWaitsFor. It is raised above them
 // after kSlowStepsInARow steps of one room that exceed kIoWaitsNotFor, because it reads and sends for all rooms.

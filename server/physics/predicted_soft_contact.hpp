@@ -17,8 +17,8 @@ namespace tandem::server {
 ///                    exp(−(distance − least distance) / 1 mm)
 ///         stiffness  k = n·f / d, where f is the force of the copy after kSteps soft steps with the object held
 ///                    d = 3 mm inside it. Objects are pressed one after the other, so a soft step costs at most twice
-///                    as much. Each press begins with the current state of the body. An object is not pressed twice
-///                    at one position
+///                    as much. Each measurement begins with the current state of the body. An object is not pressed
+///                    twice at one position
 ///         contact    For an object without contact: spring k along n, linearised at the depth d. Its force is zero at
 ///                    the surface and outside, see soft_wrench(). For an object with a force below k d: the wrench of
 ///                    the step, and a stiffness between that of the step and k. The first contact of a few samples
@@ -36,7 +36,8 @@ class PredictedSoftContact {
   PredictedSoftContact(const SoftModel& model, const Vec3& gravity_m_per_s2, int sweeps, std::size_t things);
   ~PredictedSoftContact();
 
-  /// Updates the nearby objects after a step of the real body, and continues the press.
+  /// Updates the surface near each object after a step of the real body. Then advances, by one soft step, the
+  /// simulation in which one object is pressed into the copy of the body.
   void advance(const SoftStep& real, double step_s, double speed_limit_m_per_s, std::span<const SoftThing> things);
   /// Returns the distance from the object to the surface if a contact can be predicted; otherwise infinity.
   double gap_m(std::size_t thing) const;

@@ -23,7 +23,7 @@ struct Seat {
   std::uint8_t tool = 0;     ///< valid if has_tool(role)
   bool leaves_gaps = false;  ///< the user suppresses inputs that can be extrapolated (deadband)
   haptics::CouplingParameters coupling_bounds =
-      haptics::kNoCouplingBounds;    ///< limits of the user's device, in the world
+      haptics::kNoCouplingBounds;    ///< coupling limits of the user's device, scaled to lengths of the world
   std::array<char, 80> user_name{};  ///< for recordings; ends at the first zero
 
   bool is_manipulator() const { return user.is_valid() && has_tool(role); }

@@ -11,7 +11,7 @@
 
 namespace tandem::proto {
 
-/// How a golden message is packed; this selects its reader.
+/// Packing of a golden message. It selects the function that reads the message.
 enum class Packing { kClientControlFrame, kServerControlFrame, kClientDatagram, kServerDatagram };
 
 /// A message as sent, with the name of its file in tests/golden/wire.

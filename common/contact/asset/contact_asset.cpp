@@ -1,4 +1,4 @@
-// Serialised shape of a mesh: a grid, and two shells of points.
+// Writes and reads the serialised shape of a mesh: a grid of distances, and two shells of points.
 #include <memory>
 #include <span>
 #include <stdexcept>

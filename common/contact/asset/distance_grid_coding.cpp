@@ -1,4 +1,5 @@
-// Serialised grid: levels, corners and samples, coded as small numbers and packed. Everything read is checked.
+// Writes and reads a grid: levels, corners and samples, quantized to small numbers and compressed. All input is
+// checked.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,12 +14,14 @@
 namespace tandem::contact {
 namespace {
 
-/// Bounds of values from files: a brick from a micrometre to a kilometre, in a world of a thousand kilometres.
+/// Bounds of values from files: edges of bricks from a micrometre to a kilometre, coordinates up to a thousand
+/// kilometres.
 constexpr double kSmallest = 1e-6;
 constexpr double kMaxBrick = 1e3;
 constexpr double kWorld = 1e6;
 constexpr std::uint32_t kMaxBricksAlong = 1U << 16U;
-constexpr int kDepths = 5;  ///< depths of SampleCoding: a brick's corners, then four levels of middles
+/// Number of levels at which samples are coded: the corners of a brick, then four levels of midpoints.
+constexpr int kDepths = 5;
 constexpr double kMaxCorner = 1 << 28;
 
 bool is_between(double value, double low, double high) {
@@ -57,7 +60,7 @@ int DistanceGrid::corner_quanta(std::size_t corner) const {
   return static_cast<int>(std::clamp(quanta, -kSampleSteps, kSampleSteps));
 }
 
-/// Bricks with their levels and samples; for a grid that is being read, with space for samples.
+/// Returns the bricks with their levels and samples. For a grid that is being read, the samples are not yet set.
 BrickLattice DistanceGrid::lattice() const {
   BrickLattice lattice(bricks_);
   for (std::size_t i = 0; i < refs_.size(); ++i) {
@@ -73,7 +76,8 @@ BrickLattice DistanceGrid::lattice() const {
   return lattice;
 }
 
-/// Out     false: more samples than a grid can hold
+/// Takes the levels and samples of the bricks.
+/// Out     false: there are more samples than a grid can hold
 bool DistanceGrid::set_lattice(const BrickLattice& lattice) {
   std::vector<std::uint8_t> levels(brick_total(), 0);
   std::size_t count = 0;
@@ -191,7 +195,7 @@ std::unique_ptr<DistanceGrid> DistanceGrid::read(std::span<const std::uint8_t>& 
     if (level > 0) sample_count += samples_of(level - 1U);
   }
   if (sample_count * sizeof(std::int16_t) > limit_bytes - lattice_bytes) return nullptr;
-  // Upper bounds of a valid file: most of the numbers take one byte.
+  // Upper bounds for a valid file. Most numbers take one byte.
   constexpr std::size_t kMaxNumberBytes = 5;
   constexpr std::size_t kBytesPerSample = 3;
   const bool is_read = grid->set_levels(*levels, sample_count) &&

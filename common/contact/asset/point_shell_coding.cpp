@@ -1,4 +1,5 @@
-// Serialised shell: differences of consecutive points in whole steps. The tree follows from the points' order.
+// Writes and reads a shell as differences of consecutive points in whole steps. The tree follows from the points'
+// order.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,21 +15,22 @@ namespace {
 
 constexpr double kMaxCoordinate = 1e4;
 constexpr double kMaxArea_m2 = 1e8;
-// Steps in a spacing, and in its square.
+// Number of quantization steps in a spacing (for positions), and in its square (for areas).
 constexpr double kPlaceSteps = 256;
 constexpr double kAreaSteps = 1024;
-// Steps along half an edge of the octahedron: consecutive directions differ by an eleventh of a degree at most.
+// Number of steps along half an edge of the square to which the octahedron of directions is unfolded. Neighbouring
+// directions differ by at most an eleventh of a degree.
 constexpr int kNormalSteps = 1024;
 constexpr std::size_t kNumbers = 6;
 
-/// A point in whole steps: place, normal, area.
+/// A point in whole steps: position, normal, area.
 using Steps = std::array<std::int32_t, kNumbers>;
 
 std::array<std::int32_t, 2> steps_of(const Eigen::Vector3f& normal) {
   const Eigen::Vector2d at = geometry::in_square(normal.cast<double>());
   const auto step = [](double share) { return static_cast<std::int32_t>(std::lround(share * kNormalSteps)); };
   std::int32_t u = step(at.x()), v = step(at.y());
-  // The border of the unfolded octahedron has each place twice.
+  // On the border of the unfolded octahedron, two positions are the same direction. One of them is chosen.
   if (std::abs(u) == kNormalSteps) v = std::abs(v);
   if (std::abs(v) == kNormalSteps) u = std::abs(u);
   return {u, v};
@@ -39,7 +41,7 @@ Eigen::Vector3f normal_of(std::int32_t u, std::int32_t v) {
       .cast<float>();
 }
 
-/// Converts points to steps, in order; the rounding error of an area is carried to the next one.
+/// Converts points to steps, in their order. The rounding error of an area is added to the next area.
 class Coder {
  public:
   explicit Coder(double spacing_m) : place_m_(spacing_m / kPlaceSteps), area_m2_(spacing_m * spacing_m / kAreaSteps) {}
@@ -54,7 +56,7 @@ class Coder {
     steps[3] = u;
     steps[4] = v;
     const double area = static_cast<double>(point.area_m2) / area_m2_ + carried_;
-    // Each point keeps a force.
+    // An area is at least one step, so that each point has a force.
     steps[5] = std::max(1, static_cast<std::int32_t>(std::lround(area)));
     carried_ = std::clamp(area - steps[5], -1.0, 1.0);
     return steps;
@@ -75,7 +77,7 @@ class Coder {
   double carried_ = 0;
 };
 
-/// Adds in place. False: the sum is out of range.
+/// Adds `more` to `value`. Returns false if the sum is out of range.
 bool add(std::int32_t& value, std::int32_t more) {
   return !__builtin_add_overflow(value, more, &value);
 }

@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kCorners = kBrickHalves;  ///< distance of a brick's corners, in halves
 
-/// Mean of the two, four or eight samples around a place in the middle between them.
+/// Returns the mean of the two, four or eight samples around a position in the middle between them.
 int predicted_at(const Brick& brick, const Halves& at, int half_step) {
   std::array<int, 3> reach{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -104,7 +104,9 @@ void BrickLattice::match_border(Brick& brick) {
   }
 }
 
-/// Finds the owner of a place on the border of `brick`, and the place relative to the owner.
+/// Returns the owner of a position on the border of `brick`: the coarsest brick there, or the first of equally coarse
+/// ones.
+/// Out     at_owner  the position relative to the owner; not set if `brick` is the owner
 const Brick* BrickLattice::owner_of(const Brick& brick, const Halves& at, Halves& at_owner) const {
   const auto position = position_of(brick.index);
   const Brick* owner = &brick;
@@ -115,7 +117,7 @@ const Brick* BrickLattice::owner_of(const Brick& brick, const Halves& at, Halves
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if ((i >> axis & 1) == 0) continue;
       const bool is_low = at[axis] == 0;
-      // Below 0 the position wraps around, and is out of the lattice too.
+      // A position below 0 wraps around, and is then also outside of the lattice.
       beside[axis] += is_low ? ~0U : 1U;
       at_beside[axis] = is_low ? kBrickHalves : 0;
       is_present = is_present && (is_low || at[axis] == kBrickHalves) && beside[axis] < along_[axis];

@@ -13,18 +13,19 @@
 
 namespace tandem::contact {
 
-/// Coding of samples: each as its difference from the mean of its coarser neighbours, in steps.
+/// Quantization of samples: each is coded as its difference from the mean of its coarser neighbours, in steps.
 ///
-/// Model   r = round((s − p) / d), s' = p + r d; d = max(step, |p| / 128): near the surface within step/2 of the exact
-///         value, far from it within 0.4 % of the distance. p is computed from coded samples s', so errors do not
-///         accumulate, and coding a second time changes nothing.
+/// Model   For a sample s with the prediction p, the coded number is r = round((s − p) / d), and its coded value is
+///         s' = p + r d, where d = max(step, |p| / 128). The error is at most step/2 near the surface, and 0.4 % of the
+///         distance far from it. p is computed from coded values s', so errors do not accumulate, and coding a second
+///         time changes nothing.
 /// Source  after the lifting scheme: Sweldens, "The lifting scheme: a construction of second generation wavelets",
 ///         1998, with linear prediction and without update
 struct SampleCoding {
   int step = 1;  ///< quanta
 
   int step_at(int predicted) const { return std::max(step, std::abs(predicted) >> 7); }
-  /// The number r of a sample.
+  /// Returns the coded number r of a sample.
   int steps_to(int sample, int predicted) const {
     const int step_here = step_at(predicted);
     const int beyond = sample - predicted;
@@ -32,9 +33,9 @@ struct SampleCoding {
   }
 };
 
-/// Codes or decodes one sample: returns r, computed from the sample or read.
+/// Codes or decodes one sample. Returns r: computed from the sample when coding, read when decoding.
 ///
-/// In      depth      0 for the corners of a brick, 1 for the middles between them, …
+/// In      depth      0 for the corners of a brick, 1 for the midpoints between them, …
 ///         predicted  in quanta
 ///         sample     value before coding; unspecified when decoding
 using CodeSample = std::function<int(int depth, int predicted, int sample)>;
@@ -53,9 +54,9 @@ class BrickLattice {
   /// Appends a brick; bricks must be added in the order of their indices.
   void add(Brick&& brick);
 
-  /// Replaces all samples by their coded values, the coarsest bricks first. A place that several bricks share is owned
-  /// by the coarsest of them, or by the first of equally coarse ones. The others interpolate from the owner there and
-  /// code nothing.
+  /// Replaces all samples by their coded values, the coarsest bricks first. A position that several bricks share
+  /// belongs to the coarsest of them (the owner), or to the first of equally coarse ones. The others interpolate from
+  /// the owner there and code nothing.
   ///
   /// In      corner_quanta  predicted sample at a corner of the lattice
   void code(const SampleCoding& coding, const std::function<int(std::size_t corner)>& corner_quanta,
@@ -72,8 +73,8 @@ class BrickLattice {
   std::size_t corner_of(const Brick& brick, const Halves& at) const;
 
   std::array<std::uint32_t, 3> along_ = {0, 0, 0};
-  std::vector<std::int32_t> brick_at_;  ///< index in bricks of each place, or −1
-  std::vector<std::uint8_t> is_known_;  ///< for each sample of the current brick
+  std::vector<std::int32_t> brick_at_;  ///< for each position in the lattice: index in `bricks`, or −1
+  std::vector<std::uint8_t> is_known_;  ///< for each sample of the current brick: whether another brick owns it
 };
 
 }  // namespace tandem::contact

@@ -16,7 +16,7 @@ class BrickSampler {
     is_bad_.fill(true);
   }
 
-  /// Samples down to the coarsest sufficient level and returns it.
+  /// Samples from the coarsest level on, until a level is accurate enough. Returns that level.
   std::uint32_t refine(std::uint32_t levels, double tolerance_m) {
     std::uint32_t level = 0;
     while (has_bad_cells(step_of(level), tolerance_m) && level + 1 < levels) sample(++level);
@@ -63,7 +63,7 @@ class BrickSampler {
     const int cells = kBrickHalves / step;
     return static_cast<std::size_t>((along(at[2]) * cells + along(at[1])) * cells + along(at[0]));
   }
-  /// Whether one of the up to eight cells around a place is bad.
+  /// Returns whether one of the up to eight cells around a position is bad: interpolation in it is not accurate enough.
   bool is_at_bad_cell(const Halves& at, int step) const {
     for (int i = 0; i < 8; ++i) {
       Halves in_cell = at;
@@ -86,8 +86,9 @@ class BrickSampler {
     });
   }
 
-  /// Tests the cells of a level within the bad cells of the previous level, and marks those that are bad. Tests are in
-  /// the middles of cells, and in the middles of faces on the brick's border, which finer neighbours will follow.
+  /// Tests the cells of a level within the bad cells of the previous level, and marks those that are bad. The test
+  /// points are the middles of cells, and the middles of faces on the brick's border, where finer neighbours will
+  /// interpolate.
   bool has_bad_cells(int step, double tolerance_m) {
     const std::array<bool, kMaxCells> was_bad = is_bad_;
     is_bad_.fill(false);
@@ -108,7 +109,7 @@ class BrickSampler {
   }
 
   bool is_bad_at(const Halves& at, int step, double tolerance_m) {
-    // Interpolation of a distance errs by half a cell's diagonal at most, and the cell extends equally far.
+    // Half of the cell's diagonal. An interpolated distance errs by at most this, and the cell extends as far.
     const double reach_m = 0.5 * std::sqrt(3.0) * step * half_m_;
     const double interpolated_m = guess(at, step);
     if (std::abs(interpolated_m) > band_m_ + 2 * reach_m) return false;
@@ -118,13 +119,13 @@ class BrickSampler {
       tests_.push_back({{small(at[0]), small(at[1]), small(at[2])}, exact_m});
     }
     const double error_m = std::abs(interpolated_m - exact_m);
-    // The error exceeds the bound of interpolation: one of these distances has the wrong sign.
+    // If the error exceeds the bound of interpolation, one of these distances has the wrong sign.
     const bool is_contradiction = error_m > kRounding * reach_m;
     is_contradictory_ = is_contradictory_ || is_contradiction;
     const bool is_bad = is_contradiction || (std::abs(exact_m) <= band_m_ + reach_m && error_m > tolerance_m);
     if (step == 2) return is_bad;
     if (at[0] % step != 0 && at[1] % step != 0 && at[2] % step != 0) {
-      // The place is a sample of the next level.
+      // The position is a sample of the next level.
       known(at) = exact_m;
       is_tested_[cell_of(at, step)] = true;
     }
@@ -132,8 +133,8 @@ class BrickSampler {
     return is_bad;
   }
 
-  /// Marks a bad cell. An error as large as that of a crease also marks its neighbours: the crease may cross them
-  /// without an error in their middles.
+  /// Marks a bad cell. If its error is as large as that of a crease, its neighbours are marked, too. The crease may
+  /// cross them without an error in their middles.
   void mark_bad(const Halves& at, int step, bool with_neighbours) {
     is_bad_[cell_of(at, step)] = true;
     if (!with_neighbours) return;
@@ -157,7 +158,7 @@ class BrickSampler {
     }
   }
 
-  /// multiple of the tolerance; by trial on the bunny and on boxes
+  /// Error from which a cell has a crease, as a multiple of the tolerance. Found by trial on the bunny and on boxes.
   static constexpr double kCrease = 3.0;
   static constexpr std::size_t kMaxCells = 8 * 8 * 8;  ///< number of cells of a level that has a finer one
 

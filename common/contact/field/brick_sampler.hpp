@@ -15,18 +15,19 @@ namespace tandem::contact {
 
 inline constexpr int kBrickCells = 4;    ///< cells of the coarsest level along a brick's edge
 inline constexpr int kFinestCells = 16;  ///< cells of the finest level; positions in bricks are multiples of these
-/// Tolerance for lengths that are equal in exact arithmetic: the shorter one is at most this factor times the other.
+/// Tolerance for lengths that are equal in exact arithmetic: the longer one is at most this factor times the other.
 inline constexpr double kRounding = 1.001;
+/// Largest magnitude of a sample, in quanta.
 inline constexpr double kSampleSteps = std::numeric_limits<std::int16_t>::max();
 
-/// Distance to the mesh by the definition of contact, at a place in its frame S.
+/// Returns the exact distance that contact uses, from the surface of the mesh to a point in its frame S.
 ///
 /// In      hint  triangle found by a query nearby, or −1; replaced by this query's triangle
 using ExactDistance = std::function<double(const Vec3& p_S, int& hint)>;
 
-/// Corrects wrong signs: one pseudo-normal at a flaw of the mesh (a tiny fold) must not invert the space around it. Two
-/// neighbours whose distances sum to more than their separation are on the same side of the surface. Each component
-/// connected in this way gets the sign of its majority.
+/// Corrects wrong signs of distances. A wrong pseudo-normal at a flaw of the mesh (a tiny fold) would otherwise
+/// exchange inside and outside in the space around it. Two neighbours whose distances sum to more than their separation
+/// are on the same side of the surface. All points connected in this way get the sign of their majority.
 ///
 /// In      distances_m  on a lattice of `along` points, x fastest
 ///         apart_m      separation of neighbours plus the error of their distances
@@ -36,9 +37,9 @@ void settle_signs(std::span<float> distances_m, const std::array<std::size_t, 3>
 using Halves = std::array<int, 3>;
 inline constexpr int kBrickHalves = 2 * kFinestCells;
 
-/// Trilinear interpolation on a lattice of `step` halves.
+/// Trilinear interpolation on a lattice whose points are `step` half cells apart.
 ///
-/// In      corner  value at (x, y, z), in halves
+/// In      corner  returns the value at (x, y, z), in half cells
 template <typename Corner>
 double interpolated(const Halves& at, int step, const Corner& corner) {
   Halves low;
@@ -57,7 +58,7 @@ inline constexpr int step_of(std::uint32_t level) {
   return kBrickHalves / (kBrickCells << level);
 }
 
-/// A place with a known exact distance.
+/// A position at which the exact distance was computed, to measure the error of interpolation.
 struct TestPoint {
   std::array<std::uint8_t, 3> at;  ///< halves
   float distance_m;

@@ -13,11 +13,12 @@ namespace tandem::contact {
 
 struct DistanceSample {
   double distance_m = 0;  ///< negative inside
-  /// gradient of the distance, out of the shape; length about 1, less on a crease, never 0
+  /// Gradient of the distance, out of the shape. Its length is about 1, less on a crease (where two sides are equally
+  /// near), and never 0.
   Vec3 gradient = Vec3::UnitZ();
 };
 
-/// One place, or one sample, in each row, so that operations on all of them are vectorised.
+/// Eight positions or samples, one in each row, so that operations on all of them are vectorised.
 inline constexpr std::size_t kEight = 8;
 using EightNumbers = std::array<double, kEight>;
 using EightPlaces = Eigen::Array<double, kEight, 3>;
@@ -57,36 +58,36 @@ class DistanceField {
   virtual double distance_m(const Vec3& p_S) const noexcept = 0;
   /// The same distance with its gradient.
   virtual DistanceSample sample(const Vec3& p_S) const noexcept = 0;
-  /// sample() of `count` places; faster in one call.
+  /// sample() for `count` points; faster than separate calls.
   ///
-  /// In      p_S      one place in each row
+  /// In      p_S      one point in each row
   /// Out     samples  distance and gradient in each row; rows from `count` on are undefined
   virtual void sample_all(const EightPlaces& p_S, std::size_t count, EightSamples& samples) const noexcept {
     for (std::size_t i = 0; i < count; ++i) set_sample(samples, i, sample(place_at(p_S, i)));
   }
 
-  /// distance_m() of `count` places; faster in one call.
+  /// distance_m() for `count` points; faster than separate calls.
   ///
-  /// In      p_S          one place in each row
+  /// In      p_S          one point in each row
   /// Out     distances_m  entries from `count` on are undefined
   virtual void distances_m(const EightPlaces& p_S, std::size_t count, EightNumbers& distances_m) const noexcept {
     for (std::size_t i = 0; i < count; ++i) distances_m[i] = distance_m(place_at(p_S, i));
   }
 
-  /// Planes of the shape's flat parts, kMaxPlanes at most; they live as long as the field.
+  /// Returns the planes of the shape's flat parts, kMaxPlanes at most. They live as long as the field.
   virtual std::span<const FieldPlane> planes() const noexcept { return {}; }
-  /// Planes whose largest distance equals the field's distance everywhere in a box where it is not positive: a face, or
-  /// faces that meet at a convex edge or corner. Where the largest distance is positive, the field's distance is
-  /// positive too, and not less. Both hold within the rounding of samples. At most six planes; none: no such planes
-  /// exist, or it is unknown.
+  /// Returns the planes that replace the field in a box: those of a face, or of faces that meet at a convex edge or
+  /// corner. Wherever the field's distance is not positive, it equals the largest of the distances to the planes. Where
+  /// the latter is positive, the field's distance is positive too, and not less. Both hold within the rounding of
+  /// samples. There are at most six planes. The set is empty if no such planes exist or if that is unknown.
   ///
-  /// Out     queries  incremented by the number of places read
+  /// Out     queries  incremented by the number of table entries read
   virtual PlaneSet planes_over(const OrientedBox& /*box_S*/, std::size_t& queries) const noexcept {
     ++queries;
     return 0;
   }
 
-  /// planes_over() at one place; faster.
+  /// planes_over() for one point; faster.
   virtual PlaneSet planes_at(const Vec3& /*p_S*/) const noexcept { return 0; }
 
   virtual double error_m() const noexcept = 0;

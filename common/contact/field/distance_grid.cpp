@@ -1,4 +1,5 @@
-// The query is the innermost loop of contact: one look-up of a brick, four short rows of samples, no division.
+// A query of the grid is the innermost loop of contact. It looks up one brick, reads four short rows of samples, and
+// needs no division.
 #include "common/contact/field/distance_grid.hpp"
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 namespace tandem::contact {
 namespace {
 
+// Range of lengths of a gradient that is used unchanged. Shorter gradients occur on creases.
 constexpr double kMinGradient = 0.1;
 constexpr double kMaxGradient = 2.0;
 
@@ -28,7 +30,7 @@ struct GridCells {
 }  // namespace
 }  // namespace tandem::contact
 
-// two samples are loaded at once, the first in the lower half
+// Two samples are loaded at once, with the first one in the lower half.
 static_assert(std::endian::native == std::endian::little);
 #define TANDEM_KERNEL "common/contact/lanes/grid_cells.inc"
 #include "common/contact/lanes/twice.inc"
@@ -39,10 +41,10 @@ namespace {
 constexpr double kFarthestPlace_m = 1e6;
 constexpr double kFarthest = 1e100;  ///< its square is finite
 
-/// Eight neighbouring values and a place between them, 0..1 along each axis.
+/// Eight neighbouring values and a position between them, 0..1 along each axis.
 template <typename T>
 struct Cell {
-  const T* at;  ///< first of the values; its neighbours are 1, `row` and `plane` further
+  const T* at;  ///< first of the values; its neighbours are at the offsets 1, `row` and `plane`
   std::size_t row;
   std::size_t plane;
   double x, y, z;
@@ -56,12 +58,12 @@ double value(const Cell<T>& cell) {
   return mix(along_y(cell.at), along_y(cell.at + cell.plane), cell.z);
 }
 
-/// Scalars, since loading them as a vector right after storing them one by one would stall.
+/// A value and its slope. Scalars are used, since loading a vector right after storing its parts would stall.
 struct Slope {
   double value, x, y, z;
 };
 
-/// The slope is per cell.
+/// Interpolates the value and its slope, which is per length of a cell.
 template <typename T>
 Slope value_and_slope(const Cell<T>& cell) {
   const auto& [at, row, plane, x, y, z] = cell;
@@ -84,9 +86,9 @@ Slope value_and_slope(const Cell<T>& cell) {
   return {v0 + z * dz, dx0 + z * (dx1 - dx0), dy0 + z * (dy1 - dy0), dz};
 }
 
-/// Cell that contains a place in a brick of `cells`³ cells.
+/// Returns the cell that contains a position in a brick of `cells`³ cells.
 Cell<std::int16_t> cell_of(const std::int16_t* samples, std::int32_t cells, const Vec3& in_brick) {
-  // A place just below 1 may be rounded up to it by the scaling: it belongs to the last cell.
+  // A position just below 1 may be rounded up to 1 by the scaling. It belongs to the last cell.
   const auto whole = [cells](double scaled) { return std::min(static_cast<std::int32_t>(scaled), cells - 1); };
   const double x = in_brick.x() * cells;
   const double y = in_brick.y() * cells;
@@ -127,7 +129,7 @@ std::size_t DistanceGrid::corner_total() const {
   return (std::size_t{bricks_[0]} + 1) * (bricks_[1] + 1) * (bricks_[2] + 1);
 }
 
-/// A place in the lattice.
+/// A position in the lattice.
 struct DistanceGrid::Place {
   std::array<std::uint32_t, 3> brick;
   Vec3 in_brick;  ///< 0..1 along each axis
@@ -191,7 +193,7 @@ inline DistanceSample DistanceGrid::sample_brick(const Place& place, std::uint32
   const double x = slope.x * per_cell;
   const double y = slope.y * per_cell;
   const double z = slope.z * per_cell;
-  // The slope vanishes where two sides are equally far; the coarse lattice still has an outward direction.
+  // The slope vanishes where two sides are equally far. The slope of the coarse lattice still has an outward direction.
   if (!is_usable(x * x + y * y + z * z)) [[unlikely]]
     return {slope.value * quantum_m_, kMinGradient * sample_corners(place).gradient.normalized()};
   return {slope.value * quantum_m_, {x, y, z}};
@@ -203,7 +205,7 @@ DistanceSample DistanceGrid::sample(const Vec3& p_S) const noexcept {
   return sample_brick(place, ref_at(place));
 }
 
-// Places with a NaN distance must be sampled one by one.
+// Samples all points that are in bricks with samples. Points that get a NaN distance must be sampled one by one.
 void DistanceGrid::sample_cells(const EightPlaces& p_S, std::size_t count, EightSamples& samples) const noexcept {
   const auto along = [this](std::size_t axis) { return static_cast<std::int32_t>(bricks_[axis]); };
   const GridCells cells{origin_S_,    bricks_per_m_,  quantum_m_, {along(0), along(1), along(2)},
@@ -228,7 +230,7 @@ void DistanceGrid::distances_m(const EightPlaces& p_S, std::size_t count, EightN
 }
 
 DistanceSample DistanceGrid::sample_outside(const Vec3& p_S) const noexcept {
-  // A NaN place is in no brick; it gets a large distance.
+  // A position with a NaN is in no brick. It gets a large distance.
   if (p_S.hasNaN()) return {kFarthest, Vec3::UnitZ()};
   const Vec3 p = p_S.cwiseMax(-kFarthestPlace_m).cwiseMin(kFarthestPlace_m);
   Place place;
@@ -259,8 +261,9 @@ std::size_t DistanceGrid::memory_bytes() const {
          samples_.capacity() * sizeof(samples_[0]) + planes_.memory_bytes();
 }
 
-/// In      levels  for each brick 0 without samples, else level + 1
-/// Out     false when the bricks do not have that many samples in all
+/// Sets the references of all bricks.
+/// In      levels  for each brick: 0 without samples, else level + 1
+/// Out     false if the bricks do not have `sample_count` samples in total, or too many
 bool DistanceGrid::set_levels(std::span<const std::uint8_t> levels, std::size_t sample_count) {
   refs_.resize(levels.size());
   finest_ = 0;

@@ -24,16 +24,17 @@ class BrickLattice;
 ///
 /// Model   Trilinear interpolation of exact samples. The gradient is that of the interpolant, so that force is the
 ///         gradient of one potential. Where bricks of different resolution meet, the finer one's border follows the
-///         coarser's interpolation: the distance is continuous wherever there are bricks, so in the whole band. Beyond
-///         the band, distance_m() returns a lower bound that accounts for the interpolation error. sample() returns the
-///         interpolated distance there, whose slope is useful for looking ahead, so that |distance_m()| ≤
-///         |sample().distance_m|. Outside of the lattice, sample() measures the distance to the surface point that the
-///         nearest border point of the lattice refers to.
+///         coarser one's interpolation. The distance is thus continuous wherever there are bricks, that is, in the
+///         whole band. Beyond the band, distance_m() returns a lower bound that accounts for the interpolation error.
+///         sample() returns the interpolated distance there, whose slope is useful to predict contact. Therefore
+///         |distance_m()| ≤ |sample().distance_m|. For a point outside of the lattice, sample() takes the nearest point
+///         of the lattice's border, moves it to the surface along the gradient there, and returns the distance to the
+///         result.
 /// Source  Frisken, Perry, Rockwood, Jones, "Adaptively sampled distance fields", SIGGRAPH 2000, for the refinement by
 ///         interpolation error
 class DistanceGrid final : public DistanceField {
  public:
-  /// In      progress  called from the calling thread now and then, 0..1; may be empty
+  /// In      progress  called on the calling thread from time to time with the completed fraction, 0..1; may be empty
   /// Fails   std::invalid_argument: an option out of its range; MeshError: the mesh is too large for these cells
   /// Cost    see `tandem-lab bench contact`; the same bytes for any number of threads
   static std::unique_ptr<DistanceGrid> build(const geometry::ContactMesh& mesh, const geometry::TriangleTree& tree,
@@ -49,12 +50,13 @@ class DistanceGrid final : public DistanceField {
     return planes_.planes_over(box_S, queries);
   }
   PlaneSet planes_at(const Vec3& p_S) const noexcept override { return planes_.planes_at(p_S); }
-  /// Largest error at the points tested during construction: middles of cells, where interpolation is worst. Most of
-  /// the error is inside of sharp convex edges and beneath them, where the distance itself has a crease.
+  /// Largest error at the points tested during construction: middles of cells, where interpolation is worst. The
+  /// largest errors are at sharp convex edges, inside and beneath them, where the distance itself has a crease.
   double error_m() const noexcept override { return error_m_; }
   double band_m() const noexcept override { return band_m_; }
 
-  /// Finds where the distance is that to a plane, starting from these guesses: each is fitted to the samples near it.
+  /// Finds the blocks in which the distance equals that to planes, and stores them for planes_over(). Each of the
+  /// guessed planes is first fitted to the samples near it.
   void find_planes(std::vector<FieldPlane> guesses);
 
   double finest_cell_m() const { return cell_m(finest_); }
@@ -62,10 +64,10 @@ class DistanceGrid final : public DistanceField {
   std::size_t brick_count(int cells) const;                     ///< number of bricks with `cells`³ cells
   std::size_t memory_bytes() const;
 
-  /// Appends the grid to `bytes`, exactly and packed: build() has rounded all values to coded ones.
+  /// Appends the grid to `bytes`, compressed. Nothing is lost, because build() has rounded all values to coded ones.
   void write(std::vector<std::uint8_t>& bytes, int packing_level) const;
-  /// Reads bytes that write() wrote and removes them from `bytes`. Null for anything else, or for more memory than
-  /// `limit_bytes`: every count, index and number of a hostile file is checked.
+  /// Reads bytes that write() wrote and removes them from `bytes`. Returns null for any other bytes, or if the grid
+  /// needs more memory than `limit_bytes`. Every count, index and number is checked, so malicious files are safe.
   static std::unique_ptr<DistanceGrid> read(std::span<const std::uint8_t>& bytes, std::size_t limit_bytes);
 
  private:
@@ -99,8 +101,8 @@ class DistanceGrid final : public DistanceField {
   bool set_levels(std::span<const std::uint8_t> levels, std::size_t sample_count);
   bool is_sound() const;
   static constexpr std::uint32_t level_of(std::uint32_t ref) { return (ref & ((1U << kLevelBits) - 1U)) - 1U; }
-  /// Bound of the interpolation error beyond the band: half a cell's diagonal for the samples of each lattice from the
-  /// coarsest on. Interpolation errs by less, since a distance has the Lipschitz constant 1.
+  /// Bound of the interpolation error beyond the band: the sum of half a cell's diagonal over all levels from the
+  /// coarsest to this one. It is a bound because a distance has the Lipschitz constant 1.
   double slack_m(std::uint32_t level) const {
     constexpr double kHalfDiagonal = 0.8660254037844386;
     return kHalfDiagonal * (2.0 * cell_m(0) - cell_m(level));
@@ -123,11 +125,11 @@ class DistanceGrid final : public DistanceField {
   std::uint16_t sample_step_ = 1;  ///< SampleCoding::step
   double band_m_ = 0;
   double error_m_ = 0;
-  Vec3 low_S_ = Vec3::Zero();  ///< box around all places with a negative distance
+  Vec3 low_S_ = Vec3::Zero();  ///< box around all points with a negative distance
   Vec3 high_S_ = Vec3::Zero();
   std::uint32_t finest_ = 0;
   std::uint32_t coarsest_ = 0;
-  /// Reference of each brick, x fastest: 0 without samples, else first sample · 4 + level + 1.
+  /// Reference of each brick, x fastest: 0 for a brick without samples, else index of first sample · 4 + level + 1.
   std::vector<std::uint32_t> refs_;
   std::vector<float> corners_m_;  ///< distances at the corners of all bricks
   std::vector<std::int16_t> samples_;

@@ -1,5 +1,5 @@
-// Sampling of the distance to a mesh: choice of bricks, their resolution, and matching of their borders. Each brick is
-// sampled on its own, so threads share nothing and their number does not affect the result.
+// Samples the distance to a mesh: chooses bricks and their resolution, and matches their borders. Each brick is sampled
+// independently, so threads share no data and their number does not affect the result.
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -18,18 +18,19 @@
 namespace tandem::contact {
 namespace {
 
-/// Coding step of distances near the surface, as a share of the tolerance.
+/// Quantization step of distances near the surface, as a fraction of the tolerance.
 constexpr double kCodingShare = 1.0 / 16;
 /// Number of bricks from which the memory of a grid is estimated, and the margin by which cells are widened if it is
 /// too much.
 constexpr std::size_t kBricksToExpectBy = 500;
 constexpr double kWidenFor = 1.05;
-/// Coding steps in a brick's edge for the distances at its corners.
+/// Number of quantization steps in a brick's edge, for the distances at its corners.
 constexpr double kCornerSteps = 512;
 
-/// Distance to a mesh: signed for a solid, to the plate around a sheet, or the nearer of both. Refers to the trees.
+/// Returns a function for the distance to a mesh: the signed distance to a solid, the distance to the plate around a
+/// sheet, or the smaller of both. The function refers to the trees.
 ///
-/// In      sheet  beside a solid; null: none
+/// In      sheet  sheet beside a solid; null if there is none
 ExactDistance exact_distance(const geometry::TriangleTree& tree, geometry::SurfaceKind kind,
                              const geometry::TriangleTree* sheet, double sheet_thickness_m) {
   const bool is_solid = kind == geometry::SurfaceKind::kSolid;
@@ -39,7 +40,7 @@ ExactDistance exact_distance(const geometry::TriangleTree& tree, geometry::Surfa
     if (!is_solid) return closest.distance_m - half_thickness_m;
     const bool is_inside = (p_S - closest.point_S).dot(closest.normal_S) < 0;
     const double distance_m = is_inside ? -closest.distance_m : closest.distance_m;
-    // A plate can be nearer only within this distance of its middle.
+    // The plate is nearer only if the distance to its middle is below this value.
     const double reach_m = distance_m + half_thickness_m;
     if (sheet == nullptr || reach_m <= 0) return distance_m;
     return std::min(distance_m, sheet->closest(p_S, reach_m).distance_m - half_thickness_m);
@@ -130,9 +131,10 @@ void DistanceGridBuilder::lay_lattice(const geometry::ContactMesh& mesh) {
   grid.brick_m_ = kBrickCells * options_.cell_m;
   grid.bricks_per_m_ = 1.0 / grid.brick_m_;
   grid.band_m_ = options_.band_m;
-  // The farthest sample is half a brick's diagonal beyond the farthest middle of a brick.
+  // Bound of all sampled distances: the middle of a brick is within the band plus half of its diagonal, and a sample is
+  // within another half diagonal of the middle.
   grid.quantum_m_ = (grid.band_m_ + grid.brick_m_ * std::sqrt(3.0)) / kSampleSteps;
-  // Margin: the band and one more brick, so that the border is outside and not near.
+  // The margin is the band and one more brick, so that the border of the lattice is outside and not near the surface.
   const double margin = grid.band_m_ + grid.brick_m_;
   const Vec3 size = grid.high_S_ - grid.low_S_ + Vec3::Constant(2 * margin);
   const Vec3 counts = (size * grid.bricks_per_m_).array().ceil();
@@ -214,7 +216,7 @@ void DistanceGridBuilder::sample_bricks() {
   in_parallel(lattice_.bricks.size(), 0.2, 0.97, [&](std::size_t i) { sample(lattice_.bricks[i]); });
 }
 
-/// Rounds the samples to their coded values, which every receiver gets.
+/// Rounds the samples to their coded values, which are those that each receiver decodes.
 void DistanceGridBuilder::code_samples() {
   const SampleCoding coding{grid_->sample_step_};
   lattice_.code(
@@ -253,7 +255,7 @@ std::unique_ptr<DistanceGrid> DistanceGrid::build(const geometry::ContactMesh& m
     const double excess =
         builder.lay_out(mesh.kind == geometry::SurfaceKind::kSolid) / static_cast<double>(options.max_grid_bytes);
     if (excess > 1) {
-      // The number of bricks is proportional to the area over the square of their edge.
+      // The number of bricks is proportional to the area divided by the square of their edge.
       const double wider = std::sqrt(kWidenFor * excess);
       fitting.cell_m *= wider;
       fitting.tolerance_m *= wider;

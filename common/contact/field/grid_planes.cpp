@@ -1,4 +1,4 @@
-// Finds the blocks of a grid that hold the distance to a plane.
+// Finds the blocks of a grid whose samples are the distance to a plane, or the largest distance to a few planes.
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
@@ -14,27 +14,28 @@
 namespace tandem::contact {
 namespace {
 
-// Tolerance of a sample against a plane before and after fitting, in the rounding steps of samples near the surface.
-// Half a step is rounding, and another half where a brick follows the border of a coarser one.
+// Largest difference of a sample from the distance to a plane, before and after fitting, in quantization steps of
+// samples near the surface. Half a step is rounding, and another half occurs where a brick follows the border of a
+// coarser one.
 constexpr double kGuessSteps = 3;
 constexpr double kFittedSteps = 1.25;
-// Tolerance as a share of the distance: the rounding of samples is 1/128 of it.
+// Additional tolerance as a fraction of the distance, because samples far from the surface are rounded to 1/128 of it.
 constexpr double kGuessShare = 0.01;
 constexpr double kFittedShare = 0.005;
-// Least number of samples for a fit; with fewer, the plane of the points is as accurate.
+// Least number of samples for a fit. With fewer samples, the plane of the shell's points is as accurate.
 constexpr double kMinSamples = 64;
-// Error of samples along sharp edges where bricks of different resolution meet; the planes are more accurate there.
+// Error of samples along sharp edges where bricks of different resolution meet. The planes are more accurate there.
 constexpr double kEdge_m = 1e-4;
-// Limit of bricks: planes need 12 bytes a brick, and the time to fill them.
+// Limit of the number of bricks. Planes need 12 bytes for each brick, and the time to fill them.
 constexpr std::size_t kMaxBricksWithPlanes = std::size_t{1} << 20U;
-// Limit of computed distances to planes: a few seconds. Later blocks get no planes.
+// Limit of the number of computed distances to planes, which take a few seconds. Later blocks get no planes.
 constexpr std::int64_t kMaxDistances = 500'000'000;
 // Least distance of a block that counts as outside.
 constexpr double kOutside_m = 3e-4;
-// Depth from which any plane will do: contact becomes rigid before.
+// Depth beyond which a sample need not match any plane, because contact becomes rigid long before.
 constexpr double kInside_m = 2 * PlaneMap::kDeep_m;
 
-/// Least-squares fit of a plane to samples: correction of n·p + c by the residuals.
+/// Least-squares fit of a plane to samples. It corrects n·p + c by the residuals.
 struct Fit {
   Eigen::Matrix4d squares = Eigen::Matrix4d::Zero();
   Eigen::Vector4d rest = Eigen::Vector4d::Zero();
@@ -44,7 +45,7 @@ struct Fit {
     squares += a * a.transpose();
     rest += rest_m * a;
   }
-  /// In      origin  reference point of the places given to add()
+  /// In      origin  reference point of the positions given to add()
   FieldPlane corrected(const FieldPlane& plane, const Vec3& origin) const {
     const double count = squares(3, 3);
     if (count < kMinSamples) return plane;
@@ -58,7 +59,7 @@ struct Fit {
     fitted.offset_m = plane.offset_m + change[3] - change.head<3>().dot(origin);
     const double length = fitted.normal.norm();
     if (!(std::abs(length - 1) < 0.1)) return plane;
-    // The length differs from 1 by rounding: division turns the plane about the surface, not about the origin.
+    // The length differs from 1 by rounding. Dividing both by it keeps the plane's position on the surface.
     return {fitted.normal / length, fitted.offset_m / length};
   }
 };
@@ -70,7 +71,7 @@ class DistanceGrid::PlaneFinder {
   PlaneFinder(const DistanceGrid& grid, std::vector<FieldPlane> planes)
       : grid_(grid), step_m_(grid.sample_step_ * grid.quantum_m_), planes_(std::move(planes)) {}
 
-  /// Range of blocks of a brick, with an equal number along each axis.
+  /// A cube of blocks in a brick.
   struct Blocks {
     std::array<std::uint32_t, 3> first;
     std::uint32_t along;
@@ -109,7 +110,7 @@ class DistanceGrid::PlaneFinder {
 
   void add(const Vec3& low_S, std::uint32_t ref, const Blocks& blocks, std::size_t plane, Fit& fit) const {
     for_samples(low_S, ref, blocks, [&](const Vec3& p_S, double sample_m) {
-      // Only samples next to the surface, which are the finest.
+      // Only samples next to the surface are used, which are the most accurate.
       if (std::abs(sample_m) < grid_.brick_m_ / kBrickCells) {
         fit.add(p_S - grid_.origin_S_, sample_m - planes_[plane].distance_m(p_S));
       }
@@ -146,7 +147,7 @@ class DistanceGrid::PlaneFinder {
     }
   }
 
-  /// Whether visit(p_S, sample) is true for all samples of some blocks, including their sides. Where cells are larger
+  /// Returns whether visit(p_S, sample) is true for all samples in some blocks and on their sides. If cells are larger
   /// than blocks, the samples of the surrounding cells are used.
   template <typename Visit>
   bool for_samples(const Vec3& low_S, std::uint32_t ref, const Blocks& blocks, const Visit& visit) const {
@@ -179,7 +180,7 @@ class DistanceGrid::PlaneFinder {
     if (least_m >= kOutside_m) return PlaneMap::kOutside;
     return most_m <= -kInside_m ? PlaneMap::kInside : PlaneMap::kNone;
   }
-  /// Index for a brick without samples.
+  /// Returns the index in PlaneMap for a brick without samples.
   std::uint8_t far_index(const Vec3& low_S) const {
     double least_m = std::numeric_limits<double>::infinity(), most_m = -least_m;
     for (const double z : {0.25, 0.75}) {
@@ -194,7 +195,7 @@ class DistanceGrid::PlaneFinder {
     return far_index(least_m, most_m);
   }
 
-  /// Index in PlaneMap for some blocks.
+  /// Returns the common index in PlaneMap for some blocks: that of the planes that match all their samples, if any.
   std::uint8_t index_of(PlaneMap& map, const Vec3& low_S, std::uint32_t ref, const Blocks& blocks) {
     if (distances_left_ < 0) return PlaneMap::kNone;
     PlaneSet set = 0;
@@ -202,7 +203,8 @@ class DistanceGrid::PlaneFinder {
       if (matches(set, p_S, sample_m)) return true;
       distances_left_ -= static_cast<std::int64_t>(planes_.size());
       bool is_found = false;
-      PlaneSet beyond = set;  // outside of an edge, the distance is larger than to each plane
+      // Outside of an edge, the distance to the shape is larger than the distance to each plane.
+      PlaneSet beyond = set;
       for_planes(low_S, [&](std::size_t i) {
         const PlaneSet wider = set | PlaneSet{1} << i;
         if (planes_[i].distance_m(p_S) > 0) beyond |= PlaneSet{1} << i;
@@ -231,7 +233,7 @@ class DistanceGrid::PlaneFinder {
     return far_index(least_m, most_m);
   }
 
-  /// Whether the sample is the largest distance to the planes; outside of an edge it may be more.
+  /// Returns whether a sample equals the largest distance to the planes. Outside of an edge it may be larger.
   bool matches(PlaneSet set, const Vec3& p_S, double sample_m) {
     distances_left_ -= 1 + std::popcount(set);
     const double largest = largest_m(planes_, set, p_S);

@@ -11,15 +11,15 @@
 namespace tandem::contact {
 namespace {
 
-// Limit of bricks with several sets: 32 MB.
+// Maximum number of bricks whose blocks have different sets of planes. They need 32 MB.
 constexpr std::size_t kMaxMixed = std::size_t{1} << 16U;
-// Distances to planes that differ by no more than this count as equal.
+// Two distances to planes count as equal if they differ by at most this.
 constexpr double kSameDistance_m = 5e-6;
-// Limit of bricks and blocks that a query may read, which bounds the cost of a walk of the tree. Larger nodes are
-// divided.
+// Maximum number of bricks and blocks that a query may read. It bounds the cost of a traversal of the tree over the
+// points. Nodes that would need more are divided.
 constexpr std::size_t kMaxPlaneMapQueries = 512;
 
-/// Calls visit(p) for the corners of a box until it returns false. Returns whether it never did.
+/// Calls visit(p) for the corners of a box until it returns false. Returns whether visit() was true for all of them.
 template <typename Visit>
 bool for_corners(const Vec3& middle, const Eigen::Matrix3d& half_edges, const Visit& visit) {
   for (const double z : {-1.0, 1.0}) {
@@ -34,14 +34,15 @@ bool for_corners(const Vec3& middle, const Eigen::Matrix3d& half_edges, const Vi
 
 }  // namespace
 
-/// Cubes of one size that may meet a box.
+/// Range of lattice cubes of one size that may intersect a box.
 struct PlaneMap::Range {
   double edge_m;
   Vec3 origin;
-  Vec3 most;  ///< reach of cubes' centres from the centre of the box, along its axes
+  Vec3 most;  ///< largest distance of an intersecting cube's centre from the centre of the box, along the box's axes
   std::array<std::int64_t, 3> begin, end;
 
-  /// Calls visit(x, y, z, middle) until it returns false. Returns whether it never did.
+  /// Calls visit(x, y, z, middle) for the cubes until it returns false. Returns whether visit() was true for all of
+  /// them.
   template <typename Visit>
   bool all_of(const OrientedBox& box, const Visit& visit) const {
     const Vec3 step = edge_m * box.axes.row(0).transpose();
@@ -50,7 +51,7 @@ struct PlaneMap::Range {
       for (std::int64_t y = begin[1]; y < end[1]; ++y) {
         const Vec3 row = origin + edge_m * Vec3(0.5, static_cast<double>(y) + 0.5, static_cast<double>(z) + 0.5);
         const Vec3 at = box.axes.transpose() * (row - box.centre);
-        // Range of the row with |at + x · step| ≤ most along each axis of the box.
+        // Range of x in this row for which |at + x · step| ≤ most along each axis of the box.
         auto low = static_cast<double>(begin[0]), high = static_cast<double>(end[0] - 1);
         for (int i = 0; i < 3; ++i) {
           if (std::abs(step[i]) < 1e-9 * edge_m) {
@@ -123,7 +124,7 @@ bool PlaneMap::is_largest(PlaneSet all, std::uint8_t index, const Vec3& middle, 
   return is_below(all & ~sets_[index], sets_[index], middle, edge_m);
 }
 
-// is_largest() at one place, for the cases that are cheap to check.
+// Checks is_largest() at one point, for the cases that are cheap to check; otherwise true.
 bool PlaneMap::is_largest_at(PlaneSet all, std::uint8_t index, const Vec3& p_S) const noexcept {
   if (index <= kInside || (all & ~sets_[index]) == 0) return true;
   return largest_m(planes_, all & ~sets_[index], p_S) <= largest_m(planes_, sets_[index], p_S) + kSameDistance_m;
@@ -135,7 +136,8 @@ std::size_t PlaneMap::memory_bytes() const {
          harmless_.capacity() * sizeof(PlaneSet);
 }
 
-// Includes only the border cube for the part of a box beyond the lattice.
+// Returns the range of cubes that may intersect a box. Of the part of a box beyond the lattice, the range includes at
+// most the cubes at the border.
 PlaneMap::Range PlaneMap::range_of(const OrientedBox& box_S, double edge_m) const noexcept {
   Range range{edge_m, origin_S_, box_S.half_m + edge_m / 2 * box_S.axes.cwiseAbs().colwise().sum().transpose(), {}, {}};
   const Vec3 reach = box_S.axes.cwiseAbs() * box_S.half_m;
@@ -168,8 +170,8 @@ std::uint8_t PlaneMap::at(const Vec3& p_S) const noexcept {
                 block(scaled[0] - static_cast<double>(x))];
 }
 
-/// Calls of_brick(brick) for uniform bricks that meet a box, and of_block(index, middle) for the blocks of mixed ones,
-/// until one returns false. Returns whether none did.
+/// Calls of_brick(brick) for each brick in a box whose blocks have a common index, and of_block(index, middle) for the
+/// blocks of other bricks, until one returns false. Returns whether all were true.
 template <typename OfBrick, typename OfBlock>
 bool PlaneMap::for_blocks(const OrientedBox& box_S, const OfBrick& of_brick, const OfBlock& of_block) const noexcept {
   const Range bricks = range_of(box_S, brick_m_);
@@ -191,9 +193,9 @@ bool PlaneMap::for_blocks(const OrientedBox& box_S, const OfBrick& of_brick, con
   });
 }
 
-// Whether the largest distance is nowhere below 0 in a box along the axes. Between the corners it may be less than at
-// each of them, as for a wall that passes between. The test therefore uses the least value of one plane, or of the mean
-// of two.
+// Returns whether the largest distance to the planes is nowhere below 0 in a box along the axes. Between the corners it
+// may be less than at each of them, for example if a thin wall passes between them. The test therefore uses the least
+// value of the distance to one plane, or of the mean of two distances.
 bool PlaneMap::is_above_some(PlaneSet set, const Vec3& middle, const Vec3& half_m) const noexcept {
   for (PlaneSet rest = set; rest != 0; rest &= rest - 1) {
     const FieldPlane& plane = planes_[static_cast<std::size_t>(std::countr_zero(rest))];
@@ -208,13 +210,15 @@ bool PlaneMap::is_above_some(PlaneSet set, const Vec3& middle, const Vec3& half_
   return false;
 }
 
-// Whether all of a cube is deeper than any contact. The largest distance has its maximum at a corner.
+// Returns whether all of a cube is deeper than any contact. The corners suffice, because the largest distance to planes
+// is convex.
 bool PlaneMap::is_deep(PlaneSet set, const Vec3& middle, double edge_m) const noexcept {
   return for_corners(middle, edge_m / 2 * Eigen::Matrix3d::Identity(),
                      [&](const Vec3& p_S) { return largest_m(planes_, set, p_S) <= -kDeep_m; });
 }
 
-// Beyond the lattice there is no surface, so some plane must be below all of a box there.
+// Returns whether the planes are right for the part of a box beyond the lattice. There is no surface, so the largest
+// distance to the planes must nowhere be below 0.
 bool PlaneMap::is_right_beyond(PlaneSet set, const OrientedBox& box_S) const noexcept {
   const Vec3 reach = box_S.axes.cwiseAbs() * box_S.half_m;
   for (int i = 0; i < 3; ++i) {
@@ -232,7 +236,7 @@ bool PlaneMap::is_right_beyond(PlaneSet set, const OrientedBox& box_S) const noe
   return true;
 }
 
-// Whether some plane of a set has a larger distance than each of the others, all over a cube.
+// Returns whether, for each plane of `others`, some plane of `set` has at least its distance everywhere in a cube.
 bool PlaneMap::is_below(PlaneSet others, PlaneSet set, const Vec3& middle, double edge_m) const noexcept {
   for (; others != 0; others &= others - 1) {
     const FieldPlane& other = planes_[static_cast<std::size_t>(std::countr_zero(others))];
@@ -260,7 +264,8 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S, std::size_t& queries) c
     return all == before || std::popcount(all) <= kMaxInBox;
   };
   const Eigen::Matrix3d half_edges = box_S.axes * box_S.half_m.asDiagonal();
-  // Boxes that extend beyond the planes' region, or meet a concave edge, fail at their corners first.
+  // The corners are checked first, because most boxes that extend beyond the planes' region, or meet a concave edge,
+  // are rejected there.
   std::array<std::uint8_t, 9> at_corners;
   std::size_t corners = 0;
   const auto add_corner = [&](const Vec3& p_S) { return add_planes_at(at_corners[corners++] = at(p_S)); };
@@ -268,8 +273,8 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S, std::size_t& queries) c
   corners = 1;
   const auto is_right_at = [&](const Vec3& p_S) { return is_largest_at(all, at_corners[corners++], p_S); };
   if (!is_largest_at(all, at_corners[0], box_S.centre) || !for_corners(box_S.centre, half_edges, is_right_at)) return 0;
-  // Check that the largest distance of these planes is the field's everywhere, also in blocks with some of the planes
-  // only. A block outside of the shape may be above a plane that is found later, so it is checked again when the set
+  // The largest distance to these planes must equal the field's everywhere, also in blocks that have only some of the
+  // planes. A block outside of the shape may be above a plane that is found later, so it is checked again when the set
   // has grown.
   bool is_below_outside = false;
   const auto is_right = [&](std::uint8_t index, const Vec3& middle, double edge_m) {

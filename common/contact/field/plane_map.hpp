@@ -22,9 +22,9 @@ class PlaneMap {
   static constexpr std::uint8_t kNone = 0;
   static constexpr std::uint8_t kOutside = 1;  ///< far outside of all surfaces
   static constexpr std::uint8_t kInside = 2;   ///< deeper than any contact
-  static constexpr double kDeep_m = 1e-3;      ///< contact becomes rigid at a much smaller depth
+  static constexpr double kDeep_m = 1e-3;      ///< depth that no contact reaches, since it becomes rigid long before
   using Blocks = std::array<std::uint8_t, std::size_t{kBlocks} * kBlocks * kBlocks>;
-  /// Largest number of planes of a block: those that meet in one corner.
+  /// Largest number of planes of a block: the three that meet in a corner.
   static constexpr int kMaxInBlock = 3;
   /// Largest number of planes over a box: a face, its four sides, and the opposite face.
   static constexpr int kMaxInBox = 6;
@@ -67,10 +67,10 @@ class PlaneMap {
   double brick_m_ = 1;
   /// For each brick: the common index of its blocks, or kFirstMixed + index in mixed_.
   std::vector<std::uint32_t> refs_;
-  /// For each brick that is not mixed: the planes that may be added to its set, since their distance is nowhere the
-  /// largest. For a brick far outside: the planes that all of it is above.
+  /// For each brick whose blocks have a common index: the planes that may be added to its set, since their distance is
+  /// nowhere the largest. For a brick far outside: the planes that the whole brick is above.
   std::vector<PlaneSet> harmless_;
-  std::vector<Blocks> mixed_;
+  std::vector<Blocks> mixed_;  ///< blocks of the bricks whose blocks have different indices
   static constexpr std::uint32_t kFirstMixed = 256;
 };
 

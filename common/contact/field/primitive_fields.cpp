@@ -8,29 +8,30 @@
 namespace tandem::contact {
 namespace {
 
-/// `a` as a unit vector, or `otherwise` where it has no direction.
+/// Returns `a` as a unit vector, or `otherwise` if `a` is zero.
 Vec3 direction_or(const Vec3& a, const Vec3& otherwise) {
   const double length = a.norm();
   return length > 0 ? Vec3(a / length) : otherwise;
 }
 
-/// Cylindrical coordinates of a point: its distance from the z axis, and the direction in which that grows.
+/// Cylindrical coordinates of a point: its distance from the z axis, and the direction away from the axis.
 struct Radial {
   explicit Radial(const Vec3& p) : radius_m(std::hypot(p.x(), p.y())) {
     if (radius_m > 0) outward = Vec3(p.x() / radius_m, p.y() / radius_m, 0);
   }
   double radius_m;
-  Vec3 outward = Vec3::UnitX();  ///< arbitrary on the axis
+  Vec3 outward = Vec3::UnitX();  ///< away from the axis; arbitrary for a point on the axis
 };
 
-/// Distance to the intersection of two regions from the signed distances to both: that to the corner outside both, else
-/// the larger one.
+/// Returns the distance to the intersection of two regions at a right angle, from the signed distances to both. For a
+/// point outside both it is the distance to the corner, else the larger one.
 double distance_to_corner(double a, double b) {
   if (a > 0 && b > 0) return std::hypot(a, b);
   return std::max(a, b);
 }
 
-/// Whether holds(p) is true for all corners of a box; if it defines a convex region, it is then true in all of the box.
+/// Returns whether holds(p) is true for all corners of a box. If the region where it is true is convex, it is then true
+/// in all of the box.
 template <typename Holds>
 bool all_corners(const OrientedBox& box, const Holds& holds) {
   for (unsigned i = 0; i < 8; ++i) {
@@ -86,7 +87,7 @@ class BoxField final : public ExactField {
 
  private:
   Vec3 half_m_;
-  std::array<FieldPlane, 6> planes_;  ///< below and above, along each axis
+  std::array<FieldPlane, 6> planes_;  ///< for each axis: the face at its lower end, then that at its upper end
 };
 
 class CylinderField final : public ExactField {
@@ -138,7 +139,7 @@ DistanceSample BoxField::sample(const Vec3& p_S) const noexcept {
   sample.distance_m = outside.norm();
   const Vec3 way(std::copysign(outside.x(), p_S.x()), std::copysign(outside.y(), p_S.y()),
                  std::copysign(outside.z(), p_S.z()));
-  // Squares of lengths below 1e-162 m vanish.
+  // The distance may be 0 here: squares of lengths below 1e-162 m underflow.
   if (sample.distance_m > 0) sample.gradient = way / sample.distance_m;
   return sample;
 }

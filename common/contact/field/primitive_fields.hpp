@@ -7,7 +7,7 @@
 
 namespace tandem::contact {
 
-/// Common base of the primitives' fields: exact everywhere, and convex.
+/// Common base of the fields of primitives. Their distances are exact everywhere, and the shapes are convex.
 class ExactField : public DistanceField {
  public:
   double error_m() const noexcept override { return 0; }

@@ -12,25 +12,25 @@
 namespace tandem::contact {
 namespace {
 
-// Ends of slices as shares of the depth, from the deepest point. The first makes the moment of friction about the
-// normal exact.
+// Ends of slices as fractions of the depth, from the deepest point. The value of kInner makes the moment of friction
+// about the normal exact.
 constexpr double kInner = 0.14288946;
 constexpr double kMiddle = 0.65;
-// Depth of the first slice beyond contact, and ratio of the next ones, as for flat nodes.
+// Thickness of the first slice of the part that does not press, and ratio of successive slices, as for flat nodes.
 constexpr double kFirstSlice_m = 1.6e-5;
 constexpr double kNextSlice = 4;
 constexpr int kGapSlices = 4;
-// Index of the slice that is four contacts in a gap, where pairs will press.
+// Index of the slice that is four contacts while nothing presses, at the positions of the later pairs.
 constexpr int kWideSlice = 2;
-// Largest depth as a share of the radius; deeper, the solid below the plane may be thinner than the ball.
+// Largest depth as a fraction of the radius. At a larger depth, the solid below the plane may be thinner than the ball.
 constexpr double kMaxDepth = 0.5;
 
-/// Height above the lowest point of a ball up to which the ball is nearer than the band.
+/// Returns the height above the lowest point of a ball up to which its surface is within the band.
 double cap_height_m(double radius_m, double depth_m, double band_m) {
   return std::min(depth_m + band_m, radius_m);
 }
 
-/// Two tangents that depend on the normal only.
+/// Returns two tangents, which depend on the normal only.
 std::array<Vec3, 2> tangents_of(const Vec3& normal) {
   int least = 0;
   normal.cwiseAbs().minCoeff(&least);
@@ -59,8 +59,8 @@ const FieldPlane* plane_below_ball(const DistanceField& field, PlaneSet planes, 
   box.centre = centre_F - (radius_m - cap_m / 2) * nearest->normal;
   const double half_m = std::sqrt(cap_m * (2 * radius_m - cap_m));
   box.half_m = Vec3(half_m, half_m, cap_m / 2);
-  // In an inexact field a ball that is clear may pass the tests above beside an edge: over the cap, another plane may
-  // be larger than the one at the centre.
+  // In an inexact field, a ball beside an edge may pass the tests above although it does not touch this plane alone:
+  // over the cap, the distance to another plane may be larger.
   const PlaneSet nearest_alone = PlaneSet{1} << static_cast<unsigned>(nearest - all.data());
   return largest_over(all, planes, box) == nearest_alone ? nearest : nullptr;
 }
@@ -75,7 +75,7 @@ void add_ball_on_plane(const FieldPlane& plane, const Pose& X_WF, const Vec3& ce
   const Vec3 normal_W = R_WF * plane.normal;
   const Vec3 centre_W = R_WF * centre_F + X_WF.p;
   std::uint32_t id = ContactPoint::kClosedForm;
-  // Adds the area between two distances from the lowest point, times `share`.
+  // Adds a contact for the part of the sphere between two heights above the lowest point, with its area times `share`.
   const auto add = [&](double begin_m, double end_m, double share, const Vec3& aside_W) {
     const std::uint32_t own_id = id++;
     if (!(end_m > begin_m)) return;

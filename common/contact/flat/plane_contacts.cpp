@@ -18,18 +18,18 @@
 namespace tandem::contact {
 namespace {
 
-// Range of depths of points that may be merged: a few times the rounding of points and distances.
+// Range of depths within which points may always be merged: a few times the rounding of points and distances.
 constexpr double kSpan_m = 5e-6;
-// The range may be larger where all points press, or none, by this share of the least depth or gap. For pressing points
-// it is at most `kMaxSpan_m`: the contact hides a few tenths of that at the deepest point.
+// If all points press, or none, the range may be larger by this fraction of the least depth or gap. For pressing points
+// it is at most kMaxSpan_m. The merged contact is less deep than the deepest point by a few tenths of that.
 constexpr double kSpanShare = 0.5;
 constexpr double kMaxSpan_m = 5e-5;
-// Least share of a node's area; smaller parts get no contact.
+// A part with less than this fraction of the node's area gets no contact.
 constexpr double kMinShare = 1e-9;
-// Least cosine of unit vectors that may be merged: they differ by 0.01 rad.
+// Least cosine of normals that may be merged: they differ by at most 0.01 rad.
 constexpr double kAlikeCosine = 1 - 5e-5;
 
-/// Whether points with depths in this range may be merged.
+/// Returns whether points with depths from `low` to `high` may be merged.
 bool is_alike(double low, double high, double rigid_depth_m) {
   const bool is_cut = low < 0 && high > 0;
   const bool is_half_rigid = low < rigid_depth_m && high > rigid_depth_m;
@@ -39,7 +39,7 @@ bool is_alike(double low, double high, double rigid_depth_m) {
   return high - low <= most;
 }
 
-/// Mean of contacts; pressing ones are weighted by force.
+/// Mean of contacts. Pressing contacts are weighted by force, others by area.
 struct Mean {
   double area = 0, depth = 0;  ///< depth: sum of depth × area
   double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -71,7 +71,8 @@ struct Mean {
   }
 };
 
-/// Four points at mean + s₁ ± s₂, each with a quarter of the area, that have the moments of a group.
+/// Four points with the moments of an area. Each has a quarter of the area. They are at mean ± s₁ ± s₂, where s₁ and s₂
+/// are the columns of the Cholesky factor of the covariance.
 struct Four {
   double area;
   std::array<double, 4> u, v;
@@ -93,7 +94,7 @@ struct Four {
   }
 };
 
-/// A plane below a node, in the frame of the node's points.
+/// A plane of the field below a node, in the frame P of the node's points.
 struct Below {
   Vec3 normal_W, normal_P;
   double offset_m;
@@ -102,10 +103,10 @@ struct Below {
 };
 using Planes = boost::container::static_vector<Below, PlaneMap::kMaxInBox>;
 
-/// Largest number of parts of a node: half a dozen slices of each plane are more than occur.
+/// Largest number of parts of a node. Fewer occur: at most half a dozen slices for each plane.
 constexpr std::size_t kMaxParts = 48;
 
-/// Contacts of nodes, one node at a time.
+/// Appends the contacts of nodes, one node at a time.
 class NodeContacts {
  public:
   NodeContacts(const PlaneContacts& search, PlaneSet planes, std::vector<ContactPoint>& contacts)
@@ -118,7 +119,7 @@ class NodeContacts {
     }
   }
 
-  /// Selects the planes that matter in this box; the nearest to its middle comes first.
+  /// Selects the planes whose distance may be the largest one in this box. The largest one at its middle comes first.
   ///
   /// Out     least and largest depth
   std::pair<double, double> depth_range(const OrientedBox& box) {
@@ -146,7 +147,8 @@ class NodeContacts {
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) add_point(i, i, i + 1, 1);
   }
 
-  /// Adds `count` points, evenly spaced except for the deepest, which share the node's area.
+  /// Adds `count` points, which share the node's area. They are evenly spaced in memory, except that the deepest point
+  /// is one of them.
   void add_some_points(const ShellNode& node, std::uint32_t count) {
     const auto index_of = [&](std::uint32_t k) {
       return node.first + static_cast<std::uint32_t>(std::uint64_t{k} * node.count / count);
@@ -173,11 +175,11 @@ class NodeContacts {
     }
   }
 
-  /// Adds the parts of a polygon: for each plane the part where it is the nearest, divided into pressing and not
-  /// pressing.
+  /// Adds the parts of a polygon. For each plane there is the part where that plane is the nearest, divided into a
+  /// pressing part and one that does not press.
   ///
-  /// In      is_sliced  cut parts that do not press, or will soon be rigid, into slices of depth, so that the nearest
-  ///         place is not hidden; other parts are four contacts
+  /// In      is_sliced  true: parts that do not press, or will soon be rigid, are cut into slices of depth, so that one
+  ///         contact is nearly as deep as the deepest position. Other parts are four contacts
   /// Out     false: there would be more contacts than ids of points, or than there is room for
   bool add_parts(const ShellNode& node, const FlatNode& flat, std::size_t room, bool is_sliced) {
     const Polygon whole = corners_of(flat);
@@ -206,7 +208,7 @@ class NodeContacts {
         cut(polygon, is_gap ? DepthSlope(-slopes[i]) : slopes[i]);
         if (is_gap) cut(polygon, below(slopes[i], search_.band_m));
         for (std::size_t k = 0; k < slopes.size(); ++k) {
-          // Beyond an edge there is no surface to press on.
+          // Beyond an edge of the other shape there is no surface to press on.
           if (k != i) cut(polygon, is_gap ? slopes[k] : DepthSlope(slopes[k] - slopes[i]));
         }
         if (is_empty(polygon)) continue;
@@ -224,7 +226,7 @@ class NodeContacts {
   }
 
  private:
-  /// The plane with the largest distance to a point, and that distance.
+  /// Returns the plane with the largest distance to a point, and that distance.
   std::pair<const Below*, double> largest_at(const Vec3& p_P) const {
     std::pair<const Below*, double> largest{nullptr, -std::numeric_limits<double>::infinity()};
     for (const Below& plane : planes_) {
@@ -246,13 +248,13 @@ class NodeContacts {
     return deepest;
   }
 
-  /// Adds a point that represents those from `first` to `end`, with `scale` times its own area.
+  /// Adds point i, with `scale` times its area. It represents the points from `first` to before `end`.
   void add_point(std::uint32_t i, std::uint32_t first, std::uint32_t end, double scale) {
     const ShellPoint& point = search_.shell.points[i];
     const Vec3 p_P = point.p_S.cast<double>();
     const auto [largest, largest_m] = largest_at(p_P);
     const auto is_above = [&p_P](const Below& plane) { return plane.distance_m(p_P) > 0; };
-    // Beyond an edge there is no surface to press on.
+    // Beyond an edge of the other shape (above two planes) there is no surface to press on.
     if (largest_m <= 0 || std::ranges::count_if(planes_, is_above) < 2)
       add(*largest, p_P, largest_m, scale * point.area_m2, first, end);
   }
@@ -267,8 +269,8 @@ class NodeContacts {
     const Vec3 along = flat.along_S.cast<double>();
     const Vec3 across = flat.across_S.cast<double>();
     const auto quarters = quarters_of(node);
-    // Ids stay constant while slices appear and vanish. Slices that press on the nearest plane have the first ids, all
-    // other parts the last; the largest slice has the rest.
+    // Ids remain constant while slices appear and vanish. Slices that press on the nearest plane have the first ids,
+    // and all other parts the last ones. The largest slice has the ids between them.
     const auto first_other = static_cast<std::uint32_t>(std::max<std::size_t>(1, first_slices_));
     for (std::size_t k = 0; k < 4; ++k) {
       const auto append_part = [&](std::uint32_t part, std::uint32_t first, std::uint32_t end) {
@@ -286,10 +288,12 @@ class NodeContacts {
     }
   }
 
-  // Depth of the first slice from the nearest place: four points in it hide a fifth of it.
+  // Thickness of the first slice, which begins at the deepest position. Four contacts in a strip are less deep than
+  // that position by a fifth of the slice.
   static constexpr double kFirstSlice_m = 1.6e-5;
   static constexpr double kNextSlice = 4;
-  // Share of the rigid depth below which force stays linear during a step.
+  // Fraction of the rigid depth (depth beyond which contact is as stiff as the step allows). Up to this depth, force
+  // remains linear in the depth during a step.
   static constexpr double kLinear = 0.5;
 
   bool add_slices(const Below& plane, const DepthSlope& slope, Polygon rest, double slice_m, double density,
@@ -332,11 +336,11 @@ class NodeContacts {
   std::size_t first_slices_ = 0;  ///< number of parts that press on the nearest plane
 };
 
-/// Merges pressing contacts into one, and the others into a second, if they act alike. The result has the force and
-/// moment of all, and the same stiffness except for rotations about the contact.
+/// Merges pressing contacts into one, and the others into a second, if their depths and normals are similar. The result
+/// has the force and moment of all, and the same stiffness except for rotations about the contact.
 ///
-/// In      begin  first of the contacts to merge: neighbours in a shell, in their order
-///         must   merge even if they do not act alike
+/// In      begin  index of the first contact to merge: the contacts are neighbours in a shell, in their order
+///         must   true: contacts are merged even if they are not similar
 void merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, double rigid_depth_m, bool must) noexcept {
   if (contacts.size() < begin + 2) return;
   std::array<Mean, 2> sides;
@@ -344,7 +348,7 @@ void merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, doub
   const auto may_merge = [&](const Mean& side) {
     return !(side.area > 0) || (side.is_flat && is_alike(side.low, side.high, rigid_depth_m));
   };
-  // Gap contacts on a smaller area than the pressing ones matter little.
+  // If the gap contacts have a smaller area than the pressing ones, their depths may differ more.
   const bool has_little_gap = sides[1].is_flat && sides[1].area <= sides[0].area;
   if (!must && !(may_merge(sides[0]) && (has_little_gap || may_merge(sides[1])))) return;
   const std::uint32_t first = contacts[begin].id;
@@ -352,7 +356,7 @@ void merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, doub
   const std::uint32_t end = last + contacts.back().count;
   const bool has_both = sides[0].area > 0 && sides[1].area > 0;
   contacts.resize(begin);
-  // If there are both, the gap gets the id of the last point.
+  // If there is a pressing and a gap contact, the gap contact gets the id of the last point.
   if (sides[0].area > 0) contacts.push_back(sides[0].contact(first, has_both ? last : end));
   if (sides[1].area > 0) contacts.push_back(sides[1].contact(has_both ? last : first, end));
 }
@@ -370,7 +374,7 @@ void PlaneContacts::add(std::uint32_t root, PlaneSet planes, std::vector<Contact
     const auto [low, high] = node_contacts.depth_range(flat.box_S());
     const std::uint32_t child = i + 1;
     i = node.next;
-    // This node may use all room except that reserved for later nodes; they may also use the room that it leaves.
+    // This node may use all room except that reserved for later nodes. Later nodes may use the room that it leaves.
     room += least_contacts_of(node);
     more -= std::min(more, more_of(node));
     if (high <= -band_m) continue;

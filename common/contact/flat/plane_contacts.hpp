@@ -19,8 +19,8 @@ struct PointShell;
 ///         the least. Four contacts with a quarter of an area each, at its mean ± deviations, have the same force,
 ///         moment and stiffness as the whole area. A node that covers a polygon evenly is cut into the polygons where
 ///         each plane is the nearest and presses, or does not press yet: exact for any pose, and continuous. Other
-///         nodes count as a whole where all points press, or none, or where all depths are alike; else they are
-///         divided. The contacts of a node hide the depth of its deepest point. Where the difference exceeds some
+///         nodes count as a whole where all points press, or none, or where all depths are nearly equal; else they are
+///         divided. The contacts of a node are less deep than its deepest point. Where the difference exceeds some
 ///         micrometres, the node is divided while there is room
 struct PlaneContacts {
   const PointShell& shell;
@@ -28,15 +28,16 @@ struct PlaneContacts {
   Pose X_FP;
   Pose X_WP;
   Eigen::Matrix3d R_WF;
-  double band_m = 0;
-  double rigid_depth_m = 0;
-  double share = 1;  ///< share of the points' area
-  double sign = 1;   ///< sign of the normals
+  double band_m = 0;         ///< gap up to which points become contacts
+  double rigid_depth_m = 0;  ///< depth beyond which contact is as stiff as the step allows
+  double share = 1;          ///< fraction of the points' area that counts
+  double sign = 1;           ///< sign of the planes' normals in the contacts
   std::uint32_t id_bits = 0;
   std::size_t room = 0;  ///< contacts that may be added beyond least_contacts_of() for each later node
   std::size_t more = 0;  ///< additional contacts needed for all planes below these nodes
 
-  /// Appends contacts in the order of the points. Needs room for kSmallNode more elements while it runs.
+  /// Appends contacts in the order of the points. While it runs, `contacts` needs capacity for kSmallNode more
+  /// elements.
   void add(std::uint32_t node, PlaneSet planes, std::vector<ContactPoint>& contacts) noexcept;
 };
 

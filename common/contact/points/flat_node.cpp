@@ -15,12 +15,13 @@
 namespace tandem::contact {
 namespace {
 
-// Limit of points, above all shapes sampled here: it bounds the work that foreign bytes can cause.
+// Limit of points, which bounds the work that bytes from elsewhere can cause. Shapes sampled here have fewer points.
 constexpr std::size_t kMaxPoints = 600'000;
-// Least number of points of a node that may have axes other than its part's.
+// Least number of points of a node that may have axes other than those of the flat part that contains it.
 constexpr std::uint32_t kMinPart = 128;
 
-// The smallest eigenvalue of a covariance is at least its determinant over the square of half its trace.
+// Returns whether the points are certainly not on one plane. The smallest eigenvalue of their covariance is at least
+// its determinant divided by the square of half its trace.
 bool is_surely_bent(const Moments& moments) {
   const double half_trace = moments.covariance.trace() / 2;
   return moments.covariance.determinant() > kFlat_m * kFlat_m * half_trace * half_trace;
@@ -73,7 +74,7 @@ std::array<std::uint32_t, 5> quarters_of(const ShellNode& node) {
 std::vector<FlatNode> find_flat_nodes(std::span<const ShellPoint> points, std::span<ShellNode> nodes) {
   std::vector<FlatNode> found;
   if (points.size() > kMaxPoints) return found;
-  std::size_t flat_end = 0;  // end of the nodes below the last flat one
+  std::size_t flat_end = 0;  // index after the last node below the last flat one
   std::optional<Eigen::Matrix3d> axes;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     ShellNode& node = nodes[i];

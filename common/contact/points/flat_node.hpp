@@ -1,4 +1,5 @@
-// Nodes of a shell whose points lie on one plane: depth is linear in the place, so few points represent all.
+// Nodes of a shell whose points lie on one plane. Their depth below another plane is linear in the position, so a few
+// points represent all of them.
 #pragma once
 
 #include <array>
@@ -37,8 +38,8 @@ struct FlatNode {
   std::array<Eigen::Vector2f, kMaxFlatCorners> corners_m = {};
 
   bool is_polygon() const { return corner_count > 0; }
-  /// Whether the four points are in the box. If a few points lie far from many others, mean − deviation is beyond all
-  /// points.
+  /// Returns whether the four points at mean ± deviations are in the box. If a few points lie far from many others, one
+  /// of the four may be beyond all points.
   bool has_four_inside() const;
   OrientedBox box_S() const;
 };
@@ -47,7 +48,7 @@ struct FlatNode {
 /// and its halves there, so that each of the four represents the points nearest to it.
 std::array<std::uint32_t, 5> quarters_of(const ShellNode& node);
 
-/// Finds the flat nodes among those with more points than a leaf, and all nodes below them.
+/// Finds the flat nodes among those with more points than a leaf. All nodes below a flat node are flat, too.
 ///
 /// Out     nodes  ShellNode::flat
 std::vector<FlatNode> find_flat_nodes(std::span<const ShellPoint> points, std::span<ShellNode> nodes);

@@ -10,12 +10,14 @@ namespace tandem::contact {
 namespace {
 
 constexpr float kMinArea_m2 = 4e-6F;
-// Limit of flat nodes, the largest first: it bounds the work that a shape can cause to its reader.
+// Limit of flat nodes, of which the largest are used. It bounds the work that a shape can cause for its reader.
 constexpr std::size_t kMaxNodes = 1024;
-// Nodes are on one plane if the mean of one is this near to the plane of the other, and the angle is this small.
+// Two nodes are on one plane if two conditions hold. The mean of one is within kSamePlane_m of the plane of the other,
+// and the sine of the angle between their normals is below kSameNormalSine.
 constexpr double kSamePlane_m = 5e-6;
 constexpr double kSameNormalSine = 1e-3;
-// Least cosine between the normal of a plane and that of its points; least half width of a node that defines a plane.
+// Least cosine of the angle between the normal of a plane and that of its points, and least half width of a node that
+// defines a plane.
 constexpr double kFacing = 0.995;
 constexpr float kMinHalf_m = 5e-4F;
 
@@ -64,7 +66,7 @@ std::vector<FieldPlane> planes_of(const PointShell& surface) {
     const Vec3 out = node->mean.normal_S.cast<double>();
     Vec3 normal = flat.along_S.cast<double>().cross(flat.across_S.cast<double>());
     if (normal.dot(out) < 0) normal = -normal;
-    // Points of an edge lie on a plane, too, but face elsewhere.
+    // Points of an edge lie on a plane, too, but their normals differ from that of the plane.
     if (normal.dot(out) < kFacing || flat.half_m.head<2>().minCoeff() < kMinHalf_m) continue;
     const Vec3 mean = flat.mean_S.cast<double>();
     auto plane = std::ranges::find_if(planes, [&](const OnePlane& other) { return other.has(mean, normal); });

@@ -16,31 +16,33 @@
 namespace tandem::contact {
 namespace {
 
-// Tolerance for places outside the surface: samples of a field err by up to a tenth of a millimetre at sharp edges.
+// Distance outside the surface that a point of a polygon may have: samples of a field err by up to a tenth of a
+// millimetre at sharp edges.
 constexpr double kBeyond_m = 1.1e-4;
-// Criteria for even cover: least number of points (smaller nodes use single points), then the tolerances of half sides
-// and deviations of a rectangle, and of the areas of cells.
+// Criteria for points that cover a polygon evenly: least number of points (smaller nodes use single points), then the
+// tolerances of half sides and deviations of a rectangle, and of the areas of cells.
 constexpr std::size_t kMinPolygon = 33;
 constexpr double kUneven = 0.06;
 constexpr double kUnevenCell = 0.3;
 constexpr double kUnevenSmallCell = 0.75;
 constexpr std::size_t kManyPoints = 256;
-// Size of parts, in spacings of points: each part of this size on the surface contains a point.
+// Size of parts in spacings of points. Each part of this size must contain a point, or it is a hole.
 constexpr double kPart = 2;
-// Least share of a part inside the polygon for it to count as a whole part.
+// Least fraction of a part that must be inside the polygon for it to count as a whole part.
 constexpr double kWholePart = 0.8;
-// Tolerances of a polygon: omitted length around its points, and shift of its sides from their hull.
+// Tolerances of a polygon: distance by which points may be outside of it, and shift of its sides from the hull of the
+// points.
 constexpr double kLost_m = 2e-4;
 constexpr double kMaxShift_m = 3e-4;
-// A narrower node is a line.
+// A node with a smaller deviation across is regarded as a line.
 constexpr double kMinDeviation_m = 5e-4;
 // Least half width of a line.
 constexpr double kThinnest_m = 1e-7;
 // Rounding of a box in single precision, 10 cm from the origin.
 constexpr float kPointRounding_m = 2e-8F;
 
-/// Index of the cell of a box that contains a point, for this number of cells along each side. A line has one cell
-/// across.
+/// Returns the index of the cell of a box that contains a point, for this number of cells along each side. A line has
+/// one cell across.
 std::size_t cell_of(const ShellPoint& point, const OrientedBox& box, const Eigen::Array2i& cells) {
   const Vec3 off = box.axes.transpose() * (point.p_S.cast<double>() - box.centre);
   const auto cell = [&](int i) {
@@ -50,7 +52,8 @@ std::size_t cell_of(const ShellPoint& point, const OrientedBox& box, const Eigen
   return static_cast<std::size_t>(cell(1) * cells[0] + cell(0));
 }
 
-/// Calls visit(index, share) for each cell of a box with the share of it inside a polygon about the box's middle.
+/// Calls visit(index, share) for each cell of a box, with the fraction of the cell that is inside a polygon. The
+/// polygon is relative to the box's middle.
 template <typename Visit>
 void for_cells(const Polygon& polygon, const OrientedBox& box, const Eigen::Array2i& cells, const Visit& visit) {
   const Eigen::Vector2d half_m = box.half_m.head<2>().cwiseMax(kThinnest_m);
@@ -70,7 +73,7 @@ void for_cells(const Polygon& polygon, const OrientedBox& box, const Eigen::Arra
   }
 }
 
-/// Whether each small part of a polygon has a point. Rejects polygons with a hole or a missing side.
+/// Returns whether each small part of a polygon has a point. Rejects polygons with a hole or a missing side.
 bool has_no_hole(std::span<const ShellPoint> points, const OrientedBox& box, const Polygon& polygon) {
   if (box.half_m.head<2>().minCoeff() <= kFlat_m) return true;  // a line
   const auto count = static_cast<double>(points.size());
@@ -87,7 +90,7 @@ bool has_no_hole(std::span<const ShellPoint> points, const OrientedBox& box, con
   return !has_hole;
 }
 
-/// Whether each cell of a polygon has its share of the points' area.
+/// Returns whether each cell of a polygon has its share of the points' area.
 bool has_even_cells(std::span<const ShellPoint> points, const Moments& moments, const OrientedBox& box,
                     const Polygon& polygon) {
   // Axes that were found for a line may not be those of the points' plane: the box is then too thick.
@@ -109,7 +112,7 @@ bool has_even_cells(std::span<const ShellPoint> points, const Moments& moments, 
   return is_even;
 }
 
-/// Whether the moments are those of a rectangle.
+/// Returns whether the moments are those of an evenly covered rectangle.
 bool has_moments_of(const Moments& moments, const OrientedBox& box) {
   const Vec3 way = (box.axes.transpose() * (moments.mean - box.centre)).cwiseAbs();
   const Eigen::Matrix3d covariance = box.axes.transpose() * moments.covariance * box.axes;
@@ -122,8 +125,8 @@ bool has_moments_of(const Moments& moments, const OrientedBox& box) {
   return true;
 }
 
-/// Whether a polygon extends outside of the field's surface at one of some places, on its sides or between these and
-/// its mean.
+/// Returns whether a polygon extends outside of the field's surface. This is checked at points on its sides and between
+/// these and its mean.
 bool reaches_beyond(const FlatNode& flat, const DistanceField& field) {
   constexpr double kStep_m = 1.5e-3;
   constexpr int kMinSteps = 4, kMaxSteps = 32, kRounds = 3;
@@ -144,7 +147,8 @@ bool reaches_beyond(const FlatNode& flat, const DistanceField& field) {
   return false;
 }
 
-/// Chooses the order and signs of the axes for which the four points are nearest to the means of the quarters.
+/// Chooses the order and signs of the axes for which the four points at mean ± deviations are nearest to the means of
+/// the node's quarters (quarters_of()).
 void direct_axes(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments, Vec3& deviations,
                  Eigen::Matrix3d& axes) {
   const auto quarters = quarters_of(node);
@@ -217,7 +221,7 @@ FlatNode node_along(std::span<const ShellPoint> points, const ShellNode& node, c
 
 namespace {
 
-/// Sets corners given in S; the box grows to contain them.
+/// Sets the corners of a flat node's polygon, given in S, and enlarges the node's box to contain them.
 void set_corners(FlatNode& flat, std::span<const Vec3> corners_S) {
   const Eigen::Matrix3d axes = flat.box_S().axes;
   const Vec3 middle = axes.transpose() * (flat.centre_S - flat.mean_S).cast<double>();
@@ -234,7 +238,7 @@ void set_corners(FlatNode& flat, std::span<const Vec3> corners_S) {
   flat.half_m = ((high - low) / 2).cast<float>();
 }
 
-/// Whether each side of a polygon is near its former place.
+/// Returns whether each side of a polygon has moved by at most kMaxShift_m.
 bool has_sides_near(const Polygon& now, const Polygon& before) {
   const std::size_t count = now.size();
   for (std::size_t i = 0; i < count; ++i) {
@@ -279,8 +283,8 @@ std::optional<FlatNode> polygon_of(std::span<const ShellPoint> points, const She
   const Eigen::Matrix2d turn = (Eigen::Matrix2d() << along.x(), -along.y(), along.y(), along.x()).finished();
   axes.leftCols<2>() = (axes.leftCols<2>() * turn).eval();
   for (Eigen::Vector2d& corner : polygon) corner = (turn.transpose() * corner).eval();
-  // Adapts the polygon to the points' mean and covariance: its sides are then about halfway between the outermost
-  // points and the next ones.
+  // The polygon is adapted to the points' mean and covariance. A side of the hull passes through the outermost points
+  // of the node. It is thus moved about halfway to the next points outside the node.
   const AreaMoments sum = moments_of(polygon);
   const Eigen::Matrix2d covariance = (axes.transpose() * moments.covariance * axes).topLeftCorner<2, 2>();
   const Eigen::LLT<Eigen::Matrix2d> from(covariance_of(sum)), to(covariance);

@@ -1,4 +1,4 @@
-// Points of one plane: their moments and axes, and the convex polygon that they cover.
+// Functions for points that lie on one plane: their moments and axes, and the convex polygon that they cover.
 #pragma once
 
 #include <optional>
@@ -35,8 +35,8 @@ std::optional<FlatNode> polygon_of(std::span<const ShellPoint> points, const She
 /// Flat node without a polygon, from the moments of its points.
 FlatNode node_as_it_is(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments);
 
-/// Removes polygons that reach beyond the surface of `field` by more than a tenth of a millimetre; their nodes remain
-/// flat nodes. The points alone cannot show this: the corner of a rectangle may be beyond them by their spacing.
+/// Removes polygons that extend beyond the surface of `field` by more than 0.11 mm; their nodes remain flat nodes. The
+/// points alone cannot show this, because the corner of a rectangle may be as far from them as their spacing.
 void drop_polygons_off(const DistanceField& field, PointShell& shell);
 
 }  // namespace tandem::contact

@@ -16,16 +16,17 @@ namespace {
 
 // Least number of points of a flat part.
 constexpr std::size_t kMinRun = 16;
-// Edge of the cells of normals. It is no simple fraction, so that normals at common angles are not at cell borders.
+// Edge of the cells into which normals are sorted. It is not a simple fraction, so that normals at common angles are
+// not at borders of cells.
 constexpr float kNormalCell = 0.0137F;
-// Largest step between consecutive points of one plane along its normal.
+// Largest difference in height, along their normal, between consecutive points of one plane.
 constexpr double kOnePlane_m = 1e-5;
-// Least cosine between normals of one part: they differ only by coding.
+// Least cosine of the angle between normals of one part. They differ only by quantization.
 constexpr float kSameNormalCosine = 1 - 4e-6F;
-// Largest step between consecutive points of a part along a normal that is rounded by 0.1°.
+// Largest difference in height between consecutive points of a part, along a normal that is rounded by up to 0.1°.
 constexpr float kNextPlane_m = 1e-4F;
-// Number of first angles in a quarter turn for the sides of a rectangle, and of refinements, each with a step a third
-// smaller.
+// Search for the angle of the smallest rectangle: number of initial angles in 90°, and number of refinements, each with
+// a step smaller by a third.
 constexpr int kAngles = 24;
 constexpr int kNearer = 14;
 
@@ -62,7 +63,7 @@ struct Part {
   Eigen::Vector3f middle = Eigen::Vector3f::Zero();
 };
 
-/// Appends the flat parts among points whose normals are in one cell.
+/// Appends the flat parts among the points `alike`, whose normals are in one cell.
 void add_parts(std::span<const ShellPoint> points, std::span<std::uint32_t> alike, std::vector<Part>& parts) {
   const Vec3 normal = points[alike.front()].normal_S.cast<double>();
   const auto height = [&](std::uint32_t i) { return normal.dot(points[i].p_S.cast<double>()); };
@@ -169,7 +170,7 @@ Eigen::Matrix3d axes_of_rectangle(std::span<const ShellPoint> points, const Eige
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
   Eigen::Matrix3d axes = solver.eigenvectors().rowwise().reverse();
   axes.col(2) = axes.col(0).cross(axes.col(1));
-  // For points on a line, all such rectangles have the same area.
+  // For points on a line, the rectangles of all angles have the same area, so the axes of the covariance are kept.
   if (solver.eigenvalues()[1] <= 1e-6 * solver.eigenvalues()[2]) return axes;
   std::vector<Eigen::Vector2d> places;
   places.reserve(points.size());

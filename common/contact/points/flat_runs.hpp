@@ -12,11 +12,12 @@ namespace tandem::contact {
 
 struct ShellPoint;
 
-/// Sorts points into the order of a tree: points that are not flat by halves along the axes of S, then the points of
-/// each flat part by halves along its own sides.
+/// Sorts points into the order of a tree by recursive halving: first the points outside flat parts, along the axes of
+/// S, then the points of each flat part, along its sides.
 void order_by_parts(std::vector<ShellPoint>& points);
 
-/// Borders of the flat parts among points in that order: ascending indices, without the first and the last.
+/// Returns the borders of the flat parts among points in that order: ascending indices, without 0 and the number of
+/// points.
 std::vector<std::uint32_t> borders_of_parts(std::span<const ShellPoint> points);
 
 /// Approximate axes of the smallest rectangle around points: its sides, and the normal of the best-fitting plane.

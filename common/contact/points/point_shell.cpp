@@ -8,10 +8,10 @@
 namespace tandem::contact {
 namespace {
 
-// Rounds of moving a ball's centre towards the farthest point, by 1/2, 1/3, …: the radius is then within a few per cent
-// of the smallest (Bădoiu & Clarkson, "Smaller core-sets for balls", 2003).
+// Number of rounds that move a ball's centre towards the farthest point, by 1/2, 1/3, … of the distance. The radius is
+// then within a few per cent of the smallest (Bădoiu & Clarkson, "Smaller core-sets for balls", 2003).
 constexpr int kBallRounds = 8;
-// Points this near to a plane may be represented by their mean.
+// Points within this distance of a plane may be represented by their mean.
 constexpr double kFlatBulge_m = 1e-5;
 
 struct Ball {
@@ -43,8 +43,8 @@ Ball small_ball(std::span<const ShellPoint> points, const Vec3& start) {
   return best;
 }
 
-/// Returns `mean` for flat points, else the point nearest to it. The mean of other points is off the surface: around
-/// the edge of a hole it would press on a peg that does not touch.
+/// Returns `mean` if the points are on a plane, else the point nearest to `mean`. The mean of points on a bent surface
+/// is not on that surface. For the rim of a hole, it would press on a peg that does not touch the hole.
 Eigen::Vector3f on_surface(std::span<const ShellPoint> points, const Vec3& mean, const Vec3& normal) {
   double bulge_m = 0;
   double nearest_m = std::numeric_limits<double>::infinity();
@@ -76,7 +76,8 @@ ShellPoint merged(std::span<const ShellPoint> points) {
   return {on_surface(points, position / area, direction.cast<double>()), direction, static_cast<float>(area)};
 }
 
-/// Builds the tree by halving, at borders of flat parts where there are any.
+/// Builds the tree by halving the points in memory order. Nodes are divided at borders of flat parts if they contain
+/// any.
 class TreeBuilder {
  public:
   explicit TreeBuilder(PointShell& shell) : shell_(shell), borders_(borders_of_parts(shell.points)) {}
@@ -115,7 +116,7 @@ class TreeBuilder {
     return node;
   }
 
-  // The border nearest to the middle.
+  // Returns the index where a node is divided: the border of a flat part nearest to its middle, else the middle.
   std::uint32_t middle_of(std::uint32_t first, std::uint32_t count) const {
     const std::uint32_t half = first + count / 2;
     const auto above = std::ranges::lower_bound(borders_, half);

@@ -1,4 +1,5 @@
-// A surface as points, which are sampled in the other shape's distance field.
+// A surface represented by points. Contact is found by sampling the distance field of the other shape of a pair at
+// these points.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +14,7 @@
 
 namespace tandem::contact {
 
-/// One sample of a surface, in the frame of its shape S. Single precision: 10 cm to 10 nm.
+/// One sample of a surface, in the frame of its shape S. Single precision resolves 10 nm at 10 cm from the origin.
 struct ShellPoint {
   Eigen::Vector3f p_S = Eigen::Vector3f::Zero();
   Eigen::Vector3f normal_S = Eigen::Vector3f::Zero();  ///< out of the shape, unit
@@ -21,7 +22,7 @@ struct ShellPoint {
   float area_m2 = 0;
 };
 
-/// A ball around points first .. first + count − 1, and around all nodes below it.
+/// A node of the tree: a ball around points first … first + count − 1, which are also those of the nodes below it.
 struct ShellNode {
   Eigen::Vector3f centre_S = Eigen::Vector3f::Zero();
   float radius_m = 0;
@@ -30,7 +31,8 @@ struct ShellNode {
   std::uint32_t next = 0;         ///< index of the next node when this subtree is skipped; node + 1 is the first child
   std::uint32_t flat = kNotFlat;  ///< index in PointShell::flat_nodes
   bool is_leaf = false;
-  /// Mean of all points of the node, with their total area: used where work must be bounded.
+  /// All points of the node merged into one, at their mean or at the point nearest to it, with their total area. It is
+  /// used where work must be bounded.
   ShellPoint mean;
 
   static constexpr std::uint32_t kNotFlat = 0xffffffff;
@@ -44,7 +46,7 @@ struct PointShell {
   std::vector<ShellPoint> points;
   std::vector<ShellNode> nodes;  ///< node 0 is the root; empty without points
   std::vector<FlatNode> flat_nodes;
-  double spacing_m = 0;  ///< no point of the surface is farther than this from a shell point
+  double spacing_m = 0;  ///< maximum distance from any point of the surface to the nearest shell point
 
   /// Builds the tree over `points`, which it sorts.
   static PointShell make(std::vector<ShellPoint> points, double spacing_m);
@@ -56,24 +58,24 @@ struct PointShell {
   std::size_t memory_bytes() const;
   /// Writes the points with the resolution of contact_asset_bytes(); the tree follows from them.
   void write(std::vector<std::uint8_t>& bytes, int packing_level) const;
-  /// Nothing for bytes that write() did not produce, or for more memory than `limit_bytes`: counts and numbers are
-  /// checked.
+  /// Reads bytes that write() wrote. Returns nothing for any other bytes, or if the shell needs more memory than
+  /// `limit_bytes`. Counts and numbers are checked.
   static std::optional<PointShell> read(std::span<const std::uint8_t>& bytes, std::size_t limit_bytes);
 };
 
 /// Both shells of a shape's surface.
 struct PointShells {
-  PointShell surface;   ///< everything, features included
+  PointShell surface;   ///< the whole surface, including the features
   PointShell features;  ///< sharp edges, corners and small bumps alone; may be empty
 };
 
 struct ContactShapeOptions;
 
-/// Deterministic: the same mesh gives the same points.
+/// Samples the surface of a mesh. The same mesh always gives the same points.
 PointShells sample_surface(const geometry::ContactMesh& mesh, const ContactShapeOptions& options,
                            const std::function<void(double)>& progress);
-/// Shells of a primitive. `outline` is its tessellation, `field` its exact distance; points are projected onto the
-/// field's surface.
+/// Samples the surface of a primitive. `outline` is its tessellation, and `field` has its exact distance. Points of the
+/// tessellation are projected onto the field's surface.
 PointShells sample_surface(const geometry::TriangleMesh& outline, const DistanceField& field,
                            const ContactShapeOptions& options);
 

@@ -10,22 +10,22 @@
 namespace tandem::contact {
 namespace {
 
-// A corner this near to the line between its neighbours is removed.
+// A corner within this distance of the line between its neighbours is removed.
 constexpr double kNoCorner_m = 2e-5;
 
-/// Twice the area of a triangle; above 0 if it is anticlockwise.
+/// Returns twice the area of a triangle, positive if it is anticlockwise.
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
   const Eigen::Vector2d to_b = b - a, to_c = c - a;
   return to_b.x() * to_c.y() - to_b.y() * to_c.x();
 }
 
-/// Distance of b outside of the line from a to c.
+/// Returns the distance of b from the line through a and c, positive outside of an anticlockwise polygon.
 double height(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
   const double length = (c - a).norm();
   return length > 0 ? -cross(a, c, b) / length : (b - a).norm();
 }
 
-// Andrew, "Another efficient algorithm for convex hulls in two dimensions", 1979.
+// Convex hull after Andrew, "Another efficient algorithm for convex hulls in two dimensions", 1979.
 std::vector<Eigen::Vector2d> hull_of(std::span<const Eigen::Vector2d> places) {
   std::vector<Eigen::Vector2d> sorted(places.begin(), places.end());
   std::ranges::sort(sorted,
@@ -37,7 +37,7 @@ std::vector<Eigen::Vector2d> hull_of(std::span<const Eigen::Vector2d> places) {
       while (hull.size() >= begin + 2 && cross(hull[hull.size() - 2], hull.back(), p) <= 0) hull.pop_back();
       hull.push_back(p);
     }
-    hull.pop_back();  // first corner of the other half
+    hull.pop_back();  // it is also the first corner of the other half
     std::ranges::reverse(sorted);
   }
   return hull;
@@ -50,7 +50,8 @@ struct Simpler {
   Eigen::Vector2d next;  ///< new position of the next corner
 };
 
-/// Removes a corner, or a side so that its neighbours meet in one corner: the change with the least effect.
+/// Returns the change with the least effect: removing a corner, or removing a side so that its neighbours meet in one
+/// corner.
 Simpler simplest_change(const std::vector<Eigen::Vector2d>& corners) {
   Simpler best;
   const std::size_t count = corners.size();
@@ -60,7 +61,7 @@ Simpler simplest_change(const std::vector<Eigen::Vector2d>& corners) {
     if (const double change_m = height(before, here, next); change_m < best.change_m) best = {change_m, i, next};
     const Eigen::Vector2d side = here - before, other = after - next;
     const double turn = side.x() * other.y() - side.y() * other.x();
-    if (!(turn > 0)) continue;  // the neighbours meet on the other side, or nowhere
+    if (!(turn > 0)) continue;  // the lines of the neighbours meet on the other side, or are parallel
     const Eigen::Vector2d way = next - here;
     const Eigen::Vector2d meet = here + side * ((way.x() * other.y() - way.y() * other.x()) / turn);
     if (const double change_m = height(here, meet, next); change_m < best.change_m) best = {change_m, i, meet};
@@ -108,8 +109,8 @@ Polygon polygon_in_places(std::span<const Eigen::Vector2d> places, double lost_m
   return {left.begin(), left.end()};
 }
 
-// One side of the smallest rectangle is along a side of the polygon (Freeman & Shapira, "Determining the minimum-area
-// encasing rectangle for an arbitrary closed curve", 1975).
+// All sides of the polygon are tried. One of them is along a side of the smallest rectangle
+// (Freeman & Shapira, "Determining the minimum-area encasing rectangle for an arbitrary closed curve", 1975).
 Eigen::Vector2d axis_of_box(const Polygon& polygon) {
   Eigen::Vector2d best = Eigen::Vector2d::UnitX();
   double least = std::numeric_limits<double>::infinity();
@@ -139,8 +140,8 @@ void cut(Polygon& polygon, const DepthSlope& slope) {
   Polygon left;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const std::size_t next = i + 1 == polygon.size() ? 0 : i + 1;
-    // A cut of a convex polygon adds one corner at most. If rounding makes it non-convex, the lost part is as small as
-    // rounding.
+    // A cut of a convex polygon adds one corner at most. If rounding has made the polygon non-convex, the omitted part
+    // is as small as the rounding error.
     if (left.size() + 2 > left.capacity()) break;
     if (above_m[i] <= 0) left.push_back(polygon[i]);
     if ((above_m[i] <= 0) == (above_m[next] <= 0)) continue;

@@ -24,7 +24,7 @@ using AreaMoments = Eigen::Matrix3d;
 inline double at(const DepthSlope& slope, const Eigen::Vector2d& p) {
   return slope[0] + slope[1] * p.x() + slope[2] * p.y();
 }
-/// The distance relative to `distance_m`: negative below it.
+/// Returns the distance minus `distance_m`.
 inline DepthSlope below(const DepthSlope& slope, double distance_m) {
   return slope - distance_m * DepthSlope::UnitX();
 }
@@ -33,8 +33,8 @@ inline DepthSlope below(const DepthSlope& slope, double distance_m) {
 Polygon rectangle(const Eigen::Vector2d& half_m);
 /// Polygon of a flat node, about its mean.
 Polygon corners_of(const FlatNode& flat);
-/// Convex polygon with its corners at or near some of these places, which must not be on one line. No place is outside
-/// by more than `lost_m`. Empty if the polygon would need more than kMaxFlatCorners.
+/// Returns a convex polygon with its corners at or near some of these points, which must not be on one line. No point
+/// is outside by more than `lost_m`. The result is empty if the polygon would need more than kMaxFlatCorners corners.
 Polygon polygon_in_places(std::span<const Eigen::Vector2d> places, double lost_m);
 /// Unit vector along a side of the smallest rectangle around the polygon.
 Eigen::Vector2d axis_of_box(const Polygon& polygon);
@@ -42,7 +42,8 @@ Eigen::Vector2d axis_of_box(const Polygon& polygon);
 inline bool is_empty(const Polygon& polygon) {
   return polygon.size() < 3;
 }
-/// Keeps the part where the distance is not above 0; in most calls that is all of the polygon, or nothing.
+/// Keeps the part of the polygon where the distance is not above 0. In most calls that is the whole polygon, or
+/// nothing.
 void cut(Polygon& polygon, const DepthSlope& slope);
 /// Least and largest distance over the polygon.
 std::pair<double, double> range(const Polygon& polygon, const DepthSlope& slope);

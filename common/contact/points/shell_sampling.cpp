@@ -11,29 +11,30 @@
 namespace tandem::contact {
 namespace {
 
-// Least separation of samples in spacings. Nearer to 1 there are fewer samples, and the last gaps take longer to find.
+// Least separation of samples in spacings. With a value nearer to 1 there are fewer samples, and the last gaps take
+// longer to find.
 constexpr double kSeparation = 0.9;
-// Largest number of samples in a square of that separation: a maximal spread has 0.70, the density at which random
-// discs jam.
+// Upper bound of the mean number of samples in a square whose side is that separation. A maximal set of samples has
+// 0.70, the density at which random discs jam.
 constexpr double kSamplesPerSquare = 0.75;
-// Longest side of a patch in spacings; its pieces are compared with one set of samples. The corners of a patch are
-// within 2/3 of that side from its centroid, since no median is longer than the longest side.
+// Longest side, in spacings, of a patch: a part of a triangle whose pieces are compared with one set of samples. The
+// corners of a patch are within 2/3 of that side from its centroid, since no median is longer than the longest side.
 constexpr float kPatch = 1.5F;
 constexpr double kPatchReach = 1 + 2 * kPatch / 3;
-// Rounding of the single-precision coordinates must not open a gap.
+// Factor of the spacing, so that rounding of the single-precision coordinates opens no gap.
 constexpr double kReachRounding = 1 - 1e-4;
 
-// Largest number of halvings. A piece of a patch is then narrower than 1/30 of a spacing, and covered unless single
-// precision cannot divide it; then it counts as covered. Halving the longest side n times leaves at most √3 · 2^(−n/2)
-// of it.
+// Maximum number of halvings. After these, a piece of a patch is narrower than 1/30 of a spacing, and covered unless
+// single precision cannot divide it; then it counts as covered. Halving the longest side n times leaves at most
+// √3 · 2^(−n/2) of it.
 constexpr int kMaxHalvings = 14;
 
-// Least limit of points: below it, no spacing would be wide enough for the corners of a simple body.
+// Smallest limit of points that is used. With a lower one, no spacing would suffice for the corners of a simple body.
 constexpr std::size_t kFewestPoints = 1000;
 
 using Corners = std::array<Eigen::Vector3f, 3>;
 
-/// A piece of a triangle, and the side along which it is halved.
+/// A piece of a triangle. Its longest side is the one that is halved.
 struct Piece {
   Corners corner;
   int longest = 0;
@@ -78,7 +79,7 @@ bool is_compatible(const geometry::SurfaceSample& sample, const Eigen::Vector3f&
 }
 
 /// Cuts a long and narrow triangle across, into pieces whose length is about the larger of `longest` and their width.
-/// Halving would keep them as narrow as the triangle.
+/// Halving alone would make many more pieces, each nearly as narrow as the triangle.
 void append_slices(const Piece& triangle, float longest, std::vector<Piece>& pieces) {
   const float length = std::sqrt(triangle.longest_squared);
   const float height = 2 * triangle.area() / length;
@@ -107,7 +108,8 @@ void append_slices(const Piece& triangle, float longest, std::vector<Piece>& pie
 template <typename Visit>
 void visit_patches(const Piece& triangle, float longest, std::vector<Piece>& stack, Visit&& visit) {
   append_slices(triangle, longest, stack);
-  // More halvings than these would not shorten the piece, see kMaxHalvings.
+  // This number of halvings is sufficient, see kMaxHalvings. Further ones would not shorten a piece that rounding keeps
+  // too long.
   const float ratio = std::max(1.0F, std::sqrt(triangle.longest_squared) / longest);
   const int most_halvings = 3 + static_cast<int>(std::ceil(2 * std::log2(ratio)));
   while (!stack.empty()) {
@@ -146,8 +148,8 @@ class Spreader {
     return true;
   }
 
-  /// Adds features that protrude by more than `height_m`: vertices, and points of long edges. The highest come first,
-  /// as many as fit, and none nearer than `apart_m` to a feature that protrudes as far.
+  /// Adds features that protrude by more than `height_m`: vertices, and points of long edges. As many as fit are added,
+  /// the highest first. A feature is omitted if another feature that protrudes as far is nearer than `apart_m`.
   void add_bumps(std::size_t sharp_count, double height_m, double apart_m) {
     sharp_count_ = sharp_count;
     smooth_end_ = grid_.samples().size();
@@ -210,7 +212,7 @@ class Spreader {
     for (std::size_t v = 0; v < surface_.mesh.vertices.size(); ++v) {
       add_if_missing(surface_.mesh.vertices[v], surface_.vertex_normals[v]);
     }
-    // Between its ends a long edge protrudes by no more than the gap between samples times the sine of half its fold.
+    // Between its ends, a long edge protrudes by at most the spacing of samples times the sine of half its fold angle.
     const double least_fold = 2 * std::asin(std::min(1.0F, height / reach_));
     for (const geometry::MeshEdge& edge : surface_.edges) {
       const Vec3 along = surface_.vertex(edge.b) - surface_.vertex(edge.a);
@@ -222,9 +224,10 @@ class Spreader {
     return bumps;
   }
 
-  /// Height of a point along its normal: the larger of two values. The first is that above all samples within reach; a
-  /// flat body would miss such a point. The second is that above most samples about one spacing away; the point would
-  /// slip between such samples of another body.
+  /// Returns by how much a point protrudes along its normal: the larger of two heights. The first is the height above
+  /// all samples within one spacing. Without a sample at the point, a flat body would be found in contact too late. The
+  /// second is the height above most samples about one spacing away. Without a sample at the point, it could enter
+  /// between the samples of another body.
   float height_of(const geometry::SurfaceSample& point) {
     const float ring_inside = 0.5F * reach_;
     const float ring_outside = 1.25F * reach_;
@@ -283,8 +286,8 @@ class Spreader {
   Random random_{0x7368656C6CULL};  // any seed, but a constant one
 };
 
-/// Divides a covered surface among its samples: each piece goes to the nearest sample that faces the same way. Samples
-/// for the faces beside sharp samples are appended.
+/// Divides the area of a covered surface among its samples. Each piece belongs to the nearest sample that faces the
+/// same way. For each sample on a sharp edge or corner, samples of the faces beside it are appended.
 class Shares {
  public:
   /// In      sharp_count  number of leading `samples` on sharp edges and corners
@@ -311,10 +314,10 @@ class Shares {
   }
 
  private:
-  // Size in spacings up to which a piece has one owner.
+  // Size, in spacings, of the pieces, each of which belongs to one sample.
   static constexpr float kGrain = 0.25F;
-  // Share of its area that a sharp sample keeps: a box on its edge then presses like an elastic foundation of its
-  // faces.
+  // Fraction of its area that a sharp sample keeps. With this value, a box on its edge presses like an elastic
+  // foundation of its faces.
   static constexpr double kEdgeShare = 0.15;
   static constexpr float kSameSide = 0.98F,
                          kSharp = 0.5F;  ///< cosines of normals; flatter folds are not sharp
@@ -323,15 +326,16 @@ class Shares {
     Eigen::Vector3f p_S;
     std::uint32_t index;
   };
-  /// Part of a sharp sample's area that faces one way.
+  /// Part of a sharp sample's area that belongs to faces with nearly the same normal.
   struct Side {
     Eigen::Vector3f normal_S;
     double area_m2 = 0;
     Vec3 moment = Vec3::Zero();  ///< first moment of the area
   };
 
-  /// Moves most of a sharp sample's area to a sample in the middle of each side. At the edge, all of it would press
-  /// where only one face does, and too early at a tilted edge.
+  /// Moves most of a sharp sample's area to a new sample in the middle of each side. If all of the area stayed at the
+  /// edge, the areas of all faces would press even if only one face is in contact. At a tilted edge, they would press
+  /// too early.
   void add_sides(std::size_t index, SpreadSamples& spread) {
     if (!is_sharp(sides_[index])) return;
     double all_m2 = 0;
@@ -423,7 +427,7 @@ class Shares {
 
 SpreadSamples spread_samples(const geometry::SurfaceTopology& surface, const ContactShapeOptions& options,
                              const std::function<void(double)>& progress) {
-  // Features keep their spacing unless they alone would be half of the points.
+  // Features have the spacing of the options, unless they alone would need more than half of the points.
   double feature_spacing = options.feature_spacing_m;
   const double feature_angle_rad = options.feature_angle_deg * std::numbers::pi / 180;
   const std::size_t max_points = std::max(options.max_points, kFewestPoints);

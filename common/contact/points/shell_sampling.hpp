@@ -1,4 +1,4 @@
-// Samples of a surface before they become a shell: they cover the surface, each with its share of the area.
+// Spreads samples over a surface, each with its share of the area. They later become the points of a shell.
 #pragma once
 
 #include <functional>
@@ -14,14 +14,15 @@ struct SpreadSamples {
   std::vector<geometry::SurfaceSample> samples;
   std::vector<float> areas_m2;   ///< area of each sample; they sum to the surface
   std::vector<bool> is_feature;  ///< for each sample
-  double spacing_m = 0;          ///< resulting spacing
+  double spacing_m = 0;          ///< maximum distance from any point of the surface to the nearest sample
 };
 
 /// Covers `surface`: each of its points is within `spacing_m` of a sample that faces the same way.
 ///
-/// Model   Sharp edges first. Then darts into pieces of the triangles: a dart is kept when no sample is nearer than 0.9
-///         spacings, and a piece is halved until the ball around one sample contains all of it. That proves coverage
-///         exactly, since balls are convex. Last, features that protrude between the samples.
+/// Model   Sharp edges are sampled first. Then random points (darts) are drawn in pieces of the triangles. A dart
+///         becomes a sample if no other sample is nearer than 0.9 spacings. A piece is halved until the ball around one
+///         sample contains all of it. That proves coverage exactly, since balls are convex. Finally, features that
+///         protrude between the samples are added.
 /// Source  after White, Cline & Egbert, "Poisson disk point sets by hierarchical dart throwing", 2007; the stop by
 ///         covering balls and its use on surfaces are ours
 SpreadSamples spread_samples(const geometry::SurfaceTopology& surface, const ContactShapeOptions& options,

@@ -11,12 +11,13 @@
 namespace tandem::contact {
 namespace {
 
-// Limit of a primitive's points. Primitives are made when a scene is loaded: a table 0.5 m wide with this many takes
-// 0.3 s.
+// Limit of a primitive's points. Primitives are sampled when a scene is loaded. A table 0.5 m wide with this many
+// points takes 0.3 s.
 constexpr std::size_t kPrimitivePoints = 20'000;
-// A tessellation is slightly smaller than its round shape: points that are moved out to the surface also move apart.
+// Factor of the spacing on a tessellation, which is slightly smaller than its round shape. Points that are moved out to
+// the surface also move apart.
 constexpr double kOutlineMargin = 0.998;
-// The outer side of a bent sheet is wider than its middle: samples of the middle are this much denser.
+// Factor of the spacing on the middle of a sheet, because the outer side of a bent sheet is wider than its middle.
 constexpr double kSheetDensity = 0.8;
 
 /// A point for the shells.
@@ -46,7 +47,7 @@ std::vector<Candidate> candidates_of(const SpreadSamples& spread) {
   return candidates;
 }
 
-/// The points of a plate of `thickness` around a sheet.
+/// Samples the surface of a plate whose middle surface is the sheet. Its thickness is options.sheet_thickness_m.
 class PlateSampler {
  public:
   PlateSampler(const geometry::SurfaceTopology& sheet, const ContactShapeOptions& options)
@@ -61,7 +62,7 @@ class PlateSampler {
     }
   }
 
-  /// Half a tube around the border, and a part of one along folds, on their outer side.
+  /// Adds half a tube around the border, and a part of a tube along folds, on their outer side.
   void add_tubes() {
     for (const geometry::MeshEdge& edge : sheet_.edges) {
       const Vec3 axis = (sheet_.vertex(edge.b) - sheet_.vertex(edge.a)).normalized();
@@ -75,7 +76,7 @@ class PlateSampler {
     }
   }
 
-  /// Part of a ball around each vertex that is nearer to it than to the rest of the sheet.
+  /// Adds the part of a ball around each vertex of the rim that is nearer to the vertex than to the rest of the sheet.
   void add_caps() {
     std::vector<std::vector<Vec3>> rays(sheet_.mesh.vertices.size());
     std::vector<bool> is_rim(sheet_.mesh.vertices.size(), false);
@@ -93,7 +94,7 @@ class PlateSampler {
     }
   }
 
-  /// Candidates without those inside another part of the plate.
+  /// Returns the candidates without those that are inside another part of the plate.
   std::vector<Candidate> visible() const {
     const geometry::TriangleTree tree(sheet_.mesh);
     std::vector<Candidate> visible;
@@ -127,7 +128,7 @@ class PlateSampler {
   }
 
   void add_cap(const Vec3& p, const std::vector<Vec3>& rays) {
-    // Directions on a Fibonacci lattice, one a square of the step.
+    // The directions are on a Fibonacci lattice, with one direction for each square of the step on the ball.
     const double golden_rad = std::numbers::pi * (3 - std::sqrt(5.0));
     const double ball = 4 * std::numbers::pi * radius_m_ * radius_m_;
     const int count = std::clamp(static_cast<int>(std::ceil(ball / (step_m_ * step_m_))), 16, 1024);
@@ -153,7 +154,8 @@ PointShells plate_shells(const geometry::ContactMesh& mesh, const ContactShapeOp
   ContactShapeOptions middle = options;
   middle.spacing_m *= kSheetDensity;
   middle.max_points /= 2;
-  // Folds and spikes of the middle are round on the plate: its tubes and caps are their samples.
+  // Folds and spikes of the middle are not sampled as features. On the plate they are round, and tubes and caps sample
+  // them.
   middle.feature_angle_deg = 180;
   middle.feature_height_m = std::numeric_limits<double>::infinity();
   const SpreadSamples spread = spread_samples(sheet, middle, progress);
@@ -164,7 +166,8 @@ PointShells plate_shells(const geometry::ContactMesh& mesh, const ContactShapeOp
   return shells_of(plate.visible(), spread.spacing_m / kSheetDensity);
 }
 
-/// Moves a point to the surface. A feature's point is first moved outside, from where the edge is the nearest place.
+/// Moves a point to the surface. A point of a feature is first moved outwards, because the edge is the nearest part of
+/// the surface from there.
 void project_to_surface(const DistanceField& field, double out_m, Candidate& candidate) {
   ShellPoint& point = candidate.point;
   Vec3 p = point.p_S.cast<double>();
@@ -190,8 +193,8 @@ PointShells sample_surface(const geometry::TriangleMesh& outline, const Distance
   ContactShapeOptions spread_under = options;
   spread_under.spacing_m *= kOutlineMargin;
   spread_under.max_points = std::min(spread_under.max_points, kPrimitivePoints);
-  // A primitive has no bumps. With wide spacing all corners of its outline would count as bumps; a ball of 10 m took 10
-  // s.
+  // A primitive has no bumps. With a wide spacing, all corners of its tessellation would count as bumps. Sampling a
+  // ball of 10 m then took 10 s.
   spread_under.feature_height_m = std::numeric_limits<double>::infinity();
   const SpreadSamples spread = spread_samples(surface, spread_under, {});
   std::vector<Candidate> candidates = candidates_of(spread);

@@ -1,8 +1,9 @@
-// Size of a round primitive.
+// Dimensions of a rod: a capsule, a cylinder or a ball.
 #pragma once
 
 namespace tandem::contact {
 
+/// Largest radius of a thin rod.
 inline constexpr double kThinRod_m = 1e-3;
 
 /// A capsule or a cylinder along z about the origin of its shape; a ball if its length is zero.

@@ -17,21 +17,21 @@ constexpr std::array kGaussPlaces = {-0.9061798459386640, -0.5384693101056831, 0
                                      0.9061798459386640};
 constexpr std::array kGaussWeights = {0.2369268850561891, 0.4786286704993665, 0.5688888888888889, 0.4786286704993665,
                                       0.2369268850561891};
-// Middle part of a strip as a share of its width. The mean depths of the middle and of the rest are in units of the
-// depth of the middle line.
+// Fraction of a strip's width that is its middle part. The mean depths of the middle part and of the rest are in units
+// of the depth of the middle line.
 constexpr double kMiddleShare = 0.2;
 constexpr double kMiddleDepth = 1 - kMiddleShare * kMiddleShare / 3;
 constexpr double kRestDepth = (2.0 / 3 - kMiddleShare * kMiddleDepth) / (1 - kMiddleShare);
 constexpr double kRestAside = (1 + kMiddleShare) / 2;
-// Deepest slice of an end as a share of its depth.
+// Thickness of the deepest slice of a round end, as a fraction of the depth.
 constexpr double kFirstSlice = 0.05;
 // A contact that does not press has the area of a slice of this depth.
 constexpr double kGapSlice_m = 1.6e-5;
-// Sine of the angle below which axes count as parallel, without a common normal.
+// Sine of the angle below which axes count as parallel and have no common normal.
 constexpr double kParallelSine = 1e-3;
 // Least curvature of the depth along parallel axes (10 pm in 0.1 m), so that it always has roots.
 constexpr double kMinBend_per_m = 1e-9;
-// Slope of the normal beyond a flat end above which contact is with its edge.
+// If the component of the normal along a rod's axis exceeds this at a flat end, contact is with the edge of that end.
 constexpr double kEdgeSlope = 0.1;
 
 /// 0 below `low`, 1 above `high`, linear in between.
@@ -39,7 +39,7 @@ double rod_ramp(double value, double low, double high) {
   return high > low ? std::clamp((value - low) / (high - low), 0.0, 1.0) : (value > low ? 1.0 : 0.0);
 }
 
-/// A rod in the world.
+/// A rod at its pose in the world.
 struct PlacedRod {
   PlacedRod(const Rod& rod, const Pose& X_WR)
       : centre_W(X_WR.p),
@@ -50,9 +50,9 @@ struct PlacedRod {
 
   Vec3 at(double along_m) const { return centre_W + along_m * axis_W; }
   bool is_ball() const { return half_m == 0; }
-  /// Position of a place's foot on the axis.
+  /// Returns the position along the axis of the point nearest to p.
   double foot_m(const Vec3& p_W) const { return std::clamp(axis_W.dot(p_W - centre_W), -half_m, half_m); }
-  /// Direction out of the rod over the end at `along_m`; zero between the ends.
+  /// Returns the direction out of the rod along its axis at an end; zero if `along_m` is between the ends.
   Vec3 outward_W(double along_m) const {
     if (is_ball() || std::abs(along_m) < half_m) return Vec3::Zero();
     return along_m > 0 ? axis_W : Vec3(-axis_W);
@@ -63,7 +63,7 @@ struct PlacedRod {
   bool has_round_ends;
 };
 
-/// Nearest places of two axes.
+/// Nearest points of two axes.
 struct NearestOfAxes {
   NearestOfAxes(const PlacedRod& a, const PlacedRod& b) {
     const Vec3 apart = a.centre_W - b.centre_W;
@@ -80,12 +80,12 @@ struct NearestOfAxes {
     way_W = a.at(on_a_m) - b.at(on_b_m);
   }
 
-  double on_a_m = 0, on_b_m = 0;
-  Vec3 way_W = Vec3::Zero();     ///< from the place on B to the place on A
-  bool is_between_ends = false;  ///< both places are between the ends: way_W is along the common normal
+  double on_a_m = 0, on_b_m = 0;  ///< positions along the axes
+  Vec3 way_W = Vec3::Zero();      ///< from the point on B to the point on A
+  bool is_between_ends = false;   ///< whether both points are between the ends; way_W is then along the common normal
 };
 
-/// Contact of a rod's round end with the other rod.
+/// Contact of a rod's end with the other rod, if the end is round.
 struct End {
   End(const PlacedRod& own, double along_m, const PlacedRod& other) : outward_W(own.outward_W(along_m)) {
     const Vec3 p_W = own.at(along_m);
@@ -101,8 +101,8 @@ struct End {
     other_share = other.is_ball() ? 1 : round_share(other, beyond_m < 0 ? beyond_m : other.radius_m * slope);
   }
 
-  /// Share of the patch that is on the round end of a rod. The middle of the patch is `beyond_m` past the start of that
-  /// end.
+  /// Returns the fraction of the contact patch that is on the round end of a rod. The middle of the patch is `beyond_m`
+  /// past the start of that end.
   double round_share(const PlacedRod& rod, double beyond_m) const {
     const double patch_m = std::sqrt(2 * rod.radius_m * std::max(depth_m, 0.0));
     return rod_ramp(beyond_m, -patch_m, patch_m);
@@ -110,8 +110,8 @@ struct End {
 
   Vec3 outward_W, out_of_other_W = Vec3::UnitZ(), place_W = Vec3::Zero();
   double depth_m = 0;
-  double own_share = 0;    ///< share of the patch on this round end
-  double other_share = 0;  ///< share of the patch on a round end of the other rod
+  double own_share = 0;    ///< fraction of the patch on this end
+  double other_share = 0;  ///< fraction of the patch on an end of the other rod
 };
 
 /// Appends the contacts of two placed rods.
@@ -168,13 +168,13 @@ class RodWriter {
       const Vec3 normal_W = is_a ? end.out_of_other_W : Vec3(-end.out_of_other_W);
       const Vec3 place_W = end.place_W + end.depth_m / 2 * end.out_of_other_W;
       if (end.depth_m <= 0) {
-        // The gap contact of a ball is that of the nearest place.
+        // For a ball, add_nearest_gap() has added the gap contact.
         const bool is_near = !own.is_ball() && -end.depth_m < band_m_;
         if (is_near) add(place_W, normal_W, end.depth_m, gap_area_m2_);
         id_ += is_near ? 1 : 2;
         continue;
       }
-      // Two round ends on each other are counted with A.
+      // If two round ends touch each other, the contact is counted once, with A.
       const double share = (own.has_round_ends ? end.own_share : 0) * (is_a ? 1 : 1 - round_share_of(other, end));
       const double side_m = own.radius_m * std::sqrt(other.radius_m / sum_m_);
       const double ball_m = own.radius_m * other.radius_m / sum_m_;
@@ -190,7 +190,8 @@ class RodWriter {
     return other.has_round_ends ? end.other_share : 0;
   }
 
-  /// Depth of A's axis at x beside the nearest place: c₀ + c₁ x − c₂ x², with (c₀, c₁, c₂) from depth_along_a().
+  /// Returns the depth at the position x on A's axis, relative to the nearest point: c₀ + c₁ x − c₂ x², with (c₀, c₁,
+  /// c₂) from depth_along_a().
   double depth_at(double x_m) const { return depth_.x() + (depth_.y() - depth_.z() * x_m) * x_m; }
   Vec3 depth_along_a() const {
     const Vec3 apart = a_.at(nearest_.on_a_m) - b_.centre_W;
@@ -201,15 +202,15 @@ class RodWriter {
             std::max(off1.squaredNorm() / (2 * sum_m_), kMinBend_per_m)};
   }
 
-  /// Half width of the strip with this depth.
+  /// Returns the half width of a strip with this depth.
   double half_width_m(double depth_m) const {
     return std::sqrt(2 * a_.radius_m * b_.radius_m / sum_m_ * std::max(depth_m, 0.0));
   }
 
-  /// Length by which the deepest strip extends beyond B's ends along B.
+  /// Returns the length by which a strip at an end of B extends beyond that end.
   double overhang_m(double depth_m) const { return half_width_m(depth_m) * sine_; }
 
-  /// Range of A's axis, relative to the nearest place, that presses and is beside B.
+  /// Returns the range of A's axis, relative to the nearest point, that presses and is beside B.
   std::optional<std::array<double, 2>> pressing_range_m() {
     if (a_.is_ball() || b_.is_ball()) return std::nullopt;
     depth_ = depth_along_a();
@@ -255,6 +256,7 @@ class RodWriter {
     add(place_W + across_W, normal_W_, kRestDepth * depth_m, (1 - kMiddleShare) / 2 * area_m2);
   }
 
+  /// Appends a contact.
   /// In      place_W  middle of the overlap
   void add(const Vec3& place_W, const Vec3& normal_W, double depth_m, double area_m2) {
     const std::uint32_t id = id_++;
@@ -279,22 +281,22 @@ class RodWriter {
   double sine_ = 0;
   double gap_area_m2_ = 0;
   Vec3 depth_ = Vec3::Zero();  ///< coefficients of depth_at()
-  double overhang_m_ = 0;
-  double side_share_ = 1;
+  double overhang_m_ = 0;      ///< see overhang_m(), for the deepest strip
+  double side_share_ = 1;      ///< fraction of the patch on A's side, not on a round end of A
   std::uint32_t id_ = ContactPoint::kClosedForm;
 };
 
-/// Whether the other rod meets a flat end of this rod or its edge, so that contact is not with its side.
+/// Returns whether the other rod touches a flat end of this rod or the edge of that end, and not only its side.
 ///
-/// In      along_m  nearest place on this rod's axis
-///         out_W    unit, from there to the other rod
+/// In      along_m  nearest point on this rod's axis
+///         out_W    unit vector from that point to the other rod
 bool meets_flat_end(const PlacedRod& rod, double along_m, const Vec3& out_W, const PlacedRod& other,
                     double other_along_m, double depth_m) {
   if (rod.has_round_ends) return false;
   const bool is_at_end = std::abs(along_m) == rod.half_m;
   if (is_at_end && std::abs(other_along_m) == other.half_m) return true;
   if (out_W.dot(rod.outward_W(along_m)) > kEdgeSlope) return true;
-  // The way out along this axis may be shorter than the one out of the side.
+  // The penetration depth along this axis may be smaller than that through the side.
   const double beside_m = std::abs(rod.foot_m(other.at(other.half_m)) - rod.foot_m(other.at(-other.half_m)));
   return std::max(rod.half_m - std::abs(along_m), beside_m) < depth_m;
 }
@@ -317,7 +319,7 @@ bool RodContacts::find(const Rod& rod_a, const Pose& X_WA, const Rod& rod_b, con
     const bool had_side = side_W != Vec3::Zero();
     const double side = common_W.dot(had_side ? side_W : normal_W);
     const Vec3 kept_W = side < 0 ? Vec3(-common_W) : common_W;
-    // If A is farther beyond B's axis, it was placed there and did not pass through B.
+    // If A is beyond B's axis by more than the sum of the radii, it was placed there and did not pass through B.
     if (kept_W.dot(nearest.way_W) > -sum_m) normal_W = kept_W;
     side_B_ = X_WB.q.conjugate() * normal_W;
   } else {

@@ -13,26 +13,26 @@ namespace tandem::contact {
 namespace {
 
 constexpr std::size_t kPlaces = 4000;
-// Share of the places on rods that may be thinner than the result.
+// Fraction of the points on rods where the rod may be thinner than the result.
 constexpr double kThinnerShare = 0.1;
-// Least share of places on rods; fewer places are the tips of spikes.
+// Least fraction of points that are on rods. If there are fewer, they are tips of spikes.
 constexpr double kTipShare = 0.005;
 constexpr int kShrinks = 12;
-// A ball is inside if the distance of its centre to the surface is at least this share of its radius.
+// A ball is inside if the distance of its centre from the surface is at least this fraction of its radius.
 constexpr double kFits = 0.98;
-// Distance from a ball's centre along a tangent, in radii, at which a rod has ended.
+// Distance from a ball's centre along a tangent, in radii, at which the solid has ended if it is a rod.
 constexpr double kBeside = 1.3;
 constexpr int kTangents = 8;
 // Steps of a low-discrepancy sequence in the unit square: powers of the plastic number's inverse.
 constexpr double kStepU = 0.7548776662466927, kStepV = 0.5698402909980532;
 
-/// Radius of the largest ball inside that touches the surface at p; infinite beyond `limit_m`.
+/// Returns the radius of the largest inner ball that touches the surface at p; infinite if it exceeds `limit_m`.
 double inner_radius_m(const geometry::TriangleTree& tree, const Vec3& p, const Vec3& normal, double limit_m) {
   double radius_m = limit_m;
   for (int i = 0; i < kShrinks; ++i) {
     const auto closest = tree.closest(p - radius_m * normal, radius_m);
     if (!(closest.distance_m < kFits * radius_m)) break;
-    // The ball that touches the surface at p and passes through the other point.
+    // The next ball touches the surface at p and passes through the closest point.
     const Vec3 across = p - closest.point_S;
     const double height_m = normal.dot(across);
     if (!(height_m > 0)) return std::numeric_limits<double>::infinity();
@@ -41,7 +41,7 @@ double inner_radius_m(const geometry::TriangleTree& tree, const Vec3& p, const V
   return radius_m < kFits * limit_m ? radius_m : std::numeric_limits<double>::infinity();
 }
 
-/// Whether the solid ends beside the ball on both sides along some tangent.
+/// Returns whether, along some tangent, the solid ends at both sides of the ball.
 bool is_on_rod(const geometry::TriangleTree& tree, const Vec3& centre, const Vec3& normal, double radius_m) {
   const Vec3 u = normal.unitOrthogonal(), v = normal.cross(u);
   for (int i = 0; i < kTangents; ++i) {

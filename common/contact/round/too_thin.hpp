@@ -7,10 +7,11 @@ namespace tandem::contact {
 
 struct ContactShape;
 
-/// Half thickness below which the contact of points may not become rigid before a pressing object passes the middle:
-/// the minimal rigid depth, plus half of it for the compliance of a rigid contact. Measured with 0.5 to 5 N at up to 1
-/// m/s (thin_test, 80 crossings each): of rods of 0.12 mm, 46 let the other through; of 0.14 mm, one; of 0.16 mm, none.
-/// Two primitives of 0.1 mm still hold each other (RodContacts).
+/// Half thickness below which the contact of points may not become rigid before a pressing object passes the middle. It
+/// is the minimum rigid depth (depth beyond which contact is as stiff as the step allows), plus half of it for the
+/// compliance of a rigid contact. Measured with 0.5 to 5 N at up to 1 m/s (thin_test, 80 crossings each): rods of 0.12
+/// mm let the other rod through 46 times, rods of 0.14 mm once, rods of 0.16 mm never. Two primitives of 0.1 mm still
+/// hold each other (RodContacts).
 inline constexpr double kMinHoldingHalf_m = 7.5e-5;
 
 /// Explains why this half thickness is too thin, with the remedy; empty if it is not.

@@ -20,7 +20,7 @@ class BlockCholesky {
   /// Block of the lower triangle: row ≥ column.
   Mat6& block(std::size_t row, std::size_t column) noexcept;
 
-  /// Replaces the matrix by its factor. False: not positive definite, or not finite.
+  /// Replaces the matrix by its factor. Returns false if it is not positive definite, or not finite.
   bool factor() noexcept;
   /// x ← A⁻¹ x, after factor().
   void solve(std::span<Vec6> x) const noexcept;

@@ -9,20 +9,21 @@
 namespace tandem::contact {
 namespace {
 
-/// Residual velocity, in the norm of the kinetic energy, that ends the iterations. A smaller residual is not corrected
-/// in later steps either; as an acceleration it is 1e-8 m/s². Rounding leaves less.
+/// Residual velocity, in the norm of the kinetic energy, below which the iterations end. The remaining residual is not
+/// corrected in later steps. It is an error of acceleration of 1e-8 m/s² at 1 kHz. Rounding errors are smaller.
 constexpr double kTolerance_m_per_s = 1e-11;
-/// Iterations after which normal forces, and friction with them, are accurate to a few parts in a thousand.
+/// Number of iterations in which friction limits follow the normal forces. After these, both are accurate to a few
+/// parts in a thousand.
 constexpr std::uint32_t kFollowingIterations = 4;
-/// Largest number of repeated solutions where friction did not settle.
+/// Maximum number of times that an island is solved again with new friction limits.
 constexpr std::uint32_t kRounds = 3;
-/// Iterations after which couplings are linearised, since they are unlikely to converge soon.
+/// Number of iterations after which couplings are linearised, since convergence without that has become unlikely.
 constexpr std::uint32_t kExactIterations = 12;
-/// Share of the initial slope that a line search may leave.
+/// The line search ends when the slope is at most this fraction of the initial slope.
 constexpr double kSlopeLeft = 0.1;
 constexpr int kLineSearchSteps = 12;
-/// Stiffness of the hard floor over the island's inertia: from 1 m/s it yields by h · 1 m/s / (1 + this), 0.09 mm at 1
-/// kHz.
+/// Ratio of the hard floor's stiffness to the island's mass / h². A contact that arrives at 1 m/s presses the floor in
+/// by h · 1 m/s / (1 + kHardness), which is 0.09 mm at 1 kHz.
 constexpr double kHardness = 10;
 /// Depth to which the forces on the island at the start of a step may press one contact into the hard floor.
 constexpr double kHardGive_m = 2e-5;
@@ -96,7 +97,8 @@ void ContactIsland::begin(double step_s, std::span<IslandBody* const> bodies, st
   set_hardness();
 }
 
-// The inertia of the whole island and all forces on it may act on one contact of its lightest body.
+// Computes the stiffness of the hard floor. In the worst case the inertia of the whole island and all forces on it act
+// on one contact of its lightest body.
 void ContactIsland::set_hardness() noexcept {
   double push_n = 0;
   for (const IslandBody* body : bodies_) push_n += body->push_n;
@@ -107,10 +109,11 @@ void ContactIsland::set_hardness() noexcept {
   for (IslandPatch& patch : patches_) patch.terms.hard_n_per_m = hard_n_per_m;
 }
 
-// First, friction follows the normal forces: the wanted solution, but without a potential. Most steps end there.
-// Otherwise the friction limits reached so far are kept and, if necessary, couplings are linearised: that always
-// converges. Normal forces of an early iterate may be many times those of the solution, as where sliding bodies
-// collide. Friction is then solved again with the limits of the solution.
+// In the first iterations, friction limits follow the normal forces. This is the desired solution, but without a
+// potential, so convergence is not certain. Most steps end there. Otherwise the friction limits reached so far are kept
+// and, if necessary, couplings are linearised; this always converges. Normal forces of an early iterate may be many
+// times those of the solution, for example when sliding bodies collide. Therefore the island is then solved again with
+// the friction limits of the solution found.
 bool ContactIsland::solve(std::uint32_t iterations) noexcept {
   friction_ = FrictionLimit::kFollows;
   evaluate();
@@ -180,7 +183,7 @@ void ContactIsland::assemble() noexcept {
 
 void ContactIsland::add_patch(const IslandPatch& patch) noexcept {
   const Mat6 k = step_s_ * rows_.derivative(patch.terms);
-  if (!patch.moves_b()) {  // terms.about_W is the centre of the only body that moves
+  if (!patch.moves_b()) {  // terms.about_W is the centre of A, the only body that moves
     system_.block(patch.a->row, patch.a->row) += k;
     return;
   }
@@ -198,8 +201,8 @@ void ContactIsland::add_patch(const IslandPatch& patch) noexcept {
   }
 }
 
-// The slope increases along the line because the potential is convex; regula falsi finds its bracketed zero. A full
-// step is accepted if its slope is small or negative.
+// The slope of the potential increases along the line, because the potential is convex. Regula falsi finds the zero of
+// the slope in a bracket. A full step is accepted if its slope is small or negative.
 bool ContactIsland::search_line(double slope) noexcept {
   for (std::size_t k = 0; k < bodies_.size(); ++k) start_[k] = bodies_[k]->velocity;
   const double enough = -kSlopeLeft * slope;

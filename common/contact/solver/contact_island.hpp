@@ -21,14 +21,14 @@ struct IslandBody {
   double push_n = 0;             ///< magnitude of the external force
   int island = 0;
   std::size_t row = 0;         ///< row in the system of the island
-  bool is_moving = false;      ///< its velocity is an unknown of the solution
-  bool is_prescribed = false;  ///< its velocity is given by the caller
+  bool is_moving = false;      ///< whether its velocity is an unknown of the solution
+  bool is_prescribed = false;  ///< whether its velocity is given by the caller
 
   Vec6 momentum(const Vec6& v) const;
   /// Energy norm of the residual: twice the kinetic energy of the velocity that the residual would cause.
   double residual_energy() const;
-  /// Force equivalent of a wrench: a torque counts as the force that moves the body's surface (at its radius of
-  /// gyration) likewise.
+  /// Returns the force that is equivalent to a wrench. A torque counts as the force that has this moment at a lever of
+  /// the radius of gyration.
   double force_of(const Wrench& wrench) const;
 };
 
@@ -39,7 +39,7 @@ struct IslandPatch {
   int island = 0;
   std::size_t index = 0;  ///< index among the caller's patches
   Wrench on_a_W;          ///< about terms.about_W
-  bool is_void = false;   ///< its forces must not be used
+  bool is_void = false;   ///< whether its forces must not be used
 
   bool moves_a() const { return a != nullptr && a->is_moving; }
   bool moves_b() const { return b != nullptr && b->is_moving; }
@@ -64,7 +64,7 @@ class ContactIsland {
   /// Selects the island to solve and sets the stiffness of its patches' hard floor. The patches must have their rows.
   void begin(double step_s, std::span<IslandBody* const> bodies, std::span<IslandPatch> patches,
              std::span<IslandCoupling> couplings) noexcept;
-  /// Runs Newton's method from the bodies' velocities. False: not converged within `iterations`.
+  /// Runs Newton's method from the bodies' velocities. Returns false if it has not converged within `iterations`.
   bool solve(std::uint32_t iterations) noexcept;
   std::uint32_t iterations() const { return iterations_; }
 

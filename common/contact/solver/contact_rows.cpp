@@ -11,16 +11,19 @@ namespace {
 
 constexpr std::size_t kLanes = 4;
 
-/// Speed at which the hard floor lifts contacts below it. Our choice: slow enough for a hand; 3 mm take 15 ms.
+/// Speed at which the hard floor lifts contacts that are deeper than it. It is our choice, slow enough for a hand: 3 mm
+/// take 15 ms.
 constexpr double kRecovery_m_per_s = 0.2;
-/// Excess of lanes without a force.
+/// Value of `excess` for unused lanes, so that they have no force.
 constexpr double kFarAway_m = -1e30;
-/// Largest r. With more, friction does not settle within the iterations of a step when kilonewtons press on a corner.
+/// Upper limit of r, the factor by which sticking friction is stiffer in a contact beyond the rigid depth
+/// (ContactRows). With a larger r, friction does not converge within the iterations of a step when kilonewtons press on
+/// a corner.
 constexpr double kMaxRate = 100;
-/// Divisor in place of zero; far below any length or square of a length here.
+/// Smallest divisor, which prevents a division by zero. It is far below any length or squared length that occurs.
 constexpr double kTiny = 1e-200;
 
-/// Tolerance of a normal's squared length.
+/// Allowed deviation of a normal's squared length from 1.
 constexpr double kMaxOff = 1e-3;
 
 bool is_usable(const ContactPoint& c) {
@@ -31,12 +34,12 @@ bool is_usable(const ContactPoint& c) {
 
 }  // namespace
 
-/// Four contacts; unused lanes have no force.
+/// Four contacts, one in each lane. Unused lanes have no force. The symbols in the comments are those of ContactRows.
 struct alignas(32) ContactRow {
   using Lanes = portable::Lanes;
 
   Lanes nx, ny, nz;  // normal
-  Lanes rx, ry, rz;  // from about_W
+  Lanes rx, ry, rz;  // position relative to about_W
   Lanes depth;       // min(δ, ρ); for a gap δ (h + τ)/h
   Lanes excess;      // min(δ − ρ, h · recovery speed)
   Lanes soft;        // w

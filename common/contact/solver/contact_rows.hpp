@@ -1,5 +1,5 @@
-// Forces of hundreds of contacts on two bodies in a step: the inner loops of the contact solver. Rows hold four
-// contacts, with the four values of each quantity side by side, so that vectors are full.
+// Computes the forces of hundreds of contacts between two bodies in a step: the inner loops of the contact solver. A
+// row holds four contacts, with the four values of each quantity in one vector of the processor.
 #pragma once
 
 #include <span>
@@ -26,7 +26,8 @@ struct PatchTerms {
   std::size_t first = 0;
   std::size_t end = 0;
 
-  /// Factor of velocity in the force: the force depends on the depth at the end of the step and on the dissipation.
+  /// Factor of the closing speed in the normal force, which depends on the depth at the end of the step and on the
+  /// dissipation.
   double lag_s() const { return step_s + dissipation_s; }
 };
 
@@ -40,17 +41,18 @@ enum class FrictionLimit : std::uint8_t { kFollows, kKept };
 /// Model   With n out of B, w = stiffness · area, δ the depth at the start, u = −n·v the closing speed, h the step,
 ///         τ the dissipation, ρ the rigid depth:
 ///         f_n = w (min(δ, ρ) + (h + τ) u)₊ + w_hard (min(δ − ρ, h·0.2 m/s) + h u)₊.
-///         A soft layer with a Kelvin-Voigt damper at the end of the step, and a hard floor under it. Over a gap the
-///         layer's δ is multiplied by (h + τ)/h, so that the damper begins where the surfaces meet. The floor lifts by
-///         0.2 m/s at most, and the layer by ρ/(h + τ): bodies that start in overlap separate without being thrown
-///         apart.
-///         Friction is −k_t z clamped to length μ f_n, with z = s + r (h + τ) v_t, k_t = 0.8 w, and s the bristle: a
-///         spring as long as the contact sticks, so that nothing creeps. r = f_n/(w ρ), 1 to 100: a contact on the
-///         floor sticks with the stiffness with which it presses. After the step s ← s + r h v_t, at most μ f_n / k_t
-///         long.
-///         Both forces are dissipative. f_n h u is at least the energy gain of the layer's ½ w δ², for either sign of
-///         u. The clamp, a projection on a ball, is monotone, so that friction takes at least the energy gain of s
-///         while r is constant. When r falls to 1, s may return 0.6 μ² w ρ² more (8 µJ for a tip of 1 mm).
+///         This is a soft layer with a Kelvin-Voigt damper, evaluated at the end of the step, and a hard floor under
+///         it. Over a gap the layer's δ is multiplied by (h + τ)/h, so that the damper begins where the surfaces meet.
+///         The floor separates overlapping bodies at 0.2 m/s at most, and the layer at ρ/(h + τ) at most, so that they
+///         are not thrown apart.
+///         Friction is −k_t z clamped to length μ f_n, with z = s + r (h + τ) v_t, k_t = 0.8 w, and s the bristle.
+///         While the contact sticks, friction is thus a spring, and a body at rest does not creep. The factor r =
+///         f_n/(w ρ), limited to 1 to 100, makes friction stiffer for a contact on the hard floor, in proportion to its
+///         normal force. After the step s ← s + r h v_t, at most μ f_n / k_t long.
+///         Both forces are dissipative. f_n h u is at least the increase of the layer's energy ½ w δ², for either sign
+///         of u. The clamp, a projection on a ball, is monotone. While r is constant, friction therefore takes at least
+///         the increase of the energy stored in s. When r falls to 1, s may return 0.6 μ² w ρ² more (8 µJ for a tip of
+///         1 mm).
 /// Source  our derivation; 0.8 is Mindlin's k_t / k_n of two elastic spheres, 2 (1 − ν)/(2 − ν), at ν = 0.3 to 0.35
 class ContactRows {
  public:
@@ -58,16 +60,16 @@ class ContactRows {
   ~ContactRows();
 
   void clear() noexcept { used_ = 0; }
-  /// Appends rows for these contacts and stores their range in `terms`. False: no room. Contacts that are not finite
-  /// get rows without force; their number is added to `ill`.
+  /// Appends rows for these contacts and stores their range in `terms`. Returns false if there is no room. Invalid
+  /// contacts, such as those with a number that is not finite, have no force; their number is added to `ill`.
   bool append(std::span<const ContactPoint> contacts, PatchTerms& terms, std::uint32_t& ill) noexcept;
 
-  /// Wrench on A at this twist of A past B, both about terms.about_W.
+  /// Returns the wrench on A for this twist of A relative to B, both about terms.about_W.
   Wrench evaluate(const PatchTerms& terms, const Twist& twist, FrictionLimit friction) noexcept;
-  /// −∂wrench/∂twist at the twist of the last evaluate(): symmetric, no negative eigenvalue.
+  /// Returns −∂wrench/∂twist at the twist of the last evaluate(). The matrix is symmetric and positive semidefinite.
   Mat6 derivative(const PatchTerms& terms) const noexcept;
 
-  /// Moves the bristles by the twist of the last evaluate().
+  /// Updates the bristles (tangential displacements) of `contacts` with the twist of the last evaluate().
   ///
   /// Out     all fields except the wrench
   PatchResult finish(const PatchTerms& terms, std::span<ContactPoint> contacts) const noexcept;

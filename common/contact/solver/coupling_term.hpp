@@ -12,9 +12,9 @@ namespace tandem::contact {
 ///         ω × r'. Its wrench (f, τ) about T is (f, τ + r' × f) about C. The handle keeps its last received pose and
 ///         velocity, since its motion during the step is not known yet. The derivative is −Tᵀ (h K_d + B_v) T with T =
 ///         [1, −[r']×], and −(h K_θ + B_ω) of the rotation. It omits the rotation of the lever r' and of the rotation
-///         vector, because no symmetric positive matrix contains them; the wrench is exact nevertheless. Where that
-///         does not converge, as when a hand's pose jumps by a radian, linearise() replaces the law by wrench and
-///         derivative for the rest of the step.
+///         vector, because no symmetric positive matrix contains them; the wrench is exact nevertheless. If that does
+///         not converge, for example when a hand's pose jumps by a radian, linearise() replaces the law by its wrench
+///         and derivative for the rest of the step.
 class CouplingTerm {
  public:
   CouplingTerm() = default;

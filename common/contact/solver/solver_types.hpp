@@ -18,8 +18,9 @@ struct SolverBody {
   Vec3 p_WC = Vec3::Zero();
   Twist V_WC;       ///< velocity of C
   Wrench wrench_W;  ///< external wrench (weight, fields), about C
-  /// The body moves with V_WC whatever pushes it: mass, inertia and wrench_W are not used. Its contacts with other
-  /// bodies that do not yield have no rigid depth, since nothing could end the overlap; the layer continues instead.
+  /// If true, the body moves with V_WC regardless of forces: mass, inertia and wrench_W are not used. For its contacts
+  /// with static or other prescribed bodies the rigid depth is ignored, because no force could end the overlap. The
+  /// soft layer then extends to any depth.
   bool is_prescribed = false;
 };
 
@@ -35,10 +36,10 @@ struct SolverCoupling {
   double brake_n_m_s_per_rad = 0;
 };
 
-/// Stiffness of sticking friction over that of the contact's layer, see ContactRows.
+/// Ratio of the tangential stiffness of sticking friction to the normal stiffness of a contact, see ContactRows.
 inline constexpr double kTangentialRatio = 0.8;
 
-/// The contacts of body `a` with body `b`; either may be kStaticBody, not both.
+/// The contacts of body `a` with body `b`. One of them may be kStaticBody.
 struct SolverPatch {
   int a = 0;
   int b = kStaticBody;

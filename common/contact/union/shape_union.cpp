@@ -10,15 +10,18 @@
 namespace tandem::contact {
 namespace {
 
-// Length of the transition between covered and free: the larger of a length and a multiple of the fields' errors.
+// Length of the transition between covered and free surface: the larger of kBlend_m and a multiple of the fields'
+// errors.
 constexpr double kBlend_m = 2e-5, kBlendErrors = 2;
-// Distances inward from a covered face at which another face may be the nearest one. The shortest comes first where
-// fields are exact. Grids round off their edges by up to a cell, so their first distance is a middle one.
+// Distances inward from a covered face at which the search looks for another face that is nearer, in the order of the
+// search. For exact fields, the shortest comes first. Grids round off their edges by up to a cell, so for them a medium
+// distance comes first.
 constexpr std::array<double, 5> kExactWays_m = {6e-5, 1.2e-4, 2.5e-4, 5e-4, 1e-3};
 constexpr std::array<double, 5> kGridWays_m = {5e-4, 2.5e-4, 1e-3, 1.2e-4, 6e-5};
-// Largest number of covered faces that the search for a way out avoids in succession.
+// Maximum number of covered faces that the search for a way out of a shape avoids in succession.
 constexpr int kMaxTurns = 4;
-// Contacts inside of two shapes share their area until both are this deep.
+// A contact that is inside several shapes shares its area among them in proportion to its depths, which count up to
+// this value.
 constexpr double kShared_m = 1e-5;
 
 /// 0 below `low`, 1 above `high`, linear in between.
@@ -26,14 +29,14 @@ double ramp(double value, double low, double high) {
   return std::clamp((value - low) / (high - low), 0.0, 1.0);
 }
 
-/// A shape's distance at a place, with a unit gradient in W.
+/// Distance of a point to a shape, with a unit gradient in W.
 struct ShapeSample {
   double distance_m = 0;
   Vec3 gradient_W = Vec3::UnitZ();
   double error_m = 0;
 };
 
-/// Samples a shape. The planes of a sampled field are exact where its samples round off edges.
+/// Samples a shape. If a sampled field has planes at the point, they are used, because samples round off edges.
 ShapeSample sample_shape(const PlacedShape& placed, const Vec3& p_W) {
   const DistanceField& field = *placed.shape->field;
   const Vec3 p_S = placed.X_WS.inverse() * p_W;
@@ -57,7 +60,7 @@ double blend_m(const PlacedShape& a, const PlacedShape& b, const Vec3& p_W) {
   return std::max(kBlend_m, kBlendErrors * (sample_shape(a, p_W).error_m + sample_shape(b, p_W).error_m));
 }
 
-/// Share to which `other` covers a place q of a surface with this normal.
+/// Returns the degree, 0 to 1, to which `other` covers a surface point q. `out_W` is the normal of the surface there.
 double exit_cover(const PlacedShape& other, const Vec3& q_W, const Vec3& out_W, double blend) {
   const double at = distance_m(other, q_W) / blend;
   if (at >= 1) return 0;
@@ -67,7 +70,7 @@ double exit_cover(const PlacedShape& other, const Vec3& q_W, const Vec3& out_W, 
 
 }  // namespace
 
-/// The shape that covers the largest share of a place, and this share.
+/// The shape that covers a point of the surface to the highest degree, and this degree, 0 to 1.
 struct ShapeUnion::Cover {
   double share = 0;
   const PlacedShape* by = nullptr;
@@ -104,7 +107,8 @@ ShapeUnion::Cover ShapeUnion::cover_of(const PlacedShape& leaving, const Vec3& q
   return most;
 }
 
-// The depth below the face that is found is linear in the place, so it can be measured from p.
+// Returns the displacement that moves p out of a shape through a face that no other shape covers; nothing if none is
+// found. The depth below a flat face is linear in the position, so the sample farther inside also gives the depth of p.
 std::optional<Vec3> ShapeUnion::way_out(const PlacedShape& shape, const Vec3& p_W, Vec3 inward_W) const noexcept {
   const auto& ways_m = shape.shape->field->error_m() > 0 ? kGridWays_m : kExactWays_m;
   Vec3 from_W = p_W;
@@ -121,12 +125,13 @@ std::optional<Vec3> ShapeUnion::way_out(const PlacedShape& shape, const Vec3& p_
       Vec3 out_W = depth_m * inside.gradient_W;
       const ShapeSample beyond = sample_shape(shape, p_W + out_W);
       if (beyond.distance_m > 0) out_W -= beyond.distance_m * beyond.gradient_W;
-      // At a corner of several covered faces, none of them covers the area beside it; farther inside, they do.
+      // At a corner of several covered faces, none of the other shapes covers the surface beside the corner. Farther
+      // inside, they do. Therefore both points are checked.
       const Vec3 foot_W = at_W - inside.distance_m * inside.gradient_W;
       if (cover_of(shape, foot_W, inside.gradient_W).share < 0.5 &&
           cover_of(shape, p_W + out_W, inside.gradient_W).share < 0.5)
         return out_W;
-      // The next turn begins at the place farthest from covered faces.
+      // The next turn begins at the sample that is deepest below its covered face.
       if (covered_W && (-inside.distance_m < deepest_m || (-inside.distance_m == deepest_m && way_m < deepest_way_m)))
         continue;
       deepest_m = -inside.distance_m;
@@ -171,7 +176,8 @@ void ShapeUnion::correct_depth(ContactPoint& contact, const Vec3& out_W) const n
   contact.area_m2 *= own / all;
 }
 
-// At a joint, the edge of the shape that is farther from the point is no obstacle.
+// Reduces the area of a contact with a gap if another shape is nearer to the point. Where two shapes join, the edge of
+// the farther shape is no obstacle.
 void ShapeUnion::correct_gap(ContactPoint& contact, const Vec3& out_W) const noexcept {
   const double gap_m = -contact.depth_m;
   if (!(gap_m > 0)) return;

@@ -10,7 +10,8 @@ namespace tandem::contact {
 
 struct ContactPoint;
 
-/// Shapes farther than this from a contact do not change it: twice the largest rigid depth.
+/// Shapes farther than this from a contact do not change it: twice the largest rigid depth (depth beyond which contact
+/// is as stiff as the step allows).
 inline constexpr double kUnionReach_m = 2 * kMaxRigidDepth;
 
 /// A shape with its pose in the world.
@@ -19,14 +20,14 @@ struct PlacedShape {
   Pose X_WS;
 };
 
-/// One shape of a pair, and the shapes beside it that are near the other shape of the pair.
+/// Union of one shape of a pair and the shapes beside it that are near the other shape of the pair.
 ///
-/// Model   A pressing contact pushes its point p by depth × normal to a place q of the shape's surface. If another
+/// Model   A pressing contact pushes its point p by depth × normal to a point q of the shape's surface. If another
 ///         shape covers q, that surface is inside the union. The contact is then resolved along the shorter of two
-///         ways: out of the same shape through another face, or through q and out of the covering shape. Both ways are
-///         found from samples farther inside, where the covered face is not the nearest one, and are exact for flat
-///         faces. Over a distance of 2e-5 m (more for meshes) between covered and free, both answers are mixed, so that
-///         forces do not jump.
+///         displacements: out of the same shape through another face, or through q and out of the covering shape. Both
+///         are found from samples farther inside, where the covered face is not the nearest one, and are exact for flat
+///         faces. In a transition 2e-5 m wide (more for meshes) between covered and free surface, both results are
+///         interpolated, so that forces do not jump.
 /// Thread  any; no allocation
 class ShapeUnion {
  public:
@@ -34,14 +35,14 @@ class ShapeUnion {
 
   bool has_others() const { return !others_.empty(); }
 
-  /// Corrects a contact whose depth and normal come from the own shape's field.
+  /// Corrects a contact whose depth and normal come from the field of this pair's shape (`own`).
   ///
-  /// In      out_W  unit, out of the own shape
+  /// In      out_W  unit vector out of that shape
   /// Out     depth, normal and area of the contact
   void correct_depth(ContactPoint& contact, const Vec3& out_W) const noexcept;
 
-  /// Share of the surface at a place of the own shape that other shapes cover, 0 to 1. An edge that is flush with the
-  /// surface of another shape counts as covered.
+  /// Returns the degree to which other shapes cover this pair's shape at a surface point, 0 to 1. An edge that is flush
+  /// with the surface of another shape counts as covered.
   double covered_share(const Vec3& p_W, const Vec3& normal_W) const noexcept;
 
  private:
@@ -55,7 +56,8 @@ class ShapeUnion {
   std::span<const PlacedShape> others_;
 };
 
-/// Keeps those of `shapes` that are near the contacts, in their order. Returns their number.
+/// Copies those of `shapes` that are near the contacts to its front, in their order. Returns their number. The entries
+/// behind them are no longer valid.
 std::size_t keep_near(std::span<PlacedShape> shapes, std::span<const ContactPoint> contacts) noexcept;
 
 }  // namespace tandem::contact

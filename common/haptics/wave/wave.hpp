@@ -10,7 +10,8 @@ namespace tandem::haptics {
 
 /// Impedance of the transmission line between hand and tool: ratio of force to velocity in a wave.
 struct WaveImpedance {
-  double linear_n_s_per_m = 10.0;       ///< b, also the drag before the first echo; a higher b feels stiffer
+  /// b. Until the first returning wave arrives, the hand feels b as damping. A higher b feels stiffer.
+  double linear_n_s_per_m = 10.0;
   double angular_n_m_s_per_rad = 0.01;  ///< the same for rotation
 
   bool operator==(const WaveImpedance&) const = default;

@@ -63,7 +63,7 @@ class WavePlayer {
   static constexpr double kMaxWaiting_s = 2.0;
 
   const Settings& settings() const noexcept { return settings_; }
-  /// Sender's time that was received but not yet played.
+  /// Duration, on the sender's clock, of the waves that were received but not yet played.
   double waiting_s() const noexcept { return waiting_s_; }
 
  private:

@@ -28,8 +28,8 @@ struct PredictionErrors {
   std::vector<Vec3> true_n;
 };
 
-/// Runs the trial. Between two samples of an uneven series, the true value is interpolated linearly.
-/// In      sample_period  interval at which an even series is sent; 0: all samples are sent
+/// Runs the trial. If the series is sampled unevenly, the true value between two samples is interpolated linearly.
+/// In      sample_period  minimum interval between two sent samples; 0: all samples are sent
 ///         delay          age of a sample when it is received
 PredictionErrors predict_series(const ForceSeries& series, haptics::ForceStream& stream,
                                 Duration sample_period = std::chrono::milliseconds(5), Duration delay = Duration{0});

@@ -34,8 +34,9 @@ struct SteadyPress {
   std::vector<double> normal_n;  ///< normal force on the hand, one value for each tick
 };
 
-/// Returns the rig of a law with this secant stiffness at 1 N, or with the given coupling. Direct rendering uses a
-/// plane of the same stiffness.
+/// Returns the hand rig for a coupling law. If the settings have a coupling, the law uses it. Otherwise its parameters
+/// are chosen so that its secant stiffness at 1 N is that of the settings. A law for direct rendering, without a tool,
+/// uses a plane of this stiffness.
 HandRigSettings equal_rig(std::string_view law, const PressSettings& settings);
 
 /// Returns the change of the force caused by one encoder step: by the slope of the law at this force, and by the

@@ -290,7 +290,7 @@ void read_names(const fs::path& directory, ForceField& force_field) {
   const bool own = fs::exists(directory / "xlateat.dat", error);
   ParameterFile atoms((own ? directory : directory / "..") / "xlateat.dat");
   while (atoms.next(words)) {
-    if (words.size() < 3) continue;  // the number of entries, in the first line
+    if (words.size() < 3) continue;  // skips the first line, which contains only the number of entries
     force_field.aliases.push_back({std::string(words[0]), std::string(words[1]), std::string(words[2])});
   }
 }

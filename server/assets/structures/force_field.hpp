@@ -38,9 +38,11 @@ struct BlockAtom {
 /// Rule for adding hydrogens to an atom: one line of aminoacids.hdb.
 struct HydrogenRule {
   int count = 0;
-  int kind = 0;                      ///< kind of geometry, see hydrogen_geometry.hpp
-  std::string name;                  ///< name of a single hydrogen; several are numbered: HB1, HB2
-  std::vector<std::string> anchors;  ///< the carrier, then atoms that define directions; "-C": of the previous residue
+  int kind = 0;      ///< kind of geometry, see hydrogen_geometry.hpp
+  std::string name;  ///< name of a single hydrogen; several are numbered: HB1, HB2
+  /// The atom that carries the hydrogens, then atoms that define directions. A name such as "-C" is that of an atom of
+  /// the previous residue.
+  std::vector<std::string> anchors;
 
   std::string hydrogen(int i) const { return count == 1 ? name : name + std::to_string(i + 1); }
 };

@@ -34,7 +34,7 @@ struct TypedResidue {
   std::vector<std::size_t> misfits;  ///< hydrogens without a carrier, or more than their carrier should have
 };
 
-/// Source  block and chain-end choice follow pdb2gmx (GROMACS manual, "gmx pdb2gmx"); the fallbacks are of this project
+/// Source  the choice of block and chain ends follows pdb2gmx (GROMACS manual, "gmx pdb2gmx"); the fallbacks are ours
 /// In      residue  residue for which has_block() is true
 TypedResidue type_residue(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 

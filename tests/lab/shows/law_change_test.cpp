@@ -83,8 +83,8 @@ INSTANTIATE_TEST_SUITE_P(Pairs, ChangedLaw,
                            return name;
                          });
 
-// If the jumps of the scene's law are too strong for a user, the user can change to the calm law at once, and later
-// return to the scene's law.
+// The scene's law "qsa-dynamic" displays steps of the force. If they are too strong for a user, the user can change to
+// a law without such steps at any time, and later return.
 TEST(ChangedLawOfAnActiveScene, CalmsTheHand) {
   const Ticks changed = run(operated("wall", wall_with("qsa-dynamic", "local-model")),
                             setting({{1s, "spring-damper"}, {kStill.back, "qsa-dynamic"}}))
@@ -99,7 +99,8 @@ TEST(ChangedLawOfAnActiveScene, CalmsTheHand) {
 
 class ChangedLawInStage : public testing::TestWithParam<const char*> {};
 
-// In these stages the displayed force comes either from the server or from a coupling to the tool.
+// In the tested stages, listed below, the displayed force comes from the server or from a coupling to the tool. A
+// change of the law therefore affects it, but must not cause a step.
 TEST_P(ChangedLawInStage, MakesNoStepOfTheForce) {
   const Quantities quantities = wall_with("spring-damper", GetParam());
   const Ticks always = run(operated("wall", quantities)).users.at(0).ticks;

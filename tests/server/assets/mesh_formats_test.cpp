@@ -37,7 +37,7 @@ class MeshFormats : public ::testing::Test {
     write(name, bytes);
     return read_mesh_file(directory_ / name, "");
   }
-  /// Returns the error when the file is read. Empty if it was read.
+  /// Reads the file and returns the error message. The result is empty if there was no error.
   std::string refusal(const std::string& name, const std::string& bytes) const {
     try {
       read(name, bytes);

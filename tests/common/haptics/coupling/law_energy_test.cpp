@@ -158,7 +158,8 @@ TEST_P(ActiveCouplingLaw, GivesBackMoreThanItTookWhenTheHandTurns) {
 
 INSTANTIATE_TEST_SUITE_P(Catalog, ActiveCouplingLaw, testing::ValuesIn(laws_that_are(false)), law_test_name);
 
-// The example: 4 N, 200 N/m, hence a range of 20 mm. The handle is pushed in by 10 mm.
+// Example: a force limit of 4 N and a stiffness of 200 N/m give a range of 20 mm. The handle is displaced by 10 mm and
+// returned.
 constexpr CouplingParameters kExample{.stiffness_n_per_m = 200, .damping_n_s_per_m = 0, .force_limit_n = 4};
 
 TEST(StableDynamicLiteral, ReturnsTenMillijouleOfTheThreeOrSixThatItStored) {

@@ -152,8 +152,8 @@ TEST(PassivityRegion, HoldsWithThePassivityControllerForDriversWhoTurnEveryTickW
 
 TEST(PassivityRegion, OfTheReportedPositionsIsWhatThePassivityControllerKeepsBehindTheEncoder) {
   // The energy balance of the controller uses the encoder's positions. A driver that changes direction in every tick
-  // gains slightly more, because its motion within a step is not observed. Therefore W of the true positions is printed
-  // but not claimed.
+  // gains slightly more, because its motion within a step is not observed. Therefore the work computed from the true
+  // positions is printed but not tested.
   const ControlledWork least = least_of_controlled_drivers(Encoder::kOfProfile);
   least.real.print("with passivity controller, drivers that turn every tick, encoder, true positions");
   expect_passive(least.reported,
