@@ -1,5 +1,5 @@
-// Private to this folder: implementation of ClientSession and the tasks of its sources.
-//   session.cpp          the connection: connect, lose, time-outs, state in both directions
+// Private to this folder: implementation of ClientSession. Its functions are defined in three sources:
+//   session.cpp          the connection: connecting, loss, time-outs, state in both directions
 //   session_control.cpp  the server's control messages
 //   session_commands.cpp commands of the user: requests to the server
 #pragma once
@@ -74,7 +74,7 @@ struct ClientSession::Impl {
   void perform(const command::SetWorkspace& command, LocalTime now);
   void perform(const command::SetNudges& command, LocalTime now);
   void set(const wire::SetParameter& parameter);
-  /// Sends a request if the session is active, else does nothing.
+  /// Sends a request if the session is active, otherwise does nothing.
   template <class Fill>
   void request(const Fill& fill) {
     if (status.state != SessionState::kActive) return;
@@ -91,7 +91,7 @@ struct ClientSession::Impl {
     if (owner.on_event) owner.on_event(event);
   }
   void log(const std::string& line) const { emit(event::Log{printable(line)}); }
-  /// Reports news of the room, if there are any.
+  /// Reports a change in the room to the user, unless the text is empty.
   void report(const std::string& news) const {
     if (!news.empty()) emit(event::News{news});
   }
@@ -110,12 +110,12 @@ struct ClientSession::Impl {
   Duration retry_delay;
   proto::FrameReader reader;
   std::uint32_t last_request = 0;
-  std::deque<std::uint32_t> settings_requested;  ///< numbers of the last kRemembered requests to set something
+  std::deque<std::uint32_t> settings_requested;  ///< numbers of the last kRemembered requests to set a parameter
   static constexpr std::size_t kRemembered = 64;
 
   std::string room;
   std::vector<std::string> rooms;
-  std::optional<std::string> room_left;  // returned to if the next room refuses
+  std::optional<std::string> room_left;  // previous room, to which the session returns if the next room refuses
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets;
   AssetPlan assets;
   std::vector<wire::UserJoined> users;
