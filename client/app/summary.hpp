@@ -1,4 +1,5 @@
-// The JSON object that a headless run prints at its end. Field names carry units; unknown values are null.
+// Summary of a run: the JSON object that a headless run prints at its end. Field names contain units; unknown values
+// are null.
 #pragma once
 
 #include <optional>
@@ -13,13 +14,14 @@
 
 namespace tandem::client {
 
-/// Selects the body that a run watches: the one that the user's tool holds at the start, else the first graspable one;
-/// an invalid id if there is none.
+/// Selects the body that a run watches: the body that the user's tool holds at the start, otherwise the first graspable
+/// body. The id is invalid if there is none.
 BodyId watched_body(const wire::Joined& joined);
-/// The server's notes on the scene's files, bounded and safe for a terminal.
+/// Notes of the server on the scene's files, limited in number and printable on a terminal.
 std::vector<std::string> shown_notes(const wire::Joined& joined);
 
-/// Line with the scene, user id and tool of the user: two users who join at the same time may get each other's tool.
+/// Line of text with the scene, user id and tool. The user needs the tool, because it depends on the order in which
+/// users join.
 std::string joined_line(const wire::Joined& joined);
 /// Forces or torques that this device cannot display; empty: none.
 std::string missing_of(const devices::DeviceSpec& device);
@@ -32,15 +34,15 @@ std::string problem_at_end(const ClientIoSnapshot& io, const SessionSettings& se
 
 /// All results of a run.
 struct RunSummary {
-  ClientOptions options;  ///< options as given, to repeat the run
+  ClientOptions options;  ///< options of the run, with which it can be repeated
   devices::DeviceSpec device;
   std::vector<std::string> realtime_not_granted;
   HapticLoopReport loop;
   std::uint64_t trace_overflows = 0;
   HapticCounters counters;
   ClientIoSnapshot io;
-  std::vector<haptics::StabilityFinding> coupling_findings;  ///< findings for the coupling in force
-  BodyId watched;                                            ///< invalid: none
+  std::vector<haptics::StabilityFinding> coupling_findings;  ///< findings for the current coupling
+  BodyId watched;                                            ///< watched body; invalid if there is none
   std::string watched_name;
   RunReport run;
 };
