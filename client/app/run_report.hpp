@@ -66,10 +66,11 @@ struct Silence {
 /// Thread  any but the haptic thread, always the same
 class RunReport {
  public:
-  /// `phases` are the names of the hand path's phases; a silence counts from `silence_zero` on.
+  /// In      phases        names of the phases of the hand's path
+  ///         silence_zero  minimum length of a silence that is reported
   RunReport(const std::vector<std::string>& phases, Duration silence_zero);
 
-  /// `phase` is an index into the names, −1 for none.
+  /// In      phase  index into the names of the phases; −1 for none
   void add(const TickRecord& record, int phase);
   bool is_silent() const { return is_silent_; }
   /// Sets the reason of the current silence. Only the first reason is stored.

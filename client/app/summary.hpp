@@ -23,13 +23,13 @@ std::vector<std::string> shown_notes(const wire::Joined& joined);
 /// Line of text with the scene, user id and tool. The user needs the tool, because it depends on the order in which
 /// users join.
 std::string joined_line(const wire::Joined& joined);
-/// Forces or torques that this device cannot display; empty: none.
+/// Text that names what this device cannot display (forces or torques); empty if it can display both.
 std::string missing_of(const devices::DeviceSpec& device);
 
-/// Status line of each second: time of the run, session state, delays, displayed force.
+/// Status line that is printed every second: time of the run, session state, delays, displayed force.
 std::string status_line(const ClientIoSnapshot& io, Duration length, const TickRecord& newest);
 
-/// Why a session is unusable at the end of its run; empty: it is in a room and receives states.
+/// Reason why a session is unusable at the end of its run; empty if it is in a room and receives states.
 std::string problem_at_end(const ClientIoSnapshot& io, const SessionSettings& session);
 
 /// All results of a run.
