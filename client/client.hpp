@@ -61,7 +61,7 @@ class Client {
   /// Thread  io
   void poll(LocalTime now);
   /// Performs a command, or passes it to session().
-  /// Fails   std::invalid_argument: as set_stage()
+  /// Fails   std::invalid_argument: same cases as set_stage()
   /// Thread  io
   void send(const ClientCommand& command, LocalTime now);
   /// Selects another stage or predictor, or switches the passivity controller, without a step of the force. First the

@@ -17,7 +17,7 @@ namespace tandem::client {
 
 /// Settings of the window and of its screenshot.
 struct WindowOptions {
-  bool is_open = true;               ///< false: --headless
+  bool is_open = true;               ///< false for --headless
   std::filesystem::path screenshot;  ///< file of the screenshot; empty: no screenshot
   Duration after{std::chrono::seconds(3)};
   int width = 1280;

@@ -38,7 +38,7 @@ class RunRecordings {
   RunRecordings(const ClientOptions& options, std::function<void(const std::string&)> on_news);
 
   /// Begins a recording.
-  /// Fails   std::invalid_argument: the file cannot be created
+  /// Fails   std::invalid_argument if the file cannot be created
   void begin(const std::filesystem::path& file);
   /// Ends the current recording, if any. Blocks until the file is written; no other thread waits for main.
   void end();

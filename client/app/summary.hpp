@@ -32,7 +32,7 @@ std::string status_line(const ClientIoSnapshot& io, Duration length, const TickR
 /// Reason why a session is unusable at the end of its run; empty if it is in a room and receives states.
 std::string problem_at_end(const ClientIoSnapshot& io, const SessionSettings& session);
 
-/// All results of a run.
+/// Settings and results of a run, as input of to_json().
 struct RunSummary {
   ClientOptions options;  ///< options of the run, with which it can be repeated
   devices::DeviceSpec device;

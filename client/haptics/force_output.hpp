@@ -59,9 +59,9 @@ class ForceOutput {
   devices::DeviceWriter writer_;
   haptics::SafetyChain safety_;
   PortWork work_;
-  Wrench requested_D_;                ///< scene, border and nudge, before the safety chain
+  Wrench requested_D_;                ///< sum of scene, border and nudge, before the safety chain
   Vec3 own_D_ = Vec3::Zero();         ///< force of border and nudge in requested_D_
-  std::uint64_t write_failures_ = 0;  ///< commands that the device refused
+  std::uint64_t write_failures_ = 0;  ///< number of commands that the device refused
 };
 
 }  // namespace tandem::client

@@ -37,7 +37,7 @@ class HandInput {
   /// Requests another mapping of the same scene.
   void change(const WorkspaceMapping& scene) noexcept { workspace_.change(scene); }
 
-  /// Reads a sample and computes the handle's speed. Call once a tick, before move().
+  /// Reads a sample and computes the handle's speed. Must be called once a tick, before move().
   void read(LocalTime now) noexcept;
   /// Moves handle and base for one period. Returns true if a requested mapping was applied, which makes the handle
   /// jump.

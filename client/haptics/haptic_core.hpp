@@ -2,15 +2,15 @@
 // tick(); the caller supplies thread and time. A tick calls the following parts in order; none of them refers to the
 // core:
 //
-//   1 newest scene and server state                        SceneInbox
+//   1 read the newest scene and server state               SceneInbox
 //   2 read the device once                                 HandInput
-//   3 workspace mapping, clutch: handle in W               HandInput
-//   4 stage: wrench on the hand in W                       RenderingSlot
-//   5 passivity controller                                 FadedPassivity
-//   6 to the device base D, with border and nudge          HandInput, Nudge
+//   3 map to the workspace, apply the clutch: handle in W  HandInput
+//   4 run the stage: wrench on the hand in W               RenderingSlot
+//   5 limit the energy (passivity controller)              FadedPassivity
+//   6 convert to the device base D, add border and nudge   HandInput, Nudge
 //   7 ramp and decay, slew limit, finite check             ForceOutput  (common/haptics/safety.hpp)
-//   8 clamp and write                                      ForceOutput  (devices/device_writer.hpp)
-//   9 stage and passivity controller get the displayed wrench
+//   8 clamp and write to the device                        ForceOutput  (devices/device_writer.hpp)
+//   9 report the displayed wrench to stage and passivity controller
 //  10 publish the client update                            OutgoingUpdate
 #pragma once
 
@@ -97,7 +97,7 @@ class HapticCore {
   /// Record of the last tick.
   const TickRecord& record() const { return record_; }
   const HapticCounters& counters() const { return counters_; }
-  /// Local model of the current scene; null: none.
+  /// Local model of the current scene; null if there is none.
   const LocalModel* local_model() const noexcept;
   /// Newest view; null before the first one, or if HapticSettings::feeds_view is false. Valid until the next call.
   /// Thread  window
@@ -142,7 +142,7 @@ class HapticCore {
   /// sent to the server.
   PortWork requested_work_;
   OutgoingUpdate outgoing_;
-  std::unique_ptr<ViewFeed> view_;  ///< null: no window
+  std::unique_ptr<ViewFeed> view_;  ///< null if HapticSettings::feeds_view is false
   LocalTime began_at_ = LocalTime::max();
   LocalTime ticked_at_{};
   double period_s_ = 0.001;

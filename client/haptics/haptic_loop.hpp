@@ -43,7 +43,8 @@ struct HapticLoopReport {
   Histogram lateness;
   Histogram tick;  ///< duration of a tick
   std::uint64_t missed = 0;
-  std::uint64_t throttle_suspects = 0;  ///< only counted at real-time priority
+  /// Number of wake-ups that the kernel has probably throttled (realtime.hpp). Counted only at real-time priority.
+  std::uint64_t throttle_suspects = 0;
   bool keeps_awake = false;
   /// True if the force was removed within 50 ms. If false, zero was written without the ramp, but a failing device may
   /// not have accepted it.
@@ -78,7 +79,7 @@ class HapticLoop {
   bool pop(TickRecord& record) { return trace_.pop(record); }
   /// Number of records lost because they were not read in time.
   std::uint64_t trace_overflows() const { return trace_overflows_.load(std::memory_order_relaxed); }
-  /// Valid after stop().
+  /// Timing of the run. Valid after stop().
   const HapticLoopReport& report() const { return report_; }
 
  private:

@@ -32,7 +32,7 @@ class SceneInbox {
   bool is_usable() const noexcept { return is_usable_; }
   /// True if handle and buttons are sent to the server.
   bool is_driving() const noexcept { return is_usable_ && scene_.may_drive; }
-  /// True if the scene's force is displayed.
+  /// True if the scene's force may be displayed.
   bool is_displaying() const noexcept { return is_driving() && scene_.may_display; }
 
   /// Newest server state of the scene; null if none was received.

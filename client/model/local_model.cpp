@@ -11,8 +11,9 @@ namespace {
 
 /// Length of the input history; longer round trips are not reconciled.
 constexpr std::size_t kInputsKept = 2048;
-/// Divergence: if the tool or a touched body differs from the server's by this distance for this time, the model is
-/// reset to the server's state. The tool is then probably on the other side of an obstacle.
+/// Divergence: if the tool or a touched body differs from the server's by more than this distance for this time, the
+/// model is reset to the server's state. The tool is then probably on the other side of an obstacle. Each received
+/// state counts as 1 ms, whatever the rate of the states.
 constexpr double kDivergence_m = 0.006;
 constexpr double kDivergence_s = 0.1;
 /// Period of the client's haptic loop and of the model, for any rate of the room.

@@ -128,7 +128,7 @@ class LocalModel {
   struct State {
     State(const physics::WorldDescription& description, const LocalModelSettings& settings);
 
-    std::vector<BodyCopy> bodies;  ///< the movable bodies
+    std::vector<BodyCopy> bodies;  ///< one for each movable body
     PartnerTools partners;
     InputHistory history;
     Reconciler tool_reconciler;
@@ -142,7 +142,7 @@ class LocalModel {
     std::optional<Wrench> residual;  ///< residual that pop_residual() has not returned yet
     Wrench newest_residual;
     LocalTime residual_of{};
-    double diverged_s = 0;  ///< time for which the tool or a touched body has differed by more than kDivergence_m [s]
+    double diverged_s = 0;  ///< number of successive states that differ by more than kDivergence_m, times 1 ms [s]
   };
 
   void start(const proto::ServerUpdate& update) noexcept;

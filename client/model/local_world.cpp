@@ -129,7 +129,7 @@ class Builder {
     return *bytes;
   }
 
-  /// Returns the hash of the shape's asset; if it is missing but its coarse replacement is available, of the latter.
+  /// Returns the hash of the shape's asset. If only its coarse replacement is available, returns the hash of that.
   const std::string& hash_here(const wire::Shape& shape) const {
     const std::string& hash = needed_hash(shape);
     const auto is_fine = [&hash](const wire::AssetInfo& info) {

@@ -143,8 +143,8 @@ class Partner {
   net::RigidTrack force_;   ///< force on the partner's hand, stored as a position
   net::RigidTrack torque_;  ///< torque on the partner's hand, stored as a position
   HandEstimate hand_;
-  GivingHand modelled_;  ///< e
-  GivingHand shown_;     ///< a
+  GivingHand modelled_;  ///< displacement e by the model's force
+  GivingHand shown_;     ///< displacement a by the displayed force
   // Arguments: typical displacement, and prior share of a common body's motion that the partner is assumed to follow.
   // Above a share of 0.25, a bar that two users turn by its ends oscillates along its length with growing amplitude.
   haptics::TrajectoryForecast intent_{0.01, 0.25};   ///< forecast of X_H − a [m]

@@ -85,7 +85,7 @@ PartnerSurroundings PartnerTools::surroundings_of(const PartnerTool& one, const 
     if ((hands >> one.tool & 1U) == 0 || (hands >> step.tool & 1U) == 0) continue;
     around.is_coupled = true;
     const Vec3 pressing_W = is_held ? Vec3(Vec3::Zero()) : world.pressing_normal_W(one.tool, body.id());
-    // If this user moves the body only through another body, it does not follow this user's hand and is no common body.
+    // A body that this user moves only through another body does not follow this user's hand. It is no common body.
     const bool has_own_hand = step.held == body.id() || !world.pressing_normal_W(step.tool, body.id()).isZero();
     if (!has_own_hand || (!is_held && pressing_W.isZero())) continue;
     around.has_common_body = true;

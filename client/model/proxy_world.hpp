@@ -13,7 +13,7 @@
 
 namespace tandem::client {
 
-/// The ball of one user in one scene.
+/// Ball of one user, with the bodies of one scene as obstacles.
 ///
 /// Model   Each shape of a body is a separate obstacle. Primitives are exact distance functions; meshes are the
 ///         triangles of their surface asset, and open meshes have no thickness. The friction coefficient is the root of
@@ -54,9 +54,9 @@ class ProxyWorld {
   void leave_out(BodyId held, const Vec3& p_W) noexcept;
 
   std::unique_ptr<haptics::GodObject> ball_;
-  std::vector<Part> parts_;             ///< in the order of the ball's obstacles
+  std::vector<Part> parts_;             ///< shapes of bodies, in the order of the ball's obstacles
   std::vector<RigidState> motions_;     ///< current states of the parts
-  std::vector<RigidState> bodies_;      ///< last received states
+  std::vector<RigidState> bodies_;      ///< last received states of the bodies
   std::vector<LocalTime> received_at_;  ///< reception times of these states
   std::vector<char> is_known_;          ///< 1 if the body is static or its state was received, else 0
   Step taken_;

@@ -61,7 +61,7 @@ class JoinedScene {
   std::string name_of(BodyId body) const;
   const HandStart& hand_start() const { return scene_.hand_start; }
   std::uint32_t generation() const { return scene_.generation; }
-  /// Coupling last received from the server, checked or not.
+  /// Coupling coefficients last received from the server, whether or not they have been checked.
   const haptics::CouplingParameters& coupling() const { return received_; }
   const haptics::CouplingLawInfo& law() const { return haptics::coupling_laws()[received_law_]; }
   const CouplingCheck& last_check() const { return watch_.last(); }

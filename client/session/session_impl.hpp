@@ -32,7 +32,7 @@ struct ClientSession::Impl {
         assets({settings.asset_kinds, settings.drawn_asset_kinds, settings.fetches_one_at_a_time, settings.asset_store},
                [this](const std::string& line) { log(line); }) {}
 
-  // Connecting and losing
+  // Set-up and loss of the connection
   void enter(SessionState state, LocalTime now);
   void connect(LocalTime now);
   void connected(LocalTime now);
@@ -41,7 +41,7 @@ struct ClientSession::Impl {
   void stop_state();
   void check_time_outs(LocalTime now);
 
-  // Control
+  // Control messages
   void receive_control_bytes(std::span<const std::byte> bytes, LocalTime now);
   void handle(const wire::ServerControl& message, LocalTime now);
   bool handle_active(const wire::ServerControl& message, LocalTime now);
@@ -61,7 +61,7 @@ struct ClientSession::Impl {
   void send(wire::ClientControl& message);
   void send_request(wire::ClientControl& message);
 
-  // Commands
+  // Commands of the user
   void perform(const command::Grab& command, LocalTime now);
   void perform(const command::Release& command, LocalTime now);
   void perform(const command::SetParameter& command, LocalTime now);
@@ -83,7 +83,7 @@ struct ClientSession::Impl {
     send_request(message);
   }
 
-  // State
+  // State updates
   void send_newest(LocalTime now);
   bool deliver_state(std::span<const std::byte> datagram);
 

@@ -46,10 +46,10 @@ std::unique_ptr<Stage> make_wave_stage(const StageSettings& settings);
 /// force axes. The force of static objects is exact at any delay. Pushed objects move only with the server's states, so
 /// their motion is felt late. At the server the tool follows the handle as for "late-pose".
 ///
-/// Model   on hand f = −law(handle − ball), without torque (proxy_force_on_hand_W()); ProxyWorld gives the ball's
-///         position
+/// Model   The force on the hand is f = −law(handle − ball), without torque (proxy_force_on_hand_W()). ProxyWorld
+///         computes the ball's position.
 /// Source  Zilles & Salisbury, "A constraint-based god-object method for haptic display", IROS 1995
-/// Fails   without a ProxyWorld no force is computed: before its assets have arrived, or if it could not be built
+/// Fails   without a ProxyWorld the force is zero: before its assets have arrived, or if it could not be built
 std::unique_ptr<Stage> make_god_object_stage(const StageSettings& settings);
 
 }  // namespace tandem::client

@@ -4,7 +4,7 @@
 //
 //   handle, newest server state ──▶ stage ──▶ passivity controller ──▶ safety ──▶ device
 //                                    │ ▲
-//                     fitted off path└─┘ service(), another thread
+//                   fit of predictors└─┘ service(), another thread
 #pragma once
 
 #include <cstdint>
@@ -64,7 +64,7 @@ struct StageOutput {
   RigidState tool;         ///< tool of the local model, or the ball, if the stage has one; not sent
   Wrench wave;             ///< for kWave: running integral of the wave, common/haptics/wave/wave_port.hpp
   Duration round_trip{0};  ///< round trip measured by the stage from an input to its answer; 0 if not known
-  /// For traces and metrics.
+  /// This and the following values are for traces and metrics.
   bool is_local = false;          ///< the wrench comes from a local model or ball, which `tool` describes
   Wrench local_wrench_on_hand_W;  ///< wrench of the local model or ball, without the predicted residual
   bool is_predicting = false;     ///< the wrench contains a predicted part
