@@ -15,9 +15,9 @@ namespace tandem::client {
 
 struct Client::Made {
   std::unique_ptr<Rendering> rendering;
-  AssetLevel level = AssetLevel::kNone;  ///< level of the assets used
+  AssetLevel level = AssetLevel::kNone;  ///< level of the assets from which the model was built
   ContactShapes shapes;                  ///< shapes of the local model
-  std::string problem;  ///< why neither model nor ball's world could be built, though the stage needs one; empty: none
+  std::string problem;  ///< reason why the model that the stage needs could not be built; empty if there is no problem
 };
 
 namespace {
@@ -38,7 +38,7 @@ SessionSettings session_settings(const ClientSettings& settings) {
   return session;
 }
 
-/// Limit of one model step within the tick's 1 ms; the rest is for the device and the stage.
+/// Maximum duration of one model step. The rest of the haptic period of 1 ms is left for the device and the stage.
 constexpr Duration kMaxModelStep = std::chrono::microseconds(900);
 
 }  // namespace
@@ -55,7 +55,7 @@ Client::Client(const ClientSettings& settings, devices::Device& device, ClientTr
   };
 }
 
-// Cancels a running build, so that the future's destructor waits for at most one piece of its work.
+// A running build is cancelled, so that the future's destructor waits only for its current part.
 Client::~Client() {
   call_off_making_.request_stop();
 }
@@ -116,8 +116,8 @@ void Client::begin_rendering() {
                      generation = session_.scene_generation(), stop = call_off_making_.get_token(),
                      at_point = settings_.at_point_of_making, joined = *session_.joined(), assets = session_.assets(),
                      shapes = shapes_]() mutable {
-    // A new thread inherits the real-time priority of its creator: a second of work at that priority would starve the
-    // io.
+    // A new thread inherits the real-time priority of its creator. At that priority, a build of up to a second would
+    // block the io thread.
     if (is_aside) realtime::drop_realtime();
     const CallOffScope scope(stop, at_point);
     auto made = std::make_unique<Made>();
@@ -131,7 +131,8 @@ void Client::begin_rendering() {
         made->rendering->proxy_world = std::make_unique<ProxyWorld>(joined, assets);
       } else {
         const auto world = make_local_world(joined, assets, shapes);
-        // Created before require_in_time(), so that the world shares the model's molecular grid in that check.
+        // The model must be created before require_in_time(), so that the world in that check shares the model's
+        // molecular grid.
         auto model = std::make_unique<LocalModel>(world, joined.tool(), settings);
         if (is_aside) require_in_time(world, kMaxModelStep);
         made->rendering->local_model = std::move(model);
@@ -175,12 +176,13 @@ void Client::note_problem() {
   }
 }
 
-// offer() is refused while the haptic thread has not yet taken the previous rendering, which may still be in use.
+// offer() returns false while the haptic thread has not yet changed to the last offered rendering. The rendering before
+// that may still be in use.
 void Client::hand_over() {
   if (made_ == nullptr) return;
   const bool is_of_this_scene = made_->rendering->generation == session_.scene_generation();
   const bool has_model = made_->rendering->local_model != nullptr;
-  // A failed build from full assets does not replace a working model built from coarse ones.
+  // If the build from full assets has failed, a working model built from coarse assets remains in use.
   const bool has_coarse = offered_ != 0 && offered_generation_ == session_.scene_generation() &&
                           offered_level_ == AssetLevel::kCoarse && offered_stage_ == settings_.haptics.stage.name;
   if (!made_->problem.empty() && has_coarse) {

@@ -1,6 +1,6 @@
-// One user's client: owns everything between a device and a connection to the server. Two threads call it. It contains
-// no threads, sockets or clock, so the lab drives it in virtual time; client_io.hpp with haptic_loop.hpp drives it
-// live.
+// One user's client: owns all parts between a device and a connection to the server. Two threads call it. It contains
+// no threads, sockets or clock, so that the lab can run it in virtual time. A live client uses it with client_io.hpp
+// and haptic_loop.hpp.
 //
 //   device ◀──▶ haptics().tick(now) ── mailboxes (mailboxes.hpp) ──▶ session() ◀──▶ transport
 //               1 kHz, haptic thread ◀────── local model ─────────── poll(now), io thread
@@ -31,10 +31,10 @@ struct ClientSettings {
   HapticSettings haptics{};
   SessionSettings session{};
   LocalModelSettings local_model{};
-  /// Builds local models and balls' worlds on a separate thread. False, for virtual time: builds them at once on the io
-  /// thread.
+  /// True: local models and proxy worlds are built on a separate thread. False (for virtual time): the io thread builds
+  /// them at once.
   bool makes_models_aside = false;
-  /// Called by the building thread at each point where the build can be cancelled; for tests.
+  /// Called by the building thread at each point where the build can be cancelled; for tests only.
   std::function<void(const std::stop_token& stop)> at_point_of_making{};
 };
 
@@ -43,41 +43,42 @@ class Client {
   /// In      device, transport  must outlive the client
   /// Fails   std::invalid_argument: same cases as HapticCore
   Client(const ClientSettings& settings, devices::Device& device, ClientTransport& transport);
-  /// Cancels a running build of a local model or ball's world and waits for its current piece of work, about 10 ms.
+  /// Cancels a running build of a local model or proxy world, and waits for the end of its current part (about 10 ms).
   ~Client();
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  /// tick() must be called every millisecond; poll() calls service().
+  /// The caller must call tick() every millisecond. Client::poll() calls service().
   /// Thread  haptic
   HapticCore& haptics() { return core_; }
   const HapticCore& haptics() const { return core_; }
-  /// The transport calls its on_… functions; Client::poll() calls its poll(). The client itself uses on_assets.
+  /// The transport must call the session's on_… functions. Client::poll() calls its poll(). The callback on_assets is
+  /// reserved for the client.
   /// Thread  io
   ClientSession& session() { return session_; }
   const ClientSession& session() const { return session_; }
-  /// Must be called after every tick, and every few milliseconds when no ticks run. Hands over a finished model, sends
-  /// the newest haptic update, checks time-outs and runs the stage's off-path work.
+  /// Hands over a finished model, sends the newest haptic update, checks time-outs, and runs the stage's work outside
+  /// the haptic tick. Must be called after every tick, and every few milliseconds if no ticks run.
   /// Thread  io
   void poll(LocalTime now);
   /// Performs a command, or passes it to session().
-  /// Fails   std::invalid_argument: as set_stage()
+  /// Fails   std::invalid_argument: same cases as set_stage()
   /// Thread  io
   void send(const ClientCommand& command, LocalTime now);
-  /// Selects another stage, predictor or passivity controller without a step of the force. Assets that the stage needs
-  /// are fetched, and its model is built, first. If the stage cannot display the current scene, the previous stage
-  /// remains and stage_note() gives the reason.
+  /// Selects another stage or predictor, or switches the passivity controller, without a step of the force. First the
+  /// assets of the stage are fetched and its model is built. If the stage cannot display the current scene, the
+  /// previous stage remains and stage_note() gives the reason.
   /// Fails   std::invalid_argument: same cases as HapticCore; nothing changes
   /// Thread  io
   void set_stage(const StageSettings& stage);
-  /// The stage requested last; it may not be in use yet.
+  /// Stage that was requested last. It may not be in use yet.
   /// Thread  io
   const StageSettings& stage() const { return settings_.haptics.stage; }
-  /// Reason why the last build produced no local model or ball's world; empty if it succeeded. Without a local model
-  /// the late pose is displayed, without a ball's world no force.
+  /// Reason why the last build of a local model or proxy world failed; empty if it succeeded. Without a local model the
+  /// late pose is displayed; without a proxy world no force is displayed.
   /// Thread  io
   const std::string& model_problem() const { return model_problem_; }
-  /// One line for the user about how the current scene is displayed; may be empty.
+  /// One line of text for the user about how the current scene is displayed; may be empty.
   /// Thread  io
   const std::string& stage_note() const { return stage_note_; }
   /// Time from the last join until a local model of its scene was first displayed; none if not yet.
@@ -106,9 +107,9 @@ class Client {
   std::stop_source call_off_making_;
   std::uint32_t making_generation_ = 0;  ///< generation of the scene that is being built
   std::future<std::unique_ptr<Made>> making_;
-  std::unique_ptr<Made> made_;    ///< finished, not yet handed over
-  ContactShapes shapes_;          ///< shapes of the last local model, reused by the next if they are the same
-  bool is_stage_wanted_ = false;  ///< another stage is requested; built once the assets have arrived
+  std::unique_ptr<Made> made_;    ///< finished build that is not yet handed over
+  ContactShapes shapes_;          ///< shapes of the last local model; the next one reuses equal shapes
+  bool is_stage_wanted_ = false;  ///< another stage is requested, and is built once the assets have arrived
   std::string model_problem_;
   std::string stage_note_;
   std::uint32_t joined_generation_ = 0;   ///< generation of the last joined scene

@@ -37,14 +37,15 @@ namespace {
 
 constexpr Duration kMainPeriod{std::chrono::milliseconds(10)};
 constexpr Duration kStatusPeriod{std::chrono::seconds(1)};
-// Bounds the sum of the session's own time-outs for the steps of a join.
+// Maximum time to join a room: above the sum of the session's time-outs for the steps of a join.
 constexpr Duration kMaxJoin{std::chrono::seconds(20)};
 
-/// Haptic loops of a run with a window, while they may apply a force; null otherwise.
+/// Haptic loops of a run with a window, while they may display a force; otherwise null.
 std::atomic<HapticLoop*> loop_to_stop{nullptr};
 std::atomic<SecondHand*> second_to_stop{nullptr};
 
-/// Ramps the force down at exit: when its display is lost, the window library calls exit() in the middle of a frame.
+/// Exit handler that ramps the force down. The window library calls exit() in the middle of a frame if the connection
+/// to the display is lost.
 void release_at_exit() {
   HapticLoop* const loop = loop_to_stop.exchange(nullptr);
   if (loop == nullptr) return;
@@ -53,41 +54,41 @@ void release_at_exit() {
   if (second != nullptr) second->request_stop();
   loop->stop();
   if (second != nullptr) second->stop();
-  // A device with its own thread has received zero force by then (devices/threaded_device.hpp).
+  // This time is sufficient for a device with a thread to receive the zero force (devices/threaded_device.hpp).
   std::this_thread::sleep_for(std::chrono::milliseconds(60));
   std::cerr << "tandem-client: the display was lost\n";
   std::_Exit(1);
 }
 
-/// Last texts about the session: each is logged once.
+/// Last texts about the session. They are stored so that each text is logged only once.
 struct SessionTexts {
   std::string why;
   std::string stage_note;
-  std::string news;  ///< last news of the room
+  std::string news;  ///< last text about a change in the room
 };
 
-/// Findings of the newest coupling check, with their explanation for the user.
+/// Findings of the newest coupling check, and their explanation for the user.
 struct ExplainedCoupling {
   std::uint64_t check = 0;  ///< CouplingCheck::number
   std::vector<haptics::StabilityFinding> findings;
   std::string lines;
 };
 
-/// The body that the run watches in the present scene.
+/// Body that the run watches in the current scene.
 struct WatchedBody {
   std::shared_ptr<const wire::Joined> joined;
-  BodyId id;  ///< invalid: none
+  BodyId id;  ///< invalid if there is none
   std::string name;
 };
 
-/// Wait for the common start of the room's hands.
+/// State of the wait for the common start of the room's hands.
 struct StartWait {
   LocalTime since{};
-  bool has_begun = false;  ///< the hand follows its path
-  std::string problem;     ///< why the room did not begin in time; empty: it did
+  bool has_begun = false;  ///< true once the hand follows its path
+  std::string problem;     ///< reason why the room did not begin in time; empty if it did
 };
 
-/// The picture of --screenshot.
+/// State of the screenshot requested by --screenshot.
 struct Screenshot {
   LocalTime due{};
   bool is_taken = false;
@@ -132,9 +133,9 @@ class ClientRun {
   ClientOptions options_;
   realtime::Output& output_;
   haptics::SafetySettings safety_;
-  std::optional<Window> window_;  ///< none: headless
+  std::optional<Window> window_;  ///< none in a headless run
   std::unique_ptr<devices::Device> device_;
-  devices::HandPath hand_path_;  ///< source of the names of the run's phases
+  devices::HandPath hand_path_;  ///< its phases give the phases of the run
   ClientIo io_;
   std::optional<TraceWriter> trace_;
   RunRecordings recordings_;
@@ -150,9 +151,9 @@ class ClientRun {
   TickRecord newest_;
   bool is_over_ = false;
   std::optional<HapticLoop> loop_;      ///< destroyed before the objects that it uses
-  std::unique_ptr<SecondHand> second_;  ///< null: one device
-  std::optional<CommandRun> commands_;  ///< none: --commands is not used
-  StopSignals stop_signals_;            ///< last member: stops the loop
+  std::unique_ptr<SecondHand> second_;  ///< null if there is only one device
+  std::optional<CommandRun> commands_;  ///< none if --commands is not used
+  StopSignals stop_signals_;            ///< last member, because its thread calls the loop
 };
 
 ClientRun::ClientRun(const ClientOptions& options, realtime::Output& output)
@@ -202,13 +203,13 @@ void ClientRun::open_window() {
   settings.client = &io_;
   settings.recording_folder = next_recording_file(options_, std::chrono::system_clock::now()).parent_path().string();
   if (options_.window.screenshot.empty()) settings.cap = cap_for_camera(options_.device.name);
-  // A screenshot does not depend on remembered settings.
+  // For a screenshot, settings of earlier runs are not used, so that the picture is reproducible.
   settings.remembers = options_.window.screenshot.empty();
   window_.emplace(std::move(settings));
   std::atexit(release_at_exit);
 }
 
-/// Pauses until main's next poll; with a window, draws a frame.
+/// Waits until the next poll of main. With a window, draws a frame.
 void ClientRun::pause() {
   if (window_) {
     window_->show_recording(recordings_.is_recording(), recordings_.state());
@@ -219,7 +220,8 @@ void ClientRun::pause() {
   }
 }
 
-/// Ends the run with its session, unless a window or --commands is in use: these stay and report why the session ended.
+/// Ends the run if the session has ended. With a window or --commands the run continues, and they report why the
+/// session ended.
 void ClientRun::end_by_itself(const ClientIoSnapshot& io) {
   if (!window_) {
     is_over_ = is_over_ || (io.status.state == SessionState::kEnded && !commands_);
@@ -234,7 +236,7 @@ void ClientRun::end_by_itself(const ClientIoSnapshot& io) {
   is_over_ = true;
 }
 
-/// Joins the room. Returns false when a stop signal arrives first.
+/// Joins the room. Returns false if a stop signal arrives first.
 bool ClientRun::join() {
   const SteadyClock clock;
   const LocalTime give_up = clock.now() + kMaxJoin;
@@ -284,7 +286,7 @@ void ClientRun::start_loop() {
   if (loop_->keeps_awake()) log("keeping a processor awake for the haptic thread; --keep-awake off turns this off");
   if (second_) second_->start(io_.snapshot());
   second_to_stop = second_.get();
-  // With a window its mouse moves the hand, not the commands.
+  // With a window, its mouse moves the hand, and commands cannot.
   if (options_.reads_commands) {
     commands_.emplace(io_, window_ ? nullptr : options_.device.pointer, STDIN_FILENO, STDOUT_FILENO);
   }
@@ -322,7 +324,7 @@ void ClientRun::run_commands(const ClientIoSnapshot& io, LocalTime now) {
   is_over_ = is_over_ || commands_->is_over();
 }
 
-/// Ends a run of stated duration whose room does not begin within the start time-out.
+/// Ends a run with a duration if the room does not begin within the start time-out.
 void ClientRun::give_up_waiting(const ClientIoSnapshot& io, LocalTime now) {
   if (io.hand_start.kind != HandStart::Kind::kAwaited || start_.has_begun) start_.since = now;
   if (!options_.duration || now - start_.since < options_.start_timeout) return;
@@ -391,8 +393,8 @@ void ClientRun::follow_session(const ClientIoSnapshot& io) {
   end_by_itself(io);
 }
 
-// The search for a remedy takes tens of milliseconds, so it runs here and not on the io thread, which has already
-// displayed or refused the coupling.
+// The search for a remedy takes tens of milliseconds, so it runs on the main thread. The io thread has already accepted
+// or refused the coupling.
 void ClientRun::explain_coupling(const CouplingCheck& check) {
   if (check.number == coupling_.check) return;
   coupling_.check = check.number;
@@ -443,7 +445,7 @@ int ClientRun::finish() {
   return problems.empty() ? 0 : 1;
 }
 
-/// Failed tasks of the run, in words. Each of them makes the exit code 1.
+/// Descriptions of the failed tasks of the run. If there is one, the exit code is 1.
 std::vector<std::string> ClientRun::problems_at_end(const ClientIoSnapshot& io) {
   const auto if_true = [](bool is_so, const std::string& problem) { return is_so ? problem : std::string(); };
   const std::size_t unset = options_.sets.size() - sets_done_;

@@ -1,17 +1,18 @@
-// One run of tandem-client, in a window or headless: owns all parts of the program and their order of start and end.
+// One run of tandem-client, with a window or headless. It owns all parts of the program and starts and stops them in
+// order.
 //
 //   main thread (client_run)           haptic thread (haptic_loop.hpp)     io thread (net/client_io.hpp)
 //   join, then every 10 ms:            1 kHz: read, compute, write         sockets, session, simulated links
-//   take tick records ◀──── ring ───── record
+//   read tick records ◀──── ring ───── record
 //   trace, report, status line         outbox ─────────── mailbox ───────▶ send
 //                                      ◀───────────────── mailboxes ────── state, scene
 //                                      ◀─ request_stop() ── signal thread (stop_signals.hpp)
 //
 // Separate threads write the output of main and io (realtime/output.hpp), because a terminal may block. Main may still
-// block when it writes its trace, so the end of the force does not depend on main: the signal thread stops the haptic
-// thread, which ends by itself after its duration and ramps the force down.
+// block when it writes its trace, so the end of the force must not depend on main. The haptic thread itself ends after
+// the duration, or when the signal thread stops it, and ramps the force down.
 //
-// The haptic thread starts when the room is joined, so that the hand's path and the session have the same time zero. It
+// The haptic thread starts once the room is joined, so that the hand's path and the session have the same time zero. It
 // stops first, so that the force is ramped down while the session is still open.
 #pragma once
 
@@ -20,8 +21,8 @@
 
 namespace tandem::client {
 
-/// Runs until the duration is over, a signal arrives, or the session ends. Returns the exit code. Call
-/// block_stop_signals() first.
+/// Runs until the duration is over, a signal arrives, or the session ends. Returns the exit code. The caller must have
+/// called block_stop_signals().
 ///
 /// Fails   std::invalid_argument, std::runtime_error or std::system_error: bad set-up, detected before any force is
 ///         displayed

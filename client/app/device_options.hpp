@@ -1,4 +1,4 @@
-// The options of tandem-client that select the devices of the user's hands.
+// Command-line options of tandem-client that select the devices for the user's hands.
 #pragma once
 
 #include <optional>
@@ -12,14 +12,15 @@ class App;
 
 namespace tandem::client {
 
-/// Device options of the command line, evaluated before a device is opened.
+/// Declares and evaluates the device options, before a device is opened.
 class DeviceCommandLine {
  public:
-  /// In      first  filled in when the command line is parsed, and by complete(); must outlive the parser
+  /// Adds the device options to the parser.
+  /// In      first  set when the command line is parsed; must outlive the parser
   void declare(CLI::App& app, devices::DeviceOptions& first);
-  /// Resolves the device "auto", finds the profile and reads the file of a recorded hand. Call after parsing.
-  /// In      has_pointer  a window or commands move the device "mouse"
-  /// Out     device of the user's other hand; none: one device
+  /// Resolves the device "auto", finds the profile and reads the file of a recorded hand. Must be called after parsing.
+  /// In      has_pointer  true if a window or commands can move the device "mouse"
+  /// Out     options of the device for the user's other hand; none if there is only one device
   /// Fails   std::invalid_argument naming the option, its value and the remedy
   std::optional<devices::DeviceOptions> complete(const CLI::App& app, devices::DeviceOptions& first, bool has_pointer);
 

@@ -55,7 +55,8 @@ Finding not_joined(const std::string& why) {
           {}};
 }
 
-/// Waits until the client has joined, the session has ended, or the time is over. Returns whether it has joined.
+/// Waits until the client has joined, the session has ended, or kMaxJoin is over. Returns true if the client has
+/// joined.
 bool wait_for_join(const ClientIo& io) {
   const SteadyClock clock;
   const LocalTime give_up = clock.now() + kMaxJoin;

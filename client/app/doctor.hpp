@@ -1,4 +1,4 @@
-// Checks of tandem-doctor: whether this machine is fit for a haptic session, and how to improve it.
+// Checks of tandem-doctor: they determine whether this machine is suitable for a haptic session, and suggest remedies.
 #pragma once
 
 #include <boost/json/object.hpp>
@@ -19,57 +19,58 @@ enum class Verdict : std::uint8_t {
   kWarning,  ///< usable, with reduced quality
   kBad       ///< a session will have faults
 };
-/// "good", "warning", "bad".
+/// Name of the verdict: "good", "warning" or "bad".
 std::string_view name_of(Verdict verdict) noexcept;
 
 struct Finding {
-  std::string check;  ///< "devices", "priority", "clock", "timers", "idle", "lateness", "link"
+  std::string check;  ///< name of the check: "devices", "priority", "clock", "timers", "idle", "lateness" or "link"
   Verdict verdict = Verdict::kGood;
   std::string text;             ///< result of the check
-  std::string remedy;           ///< how to improve it; empty: nothing is needed
-  boost::json::object numbers;  ///< the figures for programs; names carry units
+  std::string remedy;           ///< suggested remedy; empty if none is needed
+  boost::json::object numbers;  ///< figures for programs, with the units in the names
 };
 
-/// One finding for each device that is plugged in, with the reason if it cannot be opened; one finding if there is
-/// none.
+/// Returns one finding for each connected device, with the reason if it cannot be opened. If no device is connected,
+/// returns a single finding that says so.
 std::vector<Finding> find_devices(const std::vector<devices::DeviceKind>& kinds);
 
-/// Findings about priority and locked memory: one for each right that request_realtime() did not obtain.
+/// Returns findings about priority and locked memory, one for each right that request_realtime() did not obtain.
 std::vector<Finding> judge_rights(const std::vector<std::string>& not_granted, int priority);
 
-/// Findings about the kernel's clock and timers.
-/// In      clocksource  the file /sys/devices/system/clocksource/clocksource0/current_clocksource
-///         resolution   of the kernel's timers
+/// Returns findings about the kernel's clock and timers.
+/// In      clocksource  path of /sys/devices/system/clocksource/clocksource0/current_clocksource
+///         resolution   resolution of the kernel's timers
 std::vector<Finding> judge_clocks(const std::filesystem::path& clocksource, Duration resolution);
 
-/// Warns if a host takes idle processors and the haptic thread's processor is not kept awake: no priority, or a quota
-/// (realtime::should_keep_awake()).
+/// Warns if the host of a virtual machine takes back idle processors, and the haptic thread's processor is not kept
+/// awake. It is not kept awake without real-time priority or with a quota (realtime::should_keep_awake()).
 Finding judge_idle(bool gives_idle_to_host, bool has_priority, bool has_quota);
 
-/// Evaluates a loop of 1 ms. Bad: one tick in a thousand is late by a period or is missed, or a tick is late by 20 ms,
-/// at which the force is released. Warning: from half a period on.
+/// Evaluates a loop with a period of 1 ms. The verdict is bad if one tick in a thousand is late by a period or missed,
+/// or if a tick is late by 20 ms, after which the force is released. It is a warning from half a period on.
 Finding judge_lateness(const Histogram& lateness, std::uint64_t missed);
 
-/// Figures of a connection to a server.
+/// Measurements of a connection to a server.
 struct LinkSample {
   Duration round_trip_min{0};
   Duration round_trip_max{0};
-  Duration longest_gap{0};  ///< between two arrivals, or from the last one to the end
+  Duration longest_gap{0};  ///< longest time between two arrivals, or from the last one to the end
   std::uint64_t states = 0;
 };
-/// Evaluates a link. Bad: no states, gaps as long as those after which the force falls (SafetySettings::silence_start),
-/// or a round trip above 300 ms, for which there are no measurements. Warning: a round trip above 100 ms or varying by
-/// more than 30 ms, or gaps above 50 ms.
+/// Evaluates a link. The verdict is bad without states, with gaps after which the force decays
+/// (SafetySettings::silence_start), or with a round trip above 300 ms, for which there are no lab measurements. It is a
+/// warning if the round trip is above 100 ms or varies by more than 30 ms, or if gaps are above 50 ms.
 Finding judge_link(const LinkSample& link);
 
-/// Joins as an observer and samples the states for `length`. A server that cannot be joined is a bad finding.
+/// Joins as an observer, receives states for `length` and evaluates the link. If the server cannot be joined, the
+/// verdict is bad.
 Finding watch_link(ClientIoSettings settings, Duration length);
 
-/// Runs a loop of 1 ms for `length` in a thread kept awake like that of tandem-client. Returns rights, idle and
-/// lateness.
+/// Runs a loop with a period of 1 ms for `length`, on a thread that is set up as the haptic thread of tandem-client.
+/// Returns the findings about rights, idle processors and lateness.
 std::vector<Finding> run_loop(int priority, Duration length);
 
-/// One line per finding, followed by its remedy if there is one.
+/// Returns one line of text for each finding, followed by its remedy if there is one.
 std::string doctor_text(const std::vector<Finding>& findings);
 boost::json::object doctor_json(const std::vector<Finding>& findings);
 /// 1 if any finding is bad, else 0.

@@ -1,4 +1,4 @@
-// tandem-doctor: checks whether this machine is ready for a haptic session.
+// tandem-doctor: checks whether this machine is suitable for a haptic session.
 #include <time.h>
 
 #include <CLI/CLI.hpp>
@@ -64,7 +64,7 @@ int run(const DoctorOptions& options) {
   if (duration <= Duration{0}) throw std::invalid_argument("--duration: '" + options.duration + "' must be above 0");
   ClientIoSettings io;
   if (!options.server.empty()) apply_server(options.server, io);
-  // Always an observer, even if the token allows another role.
+  // The program always joins as an observer, even if the token allows another role.
   io.client.session.role = wire::ROLE_OBSERVER;
   if (options.watches_link()) apply_security(options.security, true, io);
   io.client.session.room = options.room;

@@ -1,4 +1,4 @@
-// tandem-client: joins a room with one or two devices. The only place that catches errors of the set-up.
+// tandem-client: joins a room with one or two devices. Set-up errors are caught only in this file.
 #include <exception>
 #include <optional>
 
@@ -23,7 +23,7 @@ int run(int argc, char** argv, tandem::realtime::Output& output) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Before any thread is started, because threads inherit the mask.
+  // This must precede the start of any thread, because threads inherit the signal mask.
   tandem::client::block_stop_signals();
   static tandem::realtime::Output output("tandem-client");
   const int code = run(argc, argv, output);

@@ -143,7 +143,8 @@ void add_set_option(CLI::App& app, std::vector<std::pair<Duration, wire::SetPara
       ->allow_extra_args(false);
 }
 
-/// Adds the options of `link`, which is used for both directions; sets `is_used` if any of them is given.
+/// Adds the options of the simulated link `link`, which is used for both directions. Sets `is_used` to true if one of
+/// the options is used.
 void add_link_options(CLI::App& app, net::LinkParameters& link, bool& is_used) {
   const auto add = [&app, &is_used](const std::string& name, const std::string& help, const std::string& type,
                                     std::function<void(const std::string&)> store) {
@@ -348,7 +349,8 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
     throw std::invalid_argument(
         "--commands prints answers only on stdout: leave out --json; --record and --trace write files");
   }
-  // Before any file or socket is opened: a new one could get the descriptor of a closed standard input.
+  // This check must precede the opening of any file or socket. If the standard input is closed, a new file could get
+  // its descriptor.
   if (options.reads_commands && fcntl(STDIN_FILENO, F_GETFD) < 0) {
     throw std::invalid_argument("--commands: the standard input is closed; give it a file, a pipe or /dev/null");
   }

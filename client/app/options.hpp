@@ -1,4 +1,4 @@
-// The command line of tandem-client, checked before anything is opened.
+// Command line of tandem-client, checked before any file, device or socket is opened.
 #pragma once
 
 #include <cstdint>
@@ -17,12 +17,12 @@ namespace tandem::client {
 
 /// Settings of the window and of its screenshot.
 struct WindowOptions {
-  bool is_open = true;               ///< false: --headless
-  std::filesystem::path screenshot;  ///< file; empty: no screenshot
+  bool is_open = true;               ///< false for --headless
+  std::filesystem::path screenshot;  ///< file of the screenshot; empty: no screenshot
   Duration after{std::chrono::seconds(3)};
   int width = 1280;
   int height = 800;
-  std::string molecules, molecule_colors;  ///< names as in MoleculeStyle; empty: as remembered
+  std::string molecules, molecule_colors;  ///< names as in MoleculeStyle; empty: those of the last run
 };
 
 struct ClientOptions {
@@ -31,11 +31,11 @@ struct ClientOptions {
   devices::DeviceOptions device;
   std::optional<devices::DeviceOptions> second_device;  ///< device of the same user's other hand
   StageSettings stage;                                  ///< rendering stage, predictor and passivity controller
-  /// Room settings that the operator makes, each with its time after joining, in order of time.
+  /// Room parameters that the operator sets, each with its time after the join, in ascending order of time.
   std::vector<std::pair<Duration, wire::SetParameter>> sets;
-  std::uint64_t seed = 1;                            ///< seed of the links, and as device.seed of the hand
-  std::optional<Duration> duration;                  ///< none: until a signal
-  Duration start_timeout{std::chrono::seconds(60)};  ///< with a duration: maximum wait for the room to begin
+  std::uint64_t seed = 1;                            ///< random seed of the links; also device.seed of the hand
+  std::optional<Duration> duration;                  ///< run time; none: the run ends by a signal
+  Duration start_timeout{std::chrono::seconds(60)};  ///< maximum wait for the room's start; only with a duration
   int realtime_priority = 70;
   int cpu = -1;
   std::optional<bool> keeps_awake;  ///< see HapticLoopSettings::keeps_awake
@@ -43,18 +43,18 @@ struct ClientOptions {
   bool prints_json = false;
   bool reads_commands = false;  ///< reads commands from stdin and writes the answers to stdout
   bool is_verbose = false;
-  std::filesystem::path trace;  ///< file; empty: no trace
+  std::filesystem::path trace;  ///< file of the trace; empty: no trace
   std::uint64_t trace_every = 1;
-  std::filesystem::path record;  ///< file; empty: no recording
+  std::filesystem::path record;  ///< file of the recording; empty: no recording
   std::uint64_t record_every = 1;
   recording::RotationSettings record_rotation;
 };
 
 /// Parses "127.0.0.1:47800", or a host without the port.
-/// Fails   std::invalid_argument: no address, or no port after the colon
+/// Fails   std::invalid_argument if there is no address, or no port after the colon
 void apply_server(const std::string& text, ClientIoSettings& io);
 
-/// Parses the command line. Empty after --help or --version, which are answered on stdout.
+/// Parses the command line. For --help and --version, prints the text to stdout and returns no options.
 ///
 /// Fails   std::invalid_argument: one line that names the option, the value and the valid values
 std::optional<ClientOptions> parse_client_options(int argc, const char* const* argv);

@@ -1,5 +1,5 @@
-// Parameters of a run as JSON, under the names of an experiment file (lab/EXPERIMENTS.md), so that a live run can be
-// repeated in the lab.
+// Converts parameters of a run to JSON, with the names of an experiment file (lab/EXPERIMENTS.md). Thus a live run can
+// be repeated in the lab.
 #pragma once
 
 #include "common/base/json.hpp"

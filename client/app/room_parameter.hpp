@@ -1,4 +1,4 @@
-// Room parameters that the operator sets, as text.
+// Parses the room parameters that the operator sets on the command line.
 #pragma once
 
 #include <string>
@@ -9,10 +9,10 @@
 
 namespace tandem::client {
 
-/// Parses "coupling.law=spring-damper" or "coupling.stiffness_n_per_m=400@5s": name, value, and time after joining.
+/// Parses "coupling.law=spring-damper" or "coupling.stiffness_n_per_m=400@5s": name, value, and time after the join.
 ///
-/// Fails   std::invalid_argument: no such parameter, or a value that no room accepts. Limits that depend on the scene
-///         are checked by the server.
+/// Fails   std::invalid_argument for an unknown parameter, or a value that no room accepts. The server checks limits
+///         that depend on the scene.
 std::pair<Duration, wire::SetParameter> parameter_to_set(const std::string& text);
 
 }  // namespace tandem::client

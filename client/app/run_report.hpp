@@ -1,5 +1,6 @@
-// Statistics of a session, gathered tick by tick: per phase of the hand's path, per silence of the server, and the
-// displacement of the watched body. Source of the JSON at the end of a headless run (client/app/summary.hpp).
+// Statistics of a session, computed tick by tick: for each phase of the hand's path, for each silence of the server,
+// and the displacement of the watched body. They are part of the JSON at the end of a headless run
+// (client/app/summary.hpp).
 #pragma once
 
 #include <cstdint>
@@ -11,7 +12,8 @@
 
 namespace tandem::client {
 
-/// Speeds, forces and torques over a stretch of ticks; forces as displayed, in the device frame.
+/// Statistics of speeds, forces and torques over a range of ticks. Forces are the displayed ones, in the device's
+/// frame.
 class StretchStatistics {
  public:
   void add(const TickRecord& record);
@@ -20,13 +22,13 @@ class StretchStatistics {
   double hand_speed_max_m_per_s() const { return speed_max_; }
   double hand_speed_rms_m_per_s() const;
   double force_mean_n() const { return mean(force_sum_); }
-  /// Norm of the mean vector: far below force_mean_n() if the force oscillates about zero.
+  /// Norm of the mean force vector. It is far below force_mean_n() if the force oscillates about zero.
   double force_mean_vector_n() const;
   double force_max_n() const { return force_max_; }
   double torque_mean_n_m() const { return mean(torque_sum_); }
   double torque_mean_vector_n_m() const;
   double torque_max_n_m() const { return torque_max_; }
-  /// Share of the ticks in which this user held a body.
+  /// Fraction of the ticks in which this user held a body.
   double holding_fraction() const { return mean(static_cast<double>(holding_ticks_)); }
 
  private:
@@ -49,40 +51,41 @@ struct PhaseReport {
   std::string name;
   Duration duration{0};
   StretchStatistics whole;
-  StretchStatistics settled;  ///< without the first second of the phase
+  StretchStatistics settled;  ///< statistics without the first second of the phase
 };
 
-/// A period without messages from the server, long enough that the force must be zero.
+/// A period without messages from the server that is so long that the force must be zero.
 struct Silence {
-  Duration last_arrival{0};            ///< since the first tick
-  std::optional<Duration> zero_after;  ///< from the last arrival to the first tick of lasting zero; none: never zero
+  Duration last_arrival{0};            ///< time from the first tick to the last arrival before the silence
+  std::optional<Duration> zero_after;  ///< time from the last arrival until the force stays zero; none: never zero
   std::string why;
 };
 
-/// Takes the ticks of a run in order.
+/// Computes the statistics of a run from its ticks, which are added in order.
 ///
-/// Thread  any one but the haptic
+/// Thread  any but the haptic thread, always the same
 class RunReport {
  public:
-  /// `phases` are the names of the hand path's phases; a silence counts from `silence_zero` on.
+  /// In      phases        names of the phases of the hand's path
+  ///         silence_zero  minimum length of a silence that is reported
   RunReport(const std::vector<std::string>& phases, Duration silence_zero);
 
-  /// `phase` is an index into the names, −1 for none.
+  /// In      phase  index into the names of the phases; −1 for none
   void add(const TickRecord& record, int phase);
   bool is_silent() const { return is_silent_; }
-  /// Sets the reason of the present silence; only the first reason is kept.
+  /// Sets the reason of the current silence. Only the first reason is stored.
   void explain_silence(const std::string& why);
 
-  /// Text of describe() if the device's state has changed since the last report; otherwise empty. While the state stays
-  /// the same, validity and reason are reported at most once a second, so that a loose contact does not fill the
-  /// terminal.
+  /// Returns the text of describe() if the device's state has changed since the last report, otherwise an empty string.
+  /// While the state stays the same, changes of validity or reason are reported at most once a second, so that a loose
+  /// contact does not flood the terminal.
   std::string pop_device_news();
 
   const std::vector<PhaseReport>& phases() const { return phases_; }
   const std::vector<Silence>& silences() const { return silences_; }
   std::uint32_t server_tick_faults_seen() const { return server_tick_faults_seen_; }
   bool has_seen_body() const { return has_seen_body_; }
-  /// Largest distance of the watched body from its first pose.
+  /// Largest distance of the watched body from its first position.
   double body_displacement_m() const { return body_displacement_m_; }
   double body_rotation_rad() const { return body_rotation_rad_; }
   Duration length() const { return newest_ - start_; }

@@ -29,7 +29,7 @@ ClientIoSettings io_settings(const ClientOptions& options, const haptics::Safety
   if (!options.window.is_open) return settings;
   settings.client.session.wants_soft_shapes = true;
   settings.client.session.drawn_asset_kinds = {geometry::kDrawingAssetKind, "molecule"};
-  // The window's sliders need a link that they can change.
+  // A window always gets simulated links, because its sliders change their parameters.
   if (!settings.links) settings.links = SimulatedLinks{{}, {}, options.seed};
   return settings;
 }

@@ -64,7 +64,7 @@ void SecondHand::poll(const ClientIoSnapshot& first) {
   last_why_ = last_.status.why;
 }
 
-/// Follows the first hand to `room`; one attempt only, because the room may be full.
+/// Follows the first hand to `room`. Only one attempt is made, because the room may be full.
 void SecondHand::follow(const std::string& room) {
   const bool is_tried = room == std::exchange(followed_to_, room);
   if (room != last_.room && !is_tried) io_.send(command::ChangeRoom{room});

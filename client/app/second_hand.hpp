@@ -1,7 +1,7 @@
-// The other hand of a user with two devices: a second user of the room in the same program. It joins after the first
-// and therefore gets the next tool: left and right, or receptor and ligand.
+// Second hand of a user with two devices. For the server it is another user of the room. It joins after the first hand
+// and therefore gets the next tool, for example left and right, or receptor and ligand.
 //
-//   haptic thread of its own      io thread of its own      main thread: poll()
+//   separate haptic thread      separate io thread      main thread: poll()
 #pragma once
 
 #include <functional>
@@ -18,31 +18,33 @@
 
 namespace tandem::client {
 
+/// Runs the second hand: its device, session and haptic loop.
+///
 /// Thread  main
 class SecondHand {
  public:
-  /// Derives the options of the second hand: its device, " 2" after the user name, no window, no trace.
+  /// Derives the options of the second hand: its own device, the user name followed by " 2", no window and no trace.
   static ClientOptions options_of(const ClientOptions& first);
 
   /// Opens the device.
-  /// In      options  from options_of()
-  ///         io       made from these options
-  ///         log      receives a line for the user
-  /// Fails   see devices::open_device() and ClientIo
+  /// In      options  options from options_of()
+  ///         io       settings derived from these options (io_settings())
+  ///         log      called with a line of text for the user
+  /// Fails   same cases as devices::open_device() and ClientIo
   SecondHand(ClientOptions options, ClientIoSettings io, std::function<void(const std::string&)> log);
 
-  /// Starts to join the room of `first`, which has joined; poll() continues the join.
+  /// Begins to join the room that `first` has joined. poll() continues the join.
   void start(const ClientIoSnapshot& first);
-  /// Takes the loop's records, starts the loop after the join, and follows the first hand to another room.
-  /// Fails   std::runtime_error: it cannot join
+  /// Reads the loop's records, starts the loop after the join, and follows the first hand to another room.
+  /// Fails   std::runtime_error if the room cannot be joined
   void poll(const ClientIoSnapshot& first);
   /// Ramps the force down and ends the loop. Does not wait.
   /// Thread  any
   void request_stop() noexcept;
   void stop();
-  /// Summary of the second hand's run (summary.hpp); after stop().
+  /// Summary of the second hand's run (summary.hpp). Must be called after stop().
   boost::json::object summary() const;
-  /// problem_at_end() of its session; after stop().
+  /// Result of problem_at_end() for the second hand's session. Must be called after stop().
   std::string problem() const;
 
  private:

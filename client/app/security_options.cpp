@@ -28,7 +28,8 @@ void apply_token(const proto::Bytes& token, bool keeps_role, ClientIoSettings& i
   if (!keeps_role) io.client.session.role = claims->role();
 }
 
-/// Text of an option, or a line of stdin for "-": other users of the machine can read command lines.
+/// Text of an option; for "-" a line read from stdin. A secret should not be on the command line, because other users
+/// of the machine can read it.
 std::string or_from_stdin(const std::string& text) {
   std::string line = text;
   if (text == "-") std::getline(std::cin, line);
@@ -37,7 +38,7 @@ std::string or_from_stdin(const std::string& text) {
 
 void apply_invitation(const std::string& text, bool keeps_role, ClientIoSettings& io) {
   const auto invitation = proto::invitation_of(or_from_stdin(text));
-  // The error does not repeat the text: the fault may be one character, and the rest is a secret.
+  // The error message does not contain the text, because it may be a secret with one wrong character.
   if (!invitation)
     throw std::invalid_argument("--join: no invitation; copy the whole output of tandem-server --invite");
   apply_server(invitation->server, io);
@@ -72,7 +73,7 @@ void apply_security(const SecurityOptions& options, bool keeps_role, ClientIoSet
   }
   if (!options.invitation.empty()) return apply_invitation(options.invitation, keeps_role, io);
   if (options.is_insecure) return;
-  // A certificate contains no zone, which names an interface of this machine.
+  // The zone of an IPv6 address ("%eth0") is removed, because a certificate does not contain it.
   io.trust = secure::Trust{.ca_file = options.authorities, .host = io.host.substr(0, io.host.find('%'))};
   if (!options.pin.empty()) io.trust->pin = key_of(options.pin);
   const auto token = secure::bytes_of_text(or_from_stdin(options.token));

@@ -1,4 +1,5 @@
-// Options for the server's authentication and the user's token, shared by all programs that join a room.
+// Command-line options for the authentication of the server and the token of the user. All programs that join a room
+// share them.
 #pragma once
 
 #include <string>
@@ -21,9 +22,9 @@ struct SecurityOptions {
 
 void add_security_options(CLI::App& app, SecurityOptions& options);
 
-/// Fills in server, trust and token.
+/// Sets server, trust and token in `io` from the options.
 ///
-/// In      keeps_role  the user has named a role; otherwise the token's role is used
+/// In      keeps_role  true if the user has selected a role; otherwise the token's role is used
 /// Fails   std::invalid_argument: one line that names the option and the remedy
 void apply_security(const SecurityOptions& options, bool keeps_role, ClientIoSettings& io);
 

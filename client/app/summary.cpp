@@ -44,7 +44,7 @@ json::object link_of(const net::LinkCounters& link) {
           {"queue_full", link.queue_full}};
 }
 
-/// Adds the settings that, with the scene and the version, suffice to repeat the run.
+/// Adds the settings of the run. Together with the scene and the version they are sufficient to repeat it.
 void add_setup(const RunSummary& s, json::object& out) {
   const ClientOptions& options = s.options;
   const SessionSettings& session = options.io.client.session;
@@ -109,7 +109,7 @@ void add_loop(const RunSummary& s, json::object& out) {
   out["became_quiet"] = s.loop.became_quiet;
 }
 
-/// The state is "active" only while states arrive.
+/// State of the session. An active session without a received state is reported as "silent".
 json::object status_of(const ClientIoSnapshot& io, const SessionSettings& session) {
   const bool is_silent = io.status.state == SessionState::kActive && !io.has_state;
   if (is_silent) return {{"state", "silent"}, {"why", problem_at_end(io, session)}};
@@ -148,7 +148,7 @@ void add_forces(const RunSummary& s, json::object& out) {
   out["torque_n_m"] = {{"rms", root_mean(c.torque_square_sum, c.ticks)}, {"max", c.torque_max_n_m}};
   out["force_limit_n"] = s.device.force_limit_n;
   out["torque_limit_n_m"] = s.device.torque_limit_n_m;
-  // Covers computed and displayed forces: a single NaN would stay in the sums.
+  // This covers computed and displayed forces. If one displayed force were NaN, the sums would be NaN.
   out["all_forces_finite"] =
       c.not_finite_ticks == 0 && std::isfinite(c.force_square_sum) && std::isfinite(c.torque_square_sum);
   out["not_finite_ticks"] = c.not_finite_ticks;
@@ -167,7 +167,8 @@ void add_forces(const RunSummary& s, json::object& out) {
   out["energy_from_hand_j"] = c.energy_from_hand_j;
 }
 
-/// Adds the same fields for a whole phase and for its settled part, which is null if the phase was too short.
+/// Adds the fields of a range of ticks, with names that begin with `prefix`. If the range has no ticks, the values are
+/// null.
 void add_stretch(const StretchStatistics& stretch, const std::string& prefix, json::object& out) {
   const auto add = [&](const char* name, double value) {
     out[prefix + name] = stretch.ticks() > 0 ? json::value(value) : json::value();
@@ -250,7 +251,7 @@ BodyId watched_body(const wire::Joined& joined) {
 }
 
 std::string status_line(const ClientIoSnapshot& io, Duration length, const TickRecord& newest) {
-  char round_trip[16] = "     -";  // shown without a connection
+  char round_trip[16] = "     -";  // text if the session is not active
   if (io.status.state == SessionState::kActive) {
     std::snprintf(round_trip, sizeof round_trip, "%6.1f", to_seconds(io.clock.round_trip) * 1e3);
   }

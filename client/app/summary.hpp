@@ -1,4 +1,5 @@
-// The JSON object that a headless run prints at its end. Field names carry units; unknown values are null.
+// Summary of a run: the JSON object that a headless run prints at its end. Field names contain units; unknown values
+// are null.
 #pragma once
 
 #include <optional>
@@ -13,34 +14,35 @@
 
 namespace tandem::client {
 
-/// Selects the body that a run watches: the one that the user's tool holds at the start, else the first graspable one;
-/// an invalid id if there is none.
+/// Selects the body that a run watches: the body that the user's tool holds at the start, otherwise the first graspable
+/// body. The id is invalid if there is none.
 BodyId watched_body(const wire::Joined& joined);
-/// The server's notes on the scene's files, bounded and safe for a terminal.
+/// Notes of the server on the scene's files, limited in number and printable on a terminal.
 std::vector<std::string> shown_notes(const wire::Joined& joined);
 
-/// Line with the scene, user id and tool of the user: two users who join at the same time may get each other's tool.
+/// Line of text with the scene, user id and tool. The user needs the tool, because it depends on the order in which
+/// users join.
 std::string joined_line(const wire::Joined& joined);
-/// Forces or torques that this device cannot display; empty: none.
+/// Text that names what this device cannot display (forces or torques); empty if it can display both.
 std::string missing_of(const devices::DeviceSpec& device);
 
-/// Status line of each second: time of the run, session state, delays, displayed force.
+/// Status line that is printed every second: time of the run, session state, delays, displayed force.
 std::string status_line(const ClientIoSnapshot& io, Duration length, const TickRecord& newest);
 
-/// Why a session is unusable at the end of its run; empty: it is in a room and receives states.
+/// Reason why a session is unusable at the end of its run; empty if it is in a room and receives states.
 std::string problem_at_end(const ClientIoSnapshot& io, const SessionSettings& session);
 
-/// All results of a run.
+/// Settings and results of a run, as input of to_json().
 struct RunSummary {
-  ClientOptions options;  ///< options as given, to repeat the run
+  ClientOptions options;  ///< options of the run, with which it can be repeated
   devices::DeviceSpec device;
   std::vector<std::string> realtime_not_granted;
   HapticLoopReport loop;
   std::uint64_t trace_overflows = 0;
   HapticCounters counters;
   ClientIoSnapshot io;
-  std::vector<haptics::StabilityFinding> coupling_findings;  ///< findings for the coupling in force
-  BodyId watched;                                            ///< invalid: none
+  std::vector<haptics::StabilityFinding> coupling_findings;  ///< findings for the current coupling
+  BodyId watched;                                            ///< watched body; invalid if there is none
   std::string watched_name;
   RunReport run;
 };

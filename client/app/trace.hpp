@@ -1,5 +1,5 @@
-// The time series of a session as CSV: every field of every n-th haptic tick, with units in the column names. Any tool
-// can plot it, and the files of both ends of a session can be compared.
+// Writes the time series of a session as CSV: all fields of every n-th haptic tick, with units in the column names. Any
+// tool can plot the file, and the files of two users of a session can be compared.
 #pragma once
 
 #include <cstdint>
@@ -13,15 +13,16 @@ namespace tandem::client {
 
 /// Writes tick records to a file. Unknown values (server state, watched body) are empty cells.
 ///
-/// Out     t_s counts from the first record; local_ns is this machine's monotonic clock, shared by all its programs
-/// Thread  any one but the haptic
+/// Out     t_s is the time since the first record; local_ns is the monotonic clock of this machine, which is the same
+///         for all programs on it
+/// Thread  any but the haptic thread, always the same
 class TraceWriter {
  public:
-  /// In      every  1 writes each record, 10 every tenth
-  /// Fails   std::invalid_argument: the file cannot be created, or `every` is 0
+  /// In      every  1: each record is written; 10: every tenth record
+  /// Fails   std::invalid_argument if the file cannot be created, or `every` is 0
   TraceWriter(const std::filesystem::path& file, std::uint64_t every);
 
-  /// In      phase  index of the hand path's phase, −1 for none
+  /// In      phase  index of the phase of the hand's path; −1 for none
   void write(const TickRecord& record, int phase);
   /// Writes the buffered rows. Returns false if the file is incomplete (disk full).
   bool flush();
@@ -37,7 +38,7 @@ class TraceWriter {
 /// Header row: comma-separated names with units.
 std::string trace_header();
 /// One row in the format of TraceWriter.
-/// In      start  time zero of t_s
+/// In      start  time at which t_s is zero
 std::string trace_row(const TickRecord& record, LocalTime start, int phase);
 
 }  // namespace tandem::client

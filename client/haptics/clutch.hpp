@@ -1,9 +1,9 @@
-// Clutching: while the button is down the tool stays and the hand moves back.
+// Clutching: while the clutch button is pressed, the tool stays in place and the user moves the hand back.
 //
-// The frozen handle exerts no force on the hand. A force computed from it would not change as the hand moves, so it
-// could do unlimited work. The haptic core reports the clutch to the safety chain (kSafetyClutched). The chain reduces
-// the force to zero by 0.1 N/ms from the press on and ramps it in after the release. Thus the jump of V_WH at both
-// edges is not felt.
+// While the clutch is pressed, no force is displayed. A force computed from the frozen handle would not change as the
+// hand moves, so it could do unlimited work. The haptic core reports the clutch to the safety chain (kSafetyClutched).
+// The chain reduces the force to zero at 0.1 N/ms after the press, and ramps it up again after the release. The jumps
+// of V_WH at press and release are therefore not felt.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -11,17 +11,18 @@
 
 namespace tandem::client {
 
-/// Turns mapped handle states into clutched ones. Positions only; the safety chain controls the force.
+/// Converts mapped handle states to clutched handle states. It changes only the motion; the safety chain controls the
+/// force.
 ///
-/// Model   p_WH = p_raw + o,  R_WH = R_raw · O. Both offsets are chosen at release so that X_WH does not jump; while
-///         pressed X_WH is frozen and V_WH is zero. The rotation offset is the right factor, so that turning the
-///         hand about a world axis still turns the tool about that axis: w_WH = w_raw.
+/// Model   p_WH = p_raw + o,  R_WH = R_raw · O. Both offsets are set at the release so that X_WH does not jump. While
+///         the clutch is pressed, X_WH is frozen and V_WH is zero. The rotation offset is the right factor, so that a
+///         rotation of the hand about a world axis rotates the tool about the same axis: w_WH = w_raw.
 /// Thread  haptic
 class Clutch {
  public:
   RigidState apply(const RigidState& raw_W, bool is_pressed) noexcept;
   bool is_pressed() const noexcept { return was_pressed_; }
-  /// Resets the offsets: the handle is again at the pose that the workspace mapping gives.
+  /// Resets the offsets, so that the handle returns to the pose given by the workspace mapping.
   void reset() noexcept;
 
  private:

@@ -26,7 +26,7 @@ bool is_graver(const haptics::StabilityFinding& a, const haptics::StabilityFindi
   return a.spectral_radius > b.spectral_radius;
 }
 
-/// Keeps the graver of two findings about the same kind of motion.
+/// Adds a finding to `into`. Of two findings about the same kind of motion, only the more severe one remains.
 void merge(const haptics::StabilityFinding& finding, std::vector<haptics::StabilityFinding>& into) {
   const auto same = std::find_if(into.begin(), into.end(), [&](const haptics::StabilityFinding& other) {
     return other.is_rotation == finding.is_rotation;
@@ -38,17 +38,18 @@ void merge(const haptics::StabilityFinding& finding, std::vector<haptics::Stabil
   }
 }
 
-/// The scene's law, null if its index is invalid, and its parameters as rendered, in world units.
+/// Coupling law of the scene; null if its index is invalid.
 const haptics::CouplingLawInfo* law_of(const HapticScene& scene) {
   return scene.law < haptics::coupling_laws().size() ? &haptics::coupling_laws()[scene.law] : nullptr;
 }
+/// Coupling parameters of the scene as the haptic path renders them on this device, in world units.
 haptics::CouplingParameters rendered(const HapticScene& scene, const haptics::CouplingLawInfo& law,
                                      const devices::DeviceProfile& device) {
   return haptics::rendered_coupling(
       law.name, scene.coupling, haptics::coupling_bounds_in_world(devices::coupling_bounds(device), scene.workspace));
 }
 
-/// Masses from the server's message; none if missing or unusable.
+/// Reads mass properties from the server's message. There is no result if they are missing or unusable.
 class MassesOnWire {
  public:
   explicit MassesOnWire(const wire::Joined& joined) : joined_(joined) {}
@@ -77,7 +78,7 @@ Vec3 eigenvalues(const Mat3& matrix) {
   return Eigen::SelfAdjointEigenSolver<Mat3>(matrix, Eigen::EigenvaluesOnly).eigenvalues();
 }
 
-/// Both limits, or one if they are equal.
+/// Returns both limits, or only one if they are equal.
 std::vector<physics::MovedMass> distinct(const std::array<physics::MovedMass, 2>& ends) {
   constexpr double kSame = 1 + 1e-9;
   const auto& [least, most] = ends;
@@ -85,7 +86,7 @@ std::vector<physics::MovedMass> distinct(const std::array<physics::MovedMass, 2>
   return {least, most};
 }
 
-/// Smallest range that contains both.
+/// Returns the smallest range that contains both ranges.
 std::array<physics::MovedMass, 2> widened(const std::array<physics::MovedMass, 2>& a,
                                           const std::array<physics::MovedMass, 2>& b) {
   return {{{std::min(a[0].mass_kg, b[0].mass_kg), std::min(a[0].inertia_kg_m2, b[0].inertia_kg_m2), true},
@@ -195,7 +196,7 @@ bool CouplingWatch::check(const HapticScene& scene, const wire::Joined& joined, 
   if (!device_ || law == nullptr) return true;
   ++last_.number;
   last_.scene = scene;
-  // A body that the tool holds from the start appears only in the state stream.
+  // If the tool holds a body from the start, only the state stream reports it.
   const BodyId moved = held.is_valid() ? held : gripped_;
   last_.moved = things_to_move(joined, *law, moved, moved == gripped_ ? &grip_B_ : nullptr);
   last_.is_refused = last_.moved.empty() || !is_stable_coupling(scene, last_.moved, *device_);

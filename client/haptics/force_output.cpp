@@ -42,7 +42,8 @@ bool ForceOutput::display(LocalTime now, const Wrench& on_hand_D) noexcept {
   return is_accepted;
 }
 
-// Safety chain and clamp scale the force as a whole, so border and nudge keep their share of it.
+// The safety chain and the clamp scale the whole force. The force of border and nudge is thus scaled by the same
+// factor.
 Wrench ForceOutput::displayed_of_scene_D() const noexcept {
   const double requested_n = requested_D_.f.norm();
   if (requested_n <= 0 || own_D_.isZero(0)) return writer_.written();

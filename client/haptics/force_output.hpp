@@ -1,4 +1,4 @@
-// Output of the haptic path: from the computed wrench to the device, and the accounts of what was displayed.
+// Output of the haptic path: writes the computed wrench to the device, and sums the work of the displayed wrench.
 //
 //   wrench of the scene ──┐
 //   border and nudge ─────┴─▶ requested ─▶ ramp and decay, slew limit, finite check ─▶ clamp and write ─▶ displayed
@@ -12,10 +12,10 @@
 
 namespace tandem::client {
 
-/// Displays wrenches on the device, all about the handle and in the device's base D.
+/// Displays wrenches on the device. All wrenches are about the handle, in the frame D of the device's base.
 ///
-/// Invariants  Every wrench passes the safety chain and the clamp. A refused command is not felt: the previous one
-///             remains displayed, the work is summed with it, and the force returns by the ramp.
+/// Invariants  Every wrench passes the safety chain and the clamp. If the device refuses a command, the previous
+///             command remains displayed and its work is summed. The force then starts again with the ramp.
 /// Thread      haptic: no allocation, no throw after construction
 class ForceOutput {
  public:
@@ -24,28 +24,28 @@ class ForceOutput {
   /// Fails   std::invalid_argument: bad safety settings, or device limits that DeviceWriter refuses
   ForceOutput(const haptics::SafetySettings& safety, devices::Device& device);
 
-  /// Ends a period, in which the last displayed wrench was held, with the handle at `X_DH`.
+  /// Ends a period with the handle at `X_DH`. During the period, the last displayed wrench was held.
   void move_to(const Pose& X_DH) noexcept { work_.move_to(X_DH); }
-  /// The handle's pose is unknown: its way up to the next move_to() is not counted.
+  /// Must be called if the handle's pose is unknown: its motion up to the next move_to() adds no work.
   void lose_pose() noexcept { work_.lose_pose(); }
 
-  /// Displays the scene's wrench with the device's own force of border and nudge.
-  /// In      conditions  for the safety chain; its wrench is ignored
-  ///         is_ready    false: the device gets zero, whatever is requested
+  /// Displays the scene's wrench plus `own_on_hand_D`, the force of border and nudge.
+  /// In      conditions  input of the safety chain; its wrench is ignored
+  ///         is_ready    false: zero is written to the device, whatever is requested
   void write(LocalTime now, const Wrench& scene_on_hand_D, const Vec3& own_on_hand_D, haptics::SafetyInput conditions,
              bool is_ready) noexcept;
-  /// Writes zero. Returns false while the device has not accepted it.
+  /// Writes a zero wrench. Returns false if the device has not accepted it.
   bool write_zero(LocalTime now) noexcept;
-  /// Decays to zero, then starts the ramp again.
+  /// Reduces the force to zero, then ramps it up again.
   void rearm() noexcept { safety_.rearm(); }
   /// Ramps the force to zero from the next write() on.
   void begin_shutdown() noexcept { safety_.begin_shutdown(); }
-  /// True if zero is displayed and stays so until the ramp begins.
+  /// True if no force is displayed, and none will be until the ramp begins.
   bool is_quiet() const noexcept { return safety_.is_quiet(); }
 
   /// Last command that the device accepted.
   const Wrench& displayed_D() const noexcept { return writer_.written(); }
-  /// Its part that comes from the scene: without the share of border and nudge.
+  /// Part of displayed_D() that comes from the scene, without the share of border and nudge.
   Wrench displayed_of_scene_D() const noexcept;
   bool was_clamped() const noexcept { return writer_.was_clamped(); }
   haptics::SafetyFaults faults() const noexcept { return safety_.faults(); }
@@ -59,9 +59,9 @@ class ForceOutput {
   devices::DeviceWriter writer_;
   haptics::SafetyChain safety_;
   PortWork work_;
-  Wrench requested_D_;                ///< scene, border and nudge, before the safety chain
+  Wrench requested_D_;                ///< sum of scene, border and nudge, before the safety chain
   Vec3 own_D_ = Vec3::Zero();         ///< force of border and nudge in requested_D_
-  std::uint64_t write_failures_ = 0;  ///< commands that the device refused
+  std::uint64_t write_failures_ = 0;  ///< number of commands that the device refused
 };
 
 }  // namespace tandem::client

@@ -8,8 +8,8 @@
 namespace tandem::client {
 namespace {
 
-// Minimum gap between two samples when a speed is computed. Otherwise a device that updates at 1 kHz would seem to jump
-// when it is read twice in quick succession.
+// Minimum time between two samples in the computation of a speed. With a shorter time, a device that updates at 1 kHz
+// would seem to jump if it is read twice in quick succession.
 constexpr double kMinSpeedGap_s = 0.001;
 
 }  // namespace
@@ -30,7 +30,8 @@ void HandInput::read(LocalTime now) noexcept {
   sample_ = sample;
 }
 
-// The larger of both speeds is used, so that neither a lagging filter nor a jump of the position goes unnoticed.
+// Returns the larger of the reported speed and the speed between two samples. The reported speed may lag because of a
+// filter, and the difference of two positions detects a jump.
 double HandInput::speed_to(const devices::DeviceSample& sample) const noexcept {
   if (!sample.is_valid) return 0;
   const double reported_m_per_s = sample.V_DH.v.norm();
@@ -59,14 +60,14 @@ bool HandInput::move(const HandConditions& conditions) noexcept {
   return is_remapped;
 }
 
-// While the clutch is pressed the tool is frozen and no force is felt, so the mapping may change.
+// The mapping may change only while the clutch is pressed and no force is displayed, because the tool is then frozen.
 bool HandInput::apply_requested_mapping(bool is_quiet) noexcept {
   if (!workspace_.is_changing() || !is_quiet || !clutch_.is_pressed()) return false;
   workspace_.apply_change();
   return true;
 }
 
-// The base rests while the clutch is pressed.
+// The base does not move while the clutch is pressed or no force may be displayed.
 void HandInput::move_base(const HandConditions& conditions) noexcept {
   if (!conditions.is_displaying || is_clutched()) return workspace_.rest();
   workspace_.advance(sample_.X_DH.p, conditions.scene_on_hand_D, conditions.period_s);

@@ -11,7 +11,7 @@
 
 namespace tandem::client {
 
-/// State of the haptic path on which the motion of the device's base depends.
+/// Conditions that determine how the device's base moves in one tick.
 struct HandConditions {
   double period_s = 0.001;
   bool has_scene = false;               ///< the scene is usable
@@ -22,39 +22,41 @@ struct HandConditions {
 
 /// Reads the device and computes the handle's motion in the world.
 ///
-/// Invariants  handle_W() and path_W() keep their last values while a sample is invalid. Both are frozen while the
-///             clutch counts as pressed. A requested mapping is applied only while no force is displayed and the clutch
-///             counts as pressed, so that neither force nor tool jumps.
+/// Invariants  While samples are invalid, handle_W() and path_W() keep their last values. While is_clutched(), both are
+///             frozen. A requested mapping is applied only while no force is displayed and is_clutched() is true, so
+///             that neither force nor tool jumps.
 /// Thread      haptic: no allocation, no throw
 class HandInput {
  public:
   /// In      device      must outlive this
-  ///         has_border  false: no rate control and no wall at the border of the workspace
+  ///         has_border  true: rate control and a soft wall at the border of the device's workspace
   HandInput(devices::Device& device, bool has_border);
 
-  /// Starts another scene: the base is where the mapping places it, and the clutch has no offset.
+  /// Starts another scene: places the device's base as its mapping says and resets the offset of the clutch.
   void enter(const WorkspaceMapping& scene) noexcept;
   /// Requests another mapping of the same scene.
   void change(const WorkspaceMapping& scene) noexcept { workspace_.change(scene); }
 
-  /// Reads a sample and computes the handle's speed. Call once a tick, before move().
+  /// Reads a sample and computes the handle's speed. Must be called once a tick, before move().
   void read(LocalTime now) noexcept;
-  /// Moves handle and base for one period. Returns true if a requested mapping was applied: the handle has jumped.
+  /// Moves handle and base for one period. Returns true if a requested mapping was applied, which makes the handle
+  /// jump.
   bool move(const HandConditions& conditions) noexcept;
 
   /// Sample of this tick.
   const devices::DeviceSample& sample() const noexcept { return sample_; }
   /// Larger of the reported speed and the speed between two samples [m/s]; 0 for an invalid sample.
   double speed_m_per_s() const noexcept { return speed_m_per_s_; }
-  /// The clutch also counts as pressed while a requested mapping waits for the force to fade out.
+  /// True if the clutch is pressed. Also true while a requested mapping waits until the force has faded out.
   bool is_clutched() const noexcept;
   const WorkspaceMapping& mapping() const noexcept { return workspace_.mapping(); }
   /// Force of the border [N], in D.
   const Vec3& wall_on_hand_D() const noexcept { return workspace_.wall_on_hand_D(); }
 
-  /// Pose and twist of the handle, with clutch.
+  /// Pose and twist of the handle, after the clutch.
   const RigidState& handle_W() const noexcept { return handle_W_; }
-  /// Pose of the handle with encoder steps smoothed: in the device's base, in the world without clutch, and with it.
+  /// Pose of the handle with smoothed encoder steps: in the device's base, and in the world before and after the
+  /// clutch.
   const Pose& path_D() const noexcept { return X_DH_path_; }
   const Pose& unclutched_path_W() const noexcept { return raw_X_WH_; }
   const Pose& path_W() const noexcept { return X_WH_path_; }

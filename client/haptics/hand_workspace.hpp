@@ -1,5 +1,5 @@
-// Mapping of the device's small workspace into the large scene, and the user's changes of it. Beyond the border of the
-// device's workspace the device's base moves through the scene.
+// Mapping of the device's small workspace into the large scene, with the user's scale and rotation. If the handle is
+// beyond the border of the device's workspace, the mapped device base moves through the scene (rate control).
 #pragma once
 
 #include "common/base/workspace.hpp"
@@ -7,43 +7,46 @@
 
 namespace tandem::client {
 
-/// User's changes of the scene's mapping.
+/// Changes of the scene's mapping by the user.
 struct WorkspaceSettings {
   double scale = 1;     ///< factor on the scene's position scale, > 0
   double turn_rad = 0;  ///< rotation of the device's base about the world's vertical, to match the user's seat and view
 };
 
-/// Combines the scene's mapping with the user's. Force and position have the same factor, so the user's scale does not
-/// change the power: f_D · v_D = f_W · v_W times a constant of the scene.
+/// Applies the user's scale and rotation to the scene's mapping. The user's scale multiplies force and position alike,
+/// so it does not change the power: f_D · v_D = f_W · v_W times a constant of the scene.
 WorkspaceMapping with_user(WorkspaceMapping scene, const WorkspaceSettings& user) noexcept;
 
 /// Mapping in use, with rate control beyond the border.
 ///
-/// Model   d: depth of the handle beyond a box of 0.8 × the device's workspace about D's origin, per axis, at most
-///         d_max = 0.1 × its width. Within the box the hand moves the tool. Beyond it the base moves too, with
-///         v = s_p · width/s · (d / d_max)²; a spring F = −F_wall · d / d_max is felt. F_wall is a quarter of the
-///         device's limit, at most 2 N. Both begin at zero at the border.
-///         Force: a force of the scene against the motion slows the base. It stops the base at half the device's limit,
-///         so that the force cannot build up further.
-///         Travel: the base moves at most L = 3 × the largest width (in the device's metres) per excursion beyond the
-///         border: v is multiplied by min(1, (L − travel) / 0.2 L). A device that is laid down beyond the border thus
-///         stops. The travel resets when the handle has been within 0.7 of the workspace.
-///         Power: rate × the scene's force is power that the hand does not supply. It is at most F_limit / 2 · width/s
-///         (0.2 W on a device of 0.1 m and 4 N), and F_limit / 2 · L in all. Energy limits count it as the hand's.
+/// Model   The border is a box of 0.8 × the device's workspace about D's origin. d is the depth of the handle beyond
+///         the border on each axis, limited to d_max = 0.1 × the width of the workspace. Within the box the hand moves
+///         the tool. Beyond the border the base moves in addition, with v = s_p · width/s · (d / d_max)², and a spring
+///         F = −F_wall · d / d_max is felt. F_wall is a quarter of the device's force limit, at most 2 N. Both v and F
+///         are zero at the border.
+///         Force: if the scene's force opposes the motion, it slows the base. At half the device's force limit the base
+///         stops, so that the force cannot increase further.
+///         Travel: in one excursion beyond the border, the base moves at most L = 3 × the largest width (in the
+///         device's metres). For this, v is multiplied by min(1, (L − travel) / 0.2 L). If the handle is left lying
+///         beyond the border, the base thus stops. The travel is reset once the handle is within 0.7 of the workspace.
+///         Power: the motion of the base against the scene's force is power that the hand does not supply. It is at
+///         most F_limit / 2 · width/s (0.2 W for a device of 0.1 m and 4 N). Its energy is at most F_limit / 2 · L per
+///         excursion. Energy limits count it as supplied by the hand.
 /// Source  Dominjon, Lécuyer, Burkhardt, Andrade-Barroso, Richir, "The 'Bubble' technique: interacting with large
 ///         virtual environments using haptic devices with limited workspace", World Haptics 2005: position control
-///         within, rate control beyond, with a spring. Theirs uses a ball and a cubic law, without limits by force or
-///         travel.
+///         inside the border, rate control and a spring outside. Differences: the paper uses a sphere and a cubic law,
+///         and does not limit force or travel.
 /// Thread  haptic: no allocation, no throw
 class HandWorkspace {
  public:
-  /// In      has_border  false, or a device without a known workspace: no border
+  /// In      device      if its workspace is not known, there is no border
+  ///         has_border  false: there is no border
   HandWorkspace(const devices::DeviceSpec& device, bool has_border) noexcept;
 
-  /// Starts another scene with the base where its mapping places it.
+  /// Starts another scene, with the base at the pose given by its mapping.
   void enter(const WorkspaceMapping& scene) noexcept;
-  /// Requests another mapping of the same scene; apply_change() applies it while the tool is held and no force is
-  /// shown.
+  /// Requests another mapping of the same scene. The caller must call apply_change() while the clutch freezes the tool
+  /// and no force is displayed.
   void change(const WorkspaceMapping& scene) noexcept;
   bool is_changing() const noexcept { return is_changing_; }
   void apply_change() noexcept;
@@ -51,8 +54,8 @@ class HandWorkspace {
   /// Moves the base for one period.
   /// In      p_DH  position of the handle; scene_on_hand_D  force of the scene on the hand
   void advance(const Vec3& p_DH, const Vec3& scene_on_hand_D, double period_s) noexcept;
-  /// Stops the base and removes the wall until the handle has been within the box again. A hand that starts beyond the
-  /// border, or releases the clutch there, is thus not carried away.
+  /// Stops the base and removes the wall until the handle has been within the box again. Thus the base does not move if
+  /// the hand starts beyond the border, or if the user releases the clutch there.
   void rest() noexcept;
 
   const WorkspaceMapping& mapping() const noexcept { return mapping_; }
@@ -70,7 +73,7 @@ class HandWorkspace {
   WorkspaceMapping mapping_;
   bool is_changing_ = false;
   bool was_within_ = false;
-  double travelled_m_ = 0;  ///< travel of the base beyond the border, in D
+  double travelled_m_ = 0;  ///< distance that the base has moved in this excursion, in the device's metres
   Vec3 rate_W_ = Vec3::Zero();
   Vec3 wall_on_hand_D_ = Vec3::Zero();
 };

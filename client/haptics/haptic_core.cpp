@@ -1,5 +1,5 @@
-// See haptic_core.hpp. Data from the wire is checked again here: an invalid scene displays nothing (SceneInbox), and
-// coefficients are bounded before they affect the force (SceneCoupling).
+// See haptic_core.hpp. Data from the server is checked again on the haptic thread. If a scene is invalid, no force is
+// displayed (SceneInbox). Coefficients are bounded before they affect the force (SceneCoupling).
 #include "client/haptics/haptic_core.hpp"
 #include "common/base/tick_faults.hpp"
 
@@ -47,7 +47,7 @@ void HapticCore::tick(LocalTime now) noexcept {
   publish();
 }
 
-// The period is clamped, so that a stall does not count as one long tick.
+// The period is clamped, so that a stall of the thread is not integrated as one long tick.
 void HapticCore::advance_time(LocalTime now) noexcept {
   constexpr double kUsual_s = 0.001, kShortest_s = 1e-5, kLongest_s = 0.01;
   const bool is_first = record_.tick.value == 1;
@@ -62,7 +62,7 @@ bool HapticCore::write_zero(LocalTime now) noexcept {
   return is_zero;
 }
 
-// The rendering's number is read first: see RenderingSlot::newest().
+// The number of the newest rendering must be read before the scene (RenderingSlot::newest()).
 void HapticCore::read_mailboxes() noexcept {
   const std::uint32_t newest_rendering = renderings_.newest();
   const SceneNews news = inbox_.poll();
@@ -94,7 +94,8 @@ void HapticCore::enter_scene() noexcept {
 void HapticCore::change_scene() noexcept {
   hand_.change(inbox_.scene().workspace);
   if (inbox_.is_usable()) coupling_.fade_to(inbox_.scene());
-  // Nothing is felt, so no ramp is needed. A refused coupling must not be felt on the way to its replacement.
+  // While no force is displayed, no ramp is needed. A ramp would begin with the previous coupling, which may have been
+  // refused because it is unstable.
   if (!inbox_.is_displaying()) coupling_.jump();
 }
 
@@ -111,7 +112,7 @@ void HapticCore::receive_state(const ReceivedUpdate& received) noexcept {
   passivity_.receive(received, stage_output_.is_local);
 }
 
-// Updates are thinned on the wire: if the body is missing from this one, its last state remains valid.
+// The server does not send every body in each update. If the body is missing from this one, its last state is used.
 void HapticCore::note_watched_body(const proto::ServerUpdate& update) noexcept {
   const std::uint32_t watched = watched_.load(std::memory_order_relaxed);
   if (watched != watched_last_) record_.watched_body_W.reset();
@@ -151,19 +152,21 @@ void HapticCore::move_handle() noexcept {
     output_.lose_pose();
   }
   if (!is_remapped) return;
-  // No force is felt: the coupling needs no ramp in the new mapping, and the handle's jump does no work.
+  // No force is displayed at this time. The coupling thus needs no ramp in the new mapping, and the jump of the handle
+  // does no work.
   coupling_.jump();
   passivity_.lose_hand();
 }
 
-// After an invalid sample the last tool and wave are sent again. Without display neither is sent.
+// After an invalid sample, the wave and mode of the last tick are sent again. If no force may be displayed, they are
+// reset.
 void HapticCore::run_stage(LocalTime now) noexcept {
   if (!inbox_.is_displaying()) stage_output_ = {};
   stage_output_.wrench_on_hand_W = {};
   if (inbox_.is_displaying() && inbox_.newest() != nullptr && record_.sample.is_valid) {
     stage_output_ = renderings_.tick(stage_input(now));
   } else if (output_.is_quiet()) {
-    renderings_.reset_blend();  // the force shown before has decayed
+    renderings_.reset_blend();  // the previously displayed force has decayed
   }
 }
 
@@ -194,8 +197,8 @@ Wrench HapticCore::through_passivity_controller() noexcept {
                           stage_output_.energy_from_local_j, period_s_);
 }
 
-// Border and nudge are the device's own force; they are no part of the scene. A device that is not ready gets zero,
-// whatever the stage computes.
+// Border and nudge are forces of the client; they are not part of the scene. If the device is not ready, zero is
+// written to it, whatever the stage computes.
 void HapticCore::display(LocalTime now, const Wrench& controlled_on_hand_W) noexcept {
   nudge_.advance(period_s_, inbox_.is_displaying() && !hand_.is_clutched());
   const Vec3 own_on_hand_D = hand_.wall_on_hand_D() + nudge_.on_hand_D();
@@ -217,10 +220,11 @@ haptics::SafetyInput HapticCore::safety_conditions() const noexcept {
   return input;
 }
 
-// Work is summed along the handle pose that the tool follows: with the clutch pressed it is frozen, so no work is done.
-// For a user who drives a tool without a displayed force, the server's wrench is used.
+// Integrates the work of the requested wrench along the path of the handle that the tool follows. While the clutch is
+// pressed, this path is frozen and no work is added. If the user drives a tool but no force is displayed, the server's
+// wrench is used.
 void HapticCore::sum_requested_work(const Wrench& controlled_on_hand_W) noexcept {
-  // Far above any coupling; bounded work per tick keeps the sum within the wire's range.
+  // Limits far above any coupling. They bound the work of one tick, so that the sum stays within the protocol's range.
   constexpr double kMax_n = 1000, kMax_n_m = 100;
   if (record_.sample.is_valid && inbox_.is_driving()) {
     requested_work_.move_to(hand_.path_W());

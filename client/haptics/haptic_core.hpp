@@ -1,16 +1,16 @@
 // One haptic tick, from device sample to device command. The live loop (haptic_loop.hpp) and the lab call the same
-// tick(); thread and time are supplied by the caller. A tick is a short sequence over parts, each of which has no
-// reference to the core:
+// tick(); the caller supplies thread and time. A tick calls the following parts in order; none of them refers to the
+// core:
 //
-//   1 newest scene and server state                        SceneInbox
+//   1 read the newest scene and server state               SceneInbox
 //   2 read the device once                                 HandInput
-//   3 workspace mapping, clutch: handle in W               HandInput
-//   4 stage: wrench on the hand in W                       RenderingSlot
-//   5 passivity controller                                 FadedPassivity
-//   6 to the device base D, with border and nudge          HandInput, Nudge
+//   3 map to the workspace, apply the clutch: handle in W  HandInput
+//   4 run the stage: wrench on the hand in W               RenderingSlot
+//   5 limit the energy (passivity controller)              FadedPassivity
+//   6 convert to the device base D, add border and nudge   HandInput, Nudge
 //   7 ramp and decay, slew limit, finite check             ForceOutput  (common/haptics/safety.hpp)
-//   8 clamp and write                                      ForceOutput  (devices/device_writer.hpp)
-//   9 stage and passivity controller get the displayed wrench
+//   8 clamp and write to the device                        ForceOutput  (devices/device_writer.hpp)
+//   9 report the displayed wrench to stage and passivity controller
 //  10 publish the client update                            OutgoingUpdate
 #pragma once
 
@@ -36,14 +36,14 @@ namespace tandem::client {
 
 struct HapticSettings {
   StageSettings stage{};
-  bool feeds_view = false;           ///< for a window
-  bool has_border = true;            ///< rate control and a soft wall where the device's workspace ends
+  bool feeds_view = false;           ///< publishes views for a window (View)
+  bool has_border = true;            ///< rate control and a soft wall at the border of the device's workspace
   haptics::SafetySettings safety{};  ///< slew and speed limits are taken from the device's spec
-  /// Upper bounds of the coupling parameters that arrive over the wire, in newtons and metres of the device. The
-  /// device's own limits apply as well; coupling_bounds() (devices/device_profile.hpp) gives the bounds of a known
-  /// device. The stiffness (steepest slope of the law's force) and damping are the largest that CHAI3D's device table
-  /// allows a peer of 8 N. The rotational pair is our choice, for a handle of 4e-4 kg·m² at 1 kHz. The shape of the
-  /// curve has no bound beyond the wire's.
+  /// Upper bounds of the coupling parameters received from the server, in newtons and metres of the device. The
+  /// device's force limits apply in addition. For a known device, coupling_bounds() (devices/device_profile.hpp) gives
+  /// the bounds. Stiffness (steepest slope of the law's force) and damping are the largest values in CHAI3D's device
+  /// table for devices of about 8 N. The rotational values are our choice, for a handle of 4e-4 kg·m² at 1 kHz. The
+  /// last two parameters, which shape the force curve, are bounded only by the range in the protocol.
   haptics::CouplingParameters coupling_bounds{.stiffness_n_per_m = 3000.0,
                                               .damping_n_s_per_m = 20.0,
                                               .stiffness_n_m_per_rad = 3.0,
@@ -67,39 +67,39 @@ class HapticCore {
   /// Ramps the force to zero from the next tick on; is_quiet() is true once nothing is displayed.
   void begin_shutdown() noexcept { output_.begin_shutdown(); }
   bool is_quiet() const noexcept { return output_.is_quiet(); }
-  /// Writes zero to the device: the last call before the device is closed. Returns false
-  /// while the device has not accepted it.
+  /// Writes a zero wrench to the device. Must be the last call before the device is closed. Returns false if the device
+  /// has not accepted it.
   bool write_zero(LocalTime now) noexcept;
-  /// Runs the off-path work of the stage (Stage::service()) for at most one millisecond.
-  /// Thread  one at a time other than the haptic one
+  /// Runs the stage's work outside the haptic tick (Stage::service()) for at most one millisecond.
+  /// Thread  any but the haptic thread, one at a time
   void service() noexcept { renderings_.service(); }
-  /// Offers a rendering that is used from the next tick on. The force blends over within 0.3 s; a difference of 18 N
-  /// changes by less than 0.1 N in a millisecond. If both renderings are of the same scene, the new local model
-  /// continues from the state of the previous one (LocalModel::continue_from()). Returns false if the rendering stays
-  /// with the caller, and must be offered again later (Handover::offer()).
+  /// Offers a rendering that is used from the next tick on. The force is blended within 0.3 s; if the forces differ by
+  /// 18 N, it changes by less than 0.1 N in a millisecond. If both renderings are of the same scene, the new local
+  /// model continues from the state of the previous one (LocalModel::continue_from()). Returns false if the rendering
+  /// is not accepted; the caller then keeps it and must offer it again later (Handover::offer()).
   /// Thread  io
   bool offer(std::unique_ptr<Rendering>& rendering) { return renderings_.offer(rendering); }
   /// Number of the last rendering that offer() accepted.
   /// Thread  io
   std::uint32_t offered() const noexcept { return renderings_.offered(); }
-  /// Number of the newest rendering whose local model was displayed; 0: none.
+  /// Number of the newest rendering whose local model was displayed; 0 if there was none.
   /// Thread  any
   std::uint32_t shown_locally() const noexcept { return renderings_.shown_locally(); }
-  /// Switches the passivity controller from the next tick on, faded over 0.3 s.
+  /// Switches the passivity controller on or off. It is faded over 0.3 s, from the next tick on.
   /// Thread  any
   void control_passivity(bool is_on) noexcept { passivity_.switch_to(is_on); }
 
-  /// Time at which the hand begins to follow its path: the first tick, or the common start of the room's hands. It lies
-  /// in the future until then; LocalTime::max() while unknown. Once in the past it does not change.
+  /// Time at which the hand begins to follow its path: the first tick, or the common start time of the room's hands. It
+  /// is LocalTime::max() while that start time is unknown. Once this time is in the past, it does not change.
   /// Thread  haptic
   LocalTime began_at() const noexcept { return began_at_; }
 
   /// Record of the last tick.
   const TickRecord& record() const { return record_; }
   const HapticCounters& counters() const { return counters_; }
-  /// Local model of the current scene; null: none.
+  /// Local model of the current scene; null if there is none.
   const LocalModel* local_model() const noexcept;
-  /// Newest view; null before the first one, and without HapticSettings::feeds_view. Valid until the next call.
+  /// Newest view; null before the first one, or if HapticSettings::feeds_view is false. Valid until the next call.
   /// Thread  window
   const View* newest_view() noexcept { return view_ != nullptr ? view_->newest() : nullptr; }
   /// Selects the body whose state is recorded in TickRecord::watched_body_W.
@@ -137,17 +137,17 @@ class HapticCore {
   StageOutput stage_output_;  ///< output of the last tick at which a stage ran
   FadedPassivity passivity_;
   Nudge nudge_;
-  /// Work in world joules of the wrench after the passivity controller and before the safety stages. Ramp, slew limit
-  /// and device limit reduce only the displayed force. The tool still does the full work in the world, so the server
-  /// counts it.
+  /// Work of the wrench after the passivity controller and before the safety chain, in world joules. Ramp, slew limit
+  /// and device limit reduce only the displayed force. The tool still does the full work in the world, so this sum is
+  /// sent to the server.
   PortWork requested_work_;
   OutgoingUpdate outgoing_;
-  std::unique_ptr<ViewFeed> view_;  ///< null: no window
+  std::unique_ptr<ViewFeed> view_;  ///< null if HapticSettings::feeds_view is false
   LocalTime began_at_ = LocalTime::max();
   LocalTime ticked_at_{};
   double period_s_ = 0.001;
   std::atomic<std::uint32_t> watched_{0};
-  std::uint32_t watched_last_ = 0;  ///< watched_ at the last received state
+  std::uint32_t watched_last_ = 0;  ///< value of watched_ when the last state was received
   TickRecord record_;
   HapticCounters counters_;
 };

@@ -5,19 +5,19 @@
 
 namespace tandem::client {
 
-/// Force of the nudge on the hand.
+/// Computes the force of the nudge on the hand.
 ///
-/// Model   three pulses sin² of 0.08 s each, 0.25 s apart, in a direction that is fixed at the start. They do not
-///         depend on the hand's motion, so they cannot oscillate with it. The amplitude is 0.3 N, or a tenth of the
-///         device's limit if that is less: just noticeable. The amplitude is our choice.
+/// Model   Three pulses of sin² shape, each of 0.08 s, one every 0.25 s. Their direction is fixed at the start. The
+///         pulses do not depend on the hand's motion, so they cannot cause oscillation. The amplitude is 0.3 N, or a
+///         tenth of the device's force limit if that is less. This is just noticeable; the value is our choice.
 /// Thread  haptic: no allocation, no throw
 class Nudge {
  public:
-  /// In      force_limit_n  limit of the device
+  /// In      force_limit_n  force limit of the device
   explicit Nudge(double force_limit_n) noexcept;
 
-  /// Starts the pulses. Running pulses are not interrupted: the call is then ignored.
-  /// In      way_W  from the handle to the place; one that is zero or not finite starts nothing
+  /// Starts the pulses. If pulses are running, the call is ignored.
+  /// In      way_W  vector from the handle to the place; if it is zero or not finite, no pulses are started
   ///         q_DW   rotation from the world to the device's base
   void begin(const Vec3& way_W, const Quat& q_DW) noexcept;
   /// Computes the force of the next period.
@@ -30,7 +30,7 @@ class Nudge {
 
  private:
   double amplitude_n_;
-  Vec3 direction_D_ = Vec3::Zero();  ///< zero: no pulses
+  Vec3 direction_D_ = Vec3::Zero();  ///< unit vector; zero if no pulses are running
   Vec3 on_hand_D_ = Vec3::Zero();
   double elapsed_s_ = 0;
 };

@@ -1,4 +1,4 @@
-// Client update for the server, written at each tick.
+// Writes the client update for the server at each tick.
 #pragma once
 
 #include "client/exchange/mailboxes.hpp"
@@ -14,12 +14,12 @@ namespace tandem::client {
 /// Thread  haptic: no allocation, no throw
 class OutgoingUpdate {
  public:
-  /// In      newest  newest server state; null: none in this scene yet
-  ///         is_driving  the user may act on the scene; false: handle and buttons are omitted
-  ///         requested  work of the wrench before the safety stages [world joules]
+  /// In      newest  newest server state; null if none was received in this scene
+  ///         is_driving  true if the user may act on the scene; otherwise handle and buttons are omitted
+  ///         requested  work of the wrench before the safety chain [world joules]
   void write(proto::ClientUpdate& update, const TickRecord& record, const StageOutput& output,
              const ReceivedUpdate* newest, bool is_driving, const PortWork& requested) noexcept;
-  /// A new scene starts with no button pressed.
+  /// Discards the last buttons: a new scene starts with no button pressed.
   void forget_buttons() noexcept { buttons_ = 0; }
 
  private:

@@ -7,13 +7,14 @@ namespace tandem::client {
 
 /// Running sums of the work of a wrench that is held constant from tick to tick.
 ///
-/// Model   w_k = F_k·(x_{k+1} − x_k) + τ_k·Δθ; positive parts go to the hand, negative parts come from it
+/// Model   w_k = F_k·(x_{k+1} − x_k) + τ_k·Δθ. Positive w_k are summed as energy to the hand, negative ones as energy
+///         from the hand.
 /// Thread  haptic: no allocation, no throw
 class PortWork {
  public:
-  /// Ends a period, with the hand at `X`.
+  /// Ends a period with the hand at `X`, and adds its work.
   void move_to(const Pose& X) noexcept;
-  /// The hand's motion is unknown: the path up to the next move_to() is not counted.
+  /// Must be called if the hand's pose is unknown: the motion up to the next move_to() adds no work.
   void lose_pose() noexcept { has_pose_ = false; }
   /// Sets the wrench about the handle for the following periods.
   void hold(const Wrench& on_hand) noexcept { held_ = on_hand; }

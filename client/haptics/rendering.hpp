@@ -1,4 +1,4 @@
-// A stage with the model that it steps, handed over to the haptic thread as one object.
+// A stage together with its model, handed over to the haptic thread as one object.
 #pragma once
 
 #include <cstdint>
@@ -15,9 +15,9 @@ struct Rendering {
   Rendering& operator=(const Rendering&) = delete;
 
   std::unique_ptr<Stage> stage;             ///< never null after the hand-over
-  std::uint32_t generation = 0;             ///< scene that the two models below belong to; not used in another scene
-  std::unique_ptr<LocalModel> local_model;  ///< null: none
-  std::unique_ptr<ProxyWorld> proxy_world;  ///< null: none
+  std::uint32_t generation = 0;             ///< generation of the scene to which the models belong
+  std::unique_ptr<LocalModel> local_model;  ///< null if there is none
+  std::unique_ptr<ProxyWorld> proxy_world;  ///< null if there is none
 };
 
 }  // namespace tandem::client

@@ -9,7 +9,7 @@
 namespace tandem::client {
 namespace {
 
-/// ω of the blend: a difference of 18 N changes by less than 0.1 N in a millisecond.
+/// Rate ω of the blend [1/s]: a force difference of 18 N changes by less than 0.1 N in a millisecond.
 constexpr double kBlend_per_s = 15;
 
 }  // namespace
@@ -37,7 +37,7 @@ bool RenderingSlot::offer(std::unique_ptr<Rendering>& rendering) {
 bool RenderingSlot::enter(std::uint32_t number, const HapticScene* scene) noexcept {
   if (number == entered_) return false;
   entered_ = number;
-  // Must precede enter(), after which the io thread may free the previous rendering.
+  // continue_from() must precede renderings_.enter(), after which the io thread may free the previous rendering.
   const Rendering& before = current();
   const Rendering& next = *renderings_.offered(number);
   const bool is_same_scene = next.generation == before.generation && next.local_model && before.local_model;

@@ -1,4 +1,5 @@
-// The rendering in use: handed over by the io thread, ticked by the haptic thread, blended from one to the next.
+// Holds the rendering in use. The io thread hands renderings over, and the haptic thread ticks them. The displayed
+// force is blended from one rendering to the next.
 //
 //   io thread      offer(rendering) ──▶ handover ──▶ enter(), tick()      haptic thread
 //                  service() ◀── its stage           blend over 0.3 s
@@ -16,45 +17,45 @@ namespace tandem::client {
 
 /// Holds the rendering in use and the next one. Renderings are numbered in the order of their offers, from 1.
 ///
-/// Invariants  The first rendering is entered at construction, so one is always in use. The displayed force is
-///             continuous when another one is entered.
+/// Invariants  The first rendering is used from construction on, so there is always one in use. The displayed force is
+///             continuous at a change to another rendering.
 /// Thread      haptic, except where stated: no allocation, no throw after construction
 class RenderingSlot {
  public:
-  /// In      first  its stage; without models
+  /// In      first  stage of the first rendering, which has no models
   explicit RenderingSlot(std::unique_ptr<Stage> first);
 
-  /// Offers a rendering that is used from the next tick on. Returns false if it stays with the caller, and must be
-  /// offered again later (Handover::offer()).
+  /// Offers a rendering that is used from the next tick on. Returns false if it is not accepted; the caller then keeps
+  /// it and must offer it again later (Handover::offer()).
   /// Thread  io
   bool offer(std::unique_ptr<Rendering>& rendering);
   /// Number of the last accepted offer.
   /// Thread  io
   std::uint32_t offered() const noexcept { return offered_.load(std::memory_order_relaxed); }
-  /// Runs the off-path work of the last offered stage.
-  /// Thread  one at a time other than the haptic one
+  /// Runs the work of the last offered stage outside the haptic tick (Stage::service()).
+  /// Thread  any but the haptic thread, one at a time
   void service() noexcept { newest_stage_->service(); }
-  /// Number of the newest rendering whose local model was displayed; 0: none.
+  /// Number of the newest rendering whose local model was displayed; 0 if there was none.
   /// Thread  any
   std::uint32_t shown_locally() const noexcept { return shown_locally_.load(std::memory_order_relaxed); }
 
-  /// Number of the newest offer. Read it before the scene's mailbox: the scene of a rendering is published before the
-  /// rendering is offered, so it is then available.
+  /// Number of the newest offer. The caller must read it before the scene's mailbox. The scene of a rendering is
+  /// published before the rendering is offered, so the mailbox then contains that scene.
   std::uint32_t newest() const noexcept { return offered_.load(std::memory_order_acquire); }
-  /// Enters the rendering of this number; does nothing if it is in use. If both are of the same scene, the new local
-  /// model continues from the previous one. Returns true if another rendering is in use now.
-  /// In      scene  null: the scene is not usable
+  /// Changes to the rendering of this number; does nothing if it is already in use. If both renderings are of the same
+  /// scene, the new local model continues from the state of the previous one. Returns true if the rendering changed.
+  /// In      scene  null if the scene is not usable
   bool enter(std::uint32_t number, const HapticScene* scene) noexcept;
 
-  /// The rendering in use if its models belong to this scene, else null.
+  /// Rendering in use, or null if its models belong to another scene.
   const Rendering* of_scene(std::uint32_t generation) const noexcept;
-  /// Ticks the stage in use. The force of its output is blended.
+  /// Ticks the stage in use and blends the force of its output.
   StageOutput tick(const StageInput& input) noexcept;
   /// Reports the displayed wrench to the stage.
   void set_displayed(const Wrench& on_hand_W) noexcept { current().stage->set_displayed(on_hand_W); }
   /// Starts another scene: discards the stage's history and the blend.
   void reset() noexcept;
-  /// Discards the blend, once no force is displayed.
+  /// Discards the blend. Must be called only while no force is displayed.
   void reset_blend() noexcept { blend_.reset(); }
 
  private:
@@ -64,7 +65,7 @@ class RenderingSlot {
   std::atomic<std::uint32_t> offered_{0};
   std::uint32_t entered_ = 0;  ///< number of the rendering in use
   std::atomic<std::uint32_t> shown_locally_{0};
-  Stage* newest_stage_ = nullptr;  ///< io thread: stage of the last offer
+  Stage* newest_stage_ = nullptr;  ///< stage of the last offer; used by the io thread only
   ForceBlend blend_;               ///< fades from one rendering to the next
 };
 

@@ -1,4 +1,4 @@
-// The coupling displayed to the hand: the scene's law, with coefficients bounded by this device.
+// Coupling displayed to the hand: the scene's law with coefficients bounded for this device.
 #pragma once
 
 #include "client/exchange/mailboxes.hpp"
@@ -6,8 +6,8 @@
 
 namespace tandem::client {
 
-/// Ramps changed coefficients and fades a changed law, as the server does, so that a change under a stretched coupling
-/// causes no force step.
+/// Ramps changed coefficients and fades a changed law, as the server does. A change while the coupling is stretched
+/// thus causes no force step.
 ///
 /// Thread  haptic: no allocation, no throw after construction
 class SceneCoupling {
@@ -16,13 +16,13 @@ class SceneCoupling {
 
   /// True if the law exists and the coefficients are in range.
   static bool is_usable(const HapticScene& scene) noexcept;
-  /// Ramps towards law and coefficients of a usable scene, bounded by the device (rendered_coupling()).
+  /// Starts the ramp towards the law and coefficients of a usable scene, bounded for the device (rendered_coupling()).
   void fade_to(const HapticScene& scene) noexcept;
-  /// Sets a usable scene's law and coefficients at once.
+  /// Sets the law and coefficients of a usable scene without a ramp.
   void start(const HapticScene& scene) noexcept;
-  /// Ends ramp and fade at their targets.
+  /// Moves ramp and fade to their targets at once.
   void jump() noexcept;
-  /// Advances ramp and fade by one period; HapticCore clamps it after a stall.
+  /// Advances ramp and fade by one period. After a stall, HapticCore passes a clamped period.
   void advance(double period_s) noexcept;
 
   const haptics::CouplingLaw& law() const noexcept { return fade_.law(); }

@@ -1,18 +1,19 @@
-// The scene and the server states that arrive through the mailboxes, as the haptic thread uses them.
+// Receives scenes and server states from the mailboxes for the haptic thread.
 #pragma once
 
 #include "client/exchange/mailboxes.hpp"
 
 namespace tandem::client {
 
-/// News of one SceneInbox::poll(). At most one of the first two is true.
+/// Changes found by one SceneInbox::poll(). At most one of the first two is true.
 struct SceneNews {
-  bool is_entered = false;      ///< another scene
-  bool is_changed = false;      ///< another version of the same scene
+  bool is_entered = false;      ///< another scene was received
+  bool is_changed = false;      ///< another version of the same scene was received
   bool is_place_shown = false;  ///< another user points at HapticScene::shown_W
 };
 
-/// Newest scene and newest server state of it. Data from the wire is checked again: an unusable scene displays nothing.
+/// Stores the newest scene and the newest server state of that scene. The scene is checked again here; if it is
+/// unusable, no force is displayed.
 ///
 /// Invariants  newest() belongs to scene(): a state that arrived before its scene is discarded.
 /// Thread      haptic: no allocation, no throw
@@ -22,23 +23,23 @@ class SceneInbox {
   ///         device_bounds  bounds of the coupling by this user's device, in the device's units
   SceneInbox(ClientMailboxes& mailboxes, const haptics::CouplingParameters& device_bounds) noexcept;
 
-  /// Takes the newest scene and state; once a tick.
+  /// Reads the newest scene and state from the mailboxes. Must be called once a tick.
   SceneNews poll() noexcept;
 
-  /// The scene, with the bounds of this user's device.
+  /// Newest scene, with the coupling bounds of this user's device.
   const HapticScene& scene() const noexcept { return scene_; }
   /// True if the scene can be rendered: its law, coefficients and mapping are in range.
   bool is_usable() const noexcept { return is_usable_; }
   /// True if handle and buttons are sent to the server.
   bool is_driving() const noexcept { return is_usable_ && scene_.may_drive; }
-  /// True if the scene's force is displayed.
+  /// True if the scene's force may be displayed.
   bool is_displaying() const noexcept { return is_driving() && scene_.may_display; }
 
-  /// Newest server state of the scene; null: none yet.
+  /// Newest server state of the scene; null if none was received.
   const ReceivedUpdate* newest() const noexcept { return has_state_ ? &mailboxes_.inbox.front() : nullptr; }
   /// True if newest() arrived with the last poll().
   bool has_new_state() const noexcept { return has_new_state_; }
-  /// Age of newest(): time since reception plus its age at the server when sent. Negative: none yet.
+  /// Age of newest(): time since reception plus its age at the server when sent. Negative if no state was received.
   Duration state_age(LocalTime now) const noexcept;
 
  private:

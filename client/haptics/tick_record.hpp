@@ -16,28 +16,28 @@ namespace tandem::client {
 struct TickRecord {
   Tick tick;
   LocalTime at{};
-  bool has_begun = false;  ///< HapticCore::began_at() is not in the future
+  bool has_begun = false;  ///< true from the time HapticCore::began_at() on
   devices::DeviceSample sample;
   RigidState handle_W;
   RigidState tool_W;              ///< newest state from the server
-  Wrench stage_wrench_on_hand_D;  ///< before passivity controller and safety
+  Wrench stage_wrench_on_hand_D;  ///< wrench before passivity controller and safety chain
   Wrench displayed_on_hand_D;     ///< last command that the device accepted
   Wrench server_wrench_on_hand_W;
-  Duration state_age{0};  ///< age of the newest server state (HapticCore); negative: none yet
+  Duration state_age{0};  ///< age of the newest server state (SceneInbox::state_age()); negative if there is none
   Step newest_step;
   std::uint32_t server_tick_faults = 0;  ///< bits of TickFaults in the newest state
-  double field_energy_kj_per_mol = 0;    ///< from the newest state
+  double field_energy_kj_per_mol = 0;    ///< energy of the molecular field in the newest state
   BodyId held_body;
-  /// Newest state of the watched body from the server; none: not yet sent in this scene.
+  /// Newest state of the watched body from the server; none if it was not yet received in this scene.
   std::optional<RigidState> watched_body_W;
-  bool is_local = false;    ///< the stage has its own tool or ball
-  RigidState local_tool_W;  ///< state of that tool or ball
-  /// State of the stage's copy of the watched body; none: no copy.
+  bool is_local = false;    ///< the wrench comes from the stage's local model or ball
+  RigidState local_tool_W;  ///< state of the local model's tool, or of the ball
+  /// State of the stage's copy of the watched body; none if the stage has no copy of it.
   std::optional<RigidState> local_body_W;
   bool is_predicting = false;       ///< the wrench contains a predicted part
   std::uint64_t stage_samples = 0;  ///< StageOutput::samples
   double passivity_gain = 1;        ///< share of the stage's wrench that the passivity controller passed
-  double passivity_withheld_j = 0;  ///< running sum [world J]
+  double passivity_withheld_j = 0;  ///< total energy withheld from the hand by the passivity controller [world J]
   std::uint32_t scene_generation = 0;
   haptics::SafetyFaults safety_faults = 0;
   bool is_clamped = false;
@@ -50,16 +50,16 @@ struct HapticCounters {
   std::uint64_t clamped_ticks = 0;
   std::uint64_t slew_limited_ticks = 0;
   std::uint64_t not_finite_ticks = 0;
-  std::uint64_t silent_ticks = 0;          ///< waiting for a state, or state older than the start of the decay
-  std::uint64_t not_displaying_ticks = 0;  ///< observer, no session, or a refused coupling
+  std::uint64_t silent_ticks = 0;          ///< ticks without a state, or with a state so old that the force decays
+  std::uint64_t not_displaying_ticks = 0;  ///< ticks without display: observer, no session, or a refused coupling
   std::uint64_t write_failures = 0;
-  double force_square_sum = 0;   ///< displayed, N²
-  double torque_square_sum = 0;  ///< displayed, (N·m)²
+  double force_square_sum = 0;   ///< sum of the squared displayed forces [N²]
+  double torque_square_sum = 0;  ///< sum of the squared displayed torques [(N·m)²]
   double force_max_n = 0;
   double torque_max_n_m = 0;
-  double energy_to_hand_j = 0;                ///< work of the displayed wrench [device J] (PortWork)
-  double energy_from_hand_j = 0;              ///< work of the displayed wrench [device J] (PortWork)
-  double passivity_withheld_j = 0;            ///< withheld from the hand by the passivity controller [device J]
+  double energy_to_hand_j = 0;                ///< work of the displayed wrench on the hand [device J] (PortWork)
+  double energy_from_hand_j = 0;              ///< work of the hand on the device [device J], ≥ 0 (PortWork)
+  double passivity_withheld_j = 0;            ///< energy withheld from the hand by the passivity controller [device J]
   std::uint64_t passivity_limited_ticks = 0;  ///< ticks at which the passivity controller reduced the wrench
   std::uint64_t bad_energy_reports = 0;       ///< server reports with a decreasing energy sum
   haptics::SafetyFaults faults_seen = 0;

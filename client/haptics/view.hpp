@@ -1,4 +1,4 @@
-// Data that a window draws, sent by the haptic thread through one newest-wins mailbox. A window that stalls does not
+// Data for a window, sent by the haptic thread through one newest-wins mailbox. A stall of the window thus does not
 // delay the haptic loop.
 //
 //   haptic thread  receive() each new state, write() every kViewEvery ticks ──▶ mailbox ──▶ window thread  newest()
@@ -16,25 +16,26 @@ namespace tandem::client {
 
 class LocalModel;
 
-/// One haptic tick, as drawn by a window.
+/// Data of one haptic tick for a window.
 struct View {
   TickRecord record;           ///< handle, both tools, forces, faults
-  WorkspaceMapping workspace;  ///< of the scene record.scene_generation
+  WorkspaceMapping workspace;  ///< mapping of the scene record.scene_generation
   bool has_state = false;      ///< the fields below are valid
-  ReceivedUpdate newest;       ///< newest server state; its bodies and users may be thinned
-  Duration loop_delay{0};      ///< from an input to its effect, measured by the local model; 0: not known
+  ReceivedUpdate newest;       ///< newest server state; it may omit bodies and users
+  Duration loop_delay{0};      ///< delay from an input to its effect, measured by the local model; 0 if not known
   Wrench residual_on_hand_W;   ///< newest residual: the server's wrench minus the local model's for the same input
   /// Last received state of each body.
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> received_bodies;
-  /// Displayed bodies: the local model's state if there is a model, else the last received one.
+  /// Displayed bodies, with the local model's states if there is a model, else with the last received states.
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
-  /// Contact points of the local model's tool, or of the body it holds; a spread subset if there are more.
+  /// Contact points of the local model's tool, or of the body that it holds. If there are more points than the
+  /// capacity, a spatially distributed subset.
   boost::container::static_vector<Vec3, 48> contacts_W;
   /// Other users, with the tool states that are displayed.
   boost::container::static_vector<proto::OtherUserState, proto::kMaxUsers> users;
 };
 
-/// Ticks between two views: 250 Hz, more than any window draws.
+/// Number of ticks from one view to the next: 250 Hz, more than any window draws.
 inline constexpr std::uint64_t kViewEvery = 4;
 
 class ViewFeed {
@@ -43,12 +44,13 @@ class ViewFeed {
   void reset() noexcept;
   /// Thread  haptic: no allocation
   void receive(const proto::ServerUpdate& update) noexcept;
-  /// In      newest, model  null: none
+  /// In      newest  newest server state; null if none was received
+  ///         model   local model; null if there is none
   /// Thread  haptic: no allocation
   void write(const TickRecord& record, const WorkspaceMapping& workspace, const ReceivedUpdate* newest,
              const LocalModel* model) noexcept;
 
-  /// Newest view, null before the first. Valid until the next call.
+  /// Newest view; null before the first. Valid until the next call.
   /// Thread  window
   const View* newest() noexcept;
 
@@ -59,7 +61,7 @@ class ViewFeed {
   boost::container::static_vector<ServerTime, proto::kMaxUsers>
       user_states_at_;  ///< time of the last state of each entry of next_.users
   realtime::Mailbox<View> mailbox_;
-  bool has_view_ = false;  ///< window thread
+  bool has_view_ = false;  ///< used by the window thread only
 };
 
 }  // namespace tandem::client

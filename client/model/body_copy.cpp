@@ -7,12 +7,12 @@
 namespace tandem::client {
 namespace {
 
-/// A touch counts for this long, so that a body remains predicted between two taps.
+/// A body remains implicit for this time after a touch by any tool, so that it does not change between two taps.
 constexpr double kTouchKept_s = 0.05;
-/// Prediction continues for this time plus the loop delay after the last touch, until the server's answer to it
-/// arrives.
+/// After the last touch by this user's tool, a body remains implicit for this time plus the loop delay. Then the server
+/// states that include the effect of the touch have arrived.
 constexpr double kImplicitAfterTouch_s = 0.25;
-/// Time constant with which the offset of a body that begins to follow the server fades.
+/// Time constant of the fading offset after a body has begun to follow the server.
 constexpr double kFollowTime_s = 0.08;
 
 Shift faded(const Shift& shift, double period_s) {

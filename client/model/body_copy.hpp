@@ -9,49 +9,51 @@
 
 namespace tandem::client {
 
-/// One step of the local model, as its parts use it.
+/// Values of one step of the local model that its parts use.
 struct ModelStep {
   physics::World& world;
-  std::size_t tool = 0;  ///< the user's own tool
-  BodyId held;           ///< body that it holds
+  std::size_t tool = 0;  ///< index of this user's tool
+  BodyId held;           ///< body that this tool holds
   double period_s = 0.001;
-  Duration loop_delay{0};             ///< LocalModel::loop_delay()
-  Duration played{0};                 ///< server time in use (net::PlayoutDelay)
-  Duration present{0};                ///< server time now
-  Duration longest_extrapolation{0};  ///< limits of the extrapolation of followed bodies
-  double farthest_extrapolation_m = 0;
-  double grip_step_m = 0;  ///< limit of a grip's correction in this step
+  Duration loop_delay{0};               ///< LocalModel::loop_delay()
+  Duration played{0};                   ///< server time of the states that are played out (net::PlayoutDelay)
+  Duration present{0};                  ///< current server time
+  Duration longest_extrapolation{0};    ///< time limit of the extrapolation of followed bodies
+  double farthest_extrapolation_m = 0;  ///< distance limit of the extrapolation of followed bodies
+  double grip_step_m = 0;               ///< limit of a grip's correction in this step
 };
 
 /// The model's copy of one body, with its received states.
 ///
 /// Invariants  A body is absent from the world until the server has sent its state. It is implicit while a tool touches
-///             it, and for a loop delay afterwards, so that the server's answer to the touch has arrived when the body
-///             begins to follow. It then begins at its pose in the model; the offset to the server's pose fades.
+///             it. After a touch by this user's tool, it remains implicit for the loop delay plus 0.25 s, so that the
+///             server's states include the effect of the touch. When the body begins to follow the server, it keeps its
+///             pose in the model, and the offset to the server's pose fades.
 /// Thread      haptic: no allocation, no throw
 class BodyCopy {
  public:
   BodyCopy(BodyId id, const ReconcilerSettings& settings) : id_(id), reconciler_(settings) {}
 
   BodyId id() const { return id_; }
-  /// True if the server has sent its state.
+  /// True if the server has sent this body's state.
   bool is_known() const { return is_known_; }
-  /// Pose at the server, played out.
+  /// Pose at the server at the time `played`, from the received states.
   Pose pose_at(Duration played) const { return track_.at(played).X; }
-  /// Distance between model and server while the user's tool touches the implicit body; else 0 [m].
+  /// Distance between model and server [m] while the body is implicit and this user's tool touches it, otherwise 0.
   double touched_error_m() const;
 
-  /// Adds a state of the server.
-  /// In      then  this body at the input that the state answers; null: not known
+  /// Adds a state received from the server.
+  /// In      then  model state of this body at the input that the received state answers; null if not known
   void receive(Duration stepped, const RigidState& received, const BodyThen* then, physics::World& world) noexcept;
-  /// Measures the time since any tool, and since the user's own tool, last held or pressed the body.
+  /// Measures the time since any tool, and since this user's tool, last held or touched the body.
   void follow_touches(const ModelStep& step) noexcept;
-  /// Corrects an implicit body, or sets a followed one to its played state, extrapolated to the present.
-  /// In      is_partners  only a partner holds it: a correction would be felt as the partner's force
+  /// Corrects the body if it is implicit. Otherwise sets it to the server's state, extrapolated to the current time.
+  /// In      is_partners  true: only a partner holds the body, and it is not corrected, because a correction would be
+  ///                      felt as a force of the partner
   void move(const ModelStep& step, bool is_partners) noexcept;
-  /// Sets an implicit body to the server's newest state.
+  /// Sets the body to the server's newest state if it is implicit.
   void restart(physics::World& world) noexcept;
-  /// State for the input history.
+  /// Returns the body's state for the input history.
   BodyThen recorded(const physics::World& world) const { return {world.body(id_), reconciler_.given(), !is_followed_}; }
 
  private:
@@ -64,9 +66,9 @@ class BodyCopy {
   net::RigidTrack track_;
   Reconciler reconciler_;
   bool is_known_ = false;
-  double unpressed_s_ = 1e9;  ///< time since any tool last pressed or held it [s]
-  double untouched_s_ = 1e9;  ///< time since this user's tool last held or pressed it [s]
-  Shift offset_;              ///< remaining offset to its pose before it began to follow the server
+  double unpressed_s_ = 1e9;  ///< time since any tool last touched or held the body [s]
+  double untouched_s_ = 1e9;  ///< time since this user's tool last touched or held the body [s]
+  Shift offset_;              ///< remaining offset from the server's state, fades while the body follows the server
   bool is_followed_ = false;
 };
 

@@ -1,4 +1,4 @@
-// The user's grasp in the local model: predicted at the button, then replaced by the server's outcome.
+// The user's grasp in the local model: predicted when the button changes, then replaced by the server's result.
 #pragma once
 
 #include <cstdint>
@@ -11,25 +11,27 @@
 
 namespace tandem::client {
 
-/// Grasps and releases of the user's own tool.
+/// Predicts grasps and releases of this user's tool.
 ///
 /// Invariants  A predicted grasp or release remains until the server has received the button and answered an input at
-///             least 5 ticks later. After that, the server's outcome counts.
-/// Thread      haptic: no allocation, no throw. Both calls return true if the grasp changed: the model jumped
+///             least 5 ticks later. From then on, the server's result applies.
+/// Thread      haptic: no allocation, no throw. Both calls return true if the grasp changed, which is a jump of the
+///             model
 class GraspPrediction {
  public:
-  /// Grabs or releases at a change of the button, by the rule that the server applies to the same input.
+  /// Grabs or releases when the button changes, by the rule that the server applies to the same input.
   bool follow_button(bool is_down, Tick input, LocalTime now, physics::World& world, std::size_t tool) noexcept;
-  /// Applies the server's outcome, unless a prediction remains. A grip at another place moves slowly to the server's.
+  /// Applies the server's result, unless a prediction remains. If the grip point differs from the server's, it moves
+  /// slowly to the server's.
   /// In      X_WT         pose of the tool after the last step
-  ///         grip_step_m  limit of that motion
+  ///         grip_step_m  maximum motion of the grip point in this call
   bool mirror(const proto::ServerUpdate& update, const Pose& X_WT, double grip_step_m, physics::World& world,
               std::size_t tool) noexcept;
 
  private:
   bool remains(const proto::ServerUpdate& update) const noexcept;
 
-  bool is_down_ = false;           ///< the button at the last input with a handle
+  bool is_down_ = false;           ///< state of the button at the last input with a handle
   std::optional<Tick> predicted_;  ///< input of a predicted grasp or release that the server has not answered yet
   LocalTime predicted_at_{};
 };

@@ -1,4 +1,5 @@
-// History of the local model at the client's last inputs, with which the server's answers are compared.
+// History of the local model's state at the client's last inputs. The server's answers to these inputs are compared
+// with it.
 #pragma once
 
 #include <cstddef>
@@ -12,11 +13,11 @@
 
 namespace tandem::client {
 
-/// A moving body at one input.
+/// State of a movable body in the model at one input.
 struct BodyThen {
   RigidState state;
-  Shift given;               ///< total correction by its reconciler until then
-  bool is_implicit = false;  ///< moved by the model, not by the server's states
+  Shift given;               ///< sum of all corrections by its reconciler up to this input
+  bool is_implicit = false;  ///< true if the model moved the body, false if it followed the server's states
 };
 
 /// State of the model after the tick of one input.
@@ -27,7 +28,7 @@ struct ModelThen {
   Wrench on_hand_W;
 };
 
-/// Ring buffer that covers the longest round trip.
+/// Ring buffer of model states, as long as the longest round trip that is reconciled.
 ///
 /// Thread  haptic: allocates only when constructed
 class InputHistory {
@@ -35,7 +36,7 @@ class InputHistory {
   InputHistory(std::size_t inputs, std::size_t bodies)
       : bodies_(bodies), models_(inputs), body_states_(inputs * bodies) {}
 
-  /// Allocates the entry of the newest input; the caller must fill in it and its bodies.
+  /// Claims the entry of the newest input. The caller must fill in the entry and bodies(input).
   ModelThen& add(Tick input) noexcept {
     ModelThen& model = models_[slot_of(input)];
     model.input = input;
@@ -44,7 +45,7 @@ class InputHistory {
   std::span<BodyThen> bodies(Tick input) noexcept {
     return std::span(body_states_).subspan(slot_of(input) * bodies_, bodies_);
   }
-  /// Entry of an input; null if it is too old or not yet added.
+  /// Entry of an input; null if the input is too old or not yet added.
   const ModelThen* find(Tick input) const noexcept {
     const ModelThen& model = models_[slot_of(input)];
     return input.value != 0 && model.input == input ? &model : nullptr;

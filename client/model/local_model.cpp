@@ -11,19 +11,20 @@ namespace {
 
 /// Length of the input history; longer round trips are not reconciled.
 constexpr std::size_t kInputsKept = 2048;
-/// Divergence: a tool that is so far from the server's for so long is on the other side of an obstacle. It is reset to
-/// the server's state.
+/// Divergence: if the tool or a touched body differs from the server's by more than this distance for this time, the
+/// model is reset to the server's state. The tool is then probably on the other side of an obstacle. Each received
+/// state counts as 1 ms, whatever the rate of the states.
 constexpr double kDivergence_m = 0.006;
 constexpr double kDivergence_s = 0.1;
-/// Period of the client's loop and model, whatever the room's rate.
+/// Period of the client's haptic loop and of the model, for any rate of the room.
 constexpr Duration kInputPeriod{std::chrono::milliseconds(1)};
-/// Time constant of the loop delay's low pass.
+/// Time constant of the low pass of the loop delay.
 constexpr double kLoopDelaySmoothing_s = 0.5;
 
 std::shared_ptr<const physics::WorldDescription> for_a_client(
     const std::shared_ptr<const physics::WorldDescription>& description, const ModelErrors& errors) {
   auto copy = std::make_shared<physics::WorldDescription>(*description);
-  // The server sends the coefficients that the law chooses for a tool.
+  // The server sends the coefficients that the law computes for a tool, so they are not computed here.
   copy->coupling.fit.reset();
   copy->step_s = to_seconds(kInputPeriod);
   for (physics::BodyDescription& body : copy->bodies) {
@@ -44,7 +45,7 @@ std::vector<BodyCopy> copies_of(const physics::WorldDescription& description, co
   return copies;
 }
 
-/// Number of ticks from an input to the reception of its answer, as a time.
+/// Time from the input `answered` to the reception of its answer.
 Duration loop_of(const LocalModelInput& input, Tick answered) {
   return kInputPeriod * static_cast<int>(input.input.value - answered.value);
 }
@@ -92,7 +93,7 @@ Wrench LocalModel::step(const LocalModelInput& input) noexcept {
   return input.has_handle ? state_.tool.wrench_on_hand_W : Wrench{};
 }
 
-// Starts from the server's state. The first force is under the start ramp, so no blend is needed.
+// Starts from the server's state. The safety chain ramps up the first force, so no blend is needed.
 void LocalModel::start(const proto::ServerUpdate& update) noexcept {
   state_.has_started = true;
   world_.activate_tool(tool_, false);
@@ -105,7 +106,8 @@ void LocalModel::start(const proto::ServerUpdate& update) noexcept {
   state_.tool = world_.tool(tool_);
 }
 
-// The world takes over the poses; all other state is swapped as a whole, so that nothing is forgotten or allocated.
+// Copies the poses of bodies and tools to the new world. All other state is swapped as a whole, so that it is complete
+// and nothing is allocated.
 void LocalModel::continue_from(LocalModel& other, const HapticScene& scene) noexcept {
   const bool is_alike =
       state_.bodies.size() == other.state_.bodies.size() && tools_ == other.tools_ && tool_ == other.tool_;
@@ -226,7 +228,8 @@ void LocalModel::correct_tool() noexcept {
   world_.shift_tool(tool_, pose_of(shift), {shift.v, shift.w});
 }
 
-// A soft contact acts on the held body or else on the tool; one for another body is ignored.
+// A soft contact acts on the held body, or without one on the tool. If the server held another body when it computed
+// the contact, the contact is ignored.
 void LocalModel::follow_soft_contact(const proto::ServerUpdate& update, bool is_new) noexcept {
   const BodyId held = state_.tool.held;
   const Pose X_WT = held.is_valid() ? world_.body(held).X : state_.tool.tool.X;

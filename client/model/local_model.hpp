@@ -1,14 +1,15 @@
-// Local model: the client's copy of its tool and of the bodies it touches. It is stepped at 1 kHz by the server's code,
-// so that contact, friction and fields respond to the hand at once, whatever the delay.
+// Local model: the client's copy of the scene's tools and bodies. It is stepped at 1 kHz with the same code as the
+// server's world, so that contact, friction and fields respond to the hand at once, at any network delay.
 //
-//   static bodies            same as at the server: only the tool itself is reconciled
+//   static bodies            same as at the server; they need no reconciliation
+//   this user's tool         stepped here and reconciled with the server (Reconciler)
 //   other users' tools       stepped here too, each pulled to its user's predicted hand (PartnerTools)
 //   bodies that any tool     predicted here; the server's state answers an old input and is compared with the model
 //   touches                  at that input; the difference is removed slowly (BodyCopy, Reconciler)
-//   bodies that others       follow the server: played out at a constant delay, then extrapolated to the present
-//   move                     by their velocity (BodyCopy)
-//   the user's grasp         predicted at the button, then the server's outcome (GraspPrediction)
-//   soft bodies              the server's linearised contact, sent before the touch (SoftFollower)
+//   other moving bodies      follow the server: played out at a constant delay, then extrapolated to the current time
+//                            by their velocity (BodyCopy)
+//   the user's grasp         predicted when the button changes, then the server's result applies (GraspPrediction)
+//   soft bodies              linearised contact from the server, sent before the first contact (SoftFollower)
 //
 // RECONCILIATION.md explains the algorithm.
 #pragma once
@@ -43,14 +44,15 @@ struct ModelErrors {
 
 struct LocalModelSettings {
   ReconcilerSettings body{};
-  /// Small, because the coupling holds the tool: removes errors left by friction or by a gap passed on the other side.
+  /// Correction of the tool. Low limits are sufficient, because the coupling already pulls the tool to the handle. The
+  /// correction removes errors caused by friction, or by an obstacle that the tool passed on another side.
   ReconcilerSettings tool{.time_constant_s = 0.3,
                           .speed_limit_m_per_s = 0.02,
                           .turn_limit_rad_per_s = 0.3,
                           .dead_zone_m = 2e-4,
                           .dead_zone_rad = 5e-3};
   net::PlayoutSettings playout;
-  /// Limits of the extrapolation of bodies that others move.
+  /// Limits of the extrapolation of bodies that follow the server's states.
   Duration longest_extrapolation{std::chrono::milliseconds(150)};
   double farthest_extrapolation_m = 0.02;
   ModelErrors errors;
@@ -65,26 +67,29 @@ struct LocalModelInput {
   const ReceivedUpdate* newest = nullptr;  ///< newest state of this scene; null before the first
   bool is_new = false;
   bool predicts_partners = true;       ///< predicts other users' hands; false: they stay at their last received poses
-  const HapticScene* scene = nullptr;  ///< the scene's coupling, and its bounds by the users' devices
+  const HapticScene* scene = nullptr;  ///< gives the scene's coupling, and its bounds for the users' devices
 };
 
+/// The client's predicted copy of one scene.
+///
 /// Thread  construction: any; then haptic only: no allocation, no throw
 class LocalModel {
  public:
-  /// In      tool  the user's own tool, an index into description.tools
+  /// In      tool  index of this user's tool in description.tools
   LocalModel(const std::shared_ptr<const physics::WorldDescription>& description, std::size_t tool,
              const LocalModelSettings& settings = {});
   ~LocalModel();
 
-  /// Makes one step. Returns zero before the first server state.
+  /// Advances the model by one step. Returns zero before the first server state.
   /// Out     wrench on the hand, about the handle, in W
   Wrench step(const LocalModelInput& input) noexcept;
 
   /// Continues from the state of another model of the same scene, instead of starting from the server's state. Does
-  /// nothing if that model has not started, or has other bodies or tools. The other model must not be stepped
-  /// afterwards: the two swap their states. Effects start anew, and a just released body may collide with the tool.
+  /// nothing if the other model has not started, or has different bodies or tools. The two models swap their states, so
+  /// the other one must not be stepped afterwards. The state of effects is not taken over. A body that was just
+  /// released may collide with the tool.
   ///
-  /// In      scene  gives the coupling and bounds with which tools are pulled from the start, as in LocalModelInput
+  /// In      scene  coupling of the tools and its bounds, as in LocalModelInput
   void continue_from(LocalModel& other, const HapticScene& scene) noexcept;
 
   bool has_started() const { return state_.has_started; }
@@ -92,51 +97,52 @@ class LocalModel {
   BodyId held() const { return state_.tool.held; }
   /// State of a body in the model.
   RigidState body(BodyId id) const { return world_.body(id); }
-  /// Current contact points of the tool, or of the body it holds (World::contact_points_W()).
+  /// Writes the current contact points of the tool, or of the body that it holds (World::contact_points_W()). Returns
+  /// their number.
   std::size_t contact_points_W(std::span<Vec3> out) const noexcept { return world_.contact_points_W(tool_, out); }
-  /// Another user's tool in the model; `received` if the model does not contain it.
+  /// State of another user's tool in the model; `received` if the model does not contain that tool.
   RigidState partner_tool(UserId user, const RigidState& received) const noexcept {
     return state_.partners.tool_of(user, received, world_);
   }
-  /// Delay from an input to the use of the server's answer, including buffering at both ends; 0: not known yet.
+  /// Delay from an input to the use of the server's answer, including buffering at both ends; 0 if not known yet.
   Duration loop_delay() const { return state_.loop_delay; }
-  /// Residual: the server's wrench on the hand minus the model's for the same input, from the newest update that
-  /// answered a known input. Consumed by the call.
+  /// Residual: the server's wrench on the hand minus the model's wrench for the same input, from the newest update that
+  /// answered a stored input. Each residual is returned once.
   std::optional<Wrench> pop_residual() noexcept;
-  /// The newest residual, consumed or not; zero before the first.
+  /// Newest residual, whether or not pop_residual() has returned it; zero before the first.
   const Wrench& newest_residual() const { return state_.newest_residual; }
-  /// Time of the input that the newest residual belongs to.
+  /// Time of the input to which the newest residual belongs.
   LocalTime residual_of() const { return state_.residual_of; }
-  /// Largest Partner::common_share() of the other users: 1 if one has a hand on a body that this user moves. 1 without
-  /// others.
+  /// Largest Partner::common_share() of the other users: 1 if one of them has a hand on a body that this user moves.
+  /// Also 1 if there are no other users.
   double common_share() const noexcept { return state_.partners.common_share(); }
   /// Net work of the hand's coupling on the model [J].
   double coupling_work_j() const { return state_.tool.energy_into_world_j - state_.tool.energy_from_world_j; }
-  /// True if the model jumped, for example to the server's state; the displayed force must not jump. Consumed by the
-  /// call.
+  /// True if the model has jumped since the last call, for example to the server's state. The caller must then blend
+  /// the displayed force.
   bool pop_jump() noexcept;
   TickFaults faults() const { return faults_; }
 
  private:
-  /// Everything that outlives the world: another model of the scene continues with it.
+  /// State that another model of the same scene can take over (continue_from()).
   struct State {
     State(const physics::WorldDescription& description, const LocalModelSettings& settings);
 
-    std::vector<BodyCopy> bodies;  ///< the movable bodies
+    std::vector<BodyCopy> bodies;  ///< one for each movable body
     PartnerTools partners;
     InputHistory history;
     Reconciler tool_reconciler;
     net::PlayoutDelay playout;
     GraspPrediction grasp;
     SoftFollower soft;
-    physics::ToolState tool;  ///< the user's own tool after the last step
+    physics::ToolState tool;  ///< this user's tool after the last step
     bool has_started = false;
     bool has_jumped = false;
     Duration loop_delay{0};
-    std::optional<Wrench> residual;  ///< not yet consumed
+    std::optional<Wrench> residual;  ///< residual that pop_residual() has not returned yet
     Wrench newest_residual;
     LocalTime residual_of{};
-    double diverged_s = 0;  ///< time for which the tool has differed from the server's beyond kDivergence_m [s]
+    double diverged_s = 0;  ///< number of successive states that differ by more than kDivergence_m, times 1 ms [s]
   };
 
   void start(const proto::ServerUpdate& update) noexcept;
@@ -161,7 +167,7 @@ class LocalModel {
   std::size_t tools_;  ///< number of tools in the scene
   double step_s_;
   physics::World world_;
-  TickFaults faults_ = 0;  ///< of the last step
+  TickFaults faults_ = 0;  ///< faults of the last step
   State state_;
 };
 

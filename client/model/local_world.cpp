@@ -96,7 +96,7 @@ class Builder {
     return proto::touch_model_of(std::move(parts), stiffness_n_per_m3);
   }
 
-  /// Equal shapes are built once.
+  /// Returns the contact shape. Equal shapes are built only once.
   std::shared_ptr<const contact::ContactShape> contact(const wire::Shape& shape, const std::string& field) {
     wire::Shape key = shape;
     key.clear_placement();
@@ -129,7 +129,7 @@ class Builder {
     return *bytes;
   }
 
-  /// Hash of the shape's asset, or of an available coarse one that replaces it.
+  /// Returns the hash of the shape's asset. If only its coarse replacement is available, returns the hash of that.
   const std::string& hash_here(const wire::Shape& shape) const {
     const std::string& hash = needed_hash(shape);
     const auto is_fine = [&hash](const wire::AssetInfo& info) {

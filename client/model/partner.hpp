@@ -1,10 +1,10 @@
-// Another user in the local model: predicted pose of their hand, from the last received states.
+// Predicts the hand pose of another user (partner) in the local model, from the last received states.
 //
-//   received, and some time old    predicted                            stepped in the local model
+//   received with delay            predicted                            stepped in the local model
 //   handle, wrench on the hand ──▶ intended pose of the hand ──▶ handle ──▶ their tool, by the coupling ──▶ contact
-//                                  + how it yields to ◀──────────────── wrench of the model on their hand
+//                                  + displacement by ◀───────────────── wrench of the model on their hand
 //
-// Stiff interaction thus closes its loop locally, at 1 kHz. Only voluntary motion of the other hand is late.
+// The loop of a stiff interaction is thus closed locally at 1 kHz. Only voluntary motion of the partner's hand is late.
 #pragma once
 
 #include <array>
@@ -17,12 +17,12 @@
 
 namespace tandem::client {
 
-/// Impedance of a person's hand: its displacement under a force on the handle.
+/// Impedance of a human hand: displacement of the hand under a wrench on the handle.
 ///
 /// Model   m p'' + b p' + k p = f, I θ'' + b_r θ' + k_r θ = τ, relative to the intended pose; implicit Euler
 class GivingHand {
  public:
-  static constexpr double kMass_kg = 0.3;  ///< relaxed hand, as all constants below
+  static constexpr double kMass_kg = 0.3;  ///< this and the constants below: relaxed hand
   static constexpr double kStiffness_n_per_m = 200;
   static constexpr double kDamping_n_s_per_m = 8;
   static constexpr double kInertia_kg_m2 = 4e-4;
@@ -45,11 +45,11 @@ class GivingHand {
 
 /// Estimates mass and stiffness of a hand from its motion and the displayed force.
 ///
-/// Model   each of kHands hands, a grid of m and k, gives an intended position x − a_j; a_j is its yield to the
-///         displayed force. For the right hand the intended position is the voluntary motion, slow and smooth. So each
-///         hand is scored by the error of a fixed forecast of it over kHorizon_s (RMS over kMemory_s). The estimate is
-///         the mean of log m and log k, with weights prior · score⁻⁸. Without excitation all scores are alike, and the
-///         estimate is the relaxed hand.
+/// Model   kHands hypothetical hands form a grid of m and k. Hand j gives an intended position x − a_j, where a_j is
+///         its displacement by the displayed force. For the correct hand, the intended position is the voluntary
+///         motion, which is slow and smooth. Each hand is therefore scored by the error of a fixed forecast of its
+///         intended position over kHorizon_s (RMS over kMemory_s). The estimate is the mean of log m and log k, with
+///         weights prior · score⁻⁸. Without excitation all scores are equal, and the estimate is the relaxed hand.
 /// Source  multiple-model adaptive estimation: Magill, "Optimal adaptive estimation of sampled stochastic processes",
 ///         IEEE Trans. Automatic Control 10(4), 1965; scores and grid are ours
 /// Thread  one; no allocation
@@ -78,47 +78,50 @@ class HandEstimate {
   double log_stiffness_;
 };
 
-/// State of the local model around a partner in one step.
+/// State of the local model that the prediction of a partner needs in one step.
 struct PartnerSurroundings {
   Wrench on_hand_W;              ///< wrench of the model on the partner's hand
   bool is_predicted = true;      ///< predicts the partner's voluntary motion; false: it stays at the last received pose
-  bool is_coupled = false;       ///< the partner's bodies touch this user's, possibly through others
-  bool has_common_body = false;  ///< partner and this user both have a hand on the same body
-  RigidState body;               ///< that body, current state in the model
-  Pose X_WB_then;                ///< its pose at the server when the partner's handle was sampled
-  bool is_held = false;          ///< held by the partner's tool, not only pressed
-  Vec3 pressing_W = Vec3::Zero();  ///< unit direction in which the partner's tool presses on it; zero: held, or unknown
+  bool is_coupled = false;       ///< both users act on the same body, directly or through other bodies
+  bool has_common_body = false;  ///< both users have a hand on the same body, the common body
+  RigidState body;               ///< current state of the common body in the model
+  Pose X_WB_then;                ///< pose of the common body at the server when the partner's handle was sampled
+  bool is_held = false;          ///< the partner's tool holds the common body; false: the tool only touches it
+  Vec3 pressing_W = Vec3::Zero();  ///< unit normal of the partner's contact with the common body; zero if held
 };
 
-/// Predictor of one other user: received states and predicted handle.
+/// Predictor of one other user: stores the received states and predicts the handle.
 ///
-/// Model   X̂_H = X_H(t_s) + e(now) − a(t_s) + u, t_s the time of the received handle;
-///         e: yield of the hand to the model's force; a: yield to the force really displayed then (GivingHand with mass
-///         and stiffness of HandEstimate);
-///         u: forecast of the intended pose X_H − a, from its motion and from the motion since t_s of a body that both
-///         hold or press, across the pressing direction. TrajectoryForecast is cautious where the two touch, also
-///         through other bodies, because this user's response then pushes the partner's hand.
-///         At rest e = a where the model's force is true, so the handle is the received one and the force exact.
-/// Source  Smith's predictor, "Closer control of loops with dead time", Chem. Eng. Prog. 53(5), 1957: the known part of
-///         the far end is closed locally, the unknown part is held; ours here with the far hand's force received
+/// Model   X̂_H = X_H(t_s) + e(now) − a(t_s) + u, where t_s is the time of the received handle.
+///         e: displacement of the hand by the model's force. a: displacement by the force that was displayed at t_s.
+///         Both use a GivingHand with the mass and stiffness of HandEstimate.
+///         u: forecast of the change of the intended pose X_H − a since t_s, from the motion of this pose. If both
+///         users hold or touch a common body, the motion of that body since t_s is used, too (only across the contact
+///         normal). If the two users touch, also through other bodies, TrajectoryForecast predicts less, because this
+///         user's response then pushes the partner's hand.
+///         At rest with a correct force of the model, e = a and u = 0: the predicted handle is the received one.
+/// Source  Smith's predictor, "Closer control of loops with dead time", Chem. Eng. Prog. 53(5), 1957: the loop is
+///         closed locally through the modelled part of the remote end, and the unmodelled part is held. The use of the
+///         remote hand's received force is ours.
 /// Thread  haptic: no allocation, no throw; finite for finite input
 class Partner {
  public:
   explicit Partner(UserId id) : id_(id) {}
 
-  /// In      received  this user's state in `update`
+  /// In      received  state of the partner in `update`
   void receive(const proto::OtherUserState& received, const proto::ServerUpdate& update) noexcept;
-  /// Predicted current handle; only while has_handle().
+  /// Predicts the current handle. Must be called only while has_handle().
   /// In      played   server time of the playout
-  ///         since_s  time since then [s]
+  ///         since_s  time since `played` [s]
   RigidState predict(Duration played, double since_s, const PartnerSurroundings& around, double period_s) noexcept;
 
   UserId id() const { return id_; }
   std::size_t tool() const { return tool_; }
   bool has_handle() const { return !handle_.is_empty(); }
-  /// 1: this user and the partner have, or had a moment ago, a hand on the same body; 0: they have not. Smooth.
+  /// 1 if both users have a hand on the same body; falls slowly to 0 after one of them has left it.
   double common_share() const { return lately_common_; }
-  /// Body that the partner holds, as last received, and the tool's pose on it; none until both were in one update.
+  /// Body that the partner holds, as last received, and pose of the tool on that body. The pose is missing until tool
+  /// and body have been received in the same update.
   BodyId holds() const { return holds_; }
   const std::optional<Pose>& place() const { return X_BT_; }
   const RigidState& received_tool() const { return received_tool_; }
@@ -126,7 +129,7 @@ class Partner {
 
  private:
   void follow_grip(const PartnerSurroundings& around, double period_s) noexcept;
-  /// `way` without its component along the pressing direction.
+  /// Displacement `way` without its component along the contact normal.
   Vec3 across(const Vec3& way) const noexcept;
 
   UserId id_;
@@ -140,18 +143,18 @@ class Partner {
   net::RigidTrack force_;   ///< force on the partner's hand, stored as a position
   net::RigidTrack torque_;  ///< torque on the partner's hand, stored as a position
   HandEstimate hand_;
-  GivingHand modelled_;  ///< e
-  GivingHand shown_;     ///< a
-  // Arguments: typical way, and prior share of a common body's motion that the partner is assumed to follow. Above this
-  // value a bar that two users turn by its ends keeps swinging along its length and gains energy.
+  GivingHand modelled_;  ///< displacement e by the model's force
+  GivingHand shown_;     ///< displacement a by the displayed force
+  // Arguments: typical displacement, and prior share of a common body's motion that the partner is assumed to follow.
+  // Above a share of 0.25, a bar that two users turn by its ends oscillates along its length with growing amplitude.
   haptics::TrajectoryForecast intent_{0.01, 0.25};   ///< forecast of X_H − a [m]
   haptics::TrajectoryForecast turn_intent_{0.1, 0};  ///< forecast of the accumulated rotation [rad]
   Vec3 turned_ = Vec3::Zero();
   Quat q_before_ = Quat::Identity();
-  double common_share_ = 0;         ///< 1: both have a hand on a body; changes within kChange_s
-  double lately_common_ = 0;        ///< same, but falls slowly
-  double coupled_share_ = 0;        ///< 1: is_coupled; falls slowly
-  Vec3 pressing_W_ = Vec3::Zero();  ///< its length is the weight of the direction
+  double common_share_ = 0;         ///< 1 if there is a common body, else 0; changes within kChange_s
+  double lately_common_ = 0;        ///< same as common_share_, but falls slowly
+  double coupled_share_ = 0;        ///< 1 while is_coupled; falls slowly
+  Vec3 pressing_W_ = Vec3::Zero();  ///< smoothed contact normal; its length is the weight of the direction
 };
 
 }  // namespace tandem::client

@@ -5,10 +5,10 @@
 namespace tandem::client {
 namespace {
 
-/// A user without a received state for this long has left.
+/// A user has left if no state of theirs is received for this long.
 constexpr Duration kHoldKept = std::chrono::seconds(1);
-/// A grip that differs by more was moved by the server (Room::place()); smaller differences come from the delay of a
-/// moving body.
+/// If the received grip differs by more than this, the server has moved it (Room::place()). Smaller differences are
+/// caused by the delay while the body moves.
 constexpr double kElsewhere_m = 0.005;
 
 }  // namespace
@@ -85,7 +85,7 @@ PartnerSurroundings PartnerTools::surroundings_of(const PartnerTool& one, const 
     if ((hands >> one.tool & 1U) == 0 || (hands >> step.tool & 1U) == 0) continue;
     around.is_coupled = true;
     const Vec3 pressing_W = is_held ? Vec3(Vec3::Zero()) : world.pressing_normal_W(one.tool, body.id());
-    // A body that this user moves only through another one does not follow this hand, so it is no common body.
+    // A body that this user moves only through another body does not follow this user's hand. It is no common body.
     const bool has_own_hand = step.held == body.id() || !world.pressing_normal_W(step.tool, body.id()).isZero();
     if (!has_own_hand || (!is_held && pressing_W.isZero())) continue;
     around.has_common_body = true;
@@ -98,11 +98,11 @@ PartnerSurroundings PartnerTools::surroundings_of(const PartnerTool& one, const 
   return around;
 }
 
-/// Adds the partner's tool at the server's pose.
+/// Activates the partner's tool at the pose received from the server.
 bool PartnerTools::activate(PartnerTool& one, physics::World& world) noexcept {
   if (one.is_active) return false;
   one.tool = one.partner.tool();
-  // activate_tool() is called without the scene's initial grasp; the grip comes from the server.
+  // The argument false omits the scene's initial grasp, because the grip is received from the server.
   world.activate_tool(one.tool, false);
   world.set_tool(one.tool, one.partner.received_tool());
   one.is_active = true;
@@ -117,7 +117,7 @@ bool PartnerTools::deactivate(PartnerTool& one, physics::World& world) noexcept 
   return was_active;
 }
 
-/// Lets the tool hold its body at the received grip, and moves the grip if the server moved it.
+/// Makes the tool hold its body at the received grip, and moves the grip if the server has moved it.
 void PartnerTools::follow_grip(PartnerTool& one, const ModelStep& step, std::span<const BodyCopy> bodies) noexcept {
   const Partner& partner = one.partner;
   physics::World& world = step.world;

@@ -1,5 +1,5 @@
-// Tools of other users in the local model: each is pulled to its user's predicted hand, so that it responds to this
-// user's hand without delay.
+// Tools of other users in the local model. Each tool is pulled to its user's predicted hand, so that it responds to
+// this user's hand without delay.
 //
 //   received states ──▶ Partner: predicted handle ──▶ the partner's tool in the model ──▶ contact, grasp
 #pragma once
@@ -13,46 +13,47 @@
 
 namespace tandem::client {
 
-/// Activates a tool of a model in the state that it has in another model. It holds its body at the present grip.
+/// Activates a tool with a state from another model. If the tool holds a body there, it holds the same body here, at
+/// its current pose relative to that body.
 void set_tool_state(physics::World& world, std::size_t tool, const physics::ToolState& state) noexcept;
 
-/// Partners and their tools.
+/// Partners (other users) and their tools.
 ///
-/// Invariants  A tool is active in the world only while its partner's handle is received. A partner from whom no state
-///             arrives for 1 s has left. A tool holds only a body that the server has reported as held by it.
-/// Thread      haptic: no allocation after construction, no throw. Calls that return bool: true if the model jumped, so
-///             that the displayed force must be blended
+/// Invariants  A tool is active in the world only while its partner's handle is received. A partner without a received
+///             state for 1 s has left. A tool holds only a body that the server has reported as held by it.
+/// Thread      haptic: no allocation after construction, no throw. receive() and drive() return true if the model
+///             jumped; the displayed force must then be blended
 class PartnerTools {
  public:
   PartnerTools();
 
-  /// Adds a state of the server.
+  /// Adds a state received from the server.
   bool receive(const proto::ServerUpdate& update, physics::World& world) noexcept;
   /// Predicts each partner's handle and pulls its tool to it.
   /// In      predicts_motion  false: partners' hands stay at their last received poses
   ///         tools            number of tools in the scene
   bool drive(const ModelStep& step, std::span<const BodyCopy> bodies, bool predicts_motion, std::size_t tools) noexcept;
-  /// Sets the tools that hold nothing to the server's newest states.
+  /// Sets the tools without a held body to the server's newest states.
   void restart(physics::World& world) const noexcept;
 
-  /// Sets the bounds of the active tools' couplings.
+  /// Sets the coupling bounds of the active tools.
   void bound_couplings(physics::World& world, const HapticScene& scene) const noexcept;
-  /// Prepares another world of the same scene, in which these tools continue: bounds of all couplings.
+  /// Sets the coupling bounds of all tools in another world of the same scene, before continue_in().
   void bound_all_couplings(physics::World& world, const HapticScene& scene) const noexcept;
-  /// Activates the active tools in another world of the same scene, in the states that they have in `from`.
+  /// Activates the tools in another world of the same scene if they are active, with their states in `from`.
   void continue_in(physics::World& world, const physics::World& from) const noexcept;
 
   /// True if a partner's tool holds the body.
   bool is_holding(BodyId body) const noexcept;
-  /// A user's tool in the world; `received` if it is not active.
+  /// State of a user's tool in the world; `received` if the tool is not active.
   RigidState tool_of(UserId user, const RigidState& received, const physics::World& world) const noexcept;
-  /// Largest Partner::common_share(); 1 without an active tool.
+  /// Largest Partner::common_share(); 1 if no tool is active.
   double common_share() const noexcept;
 
  private:
   struct PartnerTool {
     Partner partner;
-    std::size_t tool = 0;  ///< the tool in the world, which holds `held`
+    std::size_t tool = 0;  ///< index of the tool in the world, which holds `held`
     bool is_active = false;
     BodyId held;
   };
@@ -63,7 +64,7 @@ class PartnerTools {
   static bool deactivate(PartnerTool& one, physics::World& world) noexcept;
   static void follow_grip(PartnerTool& one, const ModelStep& step, std::span<const BodyCopy> bodies) noexcept;
 
-  std::vector<PartnerTool> partners_;  ///< reserved for kMaxUsers
+  std::vector<PartnerTool> partners_;  ///< capacity reserved for kMaxUsers
 };
 
 }  // namespace tandem::client

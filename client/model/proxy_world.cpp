@@ -18,13 +18,13 @@ namespace {
 
 using contact::ExactField;
 
-/// Limits of the ball's radius (GodObjectSettings).
+/// Range of the ball's radius that GodObjectSettings allows.
 constexpr double kMinRadius_m = 5e-5;
 constexpr double kMaxRadius_m = 0.1;
-/// Limit of the triangles in all distinct meshes of a scene: bounds the memory for their search trees.
+/// Maximum number of triangles in all distinct meshes of a scene. It limits the memory for their search trees.
 constexpr std::size_t kMaxTriangles = 2 * geometry::kMaxSurfaceTriangles;
-/// Limit of the triangles at one vertex: the cost of a mesh's normals grows with the square. Real meshes have tens,
-/// rarely hundreds.
+/// Maximum number of triangles at one vertex. The cost of a mesh's normals grows with the square of this number. Usual
+/// meshes have tens, rarely hundreds.
 constexpr int kMaxTrianglesOfVertex = 4096;
 /// Minimum size of the bounding box of a flat mesh.
 constexpr double kMinOutline_m = 1e-6;
@@ -41,7 +41,7 @@ std::size_t touchable_shapes(const wire::Scene& scene) {
   return count;
 }
 
-/// Field of a sphere, cylinder, capsule or box.
+/// Exact distance field of a sphere, cylinder, capsule or box.
 std::shared_ptr<const ExactField> exact_field(const wire::Shape& shape) {
   if (shape.has_sphere()) return contact::sphere_field(shape.sphere().radius_m());
   if (shape.has_cylinder()) return contact::cylinder_field(shape.cylinder().radius_m(), shape.cylinder().length_m());
@@ -50,7 +50,7 @@ std::shared_ptr<const ExactField> exact_field(const wire::Shape& shape) {
   return contact::box_field({size[0], size[1], size[2]});
 }
 
-/// Radius of the largest ball about the tool's origin that is inside one of its shapes; 0 or less: none.
+/// Radius of the largest ball about the tool's origin that is inside one of the tool's shapes; ≤ 0 if there is none.
 double largest_ball_m(const wire::Tool& tool) {
   double largest_m = 0;
   for (const wire::Shape& shape : tool.shapes()) {
@@ -61,7 +61,7 @@ double largest_ball_m(const wire::Tool& tool) {
   return largest_m;
 }
 
-/// Motion of the frame `part`, which is fixed in the moving frame `frame`.
+/// State of a frame that is fixed in the moving frame `frame` at the pose `part`.
 RigidState fixed_in(const RigidState& frame, const Pose& part) {
   return {frame.X * part, {frame.V.v + frame.V.w.cross(frame.X.q * part.p), frame.V.w}};
 }
@@ -71,7 +71,8 @@ RigidState fixed_in(const RigidState& frame, const Pose& part) {
 struct ProxyWorld::Part {
   std::size_t body = 0;
   Pose X_BS;
-  /// Region that the ball must leave before the part is felt again: the shape, or the bounding box of its triangles.
+  /// Region that the ball must leave before an excluded part becomes an obstacle again: the shape, or for a mesh its
+  /// bounding box.
   std::shared_ptr<const ExactField> outline;
   Pose X_SO;
   bool is_left_out = false;
@@ -81,11 +82,11 @@ namespace {
 
 /// A shape as an obstacle for the ball.
 struct TouchedShape {
-  std::shared_ptr<const haptics::ProxyMesh> mesh;  ///< null: `outline` is the obstacle
+  std::shared_ptr<const haptics::ProxyMesh> mesh;  ///< mesh of the obstacle; if null, `outline` is the obstacle
   std::shared_ptr<const ExactField> outline;
   Pose X_SO;
 };
-/// Meshes by the hash of their surface, each loaded once.
+/// Loaded meshes by the hash of their surface asset.
 using TouchedMeshes = std::map<std::string, TouchedShape>;
 
 /// Returns the largest number of triangles that share a vertex.
@@ -196,7 +197,7 @@ ProxyWorld::ProxyWorld(const wire::Joined& joined, const AssetMap& assets) {
 
 ProxyWorld::~ProxyWorld() = default;
 
-// Ticks with an invalid hand skip this function, so a new state is recognised by its step number.
+// This function is not called in ticks with an invalid sample. A new state is therefore detected by its step number.
 const haptics::ProxyState& ProxyWorld::step(const Vec3& p_WH, const ReceivedUpdate& newest, LocalTime now) noexcept {
   if (!has_begun_ || newest.update.step != taken_) receive(newest);
   move_parts(now);
@@ -206,7 +207,7 @@ const haptics::ProxyState& ProxyWorld::step(const Vec3& p_WH, const ReceivedUpda
   return state;
 }
 
-// First update(): moves the bodies to their states. reset(): places the ball.
+// update() moves the bodies to their states; then reset() places the ball at the tool.
 void ProxyWorld::begin(const proto::ServerUpdate& newest) noexcept {
   leave_out(newest.held_body, newest.tool.X.p);
   ball_->update(newest.tool.X.p, motions_);
@@ -214,13 +215,13 @@ void ProxyWorld::begin(const proto::ServerUpdate& newest) noexcept {
   has_begun_ = true;
 }
 
-// Updates are thinned on the wire: a body that is missing from this one keeps its last state.
+// The server does not send every body in each update. A body that is missing from this one keeps its last state.
 void ProxyWorld::receive(const ReceivedUpdate& newest) noexcept {
   if (newest.received - last_received_ > kForgotten) has_begun_ = false;
   taken_ = newest.update.step;
   last_received_ = newest.received;
   for (const proto::BodyState& received : newest.update.bodies) {
-    const std::size_t index = received.id.value - 1;  // an id of 0 gives the largest index there is
+    const std::size_t index = received.id.value - 1;  // id 0 wraps to the largest index, which is skipped
     if (index >= bodies_.size()) continue;
     bodies_[index] = received.state;
     received_at_[index] = newest.received;

@@ -1,5 +1,5 @@
-// Reconciliation at matched time: the server's state answers an input one round trip old. Its difference to the model's
-// state at the same input is the model's error, independent of the delay. It is removed without a step.
+// Reconciliation at matched inputs: a received server state answers an input that is one round trip old. The difference
+// to the model's state at that same input is the model's error, independent of the delay. It is removed gradually.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -7,7 +7,7 @@
 
 namespace tandem::client {
 
-/// A displacement of a rigid body with its rates, all in W: added to its pose and twist.
+/// Difference of two rigid states, in W; it is added to a pose and a twist.
 struct Shift {
   Vec3 p = Vec3::Zero();      ///< [m]
   Vec3 theta = Vec3::Zero();  ///< rotation vector [rad]
@@ -19,40 +19,41 @@ struct Shift {
   Shift operator*(double scale) const { return {p * scale, theta * scale, v * scale, w * scale}; }
 };
 
-/// The displacement's position and rotation as a pose.
+/// Position and rotation of the shift as a pose.
 inline Pose pose_of(const Shift& shift) {
   return {shift.p, quaternion_of(shift.theta)};
 }
-/// Displacement from `from` to `to`.
+/// Shift that leads from state `from` to state `to`.
 Shift shift_between(const RigidState& from, const RigidState& to) noexcept;
 
 /// Rate of the correction and its limits.
 struct ReconcilerSettings {
-  double time_constant_s = 0.1;  ///< without a delay
-  /// Additional time constant in loop delays. An immediate correction of an oscillating body would return a part of the
-  /// oscillation later with the opposite sign. With 1/τ below 2 ζ ω of every oscillation the loop is stable at any
-  /// phase.
+  double time_constant_s = 0.1;  ///< time constant of the correction without a delay
+  /// Additional time constant, as a multiple of the loop delay. If an oscillating body were corrected at once, a part
+  /// of its oscillation would return later with the opposite sign. If 1/τ, with τ the total time constant, is below 2 ζ
+  /// ω of every oscillation, the loop is stable at any phase.
   double loops = 5;
-  double speed_limit_m_per_s = 0.05;  ///< limit of the correction: felt as a slow drift, not as a jerk
-  double turn_limit_rad_per_s = 0.5;  ///< same for rotation
-  double dead_zone_m = 0;             ///< smaller differences are not corrected (for a tool that its coupling holds)
-  double dead_zone_rad = 0;
+  double speed_limit_m_per_s = 0.05;  ///< speed limit of the correction, so that it is felt as drift and not as a jerk
+  double turn_limit_rad_per_s = 0.5;  ///< speed limit of the correction for rotation
+  double dead_zone_m = 0;             ///< position difference below which nothing is corrected (used for tools)
+  double dead_zone_rad = 0;           ///< rotation difference below which nothing is corrected
 };
 
-/// Correction of one body or tool.
+/// Computes the correction of one body or tool.
 ///
-/// Model   C is the sum of all shifts so far, stored with every input. The error e is the server's state for input k
-///         less the model's at k, which already contained C(k). The required sum is thus C(k) + e, and C(k) + e − C is
-///         missing now. Corrections that are not yet visible in the server's answers are therefore not applied twice.
-///         In each tick a share h/τ of the missing part is applied, within the limits; τ = time_constant + loops ·
-///         delay.
-/// Source  a Smith predictor's inner difference; the bookkeeping by cumulative sums is ours
+/// Model   C is the sum of all shifts so far; its value is stored with every input. The error e is the server's state
+///         for input k minus the model's state at k, which already contained C(k). The required sum is thus C(k) + e,
+///         and the part still to be applied is C(k) + e − C. A correction that was applied after input k is therefore
+///         not applied a second time.
+///         In each tick a share h/τ of this part is applied, within the limits. h is the period and
+///         τ = time_constant + loops · delay.
+/// Source  inner difference of a Smith predictor; the use of cumulative sums is ours
 /// Thread  haptic: no allocation; finite for finite input
 class Reconciler {
  public:
   explicit Reconciler(const ReconcilerSettings& settings) : settings_(settings) {}
 
-  /// Records the server's state `server` for an input at which the model was at `then`, with a total shift of
+  /// Records the server's state for an input. At this input the model was in the state `then`, with a sum of shifts
   /// `given_then`.
   void observe(const RigidState& server, const RigidState& then, const Shift& given_then) noexcept;
   /// Returns the shift to apply in this tick.

@@ -1,4 +1,4 @@
-// Contact of soft bodies with the user's own tool between the server's updates: their linearised contact, evaluated at
+// Contact of soft bodies with this user's tool between two updates of the server: evaluates the linearised contact at
 // 1 kHz.
 #pragma once
 
@@ -9,26 +9,26 @@ namespace tandem::client {
 
 /// Evaluates the newest linearised contact at the tool's current pose and blends smoothly from the previous one.
 ///
-/// Model   W = W_received(X) + e. A new contact changes e so that W does not change. Then e decays like a critically damped
-///         spring, so the steps of the soft bodies (60 Hz) are not felt. The first touch is not late, because the
-///         server predicts it (PredictedSoftContact). The force never pulls.
-/// Limits  motion of the soft body by itself, or by other users, is late by the delay and the decay of e. The end of a
-///         contact is also late when the soft body moves away from the tool.
+/// Model   W = W_received(X) + e. When a new contact is received, e is set so that W does not change. Then e decays
+///         like a critically damped spring, so the steps of the soft bodies (60 Hz) are not felt. The first touch is
+///         not late, because the server predicts it (PredictedSoftContact). The force is never attractive.
+/// Limits  Motion of the soft body that this tool does not cause is late by the delay and the decay of e. If the soft
+///         body moves away from the tool, the end of the contact is late, too.
 /// Thread  haptic: no allocation, no throw
 class SoftFollower {
  public:
-  /// Sets the body that the contact acts on: the held one, or invalid for the tool itself. For another one than before
-  /// the contact is discarded.
+  /// Sets the held body on which the contact acts; an invalid id means the tool itself. If it differs from the previous
+  /// one, the contact is discarded.
   void attach_to(BodyId held) noexcept;
   /// Sets the newest received contact, for the tool or held body at `X_WT`.
   void receive(const SoftContact& received, const Pose& X_WT) noexcept;
-  /// Returns the wrench on the tool or held body about its origin, in W, for the next period.
+  /// Returns the wrench on the tool or held body for the next period, about its origin and in W.
   Wrench step(const Pose& X_WT, double period_s) noexcept;
 
  private:
   BodyId held_;
   SoftContact received_;
-  Wrench left_, left_rate_;  ///< e and its derivative
+  Wrench left_, left_rate_;  ///< fading difference e and its derivative
 };
 
 }  // namespace tandem::client

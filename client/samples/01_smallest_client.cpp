@@ -1,5 +1,5 @@
-// The smallest client: a simulated hand joins the room of a server on this machine and feels it for two seconds. Read
-// this first to embed the client in a program of your own. tandem-client adds options and reports.
+// The smallest client: a simulated hand joins the room of a server on this machine and touches its scene for two
+// seconds. Read this first to use the client in another program. tandem-client adds options and reports.
 //
 //   tandem-server --scene peg_in_hole &        01_smallest_client [PORT]
 #include <charconv>
@@ -31,14 +31,15 @@ std::uint16_t port_of(std::string_view text) {
 }
 
 bool run(std::uint16_t port) {
-  // The device: any implementation of devices/device.hpp. This one includes a simulated hand that follows a path. A
-  // real device is opened here, before any real-time thread runs, because opening may block.
+  // The device can be any implementation of devices/device.hpp. This one includes a simulated hand that follows a path.
+  // A real device must also be opened here, before any real-time thread runs, because opening may block.
   devices::SimDevice device(devices::SimDevice::default_spec(), devices::HandParameters{},
                             devices::named_hand_path("peg-left"), /*seed=*/1);
 
-  // The client (client/client.hpp) with its sockets and io thread. It joins the server's only room as a manipulator and
-  // rejoins automatically after a lost connection. A program with users would set session.room and session.role. The
-  // stage "late-pose" needs no assets. The force limits come from the device's spec; no server can raise them.
+  // ClientIo is the client (client/client.hpp) with its sockets and io thread. It joins the server's only room as a
+  // manipulator, and rejoins automatically after a lost connection. A program with users would set session.room and
+  // session.role. The stage "late-pose" needs no assets. The device's spec sets the force limits; a server cannot raise
+  // them.
   client::ClientIoSettings settings;
   settings.port = port;
   settings.client.session.user_name = "smallest";
@@ -46,26 +47,26 @@ bool run(std::uint16_t port) {
   client::ClientIo io(settings, device);
   io.start();
 
-  // Joining takes a round trip or two. Waiting for it here lets the hand's path begin with the session; a program
-  // with a window would show the status instead of blocking.
+  // Joining takes one or two round trips. The sample waits here, so that the hand's path begins with the session. A
+  // program with a window would show the status instead of blocking.
   while (io.snapshot().status.state != client::SessionState::kActive) {
     const client::SessionStatus status = io.snapshot().status;
     if (status.state == client::SessionState::kEnded) throw std::runtime_error(status.why);
     std::this_thread::sleep_for(10ms);
   }
 
-  // The 1 kHz thread. Priority 70 is above the io thread and below the kernel's own threads. Rights that the machine
-  // refuses are only reported: the loop runs without them, with more lateness.
+  // The loop runs the haptic thread at 1 kHz. Priority 70 is above the io thread and below the kernel's threads. If the
+  // machine refuses real-time rights, the sample prints them; the loop then runs with more lateness.
   client::HapticLoop loop({.realtime_priority = 70}, io.haptics(), [&io] { io.notify(); });
   for (const std::string& missing : loop.start()) std::fprintf(stderr, "%s\n", missing.c_str());
 
-  // Ctrl-C also releases the hand. It is handled on a thread of its own, because this one may block in a terminal
-  // write.
+  // Ctrl-C ends the loop, which ramps the force down. A separate thread handles it, because this thread may block when
+  // it writes to the terminal.
   client::StopSignals signals;
   signals.when_requested([&loop] { loop.request_stop(); });
 
-  // From here on the hand feels the scene. This thread is free to draw, log or ask the user. The tick records are
-  // buffered in a ring of four seconds; records not read in time are lost and counted.
+  // From here on, the force of the scene is displayed. This thread can draw, write a log or wait for user input. Tick
+  // records are buffered in a ring for four seconds; records that are not read in time are lost and counted.
   client::TickRecord newest;
   for (int second = 1; second <= 2 && !loop.is_over(); ++second) {
     std::this_thread::sleep_for(1s);
@@ -74,7 +75,7 @@ bool run(std::uint16_t port) {
                 tandem::to_seconds(newest.state_age) * 1e3);
   }
 
-  // Order matters: the loop first ramps the force to zero and writes zero last, then the session leaves the room.
+  // The order is important: the loop must ramp the force to zero before the session leaves the room.
   loop.stop();
   const bool has_state = io.snapshot().has_state;
   io.stop();
@@ -86,8 +87,8 @@ bool run(std::uint16_t port) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  client::block_stop_signals();  // before any thread: a signal must not end the program with a force on
-  try {  // set-up errors (no server, wrong version, full room) are exceptions whose text names the remedy
+  client::block_stop_signals();  // before any thread starts, so that a signal cannot end the program with a force
+  try {  // set-up errors (no server, wrong version, full room) are exceptions; their text names the remedy
     return run(argc > 1 ? port_of(argv[1]) : 47800) ? 0 : 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "01_smallest_client: %s\n", error.what());

@@ -1,8 +1,8 @@
-// Touch for one user, without a server: a simulated hand presses a point into a fixed box and a passing sphere. Read
-// this to add touch to a program of your own. Sample 01 covers scenes shared by several users; a client's stage
-// "god-object" renders them with the method shown here.
+// Haptic rendering for one user, without a server: a simulated hand touches a fixed box and a moving sphere with a
+// point. Read this to add haptic rendering to another program. Sample 01 shows scenes that several users share; the
+// client's stage "god-object" renders such scenes with the method of this sample.
 //
-//   02_god_object            prints a table; a force of 0 means that nothing is touched
+//   02_god_object            prints a table; the force is 0 if nothing is touched
 #include <array>
 #include <chrono>
 #include <cstdio>
@@ -24,7 +24,7 @@ Pose at(const Vec3& p) {
   return {p, tandem::Quat::Identity()};
 }
 
-/// Path that the simulated hand tries to follow: down into the box, along its top, then to the sphere's path.
+/// Intended path of the simulated hand: down into the box, along its top, then to a point on the sphere's path.
 tandem::devices::HandPath hand_path() {
   return tandem::devices::HandPath({{0ms, at({0, 0, 0.03}), 0, "approach"},
                                     {600ms, at({0, 0, -0.01}), 0, "press"},
@@ -33,20 +33,22 @@ tandem::devices::HandPath hand_path() {
                                     {3000ms, at({0.015, 0, 0.03}), 0, ""}});
 }
 
-/// The sphere passes through the last point of the hand's path at 0.1 m/s.
+/// State of the sphere. It moves at 0.1 m/s past the last point of the hand's path.
 tandem::RigidState sphere_at(double t_s) {
   const Vec3 v_W(-0.1, 0, 0);
   return {at(Vec3(0.27, 0.004, 0.03) + v_W * t_s), {v_W, Vec3::Zero()}};
 }
 
 int run() {
-  // Any device of devices/ works here; this one includes a simulated hand. The writer clamps to the device's limits.
+  // Any device of devices/ can be used; this one includes a simulated hand. The writer clamps forces to the device's
+  // limits.
   tandem::devices::SimDevice device(tandem::devices::SimDevice::default_spec(), tandem::devices::HandParameters{},
                                     hand_path(), /*seed=*/1);
   tandem::devices::DeviceWriter writer(device);
 
-  // Obstacles: primitives with a formula, or a ProxyMesh of any triangles. The device's frame equals the world's here;
-  // a program with a scene applies its workspace mapping between them (common/base/workspace.hpp).
+  // An obstacle is a primitive with an exact distance function, or a ProxyMesh of triangles. In this sample the
+  // device's frame equals the world's frame. A program with a scene would apply a workspace mapping between them
+  // (common/base/workspace.hpp).
   tandem::haptics::ProxyObstacle box;
   box.primitive = tandem::contact::box_field(Vec3(0.08, 0.08, 0.02));
   box.static_friction = 0.5;
@@ -56,15 +58,15 @@ int run() {
   sphere.X_WB = sphere_at(0).X;
   tandem::haptics::GodObject proxy({.radius_m = 2e-3, .is_shaded = true}, {box, sphere}, Vec3(0, 0, 0.03));
 
-  // The spring between hand and proxy. Its force never exceeds the limit; coupling/laws.hpp lists the alternatives.
+  // Spring between hand and proxy. Its force is limited to force_limit_n. coupling/laws.hpp lists the other laws.
   const auto spring = tandem::haptics::make_coupling_law(
       "spring-damper", {.stiffness_n_per_m = 600, .damping_n_s_per_m = 2, .force_limit_n = 6});
 
   std::puts("   time   hand z  proxy x  proxy z    depth    force");
   std::puts("      s       mm       mm       mm       mm        N");
   for (int tick = 0; tick < 3000; ++tick) {
-    // A program with a real device waits here for the next millisecond: common/realtime/realtime.hpp has the loop, with
-    // absolute deadlines, priority and a record of lateness. This sample steps the simulated hand as fast as it can.
+    // A program with a real device must wait here for the next millisecond. common/realtime/realtime.hpp provides
+    // timers with absolute deadlines and measured lateness, and real-time priority. This sample does not wait.
     const tandem::LocalTime now(1ms * tick);
     const tandem::devices::DeviceSample sample = device.read(now);
     if (!sample.is_valid) {
@@ -81,7 +83,7 @@ int run() {
                   1e3 * (state.goal_W - state.p_W).norm(), force_on_hand_W.norm());
     }
   }
-  // The force is set to zero at the end of the loop.
+  // The device must not keep the last force after the loop.
   writer.write_zero(tandem::LocalTime(3s));
   return 0;
 }

@@ -1,4 +1,5 @@
-// Fetches the files of a scene by content hash, in pieces; discards files with a wrong hash.
+// Fetches the assets of a scene from the server, by content hash and in pieces. An asset with a wrong hash is
+// discarded.
 #pragma once
 
 #include <cstdint>
@@ -19,51 +20,51 @@
 
 namespace tandem::client {
 
-/// Limit of the memory that a server can make a client use for assets.
+/// Maximum memory that a client uses for the assets that a server lists.
 inline constexpr std::uint64_t kMaxAssetBytes = 256ULL * 1024 * 1024;
 
 using AssetInfos = google::protobuf::RepeatedPtrField<wire::AssetInfo>;
 
-/// Requests pieces ahead, as far as the caller permits, and assembles the answers. Received pieces are kept after a
-/// lost connection as long as the asset is wanted.
+/// Requests the pieces of assets and assembles the answers. Several requests may be unanswered at once; the caller
+/// limits their size. After a lost connection, received pieces remain stored while their asset is still listed.
 ///
 /// Thread  io
 class AssetFetcher {
  public:
-  /// Time without an answer of the store after which the server is queried instead, since a disk may hang.
+  /// Time-out of the store: if it does not answer for this long, assets are fetched from the server. A disk may hang.
   static constexpr Duration kStoreTimeout = std::chrono::seconds(1);
 
-  /// In      store  queried before the server, and stores fetched assets; null: none
+  /// In      store  queried before the server, and keeps fetched assets; null if there is none
   explicit AssetFetcher(std::uint64_t limit_bytes = kMaxAssetBytes, std::shared_ptr<AssetStore> store = nullptr)
       : limit_bytes_(limit_bytes), store_(std::move(store)) {}
 
-  /// Starts the look-ups of these assets in the store, in order, within the memory limit.
+  /// Starts look-ups of these assets in the store, in this order. Assets beyond the memory limit are not looked up.
   void look_up(const AssetInfos& wanted);
-  /// Collects the store's answers so far. Returns true once all look-ups are answered.
+  /// Accepts the answers of the store that have arrived. Returns true once all look-ups are answered.
   bool accept_found();
-  /// Drops all look-ups when the store has not answered for kStoreTimeout.
+  /// Drops all look-ups if the store has not answered for kStoreTimeout.
   void check_store(LocalTime now);
 
-  /// Sets a new list to fetch from the server, in order, except available assets. Returns one line for each asset that
-  /// is left out (bad hash, over the limit).
+  /// Sets the list of assets to fetch from the server, in this order. Available assets are skipped. Returns one line of
+  /// text for each asset that is left out because of a bad hash or the memory limit.
   std::vector<std::string> begin(const AssetInfos& wanted);
-  /// Starts a new connection, on which earlier requests are not answered.
+  /// Must be called for a new connection: pieces that were requested but not received are requested again.
   void reconnect();
   bool has(const wire::AssetInfo& info) const;
 
-  /// Next piece to request, of at most `max_bytes`, as request number `request`; empty if all is requested.
+  /// Returns the next request, number `request`, for a piece of at most `max_bytes`; none if everything is requested.
   std::optional<wire::GetAsset> next_request(std::uint32_t request, std::size_t max_bytes);
   /// True if a request is unanswered.
   bool is_awaiting() const { return !awaited_.empty(); }
-  /// True if `request` is the next to be answered: answers arrive in the order of the requests.
+  /// True if `request` is the oldest unanswered request. Answers arrive in the order of the requests.
   bool is_next(std::uint32_t request) const { return is_awaiting() && awaited_.front().request == request; }
-  /// Takes the answer to a request that is_next(). Returns the problem if it is unusable, and gives up its asset; else
-  /// empty.
+  /// Accepts the answer to the request for which is_next() is true. If the answer is unusable, removes its asset from
+  /// the list and returns the problem, otherwise an empty string.
   std::string on_chunk(std::uint32_t request, const wire::AssetChunk& chunk);
-  /// Gives up the asset of a request that is_next() and that the server refused.
+  /// Handles the refusal of the request for which is_next() is true: removes its asset from the list.
   void on_refused(std::uint32_t request);
 
-  /// Number of these assets that are still expected: listed, not available, not given up.
+  /// Number of these assets that are still to be fetched.
   std::size_t left_of(const AssetInfos& some) const;
   const AssetMap& assets() const { return assets_; }
   std::uint64_t bytes() const { return held_bytes_; }
@@ -72,12 +73,12 @@ class AssetFetcher {
   struct Wanted {
     wire::AssetInfo info;
     proto::Sha256 hash{};
-    std::uint64_t number = 0;        ///< unique, also among entries of the same asset
-    proto::Bytes bytes{};            ///< received so far
-    std::uint64_t requested_to = 0;  ///< all bytes before it are received or requested
+    std::uint64_t number = 0;        ///< number of the entry; a later entry of the same asset has another number
+    proto::Bytes bytes{};            ///< bytes received so far
+    std::uint64_t requested_to = 0;  ///< offset up to which all bytes are received or requested
     secure::ContentHasher hasher{};
   };
-  /// A requested piece without an answer yet.
+  /// A request for a piece that is not answered yet.
   struct Awaited {
     std::uint32_t request = 0;
     std::uint64_t wanted = 0;  ///< Wanted::number
@@ -85,7 +86,7 @@ class AssetFetcher {
     std::size_t bytes = 0;
   };
 
-  /// A query of the store.
+  /// A look-up in the store.
   struct Lookup {
     proto::Sha256 hash{};
     std::uint64_t size_bytes = 0;
@@ -104,7 +105,8 @@ class AssetFetcher {
   std::deque<Wanted> wanted_;
   std::deque<Awaited> awaited_;
   std::deque<Lookup> lookups_;
-  std::optional<LocalTime> store_answered_;  ///< time of its last answer, or of the start of waiting
+  /// Time of the store's last answer, or of the first check_store() since then; none: no look-up is open.
+  std::optional<LocalTime> store_answered_;
 };
 
 }  // namespace tandem::client

@@ -11,8 +11,8 @@
 namespace tandem::client {
 namespace {
 
-/// Limit of each list, tactile and drawn assets; the rest is ignored. The server chooses the number of assets, and the
-/// io thread scans the list for each chunk.
+/// Maximum number of assets in each list (tactile, drawn); further assets are ignored. The server determines the number
+/// of assets, and the io thread searches the list for each chunk.
 constexpr int kMaxAssets = 1024;
 
 AssetInfos of_kinds(const std::vector<std::string>& kinds, const AssetInfos& offered) {
@@ -24,7 +24,7 @@ AssetInfos of_kinds(const std::vector<std::string>& kinds, const AssetInfos& off
   return wanted;
 }
 
-/// Smallest drawing of each surface.
+/// Returns the smallest drawing of each surface.
 AssetInfos first_drawings(const AssetInfos& offered) {
   std::map<std::string_view, const wire::AssetInfo*> smallest;
   for (const wire::AssetInfo& info : offered) {
@@ -37,7 +37,7 @@ AssetInfos first_drawings(const AssetInfos& offered) {
   return first;
 }
 
-/// Coarse replacements, by the hash of the asset that they replace.
+/// Returns the coarse replacements, by the hash of the asset that they replace.
 std::map<std::string_view, const wire::AssetInfo*> coarse_ones(const AssetInfos& offered) {
   std::map<std::string_view, const wire::AssetInfo*> coarse;
   for (const wire::AssetInfo& info : offered) {
@@ -46,7 +46,8 @@ std::map<std::string_view, const wire::AssetInfo*> coarse_ones(const AssetInfos&
   return coarse;
 }
 
-/// Coarse replacement of `fine`; null: none. Entries of the wrong kind or size are not accepted as replacements.
+/// Returns the coarse replacement of `fine`; null if there is none. Only a contact asset can have one, and it must be
+/// smaller.
 const wire::AssetInfo* stand_in(const wire::AssetInfo& fine,
                                 const std::map<std::string_view, const wire::AssetInfo*>& coarse) {
   const auto found = coarse.find(fine.sha256());
@@ -133,7 +134,7 @@ AssetInfos AssetPlan::drawings_by_size() const {
 }
 
 std::optional<wire::GetAsset> AssetPlan::next_request(std::uint32_t request, LocalTime now) {
-  // During planning the list may still hold assets of the previous scene.
+  // Until the plan is complete, the list may contain assets of the previous scene.
   if (is_planning()) return std::nullopt;
   const std::size_t bytes = !settings_.fetches_one_at_a_time ? rate_.bytes_to_request(now)
                             : fetcher_.is_awaiting()         ? 0
@@ -144,7 +145,8 @@ std::optional<wire::GetAsset> AssetPlan::next_request(std::uint32_t request, Loc
   return wanted;
 }
 
-/// Raises the level as far as the assets allow. At the full level the fetch of the remaining drawings begins.
+/// Raises the level if more assets are available. At the full level, starts to fetch the remaining drawings. Returns
+/// true if the level has risen.
 bool AssetPlan::raise_level() {
   if (level_ == AssetLevel::kFull || is_planning()) return false;
   const AssetLevel before = level_;

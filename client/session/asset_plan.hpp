@@ -1,4 +1,5 @@
-// Selection and order of the assets of a joined scene to look up in the store and to fetch from the server.
+// Selects the assets of a joined scene that the client needs. Determines the order in which they are looked up in the
+// store and fetched from the server.
 //
 //   look up tactile ──▶ select, look up coarse replacements ──▶ fetch: first drawings, coarse, fine ──▶ other drawings
 #pragma once
@@ -14,49 +15,52 @@
 
 namespace tandem::client {
 
-/// Availability of the wanted assets of the joined scene; unobtainable ones do not count. kCoarse: each asset itself or
-/// its coarse replacement is available.
+/// Availability of the assets that the client needs in the joined scene. Assets that the server refused or that were
+/// left out are not counted. kCoarse: each asset or its coarse replacement is available.
 enum class AssetLevel : std::uint8_t { kNone, kCoarse, kFull };
 
 struct AssetPlanSettings {
-  std::vector<std::string> kinds;        ///< kinds of proto/WIRE.md to fetch; others stay at the server
-  std::vector<std::string> drawn_kinds;  ///< kinds that are only drawn
-  bool fetches_one_at_a_time = false;    ///< requests one piece at a time
-  std::shared_ptr<AssetStore> store;     ///< null: none
+  std::vector<std::string> kinds;        ///< kinds of assets to fetch (proto/WIRE.md); others are not fetched
+  std::vector<std::string> drawn_kinds;  ///< kinds of assets that are used for drawing only
+  bool fetches_one_at_a_time = false;    ///< true: the next piece is requested after the answer to the last one
+  std::shared_ptr<AssetStore> store;     ///< store of assets on this machine; null if there is none
 };
 
+/// Fetches the assets of one scene after the other, and reports their availability.
+///
 /// Thread  io
 class AssetPlan {
  public:
-  /// In      log  receives lines about assets that are left out or unusable
+  /// In      log  called with a line of text for each asset that is left out or unusable
   AssetPlan(AssetPlanSettings settings, std::function<void(const std::string&)> log);
 
   void set_kinds(std::vector<std::string> kinds) { settings_.kinds = std::move(kinds); }
-  /// Begins with the assets of a scene, or with other kinds of it. A store on a disk answers later (advance()). Returns
-  /// whether assets are available already, as a rise of the level.
+  /// Starts with the assets of a scene, or again after set_kinds(). The answers of a store on a disk are accepted
+  /// later, by advance(). Returns true if assets are already available, so that the level has risen.
   bool begin(const AssetInfos& offered);
-  /// Starts a new connection, on which earlier requests are not answered.
+  /// Must be called for a new connection: pieces that were requested but not received are requested again.
   void reconnect();
-  /// Continues with the answers of the store. Returns whether the level has risen.
+  /// Accepts the answers of the store and continues. Returns true if the level has risen.
   bool advance(LocalTime now);
-  /// Next piece to request now, as request number `request`; nothing: not yet, or nothing is left.
+  /// Returns the next request, number `request`; none if the rate permits no request now or nothing is left.
   std::optional<wire::GetAsset> next_request(std::uint32_t request, LocalTime now);
-  /// Accepts the answer to a request, a piece or its refusal. Returns whether the level has risen.
+  /// Accepts the answer to a request: receive() a piece, refuse() a refusal. Returns true if the level has risen.
   bool receive(std::uint32_t request, const wire::AssetChunk& chunk, LocalTime now);
   bool refuse(std::uint32_t request, LocalTime now);
-  /// State arrived after `delay`: it shares the line with the assets (FetchRate::state_came()).
+  /// Notes a state that arrived with the one-way delay `delay`. The rate of the fetch depends on it, because states and
+  /// assets share the network (FetchRate::state_came()).
   void note_state(LocalTime now, Duration delay, std::size_t bytes) { rate_.state_came(now, delay, bytes); }
 
   AssetLevel level() const { return level_; }
   const AssetMap& assets() const { return fetcher_.assets(); }
 
  private:
-  /// Next step, taken when the store has answered all look-ups.
+  /// Next step of the plan. It is taken once the store has answered all look-ups.
   enum class Step : std::uint8_t {
-    kNone,     ///< nothing
-    kSelect,   ///< tactile assets were looked up; next, look up coarse replacements of missing ones
-    kFetch,    ///< replacements and first drawings were looked up; next, fetch from the server
-    kDrawings  ///< remaining drawings were looked up; next, fetch them
+    kNone,     ///< no step is left
+    kSelect,   ///< tactile assets were looked up; look up coarse replacements of the missing ones
+    kFetch,    ///< coarse replacements and first drawings were looked up; fetch the missing assets from the server
+    kDrawings  ///< remaining drawings were looked up; fetch the missing ones from the server
   };
 
   bool take_steps();
@@ -71,10 +75,10 @@ class AssetPlan {
   AssetFetcher fetcher_;
   net::FetchRate rate_;
   AssetInfos offered_;
-  AssetLevel level_ = AssetLevel::kNone;  ///< for this scene and these kinds
+  AssetLevel level_ = AssetLevel::kNone;  ///< level of the current scene and kinds
   Step step_ = Step::kNone;
-  AssetInfos felt_coarse_;  ///< the tactile assets or their coarse replacements
-  AssetInfos felt_fine_;    ///< full assets that follow the replacements
+  AssetInfos felt_coarse_;  ///< tactile assets, or instead of a missing one its coarse replacement
+  AssetInfos felt_fine_;    ///< full assets that are fetched after their coarse replacements
 };
 
 }  // namespace tandem::client

@@ -1,9 +1,9 @@
-// Commands of the user or the program to a client, one type each. All of them enter by one door, ClientIo::send() for a
-// live client. Each layer performs its own commands and passes the others on:
+// Commands of the user or the program to a client, with one type for each command. For a live client all commands are
+// passed to ClientIo::send(). Each layer performs some of the commands and passes the others on:
 //
 //   ClientIo::send(Command) ──▶ Client::send(ClientCommand) ──▶ ClientSession::send(SessionCommand) ──▶ server
 //
-// A command has no direct answer. Its effect is in the next snapshot, or an event reports it (event.hpp).
+// A command returns no result. Its effect is visible in the next snapshot, or an event reports it (event.hpp).
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ namespace tandem::client {
 
 namespace command {
 
-/// Grabs a body with the user's tool. An invalid id: the nearest graspable one within reach.
+/// Grabs a body with the user's tool. If the id is invalid, the nearest graspable body within reach is grabbed.
 struct Grab {
   BodyId body;
 };
@@ -35,31 +35,31 @@ struct SetParameter {
 struct SetLaw {
   std::string law;
 };
-/// Ends another user's session; that user needs a new invitation to join again. Operator only.
+/// Ends another user's session. To join again, that user needs a new invitation. Operator only.
 struct Kick {
   UserId user;
 };
-/// Resets all movable objects to their start; operator only.
+/// Resets all movable objects to their start poses; operator only.
 struct ResetRoom {};
-/// Keeps, restores, deletes or renames a pose of the room's two molecules, or starts or cancels a minimisation.
+/// Stores, restores, deletes or renames a pose of the room's two molecules, or starts or cancels a minimisation.
 struct RequestPose {
   wire::AskPose request;
-  std::uint32_t tag = 0;  ///< number of the event PoseAnswered; 0: no such event
+  std::uint32_t tag = 0;  ///< tag of the event PoseAnswered that reports the result; 0: no event is sent
 };
-/// Points at a place, which the other users are shown.
+/// Points at a place, which is shown to the other users.
 struct Point {
   wire::Point place;
 };
-/// Leaves this room for another of the same server; returns to this room if the other one refuses.
+/// Changes to another room of the same server. If that room refuses, the session returns to this room.
 struct ChangeRoom {
   std::string room;
 };
-/// Changes the hand's mapping, now and for later scenes. The force fades out, the tool stays, and the force returns by
-/// the ramp.
+/// Changes the workspace mapping of the hand, for this and later scenes. The force fades out while the tool stays in
+/// place; then the force is ramped up.
 struct SetWorkspace {
   WorkspaceSettings workspace;
 };
-/// Selects whether places that other users point at nudge the hand or are only shown.
+/// Switches nudges of the hand on or off. If they are off, places that other users point at are only shown.
 struct SetNudges {
   bool has_nudges = true;
 };
@@ -80,8 +80,8 @@ using SessionCommand = std::variant<command::Grab, command::Release, command::Se
 using ClientCommand = std::variant<SessionCommand, command::SetStage>;
 using Command = std::variant<ClientCommand, command::SetLinks>;
 
-/// A request about poses.
-/// In      number  number of a kept pose, for GO_TO, DELETE and RENAME
+/// Returns a request about poses.
+/// In      number  number of a stored pose, for GO_TO, DELETE and RENAME
 ///         name    for KEEP and RENAME
 ///         tag     as in command::RequestPose
 command::RequestPose pose_command(wire::AskPose::Kind kind, std::uint32_t number = 0, const std::string& name = {},

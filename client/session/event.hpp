@@ -1,5 +1,5 @@
-// Events of a client's session, one type each, in the order in which they happened. Lasting state is not here but in
-// the session (ClientIoSnapshot for a live client).
+// Events of a client's session, with one type for each event. They are reported in the order in which they happened.
+// The current state is not an event; the session provides it (ClientIoSnapshot for a live client).
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ struct StateChanged {
 struct Joined {
   std::shared_ptr<const wire::Joined> answer;
 };
-/// Another user is in the room; also sent after a join for those that were there before.
+/// Another user is in the room. After a join, this event is also sent for each user who was already in the room.
 struct UserJoined {
   wire::UserJoined user;
 };
@@ -46,14 +46,14 @@ struct ParameterSet {
 struct Refused {
   wire::Error error;
 };
-/// Answer to a RequestPose with this tag, once for each: the server's message with that request's number, or an error
-/// if the connection ended first.
+/// Result of the RequestPose with this tag; sent once. It is the server's answer to the request, or an error if the
+/// connection ended before the answer.
 struct PoseAnswered {
   std::uint32_t tag = 0;
   wire::ServerControl answer;
   wire::PoseProgress minimising;  ///< last progress of this user's own minimisations
 };
-/// News of the room, as text for the user.
+/// A change in the room, as text for the user.
 struct News {
   std::string text;
 };
@@ -68,7 +68,7 @@ using Event =
     std::variant<event::StateChanged, event::Joined, event::UserJoined, event::UserLeft, event::Grabbed,
                  event::Released, event::ParameterSet, event::Refused, event::PoseAnswered, event::News, event::Log>;
 
-/// The event as a printable line for a log; empty for one that is of no interest there.
+/// Returns the event as a printable line for a log; empty for events that are not logged.
 std::string log_line(const Event& event);
 
 }  // namespace tandem::client

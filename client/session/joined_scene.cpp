@@ -106,10 +106,10 @@ void JoinedScene::check_when_due(LocalTime now) {
   if (!watch_.is_due(now)) return;
   watch_.forget_changes();
   const HapticScene before = scene_;
-  // The displayed coupling changes only after a burst is complete and the check is done.
+  // The displayed coupling changes only here, after a burst of changes has ended, and is then checked.
   scene_.coupling = received_;
   scene_.law = received_law_;
-  // A local model that is built later starts with the current coupling.
+  // The join message is updated, because a local model that is built later starts with its coupling.
   wire::Coupling& in_force = *joined_->mutable_scene()->mutable_coupling();
   in_force.set_law(std::string(law().name));
   for (const proto::CouplingField& field : proto::kCouplingFields) (in_force.*field.set)(received_.*field.value);
@@ -118,7 +118,7 @@ void JoinedScene::check_when_due(LocalTime now) {
   if (scene_.may_display != before.may_display || is_changed) publish();
 }
 
-// After a refusal the session continues, and the hand still drives its tool without a displayed force.
+// If the coupling is refused, no force is displayed. The session continues, and the hand still drives its tool.
 void JoinedScene::check() {
   if (!scene_.may_drive) return;
   const bool may_display = watch_.check(scene_, *joined_, held_);

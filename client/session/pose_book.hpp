@@ -1,4 +1,5 @@
-// Poses of the room's two molecules, as a client knows them from the server, and this user's open requests about them.
+// Stores the poses of the room's two molecules that the server has sent, and this user's unanswered requests about
+// them.
 #pragma once
 
 #include <cstdint>
@@ -12,40 +13,40 @@
 
 namespace tandem::client {
 
-/// Messages of the server are checked; invalid ones change nothing.
+/// Messages of the server are checked; an invalid message changes nothing.
 ///
 /// Thread  io
 class PoseBook {
  public:
   static constexpr std::size_t kMaxPoses = 256;
 
-  /// Forgets the poses and the progress of the last room; open requests stay.
+  /// Discards the poses and the progress of the last room. Unanswered requests remain.
   void clear();
-  /// Accepts poses in ascending order from number 0. A known number is a new name.
-  /// Out     news for the user; empty: none
+  /// Adds a stored pose; numbers must ascend from 0. If the number is already stored, the message renames that pose.
+  /// Out     text for the user; empty if nothing changed for the user
   std::string receive(const wire::KeptPose& pose);
-  /// The pose of the files, number 0, cannot be deleted.
-  /// Out     news for the user; empty: none
+  /// Removes a deleted pose. Pose 0, which comes from the files, cannot be deleted.
+  /// Out     text for the user; empty if nothing changed for the user
   std::string receive(const wire::PoseDeleted& deleted);
   void receive(const wire::PoseProgress& progress, std::uint32_t own_user);
 
-  /// Registers a request by its number on the wire. Its answer carries the tag.
+  /// Stores a request by its number in the protocol. The event that reports its result has the tag `tag`.
   void await(std::uint32_t request, std::uint32_t tag);
-  /// Returns the event of the request that `message` answers; nothing if it answers none.
+  /// Returns the event for the pose request that `message` answers; none if it does not answer a pose request.
   std::optional<event::PoseAnswered> answer(const wire::ServerControl& message);
-  /// Ends all open requests with an error, because their connection has ended.
+  /// Returns an error event for each unanswered request and discards these requests, because the connection has ended.
   std::vector<event::PoseAnswered> refuse_all(const std::string& why);
 
-  /// Poses ascending by number; null: none received.
+  /// Stored poses in ascending order of their numbers; null if none were received.
   const std::shared_ptr<const std::vector<wire::KeptPose>>& kept() const { return kept_; }
-  /// Progress of the running minimisation in the room; none: none is running.
+  /// Progress of the running minimisation in the room; none if no minimisation is running.
   const std::optional<wire::PoseProgress>& progress() const { return progress_; }
 
  private:
   std::shared_ptr<const std::vector<wire::KeptPose>> kept_;
   std::optional<wire::PoseProgress> progress_;
   wire::PoseProgress own_progress_;              ///< last progress of this user's minimisations
-  std::map<std::uint32_t, std::uint32_t> tags_;  ///< tags of open requests by number
+  std::map<std::uint32_t, std::uint32_t> tags_;  ///< tags of unanswered requests by request number
 };
 
 }  // namespace tandem::client

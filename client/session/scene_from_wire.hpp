@@ -16,13 +16,15 @@ inline bool has_tool(wire::Role role) {
 /// Name of the role, as for the option --role.
 std::string role_name(wire::Role role);
 
-/// Reads the start of a room's hands. None if invalid: both or neither of awaited users and a time, or too many users.
+/// Reads the message about the common start of a room's hands. It is invalid if it has both or neither of awaited users
+/// and a start time, or too many users; then there is no result.
 std::optional<HandStart> read_start(const wire::RoomStart& start);
 
-/// Fills workspace and coupling of `out` from the user's place in the joined scene; `may_drive` and `may_display` are
-/// false for an observer.
+/// Fills in the workspace and coupling of `out` from the join message; for an observer `may_drive` and `may_display`
+/// are false.
 ///
-/// Out     empty, or the first unusable field with its value and the remedy (`out` is then unspecified)
+/// Out     empty; for an unusable message the first unusable field, its value and the remedy (`out` is then
+///         unspecified)
 std::string fill_haptic_scene(const wire::Joined& joined, HapticScene& out);
 
 }  // namespace tandem::client

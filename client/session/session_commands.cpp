@@ -1,4 +1,4 @@
-// Commands of the user: each becomes at most one request to the server.
+// Performs the commands of the user. Each command sends at most one request to the server.
 #include <utility>
 
 #include "client/session/session_impl.hpp"
@@ -42,7 +42,7 @@ void ClientSession::Impl::perform(const command::SetLaw& command, LocalTime /*no
   set(parameter);
 }
 
-/// Requests to set something. The number of the request is kept, so that its refusal is counted.
+/// Requests a change of a parameter. The number of the request is stored, so that its refusal can be counted.
 void ClientSession::Impl::set(const wire::SetParameter& parameter) {
   request([&](wire::ClientControl& message) {
     *message.mutable_set_parameter() = parameter;
@@ -63,7 +63,8 @@ void ClientSession::Impl::perform(const command::RequestPose& command, LocalTime
   const bool is_active = status.state == SessionState::kActive;
   request([&](wire::ClientControl& message) { *message.mutable_ask_pose() = command.request; });
   if (command.tag == 0) return;
-  // Without a room nothing was sent, and the number is that of an earlier request; the answer follows at once.
+  // If the session is not in a room, no request was sent and last_request is an older number. The request is then
+  // refused below.
   poses.await(last_request, command.tag);
   if (!is_active) refuse_poses(status.why);
 }

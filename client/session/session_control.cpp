@@ -10,7 +10,7 @@
 namespace tandem::client {
 namespace {
 
-/// True for refusals that may pass with time: the user's own old connection may still occupy the place.
+/// True for refusals after which a retry may succeed: the previous connection of this user may still occupy a seat.
 bool may_pass(wire::ErrorCode code) {
   return code == wire::ERROR_ROOM_FULL || code == wire::ERROR_SERVER_FULL;
 }
@@ -52,7 +52,7 @@ void ClientSession::Impl::handle(const wire::ServerControl& message, LocalTime n
   if (const auto answered = poses.answer(message)) emit(*answered);
 }
 
-/// Answers all open pose requests with an error, because their connection has ended.
+/// Reports an error for each unanswered pose request, because the connection has ended.
 void ClientSession::Impl::refuse_poses(const std::string& why) {
   for (const event::PoseAnswered& refused : poses.refuse_all(why)) emit(refused);
 }
@@ -121,7 +121,8 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
   }
 }
 
-/// Accepts pointers of users in the room at valid places only.
+/// Handles a place that another user points at. The message is ignored unless that user is in the room and the place is
+/// valid.
 void ClientSession::Impl::receive_pointed(const wire::Pointed& message, LocalTime now) {
   const wire::Point& point = message.point();
   const bool is_own = message.user() == scene.joined()->user();
@@ -238,14 +239,14 @@ void ClientSession::Impl::receive_goodbye(const wire::Goodbye& goodbye, LocalTim
   lose(now, "the server ended the connection: " + goodbye.text(), is_final);
 }
 
-/// Ignored if the scene has no such body.
+/// Stores the shape of a soft body. The message is ignored if the scene has no such body.
 void ClientSession::Impl::receive_soft_shape(const wire::SoftShape& message) {
   auto offsets = proto::read_soft_shape(message);
   if (!offsets || message.soft_body() >= soft_offsets.size()) return log("ignored the shape of a soft body");
   soft_offsets[message.soft_body()] = std::make_shared<const std::vector<Vec3>>(std::move(*offsets));
 }
 
-/// Returns to the previous room after another one refused.
+/// Returns to the previous room after another room has refused the user.
 void ClientSession::Impl::come_back(const std::string& why, LocalTime now) {
   report("room " + printable(settings.room) + ": " + printable(why));
   enter_room(*std::exchange(room_left, std::nullopt), now);

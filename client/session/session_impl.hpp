@@ -1,5 +1,5 @@
-// Private to this folder: implementation of ClientSession and the tasks of its sources.
-//   session.cpp          the connection: connect, lose, time-outs, state in both directions
+// Private to this folder: implementation of ClientSession. Its functions are defined in three sources:
+//   session.cpp          the connection: connecting, loss, time-outs, state in both directions
 //   session_control.cpp  the server's control messages
 //   session_commands.cpp commands of the user: requests to the server
 #pragma once
@@ -32,7 +32,7 @@ struct ClientSession::Impl {
         assets({settings.asset_kinds, settings.drawn_asset_kinds, settings.fetches_one_at_a_time, settings.asset_store},
                [this](const std::string& line) { log(line); }) {}
 
-  // Connecting and losing
+  // Set-up and loss of the connection
   void enter(SessionState state, LocalTime now);
   void connect(LocalTime now);
   void connected(LocalTime now);
@@ -41,7 +41,7 @@ struct ClientSession::Impl {
   void stop_state();
   void check_time_outs(LocalTime now);
 
-  // Control
+  // Control messages
   void receive_control_bytes(std::span<const std::byte> bytes, LocalTime now);
   void handle(const wire::ServerControl& message, LocalTime now);
   bool handle_active(const wire::ServerControl& message, LocalTime now);
@@ -61,7 +61,7 @@ struct ClientSession::Impl {
   void send(wire::ClientControl& message);
   void send_request(wire::ClientControl& message);
 
-  // Commands
+  // Commands of the user
   void perform(const command::Grab& command, LocalTime now);
   void perform(const command::Release& command, LocalTime now);
   void perform(const command::SetParameter& command, LocalTime now);
@@ -74,7 +74,7 @@ struct ClientSession::Impl {
   void perform(const command::SetWorkspace& command, LocalTime now);
   void perform(const command::SetNudges& command, LocalTime now);
   void set(const wire::SetParameter& parameter);
-  /// Sends a request if the session is active, else does nothing.
+  /// Sends a request if the session is active, otherwise does nothing.
   template <class Fill>
   void request(const Fill& fill) {
     if (status.state != SessionState::kActive) return;
@@ -83,7 +83,7 @@ struct ClientSession::Impl {
     send_request(message);
   }
 
-  // State
+  // State updates
   void send_newest(LocalTime now);
   bool deliver_state(std::span<const std::byte> datagram);
 
@@ -91,7 +91,7 @@ struct ClientSession::Impl {
     if (owner.on_event) owner.on_event(event);
   }
   void log(const std::string& line) const { emit(event::Log{printable(line)}); }
-  /// Reports news of the room, if there are any.
+  /// Reports a change in the room to the user, unless the text is empty.
   void report(const std::string& news) const {
     if (!news.empty()) emit(event::News{news});
   }
@@ -110,12 +110,12 @@ struct ClientSession::Impl {
   Duration retry_delay;
   proto::FrameReader reader;
   std::uint32_t last_request = 0;
-  std::deque<std::uint32_t> settings_requested;  ///< numbers of the last kRemembered requests to set something
+  std::deque<std::uint32_t> settings_requested;  ///< numbers of the last kRemembered requests to set a parameter
   static constexpr std::size_t kRemembered = 64;
 
   std::string room;
   std::vector<std::string> rooms;
-  std::optional<std::string> room_left;  // returned to if the next room refuses
+  std::optional<std::string> room_left;  // previous room, to which the session returns if the next room refuses
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets;
   AssetPlan assets;
   std::vector<wire::UserJoined> users;

@@ -1,4 +1,4 @@
-// State of a session, as text and for programs.
+// State of a session, for programs and as text for the user.
 #pragma once
 
 #include <cstdint>
@@ -10,11 +10,12 @@ namespace tandem::client {
 enum class SessionState : std::uint8_t { kConnecting, kGreeting, kJoining, kActive, kWaiting, kEnded };
 std::string_view name_of(SessionState state);
 
-/// State of the session, and why it is not active, as text for the user: the last error, goodbye or lost connection.
+/// State of the session. If it is not active, `why` gives the reason as text for the user: the last error, goodbye
+/// message or loss of the connection.
 struct SessionStatus {
   SessionState state = SessionState::kConnecting;
   std::string why;
-  /// Set in kEnded if the set-up is wrong (version, room, name), so that a retry would fail again.
+  /// True if the session has ended because of a wrong set-up (version, room, name), so that a retry would fail again.
   bool is_setup_error = false;
 };
 

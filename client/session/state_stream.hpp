@@ -1,4 +1,4 @@
-// State part of a client's session, between the haptic thread's mailboxes and the datagrams of one connection.
+// Transfers state between the haptic thread's mailboxes and the datagrams of a connection.
 #pragma once
 
 #include <functional>
@@ -17,23 +17,24 @@ class StateStream {
   /// Sends a datagram; returns false if it could not be sent now.
   using Deliver = std::function<bool(std::span<const std::byte>)>;
 
-  /// In      all arguments  must outlive the stream
+  /// In      settings, mailboxes, counters  must outlive this
   StateStream(const SessionSettings& settings, ClientMailboxes& mailboxes, proto::ChannelCounters& counters);
 
-  /// Starts a joined connection. Discards all state of the previous one, and pending updates of the haptic thread.
-  /// In      secret  for the encryption of its datagrams; none: null cipher
+  /// Starts the stream of a joined connection. Discards all state of the previous connection, and the pending update of
+  /// the haptic thread.
+  /// In      secret  secret for the encryption of its datagrams; if there is none, they are not encrypted
   void begin(ConnectionId connection, std::uint8_t epoch, const std::optional<secure::Exported>& secret, LocalTime now);
-  /// Drops all datagrams as of an unknown connection from now on, and sends none.
+  /// Ends the stream. Later datagrams are dropped as those of an unknown connection, and none are sent.
   void end() { channel_.reset(); }
 
-  /// Publishes the server update in the datagram, or returns why it was dropped. Answers a path challenge of the
-  /// server.
+  /// Publishes the server update in the datagram to the haptic thread, or returns the reason why the datagram was
+  /// dropped. If the datagram is a path challenge of the server, sends the answer.
   proto::DropReason receive(std::span<const std::byte> datagram, LocalTime now, const Deliver& answer);
-  /// Sends the newest haptic update, unless it is suppressed or paced. Without a new one for `keep_alive`, repeats the
-  /// last.
+  /// Sends a new haptic update, unless the deadband or the rate limit suppresses it. If there is no new update for
+  /// `keep_alive`, the last one is sent again.
   ///
-  /// In      coupling    current; converts pose differences to force for the deadband
-  ///         is_blocked  state is sent over TCP, and the connection has not accepted all earlier bytes
+  /// In      coupling    current coefficients, which convert pose differences to forces for the deadband
+  ///         is_blocked  true if state is sent over TCP and the connection has not accepted all earlier bytes
   void send_newest(const haptics::CouplingParameters& coupling, bool is_blocked, LocalTime now, const Deliver& deliver);
 
   /// True if an update was received since begin().
@@ -55,12 +56,12 @@ class StateStream {
   const SessionSettings& settings_;
   ClientMailboxes& mailboxes_;
   proto::ChannelCounters& counters_;
-  std::optional<proto::DatagramChannel> channel_;  ///< while joined
+  std::optional<proto::DatagramChannel> channel_;  ///< channel of the joined connection; none if not joined
   net::ClockSync clock_;
-  ReceivedUpdate received_;     ///< newest
-  proto::ClientUpdate newest_;  ///< newest of the haptic thread since begin()
+  ReceivedUpdate received_;     ///< newest server update
+  proto::ClientUpdate newest_;  ///< newest update of the haptic thread since begin()
   LocalTime newest_taken_{};
-  proto::ClientUpdate sent_;  ///< last sent
+  proto::ClientUpdate sent_;  ///< last update that was sent
   // Step number and time of the newest received state.
   Step newest_step_;
   ServerTime newest_stepped_{};

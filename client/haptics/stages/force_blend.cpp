@@ -7,7 +7,7 @@
 namespace tandem::client {
 namespace {
 
-/// Shrinks `offset` by the part of the target's motion `way` that points along it, and its slope in proportion.
+/// Reduces `offset` by the component of the target's change `way` in its direction, and the slope in proportion.
 void give_way(const Vec3& way, Vec3& offset, Vec3& slope) {
   const double length = offset.norm();
   const double along = length > 0 ? way.dot(offset) / length : 0.0;
@@ -19,7 +19,7 @@ void give_way(const Vec3& way, Vec3& offset, Vec3& slope) {
 
 }  // namespace
 
-// o(t) = e^(−ωt) (o (1 + ωt) + ȯ t),  ȯ(t) = e^(−ωt) (ȯ (1 − ωt) − ω² t o)
+// Exact solution: o(t) = e^(−ωt) (o (1 + ωt) + ȯ t),  ȯ(t) = e^(−ωt) (ȯ (1 − ωt) − ω² t o).
 void ForceBlend::advance(double period_s) noexcept {
   const double turned = rate_per_s_ * period_s;
   if (!(turned > 0) || !std::isfinite(turned)) return;

@@ -1,36 +1,38 @@
-// Blends the force where a stage changes its rule: the difference to the previously displayed force fades away.
+// Blends the force when a stage changes its rule: the difference to the previously displayed force fades out.
 #pragma once
 
 #include "common/base/spatial.hpp"
 
 namespace tandem::client {
 
-/// Fades jumps of a wrench.
+/// Makes a displayed wrench continuous across jumps of its target.
 ///
-/// Model   shown = target + o, with ö = −2ω ȯ − ω² o (critically damped, solved exactly for any period). jump() adds
-///         (shown before − target) to o and leaves ȯ, so shown and its slope are continuous through a jump of the
-///         target.
-///         Where the target itself moves along o (a relocated tool springs back to its handle), o shrinks by as much.
-///         A jump that is undone thus causes no force in the opposite direction.
-///         Bounds: after a jump Δ from rest o falls monotonically and by at most |Δ| ω T / e in a period T, 3 % of it
-///         at the default and 1 ms; 10 % of Δ is left after 3.9 / ω = 49 ms, 1 % after 6.6 / ω = 83 ms. Jumps add up.
+/// Model   displayed = target + o, with ö = −2ω ȯ − ω² o (critically damped, solved exactly for any period). jump()
+///         adds (previously displayed − target) to o and keeps ȯ. The displayed wrench and its slope are thus
+///         continuous if the target jumps.
+///         If the target itself moves in the direction of o (a relocated tool springs back to its handle), o is reduced
+///         by the same amount. If a jump is reversed, this prevents a force in the opposite direction.
+///         Bounds: after a jump Δ from rest, o falls monotonically, by at most |Δ| ω T / e in a period T. This is 3 %
+///         of Δ for the default ω and T = 1 ms. 10 % of Δ is left after 3.9 / ω = 49 ms, 1 % after 6.6 / ω = 83 ms.
+///         The offsets of several jumps add up.
 /// Thread  haptic: no allocation, no throw
 class ForceBlend {
  public:
-  /// ω [1/s]; a larger value fades sooner with a steeper change.
+  /// ω [1/s]. A larger value makes the fade shorter and steeper.
   static constexpr double kRate = 80.0;
 
   explicit ForceBlend(double rate_per_s = kRate) noexcept : rate_per_s_(rate_per_s) {}
 
-  /// The next target follows another rule than the last one.
+  /// Must be called before apply() if the next target is computed by another rule than the last one.
   void jump() noexcept { jumps_ = true; }
   /// Must be called once a tick, before apply().
   void advance(double period_s) noexcept;
-  /// Returns the wrench to display; once a tick. A target that is not finite is returned unchanged and not stored.
+  /// Returns the wrench to display. Must be called once a tick. If the target is not finite, it is returned unchanged
+  /// and not stored.
   Wrench apply(const Wrench& target) noexcept;
   void reset() noexcept { *this = ForceBlend(rate_per_s_); }
 
-  /// Difference that is still fading.
+  /// Remaining difference between the displayed wrench and the target.
   const Wrench& offset() const noexcept { return offset_; }
 
  private:

@@ -7,18 +7,19 @@
 namespace tandem::client {
 namespace {
 
-// Hysteresis thresholds, ours: above the force that damping and noise cause on a free tool, below a perceptible touch.
+// Hysteresis thresholds of contact. The values are our choice: above the force that damping and noise cause on a free
+// tool, below a perceptible contact force.
 constexpr double kTouching_n = 0.10, kFree_n = 0.05;
 constexpr double kTouching_n_m = 0.005, kFree_n_m = 0.0025;
 
-/// Upper limit of a wrench's age; the safety chain displays no force at that age.
+/// Upper limit of a wrench's age. At this age the safety chain displays no force.
 constexpr Duration kMaxSampleAge = std::chrono::seconds(1);
 
-/// Time of the step `update.stepped` on this machine's clock.
+/// Returns the time of the server's step `update.stepped` on this machine's clock.
 ///
-/// The result is bounded, because a wrench is not newer than the datagram that carried it. Before the first exchange of
-/// time stamps, and after a wrong one, the estimated clock offset may be off by years. A sample from the future would
-/// make the stream reject all later ones.
+/// The result is clamped: a wrench is not newer than the reception of its datagram. Before the first exchange of time
+/// stamps, or after an erroneous one, the estimated clock offset may be wrong by years. A sample with a time in the
+/// future would make the stream reject all later samples.
 LocalTime stepped_at(const ReceivedUpdate& received) {
   const LocalTime by_server(received.update.stepped.time_since_epoch() - received.clock_offset);
   return std::clamp(by_server, received.received - kMaxSampleAge, received.received);

@@ -14,7 +14,7 @@ class GodObjectStage final : public Stage {
     const haptics::ProxyState& ball = input.proxy_world->step(input.handle.X.p, *input.newest, input.now);
     Wrench wrench;
     wrench.f = haptics::proxy_force_on_hand_W(ball, *input.coupling, input.handle.V.v);
-    // The ball may appear while the hand is deep in a wall, because its assets arrive late.
+    // Assets may arrive late, so the first force of the ball may be large (hand deep inside a wall) and is blended in.
     blend_.advance(input.period_s);
     if (!has_ball_) blend_.jump();
     has_ball_ = true;

@@ -11,7 +11,7 @@
 namespace tandem::client {
 namespace {
 
-/// Limit of the residual as a share of the coupling's limits.
+/// Maximum displayed residual, as a fraction of the coupling's limits.
 constexpr double kResidualShare = 1.0 / 3;
 
 LocalModelInput model_input(const StageInput& input) {
@@ -26,17 +26,17 @@ LocalModelInput model_input(const StageInput& input) {
   return result;
 }
 
-/// Predictor of a residual that displays it to the extent that recent predictions were right.
+/// Predictor of a residual, scaled by the accuracy of its recent predictions.
 ///
-/// Model   r̂(t) = g r̄(t). r̄ is the newest known residual after a low pass of kTime_s plus one loop delay. The gain g
-///         is the regression over kMemory_s of the residual on r̄ one loop earlier. It is separate for force and torque,
-///         has a prior of 0 and lies between 0 and kMaxShare. Lasting errors (a wrong mass, a soft body) are thus
-///         compensated, and unpredictable ones are not displayed.
-///         If another user is present without a hand on the same body, g is multiplied by a factor for how lasting the
-///         residual is. One unforeseen move of that user's hand would otherwise resemble a lasting error until it stops.
-///         D = (Σ r²)² / Σ r⁴, over kLastingMemory_s, is the duration of the residual. The factor rises from 0 to 1 as D
-///         rises from kFirst to kAll times the lag of r̄.
-/// Source  direct autoregression of order one over the loop; D: participation ratio; figures ours
+/// Model   r̂(t) = g r̄(t). r̄ is the newest known residual after a low pass with the time constant kTime_s plus one
+///         loop delay. The gain g is the regression coefficient of the residual on r̄ one loop delay earlier, over
+///         kMemory_s. It is computed separately for force and torque, has a prior of 0, and is limited to 0 …
+///         kMaxShare. Persistent errors (a wrong mass, a soft body) are thus compensated, and unpredictable ones are
+///         not displayed. If another user is present but has no hand on the same body, g is multiplied by a factor that
+///         depends on the duration of the residual. Without this factor, a single unpredicted motion of that user's
+///         hand would be treated as a persistent error until it stops. The duration D = (Σ r²)² / Σ r⁴ is computed over
+///         kLastingMemory_s. The factor rises from 0 to 1 as D rises from kFirst to kAll times the lag of r̄.
+/// Source  direct autoregression of order one over the loop; D is a participation ratio; the constants are our choice
 class ScoredResidual {
  public:
   /// In      common_share  LocalModel::common_share()
@@ -50,23 +50,24 @@ class ScoredResidual {
   static constexpr double kLastingMemory_s = 5;
   static constexpr double kFirst = 3, kAll = 6;
   static constexpr std::size_t kKept = 512;
-  /// Prior: residuals of this size for this duration make g half of the plain regression.
+  /// Weight of the prior, Σ r̄²: a residual of this size for this time gives half the gain of the regression without
+  /// prior.
   static constexpr double kForceWorth = 0.05 * 0.05 * 0.3;
   static constexpr double kTorqueWorth = 0.002 * 0.002 * 0.3;
 
-  /// Displayed share of a force or a torque.
+  /// Gain g of the force or of the torque.
   class Share {
    public:
     explicit Share(double worth) : worth_(worth) {}
-    /// In      then  r̄ one loop ago; null: not known
+    /// In      then  r̄ one loop delay ago; null if it is not known
     void learn(const Vec3& known, const Vec3* then, double period_s) noexcept;
     double of_lag(double lag_s, double common_share) const noexcept;
 
    private:
     double worth_;
-    double came_true_ = 0;            ///< Σ r · r̄ …
-    double predicted_ = 0;            ///< … over Σ r̄²
-    double square_ = 0, fourth_ = 0;  ///< Σ r², Σ r⁴: D = square_² / fourth_
+    double came_true_ = 0;            ///< numerator of g: Σ r · r̄
+    double predicted_ = 0;            ///< denominator of g: Σ r̄²
+    double square_ = 0, fourth_ = 0;  ///< Σ r² and Σ r⁴; D = square_² / fourth_
   };
 
   Wrench known_;
@@ -127,12 +128,12 @@ class LocalModelStage final : public Stage {
   std::uint64_t samples() const noexcept { return residual_ != nullptr ? residual_->figures().resampled : 0; }
   Wrench predicted_residual(const StageInput& input) noexcept;
 
-  std::unique_ptr<haptics::ForceStream> residual_;  ///< null: "none" or scored
+  std::unique_ptr<haptics::ForceStream> residual_;  ///< predictor; null for "none" and "scored"
   bool is_scored_;
   ScoredResidual scored_;
   ForceBlend blend_;
   bool was_local_ = false;
-  bool has_shown_ = false;  ///< false: HapticCore blends in the first output
+  bool has_shown_ = false;  ///< false before the first output, which HapticCore blends in
 };
 
 StageOutput LocalModelStage::tick(const StageInput& input) noexcept {

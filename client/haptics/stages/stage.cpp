@@ -1,4 +1,4 @@
-// See stage.hpp. One table names every stage, for the command line, the lab and error messages.
+// See stage.hpp. The table below contains the names of all stages, for the command line, the lab and error messages.
 #include "client/haptics/stages/stage.hpp"
 
 #include <algorithm>
