@@ -20,9 +20,9 @@ struct SourcedLimit {
   bool operator==(const SourcedLimit&) const = default;
 };
 
-/// Returns false if the source is empty or begins with "unverified" (in any case, after any blanks). An unverified
-/// maximum can lower a limit, but never raise it. An unverified mass, damping or step is used because no better value
-/// is known.
+/// Returns false if the value is not finite, or if the source is empty or begins with "unverified". Upper or lower case
+/// and leading white space do not matter. An unverified maximum can lower a limit, but never raise it. An unverified
+/// mass, damping or step is used because no better value is known.
 bool is_verified(const SourcedLimit& limit) noexcept;
 
 /// Capabilities and limits of a device.

@@ -25,7 +25,7 @@ struct ClientIoSettings {
   std::string host = "127.0.0.1";  ///< without `trust` a loopback address or "localhost"; with `trust` also a name
   std::uint16_t port = 47800;
   std::optional<secure::Trust> trust{};  ///< key or authorities to verify the server; none: no TLS (--insecure)
-  ClientSettings client;                 ///< ClientIo always sets its makes_models_aside
+  ClientSettings client;                 ///< ClientIo always sets client.makes_models_aside to true
   std::optional<SimulatedLinks> links;
   int realtime_priority = 0;  ///< SCHED_FIFO priority, below the haptic thread's; 0: normal scheduler
   Resolve resolve = resolve_by_system;

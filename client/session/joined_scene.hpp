@@ -57,7 +57,8 @@ class JoinedScene {
 
   /// Message of the last join; null before the first join. Its coupling is updated after each check of a change.
   const wire::Joined* joined() const { return joined_.get(); }
-  /// Name of a body for messages. If the scene has no such body, its number is used: "body 7".
+  /// Name of a body for messages. If the scene has no body with this id, the result is "body" and the id, for example
+  /// "body 7".
   std::string name_of(BodyId body) const;
   const HandStart& hand_start() const { return scene_.hand_start; }
   std::uint32_t generation() const { return scene_.generation; }

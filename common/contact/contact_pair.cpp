@@ -160,12 +160,11 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   return work;
 }
 
-// Limits the depth of contacts that a coarse search found late. If the budget is exceeded, a search samples only some
-//         of
-// the points. If a contact is deeper than before, and deeper than all previous contacts, by more than its motion, it
-// existed before and was missed. Its full depth at once would throw the shapes apart. Beyond the rigid depth (where
-// contact is as stiff as the step allows), the limit grows by the contact's motion only. The contact then stops further
-// motion but does not push out. Otherwise both sides of a pierced thin wall would accelerate it.
+// Limits the depth of contacts that a coarse search missed and that are found late. If the budget is exceeded, a search
+// samples only some of the points. If a contact is deeper than before, and deeper than all previous contacts, by more
+// than its motion, it existed before and was missed. Its full depth at once would throw the shapes apart. Beyond the
+// rigid depth (where contact is as stiff as the step allows), the limit grows by the contact's motion only. The contact
+// then stops further motion but does not push out. Otherwise both sides of a pierced thin wall would accelerate it.
 void ContactPair::limit_depths(const Pose& X_WA, const Pose& X_WB, const Pose& X_BA, bool is_coarse) noexcept {
   const Pose X_BA_before = std::exchange(X_BA_before_, X_BA);
   const double deepest_before_m = std::exchange(deepest_m_, 0);

@@ -100,8 +100,10 @@ class ContactPair {
   std::vector<ContactPoint> before_;
   std::size_t first_of_other_ = 0;  ///< index in now_ of the first contact of the second search direction
   std::size_t first_of_other_before_ = 0;
-  double deepest_m_ = 0;         ///< deepest contact of the last find(); infinite: unknown
-  bool is_catching_up_ = false;  ///< whether the last search was coarse, or depths are still limited
+  double deepest_m_ = 0;  ///< deepest contact of the last find(); infinite: unknown
+  /// Whether the last search was coarse, or limit_depths() reduced the depth of a contact. The depths of the next
+  /// search are then limited too, even if it is not coarse.
+  bool is_catching_up_ = false;
   Pose X_BA_before_;
   Eigen::Matrix3d turn_of_b_ = Eigen::Matrix3d::Identity();  ///< rotation since the previous find()
   Quat q_WA_before_ = Quat::Identity();

@@ -5,7 +5,7 @@
 namespace tandem::geometry {
 namespace {
 
-/// Sharp edges, connected to lines. A line ends at corners, or is a loop without a corner.
+/// Sharp edges, joined into polylines ("lines"). A line ends at corners, or is a closed loop without corners.
 class SharpLines {
  public:
   SharpLines(const SurfaceTopology& surface, double angle_rad)

@@ -59,13 +59,15 @@ void divide(const std::array<Vec3, 3>& corners, double side_m, const Visit& visi
 }  // namespace
 
 /// Node that contains the pieces first … first + count − 1. Its children are the next node in the array and the node
-/// `second`.
+/// `second`. The integrals are over the surface of its pieces. n is the unit normal, d the vector from middle_S to dA.
+/// far_angle() evaluates them for the vector r from the query point to middle_S.
 struct WindingNumber::Node {
   Vec3 middle_S = Vec3::Zero();
-  Vec3 area_m2 = Vec3::Zero();                         ///< ∫ n dA
-  Eigen::Matrix3d first_m3 = Eigen::Matrix3d::Zero();  ///< ∫ n dᵀ dA, symmetric part
-  Vec3 second_m4 = Vec3::Zero();                       ///< terms of ∫ n d d dA that are multiplied by r
-  /// Terms of ∫ n d d dA that are multiplied by x³, y³, z³, x²y, x²z, y²x, y²z, z²x, z²y, xyz
+  Vec3 area_m2 = Vec3::Zero();                         ///< N = ∫ n dA
+  Eigen::Matrix3d first_m3 = Eigen::Matrix3d::Zero();  ///< M, the symmetric part of ∫ n dᵀ dA
+  Vec3 second_m4 = Vec3::Zero();                       ///< v = ∫ (2 (n·d) d + |d|² n) dA
+  /// Coefficients of x³, y³, z³, x²y, x²z, y²x, y²z, z²x, z²y and xyz in S(r, r, r) = ∫ (n·r) (d·r)² dA, where
+  /// r = (x, y, z).
   std::array<double, 10> second_cubic_m4 = {};
   double radius_m = 0;
   std::uint32_t first = 0;
@@ -226,7 +228,8 @@ void WindingNumber::add_moments(Node& node, const Piece& piece) {
   cubic[9] += 2 * (area.x() * spread(1, 2) + area.y() * spread(0, 2) + area.z() * spread(0, 1));
 }
 
-/// Evaluates the series of the solid angle: N·r / r³ + tr M / r³ − 3 rᵀM r / r⁵ + ½ (−3 v·r / r⁵ + 15 S(r, r, r) / r⁷).
+/// Evaluates the series of the solid angle up to second order in d, with the moments N, M, v and S of Node:
+/// N·r / r³ + tr M / r³ − 3 rᵀM r / r⁵ + ½ (−3 v·r / r⁵ + 15 S(r, r, r) / r⁷).
 double WindingNumber::far_angle(const Node& node, const Vec3& r, double squared) noexcept {
   const double x = r.x(), y = r.y(), z = r.z();
   const double per_r2 = 1 / squared;

@@ -38,8 +38,8 @@ class PlayoutDelay {
   /// In      sampled  time of the sample on the sender's clock; samples not newer than the last one are ignored
   ///         arrived  time of its arrival on the local clock
   void add(Duration sampled, Duration arrived) noexcept;
-  /// Returns the sender's time to play at local time `now`, which must not decrease. Call it only after the first
-  /// add().
+  /// Returns the time on the sender's clock whose sample is to be played at local time `now`. `now` must not decrease
+  /// from call to call. At least one call of add() must precede.
   Duration play_at(Duration now) noexcept;
   bool has_started() const { return has_started_; }
   /// Returns the time by which playout lags behind the sample with the smallest delay.

@@ -155,8 +155,10 @@ class PoseSite final : public RoomWatcher {
   std::atomic<bool> is_refused_{false};
 
   // Used by the pose thread only.
-  int lock_ = -1;             ///< descriptor of the lock file; -1 if it is not open
-  bool is_known_ = false;     ///< whether poses.json is known to equal list_, which the lock then ensures
+  int lock_ = -1;  ///< descriptor of the lock file; -1 if it is not open
+  /// Whether poses.json was found to list the poses of list_. From then on, the held lock prevents other servers from
+  /// changing the file.
+  bool is_known_ = false;
   bool is_placing_ = false;   ///< whether a command that moves a molecule is pending
   std::uint64_t placed_ = 0;  ///< Sample::placings of the last accepted sample
   wire::KeptPose of_files_;

@@ -1,6 +1,7 @@
 // Loopback HTTP port that answers GET, for programs that monitor a server.
 //
-//   accept ▶ at most 16 at once, else the oldest is closed ▶ head within 2 s and 4 KiB ▶ one answer ▶ closed
+//   accept a connection (at most 16; one more closes the oldest) ▶ read the request head (within 2 s, at most 4 KiB)
+//     ▶ send one response (within 2 s) ▶ close the connection
 //
 // A peer may be hostile. An error in a connection ends only that connection.
 #pragma once

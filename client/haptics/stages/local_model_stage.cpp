@@ -28,14 +28,15 @@ LocalModelInput model_input(const StageInput& input) {
 
 /// Predictor of a residual, scaled by the accuracy of its recent predictions.
 ///
-/// Model   r̂(t) = g r̄(t). r̄ is the newest known residual after a low pass with the time constant kTime_s plus one
-///         loop delay. The gain g is the regression coefficient of the residual on r̄ one loop delay earlier, over
-///         kMemory_s. It is computed separately for force and torque, has a prior of 0, and is limited to 0 …
-///         kMaxShare. Persistent errors (a wrong mass, a soft body) are thus compensated, and unpredictable ones are
-///         not displayed. If another user is present but has no hand on the same body, g is multiplied by a factor that
-///         depends on the duration of the residual. Without this factor, a single unpredicted motion of that user's
-///         hand would be treated as a persistent error until it stops. The duration D = (Σ r²)² / Σ r⁴ is computed over
-///         kLastingMemory_s. The factor rises from 0 to 1 as D rises from kFirst to kAll times the lag of r̄.
+/// Model   r̂(t) = g r̄(t). r̄ is the newest known residual after a low-pass filter. The filter's time constant, called
+///         the lag of r̄, is the sum of kTime_s and the loop delay. The gain g is the regression coefficient of the
+///         residual on r̄ one loop delay earlier, over kMemory_s. It is computed separately for force and torque, is
+///         regularised towards 0 (kForceWorth, kTorqueWorth), and is limited to 0 … kMaxShare. Persistent errors (a
+///         wrong mass, a soft body) are thus compensated, and unpredictable ones are not displayed. If another user is
+///         present but has no hand on the same body, g is multiplied by a factor. It depends on the duration of the
+///         residual. Without this factor, a single unpredicted motion of that user's hand would be treated as a
+///         persistent error until it stops. The duration D = (Σ r²)² / Σ r⁴ is computed over kLastingMemory_s. The
+///         factor rises from 0 to 1 as D rises from kFirst to kAll times the lag of r̄.
 /// Source  direct autoregression of order one over the loop; D is a participation ratio; the constants are our choice
 class ScoredResidual {
  public:
@@ -50,8 +51,8 @@ class ScoredResidual {
   static constexpr double kLastingMemory_s = 5;
   static constexpr double kFirst = 3, kAll = 6;
   static constexpr std::size_t kKept = 512;
-  /// Weight of the prior, Σ r̄²: a residual of this size for this time gives half the gain of the regression without
-  /// prior.
+  /// Regularisation of the gain [N² s, (N m)² s], added to its denominator Σ r̄². A residual of 0.05 N or 2 mN m that
+  /// lasts for 0.3 s gives half of the unregularised gain.
   static constexpr double kForceWorth = 0.05 * 0.05 * 0.3;
   static constexpr double kTorqueWorth = 0.002 * 0.002 * 0.3;
 

@@ -314,13 +314,14 @@ class Shares {
   }
 
  private:
-  // Size, in spacings, of the pieces, each of which belongs to one sample.
+  // Maximum side length, in spacings, of the pieces of the surface. Each piece is assigned to its nearest sample.
   static constexpr float kGrain = 0.25F;
   // Fraction of its area that a sharp sample keeps. With this value, a box on its edge presses like an elastic
   // foundation of its faces.
   static constexpr double kEdgeShare = 0.15;
-  static constexpr float kSameSide = 0.98F,
-                         kSharp = 0.5F;  ///< cosines of normals; flatter folds are not sharp
+  // Cosines of the angle between two normals. Above kSameSide, faces belong to one side of a sample. Below kSharp, two
+  // sides make their sample sharp.
+  static constexpr float kSameSide = 0.98F, kSharp = 0.5F;
 
   struct Owner {
     Eigen::Vector3f p_S;
@@ -396,7 +397,7 @@ class Shares {
     side->moment += piece.area() * piece.centroid().cast<double>();
   }
 
-  /// A sample with an area of 0 gets half of its nearest neighbour's, so that each sample has a force.
+  /// Gives each sample with an area of 0 half of the area of its nearest neighbour, so that each sample has a force.
   void give_to_the_empty() {
     const auto samples = grid_.samples();
     for (std::size_t i = 0; i < areas_.size(); ++i) {

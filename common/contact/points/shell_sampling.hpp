@@ -23,8 +23,8 @@ struct SpreadSamples {
 ///         becomes a sample if no other sample is nearer than 0.9 spacings. A piece is halved until the ball around one
 ///         sample contains all of it. That proves coverage exactly, since balls are convex. Finally, features that
 ///         protrude between the samples are added.
-/// Source  after White, Cline & Egbert, "Poisson disk point sets by hierarchical dart throwing", 2007; the stop by
-///         covering balls and its use on surfaces are ours
+/// Source  after White, Cline & Egbert, "Poisson disk point sets by hierarchical dart throwing", 2007; the stopping
+///         criterion by covering balls and the application of the method to surfaces are ours
 SpreadSamples spread_samples(const geometry::SurfaceTopology& surface, const ContactShapeOptions& options,
                              const std::function<void(double)>& progress);
 

@@ -11,15 +11,15 @@
 
 namespace tandem::contact {
 
-/// Flat nodes with more points than this are queried for planes at any level: a few of their points would hide too
-/// much.
+/// Flat nodes with more points than this are queried for planes at any level, because eight sampled points would not
+/// represent so many.
 inline constexpr std::uint32_t kPlanesAbove = 256;
 
 /// A node of the cut.
 struct CutNode {
   std::uint32_t node = 0;
   float query_again_at_m = 0;  ///< accumulated motion of its part, plus the band, at the next query
-  PlaneSet planes = 0;         ///< planes that the node is above, until then; the band does not count
+  PlaneSet planes = 0;         ///< planes below the node, valid until the next query; for them the band does not count
   LeafLags lags = {};          ///< for a sampled leaf: additional motion until each point is queried
   bool is_leaf = false;        ///< its points were sampled
   bool is_sampled = false;     ///< only some of its points were sampled: enough at this level or a coarser one

@@ -26,11 +26,12 @@ struct QueryBounds {
 constexpr double kAlike_m = 1e-6;
 // Least length of the mean of unit gradients that may be merged.
 constexpr double kSameWay = 0.98;
-// A shorter slope than kCreaseSlope is that of a crease between samples. At kBesideErrors errors of the field beside a
-// wall the slope is accurate; it is at least kFacingWall along the normal of a point in the wall.
+// A gradient shorter than kCreaseSlope means that the field has a crease between its samples. At a distance of
+// kBesideErrors times the field's error beside a wall, the gradient is accurate. Its component along the normal of a
+// point in the wall must have at least the size kFacingWall.
 constexpr double kCreaseSlope = 0.5, kBesideErrors = 4, kFacingWall = 0.6;
-// Largest half thickness of a wall that needs the correction, in errors of the field. The corrected depth is limited to
-// kDeepened times the sampled depth and to kStopped times the rigid depth.
+// A wall needs the correction if its half thickness is at most kThinHalfErrors times the field's error. The corrected
+// depth is limited to kDeepened times the sampled depth and to kStopped times the rigid depth.
 constexpr double kThinHalfErrors = 1.5, kDeepened = 4, kStopped = 1.2;
 
 }  // namespace
@@ -113,7 +114,7 @@ void LeafSamples::sample_from_outside(const Eigen::Matrix3d& R_FP, const Vec3& p
   }
 }
 
-// Factor for the areas of sampled points that represent all points of a node.
+// Returns the factor by which the areas of the sampled points are scaled, so that they sum to the area of the node.
 double LeafSamples::area_scale() const {
   double area = 0;
   for (std::size_t k = 0; k < size_; ++k) area += shell_.points[first_of(k)].area_m2;

@@ -14,13 +14,13 @@
 
 namespace tandem::contact {
 
-/// Lag of each sampled point of a leaf behind the leaf's bound, in steps of kLagStep_m, rounded down; the last step
-/// covers all larger lags.
+/// For each sampled point of a leaf: additional motion, beyond the leaf's bound, until the point must be sampled again.
+/// The unit is kLagStep_m, rounded down. The largest number stands for all larger lags too.
 using LeafLags = std::array<std::uint8_t, kShellLeafPoints>;
 inline constexpr double kLagStep_m = 8e-6;
 
-/// Lipschitz bound of an interpolated grid: each of its three slopes is about 1 at most, so it is steeper than a
-/// distance.
+/// Lipschitz bound of an interpolated grid. Each of its three partial derivatives is at most about 1, so its gradient
+/// may be up to about √3 long. The gradient of an exact distance has length 1.
 inline constexpr double kSteepest = 1.75;
 /// Allowance for rounding in a field.
 inline constexpr double kRounding_m = 3e-8;
@@ -50,7 +50,8 @@ class LeafSamples {
   /// Estimated number of points of the node that are nearer than the band.
   std::size_t near_count(double band_m) const;
 
-  /// Adds each near point as a candidate, or one candidate where all points are near and equally deep.
+  /// Adds each near point as a candidate. If all points are near, equally deep and have the same gradient, adds one
+  /// candidate for all.
   void add_points(double band_m, std::vector<ShellCandidate>& candidates) const;
   /// Adds one candidate for the pressing points, with their force and moment, and one for the near points that do not
   /// press. Pressing points stay single where merging would lose force, as around an edge, or where some are beyond

@@ -1,4 +1,4 @@
-// Search of a step, and the choice of the level of a shell's tree at which candidates are made.
+// The search of one step, and the choice of the level. The level sets the size of the leaves whose points are merged.
 #include <algorithm>
 #include <utility>
 
@@ -7,25 +7,28 @@
 namespace tandem::contact {
 namespace {
 
-// Shares of the capacity that may be in use when a finer level is tried, and the limits of the interval of trials.
-// Where few points are near and the finest level surely fits, it is tried after kStepsToFinest steps.
+// A finer level is tried only if at most these shares of the capacity are in use. At levels with the leaves of level 0,
+// kFinerBelow limits the near points. At higher levels, kFinerLevelBelow limits the contacts. If few points are near
+// (at most kFinestBelow) and no trial has failed, the finest level is tried after kStepsToFinest steps. The interval
+// between trials is at most kMaxStepsPerTry steps.
 constexpr double kFinerBelow = 0.8;
 constexpr double kFinerLevelBelow = 0.4;
 constexpr double kFinestBelow = 0.4;
 constexpr std::uint32_t kMaxStepsPerTry = 1024, kStepsToFinest = 16;
-// Queries for each candidate that a walk may make; a coarser level begins after kMaxDenseSteps consecutive steps above
-// it. Where few points are near, the limit is higher by kQueryMargin if the coarser level is as fine for pressing
-// points, else by kQueryMarginElse.
+// A walk is one traversal of the cut. Its limit of sampled points is kQueriesPerCandidate times the capacity. If more
+// than kMaxDenseSteps consecutive steps exceed the limit, a coarser level begins. If few points are near, or the band
+// is wide, the limit is multiplied by kQueryMargin or kQueryMarginElse. kQueryMargin applies if leaves that may press
+// are as small at the coarser level as at level 0.
 constexpr double kQueriesPerCandidate = 1.3;
 constexpr std::uint32_t kMaxDenseSteps = 4;
 constexpr double kQueryMargin = 1.3, kQueryMarginElse = 2;
 constexpr double kWideBand_m = 1e-3;
-// Sampled nodes are divided while no more than these shares of the capacity and of the room for the cut are in use.
-// After an overflow, dividing starts later. Each point that the last step queried leaves kQueriesPerPoint fewer queries
-// for dividing.
+// A sampled node is a node of which only eight points are sampled. Sampled nodes are divided into their children while
+// at most kDividedBelow of the capacity and kDividedCutBelow of the room for the cut are in use. Each point that the
+// last walk sampled reduces the queries for dividing by kQueriesPerPoint.
 constexpr double kDividedBelow = 0.4, kDividedCutBelow = 0.45;
 constexpr std::uint32_t kQueriesPerPoint = 2;
-// Number of levels by which leaves are finer where something may press.
+// Where points may press, leaves have the size of a level that is lower by this number, but not below level 0.
 constexpr int kFinerWherePressed = 4;
 
 }  // namespace
@@ -38,7 +41,7 @@ ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   if (shell_ == nullptr || shell_->nodes.empty() || is_out_of_reach(X_FP, band_m)) return work_;
   work_.is_coarse = level_ != kFine;
   const bool is_at_rest = has_walked_ && band_m == band_m_ && is_same(X_FP, X_FP_before_);
-  // The first step at rest measures the queries that every step needs, so it is not skipped.
+  // The first step at rest is not skipped, because it measures how many queries a step needs even without motion.
   const bool has_rested = std::exchange(has_rested_, is_at_rest) || level_ == kFine;
   if (is_at_rest && has_rested && !may_be_finer() && queries_to_divide() == 0) return work_;
   work_.is_refreshed = true;
@@ -56,18 +59,20 @@ void ShellCandidates::try_in(std::uint32_t steps) noexcept {
   steps_to_try_ = steps_per_try_;
 }
 
-// With such fast motion few bounds last, and most near points do not press.
+// Returns whether the band is wide because of fast motion. Few bounds then hold until the next step, and most near
+// points do not press.
 bool ShellCandidates::is_band_wide() const {
   return band_m_ > kWideBand_m;
 }
 
-// Whether the level acts as level 0: in a narrow band all points may press.
+// Returns whether a level has the same leaves near the surface as level 0. This is so if the band is so narrow that all
+// points within it may press.
 bool ShellCandidates::is_as_fine(int level) const {
   return level > 0 && level <= kFinerWherePressed && band_m_ <= kMayPress_m;
 }
 
-// A level changes before the walk, from the measurements of the last one. A step walks twice only where there was no
-// room.
+// Walks the cut, at a new level if the measurements of the last walk require it. If a walk has no room, the step walks
+// again at a coarser level.
 void ShellCandidates::search(double band_m) noexcept {
   bool is_postponed = false;
   const auto switch_to_coarser = [&] {
@@ -84,8 +89,9 @@ void ShellCandidates::search(double band_m) noexcept {
   note_density();
 }
 
-// Doubles the interval after a trial that did not last. After an overflow caused by dividing, the interval stays, so
-// that the next trial is not earlier.
+// Sets the time of the next trial of a finer level. The interval doubles if the current level is a trial that lasted
+// for less than an interval. After an overflow caused by dividing, the interval is kept, so that the next trial is not
+// earlier.
 void ShellCandidates::postpone_finer() noexcept {
   const bool has_failed = is_try_ && steps_at_level_ < steps_per_try_;
   try_in(has_failed ? 2 * steps_per_try_ : has_divided_ ? steps_per_try_ : kStepsPerTry);
@@ -93,7 +99,7 @@ void ShellCandidates::postpone_finer() noexcept {
 
 void ShellCandidates::begin_coarser() noexcept {
   if (has_divided_) {
-    // Joins the divided nodes again, and postpones the next dividing.
+    // Joins the divided nodes again, and doubles the number of steps until the next dividing.
     steps_to_divide_ = std::min(2 * steps_to_divide_, kMaxStepsPerTry);
     const bool is_a_little_too_much = dense_steps_ > kMaxDenseSteps;
     if (is_a_little_too_much && level_ == coarsest_level_ && join_pairs()) return;
@@ -103,18 +109,19 @@ void ShellCandidates::begin_coarser() noexcept {
   change_level(coarser_level(contacts_ > capacity_ && dense_steps_ == 0));
 }
 
-// Doubles the leaf size at first, then grows it faster. Level 0 merges a leaf's points but saves no query, so it is
-// skipped unless there are too many contacts.
+// Returns the next coarser level. Each level doubles the leaf size. From level 1 on, the result is two levels higher.
+// Level 0 merges a leaf's points but saves no query, so it is skipped unless there are too many contacts. Levels with
+// the same leaves as level 0 are skipped too.
 int ShellCandidates::coarser_level(bool has_too_many) const {
   const int next = level_ == kFine && !has_too_many ? 1 : level_ <= 0 ? level_ + 1 : level_ + 2;
   return std::min(is_as_fine(next) ? kFinerWherePressed + 1 : next, coarsest_level_);
 }
 
-// Counts consecutive steps with too many queries. Larger leaves sample only some of their points, so a coarser level
-// begins only if necessary where few points are near.
+// Counts consecutive steps with too many queries. Larger leaves sample only some of their points, and may miss
+// contacts. If few points are near, the limit is therefore higher.
 void ShellCandidates::note_density() noexcept {
-  // Surfaces that are parallel just beyond the band need many queries and have few near points. Fast motion looks far
-  // ahead: most near points then do not press, and those that do must be found.
+  // Surfaces that are parallel just beyond the band need many queries but have few near points. In fast motion the band
+  // is wide. Most near points then do not press, but those that do must be found.
   const bool is_near = near_count_ > capacity_ && !is_band_wide();
   const double more = is_near ? 1 : coarser_level(false) <= kFinerWherePressed ? kQueryMargin : kQueryMarginElse;
   const bool is_over = walk_points_ > more * max_queries();
@@ -122,7 +129,7 @@ void ShellCandidates::note_density() noexcept {
   dense_steps_ = is_dense ? dense_steps_ + 1 : 0;
 }
 
-// Lower bound of the distance of the node's ball.
+// Returns a lower bound of the distances of all points of a node.
 double ShellCandidates::nearest_m(const ShellNode& node) const {
   return nearest_m(node, field_->distance_m(R_FP_ * node.centre_S.cast<double>() + p_FP_));
 }
@@ -141,20 +148,22 @@ std::uint32_t ShellCandidates::max_queries() const {
   return static_cast<std::uint32_t>(kQueriesPerCandidate * capacity_);
 }
 
-// When all nodes are divided, a finer level needs few queries, so its trial does not wait.
+// Ends dividing once no sampled node is left. A finer level then needs few queries. If its last trial had no room, it
+// is tried again at once.
 void ShellCandidates::end_dividing() noexcept {
   if (divide_queries_ == 0 || has_sampled()) return;
   steps_to_divide_ = kStepsToDivide;
   if (std::exchange(tries_when_divided_, false)) steps_to_try_ = 0;
 }
 
-// Whether no nodes can be joined any more.
+// Returns whether the search cannot become coarser: at the coarsest level, without divided nodes that could be joined.
 bool ShellCandidates::is_coarsest() const {
   return level_ == coarsest_level_ && !has_divided_;
 }
 
-// Queries that this step may use for dividing. The near part of a large shell may need too many queries for one step at
-// a finer level, though its contacts would fit.
+// Returns the number of queries that this step may use for dividing sampled nodes. The near part of a large shell may
+// need more queries at a finer level than one step allows, although its contacts fit. Dividing spreads the queries over
+// several steps.
 std::uint32_t ShellCandidates::queries_to_divide() const {
   if (level_ == kFine || !has_walked_ || steps_at_level_ < steps_to_divide_) return 0;
   const auto is_below = [](auto used, double share, auto limit) {
@@ -166,7 +175,7 @@ std::uint32_t ShellCandidates::queries_to_divide() const {
 }
 
 bool ShellCandidates::may_be_finer() const {
-  // A finer level would query all remaining sampled nodes at once.
+  // While nodes are being divided, no finer level is tried. It would query all remaining sampled nodes in one step.
   if (level_ == kFine || queries_to_divide() > 0) return false;
   const auto is_below = [&](std::size_t used, double share) { return static_cast<double>(used) <= share * capacity_; };
   const bool has_failed = steps_per_try_ > kStepsPerTry;
@@ -177,7 +186,8 @@ bool ShellCandidates::may_be_finer() const {
   return is_below(contacts_, kFinerLevelBelow) && (near_count_ <= capacity_ || 2 * walk_points_ <= max_queries());
 }
 
-// Tries a finer level. A failed trial costs one walk, and the previous level is restored.
+// Tries a finer level. Returns false if its walk had no room. The previous result is then restored, or a coarser level
+// begins if that result was too large to be stored.
 bool ShellCandidates::has_room_finer(double band_m) noexcept {
   const bool is_kept = keep_found();
   const int next = is_as_fine(level_) ? kFine : is_as_fine(level_ - 1) ? 0 : level_ - 1;

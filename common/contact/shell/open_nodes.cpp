@@ -1,4 +1,4 @@
-// Result of querying a node of the cut: its children, a leaf, or a node above planes. Also the joining of nodes.
+// Queries nodes of the cut. Each is replaced by its children, a leaf, or a node above planes. Also joins nodes.
 #include "common/contact/shell/shell_candidates.hpp"
 
 #include <algorithm>
@@ -11,19 +11,21 @@
 namespace tandem::contact {
 namespace {
 
-// Two nodes are joined when their parent's bound allows a motion of this share of its radius: the parent's ball is
-// larger and must be far enough, too. The share falls as the cut fills; it is 0 for the first cut.
+// Two halves of a node are joined if the bounds of both allow a further motion of this share of the node's radius. The
+// margin is needed because the node's ball is larger and must be far enough too. The share falls as the cut fills. It
+// is 0 for the first cut.
 constexpr float kJoinAt = 0.5F;
 // Motion after which nodes above planes are queried again, spread by share_of() over several steps.
 constexpr double kPlaneMotion_m = 2e-4;
 // Longest motion after which a node that is not above planes is queried again; the shortest is half of it.
 constexpr double kNoPlanes_m = 6e-4;
-// Bound of the sideways motion of points over the motion of their part against the field. Motion is measured at the
-// solid's ball, and near points may be a little outside; relative to a tiny solid that would be much.
+// Upper bound of the motion of points in any direction, as a multiple of the motion of their part. The motion of a part
+// is measured at the solid's ball, and near points may be a little outside of it. The bound does not hold for solids
+// with a radius below kMinSolid_m, which are not queried for planes.
 constexpr double kSideways = 1.5;
 constexpr double kMinSolid_m = 5e-3;
-// Limits of the places of the field that new plane queries of a step may read: usual, at a new level, for a first cut.
-// A grid takes up to some microseconds a query.
+// Limits of the table entries of the field that new plane queries of a step may read. They apply to a usual step, to
+// the first step of a level, and to a first cut or a wide band. A query of a grid takes up to some microseconds.
 constexpr std::size_t kMaxPlaneQueries = 400, kMaxNewLevelPlaneQueries = 2500, kMaxFirstPlaneQueries = 50'000;
 
 }  // namespace
@@ -32,7 +34,7 @@ CutNode ShellCandidates::unknown(std::uint32_t node) {
   return {.node = node, .query_again_at_m = -std::numeric_limits<float>::infinity()};
 }
 
-// Queries all nodes below a node. False: there is no room.
+// Queries a node and, as far as needed, the nodes below it. Returns false if there is no room.
 bool ShellCandidates::open(std::uint32_t root, double root_nearest_m, double moved_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   const std::uint32_t end = nodes[root].next;
@@ -42,7 +44,7 @@ bool ShellCandidates::open(std::uint32_t root, double root_nearest_m, double mov
     if (work_.queries() > query_limit_) return false;
     const double nearest = i == root ? root_nearest_m : nearest_m(node);
     const bool is_far = nearest > band_m, is_small = node.count <= leaf_points(nearest);
-    // A larger flat node gives few contacts above planes, whatever the level.
+    // At any level, a flat node above planes needs only a few contacts, even if it is larger than a leaf.
     const bool may_be_flat = !is_far && node.count > std::min(leaf_points(nearest), kPlanesAbove);
     const CutNode above = may_be_flat ? planes_below(i, moved_m) : CutNode{};
     if (is_far) {
@@ -64,7 +66,7 @@ bool ShellCandidates::open(std::uint32_t root, double root_nearest_m, double mov
 // Samples those points of a leaf that may be near; the bounds of the others still hold.
 bool ShellCandidates::open_leaf(const CutNode& entry, double moved_m, double band_m) noexcept {
   const ShellNode& node = shell_->nodes[entry.node];
-  // Some points are enough as long as none of a larger node's points can press.
+  // For a larger node, eight points are enough as long as none of its points can press.
   double divided_at_m = std::numeric_limits<double>::infinity();
   if (!node.is_leaf && node.count > leaf_points(0)) {
     const double nearest = nearest_m(node);
@@ -92,7 +94,7 @@ bool ShellCandidates::open_leaf(const CutNode& entry, double moved_m, double ban
   return keep(queried, moved_m, band_m);
 }
 
-// Replaces a sampled node by its children. False: there is no room.
+// Replaces a sampled node by its children. Returns false if there is no room.
 bool ShellCandidates::open_children(std::uint32_t root, double moved_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   const std::uint32_t queries = work_.queries(), points = work_.points;
@@ -109,7 +111,8 @@ bool ShellCandidates::open_children(std::uint32_t root, double moved_m, double b
   return has_room;
 }
 
-// Appends an entry, or its parent in place of both halves where that lasts for some steps. False: there is no room.
+// Appends an entry. If the entry before it is the other half of the same parent, and both bounds allow enough motion,
+// the parent replaces both (see kJoinAt). Returns false if there is no room.
 bool ShellCandidates::keep(const CutNode& entry, double moved_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   const auto known_at_m = static_cast<float>(moved_m + band_m);
@@ -161,7 +164,8 @@ bool ShellCandidates::append(const CutNode& entry) noexcept {
   return true;
 }
 
-// Joins the last two entries of the cut while they are halves of a node above planes, upwards. False: there is no room.
+// While the last two entries of the cut are the halves of a node above planes, replaces them by that node. Returns
+// false if there is no room.
 bool ShellCandidates::join_above_planes(double moved_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   while (cut_.size() > 1) {
@@ -191,17 +195,18 @@ bool ShellCandidates::join_above_planes(double moved_m, double band_m) noexcept 
   return true;
 }
 
-// Planes below the node, for all places that it may reach until its next query.
+// Returns the planes below a node. They are valid for all positions that the node may reach until its next query.
 CutNode ShellCandidates::planes_below(std::uint32_t index, double moved_m) noexcept {
   const ShellNode& node = shell_->nodes[index];
   if (node.flat == ShellNode::kNotFlat || solid_radius_m_ < kMinSolid_m) return {};
   CutNode& answer = answers_[index % kAnswers];
   if (answer.node == index && moved_m < answer.query_again_at_m) return answer;
   OrientedBox box_F = shell_->flat_nodes[node.flat].box_S().moved(R_FP_, p_FP_);
-  // Motion is measured at the solid's ball: a node farther out may move more.
+  // The motion is measured at the solid's ball. A node farther out may move by more than kSideways times the motion.
   const bool is_beside = (box_F.centre - solid_centre_F_).norm() + box_F.half_m.norm() > kSideways * solid_radius_m_;
   if (is_beside) return {};
-  // A node that was above planes is always queried. A new query over the limit is left to a later check of its part.
+  // A node that was above planes is always queried. Other queries beyond the limit are left to a later check of the
+  // part.
   const bool was_above = answer.node == index && answer.planes != 0;
   const bool is_new = !has_walked_ || is_band_wide();
   const std::size_t most = is_new                ? kMaxFirstPlaneQueries
@@ -220,13 +225,13 @@ CutNode ShellCandidates::planes_below(std::uint32_t index, double moved_m) noexc
   return answer;
 }
 
-// Contacts for each plane except the first.
+// Returns the number of contacts that a node needs for its planes except the first.
 std::size_t ShellCandidates::more_contacts_of(std::uint32_t index, PlaneSet planes) const {
   const auto count = static_cast<std::size_t>(std::popcount(planes));
   return count < 2 ? 0 : (count - 1) * least_contacts_of(shell_->nodes[index]);
 }
 
-// Adds a node above planes. False: there is no room.
+// Adds a node above planes, or a far node if the planes are beyond the band. Returns false if there is no room.
 bool ShellCandidates::open_planes(const CutNode& above, double moved_m, double band_m) noexcept {
   const OrientedBox box_F = shell_->flat_nodes[shell_->nodes[above.node].flat].box_S().moved(R_FP_, p_FP_);
   double nearest = -std::numeric_limits<double>::infinity();
@@ -244,7 +249,7 @@ bool ShellCandidates::open_planes(const CutNode& above, double moved_m, double b
          append({.node = above.node, .query_again_at_m = at_m, .planes = above.planes});
 }
 
-// False: there is no room.
+// Adds the candidate of a node above planes. Returns false if there is no room.
 bool ShellCandidates::add_planes(std::uint32_t index, PlaneSet planes) noexcept {
   const ShellNode& node = shell_->nodes[index];
   const std::size_t contacts = least_contacts_of(node);

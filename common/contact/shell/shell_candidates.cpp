@@ -20,9 +20,9 @@ constexpr double kFarthest_m = 0.25;
 // Limits of a walk's queries as multiples of max_queries(): usual, first step at a coarser level, first cut. Wide bands
 // double them.
 constexpr std::uint32_t kWalkQueries = 4, kNewLevelQueries = 8, kFirstCutQueries = 16;
-// Motion of a part until it is checked again for halves to join, spread by share_of(), one part a step: small nodes
-// that have passed a groove may fit one large node above planes again. The motion doubles after a check without
-// success. It is the maximum where the queries were too many for a step and the part moves fast.
+// Motion of a part after which it is checked for pairs of nodes to join above planes. Small nodes that have passed a
+// groove may be joined into one large node again. share_of() spreads the checks, and a step checks one part. The motion
+// doubles after a check without success. It is the maximum if plane queries were left out and the part moves fast.
 constexpr double kHalvesCheckMotion_m = 4e-3, kMaxHalvesCheckMotion_m = 16e-3;
 // Largest motion in a step that counts as slow.
 constexpr double kSlow_m = 2e-5;
@@ -31,7 +31,8 @@ constexpr double kSlow_m = 2e-5;
 constexpr std::uint32_t kStepsToJoin = 100;
 constexpr double kJoinFarAbove = 0.45, kJoinBeyond_m = 3e-4;
 
-// Radius about the middle of the box. The surface bulges out of the box around its points by less than the spacing.
+// Returns the radius of a ball around the shape, centred at the middle of its box. The spacing is added because the
+// surface extends beyond the box of its points by less than that.
 double radius_of(const ContactShape& shape) {
   return (shape.high_S - shape.low_S).norm() / 2 + shape.shells.surface.spacing_m;
 }
@@ -50,18 +51,19 @@ ContactWork& ContactWork::operator+=(const ContactWork& other) {
   return *this;
 }
 
-/// A small subtree of the shell and its piece of the cut. Its points move little when the shape turns.
+/// A subtree of the shell and its piece of the cut. Each part has its own motion, because its points move little
+/// relative to its centre when the shape turns.
 struct ShellCandidates::Part {
   std::uint32_t node = 0;  ///< root of the subtree
   std::uint32_t begin = 0, count = 0;
-  double moved_m = 0;               ///< accumulated motion: bounds the approach of each of its points
-  double step_motion_m = 0;         ///< share of the last step in moved_m
-  double query_again_at_m = 0;      ///< least value of its nodes
+  double moved_m = 0;               ///< accumulated motion, an upper bound of the approach of each of its points
+  double step_motion_m = 0;         ///< motion of the last step, which is included in moved_m
+  double query_again_at_m = 0;      ///< least query_again_at_m of its nodes
   double halves_check_at_m = 0;     ///< accumulated motion at the next check for halves to join above planes
   double halves_check_after_m = 0;  ///< motion between that check and the one after
   bool has_open_question = false;   ///< some node was not queried for planes: the next check rebuilds its cut
   bool waits_for_rest = false;      ///< that check waits until the part is slow or has moved far
-  bool has_sampled = false;         ///< there may be sampled nodes: eight points represent all
+  bool has_sampled = false;         ///< it may have sampled nodes, of which eight points represent all points
 };
 
 /// Result of a level: the members that keep_found() stores.
@@ -76,7 +78,7 @@ ShellCandidates::ShellCandidates(std::uint32_t capacity)
     : largest_capacity_(capacity), capacity_(capacity), before_(std::make_unique<Found>()) {
   for (auto* parts : {&parts_, &std::get<std::vector<Part>>(before_->all)}) parts->reserve(kParts + 1);
   candidates_.reserve(capacity + kShellLeafPoints);
-  // finer levels are tried only where there is room
+  // Finer levels are tried only if there is room, so half of the limit is enough for the stored cut.
   std::get<std::vector<CutNode>>(before_->all).reserve(cut_limit() / 2);
   cut_.reserve(cut_limit());
   old_cut_.reserve(cut_limit());
@@ -115,7 +117,7 @@ void ShellCandidates::bind(const PointShell& shell, const ContactShape& points, 
   begin_cut();
 }
 
-// Whether there may be nodes that are represented by eight of their points.
+// Returns whether there may be nodes that are represented by eight of their points.
 bool ShellCandidates::has_sampled() const {
   return std::ranges::any_of(parts_, &Part::has_sampled);
 }
@@ -145,7 +147,7 @@ void ShellCandidates::divide(std::size_t parts) noexcept {
   std::sort(parts_.begin(), parts_.end(), [](const Part& a, const Part& b) { return a.node < b.node; });
 }
 
-// Starts with one unknown node a part.
+// Starts a cut with one node for each part, which has not been queried yet.
 void ShellCandidates::begin_cut() noexcept {
   cut_.clear();
   for (Part& part : parts_) {
@@ -167,7 +169,8 @@ void ShellCandidates::set_level(int level) noexcept {
   dense_steps_ = 0;
 }
 
-// Bounds of far nodes stay valid at the new level; with a wide band, few would last.
+// Changes the level. Bounds of far nodes remain valid and are kept. At the coarsest level, or with a wide band for
+// which few bounds would hold, a new cut is started instead.
 void ShellCandidates::change_level(int level) noexcept {
   const bool is_finer = level < level_;
   set_level(level);
@@ -191,7 +194,8 @@ void ShellCandidates::change_level(int level) noexcept {
   }
 }
 
-// Appends an entry, joined with its neighbour where the parent is small enough for a leaf and one of both is near.
+// Appends an entry at a coarser level. If the entry before it is the other half of the same parent, the parent may
+// replace both. The parent must be small enough for a leaf, and one of both entries must be near.
 void ShellCandidates::append_as_coarse(CutNode entry, Part& part) noexcept {
   const auto& nodes = shell_->nodes;
   const std::uint32_t most_points = leaf_points(std::numeric_limits<double>::infinity());
@@ -215,8 +219,8 @@ void ShellCandidates::append_as_coarse(CutNode entry, Part& part) noexcept {
   cut_.push_back(entry);
 }
 
-// Joins pairs of divided nodes by one level of the tree; joining more would leave a few points for a whole part. False:
-// no such pair.
+// Replaces pairs of divided nodes by their parents. Joining over more levels of the tree would leave eight points for a
+// whole part. Returns false if there is no such pair.
 bool ShellCandidates::join_pairs() noexcept {
   const auto& nodes = shell_->nodes;
   set_level(level_);
@@ -245,7 +249,7 @@ bool ShellCandidates::join_pairs() noexcept {
   return has_divided_;
 }
 
-// False: the cut is too large to be stored.
+// Stores the result of the current level. Returns false if the cut is too large to be stored.
 bool ShellCandidates::keep_found() noexcept {
   if (cut_.size() > std::get<std::vector<CutNode>>(before_->all).capacity()) return false;
   before_->all = std::tie(level_, parts_, cut_, contacts_, steps_at_level_, has_divided_);
@@ -257,7 +261,7 @@ void ShellCandidates::restore_found() noexcept {
   std::tie(level_, parts_, cut_, contacts_, steps_at_level_, has_divided_) = before_->all;
 }
 
-// For shapes that are far apart, comparing poses is enough.
+// Returns whether the shapes are so far apart that no point can be near. This needs only a comparison of poses.
 bool ShellCandidates::is_out_of_reach(const Pose& X_FP, double band_m) noexcept {
   if (gap_m_ < 0) return false;
   const double motion =
@@ -267,7 +271,7 @@ bool ShellCandidates::is_out_of_reach(const Pose& X_FP, double band_m) noexcept 
 
 void ShellCandidates::remember_gap(const Pose& X_FP) noexcept {
   gap_m_ = -1;
-  // In a larger node not all points were sampled.
+  // Above level 0, not all points of a leaf were sampled, so the gap is unknown.
   if (!candidates_.empty() || level_ > 0) return;
   gap_m_ = std::numeric_limits<double>::infinity();
   for (const Part& part : parts_) gap_m_ = std::min(gap_m_, part.query_again_at_m - part.moved_m);
@@ -285,8 +289,9 @@ void ShellCandidates::allow_band(double band_m) noexcept {
   least_band_m_ = band_m;
 }
 
-// Relative to the field the points moved; relative to the points the solid did. The smaller of both motions bounds the
-// change of distances: a small tool may turn above a large table.
+// Adds the motion of this step to each part. The motion is measured twice: that of the points in the field's frame, and
+// that of the solid in the frame of the points. The smaller one bounds the change of distances. Thus a small tool may
+// turn above a large table without new queries.
 void ShellCandidates::move(const Pose& X_FP) noexcept {
   const Eigen::Matrix3d R_before = R_FP_;
   const Vec3 p_before = p_FP_;
@@ -353,7 +358,8 @@ void ShellCandidates::join_far() noexcept {
   old_cut_.resize(size);
 }
 
-// False: more nodes or candidates than there is room for.
+// Traverses the cut once and queries the nodes whose bounds no longer hold. Returns false if there is no room for all
+// nodes or candidates, or if the limit of queries is exceeded.
 bool ShellCandidates::walk(double band_m) noexcept {
   divide_queries_ = queries_to_divide();
   divide_points_ = 0;
@@ -427,7 +433,7 @@ class ShellCandidates::Ahead {
   EightNumbers nearest_m_;
 };
 
-// Restores the cut from the part on where the walk ended early.
+// Restores the old cut of the part in which the walk ended early, and of all later parts.
 void ShellCandidates::keep_rest(std::size_t part) noexcept {
   cut_.resize(part == 0 ? 0 : parts_[part - 1].begin + parts_[part - 1].count);
   for (; part < parts_.size(); ++part) {

@@ -1,6 +1,6 @@
-// Finds the points of a shell that are near the surface of another shape, or inside it, at a pose. Walking the whole
-// tree over the shell costs much more than a step allows. The search therefore keeps the cut through the tree where the
-// last step ended and queries only the nodes that may have come near since.
+// Finds the points of a shell that are near the surface of another shape, or inside it, at a pose. A traversal of the
+// whole tree over the shell costs much more time than a step has. The search therefore stores the cut through the tree
+// at which the last step ended. It queries only those nodes that may have come near since.
 #pragma once
 
 #include <cstdint>
@@ -21,23 +21,24 @@ struct ContactShape;
 struct ContactWork {
   std::uint32_t nodes = 0;
   std::uint32_t points = 0;
-  bool is_coarse = false;     ///< the budget was reached: points are merged
+  bool is_coarse = false;     ///< points were merged, because the budget does not suffice for single points
   bool is_refreshed = false;  ///< the field was queried
 
   std::uint32_t queries() const { return nodes + points; }
   ContactWork& operator+=(const ContactWork& other);
 };
 
-/// The points of a shell (frame P) near the surface of a field (frame F), or inside it.
+/// Finds the points of a shell (frame P) near the surface of a field (frame F), or inside it.
 ///
-/// Model   A cut through the tree. Each of its nodes has a lower bound of the distance of its points. A node is queried
-///         again only when its part of the shell and the field have moved by that bound against each other. No point of
-///         a node is nearer than distance(centre) − radius; a leaf has its points sampled. Where more points are near
-///         than there is room for, the pressing points of a leaf are merged into one candidate with their force and
-///         moment. The other near points are a second candidate. If these still are too many, larger nodes become
-///         leaves, with as many sampled points: first nodes that cannot press, then those that may
-/// Source  after Verlet, "Computer experiments on classical fluids I", Phys. Rev. 159, 1967: allowance for motion; the
-///         cut, the bound of the motion and the larger leaves are ours
+/// Model   The search stores a cut through the tree: nodes that together contain each point once. Each of its nodes has
+///         a lower bound of the distances of its points: distance(centre) − radius, or the sampled distances of a
+///         leaf's points. A node is queried again only when the shell and the field have moved against each other by
+///         its bound. If more points are near than the capacity allows, the pressing points of a leaf are merged into
+///         one candidate. It has their force and moment. The other near points are merged into a second candidate. If
+///         there still are too many, larger nodes become leaves, of which only eight points are sampled. Nodes that
+///         cannot press become larger first, then those that may
+/// Source  after Verlet, "Computer experiments on classical fluids I", Phys. Rev. 159, 1967, for the margin for motion
+///         (the skin of a neighbour list). The cut, the bound of the motion and the larger leaves are ours
 /// Thread  one at a time; no allocation after construction
 class ShellCandidates {
  public:
@@ -57,7 +58,8 @@ class ShellCandidates {
   /// Candidates in the order of the shell; no point of the shell is in two of them.
   std::span<const ShellCandidate> candidates() const { return candidates_; }
   const PointShell& shell() const { return *shell_; }
-  /// Number of contacts that may be added beyond least_contacts_of() for each node and one for each other candidate.
+  /// Number of contacts that are left of the capacity. Each node above planes takes least_contacts_of() of it, and each
+  /// other candidate takes one.
   std::size_t room() const { return capacity_ - contacts_; }
   /// Number of additional contacts needed to represent every plane below the nodes.
   std::size_t more_contacts() const { return more_contacts_; }
@@ -135,23 +137,23 @@ class ShellCandidates {
   std::vector<CutNode> old_cut_;
   std::vector<ShellCandidate> candidates_;
   std::vector<CutNode> answers_;    ///< cached results of plane queries; each node maps to one slot
-  std::size_t contacts_ = 0;        ///< contacts that must find room
-  std::size_t more_contacts_ = 0;   ///< additional contacts that should find room
-  std::size_t near_count_ = 0;      ///< number of near points, counted one by one
-  int level_ = kFine;               ///< kFine, or leaf_points() sets the leaf size, at most two candidates a leaf
-  int coarsest_level_ = 0;          ///< level where each part is a leaf until it is divided
+  std::size_t contacts_ = 0;        ///< contacts that the candidates need; at most capacity_
+  std::size_t more_contacts_ = 0;   ///< see more_contacts()
+  std::size_t near_count_ = 0;      ///< estimated number of near points; a node above planes counts as its contacts
+  int level_ = kFine;               ///< kFine: only equally deep points are merged; 0 and more: see leaf_points()
+  int coarsest_level_ = 0;          ///< lowest level at which each part is a single leaf, until it is divided
   std::uint32_t steps_to_try_ = 0;  ///< steps until a finer level is tried
   std::uint32_t steps_per_try_ = 0, steps_at_level_ = 0;
-  bool is_try_ = false;                             ///< this level began as a trial
+  bool is_try_ = false;                             ///< this level began as the trial of a finer level
   std::size_t divided_up_to_ = 0;                   ///< part where the next step continues to divide nodes
   std::uint32_t steps_to_divide_ = kStepsToDivide;  ///< steps at a level until dividing begins
   std::uint32_t steps_of_join_ = 0;                 ///< value of steps_at_level_ when join_far() last ran
-  bool tries_when_divided_ = false;                 ///< the last trial of a finer level had no room
+  bool tries_when_divided_ = false;                 ///< a finer level is tried once all sampled nodes are divided
   bool has_rested_ = false;                         ///< the last step had the same pose as the one before
   std::unique_ptr<Found> before_;                   ///< result of the previous level during a trial
   std::uint32_t walk_points_ = 0;                   ///< points that the last walk queried
   std::uint32_t dense_steps_ = 0;                   ///< consecutive steps with too many queries
-  double gap_m_ = 0;                                ///< motion below which no point can be near
+  double gap_m_ = 0;  ///< no point is near while the motion since X_FP_gap_ plus the band is below it; < 0: unknown
   Pose X_FP_gap_;
   double band_m_ = 0;        ///< band of the last step
   double least_band_m_ = 0;  ///< least band of all steps
@@ -164,14 +166,14 @@ class ShellCandidates {
   std::uint32_t root_ = 0;            ///< root of the part that is walked
   float first_at_m_ = 0;              ///< least motion at which a kept node is queried again
   std::size_t plane_queries_ = 0;     ///< places of the field read by new plane queries
-  bool is_question_open_ = false;     ///< some node of the walked part was not queried for planes
+  bool is_question_open_ = false;     ///< some node of the walked part was not queried for planes, due to the limit
   std::uint32_t query_limit_ = 0;     ///< limit of the walk's queries
   std::uint32_t divide_queries_ = 0;  ///< remaining queries for dividing sampled nodes
   std::uint32_t divide_points_ = 0;   ///< points queried by dividing
   bool divides_part_ = false;         ///< sampled nodes of the walked part are divided
   bool has_divided_ = false;          ///< nodes were divided at this level
   bool has_sampled_ = false;          ///< the walked part keeps a sampled node
-  bool may_check_halves_ = false;     ///< a part may be checked for halves to join above planes
+  bool may_check_halves_ = false;     ///< this walk may still check a part for halves to join above planes
   ContactWork work_;
 
   static constexpr int kFine = -1;

@@ -33,7 +33,8 @@ Pose pose_of(std::span<const TouchThing> things, std::size_t thing, std::size_t 
   return things[thing].rigid->pose() * things[thing].model->parts[part].X_BS;
 }
 
-/// Returns the sum of the normals, weighted by depth and area, as the pressure is.
+/// Returns the sum of the contact normals, each weighted by depth times area. The elastic force of a contact is
+/// proportional to this weight, up to the rigid depth.
 Vec3 normal_of(std::span<const contact::ContactPoint> contacts) {
   Vec3 sum_W = Vec3::Zero();
   for (const contact::ContactPoint& contact : contacts) {

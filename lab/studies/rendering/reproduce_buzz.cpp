@@ -62,7 +62,8 @@ LightTouches light_touches(const LawBuzz& ours, const LawBuzz& rival, const Pres
   return result;
 }
 
-/// Returns the ratio of the default law to its rival at 0.01 N, 0.015 N and 1 N.
+/// Returns three ratios as text, for forces of 0.01 N, 0.015 N and 1 N. Each is the RMS force vibration of the default
+/// law divided by that of kRival.
 std::string ratios_with(const PressSettings& settings) {
   std::string text;
   for (const double force_n : {0.01, 0.015, 1.0}) {
@@ -80,8 +81,8 @@ double slope_at(std::string_view law, double force_n, const PressSettings& setti
   return haptics::make_coupling_law(law, coupling)->gradient(state).force_by_d(2, 2);
 }
 
-/// Returns the ratio of the slopes of the default law and its rival at a light touch, and the force above which the
-/// default law is steeper.
+/// Returns, as text, the slope of the default law divided by that of kRival at a light touch. The text also has the
+/// force above which the default law is steeper, in percent of F_max.
 std::string slope_ratio_with(const PressSettings& settings) {
   const auto ratio = [&](double force_n) {
     return slope_at(haptics::kDefaultCouplingLaw, force_n, settings) / slope_at(kRival, force_n, settings);

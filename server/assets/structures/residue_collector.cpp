@@ -99,7 +99,8 @@ void ResidueCollector::add(PdbResidue residue, PdbAtom atom, char alternate) {
   const auto [entry, is_new] = index_of_place_.try_emplace(place, open_.size());
   std::size_t first_place = open_.size();
   if (!is_new) {
-    // Two residue names may alternate at one position, so the earlier residue may continue.
+    // One position may have alternate residues with different names, whose atoms may be interleaved in the file. The
+    // atom may therefore belong to the residue opened last at this position, or to the one opened first.
     for (const std::size_t index : {entry->second, open_[entry->second].place}) {
       if (!belongs_to(open_[index], residue, record)) continue;
       open_[index].records.push_back(std::move(record));

@@ -1,5 +1,5 @@
-// Tests a small hand workspace in a large scene. The force must have no steps at the border, while it is scaled, while
-// the clutch is pressed, or when the user releases the device.
+// Tests a small hand workspace in a large scene. The force must have no steps at the border of the workspace or when
+// its scale changes. It must also have none while the clutch is pressed, or when the user releases the device.
 #include "client/haptics/hand_workspace.hpp"
 
 #include <gtest/gtest.h>

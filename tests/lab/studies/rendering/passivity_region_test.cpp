@@ -99,8 +99,8 @@ LeastWork least_of_drivers(Encoder encoder) {
 }
 
 struct ControlledWork {
-  LeastWork real;
-  LeastWork reported;  ///< for the positions that the passivity controller received
+  LeastWork real;      ///< least work, computed from the true positions
+  LeastWork reported;  ///< least work, computed from the positions that the passivity controller received
 };
 
 /// Uses damping k T, the smallest that is ever required. The passivity controller does not distinguish directions, so
