@@ -81,9 +81,9 @@ LinkSample sample_link(const ClientIo& io, Duration length) {
     if (seen.counters.datagrams_received != received) arrived = now;
     received = seen.counters.datagrams_received;
     link.longest_gap = std::max(link.longest_gap, now - arrived);
-    if (seen.has_clock) {
-      link.round_trip_min = seen.minimum_round_trip;
-      link.round_trip_max = has_clock ? std::max(link.round_trip_max, seen.round_trip) : seen.round_trip;
+    if (seen.clock.is_known) {
+      link.round_trip_min = seen.clock.minimum_round_trip;
+      link.round_trip_max = has_clock ? std::max(link.round_trip_max, seen.clock.round_trip) : seen.clock.round_trip;
       has_clock = true;
     }
     std::this_thread::sleep_for(kDoctorPollPeriod);

@@ -1,6 +1,7 @@
 // See haptic_core.hpp. Data from the wire is checked again here: an invalid scene displays nothing (SceneInbox), and
 // coefficients are bounded before they affect the force (SceneCoupling).
 #include "client/haptics/haptic_core.hpp"
+#include "common/base/tick_faults.hpp"
 
 #include <algorithm>
 

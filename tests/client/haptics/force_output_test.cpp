@@ -8,7 +8,7 @@
 namespace tandem::client {
 namespace {
 
-struct Rig {
+struct OutputRig {
   void write(const Vec3& scene_n, const Vec3& own_n = Vec3::Zero(), bool is_ready = true) {
     now += std::chrono::milliseconds(1);
     haptics::SafetyInput conditions;
@@ -26,14 +26,14 @@ struct Rig {
 };
 
 TEST(ForceOutput, DisplaysTheSceneWithBorderAndNudge) {
-  Rig rig;
+  OutputRig rig;
   rig.settle({2, 0, 0}, {0, 1, 0});
   EXPECT_LT((rig.device.last.f - Vec3(2, 1, 0)).norm(), 1e-9);
   EXPECT_LT((rig.output.displayed_of_scene_D().f - Vec3(2, 0, 0)).norm(), 1e-9);
 }
 
 TEST(ForceOutput, BorderAndNudgeKeepTheirShareOfAClampedForce) {
-  Rig rig;
+  OutputRig rig;
   rig.settle({12, 0, 0}, {4, 0, 0});
   EXPECT_TRUE(rig.output.was_clamped());
   EXPECT_NEAR(rig.output.displayed_D().f.x(), 8, 1e-9);
@@ -41,14 +41,14 @@ TEST(ForceOutput, BorderAndNudgeKeepTheirShareOfAClampedForce) {
 }
 
 TEST(ForceOutput, ADeviceThatIsNotReadyGetsZero) {
-  Rig rig;
+  OutputRig rig;
   rig.settle({2, 0, 0});
   rig.write({2, 0, 0}, Vec3::Zero(), false);
   EXPECT_TRUE(rig.device.last.f.isZero(0));
 }
 
 TEST(ForceOutput, ARefusedCommandIsCountedAndThePreviousOneRemainsDisplayed) {
-  Rig rig;
+  OutputRig rig;
   rig.settle({2, 0, 0});
   rig.device.accepts = false;
   rig.write({3, 0, 0});
@@ -62,7 +62,7 @@ TEST(ForceOutput, ARefusedCommandIsCountedAndThePreviousOneRemainsDisplayed) {
 }
 
 TEST(ForceOutput, SumsTheWorkOfTheDisplayedWrenchAlongTheKnownPath) {
-  Rig rig;
+  OutputRig rig;
   rig.settle({2, 0, 0});
   Pose X_DH;
   rig.output.move_to(X_DH);
@@ -79,7 +79,7 @@ TEST(ForceOutput, SumsTheWorkOfTheDisplayedWrenchAlongTheKnownPath) {
 }
 
 TEST(ForceOutput, IsQuietAfterTheShutdownRamp) {
-  Rig rig;
+  OutputRig rig;
   rig.settle({2, 0, 0});
   rig.output.begin_shutdown();
   for (int i = 0; i < 20; ++i) rig.write({2, 0, 0});

@@ -9,8 +9,8 @@
 namespace tandem::client {
 namespace {
 
-struct Rig {
-  Rig() { input.enter({{Vec3(1, 0, 0), Quat::Identity()}, 10, 1}); }
+struct InputRig {
+  InputRig() { input.enter({{Vec3(1, 0, 0), Quat::Identity()}, 10, 1}); }
   /// Runs one tick. Returns HandInput::move().
   bool tick(bool is_quiet = false) {
     now += std::chrono::milliseconds(1);
@@ -24,7 +24,7 @@ struct Rig {
 };
 
 TEST(HandInput, MapsTheSampleIntoTheWorld) {
-  Rig rig;
+  InputRig rig;
   rig.device.sample.X_DH.p = Vec3(0.01, 0, 0);
   rig.tick();
   EXPECT_LT((rig.input.handle_W().X.p - Vec3(1.1, 0, 0)).norm(), 1e-12);
@@ -32,7 +32,7 @@ TEST(HandInput, MapsTheSampleIntoTheWorld) {
 }
 
 TEST(HandInput, KeepsTheHandleThroughAnInvalidSample) {
-  Rig rig;
+  InputRig rig;
   rig.device.sample.X_DH.p = Vec3(0.01, 0, 0);
   rig.tick();
   rig.device.sample.is_valid = false;
@@ -43,7 +43,7 @@ TEST(HandInput, KeepsTheHandleThroughAnInvalidSample) {
 }
 
 TEST(HandInput, TheSpeedIsTheLargerOfTheReportedAndTheMovedOne) {
-  Rig rig;
+  InputRig rig;
   rig.device.sample.V_DH.v = Vec3(0.2, 0, 0);
   rig.tick();
   EXPECT_DOUBLE_EQ(rig.input.speed_m_per_s(), 0.2) << "no sample before";
@@ -55,7 +55,7 @@ TEST(HandInput, TheSpeedIsTheLargerOfTheReportedAndTheMovedOne) {
 }
 
 TEST(HandInput, TheClutchFreezesTheHandleButNotTheUnclutchedPath) {
-  Rig rig;
+  InputRig rig;
   rig.tick();
   rig.device.sample.buttons = kButtonClutch;
   rig.device.sample.X_DH.p = Vec3(0.001, 0, 0);
@@ -67,7 +67,7 @@ TEST(HandInput, TheClutchFreezesTheHandleButNotTheUnclutchedPath) {
 }
 
 TEST(HandInput, AChangedMappingWaitsUntilNoForceIsDisplayed) {
-  Rig rig;
+  InputRig rig;
   rig.tick();
   rig.input.change({{Vec3(1, 0, 0), Quat::Identity()}, 20, 1});
   EXPECT_TRUE(rig.input.is_clutched());
@@ -80,7 +80,7 @@ TEST(HandInput, AChangedMappingWaitsUntilNoForceIsDisplayed) {
 }
 
 TEST(HandInput, WithoutASceneTheHandleStays) {
-  Rig rig;
+  InputRig rig;
   rig.tick();
   rig.device.sample.X_DH.p = Vec3(0.001, 0, 0);
   rig.now += std::chrono::milliseconds(1);

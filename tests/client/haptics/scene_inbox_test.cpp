@@ -12,8 +12,8 @@
 namespace tandem::client {
 namespace {
 
-struct Rig {
-  Rig() {
+struct InboxRig {
+  InboxRig() {
     scene.law = law_index("spring-damper");
     scene.may_drive = scene.may_display = true;
   }
@@ -32,7 +32,7 @@ struct Rig {
 };
 
 TEST(SceneInbox, IsUnusableBeforeAScene) {
-  Rig rig;
+  InboxRig rig;
   rig.inbox.poll();
   EXPECT_FALSE(rig.inbox.is_usable());
   EXPECT_EQ(rig.inbox.newest(), nullptr);
@@ -40,7 +40,7 @@ TEST(SceneInbox, IsUnusableBeforeAScene) {
 }
 
 TEST(SceneInbox, DistinguishesANewSceneFromAChangedOne) {
-  Rig rig;
+  InboxRig rig;
   EXPECT_TRUE(rig.enter().is_entered);
   EXPECT_TRUE(rig.inbox.is_displaying());
   ++rig.scene.places_shown;
@@ -54,7 +54,7 @@ TEST(SceneInbox, DistinguishesANewSceneFromAChangedOne) {
 }
 
 TEST(SceneInbox, DiscardsAStateThatArrivedBeforeItsScene) {
-  Rig rig;
+  InboxRig rig;
   rig.mailboxes->inbox.publish(ReceivedUpdate{});
   rig.enter();
   EXPECT_EQ(rig.inbox.newest(), nullptr);
@@ -68,7 +68,7 @@ TEST(SceneInbox, DiscardsAStateThatArrivedBeforeItsScene) {
 }
 
 TEST(SceneInbox, TheAgeOfAStateIncludesItsAgeAtTheServer) {
-  Rig rig;
+  InboxRig rig;
   rig.enter();
   auto received = std::make_unique<ReceivedUpdate>();
   received->received = LocalTime(std::chrono::milliseconds(100));
@@ -88,7 +88,7 @@ TEST(SceneInbox, ASceneOutOfRangeIsNotDisplayed) {
       [](HapticScene& scene) { scene.workspace.X_WD.p.x() = std::numeric_limits<double>::infinity(); },
   };
   for (const auto& spoil : spoils) {
-    Rig rig;
+    InboxRig rig;
     spoil(rig.scene);
     rig.enter();
     EXPECT_FALSE(rig.inbox.is_usable());
