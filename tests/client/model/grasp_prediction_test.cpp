@@ -11,39 +11,39 @@
 namespace tandem::client {
 namespace {
 
-constexpr BodyId kBlock = body_id_at(0);
+constexpr BodyId kGraspedBlock = body_id_at(0);
 constexpr double kGripStep_m = 1e-5;
 
-MassProperties mass_of(double mass_kg) {
+MassProperties grasp_mass_of(double mass_kg) {
   MassProperties mass;
   mass.mass_kg = mass_kg;
   mass.principal_inertia_kg_m2 = Vec3::Constant(mass_kg * 1e-4);
   return mass;
 }
 
-physics::TouchModel touch_of(std::shared_ptr<const contact::ContactShape> shape) {
+physics::TouchModel grasp_touch_of(std::shared_ptr<const contact::ContactShape> shape) {
   return proto::touch_model_of({{std::move(shape), Pose{}}}, 1e10);
 }
 
 /// A graspable block with a tool that touches it.
-std::shared_ptr<const physics::WorldDescription> scene() {
+std::shared_ptr<const physics::WorldDescription> grasp_scene() {
   auto world = std::make_shared<physics::WorldDescription>();
   physics::BodyDescription block;
-  block.touch = touch_of(contact::make_contact_box(Vec3::Constant(0.04)));
-  block.mass = mass_of(0.5);
+  block.touch = grasp_touch_of(contact::make_contact_box(Vec3::Constant(0.04)));
+  block.mass = grasp_mass_of(0.5);
   block.is_graspable = true;
   world->bodies = {block};
   physics::ToolDescription tool;
-  tool.touch = touch_of(contact::make_contact_sphere(0.005));
-  tool.mass = mass_of(0.03);
+  tool.touch = grasp_touch_of(contact::make_contact_sphere(0.005));
+  tool.mass = grasp_mass_of(0.03);
   tool.X_WT.p.x() = 0.024;
   world->tools = {tool};
   world->coupling.law = "spring-damper";
   return world;
 }
 
-struct Rig {
-  Rig() { world.activate_tool(0, false); }
+struct GraspRig {
+  GraspRig() { world.activate_tool(0, false); }
   bool press(bool is_down, std::uint64_t input) {
     return grasp.follow_button(is_down, Tick{input}, LocalTime(std::chrono::milliseconds(input)), world, 0);
   }
@@ -57,40 +57,40 @@ struct Rig {
   }
   BodyId held() const { return world.tool(0).held; }
 
-  physics::World world{scene(), physics::make_followed_bodies(1), nullptr};
+  physics::World world{grasp_scene(), physics::make_followed_bodies(1), nullptr};
   GraspPrediction grasp;
 };
 
 TEST(GraspPrediction, GrabsAtTheButtonAndReleasesAtItsEnd) {
-  Rig rig;
+  GraspRig rig;
   EXPECT_TRUE(rig.press(true, 10));
-  EXPECT_EQ(rig.held(), kBlock);
+  EXPECT_EQ(rig.held(), kGraspedBlock);
   EXPECT_FALSE(rig.press(true, 11)) << "no change of the button";
   EXPECT_TRUE(rig.press(false, 12));
   EXPECT_FALSE(rig.held().is_valid());
 }
 
 TEST(GraspPrediction, RemainsUntilTheServerHasAnsweredIt) {
-  Rig rig;
+  GraspRig rig;
   rig.press(true, 10);
   EXPECT_FALSE(rig.answer(BodyId{}, 14, 14)) << "within 5 ticks";
   EXPECT_FALSE(rig.answer(BodyId{}, 30, 9)) << "the button was lost on the way";
-  EXPECT_EQ(rig.held(), kBlock);
+  EXPECT_EQ(rig.held(), kGraspedBlock);
   EXPECT_TRUE(rig.answer(BodyId{}, 15, 15)) << "refused";
   EXPECT_FALSE(rig.held().is_valid());
 }
 
 TEST(GraspPrediction, IsConfirmedWithoutAJump) {
-  Rig rig;
+  GraspRig rig;
   rig.press(true, 10);
-  EXPECT_FALSE(rig.answer(kBlock, 15, 15));
-  EXPECT_EQ(rig.held(), kBlock);
+  EXPECT_FALSE(rig.answer(kGraspedBlock, 15, 15));
+  EXPECT_EQ(rig.held(), kGraspedBlock);
 }
 
 TEST(GraspPrediction, FollowsAGraspThatWasNotPredicted) {
-  Rig rig;
-  EXPECT_TRUE(rig.answer(kBlock, 1, 1));
-  EXPECT_EQ(rig.held(), kBlock);
+  GraspRig rig;
+  EXPECT_TRUE(rig.answer(kGraspedBlock, 1, 1));
+  EXPECT_EQ(rig.held(), kGraspedBlock);
   EXPECT_TRUE(rig.answer(BodyId{}, 2, 2));
   EXPECT_FALSE(rig.held().is_valid());
 }
