@@ -225,7 +225,7 @@ TEST(HapticCore, ASampleThatNoHandCanHaveGivenLetsTheForceGoAndIsExplained) {
   const Case cases[] = {
       {"time stamp", [](ScriptedDevice& device) { device.has_frozen_clock = true; }},
       {"orientation", [](ScriptedDevice& device) { device.sample.X_DH.q.coeffs().setZero(); }},
-      {"reach", [](ScriptedDevice& device) { device.sample.X_DH.p = Vec3(1e12, 0, 0); }},
+      {"outside of the device's workspace", [](ScriptedDevice& device) { device.sample.X_DH.p = Vec3(1e12, 0, 0); }},
       {"faster than any hand", [](ScriptedDevice& device) { device.sample.V_DH.w = Vec3(0, 1e6, 0); }},
   };
   for (const Case& one : cases) {
