@@ -58,6 +58,7 @@ TEST(HandInput, TheClutchFreezesTheHandleButNotTheUnclutchedPath) {
   InputRig rig;
   rig.tick();
   rig.device.sample.buttons = kButtonClutch;
+  rig.tick();
   rig.device.sample.X_DH.p = Vec3(0.001, 0, 0);
   rig.tick();
   EXPECT_TRUE(rig.input.is_clutched());

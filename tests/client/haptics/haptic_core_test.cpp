@@ -58,7 +58,7 @@ TEST(HapticCore, ALostSessionDisplaysNothingAtOnceAndIsSilentOnlyLater) {
   EXPECT_EQ(rig.core.record().safety_faults, haptics::kSafetyNotDisplaying | haptics::kSafetySilence);
 }
 
-TEST(HapticCore, WhoIsRefusedTheForceStillDrivesToolAndButtons) {
+TEST(HapticCore, AUserWithoutForceStillDrivesToolAndButtons) {
   HapticRig rig;
   rig.enter_scene();
   rig.device.sample.buttons = kButtonGrab;
@@ -134,7 +134,7 @@ TEST(HapticCore, NewSceneForgetsTheOldStateAndRampsAgain) {
   EXPECT_LT(rig.force().z(), 0.41) << "2 N · 0.1 s / 0.5 s";
 }
 
-TEST(HapticCore, ButtonsOfAnOldSceneAreNotToldToANewOne) {
+TEST(HapticCore, ButtonsOfAnOldSceneAreNotSentToANewOne) {
   HapticRig rig;
   rig.enter_scene();
   rig.device.sample.buttons = kButtonGrab;
@@ -193,7 +193,7 @@ TEST(HapticCore, ZeroThatTheDeviceRefusesIsNotQuiet) {
   EXPECT_TRUE(rig.core.is_quiet());
 }
 
-TEST(HapticCore, UpdateForTheServerSaysWhatThisTickSaw) {
+TEST(HapticCore, UpdateForTheServerContainsTheHandOfThisTick) {
   HapticRig rig;
   rig.enter_scene();
   rig.device.sample.X_DH.p = Vec3(0.003, 0, 0);
@@ -206,7 +206,7 @@ TEST(HapticCore, UpdateForTheServerSaysWhatThisTickSaw) {
   EXPECT_EQ(sent.buttons, kButtonGrab);
 }
 
-TEST(HapticCore, LostHandIsZeroForceAndToldToTheServer) {
+TEST(HapticCore, LostHandIsZeroForceAndReportedToTheServer) {
   HapticRig rig("hold");
   rig.enter_scene();
   rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
@@ -226,7 +226,7 @@ TEST(HapticCore, ASampleThatNoHandCanHaveGivenLetsTheForceGoAndIsExplained) {
   const Case cases[] = {
       {"time stamp", [](ScriptedDevice& device) { device.has_frozen_clock = true; }},
       {"orientation", [](ScriptedDevice& device) { device.sample.X_DH.q.coeffs().setZero(); }},
-      {"reach", [](ScriptedDevice& device) { device.sample.X_DH.p = Vec3(1e12, 0, 0); }},
+      {"outside of the device's workspace", [](ScriptedDevice& device) { device.sample.X_DH.p = Vec3(1e12, 0, 0); }},
       {"faster than any hand", [](ScriptedDevice& device) { device.sample.V_DH.w = Vec3(0, 1e6, 0); }},
   };
   for (const Case& one : cases) {
@@ -342,7 +342,7 @@ TEST(HapticCore, WatchedBodyIsFoundAndSurvivesThinnedUpdates) {
   EXPECT_EQ(rig.core.record().watched_body_W->X.p, Vec3(1, 2, 3));
 }
 
-TEST(HapticCore, TheWaveStageSpeaksToTheServerAndKeepsItsWordThroughAMissedSample) {
+TEST(HapticCore, TheWaveStageSendsItsWaveAndRepeatsItAfterAMissedSample) {
   HapticRig rig("wave");
   rig.enter_scene();
   rig.run(10);
