@@ -125,7 +125,7 @@ class Newcomer(threading.Thread):
         for _ in range(100):
             if any(number == wire.STATE for number, _ in wire.fields(client.receive())):
                 return
-        raise TimeoutError("no state came")
+        raise TimeoutError("no state was received")
 
     def _await_state(self, client):
         client.datagrams.settimeout(0.002)
@@ -136,7 +136,7 @@ class Newcomer(threading.Thread):
                 return
             except TimeoutError:
                 continue
-        raise TimeoutError("no state came")
+        raise TimeoutError("no state was received")
 
 
 def force_n(row):
