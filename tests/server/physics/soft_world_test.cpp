@@ -444,7 +444,8 @@ TEST(SoftScene, ClosedSurfaceKeepsItsVolumeOnATable) {
 
 TEST(SoftScene, NoteSaysTheRateThatIsReallyUsed) {
   TANDEM_LOAD_SCENE(scene, "soft_pad");
-  EXPECT_THAT(scene->notes, ::testing::Contains(::testing::HasSubstr("every 17 steps, at 58.8235 Hz (requested: 60 Hz)")));
+  EXPECT_THAT(scene->notes,
+              ::testing::Contains(::testing::HasSubstr("every 17 steps, at 58.8235 Hz (requested: 60 Hz)")));
 }
 
 TEST(SoftScene, ShippedPadIsPressedByItsTool) {
