@@ -26,20 +26,3 @@ def includes(path, root=ROOT):
 
 def folder_of(path):
     return pathlib.PurePosixPath(path).parent.as_posix()
-
-
-def home_of(path):
-    """Returns the folder whose namespace a file has, e.g. common/physics for common/physics/joints, or client for
-    client/session."""
-    parts = pathlib.PurePosixPath(path).parent.parts
-    return "/".join(parts[:2]) if parts[0] == "common" else parts[0]
-
-
-def header_users(root=ROOT):
-    """Returns, for each header, the folders with other namespaces whose sources include it."""
-    users = {path.as_posix(): set() for path in sources(root, (".hpp",))}
-    for path in sources(root):
-        for name in includes(path, root)[0]:
-            if name in users and home_of(name) != home_of(path):
-                users[name].add(home_of(path))
-    return users
