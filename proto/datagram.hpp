@@ -59,8 +59,8 @@ struct DatagramHeader {
 /// Appends the header to `out`.
 void append_header(const DatagramHeader& header, Bytes& out);
 
-/// Reads and checks the header: size limits, version, non-zero connection and sequence. The caller checks the type, and
-/// DatagramSeal checks the tag (datagram_seal.hpp).
+/// Reads and checks the header: size limits, version, non-zero connection and sequence. It checks neither the type
+/// nor the tag (DatagramSeal in datagram_seal.hpp checks the tag).
 /// Out     kNone, or the reason to drop the datagram; `out` is then unspecified
 DropReason parse_header(std::span<const std::byte> datagram, DatagramHeader& out);
 

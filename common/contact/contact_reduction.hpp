@@ -49,8 +49,8 @@ inline constexpr std::size_t kReducedContacts = 16;
 ///         sharing: fuzzy c-means (Bezdek 1981); the bending is ours
 /// Out     number of contacts written. The derivative of 16 (Frobenius norm, about the middle of the patch, lengths in
 ///         units of its radius) is right to rounding on planes. The worst errors of 2,000 random patches each are 0.2 %
-///         on spheres, 5 % in grooves, and 8 % in corners and around pegs. The derivative jumps by that much when the
-///         contacts no longer fit into `out` and are reduced
+///         on spheres, 5 % in grooves, and 8 % in corners and around pegs. The derivative changes by a step of this
+///         size when the contacts no longer fit into `out` and are reduced
 /// Fails   writes no contact if more contacts press than fit and `out` has fewer than 8 elements
 /// Cost    0.1 µs a contact and 12 µs; no allocation
 std::size_t reduce_contacts(std::span<const ContactPoint> contacts, double stiffness_n_per_m3,

@@ -251,7 +251,7 @@ bool WindingNumber::add_angle(const std::array<Vec3, 3>& corners, const Vec3& p_
   const double x = all + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
   const double y = a.dot(b.cross(c));
   sum.add(x, y);
-  // The number x is 0 on a side of the triangle and negative within the triangle.
+  // On a side of the triangle x is 0, inside the triangle it is negative.
   return x <= kOnShare * all && std::abs(y) <= kOnShare * all;
 }
 

@@ -18,8 +18,8 @@ namespace tandem::net {
 /// Model   Capacity: pieces are requested in pairs, whose two answers leave the sender together. The gap between their
 ///         arrivals is the time that the bottleneck needs for the second answer and for state in between. The capacity
 ///         follows from the mean time per byte of the shorter half of the last kPairs gaps. The free rate is the
-///         capacity less the rate of state. With jitter the shorter half of the gaps is far too short. The free rate is
-///         therefore also limited by the rate that follows from the mean of all pairs.
+///         capacity less the rate of state. Jitter makes the shorter half of the gaps too short. The mean of all pairs
+///         therefore gives a second upper limit of the free rate.
 ///         Rate: it begins at kFirstRate and doubles once per round trip, up to kShare of the free rate. A queue is
 ///         detected when the least delay of state over kShort exceeds the least delay over kLong by more than the
 ///         allowance, at first kQueue. The rate then falls by the factor kFall and afterwards rises by the factor

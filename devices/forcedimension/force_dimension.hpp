@@ -25,8 +25,8 @@ struct DhdFunctions {
 /// Fails   std::runtime_error: see VendorLibrary
 DhdFunctions dhd_functions(const std::filesystem::path& library);
 
-/// Base frame D: x right, y away from the user, z up. In the SDK x points towards the user, y right, z up. The first
-/// button is grab, the second clutch. The manufacturer's program must have initialised the device (autoinit).
+/// Base frame D: x points right, y away from the user, z up. In the SDK, x points towards the user, y right, z up. The
+/// first button grabs, the second is the clutch. The manufacturer's program must have initialised the device (autoinit).
 ///
 /// Thread  the thread of the device
 class ForceDimensionDriver final : public DeviceDriver {

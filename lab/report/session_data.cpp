@@ -33,8 +33,8 @@ bool required_boolean(JsonFields& fields, std::string_view name) {
   return fields.boolean(name, false);
 }
 
-/// Reads a number. The client writes null for an unknown value, which is converted to NaN. `pointer` is the JSON
-/// pointer of the object that contains the number.
+/// Reads a number. A null, which the summary has for an unknown value, becomes NaN. `pointer` is the JSON pointer of
+/// the object that contains the number.
 double measured(const boost::json::value& root, const std::string& pointer, JsonFields& fields, std::string_view name) {
   boost::json::error_code error;
   const auto* value = root.find_pointer(pointer + "/" + std::string(name), error);

@@ -1,5 +1,5 @@
-// The operator changes the room's coupling law while hands press. The force makes no step, and then follows the new
-// law.
+// The operator changes the room's coupling law while hands press. The force must change without a step, and then
+// follow the new law.
 #include <gtest/gtest.h>
 
 #include <algorithm>

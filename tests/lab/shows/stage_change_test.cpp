@@ -1,4 +1,4 @@
-// The user changes settings in the window while a hand presses on a wall. The force makes no step.
+// Settings of the window are changed while a hand presses on a wall. The force must change without a step.
 #include <gtest/gtest.h>
 
 #include <algorithm>

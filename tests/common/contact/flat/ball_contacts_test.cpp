@@ -112,8 +112,8 @@ TEST(BallContacts, LieWhereTheyAreAsDeepAsTheySay) {
       EXPECT_NEAR(contact.depth_m, -contact.p_W.z(), 1e-12);
       EXPECT_LT(contact.p_W.head<2>().norm(), std::sqrt(2 * radius_m * depth_m));
     }
-    // The reduction may lose only little depth of the deepest point. Before contact the same holds for the nearest
-    // point.
+    // The reduction may make the deepest point shallower by at most 8 µm. Before contact, the bound applies to the
+    // nearest point.
     EXPECT_LE(depth_m - on_floor(radius_m, depth_m)[0].depth_m, 8e-6 + 1e-12);
     EXPECT_LE(-depth_m - on_floor(radius_m, -depth_m, 1, 2e-3)[0].depth_m, 8e-6 + 1e-12);
   });
