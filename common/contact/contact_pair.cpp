@@ -14,12 +14,6 @@ namespace {
 
 // Largest spacing of points that finds contacts with the intended accuracy.
 constexpr double kFineSpacing_m = 5e-4;
-// Margin by which the box of a plane query around a ball is enlarged. The result stays valid until the ball has moved
-// by this much.
-constexpr double kBallSlack_m = 1e-3;
-// A closed-form contact consists of a core, which has been pressing all the time, and a ring around it. The core
-// absorbs this fraction of the ring in a step, so it adapts to a larger contact with a time constant of 100 steps.
-constexpr double kCoreGrowth = 1e-2;
 // Amount by which the depth of a late-found contact may grow in a step, in addition to the contact's motion.
 constexpr double kPushOut_m = 1e-5;
 
@@ -93,16 +87,9 @@ void ContactPair::bind(const ContactShape* a, const ContactShape* b) noexcept {
   is_mutual_ = is_fine(*a) && is_fine(*b);
   const PointShell& others = is_mutual_ ? second.surface_off_planes() : second.shells.features;
   const std::uint32_t for_others = others.nodes.empty() ? 0 : budget_ / (is_mutual_ ? 2 : 4);
-  ball_ = nullptr;
-  if (a->ball_radius_m > 0 && !b->field->planes().empty()) ball_ = a;
-  if (b->ball_radius_m > 0 && !a->field->planes().empty()) ball_ = b;
   plane_share_ = is_mutual_ && !second.off_planes ? 0.5 : 1;
-  ball_share_ = ball_ == &first ? plane_share_ : (is_mutual_ ? 0.5 : 0);
-  ball_on_ = nullptr;
-  are_rods_ = a->rod.is_thin() && b->rod.is_thin();
-  has_rods_ = false;
-  rods_.forget();
-  ball_planes_reach_m_ = -1;
+  const double share = is_mutual_ ? 0.5 : 0;
+  closed_form_.bind(a, b, is_a_primary_ ? plane_share_ : share, is_a_primary_ ? share : plane_share_);
   primary_.bind(first.shells.surface, first, second, budget_ - for_others);
   other_.bind(others, second, first, for_others);
 }
@@ -111,8 +98,7 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   std::swap(now_, before_);
   now_.clear();
   first_of_other_before_ = std::exchange(first_of_other_, 0);
-  const FieldPlane* ball_was_on = std::exchange(ball_on_, nullptr);
-  const bool had_rods = std::exchange(has_rods_, false);
+  closed_form_.begin_step();
   if (!is_bound() || !is_finite(X_WA) || !is_finite(X_WB)) return {};
   const auto turn_since = [](const Quat& q, Quat& before) {
     return (q * std::exchange(before, q).conjugate()).toRotationMatrix();
@@ -120,16 +106,11 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   const Eigen::Matrix3d turn_of_a = turn_since(X_WA.q, q_WA_before_);
   turn_of_b_ = turn_since(X_WB.q, q_WB_before_);
   const Eigen::Matrix3d& turn_of_b = turn_of_b_;
-  const Eigen::Matrix3d& turn_of_plane = ball_ == b_ ? turn_of_a : turn_of_b;
-  if ((ball_ != nullptr && has_ball_contacts(X_WA, X_WB, band_m)) ||
-      (are_rods_ && has_rod_contacts(X_WA, X_WB, band_m))) {
+  const Eigen::Matrix3d& turn_of_plane = closed_form_.is_ball_b() ? turn_of_a : turn_of_b;
+  if (closed_form_.find(X_WA, X_WB, band_m, now_)) {
+    first_of_other_ = now_.size();
     deepest_m_ = std::numeric_limits<double>::infinity();
-    if (ball_on_ == ball_was_on && has_rods_ == had_rods) {
-      carry_ball_bristles(turn_of_plane);
-    } else {
-      share_bristles(turn_of_plane);
-      for (const ContactPoint& point : now_) keep_core(point, point.bristle_W, point.area_m2);
-    }
+    closed_form_.carry_bristles(before_, now_, turn_of_plane);
     return {};
   }
 
@@ -151,8 +132,8 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   search(other_, second, band_m);
   limit_depths(X_WA, X_WB, X_BA, work.is_coarse);
 
-  if (ball_was_on != nullptr || had_rods) {
-    share_bristles(turn_of_plane);
+  if (closed_form_.had_contacts()) {
+    share_bristles(before_, now_, turn_of_plane);
     return work;
   }
   carry_bristles(0, first_of_other_, 0, first_of_other_before_, turn_of_b);
@@ -206,110 +187,6 @@ std::span<const ShellPoint> ContactPair::points_of(const ContactPoint& contact) 
   const bool is_other = (contact.id & ContactPoint::kOtherDirection) != 0;
   const PointShell& shell = is_other ? other_.shell() : primary_.shell();
   return std::span(shell.points).subspan(contact.id & ~ContactPoint::kOtherDirection, contact.count);
-}
-
-// Returns whether the contacts in now_ are complete: none for a ball out of reach, else those of add_ball_on_plane().
-bool ContactPair::has_ball_contacts(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept {
-  const bool is_ball_a = ball_ == a_;
-  const DistanceField& field = is_ball_a ? *b_->field : *a_->field;
-  const Pose& X_WF = is_ball_a ? X_WB : X_WA;
-  const Vec3 centre_F = X_WF.inverse() * (is_ball_a ? X_WA.p : X_WB.p);
-  const double radius_m = ball_->ball_radius_m;
-  if (field.distance_m(centre_F) - field.error_m() > radius_m + band_m) return true;
-  const PlaneSet planes = planes_around_ball(centre_F, radius_m + band_m);
-  ball_on_ = plane_below_ball(field, planes, centre_F, radius_m, band_m);
-  if (ball_on_ == nullptr) return false;
-  add_ball_on_plane(*ball_on_, X_WF, centre_F, radius_m, band_m, ball_share_, is_ball_a ? 1 : -1, now_);
-  first_of_other_ = now_.size();
-  return true;
-}
-
-// Returns whether the contacts in now_ are complete: those of two rods, by formula.
-bool ContactPair::has_rod_contacts(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept {
-  has_rods_ = rods_.find(a_->rod, X_WA, b_->rod, X_WB, band_m, ball_ != nullptr && ball_ == a_, now_);
-  first_of_other_ = now_.size();
-  return has_rods_;
-}
-
-// A query of a grid takes microseconds, so it is made with a margin. Its result is reused while the queried box
-// contains the box around the ball and is not much larger.
-PlaneSet ContactPair::planes_around_ball(const Vec3& centre_F, double reach_m) noexcept {
-  const double moved_m = (centre_F - ball_planes_centre_F_).cwiseAbs().maxCoeff();
-  const bool is_in = moved_m + reach_m <= ball_planes_reach_m_;
-  const bool is_tight = ball_planes_reach_m_ <= reach_m + 2 * kBallSlack_m;
-  if (is_in && (is_tight || ball_planes_ != 0)) return ball_planes_;
-  ball_planes_centre_F_ = centre_F;
-  ball_planes_reach_m_ = reach_m + kBallSlack_m;
-  const OrientedBox box{centre_F, Eigen::Matrix3d::Identity(), Vec3::Constant(ball_planes_reach_m_)};
-  const DistanceField& field = ball_ == a_ ? *b_->field : *a_->field;
-  std::size_t queries = 0;
-  ball_planes_ = field.planes_over(box, queries);
-  return ball_planes_;
-}
-
-// Transfers the bristles (friction state) of the last find() as if the contacts consisted of single points: area added
-// to a contact has no bristle, and a shrinking contact loses the area that was added last. If the force trembles, the
-// area that presses all the time thus keeps its friction.
-void ContactPair::carry_ball_bristles(const Eigen::Matrix3d& turn) noexcept {
-  std::size_t before = 0;
-  for (ContactPoint& point : now_) {
-    while (before < before_.size() && before_[before].id < point.id) ++before;
-    if (before == before_.size() || before_[before].id != point.id || before_[before].bristle_W == Vec3::Zero()) {
-      keep_core(point, Vec3::Zero(), point.area_m2);
-      continue;
-    }
-    const ContactPoint& old = before_[before];
-    const std::size_t slot = point.id & ~ContactPoint::kClosedForm;
-    const Vec3 lead_W = turn * core_leads_W_[slot], old_W = turn * old.bristle_W;
-    const double old_core_m2 = core_areas_m2_[slot], old_ring_m2 = old.area_m2 - old_core_m2;
-    double core_m2 = std::min(old_core_m2, point.area_m2);
-    const double ring_m2 = point.area_m2 - core_m2;
-    Vec3 core_W = core_m2 * (old_W + lead_W);  // bristle × area, like ring_W
-    Vec3 ring_W = Vec3::Zero();
-    if (old_ring_m2 > 0) ring_W = std::min(1.0, ring_m2 / old_ring_m2) * (old_ring_m2 * old_W - old_core_m2 * lead_W);
-    point.bristle_W = (core_W + ring_W) / point.area_m2;
-    core_W += kCoreGrowth * ring_W;
-    core_m2 += kCoreGrowth * ring_m2;
-    keep_core(point, core_W / core_m2, core_m2);
-  }
-}
-
-void ContactPair::keep_core(const ContactPoint& point, const Vec3& core_bristle_W, double core_area_m2) noexcept {
-  const std::size_t slot = point.id & ~ContactPoint::kClosedForm;
-  core_leads_W_[slot] = core_bristle_W - point.bristle_W;
-  core_areas_m2_[slot] = core_area_m2;
-}
-
-// Transfers bristles between contacts that do not correspond. Each pressing contact gets a bristle in proportion to its
-// depth, which limits its friction. Together they keep the friction force and its moment about the normal.
-void ContactPair::share_bristles(const Eigen::Matrix3d& turn) noexcept {
-  const auto weight = [](const ContactPoint& point) { return point.area_m2 * std::max(0.0, point.depth_m); };
-  const auto centre_of = [&](const std::vector<ContactPoint>& points) {
-    Vec3 sum = Vec3::Zero();
-    double weights = 0;
-    for (const ContactPoint& point : points) {
-      sum += weight(point) * point.p_W;
-      weights += weight(point);
-    }
-    return std::pair<Vec3, double>(weights > 0 ? Vec3(sum / weights) : sum, weights);
-  };
-  const auto [old_centre_W, old_weights] = centre_of(before_);
-  const auto [centre_W, weights] = centre_of(now_);
-  if (!(old_weights > 0 && weights > 0)) return;
-  Vec3 force = Vec3::Zero(), moment = Vec3::Zero(), normal = Vec3::Zero();
-  for (const ContactPoint& old : before_) {
-    force += old.area_m2 * (turn * old.bristle_W);
-    moment += old.area_m2 * (turn * (old.p_W - old_centre_W).cross(old.bristle_W));
-  }
-  for (const ContactPoint& point : now_) normal += weight(point) * point.normal_W;
-  normal.normalize();
-  double spread = 0;
-  for (const ContactPoint& point : now_) spread += weight(point) * (point.p_W - centre_W).cross(normal).squaredNorm();
-  const Vec3 twist = spread > 0 ? Vec3(normal.dot(moment) / spread * normal) : Vec3::Zero();
-  for (ContactPoint& point : now_) {
-    const Vec3 bristle_W = std::max(0.0, point.depth_m) * (force / weights + twist.cross(point.p_W - centre_W));
-    point.bristle_W = bristle_W - point.normal_W * point.normal_W.dot(bristle_W);
-  }
 }
 
 void ContactPair::search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept {

@@ -1,15 +1,13 @@
 // Contact search between two shapes at 1 kHz. Each step has bounded work and starts from the result of the last step.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "common/contact/closed_form_contacts.hpp"
 #include "common/contact/contact_point.hpp"
 #include "common/contact/contact_shape.hpp"
-#include "common/contact/flat/ball_contacts.hpp"
-#include "common/contact/round/rod_contacts.hpp"
 #include "common/contact/shell/shell_candidates.hpp"
 #include "common/contact/union/shape_union.hpp"
 
@@ -75,15 +73,9 @@ class ContactPair {
  private:
   struct Direction;
 
-  bool has_ball_contacts(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept;
-  bool has_rod_contacts(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept;
-  PlaneSet planes_around_ball(const Vec3& centre_F, double reach_m) noexcept;
   void search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept;
   void limit_depths(const Pose& X_WA, const Pose& X_WB, const Pose& X_BA, bool is_coarse) noexcept;
   const ContactPoint* deepest_before(const ContactPoint& point) const noexcept;
-  void carry_ball_bristles(const Eigen::Matrix3d& turn) noexcept;
-  void keep_core(const ContactPoint& point, const Vec3& core_bristle_W, double core_area_m2) noexcept;
-  void share_bristles(const Eigen::Matrix3d& turn) noexcept;
   void carry_bristle_again(std::size_t index, bool is_first_direction) noexcept;
   void carry_bristles(std::size_t now, std::size_t now_end, std::size_t before, std::size_t before_end,
                       const Eigen::Matrix3d& turn_of_b) noexcept;
@@ -108,19 +100,7 @@ class ContactPair {
   Eigen::Matrix3d turn_of_b_ = Eigen::Matrix3d::Identity();  ///< rotation since the previous find()
   Quat q_WA_before_ = Quat::Identity();
   Quat q_WB_before_ = Quat::Identity();
-  const ContactShape* ball_ = nullptr;   ///< the shape that is a ball, if the other shape has planes; else null
-  double ball_share_ = 1;                ///< fraction of the force that is due to the ball's points
-  const FieldPlane* ball_on_ = nullptr;  ///< plane of the closed-form ball contacts in now_; null: none
-  bool are_rods_ = false;                ///< whether both shapes are thin rods
-  bool has_rods_ = false;                ///< whether now_ has the closed-form contacts of the rods
-  RodContacts rods_;
-  /// For each contact of a ball or of rods: the area of its core, which has been pressing all the time, and the core's
-  /// bristle minus the contact's bristle. The contact's bristle is the mean over the core and the ring around it.
-  std::array<double, kMaxRodContacts> core_areas_m2_ = {};
-  std::array<Vec3, kMaxRodContacts> core_leads_W_;
-  PlaneSet ball_planes_ = 0;  ///< result of the last query of planes, over a box with this centre and half edge
-  Vec3 ball_planes_centre_F_ = Vec3::Zero();
-  double ball_planes_reach_m_ = -1;
+  ClosedFormContacts closed_form_;
 };
 
 }  // namespace tandem::contact

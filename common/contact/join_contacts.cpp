@@ -28,7 +28,7 @@ void ContactPair::join(const Pose& X_WA, const Pose& X_WB, std::span<PlacedShape
   for (std::size_t i = 0; i < now_.size(); ++i) {
     ContactPoint contact = now_[i];
     const bool is_ball = (contact.id & ContactPoint::kClosedForm) != 0;
-    const bool is_of_a = is_ball ? ball_ == a_ : this->is_of_a(contact);
+    const bool is_of_a = is_ball ? closed_form_.is_ball_a() : this->is_of_a(contact);
     const ShapeUnion& own = is_of_a ? union_a : union_b;
     const ShapeUnion& other = is_of_a ? union_b : union_a;
     // Direction out of the shape whose field gave the depth.

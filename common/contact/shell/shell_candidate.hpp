@@ -9,6 +9,23 @@
 
 namespace tandem::contact {
 
+/// Work that a search did.
+struct ContactWork {
+  std::uint32_t nodes = 0;
+  std::uint32_t points = 0;
+  bool is_coarse = false;     ///< points were merged, because the budget does not suffice for single points
+  bool is_refreshed = false;  ///< the field was queried
+
+  std::uint32_t queries() const { return nodes + points; }
+  ContactWork& operator+=(const ContactWork& other) {
+    nodes += other.nodes;
+    points += other.points;
+    is_coarse = is_coarse || other.is_coarse;
+    is_refreshed = is_refreshed || other.is_refreshed;
+    return *this;
+  }
+};
+
 /// One point of the shell, several merged points, or a node above planes of the field.
 struct ShellCandidate {
   Eigen::Vector3f p_P = Eigen::Vector3f::Zero();

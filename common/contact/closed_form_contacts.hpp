@@ -1,0 +1,69 @@
+// Contacts of a pair of round shapes that are computed by formula: a ball on a plane, and two thin rods.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "common/contact/contact_point.hpp"
+#include "common/contact/contact_shape.hpp"
+#include "common/contact/round/rod_contacts.hpp"
+
+namespace tandem::contact {
+
+/// Finds the closed-form contacts of shape A with shape B, and stores the state that their friction needs.
+///
+/// Model   See add_ball_on_plane() and RodContacts. A contact consists of a core, which has been pressing all the time,
+///         and a ring around it. The contact's bristle is the mean over both. Area that is added to a contact has no
+///         bristle; a contact that shrinks loses the area that was added last
+/// Thread  one at a time; no allocation
+class ClosedFormContacts {
+ public:
+  /// In      share_of_a, share_of_b  fraction of the force that is due to the points of A or B; used for a ball
+  void bind(const ContactShape* a, const ContactShape* b, double share_of_a, double share_of_b) noexcept;
+  /// Begins a step. had_contacts() then refers to the previous step.
+  void begin_step() noexcept;
+
+  /// Appends the contacts in the order of their ids. Returns false if the pair has no closed form at these poses, so
+  /// that the search for points is needed. If a ball is out of reach, the result is true and no contact is appended.
+  bool find(const Pose& X_WA, const Pose& X_WB, double band_m, std::vector<ContactPoint>& now) noexcept;
+  bool had_contacts() const { return was_on_ != nullptr || had_rods_; }
+  bool is_ball_a() const { return ball_ != nullptr && ball_ == a_; }
+  bool is_ball_b() const { return ball_ != nullptr && ball_ == b_; }
+
+  /// Transfers the bristles from the contacts of the last step to those of find().
+  ///
+  /// In      turn  rotation since the last step of the surface that carries the bristles
+  void carry_bristles(std::span<const ContactPoint> before, std::span<ContactPoint> now,
+                      const Eigen::Matrix3d& turn) noexcept;
+
+ private:
+  bool add_ball(const Pose& X_WA, const Pose& X_WB, double band_m, std::vector<ContactPoint>& now) noexcept;
+  PlaneSet planes_around_ball(const DistanceField& field, const Vec3& centre_F, double reach_m) noexcept;
+  void carry_each(std::span<const ContactPoint> before, std::span<ContactPoint> now,
+                  const Eigen::Matrix3d& turn) noexcept;
+  void keep_core(const ContactPoint& point, const Vec3& core_bristle_W, double core_area_m2) noexcept;
+
+  const ContactShape* a_ = nullptr;
+  const ContactShape* b_ = nullptr;
+  const ContactShape* ball_ = nullptr;  ///< the shape that is a ball, if the other shape has planes
+  double ball_share_ = 1;               ///< fraction of the force that is due to the ball's points
+  const FieldPlane* is_on_ = nullptr;   ///< plane of the ball's contacts; null: none
+  const FieldPlane* was_on_ = nullptr;  ///< the same in the step before
+  bool are_rods_ = false;               ///< both shapes are thin rods
+  bool has_rods_ = false;               ///< the last find() found contacts of rods
+  bool had_rods_ = false;               ///< the same in the step before
+  RodContacts rods_;
+  std::array<double, kMaxRodContacts> core_areas_m2_ = {};
+  std::array<Vec3, kMaxRodContacts> core_leads_W_;  ///< bristle of the core minus bristle of the contact
+  PlaneSet ball_planes_ = 0;  ///< result of the last query, over a box with this centre and half edge
+  Vec3 ball_planes_centre_F_ = Vec3::Zero();
+  double ball_planes_reach_m_ = -1;
+};
+
+/// Transfers bristles between contacts that do not correspond. Each pressing contact gets a bristle in proportion to
+/// its depth, which limits its friction. Together they keep the friction force and its moment about the normal.
+void share_bristles(std::span<const ContactPoint> before, std::span<ContactPoint> now,
+                    const Eigen::Matrix3d& turn) noexcept;
+
+}  // namespace tandem::contact

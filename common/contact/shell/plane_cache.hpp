@@ -1,0 +1,50 @@
+// Cache of plane queries: the planes of a field below the flat nodes of a shell.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "common/contact/field/distance_field.hpp"
+#include "common/contact/shell/cut_node.hpp"
+#include "common/contact/shell/shell_motion.hpp"
+
+namespace tandem::contact {
+
+/// Stores the planes below nodes, and the motion up to which each result is valid. A plane query of a grid takes
+/// microseconds, so the number of table entries that a step may read for new queries is limited.
+///
+/// Thread  one at a time; no allocation after construction
+class PlaneCache {
+ public:
+  PlaneCache();
+
+  void bind(const PointShell& shell, const DistanceField& field) noexcept;
+  /// Discards all results. This is needed when the accumulated motion restarts at zero.
+  void clear() noexcept;
+  void begin_step() noexcept { queries_ = 0; }
+  /// Sets the limit of the table entries that new queries of this step may read.
+  void set_limit(std::size_t queries) noexcept { max_queries_ = queries; }
+  void begin_part() noexcept { has_open_question_ = false; }
+  /// Returns whether some node of the part was not queried because of the limit.
+  bool has_open_question() const { return has_open_question_; }
+
+  /// Returns the planes below a node. They are valid for all positions that the node may reach until its next query.
+  /// The set is empty if the node is above no plane or was not queried.
+  ///
+  /// In      moved_m  accumulated motion of the node's part
+  CutNode planes_below(std::uint32_t index, double moved_m, const ShellMotion& motion) noexcept;
+
+ private:
+  static constexpr std::size_t kAnswers = 4096;
+
+  const PointShell* shell_ = nullptr;
+  const DistanceField* field_ = nullptr;
+  std::vector<CutNode> answers_;  ///< results; the slot is the node index modulo kAnswers
+  std::size_t queries_ = 0;       ///< table entries read in this step
+  std::size_t max_queries_ = 0;
+  bool has_open_question_ = false;
+};
+
+}  // namespace tandem::contact

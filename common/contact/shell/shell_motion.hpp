@@ -1,0 +1,58 @@
+// Motion of a shell (frame P) relative to a field (frame F), and bounds of the change of distances.
+#pragma once
+
+#include "common/base/spatial.hpp"
+#include "common/contact/points/point_shell.hpp"
+
+namespace tandem::contact {
+
+struct ContactShape;
+
+/// Pose of the points in the field's frame, the motion of the last step, and the gap of shapes that are far apart.
+///
+/// Model   The motion of the points in the field's frame, and the motion of the solid in the points' frame, both bound
+///         the change of each distance; the smaller one is used. The second is small if a small tool turns above a
+///         large table. A rotation by the quaternion q moves a point at distance r from the centre by at most 2
+///         |vec(q)| r
+/// Thread  one at a time; no allocation
+class ShellMotion {
+ public:
+  /// In      solid  shape that owns the field
+  void bind(const ContactShape& points, const ContactShape& solid) noexcept;
+
+  /// Sets the pose of this step; moved_m() is the motion since the last call.
+  void move(const Pose& X_FP) noexcept;
+  /// Returns an upper bound of the change of the distances of a node's points in the last move().
+  double moved_m(const ShellNode& node) const noexcept;
+
+  /// Returns whether the stored gap proves that no point is nearer than the band at this pose.
+  bool is_out_of_reach(const Pose& X_FP, double band_m) const noexcept;
+  /// Stores a lower bound of all distances at the current pose. A negative value means that it is unknown.
+  void set_gap(double gap_m) noexcept;
+
+  const Pose& X_FP() const { return X_FP_; }
+  const Eigen::Matrix3d& R_FP() const { return R_FP_; }
+  const Vec3& p_FP() const { return X_FP_.p; }
+  Vec3 in_field(const Eigen::Vector3f& p_P) const { return R_FP_ * p_P.cast<double>() + X_FP_.p; }
+  const Vec3& solid_centre_F() const { return solid_centre_F_; }
+  double solid_radius_m() const { return solid_radius_m_; }
+
+ private:
+  Vec3 points_centre_P_ = Vec3::Zero();  ///< centre of a ball around the shell's points
+  double points_radius_m_ = 0;
+  Vec3 solid_centre_F_ = Vec3::Zero();  ///< centre of a ball around the solid
+  double solid_radius_m_ = 0;
+  Pose X_FP_;
+  Eigen::Matrix3d R_FP_ = Eigen::Matrix3d::Identity();
+
+  // Last move().
+  Eigen::Matrix3d turn_ = Eigen::Matrix3d::Zero();  ///< change of R_FP
+  Vec3 shift_ = Vec3::Zero();                       ///< change of p_FP
+  double turned_ = 0;         ///< upper bound of the motion by rotation, divided by the distance from the centre
+  double solid_moved_m_ = 0;  ///< motion of the solid relative to the points
+
+  double gap_m_ = -1;  ///< lower bound of all distances at X_FP_gap_; negative: unknown
+  Pose X_FP_gap_;
+};
+
+}  // namespace tandem::contact
