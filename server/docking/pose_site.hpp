@@ -15,17 +15,16 @@
 #include "common/realtime/mailbox.hpp"
 #include "common/realtime/ring.hpp"
 #include "server/assets/pose_minimiser.hpp"
-#include "server/docking/kept_pose_files.hpp"
+#include "server/docking/kept_poses.hpp"
+#include "server/docking/molecule_pair.hpp"
+#include "server/docking/pose_trail.hpp"
 #include "server/room/room.hpp"
 
 namespace tandem::server {
 
-// Limits on saved poses and unanswered pose requests (WIRE.md). For limits on their rate, see session/limits.hpp.
-inline constexpr std::size_t kMaxKeptPosesOfUser = 50;
+// Limits on unanswered pose requests (WIRE.md). For limits on their rate, see session/limits.hpp.
 inline constexpr std::size_t kMaxPoseRequestsOfUser = 4, kMaxPoseRequestsOfRoom = 32;
 
-/// Maximum number of atom pairs evaluated in one slice of work. It limits the time for which other rooms wait.
-inline constexpr std::size_t kMaxPairsInSlice = 10'000'000;
 /// Maximum number of atom pairs of a scene with saved poses. The energy of each saved pose is summed over all pairs in
 /// double precision, which would take too long for larger scenes.
 inline constexpr std::size_t kMaxPairsToKeep = 300'000'000;
@@ -55,7 +54,6 @@ class PoseSite final : public RoomWatcher {
   /// In      folder  root folder of the saved poses of all rooms; if empty, no file is written
   ///         first, second  indices of the bodies that represent the molecules
   PoseSite(const Room& of, const std::filesystem::path& folder, std::size_t first, std::size_t second);
-  ~PoseSite() override;
   PoseSite(const PoseSite&) = delete;
   PoseSite& operator=(const PoseSite&) = delete;
 
@@ -95,17 +93,10 @@ class PoseSite final : public RoomWatcher {
     Step step;
     std::uint64_t placings = 0;
   };
-  /// History of poses for undo and redo; `at` is the index of the current one.
-  struct Trail {
-    std::vector<Pose> poses;
-    std::size_t at = 0;
-  };
-  /// State of the energy evaluation of a pose that is to be saved. It is summed over the atoms of the first molecule.
-  struct Evaluation {
-    PoseRequest request;  ///< empty for the pose in the structure files
-    Pose X_AB;
-    std::size_t atoms_done = 0;
-    double lj_kj_per_mol = 0, coulomb_kj_per_mol = 0;
+  /// Evaluation of the energy of a pose that is to be saved.
+  struct Keeping {
+    PoseRequest request;
+    PoseEnergy energy;
   };
   struct Minimisation {
     PoseRequest request;
@@ -122,32 +113,14 @@ class PoseSite final : public RoomWatcher {
   std::uint64_t minimise_slice(std::uint64_t unix_ms, std::deque<PoseAnswer>& answers);
   void end_minimising(const std::string& why, std::deque<PoseAnswer>& answers);
   PoseAnswer progress(bool is_over);
-  std::string keeping_problem(const PoseRequest& request) const;
   std::uint64_t keep_slice(std::uint64_t unix_ms, std::deque<PoseAnswer>& answers);
-  PoseAnswer keep(const Evaluation& evaluation, std::uint64_t unix_ms);
+  PoseAnswer keep(const Keeping& keeping, std::uint64_t unix_ms);
 
   PoseAnswer answer_to(const PoseRequest& request);
   PoseAnswer refusal(const PoseRequest& request, wire::ErrorCode code, const std::string& text);
   PoseAnswer place(const Pose& X_AB, const std::string& text, const PoseRequest& request);
-  PoseAnswer leave_for(const Pose& X_AB, const std::string& text, const PoseRequest& request);
 
-  Pose as_in_files() const { return {centre_b_ - centre_a_, Quat::Identity()}; }
-  bool is_elsewhere() const;
-  void mark(const Pose& X_AB);
-  bool evaluate_slice(Evaluation& evaluation) const;
-  wire::KeptPose describe(const Evaluation& evaluation) const;
-  const wire::KeptPose* find(std::uint32_t number) const;
-  std::string write_list(const KeptPoseList& list, const wire::KeptPose* added);
-
-  const std::string room_name_;
-  const BodyId first_, second_;
-  const std::shared_ptr<const LoadedScene> scene_;
-  const docking::Molecule& a_;
-  const docking::Molecule& b_;
-  const Vec3 centre_a_, centre_b_;
-  const bool moves_first_, moves_second_;
-  const Duration period_;
-  std::filesystem::path folder_;
+  const MoleculePair pair_;
 
   /// Number of executed kPlace commands, now and at the last publication; used by the room thread only.
   std::uint64_t placings_ = 0, placings_published_ = 0;
@@ -155,23 +128,12 @@ class PoseSite final : public RoomWatcher {
   std::atomic<bool> is_refused_{false};
 
   // Used by the pose thread only.
-  int lock_ = -1;  ///< descriptor of the lock file; -1 if it is not open
-  /// Whether poses.json was found to list the poses of list_. From then on, the held lock prevents other servers from
-  /// changing the file.
-  bool is_known_ = false;
-  bool is_placing_ = false;   ///< whether a command that moves a molecule is pending
-  std::uint64_t placed_ = 0;  ///< Sample::placings of the last accepted sample
-  wire::KeptPose of_files_;
-  KeptPoseList list_;
+  KeptPoses kept_poses_;
+  PoseTrail trail_;
   std::deque<PoseRequest> waiting_;
-  std::optional<Evaluation> keeping_;
+  std::optional<Keeping> keeping_;
   std::optional<Minimisation> minimising_;
   bool was_minimising_ = false;  ///< whether the last slice belonged to the minimisation
-  std::optional<Pose> placed_from_;
-  std::optional<Pose> X_AB_;   ///< newest pose of the second molecule in the frame of the first [Å]
-  std::optional<Pose> still_;  ///< since still_since_ the molecule has moved by less than kStill_angstrom from it
-  Step still_since_{};
-  Trail trail_, before_placing_;
 };
 
 }  // namespace tandem::server
