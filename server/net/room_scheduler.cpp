@@ -72,6 +72,16 @@ class Busy {
   std::atomic<Duration::rep> done_{0};
 };
 
+/// Measurements of a room from which io places it on a thread. Used by the io thread only.
+struct RoomLoad {
+  std::uint64_t steps_before = 0;  ///< value of Loop::steps at the last measurement
+  Duration busy_before{0};
+  double demand = 0;  ///< fraction of a core that the room needs to keep its rate
+  Duration step{0};   ///< mean step time
+  LocalTime no_priority_before{}, alone_until{};
+  bool is_reported_slow = false;
+};
+
 }  // namespace
 
 /// Timer and measurements of a room. Only its stepping thread uses them, except the atomics and the mailbox.
@@ -108,14 +118,8 @@ struct RoomScheduler::Loop {
   std::atomic<bool> is_slow{false};
   realtime::Mailbox<RoomTiming> published;
 
-  // Used by the io thread only.
-  std::uint64_t steps_before = 0;  ///< value of `steps` at the last measurement
-  Duration busy_before{0};
-  double demand = 0;                     ///< fraction of a core that the room needs to keep its rate
-  Duration step{0};                      ///< mean step time
-  std::atomic<bool> has_priority{true};  ///< read by its stepper
-  LocalTime no_priority_before{}, alone_until{};
-  bool is_reported_slow = false;
+  std::atomic<bool> has_priority{true};  ///< written by io, read by its stepper
+  RoomLoad load;
 };
 
 /// A thread and the rooms that it steps.
@@ -403,15 +407,15 @@ void RoomScheduler::measure(LocalTime now, Duration window) {
   }
   for (const auto& loop : loops_) {
     const std::uint64_t all_steps = loop->steps.load(std::memory_order_relaxed);
-    const std::uint64_t steps = all_steps - std::exchange(loop->steps_before, all_steps);
+    const std::uint64_t steps = all_steps - std::exchange(loop->load.steps_before, all_steps);
     const Duration all_busy = loop->busy.until(now);
-    const Duration busy = std::max(Duration{0}, all_busy - std::exchange(loop->busy_before, all_busy));
+    const Duration busy = std::max(Duration{0}, all_busy - std::exchange(loop->load.busy_before, all_busy));
     const Duration at_its_rate = static_cast<Duration::rep>(steps) * loop->room.period();
     const double load = share_of(busy, steps >= kEnoughSteps ? std::min(window, at_its_rate) : window);
     const double cpu_of_busy = steppers_[loop->stepper.load(std::memory_order_relaxed)]->cpu_of_busy;
-    loop->demand += (load * cpu_of_busy - loop->demand) / kWindowsOfAMean;
+    loop->load.demand += (load * cpu_of_busy - loop->load.demand) / kWindowsOfAMean;
     const Duration step = busy / std::max<Duration::rep>(1, static_cast<Duration::rep>(steps));
-    loop->step += (step - loop->step) / static_cast<Duration::rep>(kWindowsOfAMean);
+    loop->load.step += (step - loop->load.step) / static_cast<Duration::rep>(kWindowsOfAMean);
   }
 }
 
@@ -421,15 +425,15 @@ void RoomScheduler::give_priority(LocalTime now) {
   std::vector<double> demands{io_demand_};
   std::vector<bool> have_priority{true};
   for (const auto& loop : loops_) {
-    demands.push_back(loop->demand);
+    demands.push_back(loop->load.demand);
     have_priority.push_back(loop->has_priority);
   }
   share_realtime(demands, have_priority, cores_);
   for (std::size_t i = 0; i < loops_.size(); ++i) {
     Loop& loop = *loops_[i];
     const bool has_priority = have_priority[i + 1];
-    if (!has_priority) loop.no_priority_before = now + kTrustedAgainAfter;
-    if (has_priority == loop.has_priority || (has_priority && now < loop.no_priority_before)) continue;
+    if (!has_priority) loop.load.no_priority_before = now + kTrustedAgainAfter;
+    if (has_priority == loop.has_priority || (has_priority && now < loop.load.no_priority_before)) continue;
     loop.has_priority = has_priority;
     realtime::set_priority(steppers_[workers_ + i]->thread.native_handle(), has_priority ? realtime_priority_ : 0);
   }
@@ -440,7 +444,7 @@ void RoomScheduler::give_priority(LocalTime now) {
 void RoomScheduler::give_io_priority(LocalTime now) {
   std::vector<Duration> steps(steppers_.size());
   for (const auto& loop : loops_) {
-    if (loop->has_priority) steps[loop->stepper.load(std::memory_order_relaxed)] += loop->step;
+    if (loop->has_priority) steps[loop->stepper.load(std::memory_order_relaxed)] += loop->load.step;
   }
   if (cores_ < 2 || std::ranges::max(steps) > kIoWaitsFor) return raise_io_priority(now);
   if (now < io_first_at_.load(std::memory_order_relaxed) + kIoWaitsAgainAfter || io_waits_.exchange(true)) return;
@@ -468,10 +472,10 @@ void RoomScheduler::place(LocalTime now) {
     const bool shares = stepper < workers_;
     const double most = shares ? kMaxShared : kMaxToShareAgain;
     const bool is_of_shortest = loop->room.period() == shortest;
-    const bool is_short = loop->step <= (is_of_shortest ? shortest : from_seconds(most * to_seconds(shortest)));
-    const bool is_small = loop->demand <= most && is_short && !loop->is_left.load(std::memory_order_relaxed);
-    if (!is_small || !loop->has_priority) loop->alone_until = now + kTrustedAgainAfter;
-    loads.push_back(now >= loop->alone_until ? loop->demand : kSharesWithNobody);
+    const bool is_short = loop->load.step <= (is_of_shortest ? shortest : from_seconds(most * to_seconds(shortest)));
+    const bool is_small = loop->load.demand <= most && is_short && !loop->is_left.load(std::memory_order_relaxed);
+    if (!is_small || !loop->has_priority) loop->load.alone_until = now + kTrustedAgainAfter;
+    loads.push_back(now >= loop->load.alone_until ? loop->load.demand : kSharesWithNobody);
     workers.push_back(shares ? std::optional(stepper) : std::nullopt);
   }
   place_rooms(loads, workers, workers_);
@@ -484,7 +488,7 @@ std::vector<std::string> RoomScheduler::news() {
   std::vector<std::string> lines;
   for (const auto& loop : loops_) {
     const bool is_slow = loop->is_slow.load(std::memory_order_relaxed);
-    if (std::exchange(loop->is_reported_slow, is_slow) == is_slow) continue;
+    if (std::exchange(loop->load.is_reported_slow, is_slow) == is_slow) continue;
     const std::string room = "room " + loop->room.name();
     lines.push_back(is_slow
                         ? room +
