@@ -58,7 +58,7 @@ ServerKeys open_keys(const SecurityOptions& options) {
   const bool is_new = has_own && !std::filesystem::exists(options.state / "server-key.pem");
   const auto identity = has_own ? secure::KeyPair::load_or_make(options.state / "server-key.pem", Kind::kP256)
                                 : secure::KeyPair::load(options.key);
-  if (is_new) InvitationLedger::make(ledger_file(options.state));
+  if (is_new) InvitationFile::make(ledger_file(options.state));
   const std::string pem = has_own ? secure::self_signed_certificate(identity) : text_in(options.certificate);
   return {identity, secure::KeyPair::load_or_make(options.state / "token-key.pem", Kind::kEd25519), pem};
 }

@@ -1,143 +1,47 @@
 #include "server/session/invitation_ledger.hpp"
 
 #include <algorithm>
-#include <fstream>
 #include <iterator>
-#include <stdexcept>
+#include <system_error>
 #include <utility>
-
-#include "common/base/folders.hpp"
-#include "common/secure/secret.hpp"
-#include "proto/content_hash.hpp"
-#include "server/session/unix_time.hpp"
+#include <vector>
 
 namespace tandem::server {
 namespace {
 
 /// Period of the writer thread. A join waits at most this long in addition to the time of the disk write.
 constexpr Duration kWriterPeriod = std::chrono::milliseconds(5);
-constexpr Duration kMinRetryAfter = std::chrono::milliseconds(500), kMaxRetryAfter = std::chrono::seconds(8);
-/// Maximum size of the file. A full list (kMaxUsedTokens and kMaxRevoked) takes 2 MB.
-constexpr std::uintmax_t kMaxLedgerBytes = 16U << 20U;
-constexpr unsigned kLedgerMode = 0600;
-
-std::string text_of_id(const InvitationLedger::Id& id) {
-  return {reinterpret_cast<const char*>(id.data()), id.size()};
-}
-
-std::optional<InvitationLedger::Id> id_in(const std::string& text) {
-  InvitationLedger::Id id{};
-  if (text.size() != id.size()) return std::nullopt;
-  std::ranges::copy(std::as_bytes(std::span(text)), id.begin());
-  return id;
-}
-
-std::string bytes_of(const wire::InvitationLedger& list) {
-  const std::string body = list.SerializeAsString();
-  const proto::Sha256 hash = proto::sha256_of(std::as_bytes(std::span(body)));
-  return std::string(reinterpret_cast<const char*>(hash.data()), hash.size()) + body;
-}
-
-bool parse(const std::string& bytes, wire::InvitationLedger& list) {
-  constexpr std::size_t kHash = sizeof(proto::Sha256);
-  if (bytes.size() < kHash) return false;
-  const std::string body = bytes.substr(kHash);
-  const proto::Sha256 hash = proto::sha256_of(std::as_bytes(std::span(body)));
-  return std::ranges::equal(hash, std::as_bytes(std::span(bytes)).first(kHash)) && list.ParseFromString(body);
-}
-
-std::error_code replace_private(const std::filesystem::path& file, std::span<const std::byte> bytes) {
-  return replace_file(file, {bytes}, kLedgerMode);
-}
-
-std::string drawn_generation() {
-  InvitationLedger::Id id{};
-  secure::fill_random(id);
-  return text_of_id(id);
-}
-
-[[noreturn]] void refuse_to_write(const std::filesystem::path& file, const std::error_code& error) {
-  throw std::invalid_argument(file.string() + " cannot be written: " + error.message() +
-                              "; used invitations are listed there, so free space or make the folder writable");
-}
 
 }  // namespace
 
 InvitationLedger::InvitationLedger(std::filesystem::path file, std::function<void(const std::string&)> on_news,
                                    ReplaceFile replace, std::size_t max_used)
-    : file_(std::move(file)),
-      on_news_(std::move(on_news)),
-      replace_(replace ? std::move(replace) : ReplaceFile(replace_private)),
-      max_used_(max_used) {
-  read();
+    : max_used_(max_used) {
+  if (file.empty()) return;
+  file_.emplace(std::move(file), std::move(on_news), std::move(replace));
+  const wire::InvitationLedger& list = file_->list();
+  for (const wire::UsedToken& token : list.used()) {
+    if (const auto id = id_in(token.id())) used_[*id] = {token.expires_ms(), 0};
+  }
+  time_ms_ = list.time_ms();
+  issued_from_ms_ = list.issued_from_ms();
+  forgotten_to_ms_ = list.forgotten_to_ms();
+  generation_ = list.generation();
 }
 
 InvitationLedger::~InvitationLedger() {
   finish();
 }
 
-void InvitationLedger::make(const std::filesystem::path& file) {
-  wire::InvitationLedger list;
-  list.set_generation(drawn_generation());
-  const std::string bytes = bytes_of(list);
-  const std::error_code error = write_new_file(file, {std::as_bytes(std::span(bytes))}, kLedgerMode);
-  if (error && error != std::errc::file_exists) refuse_to_write(file, error);
-}
-
-void InvitationLedger::read() {
-  if (file_.empty()) return;
-  std::error_code error;
-  is_new_ = !std::filesystem::exists(file_, error) && !error;
-  if (is_new_) {
-    generation_ = drawn_generation();
-    list_.set_generation(generation_);
-    return;
-  }
-  const std::uintmax_t size = error ? 0 : std::filesystem::file_size(file_, error);
-  std::ifstream in(file_, std::ios::binary);
-  const std::string remedy =
-      "; it is not known which invitations were used, so none is accepted. Make it readable, or remove it and start "
-      "again: then only invitations made after that start are accepted";
-  if (error || !in) throw std::invalid_argument(file_.string() + " cannot be read" + remedy);
-  if (size > kMaxLedgerBytes) {
-    throw std::invalid_argument(file_.string() + " has " + std::to_string(size) + " bytes, more than the " +
-                                std::to_string(kMaxLedgerBytes) + " of a list of used invitations" + remedy);
-  }
-  if (!parse({std::istreambuf_iterator<char>(in), {}}, list_) || list_.generation().empty()) {
-    throw std::invalid_argument(file_.string() + " is damaged (its checksum is wrong)" + remedy);
-  }
-  for (const wire::UsedToken& token : list_.used()) {
-    if (const auto id = id_in(token.id())) used_[*id] = {token.expires_ms(), 0};
-  }
-  time_ms_ = list_.time_ms();
-  issued_from_ms_ = list_.issued_from_ms();
-  forgotten_to_ms_ = list_.forgotten_to_ms();
-  generation_ = list_.generation();
-}
-
 void InvitationLedger::begin(bool keeps_credentials, std::uint64_t now_ms) {
-  if (file_.empty()) return;
-  if (is_new_) {
-    issued_from_ms_ = now_ms;
-    list_.set_issued_from_ms(now_ms);
-  }
-  if (issued_from_ms_ > now_ms && on_news_) {
-    on_news_("the clock is behind the time at which " + file_.string() +
-             " was made, and invitations from before that (" + utc_text(issued_from_ms_) +
-             ") are not accepted; set the clock, or, if it was wrong then, remove the file and "
-             "start again");
-  }
-  if (!keeps_credentials) {
-    generation_ = drawn_generation();
-    list_.set_generation(generation_);
-    list_.clear_revoked();
-  }
-  remove_unfinished(file_);
-  if (const std::error_code error = write()) refuse_to_write(file_, error);
+  if (!file_) return;
+  file_->begin(keeps_credentials, now_ms);
+  issued_from_ms_ = file_->list().issued_from_ms();
+  generation_ = file_->list().generation();
 }
 
 void InvitationLedger::start() {
-  if (file_.empty()) return;
+  if (!file_) return;
   thread_ = std::make_unique<recording::RecorderThread>(kWriterPeriod, [this] { work(SteadyClock().now()); });
 }
 
@@ -151,7 +55,9 @@ void InvitationLedger::finish() {
 }
 
 bool InvitationLedger::is_revoked(const Id& credential) const {
-  return std::ranges::find(list_.revoked(), text_of_id(credential)) != list_.revoked().end();
+  if (!file_) return false;
+  const auto& revoked = file_->list().revoked();
+  return std::ranges::find(revoked, text_of_id(credential)) != revoked.end();
 }
 
 InvitationLedger::Use InvitationLedger::use_of(const Id& token) const {
@@ -179,7 +85,7 @@ bool InvitationLedger::has_room(std::uint64_t now_ms) {
 
 void InvitationLedger::use(const Id& token, std::uint64_t expires_ms) {
   none_expires_before_ms_ = std::min(none_expires_before_ms_, expires_ms);
-  if (file_.empty()) {
+  if (!file_) {
     used_[token] = {expires_ms, 0};
     return;
   }
@@ -200,7 +106,7 @@ void InvitationLedger::note_time(std::uint64_t now_ms) {
 }
 
 void InvitationLedger::post(Change change) {
-  if (file_.empty()) return;
+  if (!file_) return;
   change.number = ++posted_;
   waiting_.push_back(change);
   poll();
@@ -233,65 +139,12 @@ std::string InvitationLedger::problem() const {
   return error_ == 0 ? "" : std::generic_category().message(error_);
 }
 
-void InvitationLedger::apply(const Change& change) {
-  const std::string id = text_of_id(change.id);
-  auto& used = *list_.mutable_used();
-  const auto erase_used = [&used](auto&& is_erased) {
-    used.erase(std::remove_if(used.begin(), used.end(), is_erased), used.end());
-  };
-  switch (change.kind) {
-    case Change::Kind::kTime:
-      list_.set_time_ms(change.unix_ms);
-      break;
-    case Change::Kind::kUse: {
-      wire::UsedToken& token = *used.Add();
-      token.set_id(id);
-      token.set_expires_ms(change.unix_ms);
-      break;
-    }
-    case Change::Kind::kRelease:
-      erase_used([&id](const wire::UsedToken& token) { return token.id() == id; });
-      break;
-    case Change::Kind::kRevoke:
-      list_.add_revoked(id);
-      if (list_.revoked_size() > kMaxRevoked) list_.mutable_revoked()->DeleteSubrange(0, 1);
-      break;
-    case Change::Kind::kForget:
-      list_.set_forgotten_to_ms(change.unix_ms);
-      erase_used([&change](const wire::UsedToken& token) { return token.expires_ms() <= change.unix_ms; });
-      break;
-  }
-}
-
-std::error_code InvitationLedger::write() {
-  const std::string bytes = bytes_of(list_);
-  return replace_(file_, std::as_bytes(std::span(bytes)));
-}
-
 void InvitationLedger::work(LocalTime now) {
-  Outcome outcome;
-  std::deque<Id> uses;
-  for (Change change; changes_.pop(change); outcome.number = change.number) {
-    apply(change);
-    if (change.kind == Change::Kind::kUse) uses.push_back(change.id);
-  }
-  if (outcome.number == 0 && !(is_failing_ && now >= retry_)) return;
-  const std::error_code error = write();
-  const bool was_failing = std::exchange(is_failing_, static_cast<bool>(error));
-  if (error) {
-    // The joins with these tokens are refused, so the tokens become unused again.
-    for (const Id& id : uses) apply({.kind = Change::Kind::kRelease, .id = id});
-    back_off_ = was_failing ? std::min(2 * back_off_, kMaxRetryAfter) : kMinRetryAfter;
-    retry_ = now + back_off_;
-  }
-  if (is_failing_ && !was_failing && on_news_) {
-    on_news_(file_.string() + " cannot be written: " + error.message() +
-             "; no invitation is accepted until it can: free space, or make the folder writable");
-  }
-  if (!is_failing_ && was_failing && on_news_) on_news_(file_.string() + " is written again; invitations are accepted");
-  if (outcome.number == 0) return;
-  outcome.error = error.value();
-  outcomes_.push(outcome);
+  if (!file_) return;
+  std::vector<Change> changes;
+  for (Change change; changes_.pop(change);) changes.push_back(change);
+  const int error = file_->write(changes, now);
+  if (!changes.empty()) outcomes_.push({.number = changes.back().number, .error = error});
 }
 
 }  // namespace tandem::server

@@ -15,7 +15,6 @@
 // not expire later than the deleted ones are refused. Setting the clock back therefore makes none of them valid again.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -24,30 +23,23 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
-#include <system_error>
 
 #include "common/realtime/ring.hpp"
 #include "common/recording/recorder_thread.hpp"
-#include "tandem/checkpoint.pb.h"
+#include "server/session/invitation_file.hpp"
 
 namespace tandem::server {
 
 /// Maximum number of used tokens in the list. For comparison: 64 users who each need a new invitation every hour use
 /// 46,080 tokens in 30 days, the longest validity. A full list takes 7 MB of memory, in two copies, and 2 MB on disk.
 inline constexpr std::size_t kMaxUsedTokens = 65'536;
-/// Maximum number of revoked credentials in the list. If it is exceeded, the oldest is deleted. For comparison: a
-/// checkpoint contains at most 1024 credentials.
-inline constexpr int kMaxRevoked = 4096;
-
 /// Thread  io for all functions except work()
 class InvitationLedger {
  public:
-  using Id = std::array<std::byte, 16>;
+  using Id = InvitationId;
   enum class Use : std::uint8_t { kNone, kBeingWritten, kWritten };
-  /// Replaces a file. The new contents are on disk when the call returns.
-  using ReplaceFile = std::function<std::error_code(const std::filesystem::path&, std::span<const std::byte>)>;
+  using ReplaceFile = InvitationFile::ReplaceFile;
 
   /// Reads the file. If it does not exist, tokens issued before begin() are refused.
   /// In      file  if empty, the list is kept in memory only, and each use counts as written (for trials)
@@ -59,10 +51,6 @@ class InvitationLedger {
   ~InvitationLedger();
   InvitationLedger(const InvitationLedger&) = delete;
   InvitationLedger& operator=(const InvitationLedger&) = delete;
-
-  /// Creates the file for a new server key, for which no tokens exist yet. An existing file is not changed.
-  /// Fails   std::invalid_argument if the file cannot be written
-  static void make(const std::filesystem::path& file);
 
   /// Writes the file once, so that a write error is found at the start of the server. Call it before start().
   /// In      keeps_credentials  if false, all credentials of previous runs become invalid permanently
@@ -102,20 +90,13 @@ class InvitationLedger {
   /// Error of the last write; empty if it succeeded.
   std::string problem() const;
 
-  /// Writes pending changes. A failed write is retried with a back-off of 0.5 s to 8 s.
+  /// Writes pending changes, or retries a failed write (InvitationFile::write()).
   /// Thread  writer
   void work(LocalTime now);
 
  private:
-  struct Change {
-    enum class Kind : std::uint8_t { kUse, kRelease, kRevoke, kForget, kTime };
-    Kind kind = Kind::kUse;
-    Id id{};
-    /// Its meaning depends on the kind. kUse: expiry of the token. kForget: latest expiry among the deleted tokens.
-    /// kTime: current time. Others: unused.
-    std::uint64_t unix_ms = 0;
-    std::uint64_t number = 0;
-  };
+  using Change = InvitationChange;
+
   struct Outcome {
     std::uint64_t number = 0;  ///< number of the last change in this write
     int error = 0;             ///< errno of the write; 0 if it succeeded
@@ -124,17 +105,12 @@ class InvitationLedger {
     std::uint64_t expires_ms = 0;
     std::uint64_t number = 0;  ///< number of the kUse change; 0 if it needs no write, such as one from a previous run
   };
-  void read();
+
   void post(Change change);
   void settle(const Outcome& outcome);
-  void apply(const Change& change);
-  std::error_code write();
 
-  std::filesystem::path file_;
-  std::function<void(const std::string&)> on_news_;
-  ReplaceFile replace_;
+  std::optional<InvitationFile> file_;  ///< none: the list is kept in memory only. The writer thread uses it
   std::size_t max_used_;
-  bool is_new_ = false;
   std::uint64_t time_ms_ = 0, issued_from_ms_ = 0, forgotten_to_ms_ = 0;
   std::string generation_;
   // Used by the io thread only.
@@ -149,11 +125,6 @@ class InvitationLedger {
   static constexpr std::size_t kInFlight = 256;
   realtime::Ring<Change> changes_{kInFlight};
   realtime::Ring<Outcome> outcomes_{kInFlight};
-  // Used by the writer thread only.
-  wire::InvitationLedger list_;
-  bool is_failing_ = false;
-  LocalTime retry_{};
-  Duration back_off_{};
   std::unique_ptr<recording::RecorderThread> thread_;
 };
 

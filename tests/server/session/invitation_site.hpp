@@ -74,7 +74,7 @@ class Site {
   explicit Site(std::uint64_t seed) : random_(seed) {
     char folder[] = "/tmp/tandem-invitations-XXXXXX";
     folder_ = ::mkdtemp(folder);
-    InvitationLedger::make(file());
+    InvitationFile::make(file());
     set_clock(0);
     start(false);
   }
