@@ -35,12 +35,12 @@ bool is_fine(const ContactShape& shape) {
   return shape.shells.surface.spacing_m <= kFineSpacing_m && !shape.shells.surface.nodes.empty();
 }
 
-// Most fields return a unit gradient. For these, the check saves a root and three divisions.
+// Normalises a gradient. Most fields return a unit gradient; the check then saves a root and three divisions.
 Vec3 unit(const Vec3& a) {
   return a.squaredNorm() == 1 ? a : a.normalized();
 }
 
-// Whether `a` is the primary shape of a pair, all of whose points are sampled.
+// Returns whether `a` is the primary shape of a pair. All points of the primary shape are sampled.
 bool is_primary(const ContactShape& a, const ContactShape& b) {
   if (is_fine(a) != is_fine(b)) return is_fine(a);
   return area_m2(a) <= area_m2(b);
@@ -54,9 +54,9 @@ struct ContactPair::Direction {
   Pose X_WF;
   Pose X_FP;
   std::uint32_t id_bits = 0;
-  double sign = 1;         ///< sign of the field's gradient that makes it point out of B
+  double sign = 1;         ///< factor ±1 that turns the field's gradient so that it points out of B
   double share = 1;        ///< fraction of the points' area that counts
-  double plane_share = 1;  ///< the same fraction for points at planes of the field
+  double plane_share = 1;  ///< fraction that counts for points at planes of the field
 
   /// Returns the plane whose distance equals the field's at a point on or below the surface; null if there is none.
   const FieldPlane* plane_at(const Vec3& p_F) const noexcept {
@@ -208,7 +208,8 @@ std::span<const ShellPoint> ContactPair::points_of(const ContactPoint& contact) 
   return std::span(shell.points).subspan(contact.id & ~ContactPoint::kOtherDirection, contact.count);
 }
 
-// Returns whether the contacts in now_ are complete: none for a ball out of reach, else those of add_ball_on_plane().
+// Computes the contacts of a ball by formula. Returns true if now_ is then complete: without contacts if the ball is
+// out of reach, else with those of add_ball_on_plane(). Returns false if the ball's points must be sampled.
 bool ContactPair::has_ball_contacts(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept {
   const bool is_ball_a = ball_ == a_;
   const DistanceField& field = is_ball_a ? *b_->field : *a_->field;
@@ -224,15 +225,15 @@ bool ContactPair::has_ball_contacts(const Pose& X_WA, const Pose& X_WB, double b
   return true;
 }
 
-// Returns whether the contacts in now_ are complete: those of two rods, by formula.
+// Computes the contacts of two rods by formula. Returns true if now_ is then complete, false if points must be sampled.
 bool ContactPair::has_rod_contacts(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept {
   has_rods_ = rods_.find(a_->rod, X_WA, b_->rod, X_WB, band_m, ball_ != nullptr && ball_ == a_, now_);
   first_of_other_ = now_.size();
   return has_rods_;
 }
 
-// A query of a grid takes microseconds, so it is made with a margin. Its result is reused while the queried box
-// contains the box around the ball and is not much larger.
+// Returns the planes around a ball. A query of a grid takes microseconds, so the queried box has a margin. The result
+// is reused while that box contains the box around the ball and is not much larger.
 PlaneSet ContactPair::planes_around_ball(const Vec3& centre_F, double reach_m) noexcept {
   const double moved_m = (centre_F - ball_planes_centre_F_).cwiseAbs().maxCoeff();
   const bool is_in = moved_m + reach_m <= ball_planes_reach_m_;
@@ -247,8 +248,8 @@ PlaneSet ContactPair::planes_around_ball(const Vec3& centre_F, double reach_m) n
   return ball_planes_;
 }
 
-// Transfers the bristles (friction state) of the last find() as if the contacts consisted of single points: area added
-// to a contact has no bristle, and a shrinking contact loses the area that was added last. If the force trembles, the
+// Transfers the bristles (friction state) of the last find() as if the contacts consisted of single points. Area added
+// to a contact has no bristle, and a shrinking contact loses the area that was added last. If the force fluctuates, the
 // area that presses all the time thus keeps its friction.
 void ContactPair::carry_ball_bristles(const Eigen::Matrix3d& turn) noexcept {
   std::size_t before = 0;
@@ -264,7 +265,7 @@ void ContactPair::carry_ball_bristles(const Eigen::Matrix3d& turn) noexcept {
     const double old_core_m2 = core_areas_m2_[slot], old_ring_m2 = old.area_m2 - old_core_m2;
     double core_m2 = std::min(old_core_m2, point.area_m2);
     const double ring_m2 = point.area_m2 - core_m2;
-    Vec3 core_W = core_m2 * (old_W + lead_W);  // bristle × area, like ring_W
+    Vec3 core_W = core_m2 * (old_W + lead_W);  // core_W and ring_W are bristles × area
     Vec3 ring_W = Vec3::Zero();
     if (old_ring_m2 > 0) ring_W = std::min(1.0, ring_m2 / old_ring_m2) * (old_ring_m2 * old_W - old_core_m2 * lead_W);
     point.bristle_W = (core_W + ring_W) / point.area_m2;
@@ -280,8 +281,9 @@ void ContactPair::keep_core(const ContactPoint& point, const Vec3& core_bristle_
   core_areas_m2_[slot] = core_area_m2;
 }
 
-// Transfers bristles between contacts that do not correspond. Each pressing contact gets a bristle in proportion to its
-// depth, which limits its friction. Together they keep the friction force and its moment about the normal.
+// Transfers bristles from the old contacts to new ones of another kind, whose ids do not match. Each pressing contact
+// gets a bristle in proportion to its depth, since depth limits friction. The sum of friction forces, and their moment
+// about the normal, remain the same.
 void ContactPair::share_bristles(const Eigen::Matrix3d& turn) noexcept {
   const auto weight = [](const ContactPoint& point) { return point.area_m2 * std::max(0.0, point.depth_m); };
   const auto centre_of = [&](const std::vector<ContactPoint>& points) {
@@ -346,8 +348,8 @@ void ContactPair::search(ShellCandidates& candidates, const Direction& direction
     const FieldPlane* const plane = direction.plane_at(p_F);
     if (plane == nullptr) continue;
     contact.area_m2 = direction.plane_share * candidate.area_m2;
-    // Samples round off the edges where planes meet, so the plane is more accurate. In a thin wall, however, the sample
-    // has the side from which the point entered; a plane of the far side is not used.
+    // Samples round off the edges where planes meet, so the depth and normal of the plane are more accurate. In a thin
+    // wall, however, the sample may belong to the near side and the plane to the far side. Such a plane is not used.
     if (plane->distance_m(p_F) > 0 || plane->normal.dot(unit(candidate.gradient_F)) < kFarSideCosine) continue;
     contact.normal_W = R_out * plane->normal;
     contact.depth_m = -plane->distance_m(p_F);
@@ -371,7 +373,7 @@ void ContactPair::carry_bristles(std::size_t now, std::size_t now_end, std::size
       sum += weight * old.bristle_W;
       weights += weight;
     }
-    // A contact that did not press has no bristle.
+    // Only contacts that pressed have a bristle.
     if (weights <= 0 || sum == Vec3::Zero()) continue;
     const Vec3 bristle_W = turn_of_b * sum / weights;
     point.bristle_W = bristle_W - point.normal_W * point.normal_W.dot(bristle_W);

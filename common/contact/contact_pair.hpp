@@ -65,11 +65,11 @@ class ContactPair {
   /// Contacts of the last find(), in the order of their ids.
   std::span<ContactPoint> contacts() noexcept { return now_; }
   std::span<const ContactPoint> contacts() const noexcept { return now_; }
-  /// True: the contact represents points of A's shell; false: of B's.
+  /// Returns true if the contact represents points of A's shell, false if it represents points of B's shell.
   bool is_of_a(const ContactPoint& contact) const noexcept {
     return ((contact.id & ContactPoint::kOtherDirection) != 0) != is_a_primary_;
   }
-  /// Shell points that the contact represents, in the frame of their shape; none for a closed-form contact.
+  /// Returns the shell points that the contact represents, in the frame of their shape; none for a closed-form contact.
   std::span<const ShellPoint> points_of(const ContactPoint& contact) const noexcept;
 
  private:
@@ -92,8 +92,8 @@ class ContactPair {
   const ContactShape* b_ = nullptr;
   std::uint32_t budget_;
   bool is_a_primary_ = true;
-  bool is_mutual_ = false;  ///< both shapes contribute all of their points
-  double plane_share_ = 1;  ///< area share of the primary shape's points inside a plane of the other shape
+  bool is_mutual_ = false;  ///< both shapes contribute all of their points, not only one of them
+  double plane_share_ = 1;  ///< fraction of the area of a primary point on a flat part of the other shape
   ShellCandidates primary_;
   ShellCandidates other_;
   std::vector<ContactPoint> now_;
@@ -101,15 +101,15 @@ class ContactPair {
   std::size_t first_of_other_ = 0;  ///< index in now_ of the first contact of the second search direction
   std::size_t first_of_other_before_ = 0;
   double deepest_m_ = 0;  ///< deepest contact of the last find(); infinite: unknown
-  /// Whether the last search was coarse, or limit_depths() reduced the depth of a contact. The depths of the next
-  /// search are then limited too, even if it is not coarse.
+  /// True if the last search was coarse, or if limit_depths() reduced the depth of a contact. Depths are then limited
+  /// in the next search too, even if that search is not coarse.
   bool is_catching_up_ = false;
   Pose X_BA_before_;
-  Eigen::Matrix3d turn_of_b_ = Eigen::Matrix3d::Identity();  ///< rotation since the previous find()
+  Eigen::Matrix3d turn_of_b_ = Eigen::Matrix3d::Identity();  ///< rotation of B since the previous find()
   Quat q_WA_before_ = Quat::Identity();
   Quat q_WB_before_ = Quat::Identity();
   const ContactShape* ball_ = nullptr;   ///< the shape that is a ball, if the other shape has planes; else null
-  double ball_share_ = 1;                ///< fraction of the force that is due to the ball's points
+  double ball_share_ = 1;                ///< fraction of the contact force that is computed from the ball's points
   const FieldPlane* ball_on_ = nullptr;  ///< plane of the closed-form ball contacts in now_; null: none
   bool are_rods_ = false;                ///< whether both shapes are thin rods
   bool has_rods_ = false;                ///< whether now_ has the closed-form contacts of the rods
@@ -118,7 +118,7 @@ class ContactPair {
   /// bristle minus the contact's bristle. The contact's bristle is the mean over the core and the ring around it.
   std::array<double, kMaxRodContacts> core_areas_m2_ = {};
   std::array<Vec3, kMaxRodContacts> core_leads_W_;
-  PlaneSet ball_planes_ = 0;  ///< result of the last query of planes, over a box with this centre and half edge
+  PlaneSet ball_planes_ = 0;  ///< planes in a box around the ball, with the centre and half edge below
   Vec3 ball_planes_centre_F_ = Vec3::Zero();
   double ball_planes_reach_m_ = -1;
 };

@@ -1,4 +1,5 @@
-// Queries nodes of the cut. Each is replaced by its children, a leaf, or a node above planes. Also joins nodes.
+// Queries of the nodes of the cut. A queried node is replaced by its children, by a leaf, or by a node above planes.
+// Two neighbouring nodes are joined where their parent is sufficient.
 #include "common/contact/shell/shell_candidates.hpp"
 
 #include <algorithm>
@@ -11,21 +12,23 @@
 namespace tandem::contact {
 namespace {
 
-// Two halves of a node are joined if the bounds of both allow a further motion of this share of the node's radius. The
-// margin is needed because the node's ball is larger and must be far enough too. The share falls as the cut fills. It
-// is 0 for the first cut.
+// Two halves of a node are joined if both bounds allow a further motion of this fraction of the node's radius. Without
+// this margin, the joined node would soon be queried and divided again, since its ball is larger than those of its
+// halves. The fraction decreases as the cut fills, and is 0 for the first cut.
 constexpr float kJoinAt = 0.5F;
-// Motion after which nodes above planes are queried again, spread by share_of() over several steps.
+// Motion after which a node above planes is queried again. share_of() reduces it to spread the queries over several
+// steps.
 constexpr double kPlaneMotion_m = 2e-4;
-// Longest motion after which a node that is not above planes is queried again; the shortest is half of it.
+// Motion after which a node that is not above planes is queried again. share_of() reduces it to between a half and all
+// of this.
 constexpr double kNoPlanes_m = 6e-4;
-// Upper bound of the motion of points in any direction, as a multiple of the motion of their part. The motion of a part
-// is measured at the solid's ball, and near points may be a little outside of it. The bound does not hold for solids
-// with a radius below kMinSolid_m, which are not queried for planes.
+// Points of a part move by at most this multiple of the part's motion, in any direction. The motion is measured at the
+// ball around the solid, and near points may be a little outside of that ball. The bound fails for solids with a radius
+// below kMinSolid_m, for which no planes are queried.
 constexpr double kSideways = 1.5;
 constexpr double kMinSolid_m = 5e-3;
-// Limits of the table entries of the field that new plane queries of a step may read. They apply to a usual step, to
-// the first step of a level, and to a first cut or a wide band. A query of a grid takes up to some microseconds.
+// Limits of the field's table entries that a step may read for new plane queries: in a usual step, in the first step of
+// a level, and for a first cut or a wide band. A plane query of a grid takes up to some microseconds.
 constexpr std::size_t kMaxPlaneQueries = 400, kMaxNewLevelPlaneQueries = 2500, kMaxFirstPlaneQueries = 50'000;
 
 }  // namespace
@@ -63,10 +66,10 @@ bool ShellCandidates::open(std::uint32_t root, double root_nearest_m, double mov
   return true;
 }
 
-// Samples those points of a leaf that may be near; the bounds of the others still hold.
+// Samples those points of a leaf that may be near. Bounds of the other points still hold.
 bool ShellCandidates::open_leaf(const CutNode& entry, double moved_m, double band_m) noexcept {
   const ShellNode& node = shell_->nodes[entry.node];
-  // For a larger node, eight points are enough as long as none of its points can press.
+  // If a leaf has more points than at level 0, eight samples are enough as long as none of its points can press.
   double divided_at_m = std::numeric_limits<double>::infinity();
   if (!node.is_leaf && node.count > leaf_points(0)) {
     const double nearest = nearest_m(node);
@@ -111,8 +114,8 @@ bool ShellCandidates::open_children(std::uint32_t root, double moved_m, double b
   return has_room;
 }
 
-// Appends an entry. If the entry before it is the other half of the same parent, and both bounds allow enough motion,
-// the parent replaces both (see kJoinAt). Returns false if there is no room.
+// Appends an entry to the cut. If the previous entry is the other half of the same parent, and both bounds allow enough
+// motion (kJoinAt), the parent replaces both. Returns false if there is no room.
 bool ShellCandidates::keep(const CutNode& entry, double moved_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   const auto known_at_m = static_cast<float>(moved_m + band_m);
@@ -124,7 +127,7 @@ bool ShellCandidates::keep(const CutNode& entry, double moved_m, double band_m) 
   while (!cut_.empty() && entry.planes == 0 && at_m > known_at_m && node != root_) {
     const CutNode& before = cut_.back();
     if (!(before.query_again_at_m > known_at_m) || before.planes != 0 || before.node <= root_) break;
-    // A node that is being divided is not joined again.
+    // Nodes that dividing has just opened are not joined again.
     if (divides_part_ && (is_sampled || before.is_sampled)) break;
     const std::uint32_t parent = before.node - 1;
     if (nodes[before.node].next != node || nodes[parent].is_leaf || nodes[parent].next != nodes[node].next) break;
@@ -164,8 +167,8 @@ bool ShellCandidates::append(const CutNode& entry) noexcept {
   return true;
 }
 
-// While the last two entries of the cut are the halves of a node above planes, replaces them by that node. Returns
-// false if there is no room.
+// Joins the last two entries of the cut if they are the halves of a node above planes, and repeats this with the joined
+// node. Returns false if there is no room.
 bool ShellCandidates::join_above_planes(double moved_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   while (cut_.size() > 1) {
@@ -202,11 +205,12 @@ CutNode ShellCandidates::planes_below(std::uint32_t index, double moved_m) noexc
   CutNode& answer = answers_[index % kAnswers];
   if (answer.node == index && moved_m < answer.query_again_at_m) return answer;
   OrientedBox box_F = shell_->flat_nodes[node.flat].box_S().moved(R_FP_, p_FP_);
-  // The motion is measured at the solid's ball. A node farther out may move by more than kSideways times the motion.
+  // The motion of a part is measured at the ball around the solid. A node farther out may move by more than kSideways
+  // times that motion, so it is not queried.
   const bool is_beside = (box_F.centre - solid_centre_F_).norm() + box_F.half_m.norm() > kSideways * solid_radius_m_;
   if (is_beside) return {};
-  // A node that was above planes is always queried. Other queries beyond the limit are left to a later check of the
-  // part.
+  // A node that was above planes is always queried. If the limit is used up, other nodes are not queried in this step;
+  // the part is checked later (is_question_open_).
   const bool was_above = answer.node == index && answer.planes != 0;
   const bool is_new = !has_walked_ || is_band_wide();
   const std::size_t most = is_new                ? kMaxFirstPlaneQueries
@@ -225,7 +229,7 @@ CutNode ShellCandidates::planes_below(std::uint32_t index, double moved_m) noexc
   return answer;
 }
 
-// Returns the number of contacts that a node needs for its planes except the first.
+// Returns the number of additional contacts that a node needs to represent all of its planes instead of one.
 std::size_t ShellCandidates::more_contacts_of(std::uint32_t index, PlaneSet planes) const {
   const auto count = static_cast<std::size_t>(std::popcount(planes));
   return count < 2 ? 0 : (count - 1) * least_contacts_of(shell_->nodes[index]);

@@ -15,24 +15,27 @@
 namespace tandem::contact {
 namespace {
 
-// Limit of the accumulated motion, since the cut stores distances in single precision.
+// Limit of a part's accumulated motion, at which the motion restarts at zero. The cut stores sums of motion and
+// distance in single precision.
 constexpr double kFarthest_m = 0.25;
-// Limits of a walk's queries as multiples of max_queries(): usual, first step at a coarser level, first cut. Wide bands
-// double them.
+// Limits of the queries of a walk, as multiples of max_queries(): in a usual step, in the first step at a coarser
+// level, and for a first cut. A wide band doubles the limits.
 constexpr std::uint32_t kWalkQueries = 4, kNewLevelQueries = 8, kFirstCutQueries = 16;
-// Motion of a part after which it is checked for pairs of nodes to join above planes. Small nodes that have passed a
-// groove may be joined into one large node again. share_of() spreads the checks, and a step checks one part. The motion
-// doubles after a check without success. It is the maximum if plane queries were left out and the part moves fast.
+// Motion of a part after which the part is checked for pairs of nodes that a node above planes can replace. After a
+// face has passed a groove, for example, its small nodes may become one large node again. share_of() spreads the
+// checks, and a step checks one part. The motion doubles after a check without success. It is the maximum if plane
+// queries were left out and the part moves fast.
 constexpr double kHalvesCheckMotion_m = 4e-3, kMaxHalvesCheckMotion_m = 16e-3;
-// Largest motion in a step that counts as slow.
+// A part is slow if it moves by less than this in a step.
 constexpr double kSlow_m = 2e-5;
-// Conditions for join_far(): this many steps at a level, and more than this share of the room for the cut in use. It
-// joins two nodes if both bounds exceed the band by kJoinBeyond_m.
+// Conditions for join_far(): the level has lasted for more than kStepsToJoin steps, and more than kJoinFarAbove of the
+// room for the cut is in use. Two nodes are joined if neither has to be queried before the part has moved by
+// kJoinBeyond_m.
 constexpr std::uint32_t kStepsToJoin = 100;
 constexpr double kJoinFarAbove = 0.45, kJoinBeyond_m = 3e-4;
 
-// Returns the radius of a ball around the shape, centred at the middle of its box. The spacing is added because the
-// surface extends beyond the box of its points by less than that.
+// Returns the radius of a ball around the shape, centred at the middle of its box. The box contains the shape's points.
+// The surface extends beyond it by less than one spacing, which is added.
 double radius_of(const ContactShape& shape) {
   return (shape.high_S - shape.low_S).norm() / 2 + shape.shells.surface.spacing_m;
 }
@@ -51,19 +54,20 @@ ContactWork& ContactWork::operator+=(const ContactWork& other) {
   return *this;
 }
 
-/// A subtree of the shell and its piece of the cut. Each part has its own motion, because its points move little
-/// relative to its centre when the shape turns.
+/// A subtree of the shell's tree, with the entries of the cut that belong to it. Motion is accumulated for each part
+/// separately. When the shape turns, points of a small part move little relative to its centre, so the bound of the
+/// motion is tight.
 struct ShellCandidates::Part {
   std::uint32_t node = 0;  ///< root of the subtree
   std::uint32_t begin = 0, count = 0;
-  double moved_m = 0;               ///< accumulated motion, an upper bound of the approach of each of its points
+  double moved_m = 0;               ///< accumulated motion: an upper bound of the approach of the part's points
   double step_motion_m = 0;         ///< motion of the last step, which is included in moved_m
-  double query_again_at_m = 0;      ///< least query_again_at_m of its nodes
+  double query_again_at_m = 0;      ///< least query_again_at_m of the part's nodes
   double halves_check_at_m = 0;     ///< accumulated motion at the next check for halves to join above planes
-  double halves_check_after_m = 0;  ///< motion between that check and the one after
-  bool has_open_question = false;   ///< some node was not queried for planes: the next check rebuilds its cut
-  bool waits_for_rest = false;      ///< that check waits until the part is slow or has moved far
-  bool has_sampled = false;         ///< it may have sampled nodes, of which eight points represent all points
+  double halves_check_after_m = 0;  ///< motion between that check and the following one
+  bool has_open_question = false;   ///< the limit left some node without a plane query; the next check rebuilds the cut
+  bool waits_for_rest = false;      ///< the next check waits until the part is slow or has moved far
+  bool has_sampled = false;         ///< the part may have sampled nodes, of which eight points represent all points
 };
 
 /// Result of a level: the members that keep_found() stores.
@@ -78,7 +82,8 @@ ShellCandidates::ShellCandidates(std::uint32_t capacity)
     : largest_capacity_(capacity), capacity_(capacity), before_(std::make_unique<Found>()) {
   for (auto* parts : {&parts_, &std::get<std::vector<Part>>(before_->all)}) parts->reserve(kParts + 1);
   candidates_.reserve(capacity + kShellLeafPoints);
-  // Finer levels are tried only if there is room, so half of the limit is enough for the stored cut.
+  // A trial of a finer level begins only while at most half of the room is in use, so the stored cut needs half of the
+  // room.
   std::get<std::vector<CutNode>>(before_->all).reserve(cut_limit() / 2);
   cut_.reserve(cut_limit());
   old_cut_.reserve(cut_limit());
@@ -117,7 +122,7 @@ void ShellCandidates::bind(const PointShell& shell, const ContactShape& points, 
   begin_cut();
 }
 
-// Returns whether there may be nodes that are represented by eight of their points.
+// Returns whether some part may have sampled nodes, of which eight points represent all points.
 bool ShellCandidates::has_sampled() const {
   return std::ranges::any_of(parts_, &Part::has_sampled);
 }
@@ -169,8 +174,8 @@ void ShellCandidates::set_level(int level) noexcept {
   dense_steps_ = 0;
 }
 
-// Changes the level. Bounds of far nodes remain valid and are kept. At the coarsest level, or with a wide band for
-// which few bounds would hold, a new cut is started instead.
+// Changes the level. Bounds of far nodes remain valid and are kept. A new cut is started at the coarsest level, and for
+// a wide band, in which few bounds would hold.
 void ShellCandidates::change_level(int level) noexcept {
   const bool is_finer = level < level_;
   set_level(level);
@@ -194,8 +199,8 @@ void ShellCandidates::change_level(int level) noexcept {
   }
 }
 
-// Appends an entry at a coarser level. If the entry before it is the other half of the same parent, the parent may
-// replace both. The parent must be small enough for a leaf, and one of both entries must be near.
+// Appends an entry at a coarser level. If the previous entry is the other half of the same parent, the parent may
+// replace both. The parent must be small enough for a leaf at this level, and one of the halves must be near.
 void ShellCandidates::append_as_coarse(CutNode entry, Part& part) noexcept {
   const auto& nodes = shell_->nodes;
   const std::uint32_t most_points = leaf_points(std::numeric_limits<double>::infinity());
@@ -219,8 +224,8 @@ void ShellCandidates::append_as_coarse(CutNode entry, Part& part) noexcept {
   cut_.push_back(entry);
 }
 
-// Replaces pairs of divided nodes by their parents. Joining over more levels of the tree would leave eight points for a
-// whole part. Returns false if there is no such pair.
+// Undoes one level of dividing. If both halves of a divided node are in the cut, the node replaces them. Undoing all
+// levels at once would leave eight points for a whole part. Returns false if there was nothing to join.
 bool ShellCandidates::join_pairs() noexcept {
   const auto& nodes = shell_->nodes;
   set_level(level_);
@@ -261,7 +266,7 @@ void ShellCandidates::restore_found() noexcept {
   std::tie(level_, parts_, cut_, contacts_, steps_at_level_, has_divided_) = before_->all;
 }
 
-// Returns whether the shapes are so far apart that no point can be near. This needs only a comparison of poses.
+// Returns whether the shapes are still so far apart that no point can be near. This needs only a comparison of poses.
 bool ShellCandidates::is_out_of_reach(const Pose& X_FP, double band_m) noexcept {
   if (gap_m_ < 0) return false;
   const double motion =
@@ -271,15 +276,15 @@ bool ShellCandidates::is_out_of_reach(const Pose& X_FP, double band_m) noexcept 
 
 void ShellCandidates::remember_gap(const Pose& X_FP) noexcept {
   gap_m_ = -1;
-  // Above level 0, not all points of a leaf were sampled, so the gap is unknown.
+  // Above level 0, only some points of a leaf are sampled, so the distance to the nearest point is unknown.
   if (!candidates_.empty() || level_ > 0) return;
   gap_m_ = std::numeric_limits<double>::infinity();
   for (const Part& part : parts_) gap_m_ = std::min(gap_m_, part.query_again_at_m - part.moved_m);
   X_FP_gap_ = X_FP;
 }
 
-// Bounds of points were computed for the least band so far. In a steep field they may fail for a smaller band; the
-// difference is accounted for as motion.
+// Bounds of points were computed for the narrowest band so far. If the band becomes narrower, they may fail in a steep
+// field. The difference of the bands therefore counts as motion.
 void ShellCandidates::allow_band(double band_m) noexcept {
   band_m_ = band_m;
   if (band_m >= least_band_m_) return;
@@ -289,9 +294,9 @@ void ShellCandidates::allow_band(double band_m) noexcept {
   least_band_m_ = band_m;
 }
 
-// Adds the motion of this step to each part. The motion is measured twice: that of the points in the field's frame, and
-// that of the solid in the frame of the points. The smaller one bounds the change of distances. Thus a small tool may
-// turn above a large table without new queries.
+// Adds the motion of this step to each part. Two motions are computed: that of the points in the field's frame, and
+// that of the solid in the frame of the points. Each of them bounds the change of distances, so the smaller one is
+// used. A small tool may thus turn above a large table without new queries.
 void ShellCandidates::move(const Pose& X_FP) noexcept {
   const Eigen::Matrix3d R_before = R_FP_;
   const Vec3 p_before = p_FP_;
@@ -318,7 +323,7 @@ void ShellCandidates::move(const Pose& X_FP) noexcept {
   if (!do_answers_hold) std::ranges::fill(answers_, CutNode{});
 }
 
-// Resets the accumulated motion, which keeps single precision sufficient.
+// Restarts the accumulated motion of a part at zero, so that single precision remains sufficient for the bounds.
 void ShellCandidates::start_again_from_0(Part& part) noexcept {
   for (CutNode& entry : std::span(cut_).subspan(part.begin, part.count)) {
     entry.query_again_at_m = rounded_down(entry.query_again_at_m - part.moved_m);
@@ -328,8 +333,8 @@ void ShellCandidates::start_again_from_0(Part& part) noexcept {
   part.moved_m = 0;
 }
 
-// Joins far nodes. A shell that has moved past many obstacles leaves a cut of small far nodes, which are not queried
-// again and occupy the room of others.
+// Joins nodes far beyond the band. A shell that has moved past many obstacles leaves a cut of many small far nodes.
+// They are not queried again, but occupy room that near nodes need.
 void ShellCandidates::join_far() noexcept {
   const auto& nodes = shell_->nodes;
   std::size_t size = 0;
@@ -401,7 +406,7 @@ class ShellCandidates::Ahead {
   Ahead(const ShellCandidates& search, std::span<const CutNode> entries, double moved_m, double band_m)
       : search_(search), entries_(entries), moved_m_(moved_m), band_m_(band_m) {}
 
-  /// Next distance; called once for each inner node that needs a query, in order.
+  /// Returns the next distance. Must be called once for each inner node that needs a query, in order.
   double next_nearest_m() noexcept {
     if (at_ == count_) query();
     return nearest_m_[at_++];
@@ -459,7 +464,7 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
     const bool is_whole = is_due && part.has_open_question;
     if (is_whole && !open(part.node, nearest_m(shell_->nodes[part.node]), part.moved_m, band_m)) return false;
     Ahead ahead(*this, entries, part.moved_m, band_m);
-    bool was_queried = false;  // the previous entry
+    bool was_queried = false;  // whether the previous entry was queried
     for (std::size_t i = 0; i < entries.size() && !is_whole; ++i) {
       if (!was_queried && !is_due && !divides_part_) i += append_known(entries.subspan(i), part.moved_m, band_m);
       if (i == entries.size()) break;
@@ -471,7 +476,7 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
         has_room = open_children(entry.node, part.moved_m, band_m);
         if (!is_known && !entry.is_leaf) ahead.next_nearest_m();
       } else if (!is_known) {
-        // Prefetches the next leaf while this entry is queried.
+        // The memory of the next leaf is prefetched while this entry is queried.
         if (i + 1 < entries.size() && entries[i + 1].is_leaf && !entries[i + 1].is_known(part.moved_m, band_m)) {
           LeafSamples::prefetch(*shell_, shell_->nodes[entries[i + 1].node]);
         }
@@ -490,7 +495,8 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
       part.has_open_question = true;
       part.halves_check_at_m = part.moved_m;
     } else if (is_due && is_question_open_) {
-      // In slow motion, valid results accumulate from step to step; in fast motion the check would never complete.
+      // In slow motion, the results of plane queries stay valid until the next steps complete the check. In fast motion
+      // they expire too soon, so the check waits.
       part.waits_for_rest = !is_slow;
       part.halves_check_at_m = part.moved_m + (is_slow ? 0 : share_of(part.node) * kMaxHalvesCheckMotion_m);
     } else if (is_due) {

@@ -22,7 +22,7 @@ struct ContactWork {
   std::uint32_t nodes = 0;
   std::uint32_t points = 0;
   bool is_coarse = false;     ///< points were merged, because the budget does not suffice for single points
-  bool is_refreshed = false;  ///< the field was queried
+  bool is_refreshed = false;  ///< the field was queried; false: the result of the last step is still valid
 
   std::uint32_t queries() const { return nodes + points; }
   ContactWork& operator+=(const ContactWork& other);
@@ -58,10 +58,10 @@ class ShellCandidates {
   /// Candidates in the order of the shell; no point of the shell is in two of them.
   std::span<const ShellCandidate> candidates() const { return candidates_; }
   const PointShell& shell() const { return *shell_; }
-  /// Number of contacts that are left of the capacity. Each node above planes takes least_contacts_of() of it, and each
-  /// other candidate takes one.
+  /// Returns the number of further contacts for which there is room. Of the capacity, each node above planes takes
+  /// least_contacts_of(), and each other candidate takes one.
   std::size_t room() const { return capacity_ - contacts_; }
-  /// Number of additional contacts needed to represent every plane below the nodes.
+  /// Returns the number of additional contacts needed to represent every plane below the nodes.
   std::size_t more_contacts() const { return more_contacts_; }
 
  private:
@@ -114,7 +114,7 @@ class ShellCandidates {
   std::size_t append_known(std::span<const CutNode> entries, double moved_m, double band_m) noexcept;
   double nearest_m(const ShellNode& node) const;
   double nearest_m(const ShellNode& node, double distance_m) const;
-  /// Largest number of points of a node at this distance that is treated as a leaf.
+  /// Returns the largest number of points for which a node at this distance is treated as a leaf.
   std::uint32_t leaf_points(double nearest_m) const;
   CutNode planes_below(std::uint32_t index, double moved_m) noexcept;
   bool join_above_planes(double moved_m, double band_m) noexcept;
@@ -138,25 +138,25 @@ class ShellCandidates {
   std::vector<ShellCandidate> candidates_;
   std::vector<CutNode> answers_;    ///< cached results of plane queries; each node maps to one slot
   std::size_t contacts_ = 0;        ///< contacts that the candidates need; at most capacity_
-  std::size_t more_contacts_ = 0;   ///< see more_contacts()
+  std::size_t more_contacts_ = 0;   ///< result of more_contacts()
   std::size_t near_count_ = 0;      ///< estimated number of near points; a node above planes counts as its contacts
   int level_ = kFine;               ///< kFine: only equally deep points are merged; 0 and more: see leaf_points()
-  int coarsest_level_ = 0;          ///< lowest level at which each part is a single leaf, until it is divided
+  int coarsest_level_ = 0;          ///< lowest level at which each part is a single leaf, until dividing begins
   std::uint32_t steps_to_try_ = 0;  ///< steps until a finer level is tried
   std::uint32_t steps_per_try_ = 0, steps_at_level_ = 0;
-  bool is_try_ = false;                             ///< this level began as the trial of a finer level
-  std::size_t divided_up_to_ = 0;                   ///< part where the next step continues to divide nodes
+  bool is_try_ = false;                             ///< the current level began as the trial of a finer level
+  std::size_t divided_up_to_ = 0;                   ///< index of the part where the next step continues to divide nodes
   std::uint32_t steps_to_divide_ = kStepsToDivide;  ///< steps at a level until dividing begins
   std::uint32_t steps_of_join_ = 0;                 ///< value of steps_at_level_ when join_far() last ran
   bool tries_when_divided_ = false;                 ///< a finer level is tried once all sampled nodes are divided
   bool has_rested_ = false;                         ///< the last step had the same pose as the one before
   std::unique_ptr<Found> before_;                   ///< result of the previous level during a trial
-  std::uint32_t walk_points_ = 0;                   ///< points that the last walk queried
+  std::uint32_t walk_points_ = 0;                   ///< points that the last walk sampled, except those due to dividing
   std::uint32_t dense_steps_ = 0;                   ///< consecutive steps with too many queries
-  double gap_m_ = 0;  ///< no point is near while the motion since X_FP_gap_ plus the band is below it; < 0: unknown
+  double gap_m_ = 0;  ///< no point is near while the motion since X_FP_gap_ plus the band is below this; < 0: unknown
   Pose X_FP_gap_;
   double band_m_ = 0;        ///< band of the last step
-  double least_band_m_ = 0;  ///< least band of all steps
+  double least_band_m_ = 0;  ///< narrowest band of all steps
   Pose X_FP_before_;
   bool has_walked_ = false;
 
@@ -164,21 +164,21 @@ class ShellCandidates {
   Eigen::Matrix3d R_FP_ = Eigen::Matrix3d::Identity();
   Vec3 p_FP_ = Vec3::Zero();
   std::uint32_t root_ = 0;            ///< root of the part that is walked
-  float first_at_m_ = 0;              ///< least motion at which a kept node is queried again
-  std::size_t plane_queries_ = 0;     ///< places of the field read by new plane queries
+  float first_at_m_ = 0;              ///< least motion plus band at which an entry of the walked part is queried again
+  std::size_t plane_queries_ = 0;     ///< number of the field's table entries read by new plane queries in this step
   bool is_question_open_ = false;     ///< some node of the walked part was not queried for planes, due to the limit
   std::uint32_t query_limit_ = 0;     ///< limit of the walk's queries
   std::uint32_t divide_queries_ = 0;  ///< remaining queries for dividing sampled nodes
-  std::uint32_t divide_points_ = 0;   ///< points queried by dividing
+  std::uint32_t divide_points_ = 0;   ///< number of points sampled by dividing in this walk
   bool divides_part_ = false;         ///< sampled nodes of the walked part are divided
   bool has_divided_ = false;          ///< nodes were divided at this level
-  bool has_sampled_ = false;          ///< the walked part keeps a sampled node
+  bool has_sampled_ = false;          ///< the walked part has a sampled node
   bool may_check_halves_ = false;     ///< this walk may still check a part for halves to join above planes
   ContactWork work_;
 
   static constexpr int kFine = -1;
   static constexpr double kMayPress_m = 2e-4;                            ///< nodes nearer than this may press
-  static constexpr std::uint32_t kStepsPerTry = 64, kStepsToDivide = 4;  ///< initial values
+  static constexpr std::uint32_t kStepsPerTry = 64, kStepsToDivide = 4;  ///< initial values of the intervals
 };
 
 }  // namespace tandem::contact
