@@ -16,11 +16,11 @@ namespace tandem::devices {
 /// Properties of one type of device. A maximum with an unverified source never raises a limit (device.hpp,
 /// is_verified()).
 struct DeviceProfile {
-  std::string name;   ///< name on the command line: "omega.6"
+  std::string name;   ///< name on the command line, such as "omega.6"
   std::string title;  ///< name for display
   DeviceSpec spec;
   std::string limits_source;        ///< source of the software limits in `spec` and of rate_hz
-  Vec3 workspace_m = Vec3::Zero();  ///< width (x), height (y), depth (z) in the base frame
+  Vec3 workspace_m = Vec3::Zero();  ///< width (x), height (y), depth (z) of the workspace in the base frame
   std::string workspace_source;
   SourcedLimit stiffness_maximum_n_per_m;  ///< largest stiffness of a virtual spring that the device can display
   SourcedLimit stiffness_maximum_n_m_per_rad;

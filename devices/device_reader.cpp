@@ -7,17 +7,18 @@
 namespace tandem::devices {
 namespace {
 
-// Maximum age of a sample; the same limit as for a late tick of the loop (SafetySettings::late_tick).
+// Maximum age of a sample. The limit for a late tick of the loop is the same (SafetySettings::late_tick).
 constexpr Duration kMaxAge = std::chrono::milliseconds(20);
 constexpr double kMaxNormError = 1e-3;
-// Minimum time assumed between two samples, so that an encoder step between two reads in quick succession is not a
-// jump.
+// Two samples are treated as at least this far apart in time. Otherwise an encoder step between two quick reads would
+// look like a jump.
 constexpr double kMinGap_s = 0.001;
 constexpr double kSpeedMargin = 3;
-// Our choice: a wrist rotates at about 20 rad/s, and an encoder step of 0.1 rad within a millisecond is 100 rad/s.
+// Largest plausible angular speed; our choice. A wrist rotates at about 20 rad/s, and an encoder step of 0.1 rad within
+// a millisecond is 100 rad/s.
 constexpr double kMaxReadTurn_rad_per_s = 300;
 
-// The comparison is written so that a NaN gives false.
+// Returns whether value ≤ most. For a NaN the result is false.
 bool is_within(double value, double most) {
   return value <= most;
 }

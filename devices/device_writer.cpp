@@ -1,4 +1,5 @@
-// All commands pass through this one function, so that no device class can omit the check of the limits.
+// The last stage before a device. All commands pass through this class, so no device class can omit the check of the
+// limits.
 #include "devices/device_writer.hpp"
 
 #include <cmath>
@@ -8,8 +9,8 @@
 namespace tandem::devices {
 namespace {
 
-// Maximum limits for a device whose maximum is unverified. They are our choice, far below the maximum of every listed
-// device.
+// Largest software limits of a device whose maximum is unverified. They are our choice, far below the maximum of every
+// listed device.
 constexpr double kUnverifiedForce_n = 2.0;
 constexpr double kUnverifiedTorque_n_m = 0.1;
 
@@ -32,7 +33,8 @@ void check_limit(const DeviceSpec& spec, const char* field, double limit, const 
            (verified ? " (" + maximum.source + ")" : " while the device's maximum is unverified"));
 }
 
-/// Checks that there are three translational axes if there are any. The number of rotational axes may be lower.
+/// Checks the numbers of axes: a device has three translational axes or none. The number of rotational axes may be
+/// lower.
 void check_axes(const DeviceSpec& spec) {
   const auto check = [&spec](const char* field, int axes, int least) {
     if (axes < least || axes > 3) fail(spec, field, axes, "it must be " + std::to_string(least) + " to 3");

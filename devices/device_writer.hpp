@@ -25,7 +25,8 @@ class DeviceWriter {
   bool write_zero(LocalTime now) noexcept { return write(now, Wrench{}) && !device_.may_be_on(); }
   /// See Device::may_be_on().
   bool may_be_on() const noexcept { return device_.may_be_on(); }
-  /// Last command that the device accepted, after clamping. It acts on the hand until the next accepted one.
+  /// Returns the last command that the device accepted, after clamping. It acts on the hand until the next accepted
+  /// one.
   const Wrench& written() const { return written_; }
   /// Returns whether the last command was clamped, accepted or not.
   bool was_clamped() const { return was_clamped_; }
@@ -33,7 +34,7 @@ class DeviceWriter {
  private:
   Device& device_;
   double force_limit_n_ = 0;
-  double torque_limit_n_m_ = 0;  ///< 0 for a device without torque
+  double torque_limit_n_m_ = 0;  ///< torque limit; 0 for a device without torque
   Wrench written_;
   bool was_clamped_ = false;
 };

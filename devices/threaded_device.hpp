@@ -40,8 +40,8 @@ class DeviceDriver {
   virtual bool may_be_on() const noexcept = 0;
 };
 
-/// State of a disconnected device, used by its driver: schedules connection attempts and stores the reason. A device
-/// that was connected before is reported as lost, with the reason of the loss; otherwise it is reported as opening.
+/// State of a disconnected device, used by its driver. It schedules connection attempts and stores the reason. A device
+/// that was connected before is reported as lost, with the reason of the loss. Other devices are reported as opening.
 class Absence {
  public:
   /// Returns whether to try to connect now: true at the first call, then once per second after a loss or an attempt.
@@ -94,8 +94,8 @@ class ThreadedDevice final : public Device {
   realtime::Mailbox<DeviceSample> samples_;
   realtime::Mailbox<std::pair<LocalTime, Wrench>> commands_;  ///< commands, each with the time of its write()
   std::atomic<bool> should_stop_{false};
-  std::atomic<bool> gave_zero_{false};  ///< zero has replaced a force, and the haptic loop was not informed yet
-  std::atomic<bool> may_be_on_{false};  ///< true if the driver, or its current command, may have a force
+  std::atomic<bool> gave_zero_{false};  ///< zero has replaced a force, and the haptic loop has not been informed yet
+  std::atomic<bool> may_be_on_{false};  ///< the device, or the command in transit, may have a force
   std::thread thread_;
 };
 

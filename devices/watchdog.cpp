@@ -38,8 +38,8 @@ std::string hex(std::span<const std::uint8_t> bytes) {
   return text;
 }
 
-/// Descriptors that another process inherits. Each is first copied to a number above all target numbers, so that no
-/// descriptor is overwritten before it is duplicated.
+/// Descriptors that a child process inherits under fixed numbers. Each is first copied to a number above all fixed
+/// numbers, so that no descriptor is overwritten before it is duplicated.
 class Inherited {
  public:
   Inherited() { posix_spawn_file_actions_init(&actions); }
@@ -154,7 +154,7 @@ void Watchdog::release() {
 }
 
 void Watchdog::await_end() {
-  kill(process_, SIGCONT);  // a stopped watchdog could not write zero
+  kill(process_, SIGCONT);  // a stopped watchdog would not write zero
   const auto deadline = std::chrono::steady_clock::now() + kEndsWithin;
   int status = 0;
   pid_t ended = 0;
@@ -163,7 +163,7 @@ void Watchdog::await_end() {
   }
   if (ended == 0) ending_.push_back(process_);
   process_ = -1;
-  // A watchdog that was killed did not write zero. If a frame is incomplete, zero is not written here either, because
+  // A killed watchdog did not write zero, so zero is written here. If a frame is incomplete, zero is omitted, because
   // it would corrupt the stream.
   const bool was_killed = ended > 0 && WIFSIGNALED(status);
   const bool is_between_frames = !beat_->is_in_frame.load(std::memory_order_acquire);

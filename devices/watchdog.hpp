@@ -44,9 +44,9 @@ inline constexpr std::size_t kMaxFrameBytes = 512;
 
 /// Command that sets the force of the device to zero.
 struct ZeroCommand {
-  int descriptor = -1;                         ///< must be open while the watchdog has the command
+  int descriptor = -1;                         ///< device; must stay open while the watchdog has the command
   std::optional<std::uint8_t> usb_endpoint{};  ///< bulk-out endpoint for usbfs; if empty, write(2) is used
-  std::vector<std::uint8_t> bytes;             ///< 1 to kMaxFrameBytes
+  std::vector<std::uint8_t> bytes;             ///< bytes of the command, 1 to kMaxFrameBytes
 };
 /// Writes zero; waits at most 20 ms. Returns false if the device did not accept all of it.
 bool send_zero(const ZeroCommand& zero) noexcept;
@@ -56,7 +56,7 @@ struct WatchdogBeat {
   std::atomic<std::int64_t> at_ns{0};  ///< LocalTime of the last beat in ns
   std::atomic<bool> is_force_on{false};
   std::atomic<std::uint32_t> releases{0};  ///< number of silences of the owner during which the device accepted a zero
-  std::atomic<std::uint32_t> written{0};   ///< number of the last command of send() that was written
+  std::atomic<std::uint32_t> written{0};   ///< number of the last command of send() that was written to the device
   std::atomic<bool> is_in_frame{false};    ///< true while a frame may be partly written
 };
 

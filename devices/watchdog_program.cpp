@@ -34,13 +34,13 @@ namespace {
 
 constexpr int kCheckPeriod_ms = 5;
 constexpr Duration kCheckPeriod = std::chrono::milliseconds(kCheckPeriod_ms);
-// Number of zeros written. Several are needed, because the device may lose some that are in transit; more would cause
-// replies that no program reads.
+// Number of zeros written in a silence. The device may lose packets in transit, so one is not enough. A larger number
+// would cause replies that no program reads.
 constexpr int kZeros = 5;
-// Time after the owner's end for which writing zero is retried if the device accepts nothing. Our choice.
+// Zero is retried for this time after the owner's end, if the device accepts nothing. Our choice.
 constexpr Duration kMaxRetry = std::chrono::seconds(10);
-// Time within which a late command of a resumed owner is followed by zero. If that is not possible in time, it is
-// omitted, because the owner then sends zero itself.
+// A resumed owner may complete an old command with a force. Zero is written after it, within this time. If that is not
+// possible in time, zero is omitted, because the owner then sends zero itself.
 constexpr Duration kMaxAnswer = std::chrono::milliseconds(20);
 
 using Bytes = std::vector<std::uint8_t>;
@@ -53,7 +53,7 @@ ZeroCommand zero_from(std::string_view endpoint, std::string_view hex) {
   return zero;
 }
 
-/// Writes frames one after the other to the device's descriptor.
+/// Writes frames to the device's descriptor, each completely before the next.
 class Line {
  public:
   explicit Line(ZeroCommand zero) : zero_(std::move(zero)) {
@@ -131,7 +131,7 @@ int Line::unsent_bytes() const noexcept {
   return is_socket_ && ioctl(zero_.descriptor, SIOCOUTQ, &bytes) == 0 ? bytes : 0;
 }
 
-/// A frame from the owner of which no byte was written yet.
+/// A frame received from the owner, of which no byte was written yet.
 struct Waiting {
   WatchdogFrameHead head;
   Bytes frame;
@@ -164,7 +164,7 @@ class Watch {
   Kind kind_ = Kind::kNone;   ///< kind of the frame that the line writes
   std::uint32_t number_ = 0;  ///< number of the command in that frame
   std::optional<Waiting> command_, reply_;
-  bool is_writer_ = false;  ///< all frames pass through this process
+  bool is_writer_ = false;  ///< the owner passes all frames to this process, which alone writes to the stream
   bool is_silent_ = false;  ///< the owner became silent while a force was displayed
   bool has_owner_exited_ = false;
   LocalTime silent_since_{};
@@ -193,19 +193,20 @@ void Watch::check(LocalTime now) {
   const LocalTime beat_at{Duration(beat_.at_ns.load(std::memory_order_relaxed))};
   const bool was_silent = is_silent_;
   is_silent_ = now - beat_at > Watchdog::kMaxSilence && (is_force_on || was_silent);
-  // If the owner has resumed and stopped again since the last check, a new silence begins.
+  // If the owner has resumed and stopped again since the last check, a new silence begins, with new zeros.
   if (is_silent_ && (!was_silent || beat_at != silent_since_)) {
     zeros_ = 0;
     next_zero_ = now;
   }
   silent_since_ = beat_at;
-  // The owner may have been stopped while it was writing a command, which it completes after resuming. This cannot
-  // happen if all frames pass through this process.
+  // If the owner writes to the device itself, it may have been stopped during a write. After resuming, it completes
+  // that command, so zero must follow (kMaxAnswer).
   if (was_silent && !is_silent_ && zeros_ > 0 && !is_writer_) answer_until_ = now + kMaxAnswer;
   write_all(now);
 }
 
-// The frame is chosen anew in each pass, because a newer frame may replace one of which no byte was written yet.
+// Writes frames as long as the device accepts them. A frame is chosen anew until its first byte is written, since a
+// newer one may replace it.
 void Watch::write_all(LocalTime now) {
   while (true) {
     const bool was_within = line_.is_within();
@@ -252,7 +253,8 @@ void Watch::note_written(LocalTime now) {
   next_zero_ = now + kCheckPeriod;
 }
 
-/// The shared memory is not changed after the owner's end, because another watchdog may use it by then.
+/// Marks that a frame may be partly written. After the owner's end the shared memory is not changed, because another
+/// watchdog may use it by then.
 void Watch::set_in_frame(bool is_in_frame) noexcept {
   if (!has_owner_exited_) beat_.is_in_frame.store(is_in_frame, std::memory_order_release);
 }

@@ -6,7 +6,7 @@ namespace tandem::devices::watchdog_program {
 
 inline constexpr int kDevice = 3;
 inline constexpr int kMemory = 4;  ///< shared memory with a WatchdogBeat
-inline constexpr int kOwner = 5;   ///< socket with the packets of Watchdog::send(); it is closed when the owner ends
+inline constexpr int kOwner = 5;   ///< socket for packets of Watchdog::send(); closed at the owner's end
 inline constexpr int kFirstFree = 6;
 
 }  // namespace tandem::devices::watchdog_program

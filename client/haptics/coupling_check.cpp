@@ -38,18 +38,18 @@ void merge(const haptics::StabilityFinding& finding, std::vector<haptics::Stabil
   }
 }
 
-/// Coupling law of the scene; null if its index is invalid.
+/// Returns the coupling law of the scene; null if its index is invalid.
 const haptics::CouplingLawInfo* law_of(const HapticScene& scene) {
   return scene.law < haptics::coupling_laws().size() ? &haptics::coupling_laws()[scene.law] : nullptr;
 }
-/// Coupling parameters of the scene as the haptic path renders them on this device, in world units.
+/// Returns the coupling parameters of the scene as the haptic path renders them on this device, in world units.
 haptics::CouplingParameters rendered(const HapticScene& scene, const haptics::CouplingLawInfo& law,
                                      const devices::DeviceProfile& device) {
   return haptics::rendered_coupling(
       law.name, scene.coupling, haptics::coupling_bounds_in_world(devices::coupling_bounds(device), scene.workspace));
 }
 
-/// Reads mass properties from the server's message. There is no result if they are missing or unusable.
+/// Reads mass properties from the server's message. A result is empty if properties are missing or unusable.
 class MassesOnWire {
  public:
   explicit MassesOnWire(const wire::Joined& joined) : joined_(joined) {}
@@ -73,12 +73,12 @@ bool can_be_grabbed(const wire::Body& body) {
   return body.graspable() && body.mass_kg() > 0;
 }
 
-/// Eigenvalues of a symmetric matrix in ascending order.
+/// Returns the eigenvalues of a symmetric matrix in ascending order.
 Vec3 eigenvalues(const Mat3& matrix) {
   return Eigen::SelfAdjointEigenSolver<Mat3>(matrix, Eigen::EigenvaluesOnly).eigenvalues();
 }
 
-/// Returns both limits, or only one if they are equal.
+/// Returns the smallest and the largest mass, or only one of them if they are equal.
 std::vector<physics::MovedMass> distinct(const std::array<physics::MovedMass, 2>& ends) {
   constexpr double kSame = 1 + 1e-9;
   const auto& [least, most] = ends;
@@ -196,7 +196,7 @@ bool CouplingWatch::check(const HapticScene& scene, const wire::Joined& joined, 
   if (!device_ || law == nullptr) return true;
   ++last_.number;
   last_.scene = scene;
-  // If the tool holds a body from the start, only the state stream reports it.
+  // The join message does not contain a body that the tool holds from the start. Only the states report that body.
   const BodyId moved = held.is_valid() ? held : gripped_;
   last_.moved = things_to_move(joined, *law, moved, moved == gripped_ ? &grip_B_ : nullptr);
   last_.is_refused = last_.moved.empty() || !is_stable_coupling(scene, last_.moved, *device_);

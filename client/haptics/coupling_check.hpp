@@ -16,7 +16,8 @@
 
 namespace tandem::client {
 
-/// Smallest and largest effective mass and moment of inertia of a body that a coupling holds at a point.
+/// Returns the smallest and the largest effective mass and moment of inertia of a body that a coupling holds at a
+/// point.
 ///
 /// Model   Grip point T, c = p_TC to the centre of mass C, force f and torque τ at T. Newton and Euler about C, with
 ///         the acceleration a_C = a + α × c of the centre (speeds are small, so terms in ω² are neglected):
@@ -34,11 +35,11 @@ namespace tandem::client {
 ///         p_BT  grip point, in the body's own frame B
 std::array<physics::MovedMass, 2> resistance_at(const MassProperties& mass, const Vec3& p_BT, bool is_held_body);
 
-/// Effective masses that the coupling may have to move: the user's tool, and the smallest and largest of all bodies
-/// that the tool could grab. A held body is assumed to be held at its grip point. Any other body is assumed to be held
-/// at its centre of mass, because its grip point is not known yet. If the coefficients depend on the moved mass
-/// (massless tool, or the law `adaptive`), they apply only to the current load. Then the list contains only `held`, or
-/// without a held body only the tool.
+/// Returns the effective masses that the coupling may have to move: the user's tool, and the smallest and largest of
+/// all bodies that the tool could grab. A held body is assumed to be held at its grip point. Any other body is assumed
+/// to be held at its centre of mass, because its grip point is not known yet. If the coefficients depend on the moved
+/// mass (massless tool, or the law `adaptive`), they apply only to the current load. Then the list contains only
+/// `held`, or without a held body only the tool.
 ///
 /// In      p_BT  position of the tool on `held`, in the body's frame; null if it is not known
 /// Out     empty if the server's masses of the tool or of bodies are missing or unusable
@@ -47,15 +48,15 @@ std::vector<physics::MovedMass> things_to_move(const wire::Joined& joined, const
 
 /// One check, with the data needed to explain it later.
 struct CouplingCheck {
-  std::uint64_t number = 0;  ///< number of this check, counted from 1; 0: nothing was checked
-  bool is_refused = false;   ///< must not be displayed: unstable on this device, or the moved mass is not known
+  std::uint64_t number = 0;  ///< number of this check, counted from 1; 0: no check was made
+  bool is_refused = false;   ///< the coupling must not be displayed: unstable on this device, or unknown mass
   HapticScene scene;
   std::vector<physics::MovedMass> moved;
 };
 
-/// True if the coupling of `scene`, as the haptic path would render it, is stable with each mass in `moved`. Also true
-/// if the coupling law does not exist. The check does not model network delay; its effect on the loop is measured in
-/// the lab.
+/// Returns true if the coupling of `scene`, as the haptic path would render it, is stable with each mass in `moved`.
+/// Also true if the coupling law does not exist. The check does not model network delay; its effect on the loop is
+/// measured in the lab.
 ///
 /// Cost    with three masses in six axes: 0.6 ms for a velocity window of 4 periods, 4 ms for 20 periods (the maximum);
 ///         allocates
@@ -70,20 +71,22 @@ bool is_stable_coupling(const HapticScene& scene, const std::vector<physics::Mov
 /// Thread  any that may block
 std::vector<haptics::StabilityFinding> explained(const CouplingCheck& check, const devices::DeviceProfile& device);
 
-/// Debounces coefficient changes of a session. Changes arrive in bursts, with one message for each coefficient. A new
-/// stiffness with the old damping is not an intended coupling, so the coupling is checked at the end of the burst.
+/// Checks the coupling of a session when it has changed. Changes arrive in bursts, with one message for each
+/// coefficient. A new stiffness with the old damping is not an intended coupling, so the coupling is checked at the end
+/// of the burst (debounce).
 ///
 /// Thread  io
 class CouplingWatch {
  public:
-  /// Time without a change after which a burst has ended. The value is our choice: the messages of one burst arrive
+  /// If no change arrives for this time, the burst has ended. The value is our choice: the messages of one burst arrive
   /// together. An unstable oscillation cannot grow within this time, because the coefficients are ramped over
   /// kCouplingRamp_s.
   static constexpr Duration kQuiet{std::chrono::milliseconds(50)};
-  /// Longest time from the first change of a burst to its check, for example while a slider is dragged.
+  /// The check is made at the latest this time after the first change of a burst. A slider that is dragged may cause a
+  /// long burst.
   static constexpr Duration kAtLatest{std::chrono::milliseconds(250)};
-  /// If the grip point moves further than this on the body, it counts as a new grip. The value is our choice: a tenth
-  /// of a small handle.
+  /// If the grip point on the body moves by more than this, the grip counts as a new one. The value is our choice: a
+  /// tenth of a small handle.
   static constexpr double kGripMoved_m = 0.005;
 
   /// In      device  if there is none, every check passes
@@ -96,9 +99,9 @@ class CouplingWatch {
   void note_grip(BodyId body, const Vec3& p_BT, LocalTime now);
   void forget_changes() { waits_ = false; }
   bool is_due(LocalTime now) const { return waits_ && now >= due_; }
-  /// Returns true if `scene` may be displayed to a manipulator.
+  /// Checks the coupling of `scene`. Returns true if it may be displayed to a manipulator.
   bool check(const HapticScene& scene, const wire::Joined& joined, BodyId held);
-  /// Result of the last check.
+  /// Returns the result of the last check.
   const CouplingCheck& last() const { return last_; }
 
  private:

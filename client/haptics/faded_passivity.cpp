@@ -6,7 +6,7 @@
 namespace tandem::client {
 namespace {
 
-/// Duration of the fade of the controller in or out.
+/// Time in which the controller fades in or out.
 constexpr double kFade_s = 0.3;
 
 }  // namespace

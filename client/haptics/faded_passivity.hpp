@@ -39,7 +39,7 @@ class FadedPassivity {
   /// Resets the controller at the start of another scene.
   void reset() noexcept { controller_.reset(); }
 
-  /// Share of the stage's wrench that passes the controller; 1 while the controller is faded out.
+  /// Returns the share of the stage's wrench that passes the controller; 1 while the controller is faded out.
   double gain() const noexcept { return 1 + share_ * (controller_.gain() - 1); }
   const haptics::HandPassivityController& controller() const noexcept { return controller_; }
 

@@ -40,17 +40,17 @@ class ForceOutput {
   void rearm() noexcept { safety_.rearm(); }
   /// Ramps the force to zero from the next write() on.
   void begin_shutdown() noexcept { safety_.begin_shutdown(); }
-  /// True if no force is displayed, and none will be until the ramp begins.
+  /// Returns true if no force is displayed, and none will be until the ramp begins.
   bool is_quiet() const noexcept { return safety_.is_quiet(); }
 
-  /// Last command that the device accepted.
+  /// Returns the last command that the device accepted.
   const Wrench& displayed_D() const noexcept { return writer_.written(); }
-  /// Part of displayed_D() that comes from the scene, without the share of border and nudge.
+  /// Returns the part of displayed_D() that comes from the scene, without the share of border and nudge.
   Wrench displayed_of_scene_D() const noexcept;
   bool was_clamped() const noexcept { return writer_.was_clamped(); }
   haptics::SafetyFaults faults() const noexcept { return safety_.faults(); }
   std::uint64_t write_failures() const noexcept { return write_failures_; }
-  /// Work of the displayed wrench [device J].
+  /// Returns the work of the displayed wrench [device J].
   const PortWork& work() const noexcept { return work_; }
 
  private:
@@ -59,7 +59,7 @@ class ForceOutput {
   devices::DeviceWriter writer_;
   haptics::SafetyChain safety_;
   PortWork work_;
-  Wrench requested_D_;                ///< sum of scene, border and nudge, before the safety chain
+  Wrench requested_D_;                ///< sum of the forces of scene, border and nudge, before the safety chain
   Vec3 own_D_ = Vec3::Zero();         ///< force of border and nudge in requested_D_
   std::uint64_t write_failures_ = 0;  ///< number of commands that the device refused
 };

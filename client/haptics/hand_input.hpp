@@ -43,20 +43,20 @@ class HandInput {
   /// jump.
   bool move(const HandConditions& conditions) noexcept;
 
-  /// Sample of this tick.
+  /// Returns the sample of this tick.
   const devices::DeviceSample& sample() const noexcept { return sample_; }
-  /// Larger of the reported speed and the speed between two samples [m/s]; 0 for an invalid sample.
+  /// Returns the larger of the reported speed and the speed between two samples [m/s]; 0 for an invalid sample.
   double speed_m_per_s() const noexcept { return speed_m_per_s_; }
-  /// True if the clutch is pressed. Also true while a requested mapping waits until the force has faded out.
+  /// Returns true if the clutch is pressed, or if a requested mapping waits until the force has faded out.
   bool is_clutched() const noexcept;
   const WorkspaceMapping& mapping() const noexcept { return workspace_.mapping(); }
-  /// Force of the border [N], in D.
+  /// Returns the force of the border [N], in D.
   const Vec3& wall_on_hand_D() const noexcept { return workspace_.wall_on_hand_D(); }
 
-  /// Pose and twist of the handle, after the clutch.
+  /// Returns pose and twist of the handle, after the clutch.
   const RigidState& handle_W() const noexcept { return handle_W_; }
-  /// Pose of the handle with smoothed encoder steps: in the device's base, and in the world before and after the
-  /// clutch.
+  /// Pose of the handle with smoothed encoder steps. path_D() is in the device's base; the others are in the world,
+  /// before and after the clutch.
   const Pose& path_D() const noexcept { return X_DH_path_; }
   const Pose& unclutched_path_W() const noexcept { return raw_X_WH_; }
   const Pose& path_W() const noexcept { return X_WH_path_; }
@@ -68,7 +68,7 @@ class HandInput {
   void move_handle() noexcept;
 
   devices::DeviceReader reader_;
-  devices::DeviceSample sample_;  ///< may be invalid
+  devices::DeviceSample sample_;  ///< sample of this tick; may be invalid
   double speed_m_per_s_ = 0;
   haptics::EncoderPath device_path_;
   HandWorkspace workspace_;

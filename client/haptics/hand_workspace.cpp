@@ -8,12 +8,13 @@ namespace tandem::client {
 namespace {
 
 constexpr double kInnerShare = 0.8;
-constexpr double kMaxWall_n = 2, kWallShare = 0.25;  // share of the device's force limit
-constexpr double kStandsAtShare = 0.5;               // share of the force limit at which the base stops
+constexpr double kMaxWall_n = 2, kWallShare = 0.25;  // force of the wall: upper limit, and share of the force limit
+constexpr double kStandsAtShare = 0.5;               // scene's force at which the base stops, as a share of the limit
 constexpr double kWidths_per_s = 1;
-// Maximum travel: three times the largest width of the workspace. The base slows down over the last 20 % of it.
+// Largest travel of the base in one excursion: three times the largest width of the workspace. The base slows down over
+// the last 20 % of the travel.
 constexpr double kMaxTravel_widths = 3, kSlowShare = 0.2;
-constexpr double kFreshShare = 0.7;  // hysteresis: small motions of the handle at the border do not reset the travel
+constexpr double kFreshShare = 0.7;  // share within which the travel is reset; hysteresis to kInnerShare
 
 bool is_same(const WorkspaceMapping& a, const WorkspaceMapping& b) {
   return tandem::is_same(a.X_WD, b.X_WD) && a.position_scale == b.position_scale && a.force_scale == b.force_scale;

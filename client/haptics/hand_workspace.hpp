@@ -10,7 +10,7 @@ namespace tandem::client {
 /// Changes of the scene's mapping by the user.
 struct WorkspaceSettings {
   double scale = 1;     ///< factor on the scene's position scale, > 0
-  double turn_rad = 0;  ///< rotation of the device's base about the world's vertical, to match the user's seat and view
+  double turn_rad = 0;  ///< rotation of the device's base about the vertical, to match the user's seat and view
 };
 
 /// Applies the user's scale and rotation to the scene's mapping. The user's scale multiplies force and position alike,
@@ -51,7 +51,7 @@ class HandWorkspace {
   bool is_changing() const noexcept { return is_changing_; }
   void apply_change() noexcept;
 
-  /// Moves the base for one period.
+  /// Moves the base for one period by rate control, and computes the force of the border.
   /// In      p_DH  position of the handle; scene_on_hand_D  force of the scene on the hand
   void advance(const Vec3& p_DH, const Vec3& scene_on_hand_D, double period_s) noexcept;
   /// Stops the base and removes the wall until the handle has been within the box again. Thus the base does not move if
@@ -59,9 +59,9 @@ class HandWorkspace {
   void rest() noexcept;
 
   const WorkspaceMapping& mapping() const noexcept { return mapping_; }
-  /// Velocity of the base in the world [m/s].
+  /// Returns the velocity of the base in the world [m/s].
   const Vec3& rate_W() const noexcept { return rate_W_; }
-  /// Force of the border [N], in D.
+  /// Returns the force of the border [N], in D.
   const Vec3& wall_on_hand_D() const noexcept { return wall_on_hand_D_; }
 
  private:

@@ -47,7 +47,8 @@ void HapticCore::tick(LocalTime now) noexcept {
   publish();
 }
 
-// The period is clamped, so that a stall of the thread is not integrated as one long tick.
+// Measures the period since the last tick. The period is clamped, so that a stall of the thread is not integrated as
+// one long tick.
 void HapticCore::advance_time(LocalTime now) noexcept {
   constexpr double kUsual_s = 0.001, kShortest_s = 1e-5, kLongest_s = 0.01;
   const bool is_first = record_.tick.value == 1;
@@ -62,7 +63,8 @@ bool HapticCore::write_zero(LocalTime now) noexcept {
   return is_zero;
 }
 
-// The number of the newest rendering must be read before the scene (RenderingSlot::newest()).
+// Reads the scene and the server's state. The number of the newest rendering must be read before the scene
+// (RenderingSlot::newest()).
 void HapticCore::read_mailboxes() noexcept {
   const std::uint32_t newest_rendering = renderings_.newest();
   const SceneNews news = inbox_.poll();
@@ -94,8 +96,8 @@ void HapticCore::enter_scene() noexcept {
 void HapticCore::change_scene() noexcept {
   hand_.change(inbox_.scene().workspace);
   if (inbox_.is_usable()) coupling_.fade_to(inbox_.scene());
-  // While no force is displayed, no ramp is needed. A ramp would begin with the previous coupling, which may have been
-  // refused because it is unstable.
+  // While no force is displayed, the coupling needs no ramp. The ramp would begin with the previous coupling, which may
+  // have been refused as unstable.
   if (!inbox_.is_displaying()) coupling_.jump();
 }
 
@@ -112,7 +114,8 @@ void HapticCore::receive_state(const ReceivedUpdate& received) noexcept {
   passivity_.receive(received, stage_output_.is_local);
 }
 
-// The server does not send every body in each update. If the body is missing from this one, its last state is used.
+// Records the state of the watched body. An update does not contain every body, so the last received state is kept if
+// the body is missing.
 void HapticCore::note_watched_body(const proto::ServerUpdate& update) noexcept {
   const std::uint32_t watched = watched_.load(std::memory_order_relaxed);
   if (watched != watched_last_) record_.watched_body_W.reset();
@@ -123,8 +126,8 @@ void HapticCore::note_watched_body(const proto::ServerUpdate& update) noexcept {
   }
 }
 
-// Converts the server's start time to local time. The estimate is repeated until that time is reached, because the
-// clock offset settles within the first second.
+// Converts the common start time of the room from server time to local time. The conversion is repeated until that
+// time, because the estimated clock offset settles within the first second.
 void HapticCore::follow_start(LocalTime now) noexcept {
   if (began_at_ <= now) return;
   const HandStart& start = inbox_.scene().hand_start;
@@ -152,21 +155,21 @@ void HapticCore::move_handle() noexcept {
     output_.lose_pose();
   }
   if (!is_remapped) return;
-  // No force is displayed at this time. The coupling thus needs no ramp in the new mapping, and the jump of the handle
+  // A mapping is applied only while no force is displayed. The coupling thus needs no ramp, and the jump of the handle
   // does no work.
   coupling_.jump();
   passivity_.lose_hand();
 }
 
-// After an invalid sample, the wave and mode of the last tick are sent again. If no force may be displayed, they are
-// reset.
+// Ticks the stage. After an invalid sample, the stage is not ticked, and the wave and mode of the last tick are sent
+// again. If no force may be displayed, both are reset.
 void HapticCore::run_stage(LocalTime now) noexcept {
   if (!inbox_.is_displaying()) stage_output_ = {};
   stage_output_.wrench_on_hand_W = {};
   if (inbox_.is_displaying() && inbox_.newest() != nullptr && record_.sample.is_valid) {
     stage_output_ = renderings_.tick(stage_input(now));
   } else if (output_.is_quiet()) {
-    renderings_.reset_blend();  // the previously displayed force has decayed
+    renderings_.reset_blend();  // the force of the previous rendering has decayed to zero
   }
 }
 
@@ -197,8 +200,8 @@ Wrench HapticCore::through_passivity_controller() noexcept {
                           stage_output_.energy_from_local_j, period_s_);
 }
 
-// Border and nudge are forces of the client; they are not part of the scene. If the device is not ready, zero is
-// written to it, whatever the stage computes.
+// Adds the forces of the client itself (border and nudge) to the scene's wrench and displays the sum. If the device is
+// not ready, zero is written instead.
 void HapticCore::display(LocalTime now, const Wrench& controlled_on_hand_W) noexcept {
   nudge_.advance(period_s_, inbox_.is_displaying() && !hand_.is_clutched());
   const Vec3 own_on_hand_D = hand_.wall_on_hand_D() + nudge_.on_hand_D();
@@ -220,9 +223,9 @@ haptics::SafetyInput HapticCore::safety_conditions() const noexcept {
   return input;
 }
 
-// Integrates the work of the requested wrench along the path of the handle that the tool follows. While the clutch is
-// pressed, this path is frozen and no work is added. If the user drives a tool but no force is displayed, the server's
-// wrench is used.
+// Integrates the work that is reported to the server: that of the requested wrench along the path of the tool's handle.
+// While the clutch is pressed, this path is frozen and no work is added. If the user drives a tool but no force is
+// displayed, the server's wrench counts as requested.
 void HapticCore::sum_requested_work(const Wrench& controlled_on_hand_W) noexcept {
   // Limits far above any coupling. They bound the work of one tick, so that the sum stays within the protocol's range.
   constexpr double kMax_n = 1000, kMax_n_m = 100;

@@ -38,7 +38,7 @@ struct HapticSettings {
   StageSettings stage{};
   bool feeds_view = false;           ///< publishes views for a window (View)
   bool has_border = true;            ///< rate control and a soft wall at the border of the device's workspace
-  haptics::SafetySettings safety{};  ///< slew and speed limits are taken from the device's spec
+  haptics::SafetySettings safety{};  ///< HapticCore takes the slew and speed limits from the device's spec
   /// Upper bounds of the coupling parameters received from the server, in newtons and metres of the device. The
   /// device's force limits apply in addition. For a known device, coupling_bounds() (devices/device_profile.hpp) gives
   /// the bounds. Stiffness (steepest slope of the law's force) and damping are the largest values in CHAI3D's device
@@ -79,27 +79,29 @@ class HapticCore {
   /// is not accepted; the caller then keeps it and must offer it again later (Handover::offer()).
   /// Thread  io
   bool offer(std::unique_ptr<Rendering>& rendering) { return renderings_.offer(rendering); }
-  /// Number of the last rendering that offer() accepted.
+  /// Returns the number of the last rendering that offer() accepted.
   /// Thread  io
   std::uint32_t offered() const noexcept { return renderings_.offered(); }
-  /// Number of the newest rendering whose local model was displayed; 0 if there was none.
+  /// Returns the number of the newest rendering whose local model was displayed; 0 if there was none.
   /// Thread  any
   std::uint32_t shown_locally() const noexcept { return renderings_.shown_locally(); }
   /// Switches the passivity controller on or off. It is faded over 0.3 s, from the next tick on.
   /// Thread  any
   void control_passivity(bool is_on) noexcept { passivity_.switch_to(is_on); }
 
-  /// Time at which the hand begins to follow its path: the first tick, or the common start time of the room's hands. It
-  /// is LocalTime::max() while that start time is unknown. Once this time is in the past, it does not change.
+  /// Returns the time at which the hand begins to follow its path: the first tick, or the common start time of the
+  /// room's hands. It is LocalTime::max() while that start time is unknown. Once this time is in the past, it does not
+  /// change.
   /// Thread  haptic
   LocalTime began_at() const noexcept { return began_at_; }
 
-  /// Record of the last tick.
+  /// Returns the record of the last tick.
   const TickRecord& record() const { return record_; }
   const HapticCounters& counters() const { return counters_; }
-  /// Local model of the current scene; null if there is none.
+  /// Returns the local model of the current scene; null if there is none.
   const LocalModel* local_model() const noexcept;
-  /// Newest view; null before the first one, or if HapticSettings::feeds_view is false. Valid until the next call.
+  /// Returns the newest view; null before the first one, or if HapticSettings::feeds_view is false. Valid until the
+  /// next call.
   /// Thread  window
   const View* newest_view() noexcept { return view_ != nullptr ? view_->newest() : nullptr; }
   /// Selects the body whose state is recorded in TickRecord::watched_body_W.
@@ -142,7 +144,7 @@ class HapticCore {
   /// sent to the server.
   PortWork requested_work_;
   OutgoingUpdate outgoing_;
-  std::unique_ptr<ViewFeed> view_;  ///< null if HapticSettings::feeds_view is false
+  std::unique_ptr<ViewFeed> view_;  ///< feeds a window with views; null if HapticSettings::feeds_view is false
   LocalTime began_at_ = LocalTime::max();
   LocalTime ticked_at_{};
   double period_s_ = 0.001;

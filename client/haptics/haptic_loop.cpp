@@ -43,7 +43,8 @@ void HapticLoop::run(const std::function<void(std::vector<std::string>)>& on_rea
 
   const SteadyClock clock;
   const LocalTime start = clock.now();
-  // Spinning is used only with real-time priority; otherwise it would only take processor time from other threads.
+  // The timer spins before a deadline only if the thread has real-time priority. Otherwise spinning would only take
+  // processor time from other threads.
   realtime::PeriodicTimer timer(settings_.period, start, is_realtime ? kMaxSpin : Duration{0});
   LocalTime deadline = start;
   while (!should_stop_.load(std::memory_order_relaxed) && !is_due(deadline)) {

@@ -27,9 +27,10 @@ struct HapticLoopSettings {
   Duration period{std::chrono::milliseconds(1)};
   int realtime_priority = 0;  ///< argument of realtime::request_realtime()
   int cpu = -1;               ///< argument of realtime::request_realtime()
-  /// True: the loop uses realtime::keep_awake(). If there is no value, realtime::should_keep_awake() decides.
+  /// True: the loop keeps its processor awake (realtime::keep_awake()). Without a value, realtime::should_keep_awake()
+  /// decides.
   std::optional<bool> keeps_awake = std::nullopt;
-  /// Run time from HapticCore::began_at() on. If there is no value, the loop runs until request_stop().
+  /// Time from HapticCore::began_at() after which the loop ends. Without a value, the loop runs until request_stop().
   std::optional<Duration> duration = std::nullopt;
   /// Capacity of the ring in records: 4 s at 1 kHz. If the ring is full, new records are lost and counted.
   std::size_t trace_capacity = 4096;
@@ -38,16 +39,17 @@ struct HapticLoopSettings {
 /// Timing of the loop; complete after stop().
 struct HapticLoopReport {
   std::uint64_t ticks_run = 0;
-  std::uint64_t ticks_expected = 0;  ///< number of deadlines between the first and the last, met or missed
+  std::uint64_t ticks_expected = 0;  ///< number of deadlines in the run, whether met or missed
   double tick_rate_hz = 0;           ///< mean over the whole run
   Histogram lateness;
   Histogram tick;  ///< duration of a tick
   std::uint64_t missed = 0;
-  /// Number of wake-ups that the kernel has probably throttled (realtime.hpp). Counted only at real-time priority.
+  /// Number of wake-ups that the kernel has probably delayed by its limit for real-time threads (realtime.hpp). They
+  /// are counted only at real-time priority.
   std::uint64_t throttle_suspects = 0;
   bool keeps_awake = false;
-  /// True if the force was removed within 50 ms. If false, zero was written without the ramp, but a failing device may
-  /// not have accepted it.
+  /// True if the force was ramped to zero within 50 ms at the end. Otherwise zero was written at once, and a failing
+  /// device may not have accepted it.
   bool became_quiet = true;
 };
 
@@ -63,12 +65,12 @@ class HapticLoop {
 
   /// Starts the thread and waits until it has requested its real-time rights. Returns the rights that were refused.
   std::vector<std::string> start();
-  /// True if the thread's processor is kept awake (realtime::keep_awake()). Valid after start().
+  /// Returns whether the thread's processor is kept awake (realtime::keep_awake()). Valid after start().
   bool keeps_awake() const { return report_.keeps_awake; }
   /// Requests that the thread ramp the force to zero and end. Does not wait for the end.
   /// Thread  any; does not block
   void request_stop() noexcept { should_stop_.store(true, std::memory_order_relaxed); }
-  /// True once the thread has finished, with zero force requested from the device.
+  /// Returns true once the thread has finished and has written zero to the device.
   /// Thread  any
   bool is_over() const noexcept { return is_over_.load(std::memory_order_acquire); }
   /// Ramps the force to zero and joins the thread. Idempotent.
@@ -77,9 +79,9 @@ class HapticLoop {
   /// Reads and removes the oldest unread tick record. Returns false if there is none.
   /// Thread  one reader
   bool pop(TickRecord& record) { return trace_.pop(record); }
-  /// Number of records lost because they were not read in time.
+  /// Returns the number of records lost because they were not read in time.
   std::uint64_t trace_overflows() const { return trace_overflows_.load(std::memory_order_relaxed); }
-  /// Timing of the run. Valid after stop().
+  /// Returns the timing of the run. Valid after stop().
   const HapticLoopReport& report() const { return report_; }
 
  private:

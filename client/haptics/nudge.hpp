@@ -25,12 +25,12 @@ class Nudge {
   void advance(double period_s, bool may_push) noexcept;
 
   bool is_running() const noexcept { return !direction_D_.isZero(0); }
-  /// Force of this period [N], in D.
+  /// Returns the force of this period [N], in D.
   const Vec3& on_hand_D() const noexcept { return on_hand_D_; }
 
  private:
   double amplitude_n_;
-  Vec3 direction_D_ = Vec3::Zero();  ///< unit vector; zero if no pulses are running
+  Vec3 direction_D_ = Vec3::Zero();  ///< unit vector of the pulses; zero if none are running
   Vec3 on_hand_D_ = Vec3::Zero();
   double elapsed_s_ = 0;
 };

@@ -20,7 +20,7 @@ class PortWork {
   void hold(const Wrench& on_hand) noexcept { held_ = on_hand; }
 
   double to_hand_j() const noexcept { return to_hand_j_; }
-  double from_hand_j() const noexcept { return from_hand_j_; }  ///< ≥ 0
+  double from_hand_j() const noexcept { return from_hand_j_; }  ///< energy from the hand, ≥ 0
 
  private:
   bool has_pose_ = false;

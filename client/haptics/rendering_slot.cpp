@@ -37,7 +37,8 @@ bool RenderingSlot::offer(std::unique_ptr<Rendering>& rendering) {
 bool RenderingSlot::enter(std::uint32_t number, const HapticScene* scene) noexcept {
   if (number == entered_) return false;
   entered_ = number;
-  // continue_from() must precede renderings_.enter(), after which the io thread may free the previous rendering.
+  // The new model takes over the state of the previous one before renderings_.enter(). After that call, the io thread
+  // may free the previous rendering.
   const Rendering& before = current();
   const Rendering& next = *renderings_.offered(number);
   const bool is_same_scene = next.generation == before.generation && next.local_model && before.local_model;

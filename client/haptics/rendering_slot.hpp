@@ -29,25 +29,25 @@ class RenderingSlot {
   /// it and must offer it again later (Handover::offer()).
   /// Thread  io
   bool offer(std::unique_ptr<Rendering>& rendering);
-  /// Number of the last accepted offer.
+  /// Returns the number of the last accepted offer.
   /// Thread  io
   std::uint32_t offered() const noexcept { return offered_.load(std::memory_order_relaxed); }
   /// Runs the work of the last offered stage outside the haptic tick (Stage::service()).
   /// Thread  any but the haptic thread, one at a time
   void service() noexcept { newest_stage_->service(); }
-  /// Number of the newest rendering whose local model was displayed; 0 if there was none.
+  /// Returns the number of the newest rendering whose local model was displayed; 0 if there was none.
   /// Thread  any
   std::uint32_t shown_locally() const noexcept { return shown_locally_.load(std::memory_order_relaxed); }
 
-  /// Number of the newest offer. The caller must read it before the scene's mailbox. The scene of a rendering is
-  /// published before the rendering is offered, so the mailbox then contains that scene.
+  /// Returns the number of the newest offer. The caller must read this number before the scene's mailbox. Since the
+  /// scene of a rendering is published before the rendering is offered, the mailbox then contains that scene.
   std::uint32_t newest() const noexcept { return offered_.load(std::memory_order_acquire); }
   /// Changes to the rendering of this number; does nothing if it is already in use. If both renderings are of the same
   /// scene, the new local model continues from the state of the previous one. Returns true if the rendering changed.
   /// In      scene  null if the scene is not usable
   bool enter(std::uint32_t number, const HapticScene* scene) noexcept;
 
-  /// Rendering in use, or null if its models belong to another scene.
+  /// Returns the rendering in use, or null if its models belong to another scene.
   const Rendering* of_scene(std::uint32_t generation) const noexcept;
   /// Ticks the stage in use and blends the force of its output.
   StageOutput tick(const StageInput& input) noexcept;
@@ -65,7 +65,7 @@ class RenderingSlot {
   std::atomic<std::uint32_t> offered_{0};
   std::uint32_t entered_ = 0;  ///< number of the rendering in use
   std::atomic<std::uint32_t> shown_locally_{0};
-  Stage* newest_stage_ = nullptr;  ///< stage of the last offer; used by the io thread only
+  Stage* newest_stage_ = nullptr;  ///< stage of the last offer; only the io thread uses it
   ForceBlend blend_;               ///< fades from one rendering to the next
 };
 

@@ -14,7 +14,7 @@ class SceneCoupling {
  public:
   explicit SceneCoupling(const haptics::CouplingParameters& device_bounds);
 
-  /// True if the law exists and the coefficients are in range.
+  /// Returns true if the law exists and the coefficients are in range.
   static bool is_usable(const HapticScene& scene) noexcept;
   /// Starts the ramp towards the law and coefficients of a usable scene, bounded for the device (rendered_coupling()).
   void fade_to(const HapticScene& scene) noexcept;
@@ -26,7 +26,7 @@ class SceneCoupling {
   void advance(double period_s) noexcept;
 
   const haptics::CouplingLaw& law() const noexcept { return fade_.law(); }
-  /// Current coefficients of law().
+  /// Returns the current coefficients of law().
   const haptics::CouplingParameters& parameters() const noexcept { return fade_.parameters(); }
   const haptics::CouplingParameters& device_bounds() const noexcept { return device_bounds_; }
 

@@ -26,20 +26,21 @@ class SceneInbox {
   /// Reads the newest scene and state from the mailboxes. Must be called once a tick.
   SceneNews poll() noexcept;
 
-  /// Newest scene, with the coupling bounds of this user's device.
+  /// Returns the newest scene, with the coupling bounds of this user's device.
   const HapticScene& scene() const noexcept { return scene_; }
-  /// True if the scene can be rendered: its law, coefficients and mapping are in range.
+  /// Returns true if the scene can be rendered: its law, coefficients and mapping are in range.
   bool is_usable() const noexcept { return is_usable_; }
-  /// True if handle and buttons are sent to the server.
+  /// Returns true if handle and buttons are sent to the server.
   bool is_driving() const noexcept { return is_usable_ && scene_.may_drive; }
-  /// True if the scene's force may be displayed.
+  /// Returns true if the scene's force may be displayed.
   bool is_displaying() const noexcept { return is_driving() && scene_.may_display; }
 
-  /// Newest server state of the scene; null if none was received.
+  /// Returns the newest server state of the scene; null if none was received.
   const ReceivedUpdate* newest() const noexcept { return has_state_ ? &mailboxes_.inbox.front() : nullptr; }
-  /// True if newest() arrived with the last poll().
+  /// Returns true if newest() arrived with the last poll().
   bool has_new_state() const noexcept { return has_new_state_; }
-  /// Age of newest(): time since reception plus its age at the server when sent. Negative if no state was received.
+  /// Returns the age of newest(): time since reception plus its age at the server when sent. The result is negative if
+  /// no state was received.
   Duration state_age(LocalTime now) const noexcept;
 
  private:

@@ -16,26 +16,26 @@ namespace tandem::client {
 struct TickRecord {
   Tick tick;
   LocalTime at{};
-  bool has_begun = false;  ///< true from the time HapticCore::began_at() on
+  bool has_begun = false;  ///< the tick is at or after the time HapticCore::began_at()
   devices::DeviceSample sample;
   RigidState handle_W;
   RigidState tool_W;              ///< newest state from the server
   Wrench stage_wrench_on_hand_D;  ///< wrench before passivity controller and safety chain
-  Wrench displayed_on_hand_D;     ///< last command that the device accepted
+  Wrench displayed_on_hand_D;     ///< last wrench that the device accepted
   Wrench server_wrench_on_hand_W;
   Duration state_age{0};  ///< age of the newest server state (SceneInbox::state_age()); negative if there is none
   Step newest_step;
   std::uint32_t server_tick_faults = 0;  ///< bits of TickFaults in the newest state
   double field_energy_kj_per_mol = 0;    ///< energy of the molecular field in the newest state
   BodyId held_body;
-  /// Newest state of the watched body from the server; none if it was not yet received in this scene.
+  /// Newest received state of the watched body; empty if none was received in this scene.
   std::optional<RigidState> watched_body_W;
   bool is_local = false;    ///< the wrench comes from the stage's local model or ball
   RigidState local_tool_W;  ///< state of the local model's tool, or of the ball
-  /// State of the stage's copy of the watched body; none if the stage has no copy of it.
+  /// State of the watched body in the stage's local model; empty if the stage has no copy of the body.
   std::optional<RigidState> local_body_W;
   bool is_predicting = false;       ///< the wrench contains a predicted part
-  std::uint64_t stage_samples = 0;  ///< StageOutput::samples
+  std::uint64_t stage_samples = 0;  ///< number of samples, see StageOutput::samples
   double passivity_gain = 1;        ///< share of the stage's wrench that the passivity controller passed
   double passivity_withheld_j = 0;  ///< total energy withheld from the hand by the passivity controller [world J]
   std::uint32_t scene_generation = 0;

@@ -7,7 +7,7 @@
 namespace tandem::client {
 namespace {
 
-/// A user has left if no state of theirs is received for this long.
+/// If no state of a user is received for this time, the user has left.
 constexpr Duration kUserKept = std::chrono::seconds(1);
 
 /// Replaces the entry with the same id, or appends it if the capacity allows. Returns its index, or the size if full.
@@ -31,7 +31,7 @@ void ViewFeed::reset() noexcept {
   user_states_at_.clear();
 }
 
-// The server does not send every body and user in each update. If one is missing, its last state is used.
+// An update does not contain every body and user. The last state is kept for those that are missing.
 void ViewFeed::receive(const proto::ServerUpdate& update) noexcept {
   for (const proto::BodyState& body : update.bodies) keep(next_.received_bodies, body);
   for (const proto::OtherUserState& user : update.users) {

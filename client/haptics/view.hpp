@@ -18,15 +18,15 @@ class LocalModel;
 
 /// Data of one haptic tick for a window.
 struct View {
-  TickRecord record;           ///< handle, both tools, forces, faults
+  TickRecord record;           ///< record of the tick: handle, both tools, forces, faults
   WorkspaceMapping workspace;  ///< mapping of the scene record.scene_generation
   bool has_state = false;      ///< the fields below are valid
   ReceivedUpdate newest;       ///< newest server state; it may omit bodies and users
   Duration loop_delay{0};      ///< delay from an input to its effect, measured by the local model; 0 if not known
-  Wrench residual_on_hand_W;   ///< newest residual: the server's wrench minus the local model's for the same input
+  Wrench residual_on_hand_W;   ///< residual: the server's wrench minus the local model's for the same input
   /// Last received state of each body.
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> received_bodies;
-  /// Displayed bodies, with the local model's states if there is a model, else with the last received states.
+  /// Bodies to display, with the states of the local model if there is one, else the last received states.
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
   /// Contact points of the local model's tool, or of the body that it holds. If there are more points than the
   /// capacity, a spatially distributed subset.
@@ -35,7 +35,7 @@ struct View {
   boost::container::static_vector<proto::OtherUserState, proto::kMaxUsers> users;
 };
 
-/// Number of ticks from one view to the next: 250 Hz, more than any window draws.
+/// Number of ticks from one view to the next. Views have 250 Hz, more than any window draws.
 inline constexpr std::uint64_t kViewEvery = 4;
 
 class ViewFeed {
@@ -50,7 +50,7 @@ class ViewFeed {
   void write(const TickRecord& record, const WorkspaceMapping& workspace, const ReceivedUpdate* newest,
              const LocalModel* model) noexcept;
 
-  /// Newest view; null before the first. Valid until the next call.
+  /// Returns the newest view; null before the first. Valid until the next call.
   /// Thread  window
   const View* newest() noexcept;
 
@@ -61,7 +61,7 @@ class ViewFeed {
   boost::container::static_vector<ServerTime, proto::kMaxUsers>
       user_states_at_;  ///< time of the last state of each entry of next_.users
   realtime::Mailbox<View> mailbox_;
-  bool has_view_ = false;  ///< used by the window thread only
+  bool has_view_ = false;  ///< a view was received; used by the window thread only
 };
 
 }  // namespace tandem::client

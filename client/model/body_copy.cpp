@@ -7,7 +7,8 @@
 namespace tandem::client {
 namespace {
 
-/// A body remains implicit for this time after a touch by any tool, so that it does not change between two taps.
+/// After a touch by any tool, a body remains implicit for this time. It thus does not change its kind between two quick
+/// taps.
 constexpr double kTouchKept_s = 0.05;
 /// After the last touch by this user's tool, a body remains implicit for this time plus the loop delay. Then the server
 /// states that include the effect of the touch have arrived.

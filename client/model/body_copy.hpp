@@ -15,7 +15,7 @@ struct ModelStep {
   std::size_t tool = 0;  ///< index of this user's tool
   BodyId held;           ///< body that this tool holds
   double period_s = 0.001;
-  Duration loop_delay{0};               ///< LocalModel::loop_delay()
+  Duration loop_delay{0};               ///< loop delay, see LocalModel::loop_delay()
   Duration played{0};                   ///< server time of the states that are played out (net::PlayoutDelay)
   Duration present{0};                  ///< current server time
   Duration longest_extrapolation{0};    ///< time limit of the extrapolation of followed bodies
@@ -23,7 +23,7 @@ struct ModelStep {
   double grip_step_m = 0;               ///< limit of a grip's correction in this step
 };
 
-/// The model's copy of one body, with its received states.
+/// The model's copy of one body, with the states received for it.
 ///
 /// Invariants  A body is absent from the world until the server has sent its state. It is implicit while a tool touches
 ///             it. After a touch by this user's tool, it remains implicit for the loop delay plus 0.25 s, so that the
@@ -35,11 +35,12 @@ class BodyCopy {
   BodyCopy(BodyId id, const ReconcilerSettings& settings) : id_(id), reconciler_(settings) {}
 
   BodyId id() const { return id_; }
-  /// True if the server has sent this body's state.
+  /// Returns true if the server has sent this body's state.
   bool is_known() const { return is_known_; }
-  /// Pose at the server at the time `played`, from the received states.
+  /// Returns the pose at the server at the time `played`, from the received states.
   Pose pose_at(Duration played) const { return track_.at(played).X; }
-  /// Distance between model and server [m] while the body is implicit and this user's tool touches it, otherwise 0.
+  /// Returns the distance between model and server [m] while the body is implicit and this user's tool touches it,
+  /// otherwise 0.
   double touched_error_m() const;
 
   /// Adds a state received from the server.
@@ -51,7 +52,7 @@ class BodyCopy {
   /// In      is_partners  true: only a partner holds the body, and it is not corrected, because a correction would be
   ///                      felt as a force of the partner
   void move(const ModelStep& step, bool is_partners) noexcept;
-  /// Sets the body to the server's newest state if it is implicit.
+  /// Resets the body to the server's newest state, if it is implicit.
   void restart(physics::World& world) noexcept;
   /// Returns the body's state for the input history.
   BodyThen recorded(const physics::World& world) const { return {world.body(id_), reconciler_.given(), !is_followed_}; }
@@ -68,7 +69,7 @@ class BodyCopy {
   bool is_known_ = false;
   double unpressed_s_ = 1e9;  ///< time since any tool last touched or held the body [s]
   double untouched_s_ = 1e9;  ///< time since this user's tool last touched or held the body [s]
-  Shift offset_;              ///< remaining offset from the server's state, fades while the body follows the server
+  Shift offset_;              ///< remaining offset from the server's state; fades while the body is followed
   bool is_followed_ = false;
 };
 

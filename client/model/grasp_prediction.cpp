@@ -3,7 +3,7 @@
 namespace tandem::client {
 namespace {
 
-/// Number of inputs after a change of the button within which the server has granted or refused the grasp.
+/// By this number of inputs after a change of the button, the server has granted or refused the grasp.
 constexpr std::uint64_t kGraspAnsweredAfter = 5;
 
 }  // namespace
@@ -23,8 +23,9 @@ bool GraspPrediction::follow_button(bool is_down, Tick input, LocalTime now, phy
   return world.tool(tool).held != before;
 }
 
-// Returns true while the prediction remains. During a gap the server extrapolates the hand but holds its buttons. The
-// number of the answered input alone therefore does not show that the server has received the button.
+// Returns whether the prediction remains valid. After a gap, the server may answer an input that it has extrapolated,
+// with the old buttons. The number of the answered input alone therefore does not show that the server has received the
+// button.
 bool GraspPrediction::remains(const proto::ServerUpdate& update) const noexcept {
   if (!predicted_) return false;
   const bool has_received_button = update.echoed_sent == LocalTime{} || update.echoed_sent >= predicted_at_;
@@ -41,7 +42,7 @@ bool GraspPrediction::mirror(const proto::ServerUpdate& update, const Pose& X_WT
     return false;
   }
   if (update.held_body.is_valid()) {
-    // Holds the local copy at the tool's current pose; the grip then moves slowly to the server's.
+    // The body is held where it is relative to the tool. The grip then moves slowly to that of the server.
     world.hold(tool, update.held_body, world.body(update.held_body).X.inverse() * X_WT);
   } else {
     world.release(tool);

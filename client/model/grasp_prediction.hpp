@@ -19,7 +19,7 @@ namespace tandem::client {
 ///             model
 class GraspPrediction {
  public:
-  /// Grabs or releases when the button changes, by the rule that the server applies to the same input.
+  /// Grabs or releases if the button has changed, by the same rule as the server for this input.
   bool follow_button(bool is_down, Tick input, LocalTime now, physics::World& world, std::size_t tool) noexcept;
   /// Applies the server's result, unless a prediction remains. If the grip point differs from the server's, it moves
   /// slowly to the server's.
@@ -32,7 +32,7 @@ class GraspPrediction {
   bool remains(const proto::ServerUpdate& update) const noexcept;
 
   bool is_down_ = false;           ///< state of the button at the last input with a handle
-  std::optional<Tick> predicted_;  ///< input of a predicted grasp or release that the server has not answered yet
+  std::optional<Tick> predicted_;  ///< input of a predicted grasp or release that is still in effect
   LocalTime predicted_at_{};
 };
 

@@ -16,7 +16,7 @@ namespace tandem::client {
 /// State of a movable body in the model at one input.
 struct BodyThen {
   RigidState state;
-  Shift given;               ///< sum of all corrections by its reconciler up to this input
+  Shift given;               ///< sum of all corrections of the body by its reconciler up to this input
   bool is_implicit = false;  ///< true if the model moved the body, false if it followed the server's states
 };
 
@@ -28,7 +28,7 @@ struct ModelThen {
   Wrench on_hand_W;
 };
 
-/// Ring buffer of model states, as long as the longest round trip that is reconciled.
+/// Ring buffer of model states. Its length is the longest round trip that can be reconciled.
 ///
 /// Thread  haptic: allocates only when constructed
 class InputHistory {
@@ -45,7 +45,7 @@ class InputHistory {
   std::span<BodyThen> bodies(Tick input) noexcept {
     return std::span(body_states_).subspan(slot_of(input) * bodies_, bodies_);
   }
-  /// Entry of an input; null if the input is too old or not yet added.
+  /// Returns the entry of an input; null if the input is too old or not yet added.
   const ModelThen* find(Tick input) const noexcept {
     const ModelThen& model = models_[slot_of(input)];
     return input.value != 0 && model.input == input ? &model : nullptr;

@@ -9,14 +9,14 @@
 namespace tandem::client {
 namespace {
 
-/// Length of the input history; longer round trips are not reconciled.
+/// Length of the input history [ticks]. If the round trip is longer, the model is not reconciled.
 constexpr std::size_t kInputsKept = 2048;
-/// Divergence: if the tool or a touched body differs from the server's by more than this distance for this time, the
-/// model is reset to the server's state. The tool is then probably on the other side of an obstacle. Each received
+/// Divergence: if the tool or a touched body differs from the server's by more than kDivergence_m for kDivergence_s,
+/// the model is reset to the server's state. The tool is then probably on the other side of an obstacle. Each received
 /// state counts as 1 ms, whatever the rate of the states.
 constexpr double kDivergence_m = 0.006;
 constexpr double kDivergence_s = 0.1;
-/// Period of the client's haptic loop and of the model, for any rate of the room.
+/// Period of the client's haptic loop and of the local model. The period of the room may differ.
 constexpr Duration kInputPeriod{std::chrono::milliseconds(1)};
 /// Time constant of the low pass of the loop delay.
 constexpr double kLoopDelaySmoothing_s = 0.5;
@@ -24,7 +24,7 @@ constexpr double kLoopDelaySmoothing_s = 0.5;
 std::shared_ptr<const physics::WorldDescription> for_a_client(
     const std::shared_ptr<const physics::WorldDescription>& description, const ModelErrors& errors) {
   auto copy = std::make_shared<physics::WorldDescription>(*description);
-  // The server sends the coefficients that the law computes for a tool, so they are not computed here.
+  // The coefficients that a law computes for a tool are sent by the server, so the fit is not needed here.
   copy->coupling.fit.reset();
   copy->step_s = to_seconds(kInputPeriod);
   for (physics::BodyDescription& body : copy->bodies) {
@@ -45,7 +45,7 @@ std::vector<BodyCopy> copies_of(const physics::WorldDescription& description, co
   return copies;
 }
 
-/// Time from the input `answered` to the reception of its answer.
+/// Returns the time from the input `answered` to the reception of its answer.
 Duration loop_of(const LocalModelInput& input, Tick answered) {
   return kInputPeriod * static_cast<int>(input.input.value - answered.value);
 }
@@ -67,7 +67,7 @@ LocalModel::LocalModel(const std::shared_ptr<const physics::WorldDescription>& d
       world_(for_a_client(description, settings.errors), physics::make_followed_bodies(description->bodies.size()),
              nullptr),
       state_(*description, settings) {
-  // Bodies are absent from the model until the server has sent their state.
+  // A body is absent from the model until the server has sent the body's state.
   for (const BodyCopy& body : state_.bodies) world_.remove_body(body.id());
 }
 
@@ -93,7 +93,7 @@ Wrench LocalModel::step(const LocalModelInput& input) noexcept {
   return input.has_handle ? state_.tool.wrench_on_hand_W : Wrench{};
 }
 
-// Starts from the server's state. The safety chain ramps up the first force, so no blend is needed.
+// Starts from the server's state. The force needs no blend, because the safety chain ramps it up from zero.
 void LocalModel::start(const proto::ServerUpdate& update) noexcept {
   state_.has_started = true;
   world_.activate_tool(tool_, false);
@@ -106,8 +106,8 @@ void LocalModel::start(const proto::ServerUpdate& update) noexcept {
   state_.tool = world_.tool(tool_);
 }
 
-// Copies the poses of bodies and tools to the new world. All other state is swapped as a whole, so that it is complete
-// and nothing is allocated.
+// Takes over the state of another model. Poses of bodies and tools are copied to the new world. The rest of the state
+// is swapped as a whole, so that nothing is missing and nothing is allocated.
 void LocalModel::continue_from(LocalModel& other, const HapticScene& scene) noexcept {
   const bool is_alike =
       state_.bodies.size() == other.state_.bodies.size() && tools_ == other.tools_ && tool_ == other.tool_;
@@ -228,8 +228,8 @@ void LocalModel::correct_tool() noexcept {
   world_.shift_tool(tool_, pose_of(shift), {shift.v, shift.w});
 }
 
-// A soft contact acts on the held body, or without one on the tool. If the server held another body when it computed
-// the contact, the contact is ignored.
+// A soft contact acts on the held body, or on the tool if it holds none. A contact that the server computed for another
+// body is ignored.
 void LocalModel::follow_soft_contact(const proto::ServerUpdate& update, bool is_new) noexcept {
   const BodyId held = state_.tool.held;
   const Pose X_WT = held.is_valid() ? world_.body(held).X : state_.tool.tool.X;

@@ -36,7 +36,7 @@ namespace tandem::client {
 /// Deliberate errors of the model, for experiments.
 struct ModelErrors {
   double mass_scale = 1;              ///< factor on the masses of moving bodies
-  double friction_scale = 1;          ///< factor on the friction of bodies
+  double friction_scale = 1;          ///< factor on the friction between a tool and a body
   Vec3 shape_shift_m = Vec3::Zero();  ///< offset of every body's surface, in the body's frame
 
   bool operator==(const ModelErrors&) const = default;
@@ -44,8 +44,9 @@ struct ModelErrors {
 
 struct LocalModelSettings {
   ReconcilerSettings body{};
-  /// Correction of the tool. Low limits are sufficient, because the coupling already pulls the tool to the handle. The
-  /// correction removes errors caused by friction, or by an obstacle that the tool passed on another side.
+  /// Correction of the tool. Low limits are sufficient, because the coupling pulls the tool to the handle anyway. The
+  /// correction is for errors due to friction, and for an obstacle that the tool has passed on another side than at the
+  /// server.
   ReconcilerSettings tool{.time_constant_s = 0.3,
                           .speed_limit_m_per_s = 0.02,
                           .turn_limit_rad_per_s = 0.3,
@@ -95,31 +96,32 @@ class LocalModel {
   bool has_started() const { return state_.has_started; }
   RigidState tool() const { return state_.tool.tool; }
   BodyId held() const { return state_.tool.held; }
-  /// State of a body in the model.
+  /// Returns the state of a body in the model.
   RigidState body(BodyId id) const { return world_.body(id); }
   /// Writes the current contact points of the tool, or of the body that it holds (World::contact_points_W()). Returns
   /// their number.
   std::size_t contact_points_W(std::span<Vec3> out) const noexcept { return world_.contact_points_W(tool_, out); }
-  /// State of another user's tool in the model; `received` if the model does not contain that tool.
+  /// Returns the state of another user's tool in the model, or `received` if the model does not contain that tool.
   RigidState partner_tool(UserId user, const RigidState& received) const noexcept {
     return state_.partners.tool_of(user, received, world_);
   }
-  /// Delay from an input to the use of the server's answer, including buffering at both ends; 0 if not known yet.
+  /// Returns the delay from an input to the use of the server's answer, including buffering at both ends; 0 if not
+  /// known yet.
   Duration loop_delay() const { return state_.loop_delay; }
-  /// Residual: the server's wrench on the hand minus the model's wrench for the same input, from the newest update that
-  /// answered a stored input. Each residual is returned once.
+  /// Returns the residual: the server's wrench on the hand minus the model's wrench for the same input. It belongs to
+  /// the newest update that answered a stored input. Each residual is returned once.
   std::optional<Wrench> pop_residual() noexcept;
-  /// Newest residual, whether or not pop_residual() has returned it; zero before the first.
+  /// Returns the newest residual, whether or not pop_residual() has returned it; zero before the first one.
   const Wrench& newest_residual() const { return state_.newest_residual; }
-  /// Time of the input to which the newest residual belongs.
+  /// Returns the time of the input to which the newest residual belongs.
   LocalTime residual_of() const { return state_.residual_of; }
-  /// Largest Partner::common_share() of the other users: 1 if one of them has a hand on a body that this user moves.
-  /// Also 1 if there are no other users.
+  /// Returns the largest Partner::common_share() of the other users: 1 if one of them has a hand on a body that this
+  /// user moves. Without other users it is 1, too.
   double common_share() const noexcept { return state_.partners.common_share(); }
-  /// Net work of the hand's coupling on the model [J].
+  /// Returns the net work of the hand's coupling on the model [J].
   double coupling_work_j() const { return state_.tool.energy_into_world_j - state_.tool.energy_from_world_j; }
-  /// True if the model has jumped since the last call, for example to the server's state. The caller must then blend
-  /// the displayed force.
+  /// Returns true if the model has jumped since the last call, for example to the server's state. The caller must then
+  /// blend the displayed force.
   bool pop_jump() noexcept;
   TickFaults faults() const { return faults_; }
 
@@ -135,14 +137,14 @@ class LocalModel {
     net::PlayoutDelay playout;
     GraspPrediction grasp;
     SoftFollower soft;
-    physics::ToolState tool;  ///< this user's tool after the last step
+    physics::ToolState tool;  ///< state of this user's tool after the last step
     bool has_started = false;
     bool has_jumped = false;
     Duration loop_delay{0};
     std::optional<Wrench> residual;  ///< residual that pop_residual() has not returned yet
     Wrench newest_residual;
     LocalTime residual_of{};
-    double diverged_s = 0;  ///< number of successive states that differ by more than kDivergence_m, times 1 ms [s]
+    double diverged_s = 0;  ///< time for which the difference exceeds kDivergence_m, 1 ms for each state [s]
   };
 
   void start(const proto::ServerUpdate& update) noexcept;

@@ -129,7 +129,8 @@ class Builder {
     return *bytes;
   }
 
-  /// Returns the hash of the shape's asset. If only its coarse replacement is available, returns the hash of that.
+  /// Returns the hash of the asset to use for a shape: that of its full asset, or of the coarse one if only that is
+  /// available.
   const std::string& hash_here(const wire::Shape& shape) const {
     const std::string& hash = needed_hash(shape);
     const auto is_fine = [&hash](const wire::AssetInfo& info) {

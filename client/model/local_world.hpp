@@ -14,7 +14,8 @@
 
 namespace tandem::client {
 
-/// Contact shapes by their source: the serialised shape message without placement, with the hash of the asset used.
+/// Contact shapes that are already built. The key is the serialised shape message without placement, with the hash of
+/// the asset.
 using ContactShapes = std::map<std::string, std::shared_ptr<const contact::ContactShape>>;
 
 /// Builds the world of a LocalModel. A mesh without its full contact asset uses the coarse one if that has arrived.
@@ -28,7 +29,7 @@ using ContactShapes = std::map<std::string, std::shared_ptr<const contact::Conta
 std::shared_ptr<const physics::WorldDescription> make_local_world(const wire::Joined& joined, const AssetMap& assets,
                                                                   ContactShapes& shapes);
 
-/// Measures the duration of a few steps with every tool at its start.
+/// Checks that the machine can step this world at the haptic rate. Measures a few steps with every tool at its start.
 ///
 /// Fails   std::runtime_error if the shortest step took longer than `most`: the machine cannot keep the haptic rate
 void require_in_time(const std::shared_ptr<const physics::WorldDescription>& world, Duration most);

@@ -17,12 +17,12 @@
 
 namespace tandem::client {
 
-/// Impedance of a human hand: displacement of the hand under a wrench on the handle.
+/// Impedance of a human hand: computes the displacement of the hand by a wrench on the handle.
 ///
 /// Model   m p'' + b p' + k p = f, I θ'' + b_r θ' + k_r θ = τ, relative to the intended pose; implicit Euler
 class GivingHand {
  public:
-  static constexpr double kMass_kg = 0.3;  ///< this and the constants below: relaxed hand
+  static constexpr double kMass_kg = 0.3;  ///< this and the constants below describe a relaxed hand
   static constexpr double kStiffness_n_per_m = 200;
   static constexpr double kDamping_n_s_per_m = 8;
   static constexpr double kInertia_kg_m2 = 4e-4;
@@ -87,7 +87,7 @@ struct PartnerSurroundings {
   RigidState body;               ///< current state of the common body in the model
   Pose X_WB_then;                ///< pose of the common body at the server when the partner's handle was sampled
   bool is_held = false;          ///< the partner's tool holds the common body; false: the tool only touches it
-  Vec3 pressing_W = Vec3::Zero();  ///< unit normal of the partner's contact with the common body; zero if held
+  Vec3 pressing_W = Vec3::Zero();  ///< normal of the partner's contact with the common body, unit length; zero if held
 };
 
 /// Predictor of one other user: stores the received states and predicts the handle.
@@ -118,7 +118,7 @@ class Partner {
   UserId id() const { return id_; }
   std::size_t tool() const { return tool_; }
   bool has_handle() const { return !handle_.is_empty(); }
-  /// 1 if both users have a hand on the same body; falls slowly to 0 after one of them has left it.
+  /// Returns 1 if both users have a hand on the same body. After one of them has left it, the result falls slowly to 0.
   double common_share() const { return lately_common_; }
   /// Body that the partner holds, as last received, and pose of the tool on that body. The pose is missing until tool
   /// and body have been received in the same update.
@@ -129,7 +129,7 @@ class Partner {
 
  private:
   void follow_grip(const PartnerSurroundings& around, double period_s) noexcept;
-  /// Displacement `way` without its component along the contact normal.
+  /// Returns the displacement `way` without its component along the contact normal.
   Vec3 across(const Vec3& way) const noexcept;
 
   UserId id_;
@@ -144,17 +144,18 @@ class Partner {
   net::RigidTrack torque_;  ///< torque on the partner's hand, stored as a position
   HandEstimate hand_;
   GivingHand modelled_;  ///< displacement e by the model's force
-  GivingHand shown_;     ///< displacement a by the displayed force
-  // Arguments: typical displacement, and prior share of a common body's motion that the partner is assumed to follow.
-  // Above a share of 0.25, a bar that two users turn by its ends oscillates along its length with growing amplitude.
+  GivingHand shown_;     ///< displacement a by the force that was displayed
+  // The first argument is a typical displacement. The second is the share of a common body's motion that the partner is
+  // initially assumed to follow. With a share above 0.25, a bar that two users turn by its ends oscillates along its
+  // length with growing amplitude.
   haptics::TrajectoryForecast intent_{0.01, 0.25};   ///< forecast of X_H − a [m]
   haptics::TrajectoryForecast turn_intent_{0.1, 0};  ///< forecast of the accumulated rotation [rad]
   Vec3 turned_ = Vec3::Zero();
   Quat q_before_ = Quat::Identity();
   double common_share_ = 0;         ///< 1 if there is a common body, else 0; changes within kChange_s
   double lately_common_ = 0;        ///< same as common_share_, but falls slowly
-  double coupled_share_ = 0;        ///< 1 while is_coupled; falls slowly
-  Vec3 pressing_W_ = Vec3::Zero();  ///< smoothed contact normal; its length is the weight of the direction
+  double coupled_share_ = 0;        ///< 1 while both users act on the same body, directly or not; falls slowly
+  Vec3 pressing_W_ = Vec3::Zero();  ///< smoothed contact normal; shorter than 1 while the contact is new or ends
 };
 
 }  // namespace tandem::client

@@ -5,10 +5,10 @@
 namespace tandem::client {
 namespace {
 
-/// A user has left if no state of theirs is received for this long.
+/// If no state of a user is received for this time, the user has left.
 constexpr Duration kHoldKept = std::chrono::seconds(1);
-/// If the received grip differs by more than this, the server has moved it (Room::place()). Smaller differences are
-/// caused by the delay while the body moves.
+/// If the received grip differs by more than this, the server has moved the grip (Room::place()). Smaller differences
+/// are caused by the delay while the body moves.
 constexpr double kElsewhere_m = 0.005;
 
 }  // namespace
@@ -85,7 +85,8 @@ PartnerSurroundings PartnerTools::surroundings_of(const PartnerTool& one, const 
     if ((hands >> one.tool & 1U) == 0 || (hands >> step.tool & 1U) == 0) continue;
     around.is_coupled = true;
     const Vec3 pressing_W = is_held ? Vec3(Vec3::Zero()) : world.pressing_normal_W(one.tool, body.id());
-    // A body that this user moves only through another body does not follow this user's hand. It is no common body.
+    // A body is common only if this user's tool holds or presses it. If the tool moves the body only through another
+    // one, the body does not follow this user's hand.
     const bool has_own_hand = step.held == body.id() || !world.pressing_normal_W(step.tool, body.id()).isZero();
     if (!has_own_hand || (!is_held && pressing_W.isZero())) continue;
     around.has_common_body = true;
@@ -102,7 +103,8 @@ PartnerSurroundings PartnerTools::surroundings_of(const PartnerTool& one, const 
 bool PartnerTools::activate(PartnerTool& one, physics::World& world) noexcept {
   if (one.is_active) return false;
   one.tool = one.partner.tool();
-  // The argument false omits the scene's initial grasp, because the grip is received from the server.
+  // The argument false skips the grasp that the scene defines for the start, because the grip is received from the
+  // server.
   world.activate_tool(one.tool, false);
   world.set_tool(one.tool, one.partner.received_tool());
   one.is_active = true;

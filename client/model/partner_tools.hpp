@@ -29,11 +29,11 @@ class PartnerTools {
 
   /// Adds a state received from the server.
   bool receive(const proto::ServerUpdate& update, physics::World& world) noexcept;
-  /// Predicts each partner's handle and pulls its tool to it.
+  /// Predicts each partner's handle, which pulls the partner's tool.
   /// In      predicts_motion  false: partners' hands stay at their last received poses
   ///         tools            number of tools in the scene
   bool drive(const ModelStep& step, std::span<const BodyCopy> bodies, bool predicts_motion, std::size_t tools) noexcept;
-  /// Sets the tools without a held body to the server's newest states.
+  /// Resets the tools without a held body to the server's newest states.
   void restart(physics::World& world) const noexcept;
 
   /// Sets the coupling bounds of the active tools.
@@ -43,17 +43,17 @@ class PartnerTools {
   /// Activates the tools in another world of the same scene if they are active, with their states in `from`.
   void continue_in(physics::World& world, const physics::World& from) const noexcept;
 
-  /// True if a partner's tool holds the body.
+  /// Returns whether a partner's tool holds the body.
   bool is_holding(BodyId body) const noexcept;
-  /// State of a user's tool in the world; `received` if the tool is not active.
+  /// Returns the state of a user's tool in the world, or `received` if the tool is not active.
   RigidState tool_of(UserId user, const RigidState& received, const physics::World& world) const noexcept;
-  /// Largest Partner::common_share(); 1 if no tool is active.
+  /// Returns the largest Partner::common_share(); 1 if no tool is active.
   double common_share() const noexcept;
 
  private:
   struct PartnerTool {
     Partner partner;
-    std::size_t tool = 0;  ///< index of the tool in the world, which holds `held`
+    std::size_t tool = 0;  ///< index in the world of the partner's tool, which holds the body `held`
     bool is_active = false;
     BodyId held;
   };

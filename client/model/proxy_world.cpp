@@ -24,7 +24,7 @@ constexpr double kMaxRadius_m = 0.1;
 /// Maximum number of triangles in all distinct meshes of a scene. It limits the memory for their search trees.
 constexpr std::size_t kMaxTriangles = 2 * geometry::kMaxSurfaceTriangles;
 /// Maximum number of triangles at one vertex. The cost of a mesh's normals grows with the square of this number. Usual
-/// meshes have tens, rarely hundreds.
+/// meshes have fewer than a hundred.
 constexpr int kMaxTrianglesOfVertex = 4096;
 /// Minimum size of the bounding box of a flat mesh.
 constexpr double kMinOutline_m = 1e-6;
@@ -41,7 +41,7 @@ std::size_t touchable_shapes(const wire::Scene& scene) {
   return count;
 }
 
-/// Exact distance field of a sphere, cylinder, capsule or box.
+/// Returns the exact distance field of a sphere, cylinder, capsule or box.
 std::shared_ptr<const ExactField> exact_field(const wire::Shape& shape) {
   if (shape.has_sphere()) return contact::sphere_field(shape.sphere().radius_m());
   if (shape.has_cylinder()) return contact::cylinder_field(shape.cylinder().radius_m(), shape.cylinder().length_m());
@@ -50,7 +50,8 @@ std::shared_ptr<const ExactField> exact_field(const wire::Shape& shape) {
   return contact::box_field({size[0], size[1], size[2]});
 }
 
-/// Radius of the largest ball about the tool's origin that is inside one of the tool's shapes; ≤ 0 if there is none.
+/// Returns the radius of the largest ball about the tool's origin that is inside one of the tool's shapes; ≤ 0 if there
+/// is none.
 double largest_ball_m(const wire::Tool& tool) {
   double largest_m = 0;
   for (const wire::Shape& shape : tool.shapes()) {
@@ -61,7 +62,7 @@ double largest_ball_m(const wire::Tool& tool) {
   return largest_m;
 }
 
-/// State of a frame that is fixed in the moving frame `frame` at the pose `part`.
+/// Returns the state of a frame that is fixed in the moving frame `frame` at the pose `part`.
 RigidState fixed_in(const RigidState& frame, const Pose& part) {
   return {frame.X * part, {frame.V.v + frame.V.w.cross(frame.X.q * part.p), frame.V.w}};
 }
@@ -71,8 +72,8 @@ RigidState fixed_in(const RigidState& frame, const Pose& part) {
 struct ProxyWorld::Part {
   std::size_t body = 0;
   Pose X_BS;
-  /// Region that the ball must leave before an excluded part becomes an obstacle again: the shape, or for a mesh its
-  /// bounding box.
+  /// Region that the ball must leave before an excluded part becomes an obstacle again. It is the shape itself, or the
+  /// bounding box of a mesh.
   std::shared_ptr<const ExactField> outline;
   Pose X_SO;
   bool is_left_out = false;
@@ -197,7 +198,8 @@ ProxyWorld::ProxyWorld(const wire::Joined& joined, const AssetMap& assets) {
 
 ProxyWorld::~ProxyWorld() = default;
 
-// This function is not called in ticks with an invalid sample. A new state is therefore detected by its step number.
+// A new state is detected by its step number. This function is not called in ticks with an invalid sample, so it may
+// miss the tick in which a state arrives.
 const haptics::ProxyState& ProxyWorld::step(const Vec3& p_WH, const ReceivedUpdate& newest, LocalTime now) noexcept {
   if (!has_begun_ || newest.update.step != taken_) receive(newest);
   move_parts(now);
@@ -207,7 +209,7 @@ const haptics::ProxyState& ProxyWorld::step(const Vec3& p_WH, const ReceivedUpda
   return state;
 }
 
-// update() moves the bodies to their states; then reset() places the ball at the tool.
+// The bodies are first moved to their states by update(). Then reset() places the ball at the tool.
 void ProxyWorld::begin(const proto::ServerUpdate& newest) noexcept {
   leave_out(newest.held_body, newest.tool.X.p);
   ball_->update(newest.tool.X.p, motions_);
@@ -215,13 +217,13 @@ void ProxyWorld::begin(const proto::ServerUpdate& newest) noexcept {
   has_begun_ = true;
 }
 
-// The server does not send every body in each update. A body that is missing from this one keeps its last state.
+// An update does not contain every body. A body that is missing keeps its last received state.
 void ProxyWorld::receive(const ReceivedUpdate& newest) noexcept {
   if (newest.received - last_received_ > kForgotten) has_begun_ = false;
   taken_ = newest.update.step;
   last_received_ = newest.received;
   for (const proto::BodyState& received : newest.update.bodies) {
-    const std::size_t index = received.id.value - 1;  // id 0 wraps to the largest index, which is skipped
+    const std::size_t index = received.id.value - 1;  // an invalid id (0) wraps to the largest index, which is skipped
     if (index >= bodies_.size()) continue;
     bodies_[index] = received.state;
     received_at_[index] = newest.received;

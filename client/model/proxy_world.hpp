@@ -25,7 +25,8 @@ namespace tandem::client {
 /// Thread  step(): haptic, no allocation, no throw
 class ProxyWorld {
  public:
-  /// Radius of the ball if the tool has no shape that contains a ball about its origin; same as for the default tool.
+  /// Radius of the ball if no shape of the tool contains a ball about the tool's origin. It equals that of the default
+  /// tool.
   static constexpr double kDefaultRadius_m = 5e-3;
   /// Longest extrapolation: two periods of the lowest state rate.
   static constexpr Duration kCarriedOn = std::chrono::milliseconds(20);
@@ -43,7 +44,7 @@ class ProxyWorld {
   const haptics::ProxyState& step(const Vec3& p_WH, const ReceivedUpdate& newest, LocalTime now) noexcept;
 
   double radius_m() const { return ball_->settings().radius_m; }
-  /// One line of text for the user: size of the ball, and the objects that it can and cannot touch.
+  /// Returns one line of text for the user: size of the ball, and the objects that it can and cannot touch.
   const std::string& note() const { return note_; }
 
  private:
@@ -58,7 +59,7 @@ class ProxyWorld {
   std::vector<RigidState> motions_;     ///< current states of the parts
   std::vector<RigidState> bodies_;      ///< last received states of the bodies
   std::vector<LocalTime> received_at_;  ///< reception times of these states
-  std::vector<char> is_known_;          ///< 1 if the body is static or its state was received, else 0
+  std::vector<char> is_known_;          ///< 1 if the body is static or its state was received; else 0
   Step taken_;
   LocalTime last_received_{};
   bool has_begun_ = false;

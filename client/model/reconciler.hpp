@@ -9,29 +9,29 @@ namespace tandem::client {
 
 /// Difference of two rigid states, in W; it is added to a pose and a twist.
 struct Shift {
-  Vec3 p = Vec3::Zero();      ///< [m]
+  Vec3 p = Vec3::Zero();      ///< translation [m]
   Vec3 theta = Vec3::Zero();  ///< rotation vector [rad]
-  Vec3 v = Vec3::Zero();      ///< [m/s]
-  Vec3 w = Vec3::Zero();      ///< [rad/s]
+  Vec3 v = Vec3::Zero();      ///< change of the linear velocity [m/s]
+  Vec3 w = Vec3::Zero();      ///< change of the angular velocity [rad/s]
 
   Shift operator+(const Shift& other) const { return {p + other.p, theta + other.theta, v + other.v, w + other.w}; }
   Shift operator-(const Shift& other) const { return {p - other.p, theta - other.theta, v - other.v, w - other.w}; }
   Shift operator*(double scale) const { return {p * scale, theta * scale, v * scale, w * scale}; }
 };
 
-/// Position and rotation of the shift as a pose.
+/// Returns translation and rotation of the shift as a pose.
 inline Pose pose_of(const Shift& shift) {
   return {shift.p, quaternion_of(shift.theta)};
 }
-/// Shift that leads from state `from` to state `to`.
+/// Returns the shift that leads from state `from` to state `to`.
 Shift shift_between(const RigidState& from, const RigidState& to) noexcept;
 
 /// Rate of the correction and its limits.
 struct ReconcilerSettings {
   double time_constant_s = 0.1;  ///< time constant of the correction without a delay
-  /// Additional time constant, as a multiple of the loop delay. If an oscillating body were corrected at once, a part
-  /// of its oscillation would return later with the opposite sign. If 1/τ, with τ the total time constant, is below 2 ζ
-  /// ω of every oscillation, the loop is stable at any phase.
+  /// Additional time constant, as a multiple of the loop delay. Without it, the correction of an oscillating body would
+  /// return a part of the oscillation later with the opposite sign. Let τ be the total time constant. The loop is
+  /// stable at any phase if 1/τ is below 2ζω for every oscillation with damping ratio ζ and frequency ω.
   double loops = 5;
   double speed_limit_m_per_s = 0.05;  ///< speed limit of the correction, so that it is felt as drift and not as a jerk
   double turn_limit_rad_per_s = 0.5;  ///< speed limit of the correction for rotation
@@ -56,12 +56,12 @@ class Reconciler {
   /// Records the server's state for an input. At this input the model was in the state `then`, with a sum of shifts
   /// `given_then`.
   void observe(const RigidState& server, const RigidState& then, const Shift& given_then) noexcept;
-  /// Returns the shift to apply in this tick.
+  /// Returns the shift that the caller must apply in this tick.
   /// In      loop_s  delay from an input to the server's answer to it
   Shift step(double period_s, double loop_s) noexcept;
-  /// Sum of all shifts so far.
+  /// Returns the sum of all shifts so far.
   const Shift& given() const { return given_; }
-  /// Length of the last observed position difference [m].
+  /// Returns the length of the last observed position difference [m].
   double error_m() const { return error_m_; }
   void reset() noexcept { *this = Reconciler(settings_); }
 

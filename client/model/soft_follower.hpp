@@ -28,7 +28,7 @@ class SoftFollower {
  private:
   BodyId held_;
   SoftContact received_;
-  Wrench left_, left_rate_;  ///< fading difference e and its derivative
+  Wrench left_, left_rate_;  ///< fading difference e and its rate
 };
 
 }  // namespace tandem::client

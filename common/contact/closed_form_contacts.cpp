@@ -61,8 +61,8 @@ bool ClosedFormContacts::add_ball(const Pose& X_WA, const Pose& X_WB, double ban
   return true;
 }
 
-// A query of a grid takes microseconds, so it is made with a margin. Its result is reused while the queried box
-// contains the box around the ball and is not much larger.
+// Returns the planes around a ball. A query of a grid takes microseconds, so the queried box has a margin. The result
+// is reused while that box contains the box around the ball and is not much larger.
 PlaneSet ClosedFormContacts::planes_around_ball(const DistanceField& field, const Vec3& centre_F,
                                                 double reach_m) noexcept {
   const double moved_m = (centre_F - ball_planes_centre_F_).cwiseAbs().maxCoeff();
@@ -84,8 +84,8 @@ void ClosedFormContacts::carry_bristles(std::span<const ContactPoint> before, st
   for (const ContactPoint& point : now) keep_core(point, point.bristle_W, point.area_m2);
 }
 
-// Transfers the bristles (friction state) of the last find() as if the contacts consisted of single points: area added
-// to a contact has no bristle, and a shrinking contact loses the area that was added last. If the force trembles, the
+// Transfers the bristles (friction state) of the last find() as if the contacts consisted of single points. Area added
+// to a contact has no bristle, and a shrinking contact loses the area that was added last. If the force fluctuates, the
 // area that presses all the time thus keeps its friction.
 void ClosedFormContacts::carry_each(std::span<const ContactPoint> before, std::span<ContactPoint> now,
                                     const Eigen::Matrix3d& turn) noexcept {
@@ -102,7 +102,7 @@ void ClosedFormContacts::carry_each(std::span<const ContactPoint> before, std::s
     const double old_core_m2 = core_areas_m2_[slot], old_ring_m2 = old.area_m2 - old_core_m2;
     double core_m2 = std::min(old_core_m2, point.area_m2);
     const double ring_m2 = point.area_m2 - core_m2;
-    Vec3 core_W = core_m2 * (old_W + lead_W);  // bristle × area, like ring_W
+    Vec3 core_W = core_m2 * (old_W + lead_W);  // core_W and ring_W are bristles × area
     Vec3 ring_W = Vec3::Zero();
     if (old_ring_m2 > 0) ring_W = std::min(1.0, ring_m2 / old_ring_m2) * (old_ring_m2 * old_W - old_core_m2 * lead_W);
     point.bristle_W = (core_W + ring_W) / point.area_m2;

@@ -29,12 +29,12 @@ bool is_fine(const ContactShape& shape) {
   return shape.shells.surface.spacing_m <= kFineSpacing_m && !shape.shells.surface.nodes.empty();
 }
 
-// Most fields return a unit gradient. For these, the check saves a root and three divisions.
+// Normalises a gradient. Most fields return a unit gradient; the check then saves a root and three divisions.
 Vec3 unit(const Vec3& a) {
   return a.squaredNorm() == 1 ? a : a.normalized();
 }
 
-// Whether `a` is the primary shape of a pair, all of whose points are sampled.
+// Returns whether `a` is the primary shape of a pair. All points of the primary shape are sampled.
 bool is_primary(const ContactShape& a, const ContactShape& b) {
   if (is_fine(a) != is_fine(b)) return is_fine(a);
   return area_m2(a) <= area_m2(b);
@@ -48,9 +48,9 @@ struct ContactPair::Direction {
   Pose X_WF;
   Pose X_FP;
   std::uint32_t id_bits = 0;
-  double sign = 1;         ///< sign of the field's gradient that makes it point out of B
+  double sign = 1;         ///< factor ±1 that turns the field's gradient so that it points out of B
   double share = 1;        ///< fraction of the points' area that counts
-  double plane_share = 1;  ///< the same fraction for points at planes of the field
+  double plane_share = 1;  ///< fraction that counts for points at planes of the field
 
   /// Returns the plane whose distance equals the field's at a point on or below the surface; null if there is none.
   const FieldPlane* plane_at(const Vec3& p_F) const noexcept {
@@ -223,8 +223,8 @@ void ContactPair::search(ShellCandidates& candidates, const Direction& direction
     const FieldPlane* const plane = direction.plane_at(p_F);
     if (plane == nullptr) continue;
     contact.area_m2 = direction.plane_share * candidate.area_m2;
-    // Samples round off the edges where planes meet, so the plane is more accurate. In a thin wall, however, the sample
-    // has the side from which the point entered; a plane of the far side is not used.
+    // Samples round off the edges where planes meet, so the depth and normal of the plane are more accurate. In a thin
+    // wall, however, the sample may belong to the near side and the plane to the far side. Such a plane is not used.
     if (plane->distance_m(p_F) > 0 || plane->normal.dot(unit(candidate.gradient_F)) < kFarSideCosine) continue;
     contact.normal_W = R_out * plane->normal;
     contact.depth_m = -plane->distance_m(p_F);
@@ -248,7 +248,7 @@ void ContactPair::carry_bristles(std::size_t now, std::size_t now_end, std::size
       sum += weight * old.bristle_W;
       weights += weight;
     }
-    // A contact that did not press has no bristle.
+    // Only contacts that pressed have a bristle.
     if (weights <= 0 || sum == Vec3::Zero()) continue;
     const Vec3 bristle_W = turn_of_b * sum / weights;
     point.bristle_W = bristle_W - point.normal_W * point.normal_W.dot(bristle_W);

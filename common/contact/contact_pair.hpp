@@ -63,11 +63,11 @@ class ContactPair {
   /// Contacts of the last find(), in the order of their ids.
   std::span<ContactPoint> contacts() noexcept { return now_; }
   std::span<const ContactPoint> contacts() const noexcept { return now_; }
-  /// True: the contact represents points of A's shell; false: of B's.
+  /// Returns true if the contact represents points of A's shell, false if it represents points of B's shell.
   bool is_of_a(const ContactPoint& contact) const noexcept {
     return ((contact.id & ContactPoint::kOtherDirection) != 0) != is_a_primary_;
   }
-  /// Shell points that the contact represents, in the frame of their shape; none for a closed-form contact.
+  /// Returns the shell points that the contact represents, in the frame of their shape; none for a closed-form contact.
   std::span<const ShellPoint> points_of(const ContactPoint& contact) const noexcept;
 
  private:
@@ -84,8 +84,8 @@ class ContactPair {
   const ContactShape* b_ = nullptr;
   std::uint32_t budget_;
   bool is_a_primary_ = true;
-  bool is_mutual_ = false;  ///< both shapes contribute all of their points
-  double plane_share_ = 1;  ///< area share of the primary shape's points inside a plane of the other shape
+  bool is_mutual_ = false;  ///< both shapes contribute all of their points, not only one of them
+  double plane_share_ = 1;  ///< fraction of the area of a primary point on a flat part of the other shape
   ShellCandidates primary_;
   ShellCandidates other_;
   std::vector<ContactPoint> now_;
@@ -93,11 +93,11 @@ class ContactPair {
   std::size_t first_of_other_ = 0;  ///< index in now_ of the first contact of the second search direction
   std::size_t first_of_other_before_ = 0;
   double deepest_m_ = 0;  ///< deepest contact of the last find(); infinite: unknown
-  /// Whether the last search was coarse, or limit_depths() reduced the depth of a contact. The depths of the next
-  /// search are then limited too, even if it is not coarse.
+  /// True if the last search was coarse, or if limit_depths() reduced the depth of a contact. Depths are then limited
+  /// in the next search too, even if that search is not coarse.
   bool is_catching_up_ = false;
   Pose X_BA_before_;
-  Eigen::Matrix3d turn_of_b_ = Eigen::Matrix3d::Identity();  ///< rotation since the previous find()
+  Eigen::Matrix3d turn_of_b_ = Eigen::Matrix3d::Identity();  ///< rotation of B since the previous find()
   Quat q_WA_before_ = Quat::Identity();
   Quat q_WB_before_ = Quat::Identity();
   ClosedFormContacts closed_form_;

@@ -10,9 +10,11 @@
 namespace tandem::contact {
 namespace {
 constexpr int kMost = static_cast<int>(kReducedContacts);
-using Columns6 = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMost>;  // at most 16, on the stack
+// A matrix of at most 16 columns that needs no heap memory.
+using Columns6 = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMost>;
 
-// Numbers of rounds of sharing and of bending. Measured on 15 kinds of patches, more rounds improve little.
+// Number of times that contacts are shared among the groups (shared_out()), and that lines of force are corrected
+// (bend()). On 15 kinds of patches, more rounds changed the result little.
 constexpr int kSharings = 2;
 constexpr int kBendings = 3;
 // Squared distance (in units of the patch's radius) below which two groups share a contact nearly evenly.
@@ -27,18 +29,18 @@ void add(ContactWrench& net, const Vec3& r, const Vec3& normal, const Vec3& forc
   Vec6 line;
   line << normal, r.cross(normal);
   net.derivative -= stiffness * line * line.transpose();
-  // δp × f = −f × δt − f × (δθ × r)
+  // A displaced contact changes the lever of its force: δp × f = −f × δt − f × (δθ × r).
   const Eigen::Matrix3d force_cross = cross_matrix(force);
   net.derivative.bottomLeftCorner<3, 3>() -= force_cross;
   net.derivative.bottomRightCorner<3, 3>() += force_cross * cross_matrix(r);
 }
 
-// Moments of all contacts about their mean point.
+// Moments of the pressing contacts of a patch about their mean point.
 struct PatchMoments {
   double stiffness = 0;
-  double radius_m = 0;  ///< root mean square distance from the mean; the unit of length below
+  double radius_m = 0;  ///< root mean square distance of contacts from the mean; the unit of length below
   Vec3 p_W = Vec3::Zero();
-  Vec3 normal_W = Vec3::Zero();    ///< mean, not unit
+  Vec3 normal_W = Vec3::Zero();    ///< mean of the normals; shorter than 1 where they differ
   Mat6 covariance = Mat6::Zero();  ///< covariance of position and normal
   Mat6 lines = Mat6::Zero();       ///< Σ s w wᵀ / Σ s with w = (n, r × n)
   Wrench wrench_W;
@@ -68,7 +70,7 @@ PatchMoments moments_of(std::span<const ContactPoint> contacts, double stiffness
     const Vec3 force = m.stiffness * share * contact.depth_m * contact.normal_W;
     m.wrench_W += Wrench{force, r.cross(force)};
   }
-  // The lower bound is for patches of one point, whose radius is zero.
+  // A patch of one point has the radius zero, by which positions could not be divided.
   m.radius_m = std::max(1e-9, std::sqrt(m.covariance.topLeftCorner<3, 3>().trace()));
   Vec6 unit = Vec6::Ones();
   unit.head<3>() /= m.radius_m;
@@ -88,12 +90,14 @@ Mat6 applied(const Mat6& matrix, Function function) {
 }
 
 Mat6 root(const Mat6& matrix) {
-  // The root of a rounding error is up to 1e8 times larger, and would widen a patch that is a line.
+  // A rounding error of an eigenvalue counts as zero. Its root would be up to 1e8 times larger, and would widen a patch
+  // that is a line.
   const double zero = kEigenRounding * matrix.trace();
   return applied(matrix, [zero](double value) { return value > zero ? std::sqrt(value) : 0.0; });
 }
 
-// Corners ±1 in six dimensions, mean 0 and covariance 1; for 16 corners the third moments vanish, too.
+// Returns the start positions of the groups: corners ±1 in six dimensions with mean 0 and covariance 1. With 16
+// corners, the third moments vanish too.
 Columns6 pattern(int count) {
   Columns6 corners(6, count);
   for (int i = 0; i < count; ++i) {
@@ -121,7 +125,7 @@ struct Groups {
   int count() const { return static_cast<int>(spread.cols()); }
 };
 
-// Values of all groups. Single precision suffices, because the positions of groups matter little and bending corrects
+// One number for each group. Single precision suffices, because positions of groups matter little and bend() corrects
 // the error.
 using Numbers = Eigen::Array<float, kMost, 1>;
 
@@ -140,7 +144,7 @@ Groups shared_out(const Groups& from, std::span<const ContactPoint> contacts, do
   std::array<Numbers, 6> at;
   std::array<Numbers, 6> sum;
   for (int row = 0; row < 6; ++row) {
-    // Unused columns are far from every contact.
+    // Columns beyond the number of groups are placed far from every contact, so they get no share.
     at[static_cast<std::size_t>(row)].setConstant(1e4F);
     at[static_cast<std::size_t>(row)].head(from.count()) = from.spread.row(row).transpose().cast<float>();
     sum[static_cast<std::size_t>(row)].setZero();
@@ -222,7 +226,7 @@ void correct_wrench(std::span<ReducedContact> contacts, const PatchMoments& m) {
     missing = missing - Wrench{contact.force_on_a_W, r.cross(contact.force_on_a_W)};
     inertia += r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose();
   }
-  // If all contacts are on one line, they have no moment about it, and none is missing.
+  // Contacts on one line have no moment about that line. The eigenvalue of its direction is zero and is not inverted.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(inertia);
   const double zero = kEigenRounding * inertia.trace();
   const Vec3 inverse = axes.eigenvalues().unaryExpr([zero](double value) { return value > zero ? 1 / value : 0.0; });

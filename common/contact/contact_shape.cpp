@@ -27,11 +27,13 @@ static_assert(kRigidShare * kMaxHalfThickness >= kMaxRigidDepth);
 // Fraction of a surface that may be thinner than the thickness from which the rigid depth is computed. Tips of wedges
 // and spikes have no minimum thickness.
 constexpr double kThinShare = 0.02;
-// Depth, in errors of the field, beyond which a point of one part that is inside another part is omitted.
+// Depth, in multiples of the field's error, beyond which a point counts as inside another part of the shape. Such
+// points are omitted.
 constexpr double kBuriedErrors = 2;
 // A gradient shorter than this is that of a crease between two faces that are nearer to each other than a cell is long.
 constexpr double kShortGradient = 0.101;
-// Limit of the rounding of points to single precision, as a fraction of their spacing.
+// Upper limit of the error when coordinates of points are rounded to single precision, as a fraction of the points'
+// spacing.
 constexpr double kRoundingShare = 1e-3;
 
 // A point on a plane is at most kOnPlane_m from it. It is in the plane's interior if the plane equals the field in a
@@ -117,7 +119,7 @@ double half_thickness_at(const DistanceField& field, const ShellPoint& point, do
   const Vec3 p = point.p_S.cast<double>();
   const auto is_opposite_at = [&](double depth_m) {
     const Vec3 gradient = field.sample(p - depth_m * normal).gradient;
-    // Of the short gradient of a crease, only the direction is used.
+    // A short gradient belongs to a crease. Its length has no meaning there, so only its direction is compared.
     const double length = gradient.norm();
     return gradient.dot(normal) < -0.5 * (length < kShortGradient ? length : 1);
   };
@@ -140,7 +142,7 @@ double half_thickness_at(const DistanceField& field, const ShellPoint& point, do
   return std::numeric_limits<double>::infinity();
 }
 
-/// Returns the half thickness that all but the fraction kThinShare of the surface exceeds.
+/// Returns the half thickness of the thin parts. All but the fraction kThinShare of the surface is thicker.
 double thin_half_thickness(const DistanceField& field, const PointShell& shell) {
   const std::size_t most_samples = 20'000;
   const double limit_m = kMaxHalfThickness;
@@ -154,7 +156,7 @@ double thin_half_thickness(const DistanceField& field, const PointShell& shell) 
   return std::min(*thin, limit_m);
 }
 
-/// Returns the points of both shells, without those inside the shape.
+/// Combines the points of a solid and of a sheet into one shell. Points inside the combined shape are omitted.
 PointShell joined(const DistanceField& field, const PointShell& solid, const PointShell& sheet) {
   std::vector<ShellPoint> points;
   for (const PointShell* shell : {&solid, &sheet}) {

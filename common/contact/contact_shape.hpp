@@ -33,7 +33,10 @@ struct ContactShape {
   double ball_radius_m = 0;           ///< radius of the shape if it is one ball about the origin of S; 0: no ball
   Rod rod;                            ///< dimensions of the shape if it is a rod or a ball
 
-  double radius_m() const { return std::max(low_S.norm(), high_S.norm()); }  ///< about the origin of S, an upper bound
+  double radius_m() const {
+    return std::max(low_S.norm(), high_S.norm());
+  }  ///< upper bound of the distance of points
+     ///< from the origin of S
   std::size_t memory_bytes() const;
   const PointShell& surface_off_planes() const { return off_planes ? *off_planes : shells.surface; }
   /// Computes bounds and `off_planes` from points and field.
@@ -79,7 +82,7 @@ std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint
 /// Serialises the inputs of a mesh's asset (mesh, options and version). A hash of these bytes can be the key of a
 /// cache.
 std::vector<std::uint8_t> contact_asset_origin(const geometry::ContactMesh& mesh, const ContactShapeOptions& options);
-/// Incremented whenever the same mesh would give different bytes.
+/// Version of the asset's bytes. Increment it whenever the same mesh would give different bytes.
 inline constexpr std::uint32_t kContactAssetVersion = 10;
 
 }  // namespace tandem::contact

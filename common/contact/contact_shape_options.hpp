@@ -10,15 +10,15 @@ inline constexpr double kMinCell_m = 1e-5;
 
 /// Resolution of the distances and points of a contact shape.
 struct ContactShapeOptions {
-  // Distances to a mesh.
+  // Resolution of the sampled distances to a mesh.
   double cell_m = 8e-4;       ///< largest cell edge near the surface; cells are halved up to twice where needed
   double tolerance_m = 3e-5;  ///< largest interpolation error near the surface that does not halve the cells
   double band_m = 2.5e-3;     ///< distances up to this are sampled at full resolution
-  /// limit of the grid's memory; a larger grid gets wider cells and an error that is larger in proportion
+  /// Limit of the grid's memory. A larger grid gets wider cells, and its error grows in proportion to the cells.
   std::size_t max_grid_bytes = std::size_t{48} << 20U;
   int threads = 2;  ///< threads that build the grid
 
-  // Points.
+  // Resolution of the surface points.
   double spacing_m = 4.5e-4;  ///< maximum distance from any point of the surface to the nearest sample
   /// Edges sharper than this, and their corners, are sampled exactly, at `feature_spacing_m`: a sharp feature could
   /// otherwise slip through between points.
@@ -28,7 +28,7 @@ struct ContactShapeOptions {
 #ifndef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
   std::size_t max_points = 400'000;  ///< limit; larger surfaces get a wider spacing, and bumps may add a quarter
 #else
-  std::size_t max_points = 1'000;  ///< few, because a fuzzer builds thousands of scenes
+  std::size_t max_points = 1'000;  ///< small limit for fuzzing, where thousands of scenes are built
 #endif
 
   /// Solids with rods thinner than 0.8 mm get points and cells that suit the rods' radius, on their whole surface.

@@ -18,10 +18,11 @@ struct SolverReport {
   /// Number of unused bodies, couplings, patches and contacts: over the limits, not finite, or with a body that does
   /// not exist. An unused body does not move.
   std::uint32_t left_out = 0;
-  std::uint32_t ill_formed = 0;  ///< how many of `left_out` had invalid input
+  std::uint32_t ill_formed = 0;  ///< number of items of left_out that had invalid input
 };
 
-/// Implicit Euler with contact as a potential.
+/// Computes one time step of all bodies by implicit Euler. The force of contact is the derivative of a potential of the
+/// velocities.
 ///
 /// Model   For each island of bodies that touch, the velocities V that minimise
 ///         ½ (V − V*)ᵀ M (V − V*) + contact, friction and coupling as potentials of V (ContactRows, CouplingTerm),

@@ -49,8 +49,8 @@ void ContactPair::join(const Pose& X_WA, const Pose& X_WB, std::span<PlacedShape
   first_of_other_ = kept_before_other;
 }
 
-// Transfers the bristle again for a contact whose normal was changed. find() kept only the part of the bristle that is
-// tangential to the old normal.
+// Transfers the bristle (friction state) again for a contact whose normal was changed, because find() discarded the
+// part of the bristle along the old normal.
 void ContactPair::carry_bristle_again(std::size_t index, bool is_first_direction) noexcept {
   const std::size_t begin = is_first_direction ? 0 : first_of_other_before_;
   const std::size_t end = is_first_direction ? first_of_other_before_ : before_.size();

@@ -5,10 +5,10 @@
 namespace tandem::contact {
 namespace {
 
-/// The nearest sample found so far.
+/// The point of a shell that is nearest to the other shape's surface so far.
 struct Nearest {
   double distance_m = 0;
-  Vec3 p_S = Vec3::Zero();  ///< in the frame of its shell
+  Vec3 p_S = Vec3::Zero();  ///< position of the point in the frame of its shell
   bool is_found = false;
 };
 
@@ -33,7 +33,7 @@ void search(const PointShell& shell, const DistanceField& field, const Pose& X_F
   }
 }
 
-/// Whether a point of `shell` is deeper than `depth_m` in `field`.
+/// Returns whether a point of `shell` is deeper than `depth_m` in `field`.
 bool has_deeper(const PointShell& shell, const DistanceField& field, const Pose& X_FS, double depth_m) noexcept {
   std::uint32_t index = 0;
   while (index < shell.nodes.size()) {
@@ -96,7 +96,8 @@ bool boxes_are_near(const ContactShape& a, const Pose& X_WA, const ContactShape&
 
 double shape_distance_m(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
                         double limit_m) noexcept {
-  // Samples lie beside the nearest points of the surfaces, so the search distance is a little larger.
+  // A sample may lie beside the nearest point of its surface. The search distance is therefore larger by the spacings
+  // of both shells.
   const double reach = limit_m + a.shells.surface.spacing_m + b.shells.surface.spacing_m;
   const Pose X_BA = X_WB.inverse() * X_WA;
   const Pose X_AB = X_BA.inverse();

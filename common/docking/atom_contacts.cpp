@@ -14,16 +14,16 @@
 namespace tandem::docking {
 namespace {
 
-constexpr double kHydrogen_u = 1.5;  // atoms with a larger mass are not hydrogen
+constexpr double kHydrogen_u = 1.5;  // lighter atoms are hydrogen
 constexpr double kBonded_angstrom = 1.25;
 constexpr double kHydrogenToAcceptor_angstrom = 2.5, kDonorToAcceptor_angstrom = 3.5;
-constexpr double kMaxCosine = -0.5;  // cosine of 120° between D−H and H···A
+constexpr double kMaxCosine = -0.5;  // largest cosine of the angle D−H···A, which is at least 120°
 
 bool is_hydrogen(const Molecule& molecule, std::size_t atom) {
   return molecule.mass_u[atom] < kHydrogen_u;
 }
 
-/// Returns whether the atom is N or O. It is identified by its mass, because molecules may have no names.
+/// Returns whether the atom is N or O. Since a molecule may have no names, the atom is identified by its mass.
 bool is_polar(const Molecule& molecule, std::size_t atom) {
   constexpr std::array kMasses_u{14.007, 15.999};
   return std::ranges::any_of(kMasses_u,

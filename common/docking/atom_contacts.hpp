@@ -29,7 +29,7 @@ AtomPairs atom_contacts(const Molecule& a, const Molecule& b, const Pose& X_AB_a
 ///         heavy atoms
 AtomPairs hydrogen_bonds(const Molecule& a, const Molecule& b, const Pose& X_AB_angstrom);
 
-/// Classification of two atoms that are closer than a contact without a bond allows.
+/// Classification of two atoms that are closer than atoms of different molecules usually are.
 enum class Closeness {
   kClash,
   kHydrogenBond,  ///< a hydrogen on N or O, at least 1.3 Å from an N or O of the other molecule

@@ -11,9 +11,11 @@
 namespace tandem::docking {
 namespace {
 
-/// Coordinate of a node's unused children: farther away than any cut-off, but its square is finite.
+/// Coordinate of the unused children of a node. They are beyond any cut-off, and the square of the coordinate is
+/// finite.
 constexpr float kNowhere = 1e18F;
-/// Leaves are split as well, down to the number of atoms in the smallest register. Fewer registers then contain a pair.
+/// Smallest number of atoms that is not split further: the width of the smallest register. Leaves are split down to it,
+/// so that the atoms of a register are close together and fewer registers are within the cut-off.
 constexpr std::size_t kFewest = 4;
 /// Directions of a split: along the axes and, if there are few points, also along diagonals.
 constexpr std::array<std::array<int, 3>, 13> kDirections{{{1, 0, 0},
@@ -30,7 +32,7 @@ constexpr std::array<std::array<int, 3>, 13> kDirections{{{1, 0, 0},
                                                           {1, -1, 1},
                                                           {-1, 1, 1}}};
 constexpr std::size_t kMaxOblique = 1024;
-/// Factor that exceeds the rounding error of a conversion to float.
+/// Factor by which a half edge is increased, so that rounding to float does not make the box too small.
 constexpr float kRoundedUp = 1 + 2 * std::numeric_limits<float>::epsilon();
 
 /// Writes centre and half edge lengths, one float per axis with the given stride. The half edges are rounded up so that
@@ -43,7 +45,8 @@ void store_box(const Eigen::AlignedBox3d& box, float* centre, float* half, std::
   }
 }
 
-/// Returns the approximate volume [Å³] of the region within a usual cut-off of the box.
+/// Returns the approximate volume [Å³] of the region within 8 Å of the box. Atoms of the other molecule in this region
+/// must be evaluated.
 double reach_of(const Eigen::AlignedBox3d& box) {
   constexpr double kReach = 8;
   const Vec3 side = box.sizes();
@@ -94,7 +97,7 @@ ClusterTree::ClusterTree(std::span<const Vec3> points) : order_(points.size()) {
   box_ = bounds.front();
 }
 
-// Ties are resolved by the index, so that every machine has the same clusters.
+// If two points are equally far along the direction, the index decides, so that every machine has the same clusters.
 void ClusterTree::halve(std::span<const Vec3> points, const Vec3& along, std::size_t begin, std::size_t middle,
                         std::size_t end) {
   const auto comes_first = [&points, &along](std::uint32_t i, std::uint32_t j) {
@@ -117,8 +120,8 @@ void ClusterTree::split(std::span<const Vec3> points, std::size_t begin, std::si
   if (count <= kFewest) return std::sort(at(begin), at(end));
   std::size_t child = count <= kLanes ? std::bit_ceil(count) / 2 : kLanes;
   while (child * kChildren < count) child *= kChildren;
-  // The left part contains only full children. The split direction is the one for which the volume within reach of both
-  // parts is smallest.
+  // The left part gets full children only. The direction is chosen by the volume that is within reach of both parts,
+  // which should be small.
   const std::size_t children = (count + child - 1) / child;
   const std::size_t middle = begin + children / 2 * child;
   double least = std::numeric_limits<double>::infinity();

@@ -74,8 +74,8 @@ class NeighbourSearch {
   std::span<const std::uint32_t> near(std::size_t level, std::span<const std::uint32_t> nodes,
                                       const Eigen::AlignedBox3d& box) noexcept;
 
-  /// `candidates` are the nodes of A in the same level that are close to the node of B. Above A's levels they are the
-  /// root of A.
+  /// Searches below a node of B. `candidates` are the nodes of A in the same level that are close to this node of B. In
+  /// levels above A's own, the root of A is the only candidate.
   template <class Found>
   void visit(std::size_t level, std::uint32_t node, std::span<const std::uint32_t> candidates, const Found& found) {
     const bool is_above_a = level >= a_.levels().size();

@@ -17,7 +17,7 @@ constexpr double kUnitTolerance = 1e-3;
 struct Central {
   double energy = 0;
   double push = 0;
-  double push_slope = 0;  ///< dpush/dr / r
+  double push_slope = 0;  ///< derivative of push by r, divided by r
 };
 
 double inverse_power(int alpha, double r) {
@@ -28,12 +28,12 @@ double inverse_power(int alpha, double r) {
   return value;
 }
 
-/// Term r^−α with its force switch.
+/// Energy r^−α of a pair, with its force switch.
 struct PowerTerm {
   int alpha = 0;
   ForceSwitch shape;
   double start = 0;
-  double cutoff = 0;  ///< 0: no cut-off
+  double cutoff = 0;  ///< distance beyond which there is no force [Å]; 0: no cut-off
 
   PowerTerm(int power, double cutoff_angstrom) : alpha(power), cutoff(cutoff_angstrom) {
     if (cutoff == 0) return;
@@ -59,7 +59,7 @@ Central combined(double k1, const Central& one, double k2, const Central& two) {
   return {k1 * one.energy + k2 * two.energy, k1 * one.push + k2 * two.push, k1 * one.push_slope + k2 * two.push_slope};
 }
 
-/// Extrapolates into the core. `at_core` is the pair at the core radius.
+/// Extrapolates a pair to a distance inside the core. `at_core` is the pair's force and energy at the core radius.
 Central inside_core(Central at_core, double core2, double r2) {
   at_core.energy += 0.5 * at_core.push * (core2 - r2);
   at_core.push_slope = 0;

@@ -15,14 +15,14 @@ namespace tandem::docking {
 namespace {
 
 using Box = Eigen::AlignedBox3d;
-using Node = Eigen::Vector4f;  ///< q, √C6, √C12, unused
+using Node = Eigen::Vector4f;  ///< sums over A's atoms with the coefficients q, √C6, √C12; the last is unused
 
 constexpr double kFadeAngstrom = 8;
 constexpr double kFinestAngstrom = 1, kCoarsestAngstrom = 3, kCoarser = 1.1;
-/// Limits on the product of nodes and atoms for the choice of the spacing; they are the same on every machine. The
-/// second limit applies only at the coarsest spacing.
+/// Limits of the product of nodes and atoms, from which the spacing is chosen. They are the same on every machine, so
+/// all machines choose the same spacing. The second limit applies to the coarsest spacing only.
 constexpr double kMaxWork = 2.5e9, kMaxCoarsestWork = 6e9;
-/// 64 MB of nodes.
+/// Limit of the number of nodes, which then need 64 MB.
 constexpr double kMaxNodes = 4e6;
 /// Number of nodes outside the range on each side: the splines need one, and the filter another one.
 constexpr std::size_t kBorder = 2;
@@ -33,32 +33,33 @@ Box box_of(const Molecule& molecule) {
   return box;
 }
 
-/// Separation of the molecules, before contact, at which all atoms of B are still on the grid.
+/// While the molecules are closer than this, all atoms of B are on the grid and outside of its fading border.
 constexpr double kApproachAngstrom = 8;
 constexpr double kReachStepAngstrom = 4;
 
-/// Returns the factor of the fade. It is 1 up to kFadeAngstrom before the end of the reach from the interval, and then
-/// falls to 0.
+/// Returns the factor by which the potential fades near the end of the grid. It is 1 in the interval and up to
+/// kFadeAngstrom before the reach ends, and then falls to 0.
 double faded(double at, double low, double high, double reach) {
   const double beyond = std::max({low - at, at - high, 0.0});
   const double t = std::clamp((reach - beyond) / kFadeAngstrom, 0.0, 1.0);
   return t * t * (3 - 2 * t);
 }
 
-/// Distance from all atoms beyond which nodes are interpolated from a coarser lattice, in spacings H of that lattice.
-/// Polynomials over six of its nodes have errors there of 2e-4 of r^−1 and 8e-4 of r^−2.
+/// Nodes that are farther than this from all atoms are interpolated from a coarser lattice. The distance is in spacings
+/// H of that lattice. The interpolation over six nodes has errors there of 2e-4 of r^−1 and 8e-4 of r^−2.
 constexpr double kNearSpacings = 5;
-/// Half of the extent of the six nodes, in spacings. They must not reach the region of the force switch.
+/// Half of the width of the six nodes, in spacings. None of these nodes may be within the range of the force switch.
 constexpr double kHalfwaySpacings = 2.5;
 /// Source  weights of Lagrange's polynomial of degree 5 at the middle of its nodes
 constexpr std::array<float, 6> kHalfway{3.0F / 256, -25.0F / 256, 150.0F / 256, 150.0F / 256, -25.0F / 256, 3.0F / 256};
-/// Number of nodes below which a coarser lattice saves no time.
+/// A lattice with fewer nodes than this is not interpolated, because a coarser lattice would save no time.
 constexpr std::size_t kFewNodes = 4096;
 
 /// Sets each node to the potential at its position.
 using Potential = std::function<void(std::span<const Vec3> places, std::span<Node> nodes)>;
 
-/// Returns the potential of all atoms of A, with kernel coordinates relative to `centre`. `constants` must outlive it.
+/// Returns a function that computes the potential of all atoms of A. `constants` must exist as long as the function.
+/// The kernel's coordinates are relative to `centre`.
 Potential potential_of(const Molecule& a, const FieldModel& model, const KernelModel& constants,
                        FarPointsKernel far_points, const Vec3& centre) {
   // Arrays of x, y, z, c6, s3 and q.
@@ -203,8 +204,8 @@ class Lattice {
     return {origin_ - Vec3::Constant(kBorder * wide), wide, count};
   }
 
-  /// Calls use(index in the coarser lattice, weight) for the nodes from which node i is interpolated along an axis.
-  /// These are the coincident node, or else the six nodes around it.
+  /// Calls use(index in the coarser lattice, weight) for the nodes from which node i is interpolated along an axis. If
+  /// the coarser lattice has a node at the same place, it is that node. Otherwise it is the six nodes around it.
   template <class Use>
   static void from_coarser(std::size_t i, const Use& use) {
     const std::size_t below = kBorder + i / 2;
@@ -307,12 +308,12 @@ namespace {
 using Source = std::tuple<std::vector<Vec3>, std::vector<double>, std::vector<double>, std::vector<double>, FieldModel,
                           FarPointsKernel, double>;
 
-/// Registry entry of one grid. The grid itself is owned by its users.
+/// Registry entry of one grid. Rooms own the grid; the entry only finds it.
 struct Made {
   explicit Made(Source initial) : source(std::move(initial)) {}
 
   const Source source;
-  std::mutex mutex;  ///< protects `grid`, also while it is filled, so that only requests for the same grid wait
+  std::mutex mutex;  ///< protects `grid` and is locked while the grid is filled, so only requests for this grid wait
   std::weak_ptr<const FarGrid> grid;
 };
 
@@ -321,8 +322,8 @@ class Shelf {
  public:
   std::shared_ptr<Made> find_or_add(Source source) {
     const std::lock_guard lock(mutex_);
-    // An entry that is used elsewhere may be in construction. If it is not, no other thread can obtain it while mutex_
-    // is locked.
+    // Removes entries whose grid no longer exists. An entry with another user may be in construction and is kept. No
+    // other thread can obtain an entry while mutex_ is locked.
     std::erase_if(made_, [](const auto& made) {
       if (made.use_count() != 1) return false;
       const std::lock_guard own(made->mutex);
@@ -350,7 +351,8 @@ std::unique_ptr<FarGrid> empty_far_grid(const Molecule& a) {
   return coarsest->is_affordable(a.size(), kMaxCoarsestWork) ? std::move(coarsest) : nullptr;
 }
 
-/// Returns the reach for which no atom of B is in the fading zone during contact, as far as kMaxNodes allows.
+/// Returns the reach of the grid. It is so long that no atom of B is in the fading border during contact, as far as
+/// kMaxNodes allows.
 double reach_for(const Molecule& a, const Molecule& b, double spacing) {
   const Box box = box_of(b);
   double radius = 0;

@@ -10,7 +10,7 @@
 
 namespace tandem::docking {
 
-/// Number of lanes of the widest kernel. Atom counts of tiles are padded to a multiple of it.
+/// Number of floats in the widest vector register. Atom counts of tiles are padded to a multiple of it.
 inline constexpr std::size_t kLanes = 16;
 /// Number of atoms that share one local origin. Atoms that are neighbours in a file are usually neighbours in space. A
 /// tile is therefore small (a few residues). A float coordinate in it has a precision of about 5e-7 Å, however large
@@ -18,8 +18,7 @@ inline constexpr std::size_t kLanes = 16;
 inline constexpr std::size_t kTileAtoms = 128;
 /// Number of tiles after which the sums in float lanes are added to doubles.
 inline constexpr std::size_t kDrainTiles = 8;
-/// Squared ratio of the core radius to σ: smaller Lennard-Jones distances are treated as inside the core
-/// (exact_field.hpp).
+/// Squared ratio of the core radius to σ. Pairs at a smaller distance are inside the core (exact_field.hpp).
 inline constexpr float kCoreFractionSquared = 0.0625F;
 
 /// A double as the sum of two floats, so that the difference of two such numbers has the full precision of a float.
@@ -30,22 +29,22 @@ struct SplitFloat {
 /// Atoms of A that are evaluated together. The padding repeats the position of the last atom, without parameters.
 struct Tile {
   std::size_t begin = 0;
-  std::size_t end = 0;   ///< begin plus a multiple of kLanes
-  SplitFloat origin[3];  ///< Å, origin of the tile's float positions: the centre of its box
-  float half[3] = {};    ///< Å, half edge lengths of a box about the origin that contains all atoms
-  float core2 = 0;       ///< Å², upper bound of the squared core radii of all pairs
-  float reach2 = 0;      ///< Å²; a probe whose squared distance from the origin is larger is outside all cores
+  std::size_t end = 0;   ///< index after the last atom: begin plus a multiple of kLanes
+  SplitFloat origin[3];  ///< origin of the tile's float positions, the centre of its box [Å]
+  float half[3] = {};    ///< half edge lengths of a box about the origin that contains all atoms [Å]
+  float core2 = 0;       ///< upper bound of the squared core radii of all pairs [Å²]
+  float reach2 = 0;      ///< a probe whose squared distance from the origin is larger is outside all cores [Å²]
 };
 
 /// Molecule A, as arrays of floats aligned to 64 bytes.
 struct Target {
-  const float* x = nullptr;  ///< Å, relative to the origin of the atom's tile
+  const float* x = nullptr;  ///< position relative to the origin of the atom's tile [Å]
   const float* y = nullptr;
   const float* z = nullptr;
-  const float* c6 = nullptr;      ///< 2 √ε σ³; for arithmetic mixing 2 √ε
-  const float* s3 = nullptr;      ///< σ³; for arithmetic mixing σ/2
-  const float* sigma = nullptr;   ///< Å
-  const float* charge = nullptr;  ///< e
+  const float* c6 = nullptr;      ///< factor of the atom in C6: 2 √ε σ³; for arithmetic mixing 2 √ε
+  const float* s3 = nullptr;      ///< factor of the atom in σ³: σ³; for arithmetic mixing σ/2
+  const float* sigma = nullptr;   ///< σ of the atom [Å]
+  const float* charge = nullptr;  ///< charge of the atom [e]
   const Tile* tiles = nullptr;    ///< tiles with a Lennard-Jones term come first
   std::size_t lj_tiles = 0;
   std::size_t tile_count = 0;
@@ -58,16 +57,16 @@ inline constexpr double kFarAwayAngstrom = 1e12;
 struct Probes {
   std::size_t lj_count = 0;
   std::size_t count = 0;
-  const double* x = nullptr;  ///< Å
+  const double* x = nullptr;  ///< position in A's frame [Å]
   const double* y = nullptr;
   const double* z = nullptr;
-  const double* arm_x = nullptr;  ///< Å, from the origin of B's frame, in A's axes
+  const double* arm_x = nullptr;  ///< position relative to the origin of B's frame, in A's axes [Å]
   const double* arm_y = nullptr;
   const double* arm_z = nullptr;
   const float* c6 = nullptr;
   const float* s3 = nullptr;
   const float* sigma = nullptr;
-  const float* charge = nullptr;  ///< e k/ε
+  const float* charge = nullptr;  ///< charge of the atom × k/ε, with Coulomb's constant k
 };
 
 /// Terms to be evaluated, and their cut-off.
@@ -76,7 +75,8 @@ struct KernelModel {
   bool is_distance_dependent = false;
   bool is_arithmetic = false;  ///< whether the mixing rule of σ is arithmetic
   float charge_core_squared = 0;
-  // For fields with a cut-off: forces are switched off between start and cutoff, see force_switch().
+  // The following values are for fields with a cut-off. Forces are switched off between start and cutoff, see
+  // force_switch().
   float start = 0;
   float cutoff = 0;
   float a12 = 0, b12 = 0, c12 = 0;
@@ -91,8 +91,9 @@ struct FieldSums {
   double coulomb = 0;
   double force[3] = {};
   double torque[3] = {};
-  // Counts for fields with a cut-off: comparisons of an atom with a box (boxes) and of two atoms (distances). `pairs`
-  // counts all pairs in registers that have a pair within the cut-off, because the field was computed for them.
+  // Work of a field with a cut-off: comparisons of an atom with a box (boxes) and of two atoms (distances), and
+  // computed pairs. The pairs are counted by registers: all pairs of a register are computed if one is within the
+  // cut-off.
   std::size_t boxes = 0, distances = 0, pairs = 0;
   std::size_t on_grid = 0;  ///< number of atoms whose part beyond the cut-off was looked up in a grid
 };
@@ -111,14 +112,14 @@ using AllPairsKernel = void (*)(const Target&, const Probes&, const KernelModel&
 using NearKernel = void (*)(const Target&, const Probes&, const KernelModel&, const NearWork& work,
                             FieldSums& sums) noexcept;
 
-/// Factor on the squared cut-off in the search for close boxes, so that rounding errors do not exclude any pair.
+/// Factor of the squared cut-off in the search for close boxes. It is so large that no pair is lost by rounding.
 inline constexpr float kReachMargin = 1.0001F;
 /// Number of children of a node of a ClusterTree.
 inline constexpr std::size_t kChildren = 8;
 /// Boxes of a node's children [Å].
 struct alignas(32) ChildBoxes {
   float centre[3][kChildren];
-  float half[3][kChildren];  ///< half edge lengths
+  float half[3][kChildren];  ///< half of the box's edge lengths
 };
 
 /// Lists the children of the `chosen` nodes whose squared distance to another box is below `reach2` [Å²]. A child has
@@ -136,10 +137,10 @@ using FarPointsKernel = void (*)(const Target&, std::size_t atoms, const KernelM
 
 /// Nodes of a far grid, with four floats each; x varies fastest.
 struct GridNodes {
-  const float* nodes = nullptr;  ///< q, √C6, √C12, unused
+  const float* nodes = nullptr;  ///< four floats for each node: potentials for q, √C6 and √C12, and an unused one
   std::size_t count[3] = {};
-  double origin[3] = {};  ///< Å, position of the first node
-  double last[3] = {};    ///< upper limit of the positions of look-ups, in units of nodes; the lower limit is 1
+  double origin[3] = {};  ///< position of the first node [Å]
+  double last[3] = {};    ///< largest position at which the grid may be evaluated, in units of nodes; the smallest is 1
   double per_angstrom = 1;
 };
 /// Adds the grid's part for each atom of B. c6 and s3 are 2 √ε σ³ and σ³, padded like the arrays of B.
@@ -153,7 +154,7 @@ std::size_t near_children_portable(const ChildBoxes*, const std::uint32_t*, std:
 void far_points_portable(const Target&, std::size_t, const KernelModel&, std::size_t, const float* const[3],
                          float* const[3]) noexcept;
 void grid_portable(const GridNodes&, const Probes&, const float*, const float*, FieldSums&) noexcept;
-/// Executes 12 × count × lanes multiply-adds in registers only. Used to measure the limit of the CPU.
+/// Executes 12 × count × lanes multiply-adds in registers only, which measures the limit of the processor.
 double multiply_adds_portable(std::size_t count) noexcept;
 #ifdef TANDEM_FIELD_X86
 void all_pairs_avx2(const Target&, const Probes&, const KernelModel&, FieldSums&) noexcept;

@@ -37,7 +37,7 @@ struct FieldModel {
 /// Fails   throws std::invalid_argument that quotes any other text
 void set_dielectric(FieldModel& model, const std::string& text);
 
-/// Checks the settings.
+/// Checks the permittivity and the cut-off, and that a model with a far grid has a cut-off.
 /// Fails   throws std::invalid_argument naming field, value and range: permittivity 0.1 … 1000, cut-off 0 or 4 … 100 Å
 void validate(const FieldModel& model);
 
@@ -45,8 +45,8 @@ void validate(const FieldModel& model);
 struct FieldResult {
   double lennard_jones_kj_per_mol = 0;
   double coulomb_kj_per_mol = 0;
-  Vec3 force_on_b = Vec3::Zero();   ///< kJ/mol/Å
-  Vec3 torque_on_b = Vec3::Zero();  ///< kJ/mol, about the origin of B's frame
+  Vec3 force_on_b = Vec3::Zero();   ///< force on B [kJ/mol/Å]
+  Vec3 torque_on_b = Vec3::Zero();  ///< torque on B about the origin of B's frame [kJ/mol]
 
   double energy_kj_per_mol() const { return lennard_jones_kj_per_mol + coulomb_kj_per_mol; }
 };

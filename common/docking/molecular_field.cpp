@@ -66,7 +66,7 @@ std::vector<NamedKernel> runnable_kernels() {
   return kernels;
 }
 
-/// Index in runnable_kernels(). It applies to the whole process, because results that must not depend on the CPU need
+/// Index in runnable_kernels() of the default kernel of the process. Results that must not depend on the processor need
 /// the same kernel at both ends of a session.
 std::atomic<std::size_t> default_kernel_index{0};
 
@@ -105,8 +105,8 @@ KernelModel kernel_model(const FieldModel& model) {
 
 /// Number of operations of one pair, counted as in KERNELS.md.
 struct PairCost {
-  std::size_t with_lennard_jones, charges_alone;  ///< for each pair without a cut-off
-  std::size_t switched, distance, box;            ///< for each candidate with a cut-off
+  std::size_t with_lennard_jones, charges_alone;  ///< for each pair of a field without a cut-off
+  std::size_t switched, distance, box;            ///< for each candidate of a field with a cut-off: pair, distance, box
 };
 
 /// Returns the cost in instructions with fused multiply-adds; each instruction counts as one.
@@ -215,10 +215,10 @@ struct MolecularField::Impl {
   FieldResult evaluate(const Pose& X_AB) noexcept;
 
   FieldModel model;
-  bool is_swapped = false;  ///< whether "A" and "B" below are the caller's B and A
+  bool is_swapped = false;  ///< "A" and "B" below are the caller's B and A, see comes_first()
   KernelModel constants;
   NamedKernel kernel;
-  std::optional<ClusterTree> tree_a, tree_b;  ///< used only with a cut-off
+  std::optional<ClusterTree> tree_a, tree_b;  ///< trees of clusters; only with a cut-off
   std::optional<NeighbourSearch> search;
   std::shared_ptr<const FarGrid> far;
   std::size_t count_a = 0;
@@ -230,10 +230,10 @@ struct MolecularField::Impl {
   std::vector<Tile> tiles;
   std::size_t lj_tiles = 0;
 
-  std::vector<double> x_own, y_own, z_own;  ///< atoms of B, in B's frame
+  std::vector<double> x_own, y_own, z_own;  ///< positions of B's atoms in B's frame
   std::size_t count_b = 0, lj_count_b = 0;
   std::vector<float> c6_b, s3_b, sigma_b, charge_b;
-  std::vector<float> far_c6_b, far_s3_b;  ///< parameters of B for geometric mixing
+  std::vector<float> far_c6_b, far_s3_b;  ///< parameters of B for the far grid, with geometric mixing
   std::vector<double> x_b, y_b, z_b, arm_x, arm_y, arm_z;
 
   std::size_t all_lj_pairs() const { return lj_count_a * lj_count_b; }

@@ -31,8 +31,8 @@ bool comes_first(const Molecule& a, const Molecule& b);
 /// Thread  any; one thread at a time for each object
 class MolecularField {
  public:
-  /// `kernel` is one of available_kernels(), or "" for the default_kernel(). Throws std::invalid_argument for any other
-  /// name, and as the two functions validate() do.
+  /// In      kernel  one of available_kernels(), or "" for default_kernel()
+  /// Fails   std::invalid_argument: unknown kernel, or an invalid molecule or model, see validate()
   MolecularField(const Molecule& a, const Molecule& b, const FieldModel& model = {}, std::string_view kernel = "");
   ~MolecularField();
   MolecularField(MolecularField&&) noexcept;
@@ -45,21 +45,22 @@ class MolecularField {
   /// Returns the far grid (far_grid.hpp); null without FieldModel::has_far_grid, or if the first molecule is too large
   /// for a grid.
   const FarGrid* far_grid() const;
-  /// Number of pairs of atoms that evaluate() computes. With a cut-off it is that of the last call, and counts all
-  /// pairs in registers that have a pair within the cut-off. Atoms without a term are excluded.
+  /// Returns the number of pairs of atoms that evaluate() computes. With a cut-off the number is that of the last call.
+  /// It includes all pairs of a register with a pair within the cut-off. Atoms without a term are excluded.
   std::size_t pair_count() const;
-  /// Multiply-adds of the last evaluate(), counted as in KERNELS.md; excludes set-up and the sums over atoms.
+  /// Returns the number of multiply-adds of the last evaluate(), counted as in KERNELS.md. Set-up and the sums over
+  /// atoms are excluded.
   std::size_t multiply_adds() const;
 
   /// Names of the kernels that this CPU can run, widest first; "portable" is always the last.
   static std::vector<std::string_view> available_kernels();
-  /// Selects the kernel that "" stands for in the whole process; "" selects the widest again. Call it before fields are
+  /// Selects the kernel that "" means in the whole process; "" selects the widest again. Call it before fields are
   /// created. Throws std::invalid_argument for a name that is not in available_kernels().
   /// Thread  any
   static void use_by_default(std::string_view kernel);
-  /// Name of the kernel that "" stands for.
+  /// Returns the name of the kernel that "" means.
   static std::string_view default_kernel();
-  /// Executes multiply-adds in registers only, with the instructions of this kernel. Returns their number, 12 · loops ·
+  /// Executes multiply-adds in registers only, with the instructions of this kernel. Returns their number: 12 · loops ·
   /// lanes.
   static std::size_t run_multiply_adds(std::string_view kernel, std::size_t loops);
 

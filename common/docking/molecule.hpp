@@ -30,8 +30,8 @@ struct Molecule {
   std::map<std::size_t, std::string> guessed;
   std::vector<std::string> notes;  ///< other notices of the loader to the user, about omitted or missing atoms
   std::string force_field;         ///< name of the force field, such as "oplsaa"
-  /// Mixing rule of the force field: true for σ_ij = (σ_i + σ_j)/2, false for √(σ_i σ_j). It is arithmetic for a pair
-  /// if it is for one of the molecules.
+  /// Mixing rule of the force field: true for σ_ij = (σ_i + σ_j)/2, false for √(σ_i σ_j). For two molecules the
+  /// arithmetic rule applies if either of them has it.
   bool mixes_arithmetically = false;
 
   std::size_t size() const { return positions_angstrom.size(); }
@@ -57,7 +57,7 @@ std::vector<std::size_t> residue_starts(const Molecule& molecule);
 void validate(const Molecule& molecule);
 
 inline constexpr double kKilojoulesPerKilocalorie = 4.184;
-/// kT at 298.15 K.
+/// Thermal energy kT at 298.15 K.
 inline constexpr double kThermalEnergy_kcal_per_mol = 0.592484;
 
 }  // namespace tandem::docking

@@ -79,7 +79,7 @@ std::string read_text(ByteReader& reader) {
   return text;
 }
 
-/// Consecutive atoms with equal chain, residue and segment.
+/// A residue: consecutive atoms with equal chain, residue and segment.
 struct Residue {
   std::uint32_t first = 0;
   std::int32_t segment = 0;

@@ -29,7 +29,8 @@ inline constexpr std::size_t kMaxMoleculeAssetAtoms = 1'000'000;
 std::vector<std::byte> molecule_asset_bytes(const Molecule& molecule);
 inline constexpr std::size_t kMaxMoleculeTextBytes = 8;
 
-/// Decodes an asset. Empty if the bytes are not exactly such an asset, or if numbers are outside the field's limits.
+/// Decodes an asset. Returns nothing if the bytes are not exactly one asset, or if a number is outside the field's
+/// limits.
 std::optional<Molecule> molecule_from(std::span<const std::byte> bytes);
 
 }  // namespace tandem::docking

@@ -8,7 +8,7 @@ namespace tandem::geometry {
 
 struct OnTriangle {
   Vec3 from_a;  ///< closest point − corner a
-  int feature;  ///< 0: face; 1..3: edges ab, bc, ca; 4..6: corners a, b, c
+  int feature;  ///< place of that point: 0: face; 1..3: edges ab, bc, ca; 4..6: corners a, b, c
 };
 
 /// Returns the point of the triangle a, a + ab, a + ac that is closest to a + ap, and the feature on which it lies. A

@@ -19,19 +19,20 @@
 namespace tandem::geometry {
 namespace {
 
-/// Limit of coordinates. Beyond it, squared areas would overflow in single precision.
+/// Limit of coordinates. Larger ones would make squared areas overflow in single precision.
 constexpr double kMaxCoordinate_m = 1e12;
 
-// A part with borders is classified as a solid with holes if closing them adds less than this fraction of its surface.
-// The fraction is 1/3 to 1/2 for a cup, 1/10 for a section of pipe that is ten times as long as wide, and 1/1000 for a
-// scan.
+// A part with borders counts as a solid with holes if the area that closes them is less than this fraction of its
+// surface. Typical fractions are 1/3 to 1/2 for a cup, 1/10 for a section of pipe that is ten times as long as wide,
+// and 1/1000 for a scan.
 constexpr double kHoleShare = 0.05;
-// Ratio of volume to area^1.5 below which a part has no space inside. For an object of the size of a hand, kRoomShare
-// corresponds to a thickness of 0.25 µm, which is the rounding error of a surface that coincides with itself.
-// kUnpairedRoomShare, used if edges are unpaired, also accepts a plate of 10 µm as having no space.
+// A part has no space inside if the ratio of its volume to its area^1.5 is below kRoomShare. For an object of the size
+// of a hand this is a thickness of 0.25 µm, the rounding error of two coincident surfaces. If edges are unpaired,
+// kUnpairedRoomShare is used, so that a plate of 10 µm has no space inside either.
 constexpr double kRoomShare = 1e-6, kUnpairedRoomShare = 1e-4;
 
-// Maximum number of closed parts. All pairs are compared, which takes two seconds if each part contains the next one.
+// Maximum number of closed parts whose nesting is determined. All pairs are compared, which takes two seconds if each
+// part contains the next one.
 constexpr std::size_t kMaxParts = 5000;
 constexpr int kMaxRounds = 8;
 
@@ -54,11 +55,11 @@ void check(const TriangleMesh& mesh) {
   }
 }
 
-/// Quantities that determine the kind of a part.
+/// Measures of a part that determine whether it is a solid or a sheet.
 struct PartMeasures {
   double area_m2 = 0;
   double volume_m3 = 0;  ///< enclosed volume; negative if the part is inside out
-  /// Σ |volume| of the tetrahedra formed by one vertex and all triangles; 0 if all triangles are coplanar
+  /// Sum of |volume| of the tetrahedra formed by one vertex and each triangle; 0 if all triangles are coplanar.
   double between_m3 = 0;
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity());
   Vec3 high = Vec3::Constant(-std::numeric_limits<double>::infinity());
@@ -89,7 +90,7 @@ bool has_no_room(double volume_m3, double area_m2, double share = kRoomShare) {
 /// Size of a hole, before it is closed.
 struct HoleMeasures {
   double perimeter_m = 0;
-  double area_m2 = 0;  ///< area of the triangles that connect the hole's border to the border's centre
+  double area_m2 = 0;  ///< area of the triangles between the hole's border and the centre of that border
 };
 
 HoleMeasures measured(const TriangleMesh& mesh, const std::vector<int>& loop) {
@@ -109,8 +110,8 @@ HoleMeasures measured(const TriangleMesh& mesh, const std::vector<int>& loop) {
 bool has_small_holes(const TriangleMesh& mesh, const MeshPart& part, double area_m2) {
   double holes = 0;
   for (const auto& loop : part.borders) {
-    // A jagged border is long, and so is the border of a slit. The area that closes a hole is at most that of a disc
-    // with this perimeter. It is also at most that of the triangles to the border's centre.
+    // The area that closes a hole is at most that of a disc with the hole's perimeter, and at most that of the
+    // triangles to the border's centre. The first bound fails for a jagged border or a slit, whose perimeter is long.
     const HoleMeasures hole = measured(mesh, loop);
     holes += std::min(hole.perimeter_m * hole.perimeter_m / (4 * std::numbers::pi), hole.area_m2);
   }
@@ -132,8 +133,8 @@ class Nesting {
     for (std::size_t outer = 0; outer < parts.size(); ++outer) find_inside(outer);
   }
 
-  /// Reverses outermost parts with negative volume, together with the parts inside them, so that cavities remain
-  /// cavities.
+  /// Reverses inside-out parts that no other part contains, together with the parts inside them, so that cavities
+  /// remain cavities.
   /// Out     number of parts reversed
   std::size_t turn_inside_out() {
     std::size_t turned = 0;
@@ -148,11 +149,12 @@ class Nesting {
     return turned;
   }
 
-  /// Returns whether the outermost part around this part is inside out; without a part around it, whether this part is.
+  /// Returns whether the outermost part around this part is inside out. A part without another one around it is its own
+  /// outermost part.
   bool is_inside_out(std::size_t part) const { return measures_[outermost(part)].volume_m3 < 0; }
 
-  /// Returns the number of parts with the same orientation as the part around them, which means material inside
-  /// material.
+  /// Returns the number of parts that have the same orientation as the part around them. There is then material inside
+  /// material instead of a cavity.
   std::size_t buried() const {
     std::size_t count = 0;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
@@ -178,7 +180,7 @@ class Nesting {
       const auto corner = mesh_.triangles[static_cast<std::size_t>(parts_[inner].triangles.front())][0];
       const double distance = tree->signed_distance_m(mesh_.vertices[static_cast<std::size_t>(corner)]);
       if ((distance < 0) != (out.volume_m3 > 0)) continue;
-      // Stores the smallest part around it.
+      // Among the parts that contain a part, the smallest is stored.
       int& container = container_[inner];
       const bool is_closer =
           container == kNone ||
@@ -211,8 +213,8 @@ void close_holes(ContactMesh& result, std::vector<MeshPart>& parts) {
                          counted(result.mesh.triangles.size() - before, "triangle", "triangles"));
 }
 
-/// Closes slits: holes without area, at which a vertex lies on the edge of a triangle that does not use it. No surface
-/// is missing there.
+/// Closes slits: holes without area, at which a vertex lies on the edge of a triangle that does not use this vertex. No
+/// surface is missing there.
 void close_slits(ContactMesh& result, std::vector<MeshPart>& parts) {
   const double widest_m = weld_tolerance_m(result.mesh);
   std::size_t closed = 0;
@@ -226,8 +228,8 @@ void close_slits(ContactMesh& result, std::vector<MeshPart>& parts) {
   }
   if (closed == 0) return;
   result.notes.push_back(counted(closed, "slit", "slits") + " without width closed");
-  // The triangles that close slits are flat. Welding removes them and divides the triangles across the slit. Its notes
-  // are discarded, because they would repeat earlier ones.
+  // The triangles that close slits have no area. Welding removes them and divides the triangles across the slit. The
+  // notes of this welding are discarded, because they would repeat earlier ones.
   std::vector<std::string> repeated;
   weld(result.mesh, repeated);
   parts = connect(result.mesh, repeated);
@@ -319,13 +321,13 @@ std::vector<MeshPart> extract_solids(ContactMesh& result, std::vector<MeshPart>&
   return solids;
 }
 
-/// Classification of the parts that are not solids on their own, taken together.
+/// The parts that are not solids on their own, taken together, and the classification of their triangles.
 struct Enclosed {
-  TriangleMesh whole;  ///< all these parts, one after another
+  TriangleMesh whole;  ///< mesh of all these parts, one after another
   std::vector<Side> sides;
   TriangleMesh inner;
   TriangleMesh surface;
-  std::vector<MeshPart> parts;  ///< parts of `surface`
+  std::vector<MeshPart> parts;  ///< parts of `surface`, whose triangles have the inside on one side
 };
 
 Enclosed enclosed_by(const TriangleMesh& mesh, const std::vector<MeshPart>& others) {
@@ -343,8 +345,8 @@ Enclosed enclosed_by(const TriangleMesh& mesh, const std::vector<MeshPart>& othe
   return enclosed;
 }
 
-/// Returns, for each part of the surface, whether it encloses nothing although its triangles are classified as borders.
-/// The enclosure then has an opening, or has no space inside.
+/// Returns, for each part of the surface, whether it encloses no space although its triangles are classified as
+/// borders. Such a part has an opening, or its sides coincide.
 std::vector<bool> without_inside(const TriangleMesh& mesh, const std::vector<MeshPart>& solids,
                                  const Enclosed& enclosed) {
   std::vector<bool> are_open;
@@ -360,7 +362,8 @@ std::vector<bool> without_inside(const TriangleMesh& mesh, const std::vector<Mes
   return are_open;
 }
 
-/// Moves those parts from `others` to the result for which most of the border area is without_inside().
+/// Moves parts from `others` to the result if without_inside() is true for most of their border area. These parts are
+/// open.
 std::vector<MeshPart> extract_open(const TriangleMesh& mesh, const std::vector<MeshPart>& solids,
                                    std::vector<MeshPart>& others, const Enclosed& enclosed) {
   const std::vector<bool> are_open = without_inside(mesh, solids, enclosed);
@@ -402,7 +405,7 @@ void report_sheet(ContactMesh& result, const std::vector<MeshPart>& parts) {
   result.parts.push_back(sheets);
 }
 
-/// Makes a sheet from the parts that are not solids on their own.
+/// Converts the parts that are not solids on their own to a sheet.
 void keep_as_sheet(ContactMesh& result, const std::vector<MeshPart>& solids, const std::vector<MeshPart>& others) {
   report_sheet(result, others);
   if (solids.empty()) {
@@ -418,7 +421,8 @@ void keep_as_sheet(ContactMesh& result, const std::vector<MeshPart>& solids, con
 void divide_by_winding(ContactMesh& result, const std::vector<MeshPart>& solids, std::vector<MeshPart> others) {
   Enclosed enclosed = enclosed_by(result.mesh, others);
   std::vector<MeshPart> open_parts;
-  // Removing open parts may leave other parts without an inside, so this is repeated.
+  // After open parts are removed, other parts may no longer enclose space. The search for open parts is therefore
+  // repeated.
   for (int round = 0; round < kMaxRounds; ++round) {
     std::vector<MeshPart> taken = extract_open(result.mesh, solids, others, enclosed);
     if (taken.empty()) break;
@@ -443,7 +447,7 @@ void divide_by_winding(ContactMesh& result, const std::vector<MeshPart>& solids,
     }
     const double volume = volume_m3(enclosed.surface);
     if (volume < 0) {
-      // Reverses the open parts together with the inner triangles that close them.
+      // The open parts, and the inner triangles that close them, are reversed together.
       for (TriangleMesh* mesh : {&enclosed.surface, &enclosed.inner}) {
         for (auto& corners : mesh->triangles) std::swap(corners[1], corners[2]);
       }

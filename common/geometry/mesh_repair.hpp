@@ -34,7 +34,7 @@ struct ContactMesh {
   TriangleMesh sheet{};            ///< open parts, if the mesh also has a solid
   /// Triangles that continue the surface inside the solid; they are used only for its winding number
   TriangleMesh inner{};
-  std::vector<PartReport> parts{};  ///< one report per classification, sorted by decreasing number of triangles
+  std::vector<PartReport> parts{};  ///< one report for all parts that are classified alike; most triangles first
 };
 
 /// Reason why a mesh cannot be used for contact, with the remedy.

@@ -19,7 +19,8 @@ namespace {
 using Box = Eigen::AlignedBox3d;
 
 constexpr std::size_t kMaxSlabs = 256;
-/// Limit of Σ edge² [diagonal²]; if it is exceeded, the winding number is slow, so self-crossing is not searched for
+/// If Σ edge² exceeds this multiple of the squared diagonal, queries of the winding number would be slow. The solid is
+/// then not searched for triangles that cross each other.
 constexpr double kMaxEdges = 300;
 
 /// A part of a mesh, with its bounding box, enclosed volume and triangles.
@@ -96,8 +97,8 @@ void find_self_crossing(std::vector<Piece>& solids, const TriangleMesh& mesh, co
     Piece& solid = solids[i];
     if (!solid.is_closed || solid.edges_m2 > kMaxEdges * solid.box.diagonal().squaredNorm()) continue;
     if (work > kMaxWork) break;
-    // The search goes backwards, because repair appends the triangles that close holes, and these are the most likely
-    // to cross others.
+    // The search begins with the last triangles. Those are the triangles that repair added to close holes, which are
+    // the most likely to cross others.
     const std::vector<int> backwards(solid.triangles.rbegin(), solid.triangles.rend());
     visit_crossing(
         mesh, tree, backwards, tolerance_m, threads, work, [&](std::size_t, std::span<const std::size_t> others) {
@@ -107,7 +108,8 @@ void find_self_crossing(std::vector<Piece>& solids, const TriangleMesh& mesh, co
   }
 }
 
-/// Returns the solids whose bounding box intersects another one, and all solids that are not simple.
+/// Returns the solids that may overlap: those whose bounding box intersects another one, and those whose triangles
+/// cross or have unpaired edges.
 std::vector<Piece> not_alone(std::vector<Piece> solids) {
   std::ranges::sort(solids, {}, [](const Piece& solid) { return solid.box.min().x(); });
   std::vector<bool> overlaps(solids.size(), false);
@@ -130,8 +132,8 @@ double signed_m(const TriangleTree::Closest& closest, const Vec3& p_S) {
 
 }  // namespace
 
-/// The parts that may overlap. The bounding box is divided into slabs along its longest axis; each slab lists the parts
-/// in it.
+/// Parts of the mesh that may overlap. The bounding box is divided into slabs along its longest axis. Each slab lists
+/// the parts that intersect it.
 struct TriangleTree::Parts {
   struct Part {
     /// In      whole  search tree of the whole mesh
@@ -150,8 +152,8 @@ struct TriangleTree::Parts {
       if (sides->has_inner() && !sides->border().triangles.empty()) border.emplace(sides->border());
     }
 
-    /// Returns the closest point with a normal on the correct side. If edges of the closest face are unpaired or it
-    /// crosses others, its normal does not determine the side.
+    /// Returns the closest point with a normal on the correct side. If the closest triangle crosses others or has
+    /// unpaired edges, its normal does not determine the side.
     ///
     /// In      found  closest point if it is already known, otherwise an empty result
     /// Out     an empty result if there is no point within the limit
@@ -166,7 +168,8 @@ struct TriangleTree::Parts {
       face(found, p_S, is_inside);
       return found;
     }
-    /// Returns an upper bound of the depth of a point, its depth in the bounding box; negative outside the box.
+    /// Returns an upper bound of the depth of a point in this part: its depth in the bounding box. Negative outside the
+    /// box.
     double max_depth_m(const Vec3& p_S) const {
       if (!box.contains(p_S)) return -1;
       if (sides) return std::numeric_limits<double>::infinity();
@@ -175,21 +178,21 @@ struct TriangleTree::Parts {
     }
     void find_bounds();
     bool is_face(int triangle, const Vec3& at_S) const { return !sides || sides->is_face(triangle, at_S); }
-    /// Reverses the normal if it contradicts `is_inside`.
+    /// Reverses the normal if its side contradicts `is_inside`.
     static void face(Closest& found, const Vec3& p_S, bool is_inside) {
       if ((signed_m(found, p_S) < 0) == is_inside || !(found.distance_m > 0)) return;
       found.normal_S = (is_inside ? -1 : 1) * (p_S - found.point_S) / found.distance_m;
     }
 
     Box box;
-    /// Rotation to the principal axes of a simple part, whose bounding box along them is tight even for a needle
+    /// Rotation to the principal axes of a simple part. Even for a needle, the bounding box along these axes is tight.
     Eigen::Matrix3d R_US;
     Box box_U;
     TriangleMesh mesh;
-    std::optional<TriangleTree> tree;    ///< empty if the part is the whole mesh; then the tree of the mesh is used
+    std::optional<TriangleTree> tree;    ///< search tree of the part; empty if the part is the whole mesh
     std::vector<int> triangles;          ///< for each triangle of the part: its index in the whole mesh
     std::optional<PartSides> sides;      ///< sides of the triangles, for a part that is not simple
-    std::optional<TriangleTree> border;  ///< tree of `sides->border()`, if there are inner faces
+    std::optional<TriangleTree> border;  ///< tree of `sides->border()`, if some triangles are inside the part
   };
 
   Parts(const TriangleMesh& mesh, const TriangleTree& tree, const TriangleMesh& inner, const std::vector<Piece>& pieces,
@@ -211,7 +214,7 @@ struct TriangleTree::Parts {
     }
   }
 
-  /// Returns whether the normal of a triangle at this point determines which side is inside.
+  /// Returns whether the normal of a triangle at this point determines the side of the inside.
   bool is_face(int triangle, const Vec3& p_S) const {
     const auto& [part, in_part] = places[static_cast<std::size_t>(triangle)];
     return part == kNone || parts[part]->is_face(in_part, p_S);
@@ -225,7 +228,7 @@ struct TriangleTree::Parts {
   Eigen::Index axis = 0;
   std::vector<std::unique_ptr<Part>> parts;
   static constexpr std::uint32_t kNone = ~0U;
-  /// For each triangle of the mesh: its part, and its index in that part
+  /// For each triangle of the mesh: the number of its part, and its index in that part.
   std::vector<std::pair<std::uint32_t, int>> places;
   std::vector<std::vector<std::size_t>> slabs;
 
@@ -267,7 +270,8 @@ TriangleTree::Closest TriangleTree::closest_of_solid(const Vec3& p_S, double lim
   double deepest_m = 0;
   for (const std::size_t i : parts_->slabs[parts_->all.contains(p_S) ? parts_->slab_of(p_S) : 0]) {
     const Parts::Part& part = *parts_->parts[i];
-    // A point inside a part is at least as deep as its distance to the nearest surface.
+    // A part can contain the point more deeply only if the upper bound of the depth exceeds the distance to the nearest
+    // surface and the depth found so far.
     const double max_depth_m = part.max_depth_m(p_S);
     if (max_depth_m < std::max(nearest.distance_m, -deepest_m)) continue;
     Closest closest = i == part_of_nearest ? nearest : Closest{};

@@ -7,7 +7,8 @@
 namespace tandem::geometry {
 namespace {
 
-// First byte of the three-byte form and of the five-byte form of an integer.
+// First byte of an integer with two further bytes, and of one with four further bytes. Other first bytes are the
+// integer itself.
 constexpr std::uint8_t kTwoBytes = 254;
 constexpr std::uint8_t kFourBytes = 255;
 

@@ -22,7 +22,7 @@ std::int32_t pop_number(ByteReader& reader);
 std::vector<std::uint8_t> planes_of(std::span<const std::int32_t> values);
 std::vector<std::int32_t> values_of(std::span<const std::uint8_t> planes);
 
-/// Maps a direction to octahedral coordinates: a point in the square from −1 to 1.
+/// Maps a direction to octahedral coordinates: a point in the square with coordinates from −1 to 1.
 ///
 /// Source  Meyer et al., "On floating-point normal vectors", EGSR 2010
 /// In      direction  vector of any length except 0
@@ -30,7 +30,7 @@ Eigen::Vector2d in_square(const Vec3& direction);
 /// Inverse of in_square(): returns the unit vector for octahedral coordinates.
 Vec3 direction_of(double x, double y);
 
-/// Appends `raw` as a block. It is compressed if that makes it shorter.
+/// Appends `raw` as a block. The block is compressed if that makes it shorter.
 ///
 /// In      packing_level  compression level of zstd, 1 to 22; 0: not compressed
 void append_block(std::vector<std::uint8_t>& bytes, std::span<const std::uint8_t> raw, int packing_level);

@@ -1,4 +1,4 @@
-// Returns the result of a repair as one mesh and as text.
+// Combines the solid and the sheet of a repaired mesh, and describes its parts as text.
 #include <iomanip>
 #include <sstream>
 

@@ -28,9 +28,9 @@ double diagonal_m(const TriangleMesh& mesh) {
 class PartSides::Cells {
  public:
   enum class Kind : std::uint8_t {
-    kFace,      ///< the inside is behind it, the outside in front of it
+    kFace,      ///< the inside is behind the triangle, the outside in front
     kInner,     ///< the inside is on both sides
-    kUncertain  ///< anything else, or ambiguous: the winding number must be queried
+    kUncertain  ///< any other case: the winding number must be queried
   };
 
   Cells(const TriangleMesh& mesh, WindingNumber winding, const TriangleTree& tree, const EdgesOfTriangles& edges,
@@ -65,8 +65,8 @@ class PartSides::Cells {
 
   bool is_inside(const Vec3& p_S) const noexcept { return std::abs(winding_.at(p_S)) > 0.5; }
 
-  /// Returns the kind of the cell at a point. In an open mesh, kInner is replaced by kUncertain, because around a hole
-  /// no triangle separates inside and outside.
+  /// Returns the kind of the cell at a point. In an open mesh, kInner is replaced by kUncertain, because beside a hole
+  /// the winding number changes without a triangle.
   Kind at(std::size_t triangle, const Vec3& p_S) const noexcept {
     const Corners corners = corners_of(mesh_, triangle);
     const Vec3 ab = corners[1] - corners[0], ac = corners[2] - corners[0], ap = p_S - corners[0];
@@ -93,8 +93,9 @@ class PartSides::Cells {
 
  private:
   static constexpr double kBeside = 1e-5, kToTheRim = 0.8;
-  /// Lengths of cells as fractions of the mesh's diagonal. Cells up to kFinest are not divided. Cells up to kDoubtful
-  /// are not divided if their winding number differs from ½ by less than kDoubt.
+  /// Cells are divided until they are short enough, in fractions of the mesh's diagonal. Cells up to kFinest are not
+  /// divided. Cells up to kDoubtful are not divided if only a winding number close to ½ (within kDoubt) makes them
+  /// ambiguous.
   static constexpr double kFinest = 1.0 / 128, kDoubtful = 1.0 / 16;
   static constexpr double kDoubt = 0.2;
   static constexpr std::size_t kRegionSamples = 16;  ///< number of samples in a connected region
@@ -103,7 +104,7 @@ class PartSides::Cells {
     Kind kind = Kind::kUncertain;
     std::uint32_t first_quarter = 0;  ///< index of the first of four quarters; 0: not divided
   };
-  /// Possible boundary between two classifications: a triangle, or one of its sides (or corners).
+  /// A triangle, or a side or corner of one, at which the classification of neighbouring cells may change.
   struct Obstacle {
     Corners corners;
     int count;
@@ -123,8 +124,8 @@ class PartSides::Cells {
     return is_end;
   }
 
-  /// Classifies a connected region that meets no other triangle, using samples. If the samples differ, each triangle is
-  /// divided.
+  /// Classifies a connected region that meets no other triangle, by samples. If the samples differ, each triangle is
+  /// divided into cells.
   void decide(const std::vector<int>& region) {
     std::array<bool, 3> is_found{};
     Kind kind = Kind::kUncertain;
@@ -182,12 +183,12 @@ class PartSides::Cells {
   /// Result of the samples in one cell.
   struct CellSample {
     Kind kind = Kind::kUncertain;
-    bool is_mixed = false;     ///< the samples differ
-    bool is_doubtful = false;  ///< a winding number is close to ½, so it may cross ½ elsewhere in the cell
+    bool is_mixed = false;     ///< samples in the cell have different kinds
+    bool is_doubtful = false;  ///< a winding number is close to ½ and may cross ½ elsewhere in the cell
   };
 
-  /// Samples the middle of a cell. Unless `at_middle_only` is set and the result is clear, also samples points near its
-  /// corners and near the middles of its sides.
+  /// Samples the middle of a cell. Points near its corners and the middles of its sides are sampled too, unless
+  /// `at_middle_only` is set and the result is clear.
   CellSample sample_cell(const Corners& corners, bool at_middle_only) const {
     const Vec3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).stableNormalized();
     const Vec3 step = kBeside * size_m_ * normal;
@@ -225,7 +226,7 @@ class PartSides::Cells {
   bool is_closed_;
   double size_m_;
   std::vector<int> triangles_at_;  ///< number of triangles at each edge
-  std::vector<Cell> cells_;        ///< the first cells are the triangles themselves
+  std::vector<Cell> cells_;        ///< one cell for each triangle, followed by the quarters of divided cells
   bool has_inner_ = false;
   TriangleMesh border_;
   std::vector<int> triangle_of_border_;

@@ -17,8 +17,8 @@ using EdgesOfTriangles = std::vector<std::array<std::uint32_t, 3>>;
 
 /// Distance below which triangles are treated as touching, as a fraction of the mesh's diagonal.
 inline constexpr double kTouching = 1e-7;
-/// Limit of the work for one mesh, which corresponds to some seconds, and costs of operations in the same unit. Finding
-/// a triangle near another one costs 1. Testing whether two triangles meet within a cell costs kWorkPerMeeting. A query
+/// Limit of the work for one mesh, and the work of operations in the same unit. The limit is some seconds. Finding a
+/// triangle near another one costs 1. Testing whether two triangles meet within a cell costs kWorkPerMeeting. A query
 /// of the winding number costs kWorkPerSample.
 inline constexpr std::size_t kMaxWork = 40'000'000, kWorkPerMeeting = 4, kWorkPerSample = 400;
 

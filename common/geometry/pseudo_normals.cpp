@@ -24,7 +24,7 @@ void TriangleTree::sum_corner_normals(const TriangleMesh& mesh) {
 }
 
 void TriangleTree::sum_edge_normals(const TriangleMesh& mesh) {
-  // An edge is searched among the edges with the same smaller vertex. There are about three, independently of the size
+  // An edge in a linked list of all edges with the same smaller vertex. A list has about three edges, whatever the size
   // of the mesh.
   struct Edge {
     std::uint32_t larger_vertex;

@@ -56,11 +56,11 @@ class SampleGrid {
   static constexpr std::uint32_t kNone = 0xFFFFFFFF;
   struct Slot {
     std::uint64_t key = 0;
-    std::uint32_t first = kNone;  ///< kNone: the slot is free
+    std::uint32_t first = kNone;  ///< first sample of the cube; kNone: the slot is free
   };
 
-  /// Packs the indices of a cube into 21 bits per axis. Cubes with the same key after an overflow share a list, which
-  /// costs only time.
+  /// Packs the indices of a cube into one key, with 21 bits for each axis. Distant cubes may get the same key by
+  /// overflow. Their samples then share a list, which only costs time.
   static std::uint64_t key_of(const Eigen::Vector3f& cube) {
     const auto axis = [](float value) {
       return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(value))) & 0x1FFFFFU;

@@ -119,7 +119,7 @@ TriangleMesh clustered(const TriangleMesh& mesh, const Vec3& origin, double widt
     if (known.insert(made).second) out.triangles.push_back(made);
   }
   for (std::size_t i = 0; i < count; ++i) {
-    // The diagonal term keeps the vertex close to the mean in directions that no face constrains.
+    // The small diagonal term keeps the vertex close to the mean in directions that no face determines.
     const double trace = normal_matrices[i].trace();
     const Eigen::Matrix3d held = normal_matrices[i] + 1e-3 * trace * Eigen::Matrix3d::Identity();
     const Vec3 away = trace > 0 ? Vec3(held.ldlt().solve(right[i])) : Vec3(0, 0, 0);

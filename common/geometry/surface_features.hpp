@@ -20,9 +20,10 @@ struct SurfaceTopology {
 
   const Vec3& vertex(int index) const { return mesh.vertices[static_cast<std::size_t>(index)]; }
   const Vec3& face_normal(int index) const { return face_normals[static_cast<std::size_t>(index)]; }
-  /// Mean of the normals of the edge's triangles: a unit vector, or zero if they cancel.
+  /// Returns the mean of the normals of the edge's triangles: a unit vector, or zero if they cancel.
   Vec3 edge_normal(const MeshEdge& edge) const;
-  /// Angle between the normals of the edge's triangles [rad]; positive if the surface is convex there, 0 at a border.
+  /// Returns the angle between the normals of the edge's triangles [rad]; positive if the surface is convex there, 0 at
+  /// a border.
   double fold_rad(const MeshEdge& edge) const;
 };
 

@@ -95,7 +95,7 @@ void visit_crossing(const TriangleMesh& mesh, const TriangleTree& tree, std::spa
                     double tolerance_m, int threads, std::size_t& work,
                     const std::function<bool(std::size_t triangle, std::span<const std::size_t> others)>& visit) {
   constexpr std::size_t kFirst = 64, kMost = 2048, kByOne = 32;
-  /// Limit of the work computed in advance, which is lost if `visit` ends the loop
+  /// Limit of the work that is done ahead of `visit`. This work is wasted if `visit` ends the loop.
   constexpr std::size_t kWorkAhead = 200'000;
   std::vector<std::vector<std::size_t>> found(kMost);
   std::vector<std::size_t> works(kMost);

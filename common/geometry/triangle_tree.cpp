@@ -18,18 +18,18 @@ namespace {
 
 constexpr std::uint32_t kLeafBit = 1U << 31U;
 constexpr std::uint32_t kNone = kLeafBit - 1U;
-/// Three bits contain the number of slots − 1; the 28 bits below contain the first slot
+/// Link to a leaf: bits 28 to 30 contain the number of its slots − 1, and the bits below contain the first slot.
 constexpr std::uint32_t kCountShift = 28;
 constexpr std::uint32_t kSlotMask = (1U << kCountShift) - 1U;
 constexpr std::uint32_t kMaxLeafTriangles = 2;
 constexpr int kBins = 16;
-/// Levels below this are divided into halves of equal count. With 28 bits of slots, a tree has fewer than 48 + 28
-/// levels of division; a node contains two levels.
+/// Up to this level, triangles are divided by the cost of a search; below it, into halves of equal count. With 28 bits
+/// for slots, a tree has fewer than 48 + 28 levels of division. A node contains two levels.
 constexpr int kBinnedLevels = 48;
 constexpr int kStackSize = 3 * (48 + 28) / 2 + 8;
 constexpr std::uint32_t kMaxInDisk = 256;  ///< largest number of triangles that are bounded by a disk
-/// Relative margin for rounding errors. One single-precision operation has a relative error of at most 6e-8, and the
-/// distance of a node takes about twelve operations. In measurements 1e-6 was sufficient; 4e-6 is used for safety.
+/// Relative margin for rounding errors in single precision. The distance of a node takes about twelve operations with
+/// an error of at most 6e-8 each. In measurements 1e-6 was sufficient; 4e-6 is used for safety.
 constexpr double kRounding = 4e-6;
 constexpr float kFar = 1e15F;
 
@@ -116,9 +116,9 @@ struct alignas(64) TriangleTree::Node {
   std::array<Four, 3> low = {Four(kFar), Four(kFar), Four(kFar)};
   std::array<Four, 3> high = low;
   std::array<Four, 3> normal = {Four::Zero(), Four::Zero(), Four::Zero()};
-  Four half_thickness = Four::Constant(kFar), radius = half_thickness;  ///< kFar: there is no disk
+  Four half_thickness = Four::Constant(kFar), radius = half_thickness;  ///< size of the child's disk; kFar: no disk
   std::array<std::uint32_t, 4> links = {kNone, kNone, kNone,
-                                        kNone};  ///< index of a node; or kLeafBit, number of slots − 1 and first slot
+                                        kNone};  ///< index of a child; or a leaf: kLeafBit, slots − 1, first slot
 
   Four middle(std::size_t axis) const { return 0.5F * (low[axis] + high[axis]); }
   /// Returns a lower bound of the squared distance to each child, not counting rounding errors.
@@ -148,7 +148,8 @@ struct RoundedPlace {
       : p_S(exact_S.cwiseMax(-kFar).cwiseMin(kFar).cast<float>()),
         off_m((exact_S - p_S.matrix().cast<double>()).norm()) {}
 
-  /// A node whose least_squared() exceeds this value contains no triangle nearer than √squared_m2.
+  /// Returns the limit of least_squared() for a search within √squared_m2. A node above the limit contains no triangle
+  /// that is nearer.
   float limit_m2(double squared_m2) const {
     const double limit_m = (1 + kRounding) * (std::sqrt(squared_m2) + off_m);
     return static_cast<float>(std::min(limit_m * limit_m, static_cast<double>(std::numeric_limits<float>::max())));
@@ -163,8 +164,8 @@ struct RoundedPlace {
 struct TriangleTree::Nearest {
   double squared_m2;
   std::uint32_t slot;
-  Vec3 from_a_S;  ///< closest point − corner a
-  int feature;    ///< 0: face; 1..3: edges ab, bc, ca; 4..6: corners a, b, c
+  Vec3 from_a_S;  ///< closest point relative to corner a
+  int feature;    ///< place of that point: 0: face; 1..3: edges ab, bc, ca; 4..6: corners a, b, c
 };
 
 /// Divides the triangles recursively, each time at the place for which the surface area heuristic gives the lowest cost
@@ -180,7 +181,7 @@ struct TriangleTree::Builder {
     int axis = 0;
     float low = 0;
     float bins_per_m = 0;
-    int first_right_bin = 0;  ///< 0: no division was found
+    int first_right_bin = 0;  ///< first bin of the right half; 0: no division was found
   };
 
   int bin_of(const Split& split, std::uint32_t triangle) const {
@@ -251,8 +252,8 @@ struct TriangleTree::Builder {
   }
 
   std::uint32_t subtree(std::uint32_t begin, std::uint32_t end, int level) {
-    // The cost of building a node is proportional to its number of triangles. Every subtree with at least kCallOffEvery
-    // triangles, and some smaller ones, contain a call-off point.
+    // Building can be called off. The cost of a node is proportional to its number of triangles, so call-off points are
+    // spread over them. Every subtree with at least kCallOffEvery triangles has such a point.
     if (begin / kCallOffEvery != end / kCallOffEvery) call_off_point();
     if (end - begin <= kMaxLeafTriangles) return kLeafBit | ((end - begin - 1U) << kCountShift) | begin;
     const std::uint32_t middle = divide(begin, end, level);
@@ -288,7 +289,7 @@ struct TriangleTree::Builder {
     Vec3 normal = Vec3::Zero();
     for (const std::uint32_t triangle : triangles) normal += doubled_area(mesh, triangle);
     if (!(normal.norm() > 0)) return;
-    // With the margin, the length is 1 or more also after rounding.
+    // The margin makes the normal slightly longer than 1, so that it is at least 1 after rounding to single precision.
     normal *= (1 + kRounding / 8) / normal.norm();
     Vec3 middle;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -393,7 +394,7 @@ void TriangleTree::descend(const Vec3& p_S, Nearest& best) const noexcept {
     }
     const Node& node = nodes_[link];
     const Four squared = node.least_squared(p.p_S);
-    // Children are inserted in the order of their distances, so that the nearest one is on top of the stack.
+    // Children are put on the stack in the order of their distances, so that the nearest one is on top.
     const std::size_t before = height;
     for (std::size_t i = 0; i < 4 && node.links[i] != kNone; ++i) {
       const Entry entry{node.links[i], squared[static_cast<Eigen::Index>(i)]};

@@ -32,7 +32,7 @@ class TriangleTree {
 
   struct Closest {
     Vec3 point_S = Vec3::Zero();
-    /// ≥ 0; infinite if there is no point within the limit
+    /// Distance to the closest point, ≥ 0; infinite if there is no point within the limit.
     double distance_m = std::numeric_limits<double>::infinity();
     int triangle = -1;
     Vec3 normal_S = Vec3::Zero();  ///< angle-weighted pseudo-normal of the closest face, edge or corner; not normalised
@@ -59,10 +59,10 @@ class TriangleTree {
   /// Finds triangles within `limit_m` of a point, in no particular order, at most as many as the span can hold.
   /// Out     number of triangles; if it exceeds the size of the span, some triangles are missing
   std::size_t within(const Vec3& p_S, double limit_m, std::span<Near> found) const noexcept;
-  /// Finds triangles whose bounding boxes intersect a box; the result is as above.
+  /// Finds triangles whose bounding boxes intersect a box. The result is like that of within() for a point.
   std::size_t within(const Eigen::AlignedBox3d& box_S, std::span<Near> found) const noexcept;
-  /// Finds triangles that the line through `p_S` crosses, on both sides of `p_S`; the result is as above. Triangles
-  /// parallel to the line are excluded.
+  /// Finds triangles that the line through `p_S` crosses, on both sides of `p_S`. The result is like that of within().
+  /// Triangles parallel to the line are excluded.
   std::size_t crossed(const Vec3& p_S, const Vec3& along, std::span<Near> found) const noexcept;
   /// Returns the signed distance to a solid, which is negative inside.
   ///
@@ -91,14 +91,14 @@ class TriangleTree {
   // Triangles are stored in the order of the leaves: slot i contains triangle triangle_of_slot_[i] of the mesh.
   std::vector<Node> nodes_;
   std::uint32_t root_ = 0;                    ///< link to the root, see Node::links
-  std::vector<std::array<Vec3, 3>> corners_;  ///< a, ab, ac
+  std::vector<std::array<Vec3, 3>> corners_;  ///< for each slot: corner a, and the sides ab and ac
   std::vector<std::uint32_t> triangle_of_slot_;
   std::vector<std::uint32_t> slot_of_triangle_;
   std::vector<std::array<std::uint32_t, 3>> vertices_of_slot_;
   std::vector<std::array<std::uint32_t, 3>> edges_of_slot_;
   std::vector<Vec3> vertex_normals_;
   std::vector<Vec3> edge_normals_;
-  std::shared_ptr<const Parts> parts_;  ///< see may_overlap(); null if it is false
+  std::shared_ptr<const Parts> parts_;  ///< parts of the mesh; null if may_overlap() is false
 };
 
 }  // namespace tandem::geometry

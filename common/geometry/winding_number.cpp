@@ -10,11 +10,12 @@
 namespace tandem::geometry {
 namespace {
 
-/// Limits of the division of triangles: the maximum side length is at least kShortest times the longest side, and at
-/// least kLong times the median width of the triangles. It is reduced by the factor kShorter per step.
+/// Triangles are divided until their sides are below a maximum length. It starts at the longest side and is multiplied
+/// by kShorter in each step. It stays above kShortest times the longest side, and above kLong times the median width of
+/// the triangles.
 constexpr double kShortest = 1.0 / 64, kShorter = 0.8, kLong = 3;
-/// Maximum number of times that a triangle is halved. It is more than a side length of kShortest requires. It ends the
-/// recursion if two ends are adjacent doubles, whose middle is equal to one of them.
+/// Maximum number of times that a triangle is halved, more than a side of kShortest requires. If two ends are adjacent
+/// doubles, their middle equals one of them, and only this limit ends the recursion.
 constexpr int kMaxHalvings = 24;
 
 Vec3 centroid(const std::array<Vec3, 3>& corners) {
@@ -72,8 +73,8 @@ struct WindingNumber::Node {
   double radius_m = 0;
   std::uint32_t first = 0;
   std::uint32_t count = 0;
-  std::uint32_t second = 0;  ///< second child; 0: a leaf
-  std::uint32_t next = 0;    ///< next node after this subtree
+  std::uint32_t second = 0;  ///< index of the second child; 0: the node is a leaf
+  std::uint32_t next = 0;    ///< index of the next node after this subtree
 };
 
 /// Sum of angles between −π and π. Each angle is given by a point (x, y) in its direction. The points are multiplied as
@@ -85,9 +86,9 @@ struct WindingNumber::AngleSum {
 
   void add(double of_x, double of_y) noexcept {
     const double new_x = x * of_x - y * of_y;
-    const double new_y = x * of_y + y * of_x + 0.0;  // is never −0, so that the opposite direction gives π and not −π
+    const double new_y = x * of_y + y * of_x + 0.0;  // never −0, so that the opposite direction gives π and not −π
     const double size = std::max(std::abs(new_x), std::abs(new_y));
-    if (!(size > 0)) return;  // p is at a corner or on an edge of the triangle, where any angle is valid
+    if (!(size > 0)) return;  // p is on a corner or an edge of the triangle, where any angle is correct
     if (y >= 0 && of_y > 0 && new_y < 0) ++turns;
     if (y < 0 && of_y < 0 && new_y >= 0) --turns;
     x = new_x / size;
@@ -251,7 +252,7 @@ bool WindingNumber::add_angle(const std::array<Vec3, 3>& corners, const Vec3& p_
   const double x = all + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
   const double y = a.dot(b.cross(c));
   sum.add(x, y);
-  // On a side of the triangle x is 0, inside the triangle it is negative.
+  // On a side of the triangle x is 0, and in its interior x is negative. Both are compared with a tolerance.
   return x <= kOnShare * all && std::abs(y) <= kOnShare * all;
 }
 

@@ -46,11 +46,12 @@ class WindingNumber {
  private:
   static constexpr double kFar = 2;
   static constexpr std::uint32_t kLeafPieces = 6;
-  /// Meshes with fewer triangles than kMinToDivide are not divided
+  /// Meshes with fewer than kMinToDivide triangles are not divided into pieces. Larger ones get at most kPieces times
+  /// as many pieces as triangles.
   static constexpr std::size_t kPieces = 3, kMinToDivide = 500;
   static constexpr double kOnShare = 1e-3;
 
-  /// Corners of the piece, and index of the triangle to which it belongs
+  /// Corners of a piece, and the index of the triangle to which it belongs.
   using Piece = std::pair<std::array<Vec3, 3>, std::uint32_t>;
   struct Node;
   struct AngleSum;

@@ -163,7 +163,7 @@ void FalconDriver::greet_loader(LocalTime now) {
   const int length = port_->read(bytes_, kLoaderWait);
   if (length < 0) return lose(now, kUnplugged);
   const std::span read = std::span(bytes_).first(static_cast<std::size_t>(length));
-  // A zero byte may precede the reply.
+  // A zero byte may precede the loader's reply, so only the end of the received bytes is compared.
   if (read.size() < kGreetingBack.size() || !std::ranges::equal(read.last(kGreetingBack.size()), kGreetingBack)) {
     if (++tries_ >= kMaxGreetings) fail(now, kLoadAgain);
     return;
@@ -231,7 +231,7 @@ bool FalconDriver::receive(FalconReply& reply) {
   const LocalTime end = SteadyClock().now() + 2 * kReplyWait;
   bool has_reply = false;
   int length = port_->read(bytes_, kReplyWait);
-  // Only the newest packet is used. If a packet is incomplete, the next read completes it.
+  // If several packets have arrived, the newest is used. If the last packet is incomplete, the next read completes it.
   for (; length > 0; length = port_->read(bytes_, has_reply ? Duration{0} : kReplyWait)) {
     for (const std::uint8_t byte : std::span(bytes_).first(static_cast<std::size_t>(length))) {
       if (const auto one = parser_.parse(byte)) {
@@ -239,7 +239,7 @@ bool FalconDriver::receive(FalconReply& reply) {
         has_reply = true;
       }
     }
-    // The time is limited, because on a stream without packets the loop would delay the next command.
+    // The loop ends at a time limit. On a stream without valid packets, it would otherwise delay the next command.
     if (has_reply || SteadyClock().now() >= end) return has_reply;
   }
   if (length < 0) port_.reset();
@@ -266,8 +266,8 @@ DeviceSample FalconDriver::run(LocalTime now, const Wrench& wrench_on_hand_D) {
     lose(now, kSilent);
     return absence_.sample(now);
   }
-  // The last sample is repeated with its original time. If this continues, it becomes too old, and the force is
-  // removed.
+  // Without a reply, the last sample is repeated with its original time. If replies remain missing, the sample becomes
+  // too old, and DeviceReader treats it as a fault.
   return is_homed_ && !is_in_ ? last_ : homing_sample(now);
 }
 

@@ -24,7 +24,7 @@ namespace tandem::devices {
 
 struct FalconSettings {
   DeviceSpec spec;  ///< limits of the device; the driver sets the axes and buttons
-  /// Firmware of the device's manufacturer; if empty, the driver loads none.
+  /// Firmware of the device's manufacturer. If it is empty, the driver loads no firmware.
   std::vector<std::uint8_t> firmware;
   double motor_counts_per_n_m = 3000;
 };
@@ -33,7 +33,7 @@ struct FalconSettings {
 /// larger than a count.
 class EncoderWatch {
  public:
-  /// Starts anew at the first reply of the device.
+  /// Restarts the time of 3 s. Called at the first reply of the device.
   void start(LocalTime now) noexcept {
     changed_ = now;
     are_frozen_ = false;
@@ -102,9 +102,9 @@ class FalconDriver final : public DeviceDriver {
   DeviceSample last_;  ///< last sample while the device was homed
   bool is_homed_ = false;
   bool has_homing_begun_ = false;
-  bool is_in_ = false;  ///< true after homing, until the grip was pulled out; the device is not ready before
+  bool is_in_ = false;  ///< the grip was not yet pulled out after homing; the device is not ready until then
   LocalTime homing_since_{};
-  Vec3 p_m_ = Vec3(0, 0, 0.125);  ///< position in the device's frame
+  Vec3 p_m_ = Vec3(0, 0, 0.125);  ///< position of the grip in the device's frame
   bool has_pose_ = false;
   haptics::VelocityEstimator velocity_;
   EncoderWatch encoders_;

@@ -84,7 +84,8 @@ std::optional<Vec3> falcon_forward(const Vec3& angles_rad, const Vec3& start_m) 
     const Vec3 error = angles_rad - *angles;
     if (error.cwiseAbs().maxCoeff() < kAngleError_rad) return p;
     Vec3 step = clamped_to_length(j->inverse() * error, kMaxNewtonStep_m);
-    // Near the edge of the workspace a full step may lead outside, where the inverse does not exist.
+    // Near the edge of the workspace, a full Newton step may end outside, where the inverse does not exist. The step is
+    // halved until it ends inside.
     for (int halved = 0; halved < 10 && !falcon_inverse(p + step); ++halved) step *= 0.5;
     p += step;
   }

@@ -26,8 +26,8 @@ Vec3 falcon_angles(const FalconCounts& encoders);
 /// Fails   returns nothing: p is out of reach
 std::optional<Vec3> falcon_inverse(const Vec3& p_m);
 
-/// Returns the Jacobian dθ1/dp [rad/m], one row per leg. It differs from central differences of the inverse by less
-/// than 1e-7. libnifalcon uses sin²θ2 in the z column, which differs from them by 2 to 5.5 rad/m.
+/// Returns the Jacobian dθ1/dp [rad/m], one row per leg. Central differences of falcon_inverse() deviate from it by
+/// less than 1e-7. The formula in libnifalcon has sin²θ2 in the z column and deviates by 2 to 5.5 rad/m.
 /// Fails   returns nothing: p is out of reach
 std::optional<Eigen::Matrix3d> falcon_jacobian(const Vec3& p_m);
 

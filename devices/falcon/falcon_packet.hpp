@@ -39,7 +39,7 @@ class FalconPacketParser {
   /// Processes a byte; returns the packet that this byte completes, if any.
   std::optional<FalconReply> parse(std::uint8_t byte) noexcept;
   void reset() noexcept { length_ = 0; }
-  /// Number of bytes that did not belong to a packet.
+  /// Returns the number of bytes that did not belong to a packet.
   std::uint64_t skipped() const { return skipped_; }
 
  private:

@@ -43,7 +43,8 @@ timeval timeval_of(Duration duration) {
   return {us / 1000000, us % 1000000};
 }
 
-/// Context of libusb, one per port. In a shared context one thread may handle the events for which another one waits.
+/// A context of libusb for one port. If ports shared a context, one thread could handle the events for which another
+/// thread waits.
 using Usb = std::shared_ptr<libusb_context>;
 /// Opens a context. Returns null if USB cannot be used.
 Usb open_usb() {

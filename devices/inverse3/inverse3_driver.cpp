@@ -66,7 +66,7 @@ class ServiceSocket {
     error_code ignored;
     socket_.close(ignored);
   }
-  /// From this call on the watchdog writes the frames. No write of this socket may be pending.
+  /// Hands all writes over to the watchdog. No write of this socket may be pending at this call.
   void write_through(Watchdog& watchdog) { watchdog_ = &watchdog; }
   bool is_writing() const { return is_writing_; }
   /// Sets whether the next command contains a force.
@@ -167,7 +167,7 @@ DeviceSample Inverse3Driver::step(LocalTime now, const Wrench& wrench_on_hand_D)
   now_ = now;
   if (!link_) connect(now);
   if (link_ && state_ && !link_->socket().is_writing()) watch_over();
-  // One command is sent per state. Exception: zero is sent at once when it follows a force.
+  // One command is sent for each received state. Exception: zero is sent at once if a force was sent before.
   const bool must_release = state_ && !shown_n_.isZero(0) && wrench_on_hand_D.f.isZero(0);
   const bool may_send = link_ && !link_->is_sending && (!watchdog_ || !watched_id_.empty());
   if (may_send && (is_new_ || must_release)) send(wrench_on_hand_D);
@@ -229,7 +229,7 @@ void Inverse3Driver::receive(std::string_view text) {
   is_new_ = true;
   is_taken_ = is_taken_ || state->cursor_m.has_value();
   if (state_ && !state->cursor_m) state->cursor_m = state_->cursor_m;
-  // A message need not contain the grip; in that case its last state is used.
+  // A message without a grip keeps the last known state of the grip.
   if (state_ && !state->grip) {
     state->grip = state_->grip;
     state->buttons = state_->buttons;
@@ -271,7 +271,8 @@ void Inverse3Driver::work() {
 }
 
 void Inverse3Driver::fail(std::string_view reason) {
-  // After a loss, the next connection attempt follows a second later, so that the reason is reported for that time.
+  // If a connection attempt fails after a loss, the next attempt follows a second later. Meanwhile the reason of the
+  // loss is reported.
   if (has_last_)
     absence_.begin(now_, reason);
   else

@@ -56,12 +56,12 @@ class Inverse3Driver final : public DeviceDriver {
   std::shared_ptr<Watchdog> watchdog_;
   std::string watched_id_;  ///< id of the device for which the watchdog has a zero command; empty: none
   boost::asio::io_context io_;
-  std::shared_ptr<Link> link_;  ///< null: not connected
+  std::shared_ptr<Link> link_;  ///< connection to the service; null: not connected
   Absence absence_;
-  LocalTime now_{};  ///< time of the current step
+  LocalTime now_{};  ///< time of the current step()
   LocalTime last_received_{};
   Vec3 shown_n_ = Vec3::Zero();  ///< last force sent
-  bool may_be_on_ = false;       ///< a force was sent, and since then no zero was sent completely
+  bool may_be_on_ = false;       ///< a force was sent, and no zero was sent completely since then
   bool is_new_ = false;          ///< the newest state was not answered by a command yet
   bool is_taken_ = false;        ///< the newest state was not returned in a sample yet
   std::optional<Inverse3State> state_;

@@ -20,9 +20,9 @@ namespace {
 
 constexpr auto kPeriod = std::chrono::milliseconds(20);
 constexpr int kPeriodsAPlay = 5, kPeriodsAnOpen = 50;
-constexpr int kMaxSilentPeriods = 5;  // show() was not called for 0.1 s, so the haptic loop hangs
+constexpr int kMaxSilentPeriods = 5;  // limit of periods without show(); after 0.1 s the haptic loop is assumed to hang
 constexpr std::uint16_t kLength_ms = 200;
-constexpr double kSmallest = 1.0 / 64;  // smaller changes are not sent
+constexpr double kSmallest = 1.0 / 64;  // changes of strength below this are not sent
 
 /// Opens a game pad. Returns a negative number if it cannot be opened or has no rumble motors; errno has the reason.
 int opened(const std::string& node) {

@@ -30,7 +30,7 @@ class Rumble {
   bool send(double share);
 
   std::string node_;
-  int pad_ = -1;     ///< negative: not connected
+  int pad_ = -1;     ///< file descriptor of the pad; negative: not connected
   int effect_ = -1;  ///< id of the effect in the pad; negative: none was uploaded yet
   std::atomic<float> share_{0};
   std::atomic<std::uint32_t> shows_{0};  ///< number of calls of show()

@@ -38,7 +38,7 @@ struct Multisine {
   Duration from{0};
   Duration to{0};
   Duration fade{0};
-  std::vector<SineComponent> components;  ///< empty: no multisine
+  std::vector<SineComponent> components;  ///< components of the sum; empty: no multisine
 };
 
 /// A path with at least one way point and increasing times. The hand is at rest before the first and after the last
@@ -53,7 +53,7 @@ class HandPath {
   Twist twist_at(Duration time) const noexcept;
   std::uint32_t buttons_at(Duration time) const noexcept;
   bool is_relaxed_at(Duration time) const noexcept;
-  /// Index of the current phase in phases(); −1 before the first named phase.
+  /// Returns the index of the current phase in phases(); −1 before the first named phase.
   int phase_at(Duration time) const noexcept;
   const std::vector<std::string>& phases() const { return phases_; }
   const std::vector<WayPoint>& points() const { return points_; }

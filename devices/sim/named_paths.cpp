@@ -83,9 +83,9 @@ HandPath dock(double sign) {
                    point(9, there, "retreat"), point(10, Vec3::Zero())});
 }
 
-// Every frequency has an integer number of periods in 4 s. Amplitudes are inversely proportional to the frequency, so
-// that all speeds are equal. The phases decrease quadratically (Schroeder phases for a flat spectrum), which keeps the
-// peaks low.
+// Components of a multisine with a period of 4 s. Amplitudes are inversely proportional to the frequency, so that all
+// components have the same speed. The phases decrease quadratically (Schroeder phases for a flat spectrum), which keeps
+// the peaks low.
 std::vector<SineComponent> multisine_components(double speed_m_per_s) {
   constexpr std::array kFrequencies_hz = {0.5, 0.75, 1.25, 1.75, 2.5, 3.25, 4.0, 5.0};
   std::vector<SineComponent> components;

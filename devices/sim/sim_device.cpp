@@ -117,7 +117,8 @@ void SimDevice::steer(const Vec3& offset_m, double scale) noexcept {
 }
 
 RigidState SimDevice::intended(double dt_s) const noexcept {
-  // The intended pose is the pose in the middle of the step of HandDynamics, so that the spring exerts no force.
+  // A relaxed hand intends its own pose, so that its spring exerts no force. HandDynamics evaluates the spring in the
+  // middle of a step, so the pose is extrapolated to that time.
   if (path_.is_relaxed_at(place_on_path()))
     return {integrate(hand_motion_.pose(), hand_motion_.twist(), dt_s / 2), Twist{}};
   RigidState aim{path_.pose_at(place_on_path()), path_.twist_at(place_on_path())};

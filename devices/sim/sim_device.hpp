@@ -35,9 +35,9 @@ class SimDevice final : public Device {
   void begin_path_at(LocalTime start) noexcept override;
 
   const HandPath& path() const { return path_; }
-  /// Path time of the last read; negative before the path has started.
+  /// Returns the path time of the last read; negative before the path has started.
   Duration path_time() const noexcept { return path_time_; }
-  /// Exact (not quantised) state of the hand, in D.
+  /// Returns the exact (not quantised) state of the hand, in D.
   const Pose& hand_pose() const { return hand_motion_.pose(); }
   const Twist& hand_twist() const { return hand_motion_.twist(); }
 
@@ -46,7 +46,7 @@ class SimDevice final : public Device {
   RigidState intended(double dt_s) const noexcept;
   Vec3 stop_force() const noexcept;
   Duration path_time_at(LocalTime time) const noexcept { return time - started_; }
-  /// Path time used to evaluate the path: 0 before the path has started.
+  /// Returns the path time used to evaluate the path: 0 before the path has started.
   Duration place_on_path() const noexcept { return std::max(path_time_, Duration(0)); }
   Vec3 tremor_force(double dt_s) noexcept;
   Twist reported_twist(LocalTime now, const Pose& reported) noexcept;

@@ -10,8 +10,8 @@
 namespace tandem::devices {
 
 /// Makes motor commands observable without hardware, including those of the watchdog. A command consists of three
-/// doubles in native format: the force on the hand [N]. It is written immediately and completely, because it is shorter
-/// than PIPE_BUF. If that is not possible, it is lost, and the motors keep the previous command.
+/// doubles in native format: the force on the hand [N]. Each command is written at once and as a whole, because it is
+/// shorter than PIPE_BUF. If the write fails, the command is lost, and the motors keep the previous command.
 class ToldMotors final : public Device {
  public:
   /// In      file  a pipe with a reader, or a file to which commands are appended

@@ -75,7 +75,7 @@ DeviceSample SpaceMouseDriver::absent(LocalTime now) {
   return absence_.sample(now);
 }
 
-// Some models accept a command to switch the light off only after one to switch it on.
+// Switches the light. Some models accept the command to switch it off only after one to switch it on.
 void SpaceMouseDriver::light(bool is_on) {
   const std::array<std::uint8_t, 2> on{kLightReport, 1}, off{kLightReport, 0};
   const bool is_taken = port_->write(on);

@@ -16,8 +16,8 @@ using ResiduePairs = std::vector<std::pair<std::size_t, std::size_t>>;
 
 constexpr std::array<std::string_view, 4> kAminoAcidBackbone{"N", "CA", "C", "O"};
 constexpr std::array<std::string_view, 6> kNucleotideBackbone{"P", "O5'", "C5'", "C4'", "C3'", "O3'"};
-/// Atoms that identify a residue as an amino acid (the first three atoms of the backbone) or as a nucleotide (the last
-/// four, because the first residue may lack the phosphate).
+/// Names of atoms by which a residue is recognised as an amino acid (first three atoms of the backbone) or as a
+/// nucleotide (last four, because the first residue may lack the phosphate).
 constexpr std::span kAminoAcidMarks = std::span(kAminoAcidBackbone).first<3>();
 constexpr std::span kNucleotideMarks = std::span(kNucleotideBackbone).last<4>();
 
@@ -43,7 +43,7 @@ std::vector<std::size_t> residues_of_atoms(const Molecule& molecule) {
   return residues;
 }
 
-/// Returns those of `atoms`, which belong to one residue, whose name is in `names`.
+/// Returns those of `atoms`, the atoms of one residue, whose name is in `names`.
 std::vector<std::size_t> atoms_called(const Molecule& molecule, std::span<const std::size_t> atoms,
                                       std::span<const std::string_view> names) {
   std::vector<std::size_t> found;

@@ -34,7 +34,7 @@ struct HandWork {
   double withheld_j = 0;
 };
 
-/// Contribution of a user to E, valid from this time until the user's next one.
+/// Contribution of one user to E, valid from this time until the user's next contribution.
 struct Share {
   Duration time{0};
   std::size_t user = 0;
@@ -66,7 +66,7 @@ class GreatestRise {
 
  private:
   Duration window_;
-  std::deque<std::pair<Duration, double>> rising_;  ///< candidates for the minimum in the window, with ascending values
+  std::deque<std::pair<Duration, double>> rising_;  ///< possible minima of the window, in ascending order
   double greatest_ = 0;
 };
 

@@ -15,8 +15,8 @@ struct EnergyLedger {
   double created_in_1_s_j = 0;     ///< maximum rise of E(t) within 1 s
   /// for each user: work done on the hand until the end of the trial; negative if the hand supplied energy
   std::vector<double> hand_ports_j;
-  /// Energy that the start ramp, the decay during a silence, the slew limit and the clamp removed. It is included in E
-  /// but not in `hand_ports_j`.
+  /// Energy that the safety stages withheld from the hands: start ramp, decay during a silence, slew limit and clamp.
+  /// It is included in E but not in `hand_ports_j`.
   double withheld_by_safety_j = 0;
 };
 

@@ -12,16 +12,17 @@ namespace {
 
 constexpr Duration kSkippedBegin{from_seconds(1.0)};
 constexpr Duration kSkippedEnd{from_seconds(0.5)};
-/// number of ticks between rows of the regression: 100 Hz, for motions of up to 5 Hz
+/// Number of ticks between two rows of the regression. The rows have 100 Hz, which is sufficient for motions of up to 5
+/// Hz.
 constexpr std::size_t kStride = 10;
 constexpr std::size_t kLag = 20;  ///< lag of the covariance estimate, in rows: 0.2 s
 constexpr std::size_t kMinRows = 200;
 constexpr double kMinAcceleration_m_per_s2 = 0.01;  ///< minimum RMS acceleration
 constexpr double kNormal95 = 1.96;
 
-using Row = Eigen::Vector3d;  ///< a, v and x of one axis
+using Row = Eigen::Vector3d;  ///< acceleration, velocity and position of one axis
 
-/// Time series of the rows of one axis. Their means are subtracted, which removes the offset.
+/// Rows of one axis over time. Their mean is subtracted, so that the fit needs no offset.
 struct AxisSeries {
   std::vector<Row> rows;
   std::vector<double> force;
@@ -108,7 +109,8 @@ FeltMass felt_mass(const UserTrace& user) {
   const std::size_t rows = axes.front().rows.size();
   const double acceleration_rms = std::sqrt(gram(0, 0) / static_cast<double>(std::max<std::size_t>(rows, 1)));
   if (rows < kMinRows || acceleration_rms < kMinAcceleration_m_per_s2) return {kUndefined, kUndefined};
-  // a, v and x differ by orders of magnitude. Therefore the columns are scaled to unit length before the inversion.
+  // Acceleration, velocity and position differ by orders of magnitude, so the columns are scaled to unit length before
+  // the inversion.
   const Row scale = gram.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::Matrix3d scaled = scale.asDiagonal() * gram * scale.asDiagonal();
   const Eigen::Matrix3d inverse = scale.asDiagonal() * scaled.inverse() * scale.asDiagonal();

@@ -7,8 +7,8 @@
 
 namespace tandem::lab {
 
-/// In the phases in contact, the contact force must be at least this share of the reference's contact force. Otherwise
-/// it is not felt.
+/// Smallest contact force, as a share of the contact force in the reference, with which a user still feels the contact.
+/// Below it, the outcome is "weak".
 inline constexpr double kMinForceRatio = 0.5;
 
 /// Returns "completed", or "lost" if a user lost the connection. A rule may also give "never-lifted" (the body never

@@ -11,16 +11,16 @@
 namespace tandem::lab {
 namespace {
 
-constexpr double kGhostForce_n = 0.2;  ///< a force above this value is felt …
-constexpr double kNoForce_n = 0.05;    ///< … although the run at zero delay has less force than this
+constexpr double kGhostForce_n = 0.2;  ///< a ghost force: the displayed force is above this value …
+constexpr double kNoForce_n = 0.05;    ///< … although the force in the run at zero delay is below this value
 constexpr double kMinPeakForce_n = 0.5;
-constexpr double kMinPeakTorque_n_m = 0.01;  ///< torque of kMinPeakForce_n at a lever of 2 cm
+constexpr double kMinPeakTorque_n_m = 0.01;  ///< equals the torque of kMinPeakForce_n at a lever of 2 cm
 constexpr double kMinLoadedTravel_m = 1e-4;
-constexpr double kMinFit = 0.8;  ///< minimum R² of a fitted line
+constexpr double kMinFit = 0.8;  ///< smallest R² of a line whose slope is used
 constexpr double kHapticRate_hz = 1000;
 constexpr double kSoftCorner_hz = 60;
-/// Time tolerance for force steps. The largest step of the reference within this time plus a round trip is subtracted
-/// from a step of the trial.
+/// Tolerance of time when force steps are compared. A step of the trial is reduced by the largest step that the
+/// reference has within this time plus a round trip.
 constexpr Duration kSameInstant{from_seconds(0.1)};
 constexpr Duration kReturn = std::chrono::milliseconds(500);
 
@@ -96,10 +96,10 @@ double contact_force(const UserTrace& user, const InContact& in_contact) {
   return mean_over(user.ticks, in_contact, [&](std::size_t k) { return displayed_force_n(user.ticks[k]); });
 }
 
-/// Slope of the force over the position of the hand along a direction.
+/// Line fitted to the force as a function of the hand's position along a direction.
 struct Slope {
   double n_per_m = kUndefined;
-  double fit = 0;  ///< R² of the fit
+  double fit = 0;  ///< R² of the fitted line
   double travel_m = 0;
 };
 
@@ -136,7 +136,7 @@ std::vector<double> steps_per_ms(const UserTrace& user, Quantity of) {
 /// Returns, for each element, the maximum of those elements of `values` that are at most `reach` positions away.
 std::vector<double> greatest_around(const std::vector<double>& values, std::size_t reach) {
   std::vector<double> result(values.size());
-  std::deque<std::size_t> falling;  // candidates for the maximum, in descending order of value
+  std::deque<std::size_t> falling;  // indices of values that may become the maximum, in descending order of value
   std::size_t next = 0;
   for (std::size_t k = 0; k < values.size(); ++k) {
     for (; next < values.size() && next <= k + reach; ++next) {

@@ -17,8 +17,8 @@ inline constexpr double kLongSilence_ms = 110;
 inline constexpr double kContactForce_n = 0.1;
 std::vector<bool> contact_phases(const UserView& view);
 
-// Metrics of one user, defined in the table in trial_metrics.cpp. A metric is NaN if it is undefined or there is no
-// reference.
+// The following metrics are for one user; the table in trial_metrics.cpp defines them. A metric is NaN if it is
+// undefined or there is no reference.
 double free_drag_rms_n(const UserView& view);
 double contact_force_mean_n(const UserView& view);
 double contact_force_ratio(const UserView& view);

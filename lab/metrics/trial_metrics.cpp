@@ -15,7 +15,7 @@
 namespace tandem::lab {
 namespace {
 
-/// a share of the exchanged energy is defined only if the exchanged energy is at least this value
+/// If a trial exchanges less energy than this, no share of the exchanged energy is computed.
 constexpr double kMinExchange_j = 0.020;
 
 // Names of the metrics in metrics.cpp that need the trace of one user only.
@@ -66,7 +66,7 @@ double per_second(const UserView& view, std::uint64_t count) {
   return static_cast<double>(count) / to_seconds(view.experiment.duration);
 }
 
-/// Returns one number of the trial's energy ledger.
+/// Returns one value of the trial's energy ledger as a metric.
 template <double EnergyLedger::*kNumber>
 double of_ledger(const TrialView& view) {
   const auto has_answers = [](const UserTrace& user) { return !user.answered.empty(); };
@@ -79,7 +79,7 @@ double energy_of_late_display_j(const TrialView& view) {
 }
 
 /// Returns the position of the watched body as displayed to a user at `time`, interpolated between ticks. The search
-/// starts at `from`.
+/// starts at tick number `from`, which is updated.
 std::optional<Vec3> view_at(const UserTrace& user, Duration time, std::size_t& from) {
   while (from + 1 < user.ticks.size() && user.ticks[from + 1].time <= time) ++from;
   if (from + 1 >= user.ticks.size()) return std::nullopt;

@@ -56,7 +56,7 @@ struct Flow {
   udp::socket server;
   SimulatedLink up;
   SimulatedLink down;
-  LocalTime last_received{};  ///< time at which the client's last datagram was received
+  LocalTime last_received{};  ///< time at which the last datagram of the client was received
 };
 
 /// Closes the socket by a TCP reset instead of an orderly shutdown.
@@ -99,7 +99,8 @@ struct LinkProxy::Impl {
   std::vector<std::unique_ptr<Stream>> streams;
   std::map<udp::endpoint, std::unique_ptr<Flow>> flows;
   std::uint64_t links = 0;
-  // These two links carry no data. They represent the line that all streams and datagrams of a direction share.
+  // The line that all streams and datagrams of a direction share. These two links carry no data; they only model when
+  // the line is busy.
   SimulatedLink line_up{settings.link, settings.seed, 0};
   SimulatedLink line_down{settings.link, settings.seed, 0};
   bool is_cut = false;
@@ -112,7 +113,7 @@ void LinkProxy::Impl::accept() {
   if (error) return;
   tcp::socket server(io);
   server.connect(to, error);
-  if (error) return;  // no connection to the server; the client sees that its own connection is closed
+  if (error) return;  // no connection to the server: returning closes the client's connection, too
   for (tcp::socket* socket : {&client, &server}) {
     socket->non_blocking(true);
     socket->set_option(tcp::no_delay(true));

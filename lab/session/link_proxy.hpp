@@ -35,14 +35,14 @@ class LinkProxy {
 
   /// Receives the waiting traffic and forwards the packets that are due. It should be called about every 0.5 ms.
   void step(LocalTime now);
-  /// Blocks or unblocks all traffic. While it is blocked, datagrams are lost and streams wait.
+  /// Blocks all traffic, or passes it again. While traffic is blocked, datagrams are lost and streams wait.
   void cut(bool is_cut);
   /// From now on, sends datagrams to the server from new ports, as after a change of a NAT's mapping.
   void move();
   /// Terminates all streams at once at both ends (TCP reset), as a restarted NAT does. New streams are accepted.
   void reset();
-  /// Return the number of open streams, and of client addresses that sent datagrams. An address is removed after a
-  /// minute without datagrams.
+  /// Return the number of open streams, and the number of client addresses that sent datagrams. An address is removed
+  /// after a minute without datagrams.
   std::size_t streams() const;
   std::size_t flows() const;
 

@@ -10,12 +10,12 @@
 
 namespace tandem::lab {
 
-/// One tick: the client's record and the true state of the hand. Only the haptic thread may read the latter.
+/// One tick: the client's record, and the true state of the simulated hand, which the client itself cannot read.
 struct LiveTick {
   client::TickRecord record;
   Pose hand_D;
   Twist hand_twist_D;
-  Duration round_trip{0};  ///< set by the reading thread, from the session's newest snapshot
+  Duration round_trip{0};  ///< time of a round trip in the session's newest snapshot; the reading thread adds it
 };
 
 /// Returns one row for each millisecond of the duration. Row k is the newest tick before k + 1 ms after `start`, with

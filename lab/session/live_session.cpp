@@ -22,13 +22,12 @@ namespace {
 
 constexpr Duration kMainPeriod = std::chrono::milliseconds(10);
 constexpr Duration kLiveJoinTimeout = std::chrono::seconds(30);
-/// Time from the decision to start the hands until they start. It is long enough for every haptic thread to read the
-/// start time.
+/// The hands start this time after the decision to start them. Every haptic thread reads the start time before then.
 constexpr Duration kStartIn = std::chrono::milliseconds(50);
-/// Capacity of the ring buffer, like HapticLoopSettings::trace_capacity. It limits how far the main thread may lag
-/// behind.
+/// Capacity of the ring buffer, as in HapticLoopSettings::trace_capacity. If the main thread falls behind by more
+/// ticks, records are lost.
 constexpr std::size_t kRingTicks = 4096;
-/// The priority of the io thread is lower than that of the haptic thread by this value, as in the client.
+/// Difference by which the priority of the io thread is lower than that of the haptic thread, as in the client.
 constexpr int kIoPriorityBelow = 10;
 constexpr Duration::rep kNotYet = -1;
 
@@ -88,7 +87,7 @@ class LiveTrialServer {
   const Experiment& experiment_;
   server::LiveServer server_;
   std::atomic<Duration::rep> start_ns_{kNotYet};
-  // Only the room thread uses the following members until it has stopped. Their memory is reserved, so that no step
+  // The following members are used by the room thread only, until stop(). Their memory is reserved, so that no step
   // allocates.
   Duration next_bodies_{0};
   std::vector<BodiesSample> bodies_;
@@ -193,7 +192,7 @@ class LiveUser {
   realtime::Ring<LiveTick> ring_{kRingTicks};
   std::atomic<std::uint64_t> lost_{0};
   std::vector<LiveTick> ticks_;  // used by the main thread
-  bool is_hand_moving_ = false;  // used by the haptic thread until it has stopped, like the next two members
+  bool is_hand_moving_ = false;  // used by the haptic thread until stop(), like the next two members
   client::HapticCounters at_start_;
   double passivity_dissipated_at_start_j_ = 0;
   std::optional<client::HapticLoop> loop_;  // declared last, so that it is destroyed before the objects that it uses
@@ -213,7 +212,8 @@ LiveUser::LiveUser(const ExperimentUser& description, client::ClientIoSettings i
 std::vector<std::string> LiveUser::start_loop() {
   client::HapticLoopSettings settings;
   settings.realtime_priority = realtime_priority_;
-  // the minimum, because ring_ stores the records together with the true state of the hand
+  // The loop's own trace is not used, so it has the minimum size. ring_ stores the records with the true state of the
+  // hand.
   settings.trace_capacity = 1;
   loop_.emplace(settings, io_.haptics(), [this] { after_tick(); });
   std::this_thread::sleep_until(std::chrono::steady_clock::time_point(
@@ -385,7 +385,7 @@ void LiveSession::start_hands() {
 void LiveSession::follow(std::size_t index) {
   LiveUser& user = *users[index];
   user.collect_ticks();
-  // `reported` is 0 before the first tick of the moving hand; all ticks until then are older than the start.
+  // The user's first ticks may be from before the start of the hands, and are removed.
   if (reported[index] == 0) user.forget_ticks_before(hands_started);
   for (; reported[index] < user.ticks().size(); ++reported[index]) {
     const client::TickRecord& record = user.ticks()[reported[index]].record;
@@ -399,7 +399,7 @@ void LiveSession::follow(std::size_t index) {
   user_trace.why_disconnected = status.why;
 }
 
-// Runs somewhat longer than the duration, so that the last tick has arrived.
+// Runs somewhat longer than the duration of the trial, so that the last tick has been recorded.
 void LiveSession::keep_going() {
   const LocalTime end = hands_started + experiment.duration + kMainPeriod;
   while (clock.now() < end) {

@@ -27,9 +27,9 @@ using asio::ip::udp;
 
 constexpr double kSpacing_m = 0.15;
 constexpr double kCube_m = 0.04;
-/// If sending is late by more than this time, the inputs in between are skipped.
+/// Limit of the delay of sending. If sending is later than this, the inputs in between are skipped.
 constexpr Duration kMaxLate = std::chrono::milliseconds(10);
-/// Maximum plausible age of a state.
+/// Ages of states above this value are implausible and are not recorded.
 constexpr Duration kMaxAge = std::chrono::seconds(1);
 
 /// Returns the horizontal position (x, y) of the user's cube on the table.
@@ -139,8 +139,8 @@ struct ServerLoad::User {
     X_WT = proto::pose_from_placement(tool.placement());
   }
 
-  /// Sends an input of a hand that once a second presses 5 mm into the cube and lifts off again. `place` is the phase
-  /// offset in seconds.
+  /// Sends an input. Once a second, the hand presses 5 mm into the cube and lifts off again. `place` shifts this motion
+  /// in time [s].
   void send(LocalTime now, Tick tick, double place, LoadResult& result) {
     const double phase = 2 * std::numbers::pi * (to_seconds(now.time_since_epoch()) - place);
     proto::ClientUpdate update;
@@ -190,7 +190,7 @@ struct ServerLoad::User {
       ++result.states_received;
       const LocalTime deadline = deadline_of(update.step);
       if (update.sent > server_time_of_own_clock(deadline + kMaxAge))
-        continue;  // the deadline of this step is not known yet
+        continue;  // the deadline of this step is not known yet, so its latency cannot be measured
       result.added_latency.record(update.sent - server_time_of_own_clock(deadline));
       if (received_at != LocalTime{}) silence = std::max(silence, now - received_at);
       received_at = now;
@@ -213,7 +213,7 @@ struct ServerLoad::User {
   std::uint64_t sequence = 0;
   Pose X_WT;
   proto::Bytes datagram;
-  std::array<LocalTime, 1024> sent_at{};  ///< sending times, indexed by tick modulo the size of the array
+  std::array<LocalTime, 1024> sent_at{};  ///< sending time of each input, indexed by tick modulo the size of the array
   Tick answered;
   LocalTime received_at{};
   Duration silence{0};
@@ -223,7 +223,7 @@ struct ServerLoad::Impl {
   asio::io_context io;
   std::optional<secure::TlsContext> tls;
   std::vector<std::unique_ptr<User>> users;
-  std::vector<std::function<LocalTime(Step)>> deadlines;  ///< one function for each user, for the user's room
+  std::vector<std::function<LocalTime(Step)>> deadlines;  ///< for each user: returns the deadlines of the user's room
   Tick tick;
 };
 
@@ -279,8 +279,8 @@ LoadResult ServerLoad::run(Duration duration, double rate_hz) {
   }
   while (sent < begin + duration) {
     const LocalTime due = timer.wait();
-    // If processor time was short, several inputs are due and are sent late. Users on separate machines would have sent
-    // them in time.
+    // After a lack of processor time, several inputs are due and are sent late. Users on machines of their own would
+    // have sent them in time.
     for (sent = std::max(sent + period, due - kMaxLate); sent <= due; sent += period) {
       ++impl_->tick.value;
       for (std::size_t i = 0; i < impl_->users.size(); ++i) {

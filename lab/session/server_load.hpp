@@ -37,13 +37,13 @@ struct LoadResult {
   Histogram longest_silence;  ///< longest time without a state; one entry for each user
 };
 
-/// Joins all users. Then, once a tick, it sends an input of each user and reads the received states. All of this
-/// happens on the calling thread. Each hand presses on its cube.
+/// Load from all users on the calling thread. First it joins all users. Then, once a tick, it sends an input of each
+/// user and reads the received states. Each hand presses on its own cube.
 class ServerLoad {
  public:
   /// In      security  authentication; none: no TLS
-  ///         deadline  returns the deadline of a step (0, 1, …) of a room; it must be known as soon as the state is
-  ///                   sent
+  ///         deadline  returns the deadline of a step (0, 1, …) of a room; it must be known as soon as the state of
+  ///                   that step is sent
   /// Fails   std::runtime_error: a user could not connect or join
   ServerLoad(std::uint16_t port, std::size_t users, std::size_t rooms, const std::optional<LoadSecurity>& security,
              const std::function<LocalTime(std::size_t room, Step step)>& deadline);

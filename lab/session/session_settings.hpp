@@ -13,7 +13,8 @@ namespace tandem::lab {
 
 /// Returns a store with all assets of a scene, so that none is fetched.
 std::shared_ptr<client::AssetStore> assets_of(const server::LoadedScene& scene);
-/// Returns the same store if the experiment's users have the assets from the start; otherwise null.
+/// Returns the same store if the experiment's users have all assets from the start. Otherwise the result is null, and
+/// assets are fetched.
 std::shared_ptr<client::AssetStore> assets_of(const Experiment& experiment, const server::LoadedScene& scene);
 
 /// Returns the settings of a user's client.
@@ -23,8 +24,9 @@ client::ClientSettings client_settings(const ExperimentUser& user, std::shared_p
 client::ClientSettings client_settings(const Experiment& experiment, const ExperimentUser& user,
                                        std::shared_ptr<client::AssetStore> assets);
 
-/// Returns settings for the server. Connection ids from a seeded generator are sufficient for a trial, because it has
-/// no foreign clients. The port is that of the virtual network; a live server replaces it.
+/// Returns settings for the server of a trial. Connection ids come from a seeded generator. They could be guessed, but
+/// only the trial's own clients can reach this server. The port is that of the virtual network; a live server replaces
+/// it.
 server::HubSettings hub_settings(std::uint64_t seed);
 
 /// Returns the energy that the client's passivity controller has withheld from the hand so far [world joules]. NaN:

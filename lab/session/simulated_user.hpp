@@ -9,7 +9,7 @@
 
 namespace tandem::lab {
 
-/// On construction it takes the room's tool of the same index, and holds it until the end.
+/// A hand that holds the room's tool of the same index from construction to the end.
 ///
 /// Thread  the room's thread
 class SimulatedUser {

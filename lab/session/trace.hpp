@@ -34,7 +34,7 @@ struct TickSample {
   Wrench displayed_D;      ///< displayed wrench on the hand
   Wrench server_wrench_W;  ///< newest wrench on the hand received from the server
   Duration state_age{0};   ///< age of the newest state; negative: no state was received yet
-  Duration input_age{0};   ///< age of the newest input that had arrived at the server; 0 if unknown
+  Duration input_age{0};   ///< age of the newest input that the server had received; 0 if unknown
   Duration round_trip{0};
   BodyId held_body;
   Vec3 view_W = Vec3::Zero();  ///< position of the watched body as displayed to this user
@@ -55,7 +55,7 @@ TickSample sample_of(const client::TickRecord& record);
 /// Callback for each tick of a moving hand, with the index of the user and the index of the phase of the hand's path.
 using OnTick = std::function<void(std::size_t user, const client::TickRecord& record, int phase)>;
 
-/// An input that the server has used.
+/// An input that a step of the server has used.
 struct AnsweredInput {
   Duration time{0};  ///< time of the first step that used it
   Tick tick;
@@ -74,18 +74,18 @@ struct UserTrace {
   bool stayed_connected = true;
   std::string why_disconnected;
   std::vector<TickSample> ticks;
-  std::vector<AnsweredInput> answered;  ///< recorded since the hands started
+  std::vector<AnsweredInput> answered;  ///< inputs that the server used since the hands started
   double energy_to_hand_j = 0;          ///< work on the hand since the hands started
   double energy_from_hand_j = 0;
-  double passivity_dissipated_j = 0;  ///< world joules, since the hands started; NaN: there is no passivity controller
+  double passivity_dissipated_j = 0;  ///< energy withheld since the hands started [world joules]; NaN: no controller
   double hand_joules_per_world_joule = 1;
   client::SessionCounters session;
-  net::LinkCounters link_up;  ///< counts datagrams
+  net::LinkCounters link_up;  ///< counters of datagrams from the client to the server
   net::LinkCounters link_down;
-  TrafficCounters traffic;  ///< since the hands started
+  TrafficCounters traffic;  ///< traffic since the hands started
   // The following values count from the start of the connection.
-  std::optional<Duration> local_after = {};       ///< see client::Client::local_after()
-  std::optional<Duration> full_local_after = {};  ///< see client::Client::full_local_after()
+  std::optional<Duration> local_after = {};       ///< time to a first local model (client::Client::local_after())
+  std::optional<Duration> full_local_after = {};  ///< time to one with all assets (client::Client::full_local_after())
   std::uint64_t stream_bytes = 0;                 ///< bytes of the stream in both directions
   /// time that the server's datagrams waited for the line; if assets are fetched, only until full_local_after
   Histogram state_waits;

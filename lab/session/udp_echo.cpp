@@ -26,8 +26,8 @@ constexpr std::size_t kDatagramBytes = 220;
 /// Time that the thread needs to set up its memory and priority, with a large margin. Earlier datagrams are not
 /// counted.
 constexpr Duration kEchoSettling = std::chrono::milliseconds(200);
-/// Relative drift of the sending rate. Without it, all datagrams of a run would arrive at one phase of the other
-/// threads' period, which may be busy or idle.
+/// Relative deviation of the sending rate from a room's rate. Without it, all datagrams of a run would arrive at one
+/// phase of the room's period, and the processor may be busy or idle at that phase.
 constexpr double kDrift = 1e-3;
 using Datagram = std::array<std::byte, kDatagramBytes>;
 

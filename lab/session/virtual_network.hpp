@@ -81,11 +81,11 @@ class VirtualClientTransport final : public client::ClientTransport {
   Packets arrived_datagrams_down_;
   Packets arrived_stream_up_;
   Packets arrived_stream_down_;
-  bool is_open_ = false;  ///< state at the client's end
+  bool is_open_ = false;  ///< whether the stream is open, as seen by the client
   bool has_datagram_port_ = false;
-  std::uint32_t attempt_ = 0;  ///< number of connections started so far; stream data of earlier ones is ignored
-  server::ConnectionHandle connection_ = 0;  ///< handle at the server's end; 0: no connection
-  std::uint32_t server_attempt_ = 0;         ///< value of `attempt_` to which `connection_` belongs
+  std::uint32_t attempt_ = 0;  ///< number of connection attempts so far; stream data of earlier attempts is discarded
+  server::ConnectionHandle connection_ = 0;  ///< server's handle of the connection; 0: no connection
+  std::uint32_t server_attempt_ = 0;         ///< value of attempt_ with which connection_ was made
   bool server_knows_address_ = false;
 };
 

@@ -13,8 +13,8 @@
 namespace tandem::lab {
 namespace {
 
-/// First random-stream number of the hands; the links use smaller numbers (virtual_network.cpp). All streams derive
-/// from the seed of the experiment.
+/// Number of the first random stream used for hands; the links use smaller numbers (virtual_network.cpp). All streams
+/// derive from the seed of the experiment.
 constexpr std::uint64_t kHandStreams = 1U << 16U;
 constexpr Duration kJoinTimeout = std::chrono::seconds(30);
 
@@ -60,7 +60,7 @@ struct VirtualUser {
     device.begin_path_at(LocalTime::max());
   }
 
-  /// Steers the hand along its path according to the displayed pose of the handle, like a user who watches the tool.
+  /// Steers the hand along its path by means of the displayed pose of the handle, like a user who watches the tool.
   void steer(const WorkspaceMapping& scene) {
     const client::TickRecord& seen = client.haptics().record();
     if (seen.scene_generation == 0 || !seen.sample.is_valid) return;
@@ -74,7 +74,7 @@ struct VirtualUser {
   VirtualClientTransport& transport;
   devices::SimDevice device;
   client::Client client;
-  std::optional<std::size_t> tool;  ///< index into the scene's tools; only manipulators have one
+  std::optional<std::size_t> tool;  ///< index into the scene's tools; empty for users without a tool
   std::uint64_t seed_of_hand;
   client::HapticCounters at_start;
   TrafficCounters traffic_at_start;
@@ -208,8 +208,7 @@ void VirtualSession::join_all() {
       run_slot();
     }
   }
-  // Waits until every manipulator has received a state of the world, which takes one more round trip. Only then the
-  // hands start.
+  // The hands start only when every manipulator has received a state of the world, which takes one more round trip.
   for (const auto& user : users) {
     const LocalTime give_up = clock.now() + kJoinTimeout;
     const bool is_manipulator = server::has_tool(user->user.role);

@@ -8,18 +8,18 @@ namespace {
 
 /// Tick rate assumed while only one input of a client is known.
 constexpr double kUsualTicks_per_s = 1000;
-/// A longer silence is not jitter but an absence of the user.
+/// Longest gap between two inputs that counts as jitter. A longer silence is an absence of the user.
 constexpr Duration kMaxGap = std::chrono::milliseconds(115);
-/// Largest tolerated drift from the wanted delay, in ticks (see the class).
+/// Drift of the played tick from the wanted delay, in ticks, above which the stride changes (see InputPlayout).
 constexpr double kStrideTolerance = 0.75;
-/// Length below which the extrapolation offset is set to zero.
+/// Length of lead_ below which it is set to zero.
 constexpr double kNoLead_m = 1e-6;
-/// Limit of the ticks between two inputs. A larger step means that the client has restarted its count. With this limit
-/// tick differences are exact as doubles.
+/// Largest number of ticks between two inputs. If there are more, the client has restarted its count. Up to this
+/// number, differences of ticks are exact as doubles.
 constexpr std::uint32_t kMaxStep = 1U << 20U;
 
-/// Value and rate at `u` (0..1) of a cubic over `length_s`. It rises from 0 to `to`, with the rates `from_rate` and
-/// `to_rate` at its ends.
+/// Value and rate at `u` (0..1) of a cubic that lasts `length_s`. The value rises from 0 to `to`; the rates at both
+/// ends are `from_rate` and `to_rate`.
 struct Cubic {
   Vec3 value;
   Vec3 rate;
@@ -33,7 +33,8 @@ Cubic cubic(const Vec3& to, const Vec3& from_rate, const Vec3& to_rate, double l
 
 RigidState between(const RigidState& from, const RigidState& to, double length_s, double u) {
   const Cubic way = cubic(to.X.p - from.X.p, from.V.v, to.V.v, length_s, u);
-  // To first order in the rotation θ between the two poses, ω = θ̇ + θ × θ̇ / 2; at the beginning ω = θ̇.
+  // The cubic interpolates the rotation vector θ between the two poses. To first order in θ, the angular velocity is ω
+  // = θ̇ + θ × θ̇ / 2. At the beginning θ is 0, so ω = θ̇.
   const Vec3 turn = rotation_vector(to.X.q * from.X.q.conjugate());
   const Cubic turning = cubic(turn, from.V.w, to.V.w - 0.5 * turn.cross(to.V.w), length_s, u);
   const Vec3 w = turning.rate + 0.5 * turning.value.cross(turning.rate);
@@ -92,7 +93,8 @@ double InputPlayout::ticks_per_second() const noexcept {
   return count_ > 1 ? ticks / to_seconds(newest.sent - oldest.sent) : kUsualTicks_per_s;
 }
 
-/// Returns the ticks from the oldest input to `client_time`. Outside the history, the mean rate of the history is used.
+/// Returns the number of ticks from the oldest input to `client_time`, interpolated between inputs. Outside the
+/// history, the mean rate of the history is used.
 double InputPlayout::ticks_until(Duration client_time) const noexcept {
   std::size_t age = 0;
   while (age + 1 < count_ && input(age).sent > client_time) ++age;
@@ -106,7 +108,9 @@ double InputPlayout::ticks_until(Duration client_time) const noexcept {
   return static_cast<double>(before.tick.value - first) + to_seconds(client_time - before.sent) * rate;
 }
 
-/// In      wanted  tick to play, counted from the oldest input
+/// Selects the tick to play, which is never before the last played one. If the play-out is behind, it catches up by two
+/// strides in every fourth step.
+/// In      wanted  tick that is due, counted from the oldest input
 void InputPlayout::choose_tick(double wanted) noexcept {
   const std::uint64_t first = input(count_ - 1).tick.value;
   const auto last = static_cast<double>(input(0).tick.value - first);
@@ -156,7 +160,8 @@ std::optional<PlayedInput> InputPlayout::play(Duration now) noexcept {
   return played;
 }
 
-/// Holds the extrapolated position during an underrun. Afterwards, fades its offset from the played input.
+/// Adds lead_, the offset that run_on() has caused. During an underrun, the extrapolated position is held. Later the
+/// offset fades, so that the position returns to the played inputs without a jump.
 void InputPlayout::lead(PlayedInput& played) noexcept {
   if (has_run_on_) lead_ = played_p_ - played.handle.X.p;
   if (!played.has_underrun) {

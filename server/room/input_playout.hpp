@@ -15,16 +15,16 @@ namespace tandem::server {
 
 /// One played input, as the room uses it.
 struct PlayedInput {
-  /// Tick of the values. During run_on(), and after it until the due tick has been received, it is the tick that the
-  /// values represent.
+  /// Tick that the values represent. It is the tick of the played input, or during and after run_on() the extrapolated
+  /// tick, until the due tick has been received.
   Tick tick;
   RigidState handle;
-  std::uint32_t buttons = 0;      ///< of a lost tick: those of the next received one, so a button never acts late
-  double energy_to_hand_j = 0;    ///< from ClientUpdate
-  double energy_from_hand_j = 0;  ///< from ClientUpdate
-  Wrench on_hand_W;               ///< from ClientUpdate
-  bool has_underrun = false;      ///< no input of the due tick or later has arrived, so the last one is held
-  Duration sent{0};               ///< client clock; zero for a lost tick
+  std::uint32_t buttons = 0;      ///< for a lost tick, buttons of the next received tick, so a press never acts late
+  double energy_to_hand_j = 0;    ///< energy sum of ClientUpdate
+  double energy_from_hand_j = 0;  ///< energy sum of ClientUpdate
+  Wrench on_hand_W;               ///< displayed wrench of ClientUpdate
+  bool has_underrun = false;      ///< no input of the due tick or later has arrived, so the last input is held
+  Duration sent{0};               ///< time of sending by the client's clock; zero for a lost tick
 };
 
 /// Plays out a client's handle, buttons, energies and displayed wrench tick by tick. The delay is chosen so that nearly
@@ -57,8 +57,8 @@ class InputPlayout {
 
   /// Stores a valid input that was first seen in the step at `now`. Discards an input that is not newer than the last.
   void receive(const proto::ClientUpdate& update, Duration now) noexcept;
-  /// Returns the input to use in the step at `now`; called once a step. Before the first input is due, that input is
-  /// returned and held. Returns nothing if there is no input.
+  /// Returns the input to use in the step at `now`; must be called once a step. The first input is returned before it
+  /// is due, too, so that the hand is held there. Returns nothing if there is no input.
   std::optional<PlayedInput> play(Duration now) noexcept;
   /// Extrapolates the input that play() has just returned with an underrun. If the hand has in fact stopped, the tool
   /// is displaced too far, by up to kRunOnMost_m. Therefore this is used only for a tool that would otherwise lose a
@@ -67,12 +67,12 @@ class InputPlayout {
   /// Discards all inputs. The next input starts a new sequence.
   void reset() noexcept;
 
-  /// Playout delay beyond the smallest possible one, at which the fastest input would be played on arrival; 0 before
-  /// the first input.
+  /// Returns the delay beyond the smallest possible one, which would play the fastest input on arrival; 0 before the
+  /// first input.
   Duration delay() const noexcept { return delay_.delay(); }
 
  private:
-  const PlayedInput& input(std::size_t age) const noexcept;  ///< `age` 0: the newest
+  const PlayedInput& input(std::size_t age) const noexcept;  ///< input by age; 0: the newest
   double ticks_per_second() const noexcept;
   double ticks_until(Duration client_time) const noexcept;
   void choose_tick(double wanted) noexcept;
@@ -89,8 +89,8 @@ class InputPlayout {
   bool has_run_on_ = false;
   std::uint64_t due_ = 0;         ///< tick that should be played now, received or not
   std::uint64_t ran_to_ = 0;      ///< last tick that run_on() represented; 0: run_on() was never called
-  Vec3 lead_ = Vec3::Zero();      ///< offset of the played position from the position in the input
-  Vec3 played_p_ = Vec3::Zero();  ///< last played position, with lead_
+  Vec3 lead_ = Vec3::Zero();      ///< offset of the played position from that of the input, caused by run_on()
+  Vec3 played_p_ = Vec3::Zero();  ///< last played position, including lead_
 
   net::PlayoutDelay delay_{kDelay};
 };

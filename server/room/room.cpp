@@ -43,9 +43,9 @@ struct Room::User {
   UserInput input;
   ToolPort port;
   ToolDrivers drivers;
-  ToolDriver* driver;  ///< selected from `drivers` by the mode of the newest input
+  ToolDriver* driver;  ///< driver for the mode of the newest input; one of `drivers`
   bool grab_button = false;
-  bool has_grabbed = false;  ///< a grab or release was done in this step; also valid after a change of users
+  bool has_grabbed = false;  ///< a grab or release was done in this step, possibly for the seat's previous user
   std::uint64_t requests_served = 0;
 };
 
@@ -112,7 +112,7 @@ void Room::step(ServerTime now) noexcept {
 
 void Room::answer(ServerTime now) noexcept {
   finish();
-  // In an empty room the faults of the last step are discarded, because they concern no user.
+  // Faults of the last step in an empty room concern no user and are discarded.
   if (is_empty()) late_faults_ = 0;
   apply_commands();
   start_anew_when_left();
@@ -194,7 +194,7 @@ void Room::apply(const RoomCommand& command) noexcept {
   if (command.seat.index >= proto::kMaxUsers) return;
   if (command.kind == RoomCommand::Kind::kJoin) return join(command.seat);
   User& user = *users_[command.seat.index];
-  // A command that was posted before its user left must not affect the seat's new user.
+  // A command may wait in the queue after its user has left. It must not affect the next user of the seat.
   if (!user.seat.user.is_valid() || user.seat.user != command.seat.user) return;
   switch (command.kind) {
     case RoomCommand::Kind::kLeave:
@@ -245,7 +245,7 @@ void Room::open_port(User& user) noexcept {
   }
 }
 
-/// Holds the bodies of reserved tools in place until kKeptFor has passed.
+/// Holds the bodies of reserved tools at the poses of the saved state, until kKeptFor has passed.
 void Room::keep_left_things() noexcept {
   for (auto& left : left_) {
     if (!left) continue;
@@ -337,7 +337,8 @@ void Room::leave(User& user) noexcept {
   user.requests_served = 0;
 }
 
-// Serves at most one grab or release per seat and step, because a grab measures the distance to every graspable body.
+// Serves a request to grab or release. Each seat gets at most one per step, because a grab measures the distance to
+// every graspable body.
 void Room::serve_request(User& user, const RoomCommand& command) noexcept {
   ++user.requests_served;
   if (!user.seat.is_manipulator()) return;
@@ -388,7 +389,8 @@ TickFaults Room::receive_input(User& user) noexcept {
   if (!input.has_arrived) return 0;
   const bool is_stale = time_done() - input.arrived > kInputStaleAfter;
   if (is_stale || !input.has_handle()) {
-    // Pending inputs have been discarded, so the release of the button must act now.
+    // Without a handle, the driver does not play out inputs with their buttons. A release of the button therefore acts
+    // now.
     if ((input.newest.buttons & kButtonGrab) == 0) follow_grab_button(user, 0);
     user.release_tool();
     return is_stale ? TickFaults{kFaultInputStale} : 0;
@@ -408,7 +410,8 @@ void Room::receive_newest(User& user) noexcept {
   input.has_gaps = user.seat.leaves_gaps || has_left_a_gap;
   input.has_arrived = true;
   ToolDriver& driver = user.driver_for(input.newest.mode);
-  // A release acts at once even without a valid handle, so that a user whose handle is lost can drop the body.
+  // Drivers with a delay evaluate the buttons of an input when they play it. Without a valid handle no input is played,
+  // so a release acts at once, and the user can drop the body.
   const bool is_down = (input.newest.buttons & kButtonGrab) != 0;
   if (input.newest.handle_valid ? !driver.delays_buttons() : !is_down) follow_grab_button(user, input.newest.buttons);
   if (&driver != user.driver) {

@@ -42,10 +42,9 @@ struct RoomCommand {
   enum class Kind : std::uint8_t { kJoin, kLeave, kGrab, kRelease, kSetCoupling, kReset, kPlace };
   Kind kind = Kind::kJoin;
   Seat seat;
-  BodyId body = {};                               ///< kGrab: body to grab; invalid: nearest in reach. kPlace: body to
-                                                  ///< place
+  BodyId body = {};                               ///< kGrab: body to grab; invalid: nearest. kPlace: body to place
   std::uint32_t request = 0;                      ///< kGrab, kRelease: request number, copied into the event
-  haptics::CouplingParameters coupling = {};      ///< kSetCoupling
+  haptics::CouplingParameters coupling = {};      ///< kSetCoupling: new coefficients
   const haptics::CouplingLawInfo* law = nullptr;  ///< kSetCoupling; null: the law is unchanged
   BodyId beside = {};                             ///< kPlace: reference body
   Pose X_SB = {};                                 ///< kPlace: pose of `body` in the frame of `beside`
@@ -58,13 +57,13 @@ struct RoomEvent {
   UserId user;
   BodyId body;
   std::uint32_t request = 0;
-  physics::GrabResult refusal = physics::GrabResult::kGrabbed;  ///< reason, for kGrabRefused
+  physics::GrabResult refusal = physics::GrabResult::kGrabbed;  ///< kGrabRefused: reason of the refusal
 };
 
 /// State that a room publishes for its users after a step. Arrays are indexed by Seat::index.
 struct RoomUpdate {
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
-  /// all users with tools; for_seat() excludes the recipient
+  /// States of all users with tools. for_seat() leaves out the recipient's own.
   boost::container::static_vector<proto::OtherUserState, proto::kMaxUsers> users;
   std::array<UserId, proto::kMaxUsers> user;                      ///< user to whom the seat's entry belongs; invalid:
                                                                   ///< none
@@ -75,14 +74,15 @@ struct RoomUpdate {
   proto::ServerUpdate for_seat(std::size_t seat) const;
 };
 
-/// Deformation of the scene's soft bodies, for windows. For each body these are the offsets of its
-/// proto::soft_lattice() points from their rest positions.
+/// Deformation of the scene's soft bodies, for display. For each body: the offsets of its proto::soft_lattice() points
+/// from their rest positions.
 using SoftOffsets = std::vector<std::vector<Vec3>>;
 
-/// Limit of commands applied in one step. The others wait in the ring until the next step.
+/// Limit of commands applied in one step. Further commands wait in the ring until the next step.
 inline constexpr int kMaxCommandsPerStep = 64;
 
-/// Age from which an input is stale. The tool no longer follows its handle, because the hand may be anywhere by now.
+/// Age from which an input is stale. From then on the tool no longer follows the handle of this input, because the hand
+/// may have moved anywhere.
 inline constexpr Duration kInputStaleAfter = std::chrono::milliseconds(115);
 
 /// Time after resume() for which a tool and its held body are reserved for their previous user.
@@ -91,13 +91,13 @@ inline constexpr Duration kKeptFor = std::chrono::seconds(10);
 /// Settings of a common start for all hands of a room.
 struct RoomStartSettings {
   std::size_t users = 0;                        ///< manipulators required for the start; 0: hands start independently
-  Duration countdown{std::chrono::seconds(3)};  ///< from the arrival of the last required user to the start
+  Duration countdown{std::chrono::seconds(3)};  ///< time from the arrival of the last required user to the start
 };
 
 struct RoomOptions {
   bool steps_soft_aside = false;        ///< soft bodies are stepped on a separate thread, with identical results
   bool controls_tool_passivity = true;  ///< limits the energy of tools to that of their hands
-  RoomStartSettings start{};            ///< for RoomSeats
+  RoomStartSettings start{};            ///< settings of the common start, used by RoomSeats
 };
 
 /// State from which a room can resume, for example after a crash of the server.
@@ -107,9 +107,9 @@ struct RoomState {
     std::uint8_t tool = 0;
     RigidState state;
     BodyId held;
-    Pose X_BT;  ///< pose in the held body
+    Pose X_BT;  ///< pose of the tool in the frame of the held body
   };
-  /// bodies that are not at their start pose
+  /// Bodies that are not at their start pose.
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
   boost::container::static_vector<Tool, proto::kMaxUsers> tools;
   std::vector<Vec3> soft_nodes_W;  ///< nodes of all soft bodies in their order; empty: as in the scene
@@ -128,7 +128,7 @@ class RoomWatcher {
   virtual void on_command(const RoomCommand& command) noexcept = 0;
   /// Called when all commands of the step are applied, before inputs are taken from the mailboxes.
   virtual void on_commands_done() noexcept {}
-  /// Called when an input is taken.
+  /// Called when an input is taken from the mailbox of a seat.
   virtual void on_input(std::size_t seat, const proto::ClientUpdate& input) noexcept = 0;
   virtual void on_step(const Room& room, ServerTime now, TickFaults faults) noexcept = 0;
 };
@@ -145,15 +145,15 @@ class Room {
   Duration period() const { return period_; }
   const RoomStartSettings& start_settings() const { return start_settings_; }
 
-  // io side
-  /// Posts a command. Returns false if 256 commands are already waiting: the room is stuck or flooded.
+  // Functions for the io thread:
+  /// Posts a command. Returns false if 256 commands are already waiting, which means that the room is stuck or flooded.
   bool post(const RoomCommand& command) { return commands_.push(command); }
   bool next_event(RoomEvent& event) { return events_.pop(event); }
-  /// Mailbox for the inputs of a seat (Seat::index), written by the io thread.
+  /// Returns the mailbox for the inputs of a seat (Seat::index), written by the io thread.
   realtime::Mailbox<proto::ClientUpdate>& input(std::size_t seat);
-  /// Mailbox of updates, written by the room thread.
+  /// Returns the mailbox of updates, written by the room thread.
   realtime::Mailbox<RoomUpdate>& output() { return output_; }
-  /// Mailbox of soft-body offsets, written at 20 Hz in a room with soft bodies and never in others.
+  /// Returns the mailbox of soft-body offsets, written at 20 Hz in a room with soft bodies and never in others.
   realtime::Mailbox<SoftOffsets>& soft_offsets() { return soft_offsets_; }
 
   /// Adds a watcher before the first step. At most kMaxWatchers are allowed, and each must outlive the room's steps.
@@ -162,7 +162,7 @@ class Room {
   /// pose and still holding its body. Until then that body does not move. Values out of range are ignored.
   void resume(const RoomState& state);
 
-  // room side
+  // Functions for the room thread:
   /// Runs one fixed step: answer(), then finish(). `now` stamps the updates and does not affect the physics.
   void step(ServerTime now) noexcept;
   /// First part of a step: takes the inputs and publishes the outputs that users wait for (World::answer()).
@@ -180,9 +180,9 @@ class Room {
   bool is_empty() const noexcept;
   /// Adds `faults` to the report of the next updates. The room loop uses it, e.g. for kFaultOverrun.
   void report(TickFaults faults) { pending_faults_ |= faults; }
-  /// Number of events dropped because 256 were waiting for the io thread.
+  /// Returns the number of events dropped because 256 were waiting for the io thread.
   std::uint64_t events_lost() const { return events_lost_; }
-  /// Energy that the passivity controllers have removed from the tools' motion [J].
+  /// Returns the energy that the passivity controllers have removed from the tools' motion [J].
   double braked_j() const noexcept;
   const physics::World& world() const { return world_; }
   /// Writes the state for resume(). Does not allocate if `state` has been filled before or the scene has no soft
@@ -193,13 +193,14 @@ class Room {
   const RoomOptions& options() const { return options_; }
   /// Returns the tick of the newest input that moves the tool; Tick{} if there is none.
   Tick answered(std::size_t tool) const;
-  /// Passivity controller of a seat. It has no effect in a room that does not control the passivity of tools.
+  /// Returns the passivity controller of a seat. It has no effect in a room that does not control the passivity of
+  /// tools.
   const haptics::ToolPassivityController& tool_passivity(std::size_t seat) const;
 
  private:
   struct User;
 
-  /// Simulated time of the completed steps.
+  /// Returns the simulated time of the completed steps.
   Duration time_done() const noexcept { return period_ * static_cast<Duration::rep>(step_.value); }
   void start_anew_when_left() noexcept;
   void apply_commands() noexcept;
@@ -242,14 +243,14 @@ class Room {
   realtime::Mailbox<SoftOffsets> soft_offsets_;
   static constexpr std::size_t kMaxWatchers = 4;  // recorder, checkpoint, pose keeper, metrics
   boost::container::static_vector<RoomWatcher*, kMaxWatchers> watchers_;
-  /// restored tools that no user has taken yet, indexed by tool
+  /// Restored tools that no user has taken yet, indexed by tool.
   std::array<std::optional<RoomState::Tool>, proto::kMaxUsers> left_;
   Step step_;
   std::int64_t steps_empty_ = 0;  ///< number of steps since the last user left
   bool is_as_at_start_ = true;
   bool is_answered_ = false;  ///< answer() has run, but its finish() has not
   TickFaults pending_faults_ = 0;
-  TickFaults late_faults_ = 0;  ///< faults of the last finish(), reported with the next step
+  TickFaults late_faults_ = 0;  ///< faults of the last finish(), which the next step reports
   ServerTime answered_{};       ///< time of the step that awaits finish()
   TickFaults answered_faults_ = 0;
   std::uint64_t events_lost_ = 0;

@@ -88,7 +88,7 @@ void RoomSeats::set_law(const Seat& seat, const haptics::CouplingLawInfo& law) {
 }
 
 void RoomSeats::post_coupling(const Seat& seat) {
-  // Only the newest coupling matters, so older waiting ones are removed and the queue stays short.
+  // Only the newest coupling is relevant. Older commands that still wait are removed, so that the queue stays short.
   std::erase_if(waiting_, [](const RoomCommand& older) { return older.kind == RoomCommand::Kind::kSetCoupling; });
   post_surely({.kind = RoomCommand::Kind::kSetCoupling,
                .seat = seat,

@@ -13,7 +13,7 @@
 
 namespace tandem::server {
 
-/// Rate limit of granted resets per room.
+/// Limit of the resets that a room grants: one a second, and up to two at once.
 inline constexpr net::Rate kResetRate{1, 2};
 
 /// Assigns the seats of one room, and posts the commands of their users to the room's loop.
@@ -26,9 +26,9 @@ class RoomSeats {
   Room& room() const { return room_; }
   RoomStart& start() { return start_; }
   const RoomStart& start() const { return start_; }
-  /// Coupling as set by the scene file or the operator.
+  /// Returns the coupling as set by the scene file or the operator.
   const physics::SceneCoupling& coupling() const { return coupling_; }
-  /// Coupling for the seat's tool and its held body (common/physics/coupling_in_force.hpp).
+  /// Returns the coupling for the seat's tool and its held body (common/physics/coupling_in_force.hpp).
   haptics::CouplingParameters coupling_in_force(const Seat& seat) const;
 
   /// Assigns a seat, to a manipulator also the first free tool. Returns nothing if the scene's limits are reached.
@@ -48,7 +48,7 @@ class RoomSeats {
   /// In      law  allowed for the scene (haptics::law_change_problem())
   void set_law(const Seat& seat, const haptics::CouplingLawInfo& law);
   /// Moves all bodies back to their start (World::return_all()). Returns false, without effect, if the room's queue is
-  /// full or kResetRate is exceeded: each reset sends an event per moving body to every user.
+  /// full or kResetRate is exceeded. Resets are limited because each one sends an event per moving body to every user.
   bool reset(const Seat& seat, LocalTime now);
   /// In      placing  its `seat` is ignored and replaced by the argument
   /// Out     false: the room's queue is full
@@ -80,7 +80,8 @@ class RoomSeats {
   std::array<std::uint64_t, proto::kMaxUsers> served_{};
   std::uint32_t last_user_ = 0;
   net::TokenBucket resets_{kResetRate};
-  /// Commands that must not be lost. The queue is bounded, because a room that lags behind accepts no new users.
+  /// Commands that the room's queue has refused and that must not be lost. A room with too many of them accepts no new
+  /// users, so their number is bounded.
   std::deque<RoomCommand> waiting_;
 };
 

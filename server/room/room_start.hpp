@@ -12,7 +12,7 @@
 
 namespace tandem::server {
 
-/// Counts the users whose hands have arrived, and sets the time of the common start.
+/// Counts the users whose hands are present, and sets the time of the common start.
 ///
 /// Model   As soon as the hands of RoomStartSettings::users users are present, the start is set to now + countdown. If
 ///         a user leaves before that time and too few remain, the start is cancelled. After the start has passed, it
@@ -25,7 +25,7 @@ class RoomStart {
   /// Returns whether a common start is used. If not, each hand starts when its client does, and the functions below
   /// have no effect.
   bool is_used() const { return settings_.users > 0; }
-  /// Adds a user when the first valid handle of a manipulator has arrived. Repeated calls for a user have no effect.
+  /// Must be called when the first valid handle of a manipulator arrives. Repeated calls for a user have no effect.
   /// Out     whether message() has changed
   bool add(UserId user, ServerTime now);
   /// Removes a user who has left.

@@ -28,10 +28,10 @@ class RoomService {
 class ServerRooms {
  public:
   ServerRooms() = default;
-  // Not explicit, because most callers have rooms but no services.
+  // The constructor is not explicit, because most callers have rooms but no services.
   ServerRooms(std::vector<std::unique_ptr<Room>> rooms) : rooms_(std::move(rooms)) {}
   ServerRooms(ServerRooms&&) = default;
-  ServerRooms& operator=(ServerRooms&&) = delete;  // deleted: it would destroy rooms before their services
+  ServerRooms& operator=(ServerRooms&&) = delete;  // deleted: an assignment would destroy rooms before their services
   ~ServerRooms() {
     while (!services_.empty()) services_.pop_back();
   }

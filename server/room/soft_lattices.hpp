@@ -10,7 +10,7 @@
 
 namespace tandem::server {
 
-/// The proto::soft_lattice() points of each soft body in its rest box. Each point follows its nearest nodes.
+/// Offsets of the proto::soft_lattice() points in the rest box of each soft body. Each point follows its nearest nodes.
 ///
 /// Model   offset of a point = Σ wᵢ (xᵢ − Xᵢ) over the four nodes nearest at rest, with w ∝ 1 / distance
 /// Thread  measure(): room, without allocation

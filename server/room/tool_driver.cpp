@@ -9,7 +9,7 @@
 namespace tandem::server {
 namespace {
 
-/// Limit of the extrapolation time for a user with a deadband: the longest gap (kDeadbandFloor) and the jitter.
+/// Longest extrapolation of the handle of a user with a deadband: the longest gap (kDeadbandFloor) plus jitter.
 constexpr Duration kExtrapolatedFor = std::chrono::milliseconds(15);
 
 void report_energy(ToolPort& port, const UserInput& input) noexcept {
@@ -18,7 +18,7 @@ void report_energy(ToolPort& port, const UserInput& input) noexcept {
               to_seconds(input.since_last));
 }
 
-/// ClientMode::kHandle: the coupling pulls the tool to the newest handle.
+/// Driver for ClientMode::kHandle. The coupling pulls the tool to the newest handle.
 class HandleDriver final : public ToolDriver {
  public:
   explicit HandleDriver(ToolPort& port) : port_(port) {}
@@ -39,7 +39,7 @@ class HandleDriver final : public ToolDriver {
   ToolPort& port_;
 };
 
-/// ClientMode::kLocalModel: inputs are played out at a constant delay.
+/// Driver for ClientMode::kLocalModel. Inputs are played out at a constant delay.
 class PlayoutDriver final : public ToolDriver {
  public:
   PlayoutDriver(Duration period, ToolPort& port) : period_(period), port_(port), playout_(to_seconds(period)) {}
@@ -67,9 +67,9 @@ class PlayoutDriver final : public ToolDriver {
   InputPlayout playout_;
 };
 
-/// ClientMode::kWave: the received waves move a virtual handle, to which the coupling pulls the tool. The coupling's
-/// force is sent back as a wave. The hand's position is used only to prevent drift of the virtual handle. Both ends
-/// keep an energy balance, so a client with another impedance causes reflections but gains no energy.
+/// Driver for ClientMode::kWave. The received waves move a virtual handle, to which the coupling pulls the tool. The
+/// coupling's force is sent back as a wave. The hand's position is used only to prevent drift of the virtual handle.
+/// Both ends keep an energy balance, so a client with another impedance causes reflections but gains no energy.
 class WaveDriver final : public ToolDriver {
  public:
   WaveDriver(Duration period, ToolPort& port) : step_s_(to_seconds(period)), port_(port) {}

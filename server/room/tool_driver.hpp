@@ -16,7 +16,7 @@ namespace tandem::server {
 /// Newest input of a user, and the values in use.
 struct UserInput {
   proto::ClientUpdate newest;
-  Duration arrived{0};       ///< simulated time of the room at the arrival
+  Duration arrived{0};       ///< simulated time of the room when the newest input arrived
   Duration since_last{0};    ///< time since the previous arrival
   bool has_arrived = false;  ///< an input has arrived
   bool has_gaps = false;     ///< the client leaves gaps (deadband), between which the handle is extrapolated
@@ -24,29 +24,30 @@ struct UserInput {
   Wrench on_hand_W;          ///< wrench displayed to the hand at that tick, if the client reports it
 
   bool has_handle() const { return has_arrived && newest.handle_valid; }
-  /// Approximate age of the handle in use: half of the round trip; 0: unknown.
+  /// Returns the approximate age of the handle in use: half of the round trip; 0: unknown.
   Duration handle_age() const { return newest.round_trip / 2; }
 };
 
-/// Strategy for one seat. Call order in a step: receive() for a new input, drive(), the world's step, settle().
+/// Applies the inputs of one seat to its tool, in one mode of the client. Call order in a step: receive() for a new
+/// input, drive(), the world's step, settle().
 ///
 /// Thread  room: no allocation, no throw
 class ToolDriver {
  public:
   virtual ~ToolDriver() = default;
 
-  /// Returns whether the grab button acts when drive() returns it, at the tool pose that its user felt; otherwise it
-  /// acts on arrival.
+  /// Returns whether the grab button acts when drive() returns it. The tool is then at the pose that its user felt.
+  /// Otherwise the button acts on arrival.
   virtual bool delays_buttons() const noexcept { return false; }
   /// Accepts an input of the driver's mode that arrived in the step at `now`; its handle may be invalid.
   virtual void receive(const UserInput& input, Duration now) noexcept = 0;
-  /// Sets the tool's handle and `answered` for the step at `now`.
+  /// Sets the tool's handle and `answered` (the tick of that handle) for the step at `now`.
   /// In      input  has a valid handle
   /// Out     buttons that act now; nothing from a driver that does not delay buttons
   virtual std::optional<std::uint32_t> drive(UserInput& input, Duration now) noexcept = 0;
   /// Called after the world's step if the newest input has a handle.
   virtual void settle() noexcept {}
-  /// Adds the values that a client of this mode needs.
+  /// Adds to an update the values that a client of this mode needs.
   virtual void describe(proto::OwnUpdate& /*update*/) const noexcept {}
   /// Discards pending inputs, because there is no valid handle at present.
   virtual void stop() noexcept {}
@@ -54,7 +55,7 @@ class ToolDriver {
   virtual void reset() noexcept { stop(); }
 };
 
-/// Indexed by ClientMode.
+/// Drivers of one seat, indexed by ClientMode.
 using ToolDrivers = std::array<std::unique_ptr<ToolDriver>, 3>;
 
 /// Makes the drivers of one seat.

@@ -27,11 +27,11 @@ class ToolPort {
   void close() noexcept;
   std::size_t tool() const noexcept { return tool_; }
   physics::ToolState state() const noexcept { return world_.tool(tool_); }
-  /// Returns whether the hand is to be extrapolated in a gap of its inputs. This is the case if the tool and another
-  /// tool are in contact with the same object. A tool that holds a body also qualifies if the body has no contact, or
-  /// if another hand acts on it, directly or through other bodies.
+  /// Returns whether the hand is to be extrapolated in a gap of its inputs. There are two cases. Another tool touches
+  /// the same object as this tool, or acts on the body that this tool holds, also through other bodies. Or the tool
+  /// holds a body that has no contact.
   bool runs_on() const noexcept;
-  /// Coupling in force.
+  /// Returns the coupling in force for this tool, after the limits of the user's device.
   const haptics::CouplingParameters& coupling() const noexcept { return world_.coupling(tool_); }
 
   /// Sets the handle that pulls the tool until the next call.
@@ -47,7 +47,8 @@ class ToolPort {
   /// Called after a step. Measures the work of the tool.
   void settle() noexcept;
   const haptics::ToolPassivityController& passivity() const noexcept { return passivity_; }
-  /// Energy that the passivity controller has removed from the tool's motion, for all users of this port together [J].
+  /// Returns the energy that the passivity controller has removed from the tool's motion, for all users of this port
+  /// together [J].
   double braked_j() const noexcept { return braked_j_; }
 
  private:
@@ -55,7 +56,7 @@ class ToolPort {
   bool is_limited_;
   std::size_t tool_ = 0;
   bool has_handle_ = false;
-  std::optional<Pose> reported_at_;  ///< X_WH
+  std::optional<Pose> reported_at_;  ///< handle pose X_WH of the last report()
   haptics::ToolPassivityController passivity_;
   double brake_n_s_per_m_ = 0;  ///< damping of the brake in the current step
   double step_s_ = 0;

@@ -32,13 +32,13 @@ class ForceBlend {
   Wrench apply(const Wrench& target) noexcept;
   void reset() noexcept { *this = ForceBlend(rate_per_s_); }
 
-  /// Remaining difference between the displayed wrench and the target.
+  /// Returns the remaining difference between the displayed wrench and the target.
   const Wrench& offset() const noexcept { return offset_; }
 
  private:
   double rate_per_s_;
   Wrench offset_;
-  Wrench slope_;   ///< [1/s]
+  Wrench slope_;   ///< rate of the offset [1/s]
   Wrench target_;  ///< last target
   bool jumps_ = false;
 };

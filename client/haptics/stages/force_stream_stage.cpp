@@ -7,12 +7,13 @@
 namespace tandem::client {
 namespace {
 
-// Hysteresis thresholds of contact. The values are our choice: above the force that damping and noise cause on a free
-// tool, below a perceptible contact force.
+// Contact begins above the first threshold and ends below the second (hysteresis). The values are our choice. They are
+// above the force that damping and noise cause on a free tool, and below a perceptible contact force.
 constexpr double kTouching_n = 0.10, kFree_n = 0.05;
 constexpr double kTouching_n_m = 0.005, kFree_n_m = 0.0025;
 
-/// Upper limit of a wrench's age. At this age the safety chain displays no force.
+/// Upper limit of the age of a wrench. A wrench of this age is not displayed, because the safety chain has removed the
+/// force long before.
 constexpr Duration kMaxSampleAge = std::chrono::seconds(1);
 
 /// Returns the time of the server's step `update.stepped` on this machine's clock.

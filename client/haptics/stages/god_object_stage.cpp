@@ -14,7 +14,8 @@ class GodObjectStage final : public Stage {
     const haptics::ProxyState& ball = input.proxy_world->step(input.handle.X.p, *input.newest, input.now);
     Wrench wrench;
     wrench.f = haptics::proxy_force_on_hand_W(ball, *input.coupling, input.handle.V.v);
-    // Assets may arrive late, so the first force of the ball may be large (hand deep inside a wall) and is blended in.
+    // The first force of the ball is blended in. Assets may arrive late, when the hand is already deep inside a wall,
+    // so this force may be large.
     blend_.advance(input.period_s);
     if (!has_ball_) blend_.jump();
     has_ball_ = true;

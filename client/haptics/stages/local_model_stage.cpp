@@ -51,8 +51,8 @@ class ScoredResidual {
   static constexpr double kLastingMemory_s = 5;
   static constexpr double kFirst = 3, kAll = 6;
   static constexpr std::size_t kKept = 512;
-  /// Regularisation of the gain [N² s, (N m)² s], added to its denominator Σ r̄². A residual of 0.05 N or 2 mN m that
-  /// lasts for 0.3 s gives half of the unregularised gain.
+  /// Regularisation of the gain [N² s, (N m)² s], added to its denominator Σ r̄². With a residual of 0.05 N or 2 mN m
+  /// that has lasted for 0.3 s, the gain is half of its value without regularisation.
   static constexpr double kForceWorth = 0.05 * 0.05 * 0.3;
   static constexpr double kTorqueWorth = 0.002 * 0.002 * 0.3;
 
@@ -134,7 +134,7 @@ class LocalModelStage final : public Stage {
   ScoredResidual scored_;
   ForceBlend blend_;
   bool was_local_ = false;
-  bool has_shown_ = false;  ///< false before the first output, which HapticCore blends in
+  bool has_shown_ = false;  ///< an output was displayed; HapticCore blends in the first one
 };
 
 StageOutput LocalModelStage::tick(const StageInput& input) noexcept {

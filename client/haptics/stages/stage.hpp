@@ -34,7 +34,7 @@ inline constexpr std::uint64_t kMaxStageSamples = 512;
 struct StageSettings {
   std::string name = "local-model";  ///< one of stage_names()
   std::string predictor = "scored";  ///< predictor of the residual, one of predictor_names(); "none" also for hands
-  bool passivity = true;             ///< a passivity controller follows the stage
+  bool passivity = true;             ///< whether a passivity controller follows the stage
   haptics::WaveImpedance wave{};     ///< wave impedance of the stage "wave"
 };
 
@@ -43,17 +43,17 @@ struct StageInput {
   LocalTime now{};
   Tick tick;
   double period_s = 0.001;                         ///< measured time since the last tick; > 0, at most 0.01
-  RigidState handle;                               ///< X_WH, V_WH of this tick
+  RigidState handle;                               ///< pose and twist of the handle (X_WH, V_WH) in this tick
   std::uint32_t buttons = 0;                       ///< bits of Button
   const ReceivedUpdate* newest = nullptr;          ///< newest server state; null before the first
-  bool is_new = false;                             ///< `newest` arrived since the last tick
+  bool is_new = false;                             ///< `newest` arrived after the last tick
   Duration age{0};                                 ///< age of `newest`: time since reception plus its age when sent
   const haptics::CouplingLaw* coupling = nullptr;  ///< the scene's law, never null
   const haptics::CouplingParameters* parameters = nullptr;  ///< coefficients bounded for the device; never null
-  const HapticScene* scene = nullptr;                       ///< its coupling_bounds include this user's device
+  const HapticScene* scene = nullptr;                       ///< scene; its coupling_bounds include this user's device
   LocalModel* local_model = nullptr;                        ///< local model of this scene; null if there is none
   ProxyWorld* proxy_world = nullptr;                        ///< ball of this scene; null if there is none
-  BodyId watched;                                           ///< body of StageOutput::watched_body
+  BodyId watched;                                           ///< body whose state StageOutput::watched_body reports
 };
 
 /// Outputs of a stage at one tick, all in W.
@@ -62,9 +62,9 @@ struct StageOutput {
   /// Part of the client update that is sent in addition to the handle.
   proto::ClientMode mode = proto::ClientMode::kHandle;
   RigidState tool;         ///< tool of the local model, or the ball, if the stage has one; not sent
-  Wrench wave;             ///< for kWave: running integral of the wave, common/haptics/wave/wave_port.hpp
+  Wrench wave;             ///< running integral of the wave for kWave (common/haptics/wave/wave_port.hpp)
   Duration round_trip{0};  ///< round trip measured by the stage from an input to its answer; 0 if not known
-  /// This and the following values are for traces and metrics.
+  /// The remaining values are for traces and metrics, not for the force.
   bool is_local = false;          ///< the wrench comes from a local model or ball, which `tool` describes
   Wrench local_wrench_on_hand_W;  ///< wrench of the local model or ball, without the predicted residual
   bool is_predicting = false;     ///< the wrench contains a predicted part
@@ -89,8 +89,8 @@ class Stage {
   /// Computes the wrench; it is zero if no state is known. Called at each tick with a valid sample and a scene that may
   /// be displayed.
   virtual StageOutput tick(const StageInput& input) noexcept = 0;
-  /// Reports the wrench displayed for the coming period, after passivity controller, safety and clamp, about the
-  /// handle.
+  /// Reports the wrench displayed for the coming period, about the handle. It is the wrench after passivity controller,
+  /// safety chain and clamp.
   virtual void set_displayed(const Wrench& on_hand_W) noexcept { static_cast<void>(on_hand_W); }
   /// Discards the history. Called when another scene starts.
   virtual void reset() noexcept {}
@@ -103,15 +103,15 @@ class Stage {
 std::unique_ptr<Stage> make_stage(const StageSettings& settings);
 /// Fails   std::invalid_argument: unknown stage or predictor (the message lists the existing ones), unusable impedance
 std::unique_ptr<Stage> require_stage(const StageSettings& settings);
-/// True if the stage needs a local model, which Client builds.
+/// Returns whether the stage needs a local model, which Client builds.
 bool needs_local_model(std::string_view stage);
-/// True if the stage renders contact of a ball instead of the tool. Such a stage cannot render every scene
+/// Returns whether the stage renders contact of a ball instead of the tool. Such a stage cannot render every scene
 /// (proxy_problem()).
 bool needs_proxy_world(std::string_view stage);
-/// Names in the order of help texts.
+/// Return the names of stages and of predictors, in the order of the help text.
 std::vector<std::string_view> stage_names();
 std::vector<std::string_view> predictor_names();
-/// Names of the stages as one line for messages: "late-pose, hold, …".
+/// Return the names as one line for messages: "late-pose, hold, …".
 std::string listed_stage_names();
 std::string listed_predictor_names();
 

@@ -14,8 +14,8 @@
 namespace tandem::contact {
 namespace {
 
-/// Bounds of values from files: edges of bricks from a micrometre to a kilometre, coordinates up to a thousand
-/// kilometres.
+/// Valid ranges of numbers in a file: the edge of a brick is a micrometre to a kilometre, and coordinates are at most a
+/// thousand kilometres. Values outside these ranges are refused.
 constexpr double kSmallest = 1e-6;
 constexpr double kMaxBrick = 1e3;
 constexpr double kWorld = 1e6;
@@ -76,7 +76,7 @@ BrickLattice DistanceGrid::lattice() const {
   return lattice;
 }
 
-/// Takes the levels and samples of the bricks.
+/// Copies the levels and samples of the bricks from the lattice into the grid.
 /// Out     false: there are more samples than a grid can hold
 bool DistanceGrid::set_lattice(const BrickLattice& lattice) {
   std::vector<std::uint8_t> levels(brick_total(), 0);
@@ -131,7 +131,7 @@ bool DistanceGrid::read_header(ByteReader& reader) {
   for (double* value : {&brick_m_, &quantum_m_, &corner_quantum_m_, &band_m_, &error_m_}) *value = reader.f64();
   sample_step_ = reader.number<std::uint16_t>();
   if (!reader.ok() || sample_step_ < 1) return false;
-  // The products of counts up to 2¹⁶ do not overflow.
+  // Each count is limited before the product is computed, since a product of unlimited counts could overflow.
   const bool has_counts = std::all_of(bricks_.begin(), bricks_.end(),
                                       [](std::uint32_t count) { return count >= 1 && count <= kMaxBricksAlong; });
   if (!has_counts || brick_total() > kMaxBricks) return false;
@@ -195,7 +195,7 @@ std::unique_ptr<DistanceGrid> DistanceGrid::read(std::span<const std::uint8_t>& 
     if (level > 0) sample_count += samples_of(level - 1U);
   }
   if (sample_count * sizeof(std::int16_t) > limit_bytes - lattice_bytes) return nullptr;
-  // Upper bounds for a valid file. Most numbers take one byte.
+  // Limits of the decompressed size, so that a malicious file cannot fill the memory. Most coded numbers take one byte.
   constexpr std::size_t kMaxNumberBytes = 5;
   constexpr std::size_t kBytesPerSample = 3;
   const bool is_read = grid->set_levels(*levels, sample_count) &&

@@ -6,7 +6,7 @@
 namespace tandem::contact {
 namespace {
 
-constexpr int kCorners = kBrickHalves;  ///< distance of a brick's corners, in halves
+constexpr int kCorners = kBrickHalves;  ///< length of a brick's edge between two corners, in half cells
 
 /// Returns the mean of the two, four or eight samples around a position in the middle between them.
 int predicted_at(const Brick& brick, const Halves& at, int half_step) {
@@ -117,7 +117,7 @@ const Brick* BrickLattice::owner_of(const Brick& brick, const Halves& at, Halves
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if ((i >> axis & 1) == 0) continue;
       const bool is_low = at[axis] == 0;
-      // A position below 0 wraps around, and is then also outside of the lattice.
+      // In unsigned arithmetic, an index of −1 becomes a large number and is therefore outside of the lattice, too.
       beside[axis] += is_low ? ~0U : 1U;
       at_beside[axis] = is_low ? kBrickHalves : 0;
       is_present = is_present && (is_low || at[axis] == kBrickHalves) && beside[axis] < along_[axis];

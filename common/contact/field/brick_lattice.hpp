@@ -22,7 +22,7 @@ namespace tandem::contact {
 /// Source  after the lifting scheme: Sweldens, "The lifting scheme: a construction of second generation wavelets",
 ///         1998, with linear prediction and without update
 struct SampleCoding {
-  int step = 1;  ///< quanta
+  int step = 1;  ///< quantization step near the surface, as a number of quanta
 
   int step_at(int predicted) const { return std::max(step, std::abs(predicted) >> 7); }
   /// Returns the coded number r of a sample.
@@ -58,7 +58,7 @@ class BrickLattice {
   /// belongs to the coarsest of them (the owner), or to the first of equally coarse ones. The others interpolate from
   /// the owner there and code nothing.
   ///
-  /// In      corner_quanta  predicted sample at a corner of the lattice
+  /// In      corner_quanta  returns the predicted sample at a corner of the lattice
   void code(const SampleCoding& coding, const std::function<int(std::size_t corner)>& corner_quanta,
             const CodeSample& code_sample);
 
@@ -67,7 +67,7 @@ class BrickLattice {
  private:
   void code_brick(Brick& brick, const SampleCoding& coding, const std::function<int(std::size_t corner)>& corner_quanta,
                   const CodeSample& code_sample);
-  /// Marks samples with another owner in `is_known_`.
+  /// Interpolates the border samples that belong to another brick from that brick, and marks them in `is_known_`.
   void match_border(Brick& brick);
   const Brick* owner_of(const Brick& brick, const Halves& at, Halves& at_owner) const;
   std::size_t corner_of(const Brick& brick, const Halves& at) const;

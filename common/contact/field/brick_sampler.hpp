@@ -60,7 +60,7 @@ inline constexpr int step_of(std::uint32_t level) {
 
 /// A position at which the exact distance was computed, to measure the error of interpolation.
 struct TestPoint {
-  std::array<std::uint8_t, 3> at;  ///< halves
+  std::array<std::uint8_t, 3> at;  ///< position in the brick, in half cells
   float distance_m;
 };
 
@@ -71,13 +71,13 @@ struct Brick {
   std::vector<std::int16_t> samples;
   std::vector<TestPoint> tests;
 
-  /// Index of a sample at a position in halves, which are multiples of the level's step.
+  /// Returns the index of a sample at a position in halves, which are multiples of the level's step.
   std::size_t offset(int x, int y, int z) const {
     const int step = step_of(level);
     const int edge = kBrickHalves / step + 1;
     return static_cast<std::size_t>(((z / step) * edge + y / step) * edge + x / step);
   }
-  /// Interpolated distance, in quanta.
+  /// Returns the interpolated distance at a position, in quanta.
   double interpolated_at(const Halves& at) const {
     return interpolated(at, step_of(level), [this](int x, int y, int z) { return samples[offset(x, y, z)]; });
   }

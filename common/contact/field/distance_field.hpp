@@ -12,7 +12,7 @@
 namespace tandem::contact {
 
 struct DistanceSample {
-  double distance_m = 0;  ///< negative inside
+  double distance_m = 0;  ///< negative for a point inside the shape
   /// Gradient of the distance, out of the shape. Its length is about 1, less on a crease (where two sides are equally
   /// near), and never 0.
   Vec3 gradient = Vec3::UnitZ();
@@ -35,7 +35,7 @@ struct OrientedBox;
 
 /// Flat part of a surface: distance = normal·p + offset.
 struct FieldPlane {
-  Vec3 normal = Vec3::UnitZ();  ///< unit, out of the shape
+  Vec3 normal = Vec3::UnitZ();  ///< unit vector out of the shape
   double offset_m = 0;
 
   double distance_m(const Vec3& p) const { return normal.dot(p) + offset_m; }
@@ -56,9 +56,9 @@ class DistanceField {
   /// Accurate to `error_m()` where |distance| ≤ `band_m()`. Beyond, the sign is right and the magnitude is at most the
   /// true distance plus `error_m()`, which suffices for culling.
   virtual double distance_m(const Vec3& p_S) const noexcept = 0;
-  /// The same distance with its gradient.
+  /// Returns the distance of distance_m() and its gradient.
   virtual DistanceSample sample(const Vec3& p_S) const noexcept = 0;
-  /// sample() for `count` points; faster than separate calls.
+  /// Does the same as sample() for `count` points, faster than separate calls.
   ///
   /// In      p_S      one point in each row
   /// Out     samples  distance and gradient in each row; rows from `count` on are undefined
@@ -66,7 +66,7 @@ class DistanceField {
     for (std::size_t i = 0; i < count; ++i) set_sample(samples, i, sample(place_at(p_S, i)));
   }
 
-  /// distance_m() for `count` points; faster than separate calls.
+  /// Does the same as distance_m() for `count` points, faster than separate calls.
   ///
   /// In      p_S          one point in each row
   /// Out     distances_m  entries from `count` on are undefined
@@ -87,7 +87,7 @@ class DistanceField {
     return 0;
   }
 
-  /// planes_over() for one point; faster.
+  /// Does the same as planes_over() for one point, faster.
   virtual PlaneSet planes_at(const Vec3& /*p_S*/) const noexcept { return 0; }
 
   virtual double error_m() const noexcept = 0;

@@ -30,7 +30,7 @@ struct GridCells {
 }  // namespace
 }  // namespace tandem::contact
 
-// Two samples are loaded at once, with the first one in the lower half.
+// Two neighbouring samples are loaded as one 32-bit number, whose lower half is the first sample.
 static_assert(std::endian::native == std::endian::little);
 #define TANDEM_KERNEL "common/contact/lanes/grid_cells.inc"
 #include "common/contact/lanes/twice.inc"
@@ -39,7 +39,7 @@ namespace tandem::contact {
 namespace {
 
 constexpr double kFarthestPlace_m = 1e6;
-constexpr double kFarthest = 1e100;  ///< its square is finite
+constexpr double kFarthest = 1e100;  ///< large distance whose square does not overflow
 
 /// Eight neighbouring values and a position between them, 0..1 along each axis.
 template <typename T>
@@ -129,10 +129,10 @@ std::size_t DistanceGrid::corner_total() const {
   return (std::size_t{bricks_[0]} + 1) * (bricks_[1] + 1) * (bricks_[2] + 1);
 }
 
-/// A position in the lattice.
+/// Position of a point in the lattice: a brick, and coordinates in the brick.
 struct DistanceGrid::Place {
   std::array<std::uint32_t, 3> brick;
-  Vec3 in_brick;  ///< 0..1 along each axis
+  Vec3 in_brick;  ///< position in the brick, 0..1 along each axis
 };
 
 inline bool DistanceGrid::locate(const Vec3& p_S, Place& place) const noexcept {
@@ -179,7 +179,9 @@ double DistanceGrid::distance_m(const Vec3& p_S) const noexcept {
 }
 
 double DistanceGrid::far_distance_m(const Place& place) const noexcept {
-  // |d(p) − Σ wᵢ d(cᵢ)| ≤ Σ wᵢ |p − cᵢ| ≤ √(Σ wᵢ |p − cᵢ|²), and the last sum is Σ t (1 − t) over the axes.
+  // The error of interpolating the distance d between corners cᵢ with weights wᵢ is bounded because d has the
+  // Lipschitz constant 1: |d(p) − Σ wᵢ d(cᵢ)| ≤ Σ wᵢ |p − cᵢ| ≤ √(Σ wᵢ |p − cᵢ|²). The last sum is Σ t (1 − t) over
+  // the axes, with t the position in the brick, 0 to 1.
   const double distance = sample_corners(place).distance_m;
   const double slack = brick_m_ * std::sqrt((place.in_brick.array() * (1.0 - place.in_brick.array())).sum());
   return with_sign_of(distance, std::max(band_m_, std::abs(distance) - slack));
@@ -193,7 +195,8 @@ inline DistanceSample DistanceGrid::sample_brick(const Place& place, std::uint32
   const double x = slope.x * per_cell;
   const double y = slope.y * per_cell;
   const double z = slope.z * per_cell;
-  // The slope vanishes where two sides are equally far. The slope of the coarse lattice still has an outward direction.
+  // The slope vanishes where two sides are equally far. The slope of the coarse lattice is used instead, since it still
+  // points outwards.
   if (!is_usable(x * x + y * y + z * z)) [[unlikely]]
     return {slope.value * quantum_m_, kMinGradient * sample_corners(place).gradient.normalized()};
   return {slope.value * quantum_m_, {x, y, z}};

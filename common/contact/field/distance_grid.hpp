@@ -50,8 +50,9 @@ class DistanceGrid final : public DistanceField {
     return planes_.planes_over(box_S, queries);
   }
   PlaneSet planes_at(const Vec3& p_S) const noexcept override { return planes_.planes_at(p_S); }
-  /// Largest error at the points tested during construction: middles of cells, where interpolation is worst. The
-  /// largest errors are at sharp convex edges, inside and beneath them, where the distance itself has a crease.
+  /// Returns the largest error at the points tested during construction: middles of cells, where interpolation is
+  /// worst. The largest errors are at sharp convex edges, inside and beneath them, where the distance itself has a
+  /// crease.
   double error_m() const noexcept override { return error_m_; }
   double band_m() const noexcept override { return band_m_; }
 
@@ -89,7 +90,7 @@ class DistanceGrid final : public DistanceField {
 
   DistanceGrid() = default;
   double cell_m(std::uint32_t level) const { return brick_m_ / cells_of(level); }
-  /// Predicted value of a sample at a corner of the lattice, in quanta.
+  /// Returns the predicted value of a sample at a corner of the lattice, in quanta.
   int corner_quanta(std::size_t corner) const;
   BrickLattice lattice() const;
   bool set_lattice(const BrickLattice& lattice);
@@ -101,8 +102,8 @@ class DistanceGrid final : public DistanceField {
   bool set_levels(std::span<const std::uint8_t> levels, std::size_t sample_count);
   bool is_sound() const;
   static constexpr std::uint32_t level_of(std::uint32_t ref) { return (ref & ((1U << kLevelBits) - 1U)) - 1U; }
-  /// Bound of the interpolation error beyond the band: the sum of half a cell's diagonal over all levels from the
-  /// coarsest to this one. It is a bound because a distance has the Lipschitz constant 1.
+  /// Returns a bound of the interpolation error beyond the band: the sum of half a cell's diagonal over all levels from
+  /// the coarsest to this one. It is a bound because a distance has the Lipschitz constant 1.
   double slack_m(std::uint32_t level) const {
     constexpr double kHalfDiagonal = 0.8660254037844386;
     return kHalfDiagonal * (2.0 * cell_m(0) - cell_m(level));
@@ -120,8 +121,8 @@ class DistanceGrid final : public DistanceField {
   std::array<std::uint32_t, 3> bricks_ = {1, 1, 1};  ///< number of bricks along x, y, z
   double brick_m_ = 1;                               ///< edge of a brick
   double bricks_per_m_ = 1;
-  double quantum_m_ = 1;           ///< quantum of the samples
-  double corner_quantum_m_ = 1;    ///< quantum of the distances at corners
+  double quantum_m_ = 1;           ///< distance that one step of a stored sample represents
+  double corner_quantum_m_ = 1;    ///< distance that one step of a stored corner value represents
   std::uint16_t sample_step_ = 1;  ///< SampleCoding::step
   double band_m_ = 0;
   double error_m_ = 0;

@@ -61,7 +61,7 @@ class DistanceGridBuilder {
     lay_lattice(mesh);
   }
 
-  /// Finds the bricks. Returns the memory that the grid will need [bytes], estimated from some of them.
+  /// Chooses the bricks. Returns the memory that the grid will need [bytes], estimated by sampling some of the bricks.
   double lay_out(bool is_solid) {
     measure_corners();
     if (is_solid)

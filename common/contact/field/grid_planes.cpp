@@ -35,7 +35,8 @@ constexpr double kOutside_m = 3e-4;
 // Depth beyond which a sample need not match any plane, because contact becomes rigid long before.
 constexpr double kInside_m = 2 * PlaneMap::kDeep_m;
 
-/// Least-squares fit of a plane to samples. It corrects n·p + c by the residuals.
+/// Least-squares fit of a plane to samples. The fit corrects the plane's normal and offset by the mean residual errors
+/// of the samples.
 struct Fit {
   Eigen::Matrix4d squares = Eigen::Matrix4d::Zero();
   Eigen::Vector4d rest = Eigen::Vector4d::Zero();
@@ -59,7 +60,8 @@ struct Fit {
     fitted.offset_m = plane.offset_m + change[3] - change.head<3>().dot(origin);
     const double length = fitted.normal.norm();
     if (!(std::abs(length - 1) < 0.1)) return plane;
-    // The length differs from 1 by rounding. Dividing both by it keeps the plane's position on the surface.
+    // After the fit, the normal's length may differ from 1 by a rounding error. Normal and offset are both divided by
+    // the length, which does not move the plane.
     return {fitted.normal / length, fitted.offset_m / length};
   }
 };
@@ -71,7 +73,7 @@ class DistanceGrid::PlaneFinder {
   PlaneFinder(const DistanceGrid& grid, std::vector<FieldPlane> planes)
       : grid_(grid), step_m_(grid.sample_step_ * grid.quantum_m_), planes_(std::move(planes)) {}
 
-  /// A cube of blocks in a brick.
+  /// A cube of neighbouring blocks in one brick.
   struct Blocks {
     std::array<std::uint32_t, 3> first;
     std::uint32_t along;
@@ -203,7 +205,8 @@ class DistanceGrid::PlaneFinder {
       if (matches(set, p_S, sample_m)) return true;
       distances_left_ -= static_cast<std::int64_t>(planes_.size());
       bool is_found = false;
-      // Outside of an edge, the distance to the shape is larger than the distance to each plane.
+      // Outside of an edge, the distance to the shape is larger than the distance to each plane. If no single plane
+      // matches, all planes with a positive distance are therefore tried together.
       PlaneSet beyond = set;
       for_planes(low_S, [&](std::size_t i) {
         const PlaneSet wider = set | PlaneSet{1} << i;

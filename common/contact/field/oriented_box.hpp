@@ -11,7 +11,7 @@ namespace tandem::contact {
 /// A box of any orientation.
 struct OrientedBox {
   Vec3 centre = Vec3::Zero();
-  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< unit columns
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< directions of the box's edges: unit columns
   Vec3 half_m = Vec3::Zero();
 
   OrientedBox moved(const Eigen::Matrix3d& R_FB, const Vec3& p_FB) const {

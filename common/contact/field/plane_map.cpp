@@ -38,7 +38,8 @@ bool for_corners(const Vec3& middle, const Eigen::Matrix3d& half_edges, const Vi
 struct PlaneMap::Range {
   double edge_m;
   Vec3 origin;
-  Vec3 most;  ///< largest distance of an intersecting cube's centre from the centre of the box, along the box's axes
+  Vec3 most;  ///< largest distance of the centre of an intersecting cube from the centre of the box, along the box's
+              ///< axes
   std::array<std::int64_t, 3> begin, end;
 
   /// Calls visit(x, y, z, middle) for the cubes until it returns false. Returns whether visit() was true for all of
@@ -51,7 +52,8 @@ struct PlaneMap::Range {
       for (std::int64_t y = begin[1]; y < end[1]; ++y) {
         const Vec3 row = origin + edge_m * Vec3(0.5, static_cast<double>(y) + 0.5, static_cast<double>(z) + 0.5);
         const Vec3 at = box.axes.transpose() * (row - box.centre);
-        // Range of x in this row for which |at + x · step| ≤ most along each axis of the box.
+        // Determines the range of x in this row of cubes for which |at + x · step| ≤ most holds along each axis of the
+        // box.
         auto low = static_cast<double>(begin[0]), high = static_cast<double>(end[0] - 1);
         for (int i = 0; i < 3; ++i) {
           if (std::abs(step[i]) < 1e-9 * edge_m) {
@@ -124,7 +126,8 @@ bool PlaneMap::is_largest(PlaneSet all, std::uint8_t index, const Vec3& middle, 
   return is_below(all & ~sets_[index], sets_[index], middle, edge_m);
 }
 
-// Checks is_largest() at one point, for the cases that are cheap to check; otherwise true.
+// Checks is_largest() at one point. Returns false if the check fails there, and true also where one point does not
+// suffice for a check.
 bool PlaneMap::is_largest_at(PlaneSet all, std::uint8_t index, const Vec3& p_S) const noexcept {
   if (index <= kInside || (all & ~sets_[index]) == 0) return true;
   return largest_m(planes_, all & ~sets_[index], p_S) <= largest_m(planes_, sets_[index], p_S) + kSameDistance_m;
@@ -136,8 +139,8 @@ std::size_t PlaneMap::memory_bytes() const {
          harmless_.capacity() * sizeof(PlaneSet);
 }
 
-// Returns the range of cubes that may intersect a box. Of the part of a box beyond the lattice, the range includes at
-// most the cubes at the border.
+// Returns the range of cubes that may intersect a box. Where the box extends beyond the lattice, the range ends at the
+// cubes of the lattice's border.
 PlaneMap::Range PlaneMap::range_of(const OrientedBox& box_S, double edge_m) const noexcept {
   Range range{edge_m, origin_S_, box_S.half_m + edge_m / 2 * box_S.axes.cwiseAbs().colwise().sum().transpose(), {}, {}};
   const Vec3 reach = box_S.axes.cwiseAbs() * box_S.half_m;

@@ -20,8 +20,8 @@ class PlaneMap {
   static constexpr std::uint32_t kBlocks = 8;  ///< blocks along an edge of a brick
   /// Special values of a block; larger values are indices of sets of planes.
   static constexpr std::uint8_t kNone = 0;
-  static constexpr std::uint8_t kOutside = 1;  ///< far outside of all surfaces
-  static constexpr std::uint8_t kInside = 2;   ///< deeper than any contact
+  static constexpr std::uint8_t kOutside = 1;  ///< the block is far outside of all surfaces
+  static constexpr std::uint8_t kInside = 2;   ///< the block is deeper in the shape than any contact
   static constexpr double kDeep_m = 1e-3;      ///< depth that no contact reaches, since it becomes rigid long before
   using Blocks = std::array<std::uint8_t, std::size_t{kBlocks} * kBlocks * kBlocks>;
   /// Largest number of planes of a block: the three that meet in a corner.
@@ -33,7 +33,7 @@ class PlaneMap {
   PlaneMap(std::vector<FieldPlane> planes, const Vec3& origin_S, const std::array<std::uint32_t, 3>& bricks,
            double brick_m);
 
-  /// Index of a set, which is added if it is new; kNone if there are too many sets.
+  /// Returns the index of a set of planes, and stores the set if it is new. Returns kNone if there are too many sets.
   std::uint8_t index_of(PlaneSet set);
   /// Stores the blocks of a brick. Call it once for each brick that is not kNone, in any order.
   void set(std::size_t brick, const Blocks& blocks);
@@ -65,12 +65,12 @@ class PlaneMap {
   Vec3 origin_S_ = Vec3::Zero();
   std::array<std::uint32_t, 3> bricks_ = {0, 0, 0};
   double brick_m_ = 1;
-  /// For each brick: the common index of its blocks, or kFirstMixed + index in mixed_.
+  /// Content of each brick: the value of its blocks if it is the same for all, else kFirstMixed + index in mixed_.
   std::vector<std::uint32_t> refs_;
-  /// For each brick whose blocks have a common index: the planes that may be added to its set, since their distance is
-  /// nowhere the largest. For a brick far outside: the planes that the whole brick is above.
+  /// For each brick whose blocks have the same set of planes: further planes whose distance is nowhere in the brick the
+  /// largest one, so a query may include them. For each brick far outside: the planes above which the whole brick lies.
   std::vector<PlaneSet> harmless_;
-  std::vector<Blocks> mixed_;  ///< blocks of the bricks whose blocks have different indices
+  std::vector<Blocks> mixed_;  ///< blocks of the bricks whose blocks have different values
   static constexpr std::uint32_t kFirstMixed = 256;
 };
 

@@ -139,7 +139,8 @@ DistanceSample BoxField::sample(const Vec3& p_S) const noexcept {
   sample.distance_m = outside.norm();
   const Vec3 way(std::copysign(outside.x(), p_S.x()), std::copysign(outside.y(), p_S.y()),
                  std::copysign(outside.z(), p_S.z()));
-  // The distance may be 0 here: squares of lengths below 1e-162 m underflow.
+  // The distance may be 0 although the point is outside: squares of lengths below 1e-162 m underflow. The gradient then
+  // keeps its default direction.
   if (sample.distance_m > 0) sample.gradient = way / sample.distance_m;
   return sample;
 }

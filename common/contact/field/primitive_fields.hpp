@@ -14,14 +14,15 @@ class ExactField : public DistanceField {
   double band_m() const noexcept override;
 };
 
-/// The half-space z ≤ 0.
+/// Returns the field of the half-space z ≤ 0.
 std::unique_ptr<ExactField> half_space_field();
 std::unique_ptr<ExactField> sphere_field(double radius_m);
 /// In      size_m  full edge lengths
 std::unique_ptr<ExactField> box_field(const Vec3& size_m);
-/// Centred, axis along z.
+/// Returns the field of a cylinder centred at the origin, with its axis along z.
 std::unique_ptr<ExactField> cylinder_field(double radius_m, double length_m);
-/// Centred, axis along z; `length_m` is that of the straight part.
+/// Returns the field of a capsule centred at the origin, with its axis along z. `length_m` is the length of the part
+/// between the round ends.
 std::unique_ptr<ExactField> capsule_field(double radius_m, double length_m);
 
 }  // namespace tandem::contact

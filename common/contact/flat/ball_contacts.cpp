@@ -12,15 +12,17 @@
 namespace tandem::contact {
 namespace {
 
-// Ends of slices as fractions of the depth, from the deepest point. The value of kInner makes the moment of friction
-// about the normal exact.
+// Borders between the slices of the pressing part, as fractions of the depth from the deepest point. With this value of
+// kInner, the moment of friction about the normal is exact.
 constexpr double kInner = 0.14288946;
 constexpr double kMiddle = 0.65;
-// Thickness of the first slice of the part that does not press, and ratio of successive slices, as for flat nodes.
+// Slices of the part that does not press: thickness of the first one, and ratio of the thicknesses of successive ones.
+// Both are the same as in plane_contacts.cpp.
 constexpr double kFirstSlice_m = 1.6e-5;
 constexpr double kNextSlice = 4;
 constexpr int kGapSlices = 4;
-// Index of the slice that is four contacts while nothing presses, at the positions of the later pairs.
+// Index of the slice that gets four contacts on a ring while nothing presses. They are where the pairs of contacts
+// appear once the ball presses.
 constexpr int kWideSlice = 2;
 // Largest depth as a fraction of the radius. At a larger depth, the solid below the plane may be thinner than the ball.
 constexpr double kMaxDepth = 0.5;

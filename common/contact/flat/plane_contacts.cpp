@@ -18,10 +18,12 @@
 namespace tandem::contact {
 namespace {
 
-// Range of depths within which points may always be merged: a few times the rounding of points and distances.
+// Points whose depths differ by at most this may always be merged. The value is a few times the rounding error of
+// points and distances.
 constexpr double kSpan_m = 5e-6;
-// If all points press, or none, the range may be larger by this fraction of the least depth or gap. For pressing points
-// it is at most kMaxSpan_m. The merged contact is less deep than the deepest point by a few tenths of that.
+// If all points press, or none does, depths may differ more: in addition by this fraction of the least depth or gap.
+// For pressing points the difference is at most kMaxSpan_m. The merged contact is less deep than the deepest point by a
+// few tenths of the difference.
 constexpr double kSpanShare = 0.5;
 constexpr double kMaxSpan_m = 5e-5;
 // A part with less than this fraction of the node's area gets no contact.
@@ -41,7 +43,7 @@ bool is_alike(double low, double high, double rigid_depth_m) {
 
 /// Mean of contacts. Pressing contacts are weighted by force, others by area.
 struct Mean {
-  double area = 0, depth = 0;  ///< depth: sum of depth × area
+  double area = 0, depth = 0;  ///< area of the contacts, and the sum of their depth × area
   double low = std::numeric_limits<double>::infinity(), high = -low;
   Vec3 p = Vec3::Zero(), normal = Vec3::Zero();
   Vec3 first_normal = Vec3::Zero();
@@ -94,7 +96,7 @@ struct Four {
   }
 };
 
-/// A plane of the field below a node, in the frame P of the node's points.
+/// A plane of the other shape's field below a node, in the frame P of the node's points.
 struct Below {
   Vec3 normal_W, normal_P;
   double offset_m;
@@ -103,7 +105,7 @@ struct Below {
 };
 using Planes = boost::container::static_vector<Below, PlaneMap::kMaxInBox>;
 
-/// Largest number of parts of a node. Fewer occur: at most half a dozen slices for each plane.
+/// Upper bound of the number of parts of a node. Real nodes have fewer: at most half a dozen slices for each plane.
 constexpr std::size_t kMaxParts = 48;
 
 /// Appends the contacts of nodes, one node at a time.
@@ -163,7 +165,7 @@ class NodeContacts {
     for (std::uint32_t k = 0; k < count; ++k) add_point(chosen(k), index_of(k), index_of(k + 1), scale);
   }
 
-  /// Adds four contacts for a node that presses on one plane as a whole, or not at all.
+  /// Adds the four contacts of a node above one plane. Either all of the node presses, or nothing does.
   void add_whole(const ShellNode& node, const FlatNode& flat) {
     const auto quarters = quarters_of(node);
     const Vec3 mean = flat.mean_S.cast<double>();
@@ -178,9 +180,9 @@ class NodeContacts {
   /// Adds the parts of a polygon. For each plane there is the part where that plane is the nearest, divided into a
   /// pressing part and one that does not press.
   ///
-  /// In      is_sliced  true: parts that do not press, or will soon be rigid, are cut into slices of depth, so that one
-  ///         contact is nearly as deep as the deepest position. Other parts are four contacts
-  /// Out     false: there would be more contacts than ids of points, or than there is room for
+  /// In      is_sliced  true: parts that do not press, or will soon be rigid, are cut into slices of depth, so that the
+  ///         contact of the deepest slice is nearly as deep as the part. Any other part becomes four contacts
+  /// Out     false if there would be more contacts than the node has points (ids), or than there is room for
   bool add_parts(const ShellNode& node, const FlatNode& flat, std::size_t room, bool is_sliced) {
     const Polygon whole = corners_of(flat);
     const AreaMoments sum = moments_of(whole);
@@ -208,7 +210,8 @@ class NodeContacts {
         cut(polygon, is_gap ? DepthSlope(-slopes[i]) : slopes[i]);
         if (is_gap) cut(polygon, below(slopes[i], search_.band_m));
         for (std::size_t k = 0; k < slopes.size(); ++k) {
-          // Beyond an edge of the other shape there is no surface to press on.
+          // Beyond an edge of the other shape, a plane continues but the surface does not. The polygon is cut off
+          // there.
           if (k != i) cut(polygon, is_gap ? slopes[k] : DepthSlope(slopes[k] - slopes[i]));
         }
         if (is_empty(polygon)) continue;
@@ -254,7 +257,7 @@ class NodeContacts {
     const Vec3 p_P = point.p_S.cast<double>();
     const auto [largest, largest_m] = largest_at(p_P);
     const auto is_above = [&p_P](const Below& plane) { return plane.distance_m(p_P) > 0; };
-    // Beyond an edge of the other shape (above two planes) there is no surface to press on.
+    // Beyond an edge of the other shape, the point is above two planes, and there is no surface to press on.
     if (largest_m <= 0 || std::ranges::count_if(planes_, is_above) < 2)
       add(*largest, p_P, largest_m, scale * point.area_m2, first, end);
   }
@@ -269,8 +272,8 @@ class NodeContacts {
     const Vec3 along = flat.along_S.cast<double>();
     const Vec3 across = flat.across_S.cast<double>();
     const auto quarters = quarters_of(node);
-    // Ids remain constant while slices appear and vanish. Slices that press on the nearest plane have the first ids,
-    // and all other parts the last ones. The largest slice has the ids between them.
+    // Each contact keeps its id from step to step, while slices appear and vanish. Slices that press on the nearest
+    // plane have the first ids, and all other parts the last ones. The largest slice has the ids between them.
     const auto first_other = static_cast<std::uint32_t>(std::max<std::size_t>(1, first_slices_));
     for (std::size_t k = 0; k < 4; ++k) {
       const auto append_part = [&](std::uint32_t part, std::uint32_t first, std::uint32_t end) {
@@ -348,7 +351,7 @@ void merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, doub
   const auto may_merge = [&](const Mean& side) {
     return !(side.area > 0) || (side.is_flat && is_alike(side.low, side.high, rigid_depth_m));
   };
-  // If the gap contacts have a smaller area than the pressing ones, their depths may differ more.
+  // Contacts with a gap may differ more in depth if they have less area than the pressing ones.
   const bool has_little_gap = sides[1].is_flat && sides[1].area <= sides[0].area;
   if (!must && !(may_merge(sides[0]) && (has_little_gap || may_merge(sides[1])))) return;
   const std::uint32_t first = contacts[begin].id;
@@ -356,7 +359,7 @@ void merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, doub
   const std::uint32_t end = last + contacts.back().count;
   const bool has_both = sides[0].area > 0 && sides[1].area > 0;
   contacts.resize(begin);
-  // If there is a pressing and a gap contact, the gap contact gets the id of the last point.
+  // If a pressing contact and one with a gap remain, the latter gets the id of the last point.
   if (sides[0].area > 0) contacts.push_back(sides[0].contact(first, has_both ? last : end));
   if (sides[1].area > 0) contacts.push_back(sides[1].contact(has_both ? last : first, end));
 }
@@ -374,7 +377,8 @@ void PlaneContacts::add(std::uint32_t root, PlaneSet planes, std::vector<Contact
     const auto [low, high] = node_contacts.depth_range(flat.box_S());
     const std::uint32_t child = i + 1;
     i = node.next;
-    // This node may use all room except that reserved for later nodes. Later nodes may use the room that it leaves.
+    // This node may use all room except the reserve for later nodes. Room that it does not use is left to the later
+    // nodes.
     room += least_contacts_of(node);
     more -= std::min(more, more_of(node));
     if (high <= -band_m) continue;

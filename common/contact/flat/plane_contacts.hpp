@@ -31,10 +31,10 @@ struct PlaneContacts {
   double band_m = 0;         ///< gap up to which points become contacts
   double rigid_depth_m = 0;  ///< depth beyond which contact is as stiff as the step allows
   double share = 1;          ///< fraction of the points' area that counts
-  double sign = 1;           ///< sign of the planes' normals in the contacts
+  double sign = 1;           ///< factor ±1 of the planes' normals; the normals of contacts point out of B
   std::uint32_t id_bits = 0;
   std::size_t room = 0;  ///< contacts that may be added beyond least_contacts_of() for each later node
-  std::size_t more = 0;  ///< additional contacts needed for all planes below these nodes
+  std::size_t more = 0;  ///< number of additional contacts that these nodes need to represent all planes below them
 
   /// Appends contacts in the order of the points. While it runs, `contacts` needs capacity for kSmallNode more
   /// elements.

@@ -15,9 +15,10 @@
 namespace tandem::contact {
 namespace {
 
-// Limit of points, which bounds the work that bytes from elsewhere can cause. Shapes sampled here have fewer points.
+// Limit of the number of points. It bounds the work that received bytes can cause. Shapes that are sampled here have
+// fewer points.
 constexpr std::size_t kMaxPoints = 600'000;
-// Least number of points of a node that may have axes other than those of the flat part that contains it.
+// Nodes with fewer points than this use the axes of the flat part that contains them.
 constexpr std::uint32_t kMinPart = 128;
 
 // Returns whether the points are certainly not on one plane. The smallest eigenvalue of their covariance is at least
@@ -39,7 +40,7 @@ std::optional<FlatNode> flat_node_of(std::span<const ShellPoint> points, const S
     of_part = axes_of_rectangle(points, moments.covariance);
   }
   if (auto rectangle = rectangle_of(points, node, moments, box_along(points, *of_part))) return rectangle;
-  // Points on one plane may belong to several parts.
+  // Points on one plane may belong to several flat parts with different axes. A large node therefore gets its own axes.
   if (must_be && node.count >= kMinPart) {
     const Eigen::Matrix3d own = axes_of_rectangle(points, moments.covariance);
     if (auto rectangle = rectangle_of(points, node, moments, box_along(points, own))) {

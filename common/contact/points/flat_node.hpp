@@ -30,10 +30,10 @@ struct FlatNode {
   Eigen::Vector3f across_S = Eigen::Vector3f::UnitY();
   float deviation_along_m = 0;
   float deviation_across_m = 0;
-  /// centre of the box around points and polygon, along these axes
+  /// Centre of the box around the points and the polygon, in S. The box has the axes above.
   Eigen::Vector3f centre_S = Eigen::Vector3f::Zero();
   Eigen::Vector3f half_m = Eigen::Vector3f::Zero();
-  std::uint32_t corner_count = 0;  ///< 0: no polygon
+  std::uint32_t corner_count = 0;  ///< number of corners of the polygon; 0: no polygon
   /// Corners relative to the mean (along, across), anticlockwise.
   std::array<Eigen::Vector2f, kMaxFlatCorners> corners_m = {};
 

@@ -10,22 +10,22 @@ namespace tandem::contact {
 namespace {
 
 constexpr float kMinArea_m2 = 4e-6F;
-// Limit of flat nodes, of which the largest are used. It bounds the work that a shape can cause for its reader.
+// Only this number of flat nodes is used, the largest first. The limit bounds the work that a received shape can cause.
 constexpr std::size_t kMaxNodes = 1024;
 // Two nodes are on one plane if two conditions hold. The mean of one is within kSamePlane_m of the plane of the other,
 // and the sine of the angle between their normals is below kSameNormalSine.
 constexpr double kSamePlane_m = 5e-6;
 constexpr double kSameNormalSine = 1e-3;
-// Least cosine of the angle between the normal of a plane and that of its points, and least half width of a node that
-// defines a plane.
+// Conditions for a node that defines a plane: least cosine of the angle between the plane's normal and the points'
+// normals, and least half width of the node.
 constexpr double kFacing = 0.995;
 constexpr float kMinHalf_m = 5e-4F;
 
-/// Flat nodes on one plane.
+/// Sums over the flat nodes that lie on one plane.
 struct OnePlane {
   double area_m2 = 0;
   Vec3 mean = Vec3::Zero();
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< covariance × area
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< sum of covariance × area
   Vec3 normal = Vec3::Zero();
 
   bool has(const Vec3& other_mean, const Vec3& other_normal) const {

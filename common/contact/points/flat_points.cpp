@@ -28,17 +28,17 @@ constexpr double kUnevenSmallCell = 0.75;
 constexpr std::size_t kManyPoints = 256;
 // Size of parts in spacings of points. Each part of this size must contain a point, or it is a hole.
 constexpr double kPart = 2;
-// Least fraction of a part that must be inside the polygon for it to count as a whole part.
+// A part counts as a whole part if at least this fraction of it is inside the polygon.
 constexpr double kWholePart = 0.8;
-// Tolerances of a polygon: distance by which points may be outside of it, and shift of its sides from the hull of the
-// points.
+// Tolerances of a polygon. Points may be outside of it by kLost_m, and its sides may be moved by kMaxShift_m from the
+// convex hull of the points.
 constexpr double kLost_m = 2e-4;
 constexpr double kMaxShift_m = 3e-4;
-// A node with a smaller deviation across is regarded as a line.
+// A node is regarded as a line if the deviation of its points across is smaller than this.
 constexpr double kMinDeviation_m = 5e-4;
 // Least half width of a line.
 constexpr double kThinnest_m = 1e-7;
-// Rounding of a box in single precision, 10 cm from the origin.
+// Rounding error of a box's size in single precision, for a shape that extends 10 cm from the origin.
 constexpr float kPointRounding_m = 2e-8F;
 
 /// Returns the index of the cell of a box that contains a point, for this number of cells along each side. A line has
@@ -75,12 +75,12 @@ void for_cells(const Polygon& polygon, const OrientedBox& box, const Eigen::Arra
 
 /// Returns whether each small part of a polygon has a point. Rejects polygons with a hole or a missing side.
 bool has_no_hole(std::span<const ShellPoint> points, const OrientedBox& box, const Polygon& polygon) {
-  if (box.half_m.head<2>().minCoeff() <= kFlat_m) return true;  // a line
+  if (box.half_m.head<2>().minCoeff() <= kFlat_m) return true;  // the node is a line, which has no holes
   const auto count = static_cast<double>(points.size());
   const double part_m = kPart * std::sqrt(moments_of(polygon)(0, 0) / count);
   const auto parts_along = [&](int axis) { return std::max(1.0, std::floor(2 * box.half_m[axis] / part_m)); };
   const Eigen::Array2d parts(parts_along(0), parts_along(1));
-  // A narrow polygon has fewer points than parts.
+  // If a polygon is narrow, it has fewer points than parts, and parts without points are no holes.
   if (!(parts.prod() * moments_of(polygon)(0, 0) <= count * 4 * box.half_m[0] * box.half_m[1])) return false;
   std::vector<bool> is_empty(static_cast<std::size_t>(parts.prod()), true);
   for (const ShellPoint& point : points) is_empty[cell_of(point, box, parts.cast<int>())] = false;
@@ -93,9 +93,10 @@ bool has_no_hole(std::span<const ShellPoint> points, const OrientedBox& box, con
 /// Returns whether each cell of a polygon has its share of the points' area.
 bool has_even_cells(std::span<const ShellPoint> points, const Moments& moments, const OrientedBox& box,
                     const Polygon& polygon) {
-  // Axes that were found for a line may not be those of the points' plane: the box is then too thick.
+  // The axes may have been found for points on a line. They may then not be those of the points' plane, and the box is
+  // too thick.
   if (points.size() < kMinPolygon || box.half_m[2] > 2 * kFlat_m) return false;
-  constexpr int kCells = 4;  // along each side; an empty cell rejects the polygon
+  constexpr int kCells = 4;  // number of cells along each side; an empty cell rejects the polygon
   Eigen::Array2i cells(kCells, kCells);
   for (int i = 0; i < 2; ++i) {
     if (box.half_m[i] <= kFlat_m) cells[i] = 1;
@@ -117,7 +118,7 @@ bool has_moments_of(const Moments& moments, const OrientedBox& box) {
   const Vec3 way = (box.axes.transpose() * (moments.mean - box.centre)).cwiseAbs();
   const Eigen::Matrix3d covariance = box.axes.transpose() * moments.covariance * box.axes;
   for (int i = 0; i < 2; ++i) {
-    if (box.half_m[i] <= kFlat_m) continue;  // a line
+    if (box.half_m[i] <= kFlat_m) continue;  // a line has no extent along this axis
     const double deviation_m = box.half_m[i] / std::numbers::sqrt3;
     if (way[i] > kUneven * box.half_m[i]) return false;
     if (std::abs(std::sqrt(covariance(i, i)) - deviation_m) > kUneven * deviation_m) return false;

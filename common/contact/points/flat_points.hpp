@@ -23,16 +23,17 @@ struct Moments {
 
 Moments moments_of(std::span<const ShellPoint> points);
 
-/// Box around the points along these axes.
+/// Returns the smallest box around the points whose edges are parallel to the columns of `axes`.
 OrientedBox box_along(std::span<const ShellPoint> points, const Eigen::Matrix3d& axes);
 
-/// The rectangle of `box`, if the points cover it evenly. Their mean and covariance must be the rectangle's, and each
-/// of its cells must have its share of the area. Each part twice as wide as the points' spacing must contain a point.
+/// Returns the rectangle of `box`, if the points cover it evenly. Their mean and covariance must be the rectangle's,
+/// and each of its cells must have its share of the area. Each part twice as wide as the points' spacing must contain a
+/// point.
 std::optional<FlatNode> rectangle_of(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments,
                                      const OrientedBox& box);
-/// A convex polygon with the mean and covariance of the points, if they cover one evenly.
+/// Returns a convex polygon with the mean and covariance of the points, if they cover one evenly.
 std::optional<FlatNode> polygon_of(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments);
-/// Flat node without a polygon, from the moments of its points.
+/// Returns a flat node without a polygon, from the moments of its points.
 FlatNode node_as_it_is(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments);
 
 /// Removes polygons that extend beyond the surface of `field` by more than 0.11 mm; their nodes remain flat nodes. The

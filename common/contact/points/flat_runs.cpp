@@ -170,7 +170,8 @@ Eigen::Matrix3d axes_of_rectangle(std::span<const ShellPoint> points, const Eige
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
   Eigen::Matrix3d axes = solver.eigenvectors().rowwise().reverse();
   axes.col(2) = axes.col(0).cross(axes.col(1));
-  // For points on a line, the rectangles of all angles have the same area, so the axes of the covariance are kept.
+  // For points on a line, the rectangles of all angles have the same area, so none is the smallest. The axes of the
+  // covariance are kept.
   if (solver.eigenvalues()[1] <= 1e-6 * solver.eigenvalues()[2]) return axes;
   std::vector<Eigen::Vector2d> places;
   places.reserve(points.size());

@@ -16,11 +16,12 @@ struct ShellPoint;
 /// S, then the points of each flat part, along its sides.
 void order_by_parts(std::vector<ShellPoint>& points);
 
-/// Returns the borders of the flat parts among points in that order: ascending indices, without 0 and the number of
-/// points.
+/// Returns the borders of the flat parts among points that order_by_parts() has sorted: ascending indices, without 0
+/// and the number of points.
 std::vector<std::uint32_t> borders_of_parts(std::span<const ShellPoint> points);
 
-/// Approximate axes of the smallest rectangle around points: its sides, and the normal of the best-fitting plane.
+/// Returns the approximate axes of the smallest rectangle around points: its sides, and the normal of the best-fitting
+/// plane.
 Eigen::Matrix3d axes_of_rectangle(std::span<const ShellPoint> points, const Eigen::Matrix3d& covariance);
 
 }  // namespace tandem::contact

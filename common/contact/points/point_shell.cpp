@@ -44,7 +44,8 @@ Ball small_ball(std::span<const ShellPoint> points, const Vec3& start) {
 }
 
 /// Returns `mean` if the points are on a plane, else the point nearest to `mean`. The mean of points on a bent surface
-/// is not on that surface. For the rim of a hole, it would press on a peg that does not touch the hole.
+/// is not on that surface. The mean of the rim of a hole, for example, would press on a peg that does not touch the
+/// rim.
 Eigen::Vector3f on_surface(std::span<const ShellPoint> points, const Vec3& mean, const Vec3& normal) {
   double bulge_m = 0;
   double nearest_m = std::numeric_limits<double>::infinity();
@@ -69,7 +70,7 @@ ShellPoint merged(std::span<const ShellPoint> points) {
     normal += point.area_m2 * point.normal_S.cast<double>();
   }
   if (!(area > 0)) return points.front();
-  // If the normals cancel, the first one is used.
+  // If the points' normals cancel, their mean has no direction, and the normal of the first point is used.
   const bool has_direction = normal.norm() > 1e-6 * area;
   const Eigen::Vector3f direction =
       has_direction ? Eigen::Vector3f(normal.normalized().cast<float>()) : points.front().normal_S;

@@ -17,12 +17,12 @@ namespace tandem::contact {
 /// One sample of a surface, in the frame of its shape S. Single precision resolves 10 nm at 10 cm from the origin.
 struct ShellPoint {
   Eigen::Vector3f p_S = Eigen::Vector3f::Zero();
-  Eigen::Vector3f normal_S = Eigen::Vector3f::Zero();  ///< out of the shape, unit
-  /// area of surface that the point represents; all areas sum to the surface
+  Eigen::Vector3f normal_S = Eigen::Vector3f::Zero();  ///< unit vector out of the shape
+  /// Area of surface that the point represents. The areas of all points sum to the area of the surface.
   float area_m2 = 0;
 };
 
-/// A node of the tree: a ball around points first … first + count − 1, which are also those of the nodes below it.
+/// A node of the tree: a ball around points first … first + count − 1. The nodes below it contain the same points.
 struct ShellNode {
   Eigen::Vector3f centre_S = Eigen::Vector3f::Zero();
   float radius_m = 0;
@@ -66,7 +66,7 @@ struct PointShell {
 /// Both shells of a shape's surface.
 struct PointShells {
   PointShell surface;   ///< the whole surface, including the features
-  PointShell features;  ///< sharp edges, corners and small bumps alone; may be empty
+  PointShell features;  ///< points on sharp edges, corners and small bumps only; may be empty
 };
 
 struct ContactShapeOptions;

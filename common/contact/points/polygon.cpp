@@ -37,21 +37,21 @@ std::vector<Eigen::Vector2d> hull_of(std::span<const Eigen::Vector2d> places) {
       while (hull.size() >= begin + 2 && cross(hull[hull.size() - 2], hull.back(), p) <= 0) hull.pop_back();
       hull.push_back(p);
     }
-    hull.pop_back();  // it is also the first corner of the other half
+    hull.pop_back();  // this last corner is also the first corner of the other half of the hull
     std::ranges::reverse(sorted);
   }
   return hull;
 }
 
-/// Result of removing one corner.
+/// Result of removing one corner or one side of a polygon.
 struct Simpler {
-  double change_m = std::numeric_limits<double>::infinity();  ///< change of the outline
+  double change_m = std::numeric_limits<double>::infinity();  ///< largest distance by which the outline changes
   std::size_t removed = 0;
-  Eigen::Vector2d next;  ///< new position of the next corner
+  Eigen::Vector2d next;  ///< new position of the corner after the removed one
 };
 
-/// Returns the change with the least effect: removing a corner, or removing a side so that its neighbours meet in one
-/// corner.
+/// Returns the change that alters the outline least. Either a corner is removed, or a side, whose neighbours are then
+/// extended until they meet in one corner.
 Simpler simplest_change(const std::vector<Eigen::Vector2d>& corners) {
   Simpler best;
   const std::size_t count = corners.size();
@@ -61,7 +61,7 @@ Simpler simplest_change(const std::vector<Eigen::Vector2d>& corners) {
     if (const double change_m = height(before, here, next); change_m < best.change_m) best = {change_m, i, next};
     const Eigen::Vector2d side = here - before, other = after - next;
     const double turn = side.x() * other.y() - side.y() * other.x();
-    if (!(turn > 0)) continue;  // the lines of the neighbours meet on the other side, or are parallel
+    if (!(turn > 0)) continue;  // the neighbouring sides do not meet beyond the removed side
     const Eigen::Vector2d way = next - here;
     const Eigen::Vector2d meet = here + side * ((way.x() * other.y() - way.y() * other.x()) / turn);
     if (const double change_m = height(here, meet, next); change_m < best.change_m) best = {change_m, i, meet};
@@ -109,8 +109,9 @@ Polygon polygon_in_places(std::span<const Eigen::Vector2d> places, double lost_m
   return {left.begin(), left.end()};
 }
 
-// All sides of the polygon are tried. One of them is along a side of the smallest rectangle
-// (Freeman & Shapira, "Determining the minimum-area encasing rectangle for an arbitrary closed curve", 1975).
+// Returns the direction of the smallest rectangle. Since one side of that rectangle is along a side of the polygon, it
+// is sufficient to try all sides (Freeman & Shapira, "Determining the minimum-area encasing rectangle for an arbitrary
+// closed curve", 1975).
 Eigen::Vector2d axis_of_box(const Polygon& polygon) {
   Eigen::Vector2d best = Eigen::Vector2d::UnitX();
   double least = std::numeric_limits<double>::infinity();

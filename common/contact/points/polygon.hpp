@@ -29,14 +29,14 @@ inline DepthSlope below(const DepthSlope& slope, double distance_m) {
   return slope - distance_m * DepthSlope::UnitX();
 }
 
-/// Rectangle centred at (0, 0).
+/// Returns a rectangle centred at (0, 0).
 Polygon rectangle(const Eigen::Vector2d& half_m);
-/// Polygon of a flat node, about its mean.
+/// Returns the polygon of a flat node, about its mean.
 Polygon corners_of(const FlatNode& flat);
 /// Returns a convex polygon with its corners at or near some of these points, which must not be on one line. No point
 /// is outside by more than `lost_m`. The result is empty if the polygon would need more than kMaxFlatCorners corners.
 Polygon polygon_in_places(std::span<const Eigen::Vector2d> places, double lost_m);
-/// Unit vector along a side of the smallest rectangle around the polygon.
+/// Returns a unit vector along a side of the smallest rectangle around the polygon.
 Eigen::Vector2d axis_of_box(const Polygon& polygon);
 
 inline bool is_empty(const Polygon& polygon) {
@@ -45,7 +45,7 @@ inline bool is_empty(const Polygon& polygon) {
 /// Keeps the part of the polygon where the distance is not above 0. In most calls that is the whole polygon, or
 /// nothing.
 void cut(Polygon& polygon, const DepthSlope& slope);
-/// Least and largest distance over the polygon.
+/// Returns the least and the largest distance over the polygon.
 std::pair<double, double> range(const Polygon& polygon, const DepthSlope& slope);
 AreaMoments moments_of(const Polygon& polygon);
 Eigen::Vector2d mean_of(const AreaMoments& moments);

@@ -11,11 +11,11 @@
 namespace tandem::contact {
 namespace {
 
-// Least separation of samples in spacings. With a value nearer to 1 there are fewer samples, and the last gaps take
-// longer to find.
+// Least separation of samples, in spacings. A value nearer to 1 gives fewer samples, but filling the last gaps then
+// takes longer.
 constexpr double kSeparation = 0.9;
-// Upper bound of the mean number of samples in a square whose side is that separation. A maximal set of samples has
-// 0.70, the density at which random discs jam.
+// Upper bound of the mean number of samples in a square whose side is the least separation. In a maximal set of samples
+// the mean is 0.70, the density at which random discs jam.
 constexpr double kSamplesPerSquare = 0.75;
 // Longest side, in spacings, of a patch: a part of a triangle whose pieces are compared with one set of samples. The
 // corners of a patch are within 2/3 of that side from its centroid, since no median is longer than the longest side.
@@ -29,7 +29,8 @@ constexpr double kReachRounding = 1 - 1e-4;
 // √3 · 2^(−n/2) of it.
 constexpr int kMaxHalvings = 14;
 
-// Smallest limit of points that is used. With a lower one, no spacing would suffice for the corners of a simple body.
+// Smallest limit of points that is used. If the limit were lower, no spacing would be wide enough for the corners of a
+// simple body.
 constexpr std::size_t kFewestPoints = 1000;
 
 using Corners = std::array<Eigen::Vector3f, 3>;
@@ -108,8 +109,8 @@ void append_slices(const Piece& triangle, float longest, std::vector<Piece>& pie
 template <typename Visit>
 void visit_patches(const Piece& triangle, float longest, std::vector<Piece>& stack, Visit&& visit) {
   append_slices(triangle, longest, stack);
-  // This number of halvings is sufficient, see kMaxHalvings. Further ones would not shorten a piece that rounding keeps
-  // too long.
+  // This number of halvings is sufficient, see kMaxHalvings. More halvings would not help if rounding keeps a piece too
+  // long.
   const float ratio = std::max(1.0F, std::sqrt(triangle.longest_squared) / longest);
   const int most_halvings = 3 + static_cast<int>(std::ceil(2 * std::log2(ratio)));
   while (!stack.empty()) {
@@ -283,7 +284,7 @@ class Spreader {
   std::vector<float> ring_drops_;
   std::size_t sharp_count_ = 0;     // end of the sharp features, the first samples
   std::size_t smooth_end_ = 0;      // start of the bumps, the last samples
-  Random random_{0x7368656C6CULL};  // any seed, but a constant one
+  Random random_{0x7368656C6CULL};  // a constant seed, so that the same mesh always gives the same samples
 };
 
 /// Divides the area of a covered surface among its samples. Each piece belongs to the nearest sample that faces the
@@ -319,8 +320,8 @@ class Shares {
   // Fraction of its area that a sharp sample keeps. With this value, a box on its edge presses like an elastic
   // foundation of its faces.
   static constexpr double kEdgeShare = 0.15;
-  // Cosines of the angle between two normals. Above kSameSide, faces belong to one side of a sample. Below kSharp, two
-  // sides make their sample sharp.
+  // Cosines of the angle between two normals. Above kSameSide, two faces belong to the same side of a sample. Below
+  // kSharp, the sample between two sides is sharp.
   static constexpr float kSameSide = 0.98F, kSharp = 0.5F;
 
   struct Owner {
@@ -397,7 +398,7 @@ class Shares {
     side->moment += piece.area() * piece.centroid().cast<double>();
   }
 
-  /// Gives each sample with an area of 0 half of the area of its nearest neighbour, so that each sample has a force.
+  /// Gives each sample that owns no area half of the area of its nearest neighbour, so that each sample has a force.
   void give_to_the_empty() {
     const auto samples = grid_.samples();
     for (std::size_t i = 0; i < areas_.size(); ++i) {

@@ -12,8 +12,8 @@ namespace tandem::contact {
 
 struct SpreadSamples {
   std::vector<geometry::SurfaceSample> samples;
-  std::vector<float> areas_m2;   ///< area of each sample; they sum to the surface
-  std::vector<bool> is_feature;  ///< for each sample
+  std::vector<float> areas_m2;   ///< area of each sample; the areas sum to the area of the surface
+  std::vector<bool> is_feature;  ///< whether the sample lies on an edge, a corner or a bump
   double spacing_m = 0;          ///< maximum distance from any point of the surface to the nearest sample
 };
 

@@ -8,7 +8,7 @@ inline constexpr double kThinRod_m = 1e-3;
 
 /// A capsule or a cylinder along z about the origin of its shape; a ball if its length is zero.
 struct Rod {
-  double radius_m = 0;  ///< 0: not a rod
+  double radius_m = 0;  ///< radius of the rod; 0: the shape is not a rod
   double half_length_m = 0;
   bool has_round_ends = true;
 

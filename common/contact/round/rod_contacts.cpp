@@ -17,24 +17,25 @@ constexpr std::array kGaussPlaces = {-0.9061798459386640, -0.5384693101056831, 0
                                      0.9061798459386640};
 constexpr std::array kGaussWeights = {0.2369268850561891, 0.4786286704993665, 0.5688888888888889, 0.4786286704993665,
                                       0.2369268850561891};
-// Fraction of a strip's width that is its middle part. The mean depths of the middle part and of the rest are in units
-// of the depth of the middle line.
+// A strip of the overlap is divided across into a middle part and a rest on both sides. kMiddleShare is the middle
+// part's fraction of the width. The mean depths are in units of the depth in the strip's middle.
 constexpr double kMiddleShare = 0.2;
 constexpr double kMiddleDepth = 1 - kMiddleShare * kMiddleShare / 3;
 constexpr double kRestDepth = (2.0 / 3 - kMiddleShare * kMiddleDepth) / (1 - kMiddleShare);
 constexpr double kRestAside = (1 + kMiddleShare) / 2;
 // Thickness of the deepest slice of a round end, as a fraction of the depth.
 constexpr double kFirstSlice = 0.05;
-// A contact that does not press has the area of a slice of this depth.
+// A contact with a gap has the area of a round end's slice of this depth.
 constexpr double kGapSlice_m = 1.6e-5;
 // Sine of the angle below which axes count as parallel and have no common normal.
 constexpr double kParallelSine = 1e-3;
-// Least curvature of the depth along parallel axes (10 pm in 0.1 m), so that it always has roots.
+// Least curvature of the depth along A's axis, in 1/m. The quadratic formula thus always has two roots. The value
+// changes the depth by 10 pm in 0.1 m.
 constexpr double kMinBend_per_m = 1e-9;
 // If the component of the normal along a rod's axis exceeds this at a flat end, contact is with the edge of that end.
 constexpr double kEdgeSlope = 0.1;
 
-/// 0 below `low`, 1 above `high`, linear in between.
+/// Returns 0 below `low`, 1 above `high`, linear in between.
 double rod_ramp(double value, double low, double high) {
   return high > low ? std::clamp((value - low) / (high - low), 0.0, 1.0) : (value > low ? 1.0 : 0.0);
 }
@@ -80,8 +81,8 @@ struct NearestOfAxes {
     way_W = a.at(on_a_m) - b.at(on_b_m);
   }
 
-  double on_a_m = 0, on_b_m = 0;  ///< positions along the axes
-  Vec3 way_W = Vec3::Zero();      ///< from the point on B to the point on A
+  double on_a_m = 0, on_b_m = 0;  ///< positions of the nearest points along the axes
+  Vec3 way_W = Vec3::Zero();      ///< vector from the point on B to the point on A
   bool is_between_ends = false;   ///< whether both points are between the ends; way_W is then along the common normal
 };
 
@@ -168,13 +169,13 @@ class RodWriter {
       const Vec3 normal_W = is_a ? end.out_of_other_W : Vec3(-end.out_of_other_W);
       const Vec3 place_W = end.place_W + end.depth_m / 2 * end.out_of_other_W;
       if (end.depth_m <= 0) {
-        // For a ball, add_nearest_gap() has added the gap contact.
+        // For a ball, add_nearest_gap() adds the only contact with a gap, so none is added here.
         const bool is_near = !own.is_ball() && -end.depth_m < band_m_;
         if (is_near) add(place_W, normal_W, end.depth_m, gap_area_m2_);
         id_ += is_near ? 1 : 2;
         continue;
       }
-      // If two round ends touch each other, the contact is counted once, with A.
+      // If two round ends touch each other, both rods would add the same contact. It is added for A only.
       const double share = (own.has_round_ends ? end.own_share : 0) * (is_a ? 1 : 1 - round_share_of(other, end));
       const double side_m = own.radius_m * std::sqrt(other.radius_m / sum_m_);
       const double ball_m = own.radius_m * other.radius_m / sum_m_;
@@ -190,8 +191,8 @@ class RodWriter {
     return other.has_round_ends ? end.other_share : 0;
   }
 
-  /// Returns the depth at the position x on A's axis, relative to the nearest point: c₀ + c₁ x − c₂ x², with (c₀, c₁,
-  /// c₂) from depth_along_a().
+  /// Returns the depth at the position x on A's axis, relative to the nearest point. The depth is c₀ + c₁ x − c₂ x²,
+  /// with (c₀, c₁, c₂) from depth_along_a().
   double depth_at(double x_m) const { return depth_.x() + (depth_.y() - depth_.z() * x_m) * x_m; }
   Vec3 depth_along_a() const {
     const Vec3 apart = a_.at(nearest_.on_a_m) - b_.centre_W;
@@ -232,7 +233,7 @@ class RodWriter {
       low_m = std::max(low_m, std::min(one_end_m, other_end_m));
       high_m = std::min(high_m, std::max(one_end_m, other_end_m));
     }
-    // Beyond a round end of A, the contact of the end replaces the strips.
+    // Where A has a round end, the contact of that end replaces the strips beyond it.
     side_share_ = 1;
     if (std::abs(nearest_.on_a_m) == a_.half_m && a_.has_round_ends) {
       const double slope = -normal_W_.dot(a_.outward_W(nearest_.on_a_m));
@@ -277,11 +278,11 @@ class RodWriter {
   bool puts_on_a_;
   std::vector<ContactPoint>& contacts_;
   double sum_m_;
-  Vec3 aside_W_ = Vec3::Zero();  ///< component of A's axis across B's
+  Vec3 aside_W_ = Vec3::Zero();  ///< component of A's axis perpendicular to B's axis
   double sine_ = 0;
   double gap_area_m2_ = 0;
   Vec3 depth_ = Vec3::Zero();  ///< coefficients of depth_at()
-  double overhang_m_ = 0;      ///< see overhang_m(), for the deepest strip
+  double overhang_m_ = 0;      ///< result of overhang_m() for the deepest strip
   double side_share_ = 1;      ///< fraction of the patch on A's side, not on a round end of A
   std::uint32_t id_ = ContactPoint::kClosedForm;
 };
@@ -296,7 +297,7 @@ bool meets_flat_end(const PlacedRod& rod, double along_m, const Vec3& out_W, con
   const bool is_at_end = std::abs(along_m) == rod.half_m;
   if (is_at_end && std::abs(other_along_m) == other.half_m) return true;
   if (out_W.dot(rod.outward_W(along_m)) > kEdgeSlope) return true;
-  // The penetration depth along this axis may be smaller than that through the side.
+  // Near a flat end, the way out through the end may be shorter than the way out through the side.
   const double beside_m = std::abs(rod.foot_m(other.at(other.half_m)) - rod.foot_m(other.at(-other.half_m)));
   return std::max(rod.half_m - std::abs(along_m), beside_m) < depth_m;
 }
@@ -319,7 +320,8 @@ bool RodContacts::find(const Rod& rod_a, const Pose& X_WA, const Rod& rod_b, con
     const bool had_side = side_W != Vec3::Zero();
     const double side = common_W.dot(had_side ? side_W : normal_W);
     const Vec3 kept_W = side < 0 ? Vec3(-common_W) : common_W;
-    // If A is beyond B's axis by more than the sum of the radii, it was placed there and did not pass through B.
+    // If A is beyond B's axis by more than the sum of the radii, A was placed there and did not pass through B. Its
+    // side then changes.
     if (kept_W.dot(nearest.way_W) > -sum_m) normal_W = kept_W;
     side_B_ = X_WB.q.conjugate() * normal_W;
   } else {

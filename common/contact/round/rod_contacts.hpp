@@ -18,15 +18,16 @@ inline constexpr std::size_t kMaxRodContacts = 24;
 /// Model   Depth along A's axis is R_A + R_B less the distance of the axes, to second order in the distance of A from
 ///         the common normal. Across the axis, depth is that of parallel cylinders: a strip of A's axis ds wide with a
 ///         depth δ has an area of 2√(2Rδ) ds, R = R_A R_B / (R_A + R_B), and a mean depth of ⅔ δ. Five Gauss points lie
-///         along the part of the axis that presses and is beside B. For rods that cross at an angle θ with a depth d
-///         they give the force of the overlap, k π d² √(R_A R_B) / sin θ (k: stiffness by area and depth), within 0.3
-///         %. For parallel rods, the force per length is (4/3) k √(2R) d^(3/2). Each Gauss point is three contacts: the
-///         deepest fifth, and both sides.
+///         along the part of the axis that presses and is beside B. For rods that cross at an angle θ with a depth d,
+///         the Gauss points give the force of the overlap, k π d² √(R_A R_B) / sin θ, with an error up to 0.3 %
+///         (k: stiffness by area and depth). For parallel rods, the force per length is (4/3) k √(2R) d^(3/2). Each
+///         Gauss point is three contacts: the deepest fifth, and both sides.
 ///         A round end has an area of 2π R_eff d while it presses, with R_eff that of a ball on a cylinder or on a
 ///         ball. As the common normal leaves the cylinder beside the end, the end's contact replaces that of the
 ///         cylinder. Rods that do not press yet have one contact at the nearest points and one at each end.
-///         The normal is that of the axes' nearest points. Where these are between the ends of both axes, A stays on
-///         its previous side: a rod that moves through another one by more than its thickness in a step is pushed back.
+///         The normal is that of the axes' nearest points. Where these points are between the ends of both axes, A
+///         stays on its previous side: a rod that moves through another one by more than its thickness in a step is
+///         pushed back.
 /// Source  our derivation
 class RodContacts {
  public:

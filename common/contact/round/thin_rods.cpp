@@ -13,9 +13,9 @@ namespace tandem::contact {
 namespace {
 
 constexpr std::size_t kPlaces = 4000;
-// Fraction of the points on rods where the rod may be thinner than the result.
+// Fraction of the points on rods at which the rod may be thinner than the resulting radius.
 constexpr double kThinnerShare = 0.1;
-// Least fraction of points that are on rods. If there are fewer, they are tips of spikes.
+// Least fraction of all points that must be on rods. If fewer points are, they are on the tips of spikes.
 constexpr double kTipShare = 0.005;
 constexpr int kShrinks = 12;
 // A ball is inside if the distance of its centre from the surface is at least this fraction of its radius.
@@ -32,7 +32,7 @@ double inner_radius_m(const geometry::TriangleTree& tree, const Vec3& p, const V
   for (int i = 0; i < kShrinks; ++i) {
     const auto closest = tree.closest(p - radius_m * normal, radius_m);
     if (!(closest.distance_m < kFits * radius_m)) break;
-    // The next ball touches the surface at p and passes through the closest point.
+    // The next, smaller ball touches the surface at p and passes through the point closest to the centre.
     const Vec3 across = p - closest.point_S;
     const double height_m = normal.dot(across);
     if (!(height_m > 0)) return std::numeric_limits<double>::infinity();
@@ -41,7 +41,7 @@ double inner_radius_m(const geometry::TriangleTree& tree, const Vec3& p, const V
   return radius_m < kFits * limit_m ? radius_m : std::numeric_limits<double>::infinity();
 }
 
-/// Returns whether, along some tangent, the solid ends at both sides of the ball.
+/// Returns whether the point is on a rod: along some tangent of the surface, the solid ends at both sides of the ball.
 bool is_on_rod(const geometry::TriangleTree& tree, const Vec3& centre, const Vec3& normal, double radius_m) {
   const Vec3 u = normal.unitOrthogonal(), v = normal.cross(u);
   for (int i = 0; i < kTangents; ++i) {

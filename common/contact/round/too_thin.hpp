@@ -7,16 +7,16 @@ namespace tandem::contact {
 
 struct ContactShape;
 
-/// Half thickness below which the contact of points may not become rigid before a pressing object passes the middle. It
-/// is the minimum rigid depth (depth beyond which contact is as stiff as the step allows), plus half of it for the
-/// compliance of a rigid contact. Measured with 0.5 to 5 N at up to 1 m/s (thin_test, 80 crossings each): rods of 0.12
-/// mm let the other rod through 46 times, rods of 0.14 mm once, rods of 0.16 mm never. Two primitives of 0.1 mm still
-/// hold each other (RodContacts).
+/// Half thickness below which a pressing object may pass through a shape before contact becomes rigid. It is the
+/// minimum rigid depth (depth beyond which contact is as stiff as the step allows), plus half of that for the
+/// compliance of a rigid contact. It was measured with 0.5 to 5 N at up to 1 m/s (thin_test, 80 crossings each). Rods
+/// of 0.12 mm let the other rod through 46 times, rods of 0.14 mm once, and rods of 0.16 mm never. The limit is for
+/// points: two primitives of 0.1 mm still hold each other by formula (RodContacts).
 inline constexpr double kMinHoldingHalf_m = 7.5e-5;
 
-/// Explains why this half thickness is too thin, with the remedy; empty if it is not.
+/// Explains why this half thickness is too thin, and the remedy. Returns an empty text if it is thick enough.
 std::string why_too_thin(double half_thickness_m);
-/// Explains why a shape is too thin, or sampled too coarsely for its thickness; empty if it is not.
+/// Explains why a shape is too thin, or sampled too coarsely for its thickness. Returns an empty text if it is neither.
 std::string why_too_thin(const ContactShape& shape);
 
 }  // namespace tandem::contact

@@ -21,8 +21,8 @@ void ShellCandidates::begin_cut() noexcept {
   }
 }
 
-// Changes the level. Bounds of far nodes remain valid and are kept. At the coarsest level, or with a wide band for
-// which few bounds would hold, a new cut is started instead.
+// Changes the level. Bounds of far nodes remain valid and are kept. A new cut is started at the coarsest level, and for
+// a wide band, in which few bounds would hold.
 void ShellCandidates::change_level(int level) noexcept {
   const bool is_finer = level < levels_.level();
   levels_.set_level(level);
@@ -46,8 +46,8 @@ void ShellCandidates::change_level(int level) noexcept {
   }
 }
 
-// Appends an entry at a coarser level. If the entry before it is the other half of the same parent, the parent may
-// replace both. The parent must be small enough for a leaf, and one of both entries must be near.
+// Appends an entry at a coarser level. If the previous entry is the other half of the same parent, the parent may
+// replace both. The parent must be small enough for a leaf at this level, and one of the halves must be near.
 void ShellCandidates::append_as_coarse(CutNode entry, CutPart& part) noexcept {
   const auto& nodes = shell_->nodes;
   const std::uint32_t most_points = levels_.leaf_points(std::numeric_limits<double>::infinity());
@@ -71,8 +71,8 @@ void ShellCandidates::append_as_coarse(CutNode entry, CutPart& part) noexcept {
   cut_.push_back(entry);
 }
 
-// Replaces pairs of divided nodes by their parents. Joining over more levels of the tree would leave eight points for a
-// whole part. Returns false if there is no such pair.
+// Undoes one level of dividing. If both halves of a divided node are in the cut, the node replaces them. Undoing all
+// levels at once would leave eight points for a whole part. Returns false if there was nothing to join.
 bool ShellCandidates::join_pairs() noexcept {
   const auto& nodes = shell_->nodes;
   bool is_any_joined = false;
@@ -103,8 +103,8 @@ bool ShellCandidates::join_pairs() noexcept {
   return is_any_joined;
 }
 
-// Joins far nodes. A shell that has moved past many obstacles leaves a cut of small far nodes, which are not queried
-// again and occupy the room of others.
+// Joins nodes far beyond the band. A shell that has moved past many obstacles leaves a cut of many small far nodes.
+// They are not queried again, but occupy room that near nodes need.
 void ShellCandidates::join_far() noexcept {
   const auto& nodes = shell_->nodes;
   std::size_t size = 0;

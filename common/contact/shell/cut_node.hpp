@@ -12,14 +12,14 @@
 
 namespace tandem::contact {
 
-/// A node of the cut.
+/// An entry of the cut: a node of the tree, and what is known about the distance of its points.
 struct CutNode {
   std::uint32_t node = 0;
-  float query_again_at_m = 0;  ///< accumulated motion of its part, plus the band, at the next query
-  PlaneSet planes = 0;         ///< planes below the node, valid until the next query; for them the band does not count
-  LeafLags lags = {};          ///< for a sampled leaf: additional motion until each point is queried
-  bool is_leaf = false;        ///< its points were sampled
-  bool is_sampled = false;     ///< only some of its points were sampled: enough at this level or a coarser one
+  float query_again_at_m = 0;  ///< value of motion plus band at which the node is queried again
+  PlaneSet planes = 0;         ///< planes below the node until its next query; if there are any, the band is ignored
+  LeafLags lags = {};          ///< additional motion until each point of a sampled leaf is queried
+  bool is_leaf = false;        ///< the node is treated as a leaf: its points were sampled
+  bool is_sampled = false;     ///< only eight of its points were sampled; sufficient at this level or a coarser one
 
   /// A node without a bound.
   static CutNode unknown(std::uint32_t node) {
@@ -28,14 +28,15 @@ struct CutNode {
   bool is_known(double moved_m, double band_m) const { return moved_m + (planes != 0 ? 0 : band_m) < query_again_at_m; }
 };
 
-/// A subtree of the shell and its piece of the cut. Each part has its own motion, because its points move little
-/// relative to its centre when the shape turns.
+/// A subtree of the shell's tree, with the entries of the cut that belong to it. Motion is accumulated for each part
+/// separately. When the shape turns, points of a small part move little relative to its centre, so the bound of the
+/// motion is tight.
 struct CutPart {
   std::uint32_t node = 0;  ///< root of the subtree
   std::uint32_t begin = 0, count = 0;
-  double moved_m = 0;               ///< accumulated motion, an upper bound of the approach of each of its points
+  double moved_m = 0;               ///< accumulated motion: an upper bound of the approach of the part's points
   double step_motion_m = 0;         ///< motion of the last step, which is included in moved_m
-  double query_again_at_m = 0;      ///< least query_again_at_m of its nodes
+  double query_again_at_m = 0;      ///< least query_again_at_m of the part's nodes
   double halves_check_at_m = 0;     ///< accumulated motion at the next check for halves to join above planes
   double halves_check_after_m = 0;  ///< motion between that check and the one after
   bool has_open_question = false;   ///< some node was not queried for planes; the next check rebuilds the part's cut
@@ -68,7 +69,8 @@ inline float rounded_down(double a) {
   return static_cast<float>(least - std::numeric_limits<float>::epsilon() * std::abs(least));
 }
 
-/// Pseudo-random share of 0.5 to 1, constant for each node, which spreads queries over steps.
+/// Returns a pseudo-random number from 0.5 to 1, the same in each step for a node. Intervals between queries are
+/// multiplied by it, so that queries of many nodes do not occur in one step.
 inline double share_of(std::uint32_t node) {
   return 0.5 + 0x1.0p-33 * (node * 2654435769U);
 }

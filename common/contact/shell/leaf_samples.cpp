@@ -24,14 +24,14 @@ struct QueryBounds {
 
 // Points whose distances differ by less than this are merged: a few quanta of a distance grid.
 constexpr double kAlike_m = 1e-6;
-// Least length of the mean of unit gradients that may be merged.
+// Pressing points are merged only if the mean of their unit gradients is at least this long.
 constexpr double kSameWay = 0.98;
-// A gradient shorter than kCreaseSlope means that the field has a crease between its samples. At a distance of
-// kBesideErrors times the field's error beside a wall, the gradient is accurate. Its component along the normal of a
-// point in the wall must have at least the size kFacingWall.
+// A gradient shorter than kCreaseSlope means that the field has a crease between its samples. The gradient is accurate
+// at a distance of kBesideErrors times the field's error beside a wall. Its component along the normal of a point in
+// the wall must be at least kFacingWall.
 constexpr double kCreaseSlope = 0.5, kBesideErrors = 4, kFacingWall = 0.6;
-// A wall needs the correction if its half thickness is at most kThinHalfErrors times the field's error. The corrected
-// depth is limited to kDeepened times the sampled depth and to kStopped times the rigid depth.
+// Wall thickness up to which a depth is corrected: half of the wall is at most kThinHalfErrors times the field's error.
+// The corrected depth is at most kDeepened times the sampled depth, and at most kStopped times the rigid depth.
 constexpr double kThinHalfErrors = 1.5, kDeepened = 4, kStopped = 1.2;
 
 }  // namespace
@@ -85,9 +85,10 @@ LeafSamples::LeafSamples(const PointShell& shell, const ShellNode& node, const D
   if (nearest_m_ < 0 && field.error_m() > 0) sample_from_outside(R_FP, p_FP, rigid_depth_m);
 }
 
-// Corrects points in a wall that is hardly thicker than a cell. In its middle, interpolation is too shallow and the
-// slope has no definite side. A point belongs to the side that it faces away from. Its depth is extrapolated from a
-// sample outside of that side, and limited to the depth that stops it.
+// Corrects points in a wall that is hardly thicker than a cell of the grid. In the middle of such a wall, the
+// interpolated depth is too small and the gradient may point to either side. A point belongs to the side that it faces
+// away from. Its depth is extrapolated from a sample outside of that side. The depth is limited to one that suffices to
+// stop the point.
 void LeafSamples::sample_from_outside(const Eigen::Matrix3d& R_FP, const Vec3& p_FP, double rigid_depth_m) noexcept {
   const double way_m = kBesideErrors * field_.error_m();
   for (std::size_t k = 0; k < size_; ++k) {
@@ -166,7 +167,7 @@ void LeafSamples::add_points(double band_m, std::vector<ShellCandidate>& candida
   if (nearest_m_ >= band_m) return;
   if (size_ > 1 && !is_held_ && farthest_m_ - nearest_m_ <= kAlike_m && farthest_m_ < band_m) {
     const ShellCandidate mean = mean_of(nearest_m_, band_m);
-    // Around a round obstacle the gradients differ, and the points are not merged.
+    // At a round obstacle, points with the same depth have different gradients. These points are not merged.
     if (mean.area_m2 > 0 && mean.gradient_F.norm() > 1 - kAlike_m) return candidates.push_back(mean);
   }
   for (std::size_t k = 0; k < size_; ++k) {
@@ -195,7 +196,7 @@ void LeafSamples::add_joined(double band_m, double rigid_depth_m, bool must,
       return;
     }
   }
-  // If there are both, the gap gets the id of the last point.
+  // If there are a pressing candidate and one with a gap, the latter gets the id of the last point.
   if (presses) {
     press.distance_m *= coherence;
     if (press.gradient_F.isZero()) press.gradient_F = Vec3::UnitZ();

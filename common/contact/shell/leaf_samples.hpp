@@ -15,7 +15,7 @@
 namespace tandem::contact {
 
 /// For each sampled point of a leaf: additional motion, beyond the leaf's bound, until the point must be sampled again.
-/// The unit is kLagStep_m, rounded down. The largest number stands for all larger lags too.
+/// The unit is kLagStep_m, rounded down. The largest value also represents all larger lags.
 using LeafLags = std::array<std::uint8_t, kShellLeafPoints>;
 inline constexpr double kLagStep_m = 8e-6;
 
@@ -41,28 +41,28 @@ class LeafSamples {
   std::size_t size() const { return size_; }
   std::uint32_t queries() const { return queries_; }
   double distance_m(std::size_t k) const { return samples_(static_cast<Eigen::Index>(k), 0); }
-  /// Accumulated motion at which a point may be as near as the least band.
+  /// Returns the accumulated motion at which a point may be as near as the least band.
   ///
   /// In      moved_m    accumulated motion now
   ///         before_m  bound of the points that were not sampled, to which `lags` are relative
   /// Out     lags      lag of each point
   double query_again_at_m(double moved_m, double least_band_m, double before_m, LeafLags& lags) const;
-  /// Estimated number of points of the node that are nearer than the band.
+  /// Returns the estimated number of points of the node that are nearer than the band.
   std::size_t near_count(double band_m) const;
 
   /// Adds each near point as a candidate. If all points are near, equally deep and have the same gradient, adds one
   /// candidate for all.
   void add_points(double band_m, std::vector<ShellCandidate>& candidates) const;
   /// Adds one candidate for the pressing points, with their force and moment, and one for the near points that do not
-  /// press. Pressing points stay single where merging would lose force, as around an edge, or where some are beyond
-  /// `rigid_depth_m`.
+  /// press. Pressing points stay single candidates where merging would lose force: around an edge, or where only some
+  /// points are beyond `rigid_depth_m`.
   ///
-  /// In      must  merge even in these cases
+  /// In      must  true: merge the points even in these cases
   void add_joined(double band_m, double rigid_depth_m, bool must, std::vector<ShellCandidate>& candidates) const;
 
  private:
-  /// Mean of the points from `low_m` to below `high_m`, weighted by their forces where they press. Area 0: no such
-  /// point. The mean gradient is shorter than 1 where the points' gradients differ.
+  /// Returns the mean of the points from `low_m` to below `high_m`, weighted by their forces where they press. Area 0:
+  /// no such point. The mean gradient is shorter than 1 where the points' gradients differ.
   ShellCandidate mean_of(double low_m, double high_m) const;
   static std::uint32_t first_of(const ShellNode& node, std::size_t size, std::size_t k) {
     return node.first + static_cast<std::uint32_t>(size == node.count ? k : k * node.count / kShellLeafPoints);
@@ -77,7 +77,7 @@ class LeafSamples {
   const DistanceField& field_;
   std::size_t size_;
   std::uint32_t queries_ = 0;
-  double area_scale_ = 1;  ///< area of the node over that of the sampled points
+  double area_scale_ = 1;  ///< ratio of the node's area to the area of the sampled points
   double nearest_m_;
   double farthest_m_;
   EightSamples samples_;  ///< an infinite distance marks a point that was not sampled

@@ -101,9 +101,9 @@ int LevelPolicy::next_coarser_level(const SearchLoad& load) noexcept {
   return coarser_level(load.contacts > capacity_ && dense_steps_ == 0, load.band_m);
 }
 
-// Returns the next coarser level. Each level doubles the leaf size. From level 1 on, the result is two levels higher.
-// Level 0 merges a leaf's points but saves no query, so it is skipped unless there are too many contacts. Levels with
-// the same leaves as level 0 are skipped too.
+// Returns the next coarser level. Above level 1, every second level is skipped. Level 0 merges a leaf's points but
+// saves no query, so it is used only if there are too many contacts. Levels with the same leaves as level 0 are skipped
+// too.
 int LevelPolicy::coarser_level(bool has_too_many, double band_m) const {
   const int next = is_fine() && !has_too_many ? 1 : level_ <= 0 ? level_ + 1 : level_ + 2;
   return std::min(acts_as_level_0(next, band_m) ? kSearch.finer_where_pressed + 1 : next, coarsest_level_);

@@ -37,10 +37,10 @@ bool ShellCandidates::open(std::uint32_t root, double root_nearest_m, double mov
   return true;
 }
 
-// Samples those points of a leaf that may be near; the bounds of the others still hold.
+// Samples those points of a leaf that may be near. Bounds of the other points still hold.
 bool ShellCandidates::open_leaf(const CutNode& entry, double moved_m, double band_m) noexcept {
   const ShellNode& node = shell_->nodes[entry.node];
-  // For a larger node, eight points are enough as long as none of its points can press.
+  // If a leaf has more points than at level 0, eight samples are enough as long as none of its points can press.
   double divided_at_m = std::numeric_limits<double>::infinity();
   if (!node.is_leaf && node.count > levels_.leaf_points(0)) {
     const double nearest = nearest_m(node);
@@ -96,8 +96,8 @@ bool ShellCandidates::open_planes(const CutNode& above, double moved_m, double b
          append({.node = above.node, .query_again_at_m = at_m, .planes = above.planes});
 }
 
-// While the last two entries of the cut are the halves of a node above planes, replaces them by that node. Returns
-// false if there is no room.
+// Joins the last two entries of the cut if they are the halves of a node above planes, and repeats this with the joined
+// node. Returns false if there is no room.
 bool ShellCandidates::join_above_planes(double moved_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   while (cut_.size() > 1) {
@@ -116,7 +116,7 @@ bool ShellCandidates::join_above_planes(double moved_m, double band_m) noexcept 
   return true;
 }
 
-// Returns a lower bound of the distances of all points of a node.
+// Returns a lower bound of the distances of all points of a node to the field's surface.
 double ShellCandidates::nearest_m(const ShellNode& node) const {
   return nearest_m(node, field_->distance_m(motion_.in_field(node.centre_S)));
 }

@@ -29,8 +29,8 @@ CutNode PlaneCache::planes_below(std::uint32_t index, double moved_m, const Shel
   // much.
   const double reach_m = (box_F.centre - motion.solid_centre_F()).norm() + box_F.half_m.norm();
   if (reach_m > kSearch.sideways * motion.solid_radius_m()) return {};
-  // A node that was above planes is always queried. Other queries beyond the limit are left to a later check of the
-  // part.
+  // A node that was above planes is always queried. If the limit is used up, other nodes are not queried in this step;
+  // the part is checked later (has_open_question()).
   const bool was_above = answer.node == index && answer.planes != 0;
   if (!was_above && queries_ >= max_queries_) {
     has_open_question_ = true;

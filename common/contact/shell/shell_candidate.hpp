@@ -14,7 +14,7 @@ struct ContactWork {
   std::uint32_t nodes = 0;
   std::uint32_t points = 0;
   bool is_coarse = false;     ///< points were merged, because the budget does not suffice for single points
-  bool is_refreshed = false;  ///< the field was queried
+  bool is_refreshed = false;  ///< the field was queried; false: the result of the last step is still valid
 
   std::uint32_t queries() const { return nodes + points; }
   ContactWork& operator+=(const ContactWork& other) {
@@ -30,20 +30,20 @@ struct ContactWork {
 struct ShellCandidate {
   Eigen::Vector3f p_P = Eigen::Vector3f::Zero();
   float area_m2 = 0;
-  double distance_m = 0;            ///< at this pose; unused for nodes above planes
-  Vec3 gradient_F = Vec3::UnitZ();  ///< at this pose; about unit length
+  double distance_m = 0;            ///< distance to the field's surface at this pose; unused for nodes above planes
+  Vec3 gradient_F = Vec3::UnitZ();  ///< gradient of the field at this pose; length about 1
   std::uint32_t first = 0;
   std::uint32_t count = 0;  ///< the candidate represents points first .. first + count − 1
-  std::uint32_t node = 0;   ///< node index, if `planes` is not empty
+  std::uint32_t node = 0;   ///< index of the node, if `planes` is not empty
   PlaneSet planes = 0;      ///< planes below the node; none for points
 };
 
-/// Largest number of points of a small node, which has one contact that presses on a plane and one that does not.
-/// Larger nodes have four of each.
+/// Nodes with at most this number of points are small. On a plane, a small node has one pressing contact and one with a
+/// gap. A larger node has four of each.
 inline constexpr std::uint32_t kSmallNode = 32;
 inline constexpr std::size_t kMaxNodeContacts = 8;
 inline constexpr std::size_t kLeafContacts = 2;
-/// Number of contacts for which a node above planes needs room.
+/// Returns the number of contacts for which a node above planes needs room.
 inline std::size_t least_contacts_of(const ShellNode& node) {
   return node.count > kSmallNode ? kMaxNodeContacts : kLeafContacts;
 }

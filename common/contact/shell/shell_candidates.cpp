@@ -70,7 +70,8 @@ ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   if (shell_ == nullptr || shell_->nodes.empty() || motion_.is_out_of_reach(X_FP, band_m)) return work;
   work.is_coarse = !levels_.is_fine();
   const bool is_at_rest = !levels_.is_first_cut() && band_m == band_m_ && is_same(X_FP, motion_.X_FP());
-  // The first step at rest is not skipped, because it measures how many queries a step needs even without motion.
+  // At rest, one step is still searched. It measures how many queries a step needs without motion, which decides
+  // whether a finer level may be tried.
   const bool has_rested = std::exchange(has_rested_, is_at_rest) || levels_.is_fine();
   if (is_at_rest && has_rested) {
     const std::uint32_t to_divide = queries_to_divide();
@@ -101,7 +102,7 @@ void ShellCandidates::move(const Pose& X_FP) noexcept {
   if (!do_answers_hold) planes_.clear();
 }
 
-// Resets the accumulated motion, which keeps single precision sufficient.
+// Restarts the accumulated motion of a part at zero, so that single precision remains sufficient for the bounds.
 void ShellCandidates::restart_motion(CutPart& part) noexcept {
   for (CutNode& entry : std::span(cut_).subspan(part.begin, part.count)) {
     entry.query_again_at_m = rounded_down(entry.query_again_at_m - part.moved_m);
@@ -111,8 +112,8 @@ void ShellCandidates::restart_motion(CutPart& part) noexcept {
   part.moved_m = 0;
 }
 
-// Bounds of points were computed for the least band so far. In a steep field they may fail for a smaller band; the
-// difference is accounted for as motion.
+// Bounds of points were computed for the narrowest band so far. If the band becomes narrower, they may fail in a steep
+// field. The difference of the bands therefore counts as motion.
 void ShellCandidates::allow_band(double band_m) noexcept {
   band_m_ = band_m;
   if (band_m >= least_band_m_) return;
@@ -124,7 +125,7 @@ void ShellCandidates::allow_band(double band_m) noexcept {
 
 // For shapes that are far apart, comparing poses is enough in later steps.
 void ShellCandidates::remember_gap() noexcept {
-  // Above level 0, not all points of a leaf were sampled, so the gap is unknown.
+  // Above level 0, only some points of a leaf are sampled, so the distance to the nearest point is unknown.
   if (!list_.all().empty() || levels_.level() > 0) return motion_.set_gap(-1);
   double gap_m = std::numeric_limits<double>::infinity();
   for (const CutPart& part : parts_) gap_m = std::min(gap_m, part.query_again_at_m - part.moved_m);
@@ -139,7 +140,7 @@ SearchLoad ShellCandidates::load() const {
           .band_m = band_m_};
 }
 
-// Returns whether there may be nodes that are represented by eight of their points.
+// Returns whether some part may have sampled nodes, of which eight points represent all points.
 bool ShellCandidates::has_sampled() const {
   return std::ranges::any_of(parts_, &CutPart::has_sampled);
 }
@@ -149,8 +150,8 @@ std::uint32_t ShellCandidates::queries_to_divide() const {
   return queries > 0 && has_sampled() ? queries : 0;
 }
 
-// Walks the cut, at a new level if the measurements of the last walk require it. If a walk has no room, the step walks
-// again at a coarser level.
+// Walks the cut. The level changes before the walk if the measurements of the last walk require it. If a walk has no
+// room, the step walks again at a coarser level.
 void ShellCandidates::search(double band_m) noexcept {
   bool is_postponed = false;
   const auto switch_to_coarser = [&] {
@@ -174,8 +175,8 @@ void ShellCandidates::begin_coarser() noexcept {
   change_level(level);
 }
 
-// Tries a finer level. Returns false if its walk had no room. The previous result is then restored, or a coarser level
-// begins if that result was too large to be stored.
+// Tries a finer level. Returns false if the walk at that level had no room. The previous result is then restored. If
+// the previous result was too large to be stored, a coarser level begins instead.
 bool ShellCandidates::has_room_finer(double band_m) noexcept {
   const bool is_kept = keep_cut();
   change_level(levels_.finer_level(load()));

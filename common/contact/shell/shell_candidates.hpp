@@ -48,10 +48,10 @@ class ShellCandidates {
   /// Candidates in the order of the shell; no point of the shell is in two of them.
   std::span<const ShellCandidate> candidates() const { return list_.all(); }
   const PointShell& shell() const { return *shell_; }
-  /// Number of contacts that are left of the capacity. Each node above planes takes least_contacts_of() of it, and each
-  /// other candidate takes one.
+  /// Returns the number of further contacts for which there is room. Of the capacity, each node above planes takes
+  /// least_contacts_of(), and each other candidate takes one.
   std::size_t room() const { return list_.capacity() - list_.contacts(); }
-  /// Number of additional contacts needed to represent every plane below the nodes.
+  /// Returns the number of additional contacts needed to represent every plane below the nodes.
   std::size_t more_contacts() const { return list_.more_contacts(); }
 
  private:

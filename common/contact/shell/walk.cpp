@@ -43,7 +43,7 @@ class ShellCandidates::Ahead {
   Ahead(const ShellCandidates& search, std::span<const CutNode> entries, double moved_m, double band_m)
       : search_(search), entries_(entries), moved_m_(moved_m), band_m_(band_m) {}
 
-  /// Next distance; called once for each inner node that needs a query, in order.
+  /// Returns the next distance. Must be called once for each inner node that needs a query, in order.
   double next_nearest_m() noexcept {
     if (at_ == count_) query();
     return nearest_m_[at_++];
@@ -92,7 +92,7 @@ bool ShellCandidates::walk_part(CutPart& part, double band_m) noexcept {
     const bool is_whole = is_due && part.has_open_question;
     if (is_whole && !open(part.node, nearest_m(shell_->nodes[part.node]), part.moved_m, band_m)) return false;
     Ahead ahead(*this, entries, part.moved_m, band_m);
-    bool was_queried = false;  // the previous entry
+    bool was_queried = false;  // whether the previous entry was queried
     for (std::size_t i = 0; i < entries.size() && !is_whole; ++i) {
       if (!was_queried && !is_due && !walk_.divides_part) i += append_known(entries.subspan(i), part.moved_m, band_m);
       if (i == entries.size()) break;
@@ -104,7 +104,7 @@ bool ShellCandidates::walk_part(CutPart& part, double band_m) noexcept {
         has_room = open_children(entry.node, part.moved_m, band_m);
         if (!is_known && !entry.is_leaf) ahead.next_nearest_m();
       } else if (!is_known) {
-        // Prefetches the next leaf while this entry is queried.
+        // The memory of the next leaf is prefetched while this entry is queried.
         if (i + 1 < entries.size() && entries[i + 1].is_leaf && !entries[i + 1].is_known(part.moved_m, band_m)) {
           LeafSamples::prefetch(*shell_, shell_->nodes[entries[i + 1].node]);
         }
@@ -162,7 +162,7 @@ bool ShellCandidates::keep(const CutNode& entry, double moved_m, double band_m) 
   while (!cut_.empty() && entry.planes == 0 && at_m > known_at_m && node != walk_.root) {
     const CutNode& before = cut_.back();
     if (!(before.query_again_at_m > known_at_m) || before.planes != 0 || before.node <= walk_.root) break;
-    // A node that is being divided is not joined again.
+    // Nodes that dividing has just opened are not joined again.
     if (walk_.divides_part && (is_sampled || before.is_sampled)) break;
     const std::uint32_t parent = before.node - 1;
     if (nodes[before.node].next != node || nodes[parent].is_leaf || nodes[parent].next != nodes[node].next) break;

@@ -1,4 +1,5 @@
-// Linear systems of the contact solver: 6×6 blocks, one block row a body, in preallocated memory.
+// Solves the linear systems of the contact solver. The matrix consists of 6×6 blocks, one row of blocks for each body,
+// in preallocated memory.
 #pragma once
 
 #include <cstdint>
@@ -17,12 +18,12 @@ class BlockCholesky {
 
   /// Sets a zero matrix of `blocks` × `blocks`, at most the capacity.
   void reset(std::size_t blocks) noexcept;
-  /// Block of the lower triangle: row ≥ column.
+  /// Returns a block of the lower triangle (row ≥ column).
   Mat6& block(std::size_t row, std::size_t column) noexcept;
 
   /// Replaces the matrix by its factor. Returns false if it is not positive definite, or not finite.
   bool factor() noexcept;
-  /// x ← A⁻¹ x, after factor().
+  /// Replaces x by A⁻¹ x. Must be called after factor().
   void solve(std::span<Vec6> x) const noexcept;
 
  private:

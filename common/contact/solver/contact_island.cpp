@@ -9,17 +9,19 @@
 namespace tandem::contact {
 namespace {
 
-/// Residual velocity, in the norm of the kinetic energy, below which the iterations end. The remaining residual is not
-/// corrected in later steps. It is an error of acceleration of 1e-8 m/s² at 1 kHz. Rounding errors are smaller.
+/// Newton's method ends when the residual velocity is below this, in the norm of the kinetic energy. The remaining
+/// residual is not corrected in later steps. At 1 kHz it is an error of the acceleration of 1e-8 m/s². Rounding errors
+/// are smaller.
 constexpr double kTolerance_m_per_s = 1e-11;
-/// Number of iterations in which friction limits follow the normal forces. After these, both are accurate to a few
-/// parts in a thousand.
+/// Number of iterations in which friction limits follow the normal forces. By then, both have usually converged to a
+/// few parts in a thousand.
 constexpr std::uint32_t kFollowingIterations = 4;
 /// Maximum number of times that an island is solved again with new friction limits.
 constexpr std::uint32_t kRounds = 3;
-/// Number of iterations after which couplings are linearised, since convergence without that has become unlikely.
+/// Number of iterations after which couplings are replaced by their linearisation. Without it, convergence has become
+/// unlikely by then.
 constexpr std::uint32_t kExactIterations = 12;
-/// The line search ends when the slope is at most this fraction of the initial slope.
+/// The line search ends when the slope of the potential is at most this fraction of the slope at its start.
 constexpr double kSlopeLeft = 0.1;
 constexpr int kLineSearchSteps = 12;
 /// Ratio of the hard floor's stiffness to the island's mass / h². A contact that arrives at 1 m/s presses the floor in
@@ -36,7 +38,7 @@ Vec6 vector_of(const Wrench& w) {
   return (Vec6() << w.f, w.t).finished();
 }
 
-/// Twist of the body's point at `about_W`; zero for the static world.
+/// Returns the twist of the body's point at `about_W`; zero for null, which stands for the static world.
 Twist twist_at(const IslandBody* body, const Vec3& about_W) {
   if (body == nullptr) return {};
   const Vec3 w = body->velocity.tail<3>();
@@ -48,7 +50,7 @@ Vec6 at_centre(const IslandBody& body, const Wrench& wrench, const Vec3& about_W
   return (Vec6() << wrench.f, wrench.t + (about_W - body.p_WC).cross(wrench.f)).finished();
 }
 
-/// Matrix that converts a twist of the body to `about_W`.
+/// Returns the matrix that converts a twist of the body to `about_W`.
 Mat6 shift_to(const Vec3& about_W, const IslandBody& body) {
   const Vec3 r = about_W - body.p_WC;
   Mat6 shift = Mat6::Identity();
@@ -183,7 +185,7 @@ void ContactIsland::assemble() noexcept {
 
 void ContactIsland::add_patch(const IslandPatch& patch) noexcept {
   const Mat6 k = step_s_ * rows_.derivative(patch.terms);
-  if (!patch.moves_b()) {  // terms.about_W is the centre of A, the only body that moves
+  if (!patch.moves_b()) {  // the twist is about terms.about_W, which is the centre of A, the only body that moves
     system_.block(patch.a->row, patch.a->row) += k;
     return;
   }

@@ -17,35 +17,35 @@ struct IslandBody {
   Vec3 p_WC = Vec3::Zero();
   Vec6 free = Vec6::Zero();      ///< V*: velocity without contact and couplings
   Vec6 velocity = Vec6::Zero();  ///< V, the iterate
-  Vec6 residual = Vec6::Zero();  ///< M (V − V*) − h Σ wrenches
+  Vec6 residual = Vec6::Zero();  ///< momentum balance M (V − V*) − h Σ wrenches, zero at the solution
   double push_n = 0;             ///< magnitude of the external force
   int island = 0;
-  std::size_t row = 0;         ///< row in the system of the island
+  std::size_t row = 0;         ///< index of the body's block row in the linear system
   bool is_moving = false;      ///< whether its velocity is an unknown of the solution
-  bool is_prescribed = false;  ///< whether its velocity is given by the caller
+  bool is_prescribed = false;  ///< whether the caller has set its velocity
 
   Vec6 momentum(const Vec6& v) const;
-  /// Energy norm of the residual: twice the kinetic energy of the velocity that the residual would cause.
+  /// Returns the energy norm of the residual: twice the kinetic energy of the velocity that the residual would cause.
   double residual_energy() const;
-  /// Returns the force that is equivalent to a wrench. A torque counts as the force that has this moment at a lever of
-  /// the radius of gyration.
+  /// Returns a force whose size corresponds to a wrench. A torque is converted to the force that has this moment at a
+  /// lever of the radius of gyration.
   double force_of(const Wrench& wrench) const;
 };
 
 struct IslandPatch {
   PatchTerms terms;
-  IslandBody* a = nullptr;  ///< null: static
+  IslandBody* a = nullptr;  ///< first body of the patch; null: static
   IslandBody* b = nullptr;
   int island = 0;
   std::size_t index = 0;  ///< index among the caller's patches
-  Wrench on_a_W;          ///< about terms.about_W
-  bool is_void = false;   ///< whether its forces must not be used
+  Wrench on_a_W;          ///< wrench on A, about terms.about_W
+  bool is_void = false;   ///< whether the forces of the patch must not be used
 
   bool moves_a() const { return a != nullptr && a->is_moving; }
   bool moves_b() const { return b != nullptr && b->is_moving; }
 };
 
-/// Twist of A relative to B, at terms.about_W.
+/// Returns the twist of A relative to B, at terms.about_W.
 Twist relative_twist(const IslandPatch& patch);
 
 struct IslandCoupling {

@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::size_t kLanes = 4;
 
-/// Speed at which the hard floor lifts contacts that are deeper than it. It is our choice, slow enough for a hand: 3 mm
-/// take 15 ms.
+/// Speed at which the hard floor pushes out contacts that are deeper than the rigid depth. The speed is our choice and
+/// slow enough for a hand: 3 mm take 15 ms.
 constexpr double kRecovery_m_per_s = 0.2;
 /// Value of `excess` for unused lanes, so that they have no force.
 constexpr double kFarAway_m = -1e30;
@@ -40,13 +40,13 @@ struct alignas(32) ContactRow {
 
   Lanes nx, ny, nz;  // normal
   Lanes rx, ry, rz;  // position relative to about_W
-  Lanes depth;       // min(δ, ρ); for a gap δ (h + τ)/h
-  Lanes excess;      // min(δ − ρ, h · recovery speed)
-  Lanes soft;        // w
-  Lanes tangential;  // k_t
+  Lanes depth;       // depth in the soft layer: min(δ, ρ); for a gap δ (h + τ)/h
+  Lanes excess;      // depth in the hard floor: min(δ − ρ, h · recovery speed)
+  Lanes soft;        // stiffness w of the soft layer
+  Lanes tangential;  // tangential stiffness k_t
   Lanes sx, sy, sz;  // bristle
-  Lanes limit;       // μ f_n
-  Lanes rate;        // r
+  Lanes limit;       // friction limit μ f_n
+  Lanes rate;        // factor r of the tangential displacement
   // Results of the last evaluate():
   Lanes normal_force;
   Lanes zx, zy, zz;

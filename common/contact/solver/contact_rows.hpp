@@ -26,8 +26,8 @@ struct PatchTerms {
   std::size_t first = 0;
   std::size_t end = 0;
 
-  /// Factor of the closing speed in the normal force, which depends on the depth at the end of the step and on the
-  /// dissipation.
+  /// Returns the factor of the closing speed in the normal force. The step counts because the force depends on the
+  /// depth at the end of the step.
   double lag_s() const { return step_s + dissipation_s; }
 };
 

@@ -20,13 +20,13 @@ class CouplingTerm {
   CouplingTerm() = default;
   CouplingTerm(const SolverCoupling& coupling, const SolverBody& body, double step_s);
 
-  /// Wrench on the body, about its centre of mass at the end of the step.
+  /// Returns the wrench on the body, about its centre of mass at the end of the step.
   Wrench evaluate(const Twist& V_WC) noexcept;
-  /// −∂wrench/∂V_WC at the twist of the last evaluate().
+  /// Returns −∂wrench/∂V_WC at the twist of the last evaluate().
   Mat6 derivative() const noexcept;
   /// Replaces the law by its linearisation at `V_WC` for all later evaluations.
   void linearise(const Twist& V_WC) noexcept;
-  /// Wrench of the last evaluation, about the tool's origin.
+  /// Returns the wrench of the last evaluation, about the tool's origin.
   const Wrench& on_tool_W() const { return on_tool_W_; }
 
  private:
@@ -37,10 +37,10 @@ class CouplingTerm {
   Twist V_WH_;
   Quat q_WT_ = Quat::Identity();
   Vec3 p_WC_ = Vec3::Zero();
-  Vec3 r_W_ = Vec3::Zero();  ///< from C to the tool's origin
+  Vec3 r_W_ = Vec3::Zero();  ///< vector from C to the tool's origin at the start of the step
   double step_s_ = 0;
 
-  Vec3 lever_W_ = Vec3::Zero();  ///< r'
+  Vec3 lever_W_ = Vec3::Zero();  ///< the same vector at the end of the step, r'
   haptics::CouplingState state_;
   Wrench on_tool_W_;
 

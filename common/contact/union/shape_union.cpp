@@ -20,11 +20,11 @@ constexpr std::array<double, 5> kExactWays_m = {6e-5, 1.2e-4, 2.5e-4, 5e-4, 1e-3
 constexpr std::array<double, 5> kGridWays_m = {5e-4, 2.5e-4, 1e-3, 1.2e-4, 6e-5};
 // Maximum number of covered faces that the search for a way out of a shape avoids in succession.
 constexpr int kMaxTurns = 4;
-// A contact that is inside several shapes shares its area among them in proportion to its depths, which count up to
+// A contact inside several shapes shares its area among them in proportion to its depth in each. Depths count up to
 // this value.
 constexpr double kShared_m = 1e-5;
 
-/// 0 below `low`, 1 above `high`, linear in between.
+/// Returns 0 below `low`, 1 above `high`, linear in between.
 double ramp(double value, double low, double high) {
   return std::clamp((value - low) / (high - low), 0.0, 1.0);
 }
@@ -70,7 +70,7 @@ double exit_cover(const PlacedShape& other, const Vec3& q_W, const Vec3& out_W, 
 
 }  // namespace
 
-/// The shape that covers a point of the surface to the highest degree, and this degree, 0 to 1.
+/// The shape that covers a surface point to the highest degree, and this degree (0 to 1).
 struct ShapeUnion::Cover {
   double share = 0;
   const PlacedShape* by = nullptr;
@@ -125,13 +125,13 @@ std::optional<Vec3> ShapeUnion::way_out(const PlacedShape& shape, const Vec3& p_
       Vec3 out_W = depth_m * inside.gradient_W;
       const ShapeSample beyond = sample_shape(shape, p_W + out_W);
       if (beyond.distance_m > 0) out_W -= beyond.distance_m * beyond.gradient_W;
-      // At a corner of several covered faces, none of the other shapes covers the surface beside the corner. Farther
-      // inside, they do. Therefore both points are checked.
+      // At a corner of several covered faces, the surface point beside the corner may be covered by no other shape,
+      // although the point below the sample farther inside is covered. Therefore both points must be free.
       const Vec3 foot_W = at_W - inside.distance_m * inside.gradient_W;
       if (cover_of(shape, foot_W, inside.gradient_W).share < 0.5 &&
           cover_of(shape, p_W + out_W, inside.gradient_W).share < 0.5)
         return out_W;
-      // The next turn begins at the sample that is deepest below its covered face.
+      // If the way out is covered, the next turn starts from the sample that is deepest below the covered face.
       if (covered_W && (-inside.distance_m < deepest_m || (-inside.distance_m == deepest_m && way_m < deepest_way_m)))
         continue;
       deepest_m = -inside.distance_m;
@@ -169,15 +169,16 @@ void ShapeUnion::correct_depth(ContactPoint& contact, const Vec3& out_W) const n
       }
     }
   }
-  // The point is inside of several shapes at once, each of which has a contact there.
+  // The contact's point is inside several shapes at once, and each of these shapes has a contact there. Each contact
+  // keeps its share of the area.
   const double own = std::min(way_W.norm(), kShared_m);
   double all = own;
   for (const PlacedShape& other : others_) all += std::clamp(-distance_m(other, p_W), 0.0, kShared_m);
   contact.area_m2 *= own / all;
 }
 
-// Reduces the area of a contact with a gap if another shape is nearer to the point. Where two shapes join, the edge of
-// the farther shape is no obstacle.
+// Reduces the area of a contact with a gap if another shape is nearer to the point and covers the surface there. Where
+// two shapes join, the edge of the farther shape is no obstacle.
 void ShapeUnion::correct_gap(ContactPoint& contact, const Vec3& out_W) const noexcept {
   const double gap_m = -contact.depth_m;
   if (!(gap_m > 0)) return;

@@ -21,7 +21,7 @@ Eigen::AlignedBox3d mesh_bounds(const TriangleMesh& mesh) {
   for (const auto& triangle : mesh.triangles) {
     for (const int corner : triangle) {
       const Vec3& vertex = mesh.vertices[static_cast<std::size_t>(corner)];
-      // A comparison with NaN is false, so a NaN is refused.
+      // A comparison with NaN is false, so the condition also refuses a vertex with NaN.
       if (vertex.cwiseAbs().maxCoeff() <= kMaxMeshUnits && vertex.allFinite()) {
         box.extend(vertex);
         continue;

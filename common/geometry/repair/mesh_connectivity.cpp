@@ -12,8 +12,8 @@ namespace tandem::geometry {
 namespace {
 
 constexpr int kNoTriangle = -1;
-// Angle below which two triangles at an edge are treated as coincident. Single-precision rounding can rotate a triangle
-// by this angle if its height is a hundredth of the mesh's size.
+// If two triangles at an edge enclose a smaller angle than this, they are treated as coincident. Single-precision
+// rounding rotates a triangle by this angle if its height is a hundredth of the mesh's size.
 constexpr double kSameAngle_rad = 2e-5;
 
 /// Returns the number of a half-edge: 3 · triangle + side.
@@ -21,7 +21,7 @@ int number_of(const HalfEdge& half) {
   return 3 * half.triangle + half.side;
 }
 
-/// Orientation of a triangle relative to the first triangle of its part.
+/// Orientation of a triangle relative to the first triangle of its part: the same, or opposite.
 enum class Turning : std::uint8_t { kUnknown, kAlong, kAgainst };
 
 class Connector {
@@ -88,7 +88,7 @@ class Connector {
       const auto& triangles = parts.back().triangles;
       const auto is_turned = [this](int t) { return turning_[static_cast<std::size_t>(t)] == Turning::kAgainst; };
       const auto count = std::count_if(triangles.begin(), triangles.end(), is_turned);
-      // The minority is reversed: the triangles marked kAgainst, or otherwise the unmarked ones.
+      // The smaller set of triangles is reversed: those marked kAgainst, or the others.
       const bool is_minority = 2 * static_cast<std::size_t>(count) <= triangles.size();
       for (const int t : triangles) {
         if (is_turned(t) != is_minority) continue;
@@ -120,7 +120,8 @@ class Connector {
     }
     for (const int first : halves) {
       std::vector<int> loop;
-      // Each vertex has one fan, so only one border leaves it. The walk therefore ends where it began.
+      // At a border, each vertex has one fan of triangles, so only one border edge starts there. The walk therefore
+      // ends where it began.
       for (int half = first; half != kNoTriangle;) {
         int& leaving = border_from[static_cast<std::size_t>(vertex_at(half))];
         if (leaving == kNoTriangle) break;
@@ -143,18 +144,20 @@ class Connector {
     partner_[static_cast<std::size_t>(number_of(b))] = number_of(a);
   }
 
-  /// A triangle at an edge, seen along the edge.
+  /// A triangle at an edge, as seen along the edge: the edge is a point, and the triangle a line from that point.
   struct Spoke {
     double angle_rad;
     bool runs_along;
     HalfEdge half;
   };
 
-  /// Orders coincident spokes such that directions alternate. Otherwise their order would depend on rounding.
+  /// Orders coincident spokes such that the directions of their triangles alternate. Their order would otherwise depend
+  /// on rounding.
   /// In      spokes  sorted by angle
   /// Out     whether the directions alternate all around the edge
   static bool alternate(std::vector<Spoke>& spokes) {
-    // Starts at a gap and not within coincident spokes, unless all spokes coincide.
+    // The loop starts at a gap between spokes, not within a group of coincident ones. If all spokes coincide, it starts
+    // anywhere.
     std::size_t start = 0;
     while (start < spokes.size() && !is_gap(spokes, start)) ++start;
     std::rotate(spokes.begin(), spokes.begin() + static_cast<std::ptrdiff_t>(start % spokes.size()), spokes.end());
@@ -248,7 +251,7 @@ class Connector {
   void turn(int triangle) {
     auto& corners = mesh_.triangles[static_cast<std::size_t>(triangle)];
     std::swap(corners[1], corners[2]);
-    // Reversing the triangle changes side s to side 2 − s.
+    // Reversing a triangle exchanges its sides 0 and 2, so their entries are exchanged too.
     std::swap(partner_[static_cast<std::size_t>(3 * triangle)], partner_[static_cast<std::size_t>(3 * triangle + 2)]);
     for (int half = 3 * triangle; half < 3 * triangle + 3; ++half) {
       const int other = partner_[static_cast<std::size_t>(half)];

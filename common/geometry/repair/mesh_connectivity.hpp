@@ -11,7 +11,7 @@ namespace tandem::geometry {
 /// A set of triangles that are connected by edges.
 struct MeshPart {
   std::vector<int> triangles;
-  /// Closed loops of vertices, each in the direction in which the adjacent triangles traverse it
+  /// Closed loops of vertices, each in the direction in which the part's triangles traverse it.
   std::vector<std::vector<int>> borders;
   bool is_orientable = true;
   bool is_unpaired = false;  ///< true if the part ends at an edge of three or more triangles that cannot be paired

@@ -48,7 +48,7 @@ class HoleCloser {
       add(loop[(best + n - 1) % n], loop[best], loop[(best + 1) % n]);
       loop.erase(loop.begin() + static_cast<std::ptrdiff_t>(best));
       angles.erase(angles.begin() + static_cast<std::ptrdiff_t>(best));
-      // Only the angles of the two adjacent corners have changed.
+      // The cut changes the angles of the two neighbouring corners only.
       const std::size_t after = best % loop.size();
       const std::size_t before = (best + loop.size() - 1) % loop.size();
       for (const std::size_t i : {before, after}) angles[i] = angle_at(loop, i, facing);

@@ -16,17 +16,18 @@
 namespace tandem::geometry {
 namespace {
 
-// Limits of the number of rays: minimum and maximum for one part, and maximum for all open parts together.
+// Numbers of rays: least and most for one part, and most for all open parts together.
 constexpr std::size_t kMinRaysOfPart = 8, kMaxRaysOfPart = 256, kMaxRays = 2000;
-// Minimum number of triangles for which several threads are used.
+// Meshes with fewer triangles than this are classified on one thread.
 constexpr std::size_t kMinForThreads = 5000;
 constexpr std::size_t kMaxThreads = 16;
 
-// Distance of the sample points on both sides of a triangle, as a fraction of the diagonal. It is 20 times the gap that
-// single precision leaves between coplanar triangles, and a tenth of the thickness of a thin wall.
+// Distance from a triangle of the sample points on both of its sides, as a fraction of the diagonal. It is 20 times the
+// gap that single precision leaves between coplanar triangles, and a tenth of the thickness of a thin wall.
 constexpr double kStepShare = 2e-6;
 
-// Tolerance within which a winding number equals the exact value for a border, the inside or the outside.
+// A classification is clear if the winding number differs by less than this from the exact value for a border, the
+// inside or the outside.
 constexpr double kUnclear = 0.1;
 
 /// Classifies a triangle by the mean of the winding numbers on its two sides. This mean equals the winding number of
@@ -39,8 +40,8 @@ Side side_of(double half_way, double jump = 1) {
   return others < std::max(1.0, std::abs(jump)) / 2 + 0.25 ? Side::kBorder : Side::kInside;
 }
 
-/// Returns whether a mean winding number is close to the value for a border, the inside or the outside. Near a wall
-/// that consists of faces for one side only, it is between these values.
+/// Returns whether a mean winding number is close to the value for a border, the inside or the outside. It is between
+/// these values near a wall that lacks the faces of one side.
 bool is_clear(double half_way) {
   const double others = std::abs(half_way);
   return others > 1 - kUnclear || others < kUnclear || std::abs(others - 0.5) < kUnclear;
@@ -68,8 +69,8 @@ class SideClassifier {
     }
     const Side side = side_beside(middle, normal);
     if (side == Side::kBorder) return side;
-    // The other triangle may cover only a part of this one. A missing border would be a hole, but a superfluous one
-    // cannot be felt from outside. Therefore one border among the samples is sufficient.
+    // The other triangle may cover only a part of this one, so several points are sampled. One border among them is
+    // sufficient. A missing border triangle would leave a hole, but a superfluous one is inside and cannot be felt.
     for (const Vec3& corner : corners) {
       if (side_beside((middle + corner) / 2, normal) == Side::kBorder) return Side::kBorder;
     }
@@ -87,9 +88,9 @@ class SideClassifier {
     return (high - low).norm();
   }
 
-  /// Returns whether a triangle whose middle is inside also has a border point. If another closed part crosses the
-  /// triangle, the winding number at the middle of one of sixteen equal subtriangles is that of a border. Near open
-  /// surface this test is not reliable, because the winding number can have any value there.
+  /// Returns whether a triangle whose middle is inside extends to the border. Another closed part may cross such a
+  /// triangle. The winding number is then that of a border in the middle of at least one of sixteen equal subtriangles.
+  /// Near an open surface this test is not reliable, because the winding number can have any value there.
   bool comes_out(std::size_t triangle, const std::array<Vec3, 3>& corners) const {
     constexpr int kAlong = 4;
     const Vec3 u = (corners[1] - corners[0]) / kAlong, v = (corners[2] - corners[0]) / kAlong;
@@ -158,7 +159,7 @@ class Rays {
   static constexpr double kNear = 0.02;
   static constexpr std::array kPlaces{0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 0.98};
   static constexpr std::size_t kMaxCrossed = 64;
-  /// Fraction of the size of the whole mesh; a hit that is closer is the triangle itself
+  /// Hits that are closer than this fraction of the mesh's size are ignored, because they are on the triangle itself.
   static constexpr double kItself = 1e-6;
 
   bool is_inside(const Vec3& p) const { return std::abs(winding_.at(p)) > 0.5; }
@@ -188,7 +189,7 @@ std::vector<Side> sides_of(const TriangleMesh& mesh) {
   std::vector<std::size_t> all(sides.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   const std::vector<char> is_sure = classify(mesh, all, sides);
-  // Triangles that are certainly not a border are excluded when the uncertain ones are classified again.
+  // When the uncertain triangles are classified again, triangles that are certainly no border are excluded.
   TriangleMesh rest{mesh.vertices, {}};
   std::vector<std::size_t> unsure, unsure_in_rest;
   for (const std::size_t t : all) {

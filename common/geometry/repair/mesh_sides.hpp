@@ -8,7 +8,8 @@
 
 namespace tandem::geometry {
 
-/// Classification of a triangle. kBorder: the inside is on one side. kInside, kOutside: both sides are the same.
+/// Classification of a triangle. kBorder: the inside is on one side only. kInside or kOutside: it is on both sides, or
+/// on neither.
 enum class Side : std::uint8_t { kBorder, kInside, kOutside };
 
 /// Classifies each triangle by the winding number of all others. If a triangle coincides with another one, the winding

@@ -13,30 +13,30 @@
 namespace tandem::geometry {
 namespace {
 
-// Maximum number of rounds. Each round removes one layer, because a removal merges adjacent patches into larger ones,
-// which may then be duplicates.
+// Maximum number of rounds. In each round one layer of duplicates is removed. Adjacent patches may then merge into
+// larger ones, which are duplicates as well.
 constexpr int kMaxRounds = 8;
-// A patch ends at an edge at which the surface folds back with an angle below 45° between its sides.
+// A patch ends at an edge at which the surface folds back, so that its two sides enclose an angle below 45°.
 constexpr double kMaxFoldCosine = 0.707;
-// Maximum number of border edges up to which patches are compared by their borders; larger ones are compared by
-// coverage only.
+// Patches with more border edges than this are not compared by their borders, only by whether they cover each other.
 constexpr std::size_t kMaxCorners = 64;
 // Maximum distance between two triangulations of a twisted polygon, as a fraction of the square root of its area. It
 // applies if all edges of the polygon have other triangles too, because then the two are probably duplicates. Without
 // other triangles they may also be a thin solid.
 constexpr double kTwistShare = 0.25;
-// Relative difference between the areas of coincident pieces in single precision.
+// Relative difference of the areas of coincident pieces that single precision may cause.
 constexpr double kAreaShare = 1e-5;
-// Maximum number of candidates that are compared with a patch. Normally there are few candidates.
+// Maximum number of candidates that are compared with a patch. There are usually few.
 constexpr std::size_t kMaxCandidates = 16;
 constexpr std::size_t kMaxOverlaps = 20'000'000;
-// Asymmetric direction. It is assumed that no two corners of a man-made shape have the same coordinate along it.
+// An asymmetric direction. Two corners of a man-made shape hardly ever have the same coordinate along it, so the
+// extreme corners of a patch are unique.
 const Vec3 kAlong(0.5381947, 0.3017251, 0.7869843);
 
 struct Patch {
   std::vector<int> triangles;
   std::vector<std::uint32_t> border;  ///< sorted edges; empty if there are too many
-  std::size_t shared = 0;             ///< number of border edges that have more than two triangles
+  std::size_t shared = 0;             ///< number of border edges that are used by more than two triangles
   double area_m2 = 0;
   int first_along = -1;  ///< vertices with the smallest and the largest coordinate along kAlong
   int last_along = -1;

@@ -12,11 +12,12 @@
 namespace tandem::geometry {
 namespace {
 
-// Fractions of the bounding box's diagonal: tolerance for merging vertices, and height below which a triangle is flat.
+// Fractions of the bounding box's diagonal. kWeldShare: distance up to which vertices are merged. kFlatShare: height
+// below which a triangle counts as flat.
 constexpr double kWeldShare = 1e-7;
 constexpr double kFlatShare = 1e-9;
-// Maximum number of rounds. Dividing the neighbour of a flat triangle may create another flat one. If a chain of them
-// is longer than this, a gap remains.
+// Maximum number of rounds that remove flat triangles. Dividing the neighbour of a flat triangle may create another
+// flat one. If such a chain is longer than this, a gap remains.
 constexpr int kFlatRounds = 8;
 // Limit of the number of probes per vertex. If vertices are more than 64 tolerances apart, two or three are needed.
 constexpr std::size_t kMaxProbesEach = 200;
@@ -56,8 +57,8 @@ class Places {
   std::uint64_t key_of(const Vec3& p) const {
     std::uint64_t key = 0;
     for (const double value : p) {
-      // Beyond this limit, cubes would be narrower than the spacing of doubles, so the outermost cube contains all
-      // places there.
+      // Beyond this limit, cubes would be narrower than the spacing of doubles. All places farther out share the
+      // outermost cube.
       const double cubes = std::clamp(value / (64 * tolerance_m_), -kFarthestCube, kFarthestCube);
       const auto cube = static_cast<std::int64_t>(std::floor(cubes));
       key = key * 0x9E3779B97F4A7C15U + static_cast<std::uint64_t>(cube);
@@ -163,7 +164,7 @@ std::size_t drop_flat_once(TriangleMesh& mesh, double tolerance_m) {
       if (uses.size() == 2) {
         const HalfEdge& other = uses[1 - i];
         const auto beyond = static_cast<std::size_t>(other.triangle);
-        if (is_changed[beyond]) continue;  // is processed in the next round
+        if (is_changed[beyond]) continue;  // the neighbour changed in this round; left to the next one
         const auto& corners = before[beyond];
         const int from = corners[static_cast<std::size_t>(other.side)];
         const int to = corners[static_cast<std::size_t>((other.side + 1) % 3)];

@@ -14,9 +14,9 @@ struct ContactBench {
   std::string b;
   std::size_t triangles_a = 0;
   std::size_t triangles_b = 0;
-  std::size_t points = 0;  ///< number of points in both shells together
-  double spacing_m = 0;    ///< larger point spacing of the two objects
-  double cell_m = 0;       ///< larger cell size of the two objects
+  std::size_t points = 0;  ///< points in both shells together
+  double spacing_m = 0;    ///< point spacing of the object with the wider spacing
+  double cell_m = 0;       ///< cell size of the object with the larger cells
   double build_s = 0;      ///< build time: sum for both objects, or the time of one if both are the same object
   double cache_load_s = 0;
   std::size_t memory_bytes = 0;
@@ -26,7 +26,8 @@ struct ContactBench {
   TimeQuantiles memory_copy_us;  ///< time to copy 256 KiB; its spread is the timing jitter of the machine itself
 };
 
-/// Returns the figures of two objects that need no run. If both are the same object, its costs count once.
+/// Returns the figures of two objects that are known without a simulation, such as size and build time. If both are the
+/// same object, its build time counts once.
 ContactBench describe(const TouchObject& a, const TouchObject& b);
 
 boost::json::object to_json(const TouchFigures& figures);

@@ -21,7 +21,8 @@ struct ScalingRow {
   TouchFigures figures;
 };
 
-/// Compares the p99 step time of the finest mesh with that of mesh number `reference`, which is the mesh as given.
+/// Compares the 99th percentile of the step time of the finest mesh with that of the mesh number `reference`, which is
+/// the mesh without any change of its resolution.
 std::vector<Check> scaling_checks(std::span<const ScalingRow> rows, std::size_t reference);
 std::string scaling_report_html(const std::string& mesh_name, std::span<const ScalingRow> rows, std::size_t reference);
 

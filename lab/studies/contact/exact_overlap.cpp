@@ -21,8 +21,8 @@ std::vector<std::pair<int, int>> unique_edges(const geometry::TriangleMesh& mesh
   return edges;
 }
 
-/// Collects the vertices and edge samples of one mesh that lie inside the other. `shallowest_m` may increase during the
-/// collection.
+/// Collects the vertices and edge samples of one mesh that lie inside the other. Shallower points than `shallowest_m`
+/// are left out; that limit may be raised during the collection.
 class Collector {
  public:
   Collector(const ExactSurface& other, double shallowest_m, double deepest_m)
@@ -57,7 +57,7 @@ class Collector {
     const Vec3 middle = (begin_O + end_O) / 2;
     const double half_m = (end_O - begin_O).norm() / 2;
     const double distance = distance_m(middle, half_m);
-    // The depth at any point of this piece exceeds the depth at its midpoint by at most half the length.
+    // The depth at any point of this piece is at most the depth at its midpoint plus half of the piece's length.
     if (half_m - distance <= shallowest_m_) return;
     if (2 * half_m <= kOverlapEdgeStep_m) {
       if (distance < -shallowest_m_) found(middle, -distance);

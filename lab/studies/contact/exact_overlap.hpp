@@ -71,11 +71,11 @@ inline constexpr double kDeepestOverlap_m = 3e-3;
 std::vector<OverlapPoint> overlap_points(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b,
                                          const Pose& X_WB, double shallowest_m = 0,
                                          double deepest_m = kDeepestOverlap_m);
-/// Returns the largest depth of these points, or 0 if there are none. It is much faster than overlap_points().
+/// Returns the depth of the deepest point that overlap_points() would find, or 0 if there is none. This is much faster.
 double deepest_overlap_m(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b, const Pose& X_WB,
                          double shallowest_m = 0, double deepest_m = kDeepestOverlap_m);
 
-/// Returns the distance between two meshes that do not overlap, measured at their vertices.
+/// Returns the distance between two meshes that do not overlap, measured at their vertices only.
 double corner_gap_m(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b, const Pose& X_WB);
 
 }  // namespace tandem::lab

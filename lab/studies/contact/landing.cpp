@@ -19,7 +19,7 @@ constexpr double kGap_m = 0.005;
 constexpr double kPress_n = 3;
 constexpr double kStop_s = 0.01;
 constexpr double kHold_s = 0.3;
-constexpr double kNoLimit = 1e6;  // in N and N·m
+constexpr double kNoLimit = 1e6;  // force limit [N] and torque limit [N·m] that are never reached
 constexpr double kGravity_m_per_s2 = 9.81;
 constexpr double kGroundRadii = 40;
 constexpr double kGroundThickness_m = 0.05;
@@ -85,7 +85,7 @@ double rest_s(const TouchTrace& trace, double mass_kg) {
   return last == trace.rend() ? 0 : to_seconds(last->at);
 }
 
-/// Returns whether the mesh vertices on that side of the bounding box support the tool stably; see drops().
+/// Returns whether the tool stands stably on the mesh vertices at this side of its bounding box; see drops().
 bool is_face(const ExactSurface& tool, int axis, double sign) {
   const auto reach_of = [&](const ExactSurface& part, const Vec3& corner) {
     return sign * corner[axis] + part.half_thickness_m();
@@ -100,7 +100,7 @@ bool is_face(const ExactSurface& tool, int axis, double sign) {
       if (reach_of(*part, corner) >= reach_m - kFlat_m) base.push_back(corner);
     }
   }
-  // The support is stable if, in each direction from the origin, one of these vertices is far enough away.
+  // The tool stands stably if, in every direction from the centre, a supporting vertex is far enough outwards.
   for (int i = 0; i < kWays; ++i) {
     const double angle = 2 * std::numbers::pi * i / kWays;
     Vec3 way = Vec3::Zero();

@@ -14,10 +14,11 @@
 namespace tandem::lab {
 namespace {
 
-/// If a mesh is larger than this, the cell size increases in proportion (server/assets/scene_assets.cpp).
+/// Meshes larger than this get wider cells in proportion to their size (server/assets/scene_assets.cpp).
 constexpr double kFullResolutionSize_m = 0.2;
 
-/// Scales and rotates the mesh and moves its centre to the origin; records size and scale in `facts`. Fails: MeshError.
+/// Scales and rotates the mesh, moves its centre to the origin, and records size and scale in `facts`. Fails:
+/// MeshError.
 void place(geometry::TriangleMesh& mesh, const MeshScale& scale, bool turns, MeshFacts& facts) {
   for (Vec3& vertex : mesh.vertices) {
     if (turns) vertex = Vec3(vertex.x(), -vertex.z(), vertex.y());
@@ -28,7 +29,8 @@ void place(geometry::TriangleMesh& mesh, const MeshScale& scale, bool turns, Mes
   for (Vec3& vertex : mesh.vertices) vertex = (vertex - bounds.center()) * facts.scale_m;
 }
 
-/// Returns why the size is doubtful. The text is empty if the user requested the size or the size is plausible.
+/// Returns why the size of a mesh is doubtful. The text is empty if the size is plausible, or if the user requested the
+/// size.
 std::string doubt_of(const std::filesystem::path& file, const MeshScale& scale, const MeshFacts& facts) {
   const double size_m = facts.size_units.maxCoeff() * facts.scale_m;
   const std::string doubt =
@@ -39,7 +41,7 @@ std::string doubt_of(const std::filesystem::path& file, const MeshScale& scale, 
                            : " Else give --scale or --largest-size");
 }
 
-/// A square image with a depth value for each pixel.
+/// A square image that stores the depth of each pixel, so that nearer surfaces cover farther ones.
 class Canvas {
  public:
   explicit Canvas(int pixels)
@@ -48,7 +50,9 @@ class Canvas {
         depth_(static_cast<std::size_t>(pixels) * static_cast<std::size_t>(pixels),
                -std::numeric_limits<double>::infinity()) {}
 
-  /// In      corners  x to the right, y up, z towards the viewer; each 0..1
+  /// Draws a triangle.
+  ///
+  /// In      corners  corners of the triangle: x points right, y up, z towards the viewer; each coordinate is 0 to 1
   void draw(const std::array<Vec3, 3>& corners, bool is_sheet) {
     const Vec3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
     if (normal.squaredNorm() == 0 || normal.z() == 0) return;

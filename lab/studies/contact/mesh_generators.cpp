@@ -105,7 +105,7 @@ geometry::TriangleMesh make_box_with_hole(double clearance_m) {
   const int low_square = add_square(-half.z());
   const int high_square = add_square(half.z());
   join_rings(mesh, low_square, high_square, 4);
-  // The rings are passed in the order from top to bottom, so that the wall faces the axis.
+  // The upper ring is passed as the lower one, so that the wall of the hole faces the axis.
   join_rings(mesh, high_ring, low_ring, kHoleSides);
   add_annulus(mesh, high_ring, high_square, true);
   add_annulus(mesh, low_ring, low_square, false);
@@ -171,7 +171,7 @@ class Subdivision {
   }
 
   int point(const std::array<int, 3>& triangle, int to_b, int to_c) {
-    // The shares are sorted, so that both triangles at an edge use the same key and the same order of summation for a
+    // The corners' weights are sorted, so that both triangles at an edge compute the same key and exactly the same
     // point.
     std::array<std::pair<int, int>, 3> shares{
         {{triangle[0], pieces_ - to_b - to_c}, {triangle[1], to_b}, {triangle[2], to_c}}};

@@ -32,7 +32,7 @@ geometry::TriangleMesh make_cube(double edge_m);
 /// mesh has no flat patches.
 geometry::TriangleMesh subdivided(const geometry::TriangleMesh& mesh, int pieces, double height_m);
 
-/// Returns the bounding box of the vertices that belong to triangles.
+/// Returns the bounding box of the vertices that belong to triangles; unused vertices are ignored.
 /// In      mesh  has at least one triangle
 Eigen::AlignedBox3d bounds_of(const geometry::TriangleMesh& mesh);
 

@@ -13,15 +13,15 @@ namespace {
 constexpr double kTick_s = 1e-3;
 constexpr double kPressed_m = 5e-3;
 constexpr double kHandSpeed_m_per_s = 0.2;
-/// Size of the ellipsoid relative to the bounding box.
+/// Size of the ellipsoid on which the target point moves, relative to the bounding box of the mesh.
 constexpr double kWiden = 1.3;
-/// Periods of the moving point in azimuth and elevation, and its largest elevation. The ratio of the periods is chosen
-/// so that the path rarely repeats.
+/// Periods of the target point's motion in azimuth and elevation, and its largest elevation. The ratio of the periods
+/// is chosen so that the path rarely repeats.
 constexpr double kRound_s = 7;
 constexpr double kUpAndDown_s = 3.1;
 constexpr double kElevation_rad = 1.2;
-/// Constants of lag_of(): a stride that does not coincide with a period of the path, and the maximum number of updates
-/// until rest.
+/// lag_of() evaluates every kLagStride-th tick; the stride does not coincide with a period of the path. It then waits
+/// for at most kMaxSettling updates until the proxy rests.
 constexpr std::size_t kLagStride = 7;
 constexpr int kMaxSettling = 200;
 /// The proxy is at rest if an update moves it by less than this.
@@ -52,7 +52,7 @@ class CrossingTest {
   bool crosses(const Vec3& from, const Vec3& to) const;
 
  private:
-  std::vector<std::array<Vec3, 3>> triangles_;  ///< sorted by the lowest x of the triangle
+  std::vector<std::array<Vec3, 3>> triangles_;  ///< triangles, sorted by their lowest x
   double widest_m_ = 0;                         ///< largest extent of a triangle along x
 };
 

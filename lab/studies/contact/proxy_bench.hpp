@@ -39,7 +39,7 @@ ProxyRun run_closest_point(const geometry::TriangleTree& tree, double radius_m, 
 /// distance to a mesh.
 struct ProxyFigures {
   TimeQuantiles loop_us;  ///< over all ticks of all runs
-  /// maximum over the ticks of the radius minus the signed distance of the ball's centre
+  /// Largest penetration over the ticks: radius of the ball minus the signed distance of its centre.
   double max_penetration_m = 0;
   std::uint64_t pop_throughs = 0;  ///< number of straight segments of the ball's path that cross the mesh
 };
@@ -47,12 +47,12 @@ struct ProxyFigures {
 /// Lag of the god-object: its distance from the position that it would reach if the time in a tick were unlimited.
 struct ProxyLag {
   double held_back_share = 0;  ///< share of the ticks that end with kProxyHeldBack
-  double p50_m = 0;            ///< distance from the position at which it comes to rest if the hand stops
+  double p50_m = 0;            ///< median distance from the position at rest, if the hand stops
   double p99_m = 0;
   double max_m = 0;
 };
-/// Continues every kLagStride-th tick with a resting hand until the proxy rests, for at most kMaxSettling updates. It
-/// reads no clock.
+/// Measures the lag of the god-object. After every kLagStride-th tick, a copy continues with a resting hand until the
+/// proxy rests, for at most kMaxSettling updates. No clock is read.
 ProxyLag lag_of(const std::shared_ptr<const haptics::ProxyMesh>& mesh, const haptics::GodObjectSettings& settings,
                 const std::vector<Vec3>& hand);
 /// Returns the largest depth of the hand below the surface.

@@ -9,7 +9,7 @@
 
 namespace tandem::lab {
 
-/// Exact order statistics. All are zero if there are no samples.
+/// Exact quantiles, taken from the sorted samples. All are zero if there are no samples.
 struct TimeQuantiles {
   double p50_us = 0;
   double p99_us = 0;
@@ -17,7 +17,7 @@ struct TimeQuantiles {
   double max_us = 0;
 };
 TimeQuantiles quantiles_of(std::vector<Duration> times);
-/// In      q  0..1
+/// In      q  quantile, 0..1
 std::uint32_t quantile_of(std::vector<std::uint32_t> counts, double q);
 
 /// Returns {"p50", "p99", "p999", "max"}.

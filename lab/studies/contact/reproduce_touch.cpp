@@ -20,7 +20,7 @@ namespace {
 constexpr const char* kBunny = "/usr/share/glmark2/models/bunny.obj";
 constexpr Duration kPeerStretch = std::chrono::seconds(3);
 
-/// A named run of one tool. It is one line of a plot.
+/// A run of one tool with its name; it becomes one line of a plot.
 struct NamedTrace {
   std::string name;
   TouchTrace trace;

@@ -25,7 +25,7 @@ double deepest_exact_m(const TouchTrace& trace, const ExactSurface& tool, const 
   double deepest_m = 0;
   for (std::size_t i = 0; i < trace.size(); i += kExactEvery) {
     const Pose& X_WT = trace[i].X_WT;
-    // The search is restricted to points deeper than the deepest one found so far.
+    // Only overlaps deeper than the deepest one so far are searched, which saves time.
     deepest_m = std::max(deepest_m, deepest_overlap_m(tool, X_WT, fixed, Pose{}, deepest_m));
   }
   return deepest_m;
@@ -50,7 +50,7 @@ class PointsThrough {
   struct Follower {
     Vec3 p_M = Vec3::Zero();
     Vec3 last_O = Vec3::Zero();
-    Vec3 entry_O = Vec3::Zero();  ///< normal of the surface where the point was last outside
+    Vec3 entry_O = Vec3::Zero();  ///< normal of the nearest surface when the point was last outside
     bool is_inside = false;
     bool is_through = false;
     bool was_through = false;  ///< true if the point was through at any time in this step
@@ -73,7 +73,8 @@ std::size_t PointsThrough::step(const Pose& X_OM) {
     const Vec3 from_O = follower.last_O;
     const double length = (p_O - from_O).norm();
     const int pieces = std::clamp(static_cast<int>(std::ceil(length / kPiece_m)), 1, kMaxPieces);
-    // A ball encloses this piece of the path. If the ball is far from the bounding box, contact is impossible.
+    // A ball encloses this step of the path. If the ball does not reach the bounding box, contact is impossible and the
+    // step is skipped.
     if (follower.is_inside || other_.may_touch((from_O + p_O) / 2, length / 2 + kTooDeep_m + reach_m_)) {
       for (int i = 1; i <= pieces; ++i) move(follower, from_O + (p_O - from_O) * i / pieces);
     }
@@ -87,7 +88,8 @@ std::size_t PointsThrough::step(const Pose& X_OM) {
 void PointsThrough::move(Follower& follower, const Vec3& p_O) {
   const geometry::TriangleTree::Closest closest = other_.closest(p_O, kTooDeep_m + reach_m_);
   if (closest.triangle < 0) {
-    // No surface is within the depth limit. In a solid, the point is deeper than the limit; a plate has been left.
+    // No surface is within the depth limit. In a solid, the point is then deeper than the limit. In a plate, the point
+    // has left the plate.
     const bool is_solid = other_.half_thickness_m() <= 0;
     if (follower.is_inside && is_solid) {
       follower.is_through = true;
@@ -111,8 +113,8 @@ void PointsThrough::move(Follower& follower, const Vec3& p_O) {
 }
 
 /// Follows surface points of each of two bodies relative to the other body. Counts how often the state changes from "no
-/// point has popped through" to "at least one has".
-/// It uses only the motion and the exact meshes.
+/// point has popped through" to "at least one point has". The result depends only on the motion and on the exact
+/// meshes.
 ///
 /// Model   A point has popped through if it is more than kTooDeep_m inside. It also counts if it is more than
 ///         kShallow_m inside and the nearest surface faces away from the side of entry; this detects thin walls.
@@ -161,7 +163,7 @@ std::size_t separations_of(const TouchTrace& trace) {
 
 void judge_energy(const TouchTrace& trace, TouchFigures& figures) {
   double work_j = 0, least_work_j = 0;
-  double least_j = std::numeric_limits<double>::infinity();  // minimum of the sum of past work and stored energy
+  double least_j = std::numeric_limits<double>::infinity();  // minimum so far of past work plus stored energy
   for (const TouchStep& step : trace) {
     least_j = std::min(least_j, work_j + step.contact_stored_j);
     work_j += step.contact_work_j;

@@ -13,7 +13,7 @@ namespace tandem::lab {
 struct TouchFigures {
   std::size_t steps = 0;
   std::uint32_t contacts_max = 0;
-  /// number of distance queries to a grid in one step; it is the same on every machine
+  /// Number of distance queries to a grid in a step: median and 99th percentile. It is the same on every machine.
   std::uint32_t queries_p50 = 0, queries_p99 = 0;
   TimeQuantiles query_us;
   TimeQuantiles step_us;       ///< time of each step: the shortest of kRounds equal runs
@@ -34,7 +34,7 @@ struct TouchFigures {
   double contact_created_j = 0;
 };
 TouchFigures figures_of(const std::vector<TouchTrace>& runs, const ExactSurface& tool, const ExactSurface& fixed);
-/// Returns the figures except the exact overlap, which takes seconds: times, number of contacts, and force jump.
+/// Returns all figures except the exact overlap, whose computation takes seconds.
 TouchFigures quick_figures_of(const std::vector<TouchTrace>& runs);
 
 /// Number of times that each timed run is repeated.

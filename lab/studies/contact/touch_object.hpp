@@ -14,7 +14,7 @@ namespace tandem::lab {
 struct TouchObject {
   std::string name;
   geometry::ContactMesh mesh;
-  std::shared_ptr<const contact::ContactShape> shape;  ///< loaded from the cache file
+  std::shared_ptr<const contact::ContactShape> shape;  ///< contact shape, as read back from the cache file
   std::shared_ptr<const ExactSurface> exact;
   double build_s = 0;  ///< build time including mesh repair; 0: the object was loaded from the cache
   /// time to load the asset from its file; if it was just built, the file is still in the kernel's page cache

@@ -55,7 +55,7 @@ Vec3 first_contact(const ExactSurface& a, const ExactSurface& b, const TouchPlan
     X_WA.p += direction * gap;
     if (X_WA.p.dot(direction) > 0) break;  // the meshes passed each other without contact
   }
-  // If edges cross, the vertices detect the contact too late. Therefore the pose is moved back by the remaining
+  // If edges cross edges, the vertices detect the contact too late. Therefore the pose is moved back by the remaining
   // overlap.
   for (int i = 0; i < kApproachSteps; ++i) {
     const double depth = deepest_overlap_m(a, X_WA, b, Pose{});

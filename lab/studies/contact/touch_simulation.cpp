@@ -18,14 +18,16 @@ namespace {
 constexpr double kDampingRatio = 0.7;
 constexpr double kMinBand_m = 5e-5;
 constexpr std::size_t kReducedContacts = 16;
-/// Lower limit for the lever arm of the contacts, below which their spread is negligible.
+/// Lower limit of the lever arm by which a torque is divided. A smaller spread of the contacts would exaggerate the
+/// torque error.
 constexpr double kMinSpread_m = 1e-3;
 
 /// The difference between the wrench of the reduced contacts and the wrench of all contacts.
 class ReductionError {
  public:
-  /// Returns the force error that a receiver perceives when the current contacts replace those of the previous call.
-  /// The previous error is extrapolated to this pose by the stiffness of the contacts.
+  /// Returns the force step that a receiver of the reduced contacts perceives when they are updated. It is the change
+  /// of the error since the previous call. The previous error is extrapolated to this pose by the derivative of the
+  /// wrench.
   double change_n(std::span<const contact::ContactPoint> contacts, double stiffness_n_per_m3, const Pose& X_WT) {
     const std::size_t count = contact::reduce_contacts(contacts, stiffness_n_per_m3, reduced_);
     const contact::ContactWrench all = contact::contact_wrench(contacts, stiffness_n_per_m3, X_WT.p);
@@ -79,7 +81,8 @@ class TouchSimulation {
 
   TouchStep step(const Pose& X_WH, const Twist& V_WH) {
     const double h = settings_.step_s;
-    // Both ends of the coupling may move within the step. The factor 1.5 covers motion that the step itself adds.
+    // Both ends of the coupling may move within the step. The factor 1.5 is a margin for velocity that the tool gains
+    // in the step itself.
     const double speed = std::max(V_WT_.v.norm() + V_WT_.w.norm() * radius_m_, V_WH.v.norm());
     const double band = std::max(kMinBand_m, 1.5 * speed * h);
     TouchStep result;
@@ -200,8 +203,8 @@ Vec3 box_inertia_kg_m2(const Vec3& size_m, double mass_kg) {
 haptics::CouplingParameters damped_for(haptics::CouplingParameters coupling, double mass_kg,
                                        const Vec3& inertia_kg_m2) {
   coupling.damping_n_s_per_m = 2 * kDampingRatio * std::sqrt(coupling.stiffness_n_per_m * mass_kg);
-  // The damping is chosen for the axis with the smallest inertia. The other axes are damped less, but GImpact, where
-  // the coupling is explicit, then remains stable on every axis.
+  // The damping is chosen for the axis with the smallest inertia, so the other axes are damped less. A larger damping
+  // would make GImpact unstable, because its coupling is explicit.
   coupling.damping_n_m_s_per_rad =
       2 * kDampingRatio * std::sqrt(coupling.stiffness_n_m_per_rad * inertia_kg_m2.minCoeff());
   return coupling;

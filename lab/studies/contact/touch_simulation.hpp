@@ -35,7 +35,7 @@ struct TouchStep {
   std::uint32_t found = 0;      ///< number of contact points within the contact band
   std::uint32_t contacts = 0;   ///< number of active contacts
   double reported_depth_m = 0;  ///< depth of the deepest contact as reported by the method
-  double force_jump_n = 0;      ///< defined at run_touch()
+  double force_jump_n = 0;      ///< force jump at this step; see run_touch()
   double kinetic_j = 0;         ///< kinetic energy of the tool after the step
   /// Work of the contact on the tool in this step: the gain of kinetic energy minus the work of coupling and weight.
   double contact_work_j = 0;
@@ -70,8 +70,8 @@ TouchTrace run_touch(const contact::ContactShape& tool, const contact::ContactSh
                      const devices::HandPath& path, const TouchSettings& settings, const Clock& clock,
                      Duration begin = Duration{0}, std::size_t steps = kWholePath);
 
-/// Simulates the same for the duration `length`, with a hand whose pose and twist are returned by `hand_at`. The tool
-/// starts with the hand's twist. If the coupling has no stiffness, there is no hand and the tool falls.
+/// Simulates the tool as above for the duration `length`, with a hand whose pose and twist are returned by `hand_at`.
+/// The tool starts with the hand's twist. If the coupling has no stiffness, there is no hand and the tool falls.
 TouchTrace run_touch(const contact::ContactShape& tool, const contact::ContactShape& fixed,
                      const std::function<RigidState(Duration)>& hand_at, Duration length, const TouchSettings& settings,
                      const Clock& clock);
@@ -81,8 +81,8 @@ TouchTrace run_touch(const contact::ContactShape& tool, const contact::ContactSh
 /// Fails   std::logic_error: the motions of the runs differ
 TouchTrace fastest_of(const std::vector<TouchTrace>& runs);
 
-/// Simulates the same with Bullet's GImpact on the exact triangles and Bullet's default solver. The coupling acts as an
-/// external force.
+/// Simulates the tool as above with Bullet's GImpact on the exact triangles and Bullet's default solver. The coupling
+/// acts as an external force.
 TouchTrace run_gimpact(const geometry::TriangleMesh& tool, const geometry::TriangleMesh& fixed,
                        const devices::HandPath& path, const TouchSettings& settings, const Clock& clock,
                        Duration begin = Duration{0}, std::size_t steps = kWholePath);

@@ -15,14 +15,14 @@ namespace {
 
 constexpr double kThinShare = 0.02;
 constexpr double kOppositeCosine = 1 / std::numbers::sqrt2;
-/// Surfaces coincide if their distance is below this share of the mesh's size.
+/// Two surfaces coincide if their distance is below this fraction of the mesh's size.
 constexpr double kCoincident = 1e-9;
-/// If a line crosses more surfaces, it is skipped.
+/// A line that crosses more surfaces than this is skipped.
 constexpr std::size_t kMaxCrossings = 4096;
 /// Steps of a sequence that fills the unit square evenly (inverse powers of the plastic number).
 constexpr double kStepU = 0.7548776662466927, kStepV = 0.5698402909980532;
 
-/// A point on the surface at which the thickness is measured.
+/// A point on the surface behind which the wall thickness is measured.
 struct Place {
   Vec3 p = Vec3::Zero();
   std::size_t triangle = 0;
@@ -42,7 +42,7 @@ std::vector<Place> places_on(const geometry::TriangleMesh& mesh) {
     const auto t = static_cast<std::size_t>(found - area_up_to.begin());
     const auto corner = [&](std::size_t k) { return mesh.vertices[static_cast<std::size_t>(mesh.triangles[t][k])]; };
     double whole = 0;
-    // The point never lies on the edge of another triangle, even in a regular mesh.
+    // Since the steps are irrational, no point lies on an edge of another triangle, even in a regular mesh.
     double u = std::modf(static_cast<double>(i + 1) * kStepU, &whole);
     double v = std::modf(static_cast<double>(i + 1) * kStepV, &whole);
     if (u + v > 1) u = 1 - u, v = 1 - v;
@@ -53,7 +53,7 @@ std::vector<Place> places_on(const geometry::TriangleMesh& mesh) {
 
 /// Intersection of a line with the surface.
 struct Crossing {
-  double at_m = 0;  ///< distance from the place along the line, positive into the solid
+  double at_m = 0;  ///< distance along the line from the measured point, positive into the solid
   bool is_exit = false;
   bool is_opposite = false;
 };
@@ -72,8 +72,8 @@ class Walls {
   /// Returns the wall thickness behind a place, or nullopt if the place lies inside the solid.
   std::optional<double> behind(const Place& place) {
     cross(place);
-    // `outside` is the number of parts around a point just outside the surface; `here` is the increase for a point just
-    // inside.
+    // `outside` is the number of parts that contain a point just outside the surface. `here` is the number of
+    // additional parts that contain a point just inside.
     int outside = 0, here = 1;
     for (const Crossing& crossing : crossings_) {
       if (crossing.at_m > coincident_m_) continue;
@@ -103,7 +103,8 @@ class Walls {
       const double along = normal.dot(inwards);
       crossings_.push_back({normal.dot(a - place.p) / along, along > 0, along >= kOppositeCosine * normal.norm()});
     }
-    // Entries are sorted before coincident exits, so that the line does not leave the solid where two parts touch.
+    // Where one part ends and another begins at the same place, the entry is sorted before the exit. The line thus does
+    // not leave the solid where two parts touch.
     const auto order = [this](const Crossing& crossing) {
       return crossing.is_exit ? crossing.at_m : crossing.at_m - 2 * coincident_m_;
     };

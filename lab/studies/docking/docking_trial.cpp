@@ -23,7 +23,7 @@ constexpr Duration kRest{from_seconds(0.3)}, kHold{from_seconds(0.5)}, kPoint{kH
 constexpr double kRamp_s = 0.3;
 constexpr std::string_view kSettle = "settle";
 constexpr int kHalvings = 30;
-/// Number of random poses tried for each start of a minimisation. Most of them overlap the receptor.
+/// Number of random poses tried until one is free of overlap and can be the start of a minimisation.
 constexpr std::size_t kTriesForAStart = 200;
 constexpr double kFreeStart_kj_per_mol = 50 * docking::kKilojoulesPerKilocalorie;
 
@@ -61,7 +61,7 @@ class Descents {
   }
 
  private:
-  static constexpr double kMore_angstrom = 4;  ///< largest motion of the ligand during a minimisation
+  static constexpr double kMore_angstrom = 4;  ///< largest motion of the ligand that the selection of atoms allows for
 
   const docking::Molecule& a_;
   const docking::Molecule& b_;
@@ -89,8 +89,8 @@ Pose displaced(const Pose& X_AB, const docking::Molecule& ligand, double rmsd_an
   return moved_by(more);
 }
 
-/// Returns the number of poses that the hand has passed at `time` on a path of `count` poses. It is fractional between
-/// poses.
+/// Returns the number of poses that the hand has passed at `time` on a path of `count` poses. Between two poses the
+/// number is fractional.
 double done(double time_s, double per_pose_s, double count) {
   const double whole_s = count * per_pose_s + kRamp_s;
   const auto ramp = [&](double t_s) { return t_s * t_s / (2 * kRamp_s * per_pose_s); };

@@ -106,8 +106,8 @@ class Tree {
     return field_.evaluate(X_AB);
   }
 
-  /// Minimises the energy across the direction of the step and in rotation, so that the path follows walls instead of
-  /// entering them.
+  /// Minimises the energy of a pose by rotation, and by translation perpendicular to the step. Without it, the path
+  /// would run into walls instead of following them.
   void relax(Node& node) {
     docking::FieldResult here = evaluate(node.X_AB);
     double way = kRelax_angstrom;
@@ -131,7 +131,7 @@ class Tree {
   }
 
   bool is_free(const Pose& from, const Pose& to) {
-    // The end is evaluated first, because it is the most likely to be blocked.
+    // The last point of the step is evaluated first, because it is the most likely to be blocked.
     for (int quarter = kQuarters; quarter > 0; --quarter) {
       const double share = static_cast<double>(quarter) / kQuarters;
       const docking::FieldResult here = evaluate(pose_between(from, to, share));
@@ -163,7 +163,7 @@ std::vector<Pose> exit_path(const docking::Molecule& a, const docking::Molecule&
     tree.grow(effort);
     return tree;
   };
-  // The highest bound is tried first: if it gives no exit, no lower bound does.
+  // The highest energy bound is tried first. If it permits no exit, lower bounds need not be tried.
   const Tree highest = grown(kExitBound_kcal_per_mol);
   if (!highest.is_out()) return highest.way();
   for (const double bound : kLowerBounds_kcal_per_mol) {

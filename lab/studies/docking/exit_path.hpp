@@ -17,8 +17,8 @@ inline constexpr double kExitBound_kcal_per_mol = 50;
 /// kHardlyHeld_kcal_per_mol.
 inline constexpr double kExitDistance_angstrom = 8;
 inline constexpr double kHardlyHeld_kcal_per_mol = 5;
-/// Step length: displacement of B's origin in a translation, and of B's farthest atom in a rotation. The energy
-/// relaxation may add up to 0.4 Å.
+/// Length of a step: displacement of B's origin by a translation, or of B's farthest atom by a rotation. The
+/// minimisation after a step may add up to 0.4 Å.
 inline constexpr double kExitStep_angstrom = 0.25;
 /// Number of poses that are evaluated before the search with an energy bound is abandoned.
 inline constexpr std::size_t kExitEffort = 60'000;

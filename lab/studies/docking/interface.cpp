@@ -60,7 +60,7 @@ class Cells {
 
  private:
   Eigen::Array3i cell_of(const Vec3& p) const {
-    // The value is clamped before the cast, because distant cells exceed the range of int.
+    // Cell numbers are clamped before the cast, because those of far points exceed the range of int.
     return ((p - origin_) / side_).array().floor().max(-2.0).min(kMaxCells + 2.0).cast<int>();
   }
   std::size_t index(const Eigen::Array3i& cell) const {
@@ -132,7 +132,7 @@ double extent(const std::vector<Vec3>& points, const Vec3& centre, const Vec3& d
   return longest;
 }
 
-/// A line through both centres, on which B is placed.
+/// A line through the centres of both molecules, along which B approaches A.
 class Line {
  public:
   Line(const docking::Molecule& a, const docking::Molecule& b, double reach, const Vec3& direction)
@@ -144,7 +144,7 @@ class Line {
   bool goes_on() const { return offset_ > 0; }
 
   /// Moves B inwards from its last position until `wanted` atoms are in the interface. Returns nullopt if the centres
-  /// meet before.
+  /// of the molecules meet before that.
   std::optional<Pose> come_near(Interface& interface, std::size_t wanted, std::size_t& most) {
     double outside = offset_;
     while (goes_on()) {

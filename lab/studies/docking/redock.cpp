@@ -34,7 +34,7 @@ constexpr Duration kRedockPerPose{from_seconds(0.083)};
 constexpr std::size_t kTriesBeforeLocked = 5;
 /// Number of minimisations that start from poses around the native pose, in addition to the one from the native pose.
 constexpr std::size_t kDescentsAround = 12;
-/// Two minima whose energies differ by less than this (a sixth of kT) count as one.
+/// Two minima whose energies differ by less than this (a sixth of kT) are regarded as the same minimum.
 constexpr double kSameMinimum_kcal_per_mol = 0.1;
 
 struct RedockPair {

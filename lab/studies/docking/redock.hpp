@@ -20,8 +20,8 @@ inline constexpr double kDockedShare = 0.8;
 /// Largest permitted RMSD of the minimum from the native pose [Å], the usual criterion of successful redocking. If it
 /// is exceeded, the field has no minimum at the native pose, and a ligand in that minimum does not count as redocked.
 inline constexpr double kNative_angstrom = 2;
-/// The hands release the ligand at the first pose of the exit path whose RMSD from the minimum is at least the first
-/// value. If the RMSD of that pose exceeds the second value, they release one pose earlier [Å].
+/// The hands release the ligand at the first pose of the exit path whose RMSD from the minimum is at least
+/// kRelease_angstrom. If the RMSD of that pose exceeds kFarthestRelease_angstrom, they release one pose earlier.
 inline constexpr double kRelease_angstrom = 1.5, kFarthestRelease_angstrom = 2;
 /// Largest permitted excess of the force step over the force step at zero delay.
 inline constexpr double kStepBeyond_n_per_ms = 0.1;

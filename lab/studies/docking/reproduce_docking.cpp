@@ -28,15 +28,16 @@ namespace {
 constexpr const char* kHelices = "/usr/share/pymol/test/dat/3al1.pdb";
 using docking::kThermalEnergy_kcal_per_mol;
 constexpr double kApart_angstrom = 8, kPressed_angstrom = 3, kPushed_angstrom = 8, kStep_angstrom = 0.25;
-/// Time for one step of the path, at 60 mm/s.
+/// Times of a trial: one step of the path (at 60 mm/s), the settling of the pair, and the rest of both hands at the
+/// minimum.
 constexpr Duration kPerPose{from_seconds(0.0417)}, kDockingSettling{from_seconds(2)}, kAlone{from_seconds(6)};
 constexpr double kAloneFrom_s = 3;
 constexpr double kTremor_n = 0.05;
 constexpr std::uint64_t kSeeds = 5;
-/// Required factors by which vibration decreases. Without delay, a light contact is soft, and the vibration of direct
-/// rendering depends on a few atoms of the helices; therefore a smaller factor is required there.
+/// Factor by which the stable method must reduce the vibration of direct rendering. In the light contact without delay,
+/// that vibration is small and depends on a few atoms of the helices. A smaller factor is required there.
 constexpr double kTimesLess = 10, kTimesLessLightly = 5;
-/// Number of conditions, counted from the first, for which claims are made.
+/// Number of conditions, counted from the first one, that are checked by claims.
 constexpr std::size_t kClaimed = 3;
 constexpr double kRate_hz = 1000;
 
@@ -61,7 +62,7 @@ struct Condition {
   std::string name, published_direct, published_stable;
   std::string device;
   Duration round_trip{0};
-  double deeper_angstrom = kPressed_angstrom;  ///< approach of the molecules beyond the contact distance
+  double deeper_angstrom = kPressed_angstrom;  ///< distance by which the molecules approach beyond the contact distance
   double tremor_rms_n = 0;
 };
 

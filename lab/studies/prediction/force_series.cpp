@@ -67,7 +67,7 @@ const std::vector<SceneHands>& shipped_hands() {
 /// Returns the force on the first hand.
 ForceSeries scene_series(const SceneHands& hands) {
   const auto scene = server::load_scene(server::find_scene(hands.scene, server::scene_folders()));
-  // Passivity control is off, because the hands follow paths and supply no energy.
+  // Passivity control is off, because the hands follow prescribed paths whatever the force is.
   const auto room = std::make_unique<server::Room>(RoomId{1}, hands.scene, scene,
                                                    server::RoomOptions{.controls_tool_passivity = false});
   std::vector<std::unique_ptr<SimulatedUser>> seats;

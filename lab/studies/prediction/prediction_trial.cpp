@@ -9,7 +9,8 @@ namespace {
 /// Period of the haptic loop.
 constexpr Duration kTick = std::chrono::milliseconds(1);
 
-/// Interpolates the series. The times of successive calls must increase.
+/// Returns the true force at any time, interpolated between the samples of a series. The times of successive calls must
+/// increase.
 class Truth {
  public:
   explicit Truth(const std::vector<ForceSample>& samples) : samples_(samples) {}
@@ -28,7 +29,8 @@ class Truth {
   std::size_t next_ = 0;
 };
 
-/// Returns the samples that are sent. Each is marked if a contact has changed since the previous one.
+/// Returns the samples that are sent at this period. A sample is marked if a contact began or ended since the
+/// previously sent one.
 std::vector<ForceSample> sent_of(const ForceSeries& series, Duration period) {
   std::vector<ForceSample> sent;
   bool has_changed = false;
@@ -63,7 +65,7 @@ class ErrorSum {
   Vec3 sum_ = Vec3::Zero();
 };
 
-/// Converts a time to a local time with arbitrary origin, one second before the first sample. Only differences matter.
+/// Converts a time of the series to a local time. The origin is arbitrary, since only differences matter.
 LocalTime local(Duration time) {
   return LocalTime(time + std::chrono::seconds(1));
 }
@@ -84,7 +86,7 @@ PredictionErrors predict_series(const ForceSeries& series, haptics::ForceStream&
       stream.push(local(sent[next].at), sent[next].on_hand_W, sent[next].has_contact_changed);
     }
     const Wrench shown = stream.at(local(now));
-    // In a live client the io thread has the time of one tick for the fit, and needs about 1 % of it.
+    // In a live client, the io thread computes the fit within one tick. It needs about 1 % of that time.
     stream.fit();
     const Wrench is = truth.at(now);
     force.add(shown.f - is.f);

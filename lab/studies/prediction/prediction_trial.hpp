@@ -12,8 +12,8 @@ namespace tandem::lab {
 
 /// Error statistics of one quantity with three components.
 struct ErrorFigures {
-  double mean = 0;      ///< mean of |shown − true|
-  double variance = 0;  ///< mean of |e − ē|², where e is shown − true
+  double mean = 0;      ///< mean of |displayed − true|
+  double variance = 0;  ///< mean of |e − ē|², where e is displayed − true
   double rms = 0;
   double largest = 0;
 };
@@ -24,7 +24,7 @@ struct PredictionErrors {
   double step_max_n = 0;  ///< largest change of the displayed force between two ticks
   double step_rms_n = 0;
   haptics::ForceStreamFigures stream;
-  std::vector<Vec3> shown_n;  ///< one value for each tick of 1 ms
+  std::vector<Vec3> shown_n;  ///< displayed force, one value for each tick of 1 ms
   std::vector<Vec3> true_n;
 };
 

@@ -22,13 +22,13 @@ constexpr std::string_view kDefault = "ar-spline";
 constexpr std::array kWindows{50, 75, 100, 150, 200, 250, 300, 400, 500, 600};
 constexpr std::array kBlends_ms{0, 2, 3, 4, 5};
 constexpr std::size_t kMaxOrder = 16;
-/// Gain of the thesis's method over linear extrapolation, and the part of its gain by online coefficients that is
-/// claimed here.
+/// Gains in per cent that the claims require. The first is the thesis's gain over linear extrapolation. The second is a
+/// part of its gain by coefficients that are fitted online.
 constexpr double kMinGain_percent = 6.8;
 constexpr double kMinOnlineGain_percent = 11;
 constexpr double kFitBudget_us = 200;
 constexpr double kChatter_kg = 0.1;
-/// Mass of a lighter peg, which bounces and causes ten times as much noise.
+/// Mass of a lighter peg. It bounces, and the force then has ten times as much noise.
 constexpr double kLightChatter_kg = 0.02;
 
 /// Returns the interval at which samples are sent. An uneven series is sent at its own times, an even one every 5 ms.
@@ -98,7 +98,7 @@ boost::json::object to_json(const Comparison& comparison) {
           {"methods", std::move(methods)}};
 }
 
-/// Adds the claims that the default predictor is not worse than "hold" and "linear". If neither has an error for a
+/// Adds the claims that the default predictor is not worse than "hold" and "linear". If one of these has no error for a
 /// series, the default must not have one either.
 void add_shipped(Reproduction& result, const Comparison& comparison) {
   const PredictionErrors& ours = comparison.errors_by(kDefault);

@@ -21,21 +21,22 @@ constexpr double kShareOfLimitToHold = 0.8;
 constexpr double kSoftest = 1.0 / 64;
 /// Number of bisections of the interval on a logarithmic scale. The resolution is 64^(1/128), i.e. 3 %.
 constexpr int kBisections = 7;
-/// Number of damping values tried first, and number of values tried afterwards between the neighbours of the best.
+/// Damping is searched in two rounds: first over kDampings values, then over kFinerDampings values between the
+/// neighbours of the best one.
 constexpr int kDampings = 9;
 constexpr int kFinerDampings = 3;
 constexpr double kMinDamping = 1.0 / 64;
-/// Permitted roughness of the fitted pair at a point, as a multiple of the limit.
+/// A fitted pair may exceed the roughness limit of its point by this factor.
 constexpr double kFitTolerance = 1.1;
 /// Smallest permitted fitted stiffness as a share of the best, and largest permitted ratio between fitted and best
 /// damping in either direction. Both are our choice.
 constexpr double kMinShareOfStiffness = 0.5;
 constexpr double kMaxOfDamping = 2;
 constexpr int kProbes = 64;
-/// Margin, so that a value rounded to kDigits does not exceed the maximum.
+/// Factor below 1, so that a value that is rounded to 12 digits does not exceed the maximum.
 constexpr double kBelowMost = 1 - 1e-9;
 
-/// Rounds to 12 digits. JSON readers that are not exact to the last bit reproduce such a number.
+/// Rounds to 12 digits. All JSON readers reproduce such a number, even those that are not exact to the last bit.
 double rounded(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.12g", value);
@@ -110,14 +111,15 @@ class AxisCalibrator {
     const double force_n = settings_.roughness_floor_n + settings_.roughness_share_of_weight * weight_n(mass_kg);
     return is_rotation_ ? force_n * settings_.gyration_radius_m : force_n;
   }
-  /// Returns the larger of two values. With k T, a slowly moving hand dissipates the energy that sampling creates. The
-  /// other value gives the fastest settling in continuous time.
+  /// Returns the damping that is used while the stiffness is searched: the larger of two values. With stiffness ×
+  /// period, a slowly moving hand dissipates the energy that sampling creates. The other value gives the fastest
+  /// settling in continuous time.
   double first_damping(double stiffness, double inertia) const {
     const double wanted = std::max(stiffness / settings_.rate_hz, 1.4 * std::sqrt(stiffness * inertia));
     return std::min(wanted, result_.damping_maximum);
   }
   void find_stiffnesses();
-  /// Returns false if even the softest pair violates a criterion.
+  /// Searches the largest stiffness for a mass. Returns false if even the softest pair violates a criterion.
   bool find_stiffness(CalibrationPoint& point) const;
   std::string why_left_out() const;
   /// Returns the violated criterion, or an empty text if none is violated. Records the measured values.
@@ -196,7 +198,8 @@ void AxisCalibrator::find_stiffnesses() {
     const bool is_found = find_stiffness(point);
     (is_found ? result_.points : result_.left_out).push_back(point);
     advance(0.6 * static_cast<double>(i + 1) / static_cast<double>(masses_kg_.size()));
-    // For larger masses the stiffness stays at its maximum, and the law holds the last value.
+    // For larger masses the stiffness would stay at its maximum. The law holds the last value, so no more points are
+    // needed.
     if (is_found && point.best.stiffness == result_.stiffness_maximum) break;
   }
   if (!result_.points.empty()) return;
@@ -218,7 +221,8 @@ std::vector<double> probed(const haptics::Cubic& cubic, double low, double high)
   return values;
 }
 
-/// Returns `cubic`, scaled down so that no point exceeds its `cap` and no value in the range exceeds `most`.
+/// Returns `cubic`, scaled down so that it exceeds no point's upper limit `cap` and nowhere in the range exceeds
+/// `most`.
 haptics::Cubic lowered(haptics::Cubic cubic, const std::vector<double>& x, const std::vector<double>& cap,
                        double most) {
   double share = 1;
@@ -244,7 +248,8 @@ void AxisCalibrator::fit_stiffness() {
   result_.stiffness = lowered(fit.cubic, x, k, result_.stiffness_maximum);
 }
 
-/// Tries the damping values in the order of increasing settling time, until a pair is also stable, calm and quiet.
+/// Searches the damping of a point. Damping values are tried in the order of increasing settling time, until a pair
+/// meets the criteria "stability", "rest" and "quiet".
 void AxisCalibrator::find_damping(CalibrationPoint& point) const {
   struct Tried {
     double damping, cost;
@@ -268,7 +273,7 @@ void AxisCalibrator::find_damping(CalibrationPoint& point) const {
     point.best.damping = tried.damping;
     if (objection(point, 1).empty()) return;
   }
-  point = before;  // uses the damping with which the stiffness was found
+  point = before;  // keeps the damping with which the stiffness was found
 }
 
 void AxisCalibrator::find_dampings() {

@@ -38,7 +38,7 @@ struct CalibrationPoint {
 
 /// Calibration of translation or of rotation.
 struct AxisCalibration {
-  /// sorted by inertia; the last point is the first one that reaches the stiffness maximum
+  /// Points sorted by inertia. The last one is the first point that reaches the stiffness maximum.
   std::vector<CalibrationPoint> points;
   /// Masses that are too light: even the softest tried pair (`best`) violates the criterion `limited_by`. The fits
   /// exclude these masses.
@@ -48,7 +48,7 @@ struct AxisCalibration {
   int stiffness_degree = 0;
   int damping_degree = 0;
   double stiffness_maximum = 0;  ///< upper limit from coupling_bounds()
-  /// false: the maximum is only an assumed cap, and the device itself may permit more
+  /// False if the maximum is only an assumed cap, so that the device itself may permit more.
   bool is_maximum_verified = true;
   double damping_maximum = 0;
 };
@@ -60,7 +60,7 @@ struct Calibration {
   std::optional<AxisCalibration> rotation;
 };
 
-/// Runs the calibration.
+/// Finds stiffness k and damping b for each mass m, and fits polynomials to them.
 ///
 /// Model   k(m) and b(k) as above. No polynomial gives a tried mass more stiffness than the search found for it, or any
 ///         mass in the range more than coupling_bounds() permits

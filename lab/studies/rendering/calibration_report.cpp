@@ -178,7 +178,7 @@ std::string method(const Calibration& calibration) {
   return text.str();
 }
 
-/// Returns remarks that a reader needs in addition to the points.
+/// Returns remarks about a calibration that the table of points does not show.
 std::vector<std::string> remarks_of(const AxisCalibration& axis, const Words& words) {
   const std::string unit = words.is_rotation ? " N·m/rad" : " N/m";
   std::vector<std::string> remarks;

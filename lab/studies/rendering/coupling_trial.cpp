@@ -12,13 +12,14 @@
 namespace tandem::lab {
 namespace {
 
-/// Pressing forces at the beginning and at the end, as shares of the force limit.
+/// Forces with which a hand presses at the beginning and at the end of a trial, as fractions of the force limit.
 constexpr double kLightPress = 0.1;
 constexpr double kFirmPress = 0.3;
-/// Largest intended rotation of a hand. If the hand were more than half a turn from the tool, a spring would pull in
-/// the opposite direction.
+/// Largest rotation that a hand intends. If hand and tool were more than half a turn apart, the rotational spring would
+/// pull in the opposite direction.
 constexpr double kFurthestTurn_rad = 1.5;
-/// Inertia of a tool against which a hand twists. It is so large that the tool does not move during the trial.
+/// Inertia of the tool against which a hand twists. With this value the tool practically does not rotate during the
+/// trial.
 constexpr double kHeldFast_kg_m2 = 1e6;
 /// Mass and inertia of the tool for the motion that is not tried (rotation or translation).
 constexpr double kOtherMass_kg = 0.1;
@@ -29,12 +30,13 @@ constexpr double kNoLimit_n = 1e6;
 constexpr Duration kReach = std::chrono::milliseconds(250);
 constexpr Duration kRest = std::chrono::milliseconds(2000);
 constexpr Duration kLastOfRest = std::chrono::milliseconds(250);
-/// If the range of motion in the last interval is below this share of the range in the interval before, the motion is
-/// decaying.
+/// The motion is regarded as decaying if its range in the last interval is below this fraction of its range in the
+/// interval before.
 constexpr double kShrinking = 0.9;
 constexpr Duration kPress = std::chrono::milliseconds(2000);
 constexpr Duration kSettled = std::chrono::milliseconds(800);
-/// A critically damped hand that no shipped device can move. It is soft enough for the time step of the simulated hand.
+/// A critically damped hand that the forces of shipped devices hardly move. The simulated hand is still stable at the
+/// time step.
 constexpr devices::HandParameters kUnmovedHand{.mass_kg = 10,
                                                .stiffness_n_per_m = 1e7,
                                                .damping_n_s_per_m = 2e4,
@@ -84,7 +86,7 @@ HandRigSettings rig_with(const devices::DeviceProfile& profile, bool is_rotation
   return rig;
 }
 
-/// Returns the intended position at which a hand presses with `force`: the deflection of the hand's own spring plus
+/// Returns the position that a hand must intend to press with `force`: the deflection of the hand's own spring plus
 /// that of the coupling. For a soft rotational coupling the angle is limited, which reduces the torque.
 double wanted_for(double force, double hand_stiffness, double stiffness, bool is_rotation) {
   const double deflection = force * (1 / hand_stiffness + 1 / stiffness);
@@ -163,7 +165,7 @@ double CouplingTrial::restlessness_of(std::size_t of_checked, const Pair& pair, 
       before.add(at);
     }
   }
-  if (last.size() < kShrinking * before.size()) return 0;  // a slow hand that is still coming to rest
+  if (last.size() < kShrinking * before.size()) return 0;  // the motion decays: a slow hand is still coming to rest
   return last.size() / (is_rotation_ ? held.encoder_step_rad : held.encoder_step_m);
 }
 
@@ -184,7 +186,7 @@ double CouplingTrial::roughness_of(std::size_t of_checked, const Pair& pair, dou
     forces.push_back(is_rotation_ ? tick.on_hand_W.t.z() : tick.on_hand_W.f.z());
   }
   const std::vector<double> high = high_passed(forces, settings_.rate_hz, kVibration_hz);
-  // The first part is excluded, because it contains the reaching motion and the transient of the filter.
+  // The first part of the force is excluded. It contains the motion to the wall and the transient of the filter.
   const auto settled = static_cast<std::size_t>(3 * to_seconds(kReach) * settings_.rate_hz);
   return rms(std::span(high).subspan(std::min(settled, high.size())));
 }

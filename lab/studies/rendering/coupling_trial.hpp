@@ -13,8 +13,8 @@ namespace tandem::lab {
 
 /// Criteria for a pair, parameters of the simulated hands, and the choice of the masses.
 struct CalibrationSettings {
-  double gain_margin = 2;        ///< the loop must be stable if all forces are this many times larger …
-  int delay_margin_periods = 1;  ///< … and are delayed by this many additional periods
+  double gain_margin = 2;        ///< the loop must be stable if all forces are multiplied by this factor …
+  int delay_margin_periods = 1;  ///< … and are delayed by this number of additional periods
   double rate_hz = 1000;
   double tremor_rms_n = 0.05;  ///< tremor of the pressing hands; our choice: clearly visible at a relaxed hand
   /// Encoder step assumed for a device that reports exact positions. It is that of the thesis's device; see
@@ -33,7 +33,7 @@ struct CalibrationSettings {
   /// Share of the permitted roughness that the choice of stiffness may use. The rest is reserved for the choice of
   /// damping.
   double stiffness_share_of_roughness = 0.75;
-  /// criterion "calm": the handle of a resting hand moves within this range [encoder steps]
+  /// Criterion "rest": while a hand rests, the handle moves at most within this range [encoder steps].
   double restlessness_steps = 2;
   /// Radius of gyration r of the tools, which gives the moment of inertia for each mass: I = m r². A torque limit is
   /// the force limit times this radius. It corresponds to a tool of 4 cm; our choice.
@@ -51,8 +51,8 @@ class CouplingTrial {
   CouplingTrial(const devices::DeviceProfile& profile, bool is_rotation, const CalibrationSettings& settings)
       : profile_(profile), is_rotation_(is_rotation), settings_(settings) {}
 
-  /// Returns the largest spectral radius with the margins, over the hands of check_coupling(), for a tool in the air
-  /// and for a tool in stiff contact.
+  /// Returns the largest spectral radius of the loop, with gain and delay margin. The maximum is taken over the hands
+  /// of check_coupling(), for a tool in the air and for a tool in stiff contact.
   double spectral_radius(const Pair& pair, double inertia) const;
 
   // In the two following trials, hands press the tool on a plane, or twist against a tool that cannot rotate. The hands

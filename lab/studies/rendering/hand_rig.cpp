@@ -11,8 +11,8 @@
 namespace tandem::lab {
 namespace {
 
-// With this small mass, a step ends at the equilibrium of coupling and contact except for rounding. Even at 0.1 N/m,
-// the tool settles in a thousandth of a period of 4 kHz.
+// A tool of this mass reaches the equilibrium of coupling and contact within one step, except for rounding. Even at 0.1
+// N/m, its time constant is below a thousandth of a period at 4 kHz.
 constexpr double kVanishingMass_kg = 1e-15;
 constexpr double kVanishingInertia_kg_m2 = 1e-21;
 
@@ -68,7 +68,7 @@ struct HandRig::Impl {
 
   Pose X_WT;
   Twist V_WT;
-  std::array<contact::ContactPoint, 1> contact;  ///< a member, because it stores the friction bristle between ticks
+  std::array<contact::ContactPoint, 1> contact;  ///< contact of tool and plane; stores the bristle between ticks
   Wrench on_tool_W;
   double normal_force_n = 0;
   double work_on_tool_j = 0;  ///< work on the tool in the last step
@@ -99,7 +99,7 @@ HandRigTick HandRig::Impl::respond(const Pose& X_WH_true, const Twist& V_WH_true
   const Twist estimated = estimator.add(now, X_WH);
   const Twist& V_WH = settings.estimates_velocity ? estimated : V_WH_true;
   const bool is_direct = law->tool_dynamics() == haptics::ToolDynamics::kAtHandle;
-  // The passivity controller accounts for the energy up to now. Therefore the tool contributes the work of its previous
+  // The passivity controller accounts for the energy up to now. The work on the tool is therefore that of the previous
   // step.
   const double work_before_j = std::exchange(work_on_tool_j, 0.0);
   const Wrench wanted = is_direct ? press_directly(X_WH) : step_tool(X_WH, V_WH);
@@ -153,7 +153,8 @@ Wrench HandRig::Impl::step_tool(const Pose& X_WH, const Twist& V_WH) {
   return haptics::reaction_on_hand(on_tool_W, X_WH.p - X_WT.p);
 }
 
-/// Returns a penalty force proportional to the depth of the handle. Nothing slides, so there is no friction.
+/// Direct rendering: returns a penalty force proportional to the depth of the handle. Nothing slides, so there is no
+/// friction.
 Wrench HandRig::Impl::press_directly(const Pose& X_WH) {
   const haptics::CouplingParameters& c = settings.coupling;
   X_WT = X_WH;
@@ -171,8 +172,8 @@ HandRig::HandRig(HandRig&&) noexcept = default;
 
 HandRigTick HandRig::tick() {
   Impl& rig = *impl_;
-  // The time is computed from the number of ticks. If periods that are not whole nanoseconds were added up, rounding
-  // errors would accumulate.
+  // The time is computed from the number of ticks. A period need not be a whole number of nanoseconds, and sums of
+  // rounded periods would drift.
   rig.now = LocalTime(from_seconds(static_cast<double>(++rig.ticks) * rig.period_s));
   const devices::DeviceSample sample = rig.device.read(rig.now);
   return rig.respond(rig.device.hand_pose(), rig.device.hand_twist(), sample.X_DH);

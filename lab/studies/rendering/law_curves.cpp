@@ -18,8 +18,7 @@ std::unique_ptr<haptics::CouplingLaw> made(std::string_view name, const haptics:
 haptics::CouplingState along_z(double d_m, bool is_pushing) {
   haptics::CouplingState state;
   state.d_W = d_m * Vec3::UnitZ();
-  // The law uses only the sign of the handle's velocity. The tool has no velocity relative to the handle, so the damper
-  // exerts no force.
+  // The law uses only the sign of the handle's velocity. The tool moves with the handle, so the damper exerts no force.
   state.v_WH = (is_pushing ? 1e-3 : -1e-3) * Vec3::UnitZ();
   return state;
 }
@@ -53,7 +52,8 @@ haptics::CouplingParameters with_secant_stiffness(std::string_view law, haptics:
 
 double steepest_displacement_m(std::string_view name, const haptics::CouplingParameters& coupling) {
   const auto law = made(name, coupling);
-  // At the displacement where a linear curve would reach the limit, all curves are beyond their steepest point.
+  // The search ends at the displacement at which a linear curve would reach the limit. All curves are steepest before
+  // that.
   const double end_m = coupling.force_limit_n / coupling.stiffness_n_per_m;
   constexpr int kSamples = 4000;
   double steepest_n_per_m = 0;

@@ -9,11 +9,11 @@ namespace tandem::lab {
 namespace {
 
 constexpr int kMaxDegree = 3;
-/// A further coefficient is accepted only if the ratio of the errors is below this value.
+/// A higher degree is accepted only if it reduces the error to less than this fraction.
 constexpr double kWorthwhile = 0.9;
 
-// The first and last point are never left out. A fit is not used outside its points, so extrapolation must not be
-// evaluated.
+// Returns the RMS of the leave-one-out errors. The first and the last point are never left out, because a fit is never
+// used to extrapolate beyond its points.
 double left_out_rms(std::span<const double> x, std::span<const double> y, int degree) {
   double square_sum = 0;
   for (std::size_t out = 1; out + 1 < x.size(); ++out) {
@@ -30,7 +30,8 @@ double left_out_rms(std::span<const double> x, std::span<const double> y, int de
 }  // namespace
 
 haptics::Cubic least_squares(std::span<const double> x, std::span<const double> y, int degree) {
-  // x is divided by its maximum, so that all columns have a similar magnitude.
+  // x is divided by its maximum, so that the powers of x have similar magnitudes and the equations are well
+  // conditioned.
   double scale = 0;
   for (const double one : x) scale = std::max(scale, std::abs(one));
   if (scale == 0) scale = 1;

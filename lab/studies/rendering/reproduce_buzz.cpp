@@ -24,14 +24,14 @@ constexpr double kLightShare = 0.005;  ///< a touch is light if its force is bel
 constexpr std::string_view kRival = "qsa-dynamic";
 constexpr std::string_view kLiteral = "stable-dynamic-literal";
 constexpr std::array kTremors_n{0.02, 0.05, 0.1, 0.2};
-/// F_max of the published comparisons, which is tried in addition to that of the light tool.
+/// Force limit F_max of the published comparisons, which is tried in addition to the limit used with the light tool.
 constexpr double kLargerLimit_n = kForceLimit_n;
-/// Plane stiffness of a wall in a scene.
+/// Contact stiffness of a wall in a scene, which is much stiffer than a coupling.
 constexpr double kHardPlane_n_per_m = 20000;
 
 struct LawBuzz {
   std::string law;
-  std::vector<SteadyPress> presses;  ///< in the order of kForces_n
+  std::vector<SteadyPress> presses;  ///< one press for each force in kForces_n
 };
 
 LawBuzz buzz_of(std::string_view law, const PressSettings& settings) {
@@ -98,8 +98,8 @@ std::string slope_ratio_with(const PressSettings& settings) {
 
 /// Range of the settled force without tremor.
 struct Rest {
-  double exact_n = 0;       ///< largest value over all forces, with an exact encoder
-  double over_quantum = 0;  ///< largest value over all forces, in units of the force change caused by one encoder step
+  double exact_n = 0;       ///< largest range over all forces, with an exact encoder
+  double over_quantum = 0;  ///< largest range over all forces, in units of the force change of one encoder step
 };
 
 Rest rest_of(std::string_view law, PressSettings settings) {
@@ -122,7 +122,8 @@ std::string millinewtons(double force_n) {
 }
 
 void add_winner_rows(Reproduction& result, const std::vector<LawBuzz>& laws) {
-  // Direct rendering is listed separately. Its plane is as soft as a coupling, so it is not a rival.
+  // Direct rendering is listed separately: without a tool, its plane must be as soft as a coupling, so the forces
+  // cannot be compared.
   std::vector<const LawBuzz*> coupled;
   for (const LawBuzz& law : laws) {
     if (haptics::find_coupling_law(law.law)->tool != haptics::ToolDynamics::kAtHandle) coupled.push_back(&law);

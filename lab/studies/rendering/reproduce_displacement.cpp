@@ -17,7 +17,7 @@ namespace tandem::lab {
 namespace {
 
 constexpr double kInertia_kg_m2 = 4e-5;
-/// Masses up to a weight above the knee of the saturation, which is at 5.2 N.
+/// Masses of the tool. The weight of the heaviest exceeds 5.2 N, where saturation begins (the knee).
 constexpr std::array kMasses_kg{0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6};
 /// Number of masses with published results. The adaptive law is calibrated for these.
 constexpr std::size_t kPublishedMasses = 4;
@@ -26,7 +26,7 @@ constexpr std::array kLaws{"spring-damper", "qsa-dynamic", "stable-dynamic", "st
 constexpr double kSharpness = 1;
 /// Laws in which the tool has no weight.
 constexpr std::array kWeightless{"qsa-static", "direct"};
-/// Above the knee a curve is almost flat, so settling is slow.
+/// Time until the sag is measured. Above the knee a curve is almost flat, so settling is slow.
 constexpr double kSettling_s = 15;
 
 haptics::CouplingParameters adaptive_coupling(double mass_kg) {
@@ -51,7 +51,7 @@ double adaptive_n_per_m(double mass_kg) {
   return 116.53 * std::clamp(mass_kg, 0.05, 0.2) + 16.21;
 }
 
-/// Returns the elastic force that saturation reduces to `shown_n`, i.e. the inverse of the saturation.
+/// Returns the elastic force that saturation reduces to `shown_n`. It is the inverse of the saturation.
 double unbent_n(double shown_n) {
   const double knee_n = (1 - kSoftness) * kForceLimit_n;
   if (shown_n <= knee_n) return shown_n;
@@ -89,7 +89,7 @@ double sag_m(std::string_view law, const haptics::CouplingParameters& coupling, 
 
 struct LawSag {
   std::string law;
-  std::vector<double> sags_m;  ///< in the order of kMasses_kg
+  std::vector<double> sags_m;  ///< sag for each mass in kMasses_kg
   double worst_error = 0;      ///< largest relative error compared with the closed form
 
   double mean_published_m() const {
@@ -118,8 +118,8 @@ std::string millimetres(double length_m) {
   return format_fixed(1e3 * length_m, 1) + " mm";
 }
 
-/// Returns the k_t at which `law` would have had the sag `published_m`. The curves depend only on k_t d, so the sag is
-/// proportional to 1/k_t.
+/// Returns the stiffness k_t, as text, with which `law` would have the published sag. A curve depends only on k_t d, so
+/// the sag is proportional to 1/k_t.
 std::string implied_stiffness(const LawSag& law, double ours_m, double published_m) {
   const double ours_n_per_m = coupling_of(law.law, kMasses_kg.front()).stiffness_n_per_m;
   return format_fixed(ours_n_per_m * ours_m / published_m, 1) + " N/m";
@@ -127,8 +127,8 @@ std::string implied_stiffness(const LawSag& law, double ours_m, double published
 
 struct PublishedRatio {
   const char* law;
-  double at_end;          ///< displacement of the adaptive law at 0.2 kg, relative to that of this law
-  double mean_reduction;  ///< mean reduction of the displacement by the adaptive law
+  double at_end;          ///< displacement with the adaptive law at 0.2 kg, relative to that with this law
+  double mean_reduction;  ///< mean reduction of the displacement by the adaptive law, relative to this law
 };
 constexpr std::array kPublished{PublishedRatio{"spring-damper", 2.71, 0.5243},
                                 PublishedRatio{"qsa-dynamic", 2.16, 0.4251}};
@@ -155,8 +155,8 @@ void add_published_rows(Reproduction& result, const std::vector<LawSag>& sags) {
   }
 }
 
-/// Adds a row with the other definition of equality at the lightest mass: equal sag instead of equal k_t. It favours a
-/// curve whose slope increases.
+/// Adds a row in which the laws are made equal by the same sag at the lightest mass, instead of the same k_t. This
+/// favours a curve whose slope increases.
 void add_equal_sag_row(Reproduction& result, const LawSag& adaptive) {
   constexpr std::string_view kCurved = haptics::kDefaultCouplingLaw;
   haptics::CouplingParameters coupling = coupling_of(kCurved, kMasses_kg.front());
@@ -171,7 +171,8 @@ void add_equal_sag_row(Reproduction& result, const LawSag& adaptive) {
       {std::string(kCurved) + " against adaptive at 0.1, 0.15, 0.2 kg, both level at 0.05 kg", "", ours});
 }
 
-/// Simulates these laws like the others, so that the absence of sag is also measured.
+/// Adds rows for the laws in which the tool has no weight. They are simulated like the others, so that the absence of
+/// sag is measured, too.
 void add_weightless_rows(Reproduction& result) {
   for (const char* law : kWeightless) {
     const bool is_at_handle = haptics::find_coupling_law(law)->tool == haptics::ToolDynamics::kAtHandle;

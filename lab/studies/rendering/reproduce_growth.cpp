@@ -14,8 +14,8 @@
 namespace tandem::lab {
 namespace {
 
-// Parameters for which the published law was found to be active: 4 N and 20 mm, hence k_t = 200 N/m; the hand presses
-// by 10 mm.
+// Parameters at which the published law generates energy: 4 N and 20 mm, hence k_t = 200 N/m. The hand presses by 10
+// mm.
 constexpr double kLimit_n = 4;
 constexpr double kStiffness_n_per_m = 200;
 constexpr double kDepth_m = 0.010;
@@ -30,8 +30,8 @@ constexpr double kDamping_n_s_per_m = 0.4;
 haptics::CouplingParameters coupling() {
   haptics::CouplingParameters result;
   result.stiffness_n_per_m = kStiffness_n_per_m;
-  // Damping of twice k T dissipates many times the energy that sampling creates at this speed. Its force is 0.2 % of
-  // the total.
+  // Twice the damping k T that compensates for sampling. At this speed it dissipates many times the energy that
+  // sampling creates, and its force is only 0.2 % of the total.
   result.damping_n_s_per_m = kDamping_n_s_per_m;
   result.force_limit_n = kLimit_n;
   result.saturation_softness = kSoftness;
@@ -71,7 +71,7 @@ Curves curves_of(std::string_view name, double sharpness = 1) {
 struct Stroke {
   std::vector<double> depth_m;  ///< depth of the handle, first while loading, then while unloading
   std::vector<double> force_n;
-  double gained_j = 0;  ///< energy that the hand gained over the whole stroke
+  double gained_j = 0;  ///< energy that the hand has received over the whole stroke
 };
 
 Stroke stroke_of(std::string_view law) {
@@ -107,7 +107,7 @@ Plot curve_figure(const std::string& law, const Curves& curves, const Stroke& st
     return lengths;
   };
   const auto half = static_cast<std::ptrdiff_t>(stroke.force_n.size() / 2);
-  // The x values of a plot must increase, so unloading is plotted in reverse.
+  // The x values of a plot must increase, so the curve of unloading is reversed.
   std::vector<double> out_m(stroke.depth_m.rbegin(), stroke.depth_m.rend() - half);
   std::vector<double> out_n(stroke.force_n.rbegin(), stroke.force_n.rend() - half);
   figure.series = {{"in", millimetres(curves.d_m), curves.in_n, 0},

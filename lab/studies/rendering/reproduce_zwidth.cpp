@@ -26,20 +26,22 @@ constexpr std::array kZWidthLaws{"spring-damper",          "qsa-static", "qsa-dy
 constexpr double kLeast_n_per_m = 50;
 constexpr double kMost_n_per_m = 1e6;
 constexpr double kResolution = 1.005;
-/// Relative width of the first bracket around the expected value.
+/// Ratio of the bounds of the first search interval to the expected value.
 constexpr double kNarrow = 1.01;
 /// Factor between successive stiffness values in the scan for switching laws.
 constexpr double kScan = 1.1;
 constexpr double kToolMass_kg = 0.05;
-/// Our choice: a desktop device. The hand is the light grip of HandParameters.
+/// Parameters of a desktop device; our choice. The hand has the light grip of HandParameters.
 constexpr double kDeviceMass_kg = 0.1;
 constexpr double kDeviceDamping_n_s_per_m = 0.1;
-/// At this stiffness of the plane the tool does not move; the wall that the hand feels is the coupling alone.
+/// With such a stiff plane the tool does not move. The wall that the hand feels then has the stiffness of the coupling
+/// alone.
 constexpr double kPlane_n_per_m = 1e9;
-/// The handle is at rest if its swing is below this value. Rounding errors of the positions are a ten-thousandth of it.
+/// The handle is at rest if its oscillation is below this. Rounding errors of the positions are a ten-thousandth of it.
 constexpr double kStill_m = 1e-14;
 constexpr double kSmallSwing = 0.05;
-/// Smallest preload. It keeps the handle on the wall for curves that are steepest at zero force.
+/// Least force on the wall, as a fraction of the limit. For curves that are steepest at zero force, it keeps the handle
+/// on the wall.
 constexpr double kMinPreload = 0.02;
 
 /// Tolerance in the comparison of prediction and simulation: two steps of the search. The largest measured error is one
@@ -50,7 +52,8 @@ bool is_direct(std::string_view law) {
   return haptics::find_coupling_law(law)->tool == haptics::ToolDynamics::kAtHandle;
 }
 
-/// Returns whether the loop of a law is nowhere linear, because its force jumps with the sign of d·v.
+/// Returns whether the force of a law jumps with the sign of d·v. The loop is then nowhere linear, and no limit can be
+/// predicted.
 bool is_switching(std::string_view law) {
   return !haptics::find_coupling_law(law)->is_passive && !is_direct(law);
 }
@@ -70,7 +73,8 @@ haptics::CouplingParameters coupling_of(const Setting& setting, double stiffness
   return coupling;
 }
 
-/// Operating point of the wall: the force, and the slope of the law there for each N/m of k_t. Both depend only on k_t.
+/// Operating point of the wall: the force, and the slope of the law's curve there, divided by k_t. Neither depends on
+/// k_t.
 struct Preload {
   double force_n = 1;
   double slope_per_stiffness = 1;
@@ -151,15 +155,16 @@ bool comes_to_rest(const Setting& setting, const Preload& preload, double stiffn
   const double wall_m = is_direct(setting.law) ? preload.force_n / stiffness_n_per_m
                                                : displacement_m(setting.law, settings.coupling, preload.force_n);
   const double hand_m = preload.force_n / settings.hand.stiffness_n_per_m;
-  // The hand starts at the wall and moves slowly. Otherwise an impact would still ring when the swings are compared.
+  // The hand starts at the wall and moves slowly. After an impact, the handle would still ring when the oscillations
+  // are compared.
   const Pose pressing{-(wall_m + hand_m) * Vec3::UnitZ(), Quat::Identity()};
   HandRig rig(settings, devices::HandPath({{Duration(0), Pose{}, 0, ""}, {from_seconds(0.8), pressing, 0, ""}}));
   swing_m(rig, 1.0 * setting.rate_hz);
   const double before_m = swing_m(rig, 0.3 * setting.rate_hz);
   swing_m(rig, 0.9 * setting.rate_hz);
   const double after_m = swing_m(rig, 0.3 * setting.rate_hz);
-  // Only small swings allow a conclusion. Large ones are bounded by the force limit or by loss of contact, and neither
-  // grow nor decay.
+  // Only a small oscillation shows whether the loop is stable. A large one is bounded by the force limit or by loss of
+  // contact, so it neither grows nor decays.
   return after_m < kStill_m || (after_m < before_m && after_m < kSmallSwing * wall_m);
 }
 
@@ -167,8 +172,8 @@ double simulated_n_per_m(const Setting& setting, const Preload& preload, double 
   return largest_stable(expected_n_per_m, [&](double stiffness) { return comes_to_rest(setting, preload, stiffness); });
 }
 
-/// For a switching law, rest does not depend monotonically on the stiffness. Therefore the result is the lowest tried
-/// stiffness at which the hand does not come to rest.
+/// Returns the lowest tried stiffness at which the hand does not come to rest. For a switching law, rest does not
+/// depend monotonically on the stiffness, so a bisection would not find this limit.
 double lowest_restless_n_per_m(const Setting& setting, const Preload& preload) {
   double stiffness = kLeast_n_per_m;
   while (stiffness < kMost_n_per_m && comes_to_rest(setting, preload, stiffness)) stiffness *= kScan;
@@ -177,14 +182,15 @@ double lowest_restless_n_per_m(const Setting& setting, const Preload& preload) {
 
 struct Width {
   double rate_hz;
-  std::vector<double> predicted_n_per_m;  ///< in the order of kDampings_n_s_per_m; empty for a switching law
-  /// for a switching law: lowest stiffness at which the hand does not come to rest
+  std::vector<double> predicted_n_per_m;  ///< values in the order of kDampings_n_s_per_m; empty for a switching law
+  /// Limits found by simulation, in the same order. For a switching law: lowest stiffness at which the hand does not
+  /// come to rest.
   std::vector<double> simulated_n_per_m;
 };
 
 struct LawWidths {
   std::string law;
-  std::vector<Width> widths;  ///< in the order of kRates_hz
+  std::vector<Width> widths;  ///< one entry for each rate, in the order of kRates_hz
   double worst_disagreement = 0;
 };
 

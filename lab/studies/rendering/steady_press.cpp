@@ -16,8 +16,8 @@ bool is_at_handle(std::string_view law) {
   return haptics::find_coupling_law(law)->tool == haptics::ToolDynamics::kAtHandle;
 }
 
-/// Returns a path that moves down to the equilibrium at which the hand's own spring, the coupling and the plane all
-/// carry `force_n`.
+/// Returns a path that moves down to a target at which the hand's spring, the coupling and the plane all carry
+/// `force_n` in equilibrium.
 devices::HandPath reaching(double force_n, const HandRigSettings& rig) {
   const double contact_m = force_n / rig.contact_n_per_m;
   const double coupling_m = is_at_handle(rig.law) ? 0 : displacement_m(rig.law, rig.coupling, force_n);

@@ -20,7 +20,7 @@ struct PressSettings {
   double secant_n_per_m = 300;     ///< secant stiffness of every law at a force of 1 N
   double damping_n_s_per_m = 0.2;  ///< damping of every law with a damper
   double tool_mass_kg = 0.02;
-  double encoder_step_m = 3e-5;  ///< 0.03 mm, as in the thesis
+  double encoder_step_m = 3e-5;  ///< encoder step, as in the thesis
   double tremor_rms_n = 0.05;
   double settling_s = 2.5;
   double recorded_s = 8;
@@ -30,7 +30,7 @@ struct PressSettings {
 struct SteadyPress {
   double mean_normal_n = 0;
   double rms_n = 0;              ///< RMS of the force on the hand above kVibration_hz
-  double range_n = 0;            ///< maximum minus minimum
+  double range_n = 0;            ///< maximum minus minimum of the force
   std::vector<double> normal_n;  ///< normal force on the hand, one value for each tick
 };
 
@@ -43,7 +43,7 @@ HandRigSettings equal_rig(std::string_view law, const PressSettings& settings);
 /// damper. For the damper the worst case is assumed: a velocity window of one period.
 double encoder_quantum_n(std::string_view law, double force_n, const PressSettings& settings);
 
-/// In      force_n  force at which hand, coupling and plane are in equilibrium without tremor
+/// In      force_n  mean force of the press, by the equilibrium of hand, coupling and plane without tremor
 SteadyPress press_steadily(std::string_view law, double force_n, const PressSettings& settings);
 
 }  // namespace tandem::lab

@@ -1,4 +1,4 @@
-// A file is written completely or not at all.
+// Tests that a file is written completely or not at all.
 #include "common/base/folders.hpp"
 
 #include <gtest/gtest.h>

@@ -47,7 +47,7 @@ double net_normal_force_n(std::span<const ContactPoint> contacts, double stiffne
   return sum;
 }
 
-// Number of queries to the distance field.
+// Returns the number of queries of the distance field.
 double queries(const ContactWork& work) {
   return work.nodes + work.points;
 }
@@ -58,7 +58,8 @@ double deepest_m(std::span<const ContactPoint> contacts) {
   return deepest;
 }
 
-// A random path over the surface of a 4 cm box and into it. It is smooth between jumps in every 97th step.
+// A random path of a body over the surface of a 4 cm box and into the box. It is smooth, except for a jump in every
+// 97th step.
 class Wander {
  public:
   explicit Wander(unsigned seed) : random_(seed) {}
@@ -99,7 +100,7 @@ TEST(ContactPair, FindsEveryPointThatACheckOfAllPointsFinds) {
     add_all_depths(box.shells.surface, *sphere.field, X_BA.inverse(), ContactPoint::kOtherDirection, all);
     const auto contacts = depths(pair.contacts());
     ASSERT_EQ(contacts.size(), pair.contacts().size()) << "an id was there twice";
-    // Because of rounding errors, points at the limit of the band may be present or not.
+    // Rounding decides whether points at the limit of the band are found, so these points are not compared.
     for (const auto& [id, depth] : all) {
       if (depth > -kBand_m + 1e-9) {
         ASSERT_TRUE(contacts.contains(id)) << "step " << i << ", depth " << depth;
@@ -220,8 +221,7 @@ TEST(ContactPair, SmallToolMayTurnOnALargeTable) {
   double work = 0;
   double first_work = 0;
   for (int i = 0; i < 100; ++i) {
-    // The tool is far from the table's origin, so that the points of the table move far relative to the tool as it
-    // rotates.
+    // The tool is far from the table's origin. When it rotates, the points of the table move far in the tool's frame.
     const Pose X_WA{Vec3(0.2, 0.1, 0.0199), quaternion_of(Vec3(0, 0, 2e-3 * i))};
     (i == 0 ? first_work : work) += queries(pair.find(X_WA, {}, kBand_m));
     ASSERT_NEAR(deepest_m(pair.contacts()), 1e-4, 2e-5);
@@ -259,7 +259,7 @@ TEST(ContactPair, OverBudgetAFaceKeepsItsForceAndMoment) {
 }
 
 TEST(ContactPair, OverBudgetTheDeepestPlaceIsStillFound) {
-  // In deep contact, all points of the sphere are deeper than the band, so most of them must be merged.
+  // The sphere is deep inside the box. All of its points are deeper than the band, so most of them must be merged.
   const ContactShape sphere = sphere_shape(0.01, 24'000);
   const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
   ContactPair all(40'000);
@@ -418,8 +418,8 @@ TEST(ContactPair, BristlesSurviveWhenPointsAreMerged) {
   const ContactShape table = box_shape(Vec3(0.5, 0.5, 0.02), 4e-3);
   ContactPair pair(2048);
   pair.bind(&block, &table);
-  // While the box is tilted, only an edge is in contact, and its points fit into the budget. The points of the flat
-  // face do not fit.
+  // While the box is tilted, only an edge is in contact, and the budget suffices for its points. It does not suffice
+  // for the points of the flat face.
   const Pose X_tilted{Vec3(0, 0, 0.0205), quaternion_of(Vec3(0, 0.3, 0))};
   const Pose X_flat{Vec3(0, 0, 0.0149), Quat::Identity()};
   EXPECT_FALSE(pair.find(X_tilted, {}, kBand_m).is_coarse);

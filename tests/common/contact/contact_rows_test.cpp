@@ -45,7 +45,7 @@ Vec6 vector_of(const Wrench& wrench) {
 TEST(ContactRows, DerivativeIsThatOfTheWrenchStickingSlippingAndHard) {
   constexpr std::uint64_t kSeed = 5;
   Random random(kSeed);
-  for (const double friction : {0.0, 0.05, 0.5, 50.0}) {  // from slip at all contacts to stick at all contacts
+  for (const double friction : {0.0, 0.05, 0.5, 50.0}) {  // first all contacts slip, at last all stick
     for (int draw = 0; draw < 50; ++draw) {
       const std::vector<ContactPoint> contacts = random_contacts(random, 1 + draw % 3);
       ContactRows rows(contacts.size(), 1);
@@ -57,8 +57,8 @@ TEST(ContactRows, DerivativeIsThatOfTheWrenchStickingSlippingAndHard) {
       rows.evaluate(terms, twist, FrictionLimit::kKept);
       const Mat6 derivative = rows.derivative(terms);
       for (int k = 0; k < 6; ++k) {
-        // Much less than 1e-4 m/s, the width of the transition at a kink of the force. Only one draw in several
-        // thousand is near a kink.
+        // Step of the finite differences. It is much smaller than 1e-4 m/s, the width of the transition at a kink of
+        // the force. Only one draw in several thousand is near a kink.
         constexpr double kDifference = 1e-7;
         const auto wrench = [&](double by) {
           Twist moved = twist;
@@ -143,7 +143,7 @@ TEST(BlockCholesky, SolvesWhatADenseSolverSolves) {
   constexpr std::size_t kBlocks = 5;
   BlockCholesky system(kBlocks);
   for (int draw = 0; draw < 20; ++draw) {
-    // Blocks (3, 1), (4, 0) and (4, 2) are not zero; the other off-diagonal blocks are.
+    // The blocks (3, 1), (4, 0) and (4, 2) of the matrix are filled; all other blocks off the diagonal are zero.
     Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(6 * kBlocks, 6 * kBlocks);
     const auto add = [&](int row, int column) {
       for (int i = 0; i < 6; ++i) {

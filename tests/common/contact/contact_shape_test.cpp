@@ -42,7 +42,7 @@ void seal(std::vector<std::uint8_t>& bytes) {
 }
 
 TEST(ContactShape, IsRigidBeforeThePressingSideSeesTheFarSide) {
-  // Both are tested as a mesh and in closed form: a wall of 2 mm and a foil of 0.4 mm.
+  // A wall of 2 mm and a foil of 0.4 mm, each as a primitive and as a mesh.
   const Vec3 wall(0.02, 0.02, 2e-3);
   const Vec3 foil(0.02, 0.02, 4e-4);
   EXPECT_NEAR(make_contact_box(wall)->rigid_depth_m, 4e-4, 1e-9);
@@ -68,7 +68,8 @@ TEST(ContactShape, HasItsPointsOnTheSurfaceOfItsField) {
       height_field(0.02, 20, [](double x, double) { return 0.5 * std::abs(x); }), geometry::SurfaceKind::kSheet, {}};
   for (const geometry::ContactMesh& mesh : {mesh_box(Vec3(0.01, 0.008, 0.006)), roof}) {
     const auto shape = make_contact_mesh(mesh);
-    // Between samples, a crease is rounded by a fraction of a cell. This adds to the error for smooth surfaces.
+    // In the grid, a crease is rounded by a fraction of a cell. The tolerance is therefore larger than for smooth
+    // surfaces.
     const double tolerance_m = 1e-4;
     double sum = 0;
     for (const ShellPoint& point : shape->shells.surface.points) {
@@ -117,8 +118,8 @@ TEST(ContactShape, ReportsProgressUpToOne) {
 class ContactAsset : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    // The shape has only 3 mm, so that thousands of damaged copies are tested quickly. It is not compressed, so that a
-    // changed byte does not already fail in the decompression.
+    // The shape has only 3 mm, so that thousands of damaged copies are tested quickly. It is not compressed. Otherwise
+    // most changed bytes would already be detected by the decompression.
     asset = contact_asset_bytes(*make_contact_mesh(mesh_box(Vec3(3e-3, 3e-3, 2e-3))), 0);
   }
   static inline std::vector<std::uint8_t> asset;
@@ -188,7 +189,7 @@ TEST_F(ContactAsset, IsTheSameShapePacked) {
   EXPECT_EQ(contact_asset_bytes(*contact_shape_from(packed), 0), asset);
 }
 
-// A few kilobytes declare gigabytes of zeros, or expand to many megabytes.
+// A few kilobytes may declare gigabytes of zeros, or may decompress to many megabytes.
 TEST_F(ContactAsset, TakesNoMoreMemoryThanAllowed) {
   const auto shape = contact_shape_from(asset);
   EXPECT_TRUE(contact_shape_from(asset, shape->memory_bytes()));
@@ -200,7 +201,7 @@ TEST_F(ContactAsset, TakesNoMoreMemoryThanAllowed) {
   std::span<const std::uint8_t> rest(bomb);
   ByteReader reader(rest);
   EXPECT_FALSE(geometry::read_block(reader, std::size_t{1} << 20U));
-  // This block declares a smaller size than its decompressed size.
+  // This block declares fewer bytes than it decompresses to.
   const std::uint32_t stated = 1000;
   std::memcpy(bomb.data(), &stated, sizeof(stated));
   rest = bomb;
@@ -211,8 +212,7 @@ TEST_F(ContactAsset, IsOnlyMadeOfMeshes) {
   EXPECT_THROW(contact_asset_bytes(*make_contact_sphere(0.005)), std::invalid_argument);
 }
 
-// The content of an origin is not prescribed. It only has to differ for any change of the inputs from which the asset
-// is made.
+// The bytes of an origin have no prescribed format. They only have to differ if any input of the asset differs.
 TEST_F(ContactAsset, ItsOriginTellsApartAllThatItsBytesDependOn) {
   const geometry::ContactMesh mesh = mesh_box(Vec3(3e-3, 3e-3, 2e-3));
   std::vector<std::vector<std::uint8_t>> origins{contact_asset_origin(mesh, {})};

@@ -128,8 +128,8 @@ TEST(ContactSolver, AJumpOfTheHandDoesNotPullTheToolThroughAWall) {
       c.force_limit_n = limit_n;
       const auto law = haptics::make_coupling_law("spring-damper", c);
       TouchScene scene = ball(solver, mass_kg, 500);
-      // Each face of the wall acts on the points that are nearer to it. If the ball passed the middle, the wall would
-      // push it out at the back.
+      // Each face of the wall acts on the points that are nearer to it. If the ball passed the middle of the wall, the
+      // other face would push it out at the back.
       scene.planes = {{Vec3::UnitZ(), 0, 1e-3}, {-Vec3::UnitZ(), 2e-3, 1e-3}};
       scene.law = law.get();
       scene.X_WB.p.z() = 0.0052;
@@ -181,8 +181,7 @@ TEST(ContactSolver, ADroppedBallComesToRestAndNeverGainsEnergy) {
   }
   EXPECT_LT(most_j, 1e-9);
   EXPECT_LT(std::abs(scene.V_WB.v.z()), 1e-6);
-  EXPECT_LT(scene.speed_m_per_s(), 1e-3);  // it may still roll, because its sample points deviate slightly from a
-                                           // sphere
+  EXPECT_LT(scene.speed_m_per_s(), 1e-3);  // it may roll slowly, because its points are not exactly on a sphere
 }
 
 TEST(ContactSolver, ADroppedTiltedBoxComesToRestOnAFace) {

@@ -25,10 +25,8 @@ using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
 constexpr std::uint64_t kSeed = 5;
-constexpr double kQuantumM = 0.25e-6;  ///< quantization step of the default options: band plus brick diagonal, in 32767
-                                       // steps
-constexpr double kCodedM = 0.94e-6;    ///< bound of the quantization error for the default options: 1/32 of the
-                                       // tolerance
+constexpr double kQuantumM = 0.25e-6;  ///< quantum of samples with the default options: (band + brick diagonal) / 32767
+constexpr double kCodedM = 0.94e-6;    ///< largest quantization error with the default options: 1/32 of the tolerance
 
 std::unique_ptr<DistanceGrid> grid_of(const geometry::TriangleMesh& mesh, const ContactShapeOptions& options = {},
                                       geometry::SurfaceKind kind = geometry::SurfaceKind::kSolid) {
@@ -108,8 +106,8 @@ TEST(DistanceGrid, FlatFacesAreRightToTheStepOfTheirCoding) {
   const auto grid = grid_of(box_mesh(size));
   Random random(kSeed);
   for (int i = 0; i < 5000; ++i) {
-    // The points are more than one brick away from the edges. An edge may refine neighbouring bricks, but must not make
-    // these less accurate.
+    // Only points more than one brick away from an edge are tested. An edge may refine the bricks around it, but must
+    // not make other bricks less accurate.
     const Vec3 p(random.uniform(-0.006, 0.006), random.uniform(-0.003, 0.003), 0.005 + random.uniform(-1.5e-3, 1.5e-3));
     const DistanceSample sample = grid->sample(p);
     EXPECT_NEAR(sample.distance_m, p.z() - 0.005, kCodedM);
@@ -161,7 +159,8 @@ TEST(DistanceGrid, HasNoStepsAcrossBricksOfAnyLevel) {
       p += step;
       const double after = grid->distance_m(p);
       if (std::max(std::abs(before), std::abs(after)) < grid->band_m()) {
-        // A trilinear interpolant of distances has a slope of at most √3.
+        // A trilinear interpolant of distances has a slope of at most √3, so the distance changes by at most √3 times
+        // the step.
         ASSERT_NEAR(after, before, std::sqrt(3.0) * kStepM + kQuantumM) << p.transpose();
         ++compared;
       }
@@ -296,8 +295,8 @@ TEST(DistanceGrid, ATurnedTriangleDoesNotTurnTheSpaceAboveIt) {
 }
 
 TEST(DistanceGrid, BunnyIsRightToItsStatedError) {
-  // The mesh is small and less accurate than the default, because sampling takes seconds and only the flaws of a
-  // scanned mesh are tested.
+  // The mesh is smaller and less accurate than the default, because sampling takes seconds. Only the flaws of a scanned
+  // mesh are tested here.
   TANDEM_NEEDS_FILES(kBunnyFile);
   const geometry::TriangleMesh bunny = bunny_mesh(0.02);
   const geometry::TriangleTree tree(bunny);
@@ -397,7 +396,7 @@ TEST(DistanceGrid, SpoiltBytesGiveNothingOrFiniteAnswers) {
   int read = 0;
   for (int round = 0; round < 2000; ++round) {
     std::vector<std::uint8_t> spoilt = bytes;
-    // In half of the rounds the damage is in the header, where it has the largest effect.
+    // In half of the rounds the header is damaged, where damage has the largest effect.
     const std::size_t reach = round % 2 == 0 ? 120 : spoilt.size();
     for (int i = 0; i < 3; ++i) spoilt[random.next_u32() % reach] = static_cast<std::uint8_t>(random.next_u32());
     std::span<const std::uint8_t> rest = spoilt;

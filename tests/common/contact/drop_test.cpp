@@ -15,7 +15,7 @@ struct Drop {
 };
 
 struct Course {
-  double fallen_j = 0;  ///< energy lost between start and end
+  double fallen_j = 0;  ///< energy at the start minus energy at the end
   double risen_j = 0;   ///< largest rise of the energy above its previous minimum
   double speed_m_per_s = 0;
   double deepest_m = 0;
@@ -45,8 +45,8 @@ Course course_of(const Drop& drop, double seconds) {
   return course;
 }
 
-// Largest relative energy gain. Contact planes and lever arms are those at the start of a step, so rotation within the
-// step causes a second-order error.
+// Largest relative energy gain. The solver uses the contact planes and lever arms of the start of a step, so a rotation
+// within the step causes an error of second order.
 constexpr double kShareGained = 1e-5;
 
 TEST(Drop, ABoxComesToRestAndNeverGainsEnergy) {

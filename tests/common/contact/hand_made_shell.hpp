@@ -1,4 +1,5 @@
-// Shapes with explicitly given points, because tests of the contact search must not depend on the sampling of surfaces.
+// Shapes whose points are given explicitly, so that tests of the contact search do not depend on the sampling of
+// surfaces.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Tests contacts that a search found late.
+// Tests contacts that a search has missed in earlier steps and finds late.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Tests that every detail of realistic meshes with many triangles is felt.
+// Tests that small details of realistic meshes with many triangles are felt.
 #include <gtest/gtest.h>
 
 #include <tuple>

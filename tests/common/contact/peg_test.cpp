@@ -1,4 +1,4 @@
-// Tests the benchmark task of haptic assembly: a peg in a hole with small clearance.
+// Tests a standard task of haptic assembly: a peg in a hole with small clearance.
 #include <gtest/gtest.h>
 
 #include "tests/common/contact/test_meshes.hpp"

@@ -17,9 +17,9 @@ namespace {
 constexpr double kStiffness = 5e9;
 constexpr double kEdge_m = 0.02;
 constexpr double kDegree = std::numbers::pi / 180;
-// tolerance [N], because a wedge shorter than two point spacings has only few points
+// Additional tolerance [N] for a wedge that is shorter than two point spacings, because it has only few points.
 constexpr double kFewPoints_n = 0.07;
-// mean error of sampled distances
+// Mean error of sampled distances, by which the force is uncertain.
 constexpr double kDistance_m = 3e-7;
 
 /// Force and torque, per metre along y, of an elastic foundation with the stiffness kStiffness on a tilted box. The

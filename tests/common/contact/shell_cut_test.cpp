@@ -1,4 +1,5 @@
-// A search stores data between steps. It must also release them.
+// Tests the cut through the tree that the search keeps from step to step. After motion, it must be as fine, and as
+// small, as a new cut.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -42,7 +43,7 @@ TEST(ShellCut, AFaceIsOneAgainWhereALineWasPassed) {
   const ContactShape block = box_shape(Vec3(0.02, 0.02, 0.02));
   ContactShape table = box_shape(table_m, 4e-3);
   table.field = std::make_shared<LinedTable>(table_m);
-  // If a face lies flat, eight points share one contact. If it is tilted, each point is a contact.
+  // With a flat face, each eight points share one contact. With a tilted face, each point is a contact.
   for (const double tilt_rad : {0.0, 2e-3}) {
     const auto at = [&](double x_m) { return Pose{Vec3(x_m, 0, 0.02 - 2e-5), quaternion_of(Vec3(tilt_rad, 0, 0))}; };
     ContactPair pair(2048);
@@ -96,8 +97,8 @@ TEST(ShellCut, PlanesFartherThanTheBandAreNoContacts) {
   EXPECT_FALSE(pair.contacts().empty());
 }
 
-// Squares lie across the edge of a table, each in a different plane. Each square is above two planes, but per square
-// the budget has room for the contacts of only one.
+// Squares of points lie across the edge of a table, each in another plane. Each square is above two planes, but the
+// budget suffices for the contacts with one plane per square.
 TEST(ShellCut, NodesAboveSeveralPlanesFitWhereEachHasRoomForOne) {
   constexpr int kSquares = 24;
   const Vec3 table_m(0.02, 0.4, 0.02);
@@ -143,15 +144,15 @@ TEST(ShellCut, IsFineSoonAfterAHardLanding) {
 }
 
 TEST(ShellCut, APointThatNoSampleStoodForIsFound) {
-  // The search queries only some points of a large node. When most of them have left the contact, each point counts
-  // again.
+  // While the whole face is in contact, the search samples only some points of a large node. After the block was tilted
+  // onto a corner, the corner's point must be found although it was not sampled before.
   const ContactShape block = without_flat_parts(box_shape(Vec3(0.04, 0.04, 0.04)));
   const ContactShape table = box_shape(Vec3(0.4, 0.1, 0.02), 4e-3);
   ContactPair pair(64), all(40'000);
   pair.bind(&block, &table);
   all.bind(&block, &table);
   for (int i = 0; i < 40; ++i) pair.find({Vec3(0, 0, 0.03 - 1e-4), Quat::Identity()}, {}, 5e-4);
-  // The block is tilted onto one of its corners.
+  // The block is rotated so that one of its corners is lowest.
   const Quat q = quaternion_of(Vec3(0.35, -0.25, 0));
   double lowest_m = 0;
   for (const ShellPoint& point : block.shells.surface.points) {

@@ -92,8 +92,8 @@ inline geometry::TriangleMesh sphere_mesh(double radius_m, int times) {
   return mesh;
 }
 
-inline const std::filesystem::path kBunnyFile = "/usr/share/glmark2/models/bunny.obj";  ///< in the Debian package
-                                                                                        // glmark2-data
+/// Mesh of the Stanford bunny, installed by the Debian package glmark2-data.
+inline const std::filesystem::path kBunnyFile = "/usr/share/glmark2/models/bunny.obj";
 
 /// The Stanford bunny with merged vertices; its longest side is `size_m`.
 inline geometry::TriangleMesh bunny_mesh(double size_m) {

@@ -87,10 +87,10 @@ struct Range {
   double most_m = std::numeric_limits<double>::infinity();
 };
 
-/// Reference for one closed or nearly closed surface. Points with a winding number above ½ are inside. The border of
-/// the solid is the part of the triangles that does not have the inside on both sides. Because crossing triangles are
-/// subdivided, the distance to the border is a range. It extends from the nearest piece that may contain border to the
-/// nearest piece that consists of border only.
+/// Reference for one closed or nearly closed surface. Points with a winding number above ½ are inside. Triangles are a
+/// part of the border unless they have the inside on both sides. Crossing triangles are subdivided, so the distance to
+/// the border is known as a range. It extends from the nearest piece that may belong to the border to the nearest piece
+/// that certainly does.
 class Judge {
  public:
   explicit Judge(const TriangleMesh& mesh) : surface_(triangles_of(mesh)) {
@@ -178,14 +178,14 @@ class UnionJudge {
       const Range range = judge.to_border(p);
       outside = {std::min(outside.least_m, range.least_m), std::min(outside.most_m, range.most_m)};
       if (std::abs(judge.winding(p)) <= 0.5) continue;
-      // The tree also subdivides triangles, so its distance to the border may differ by up to the size of one piece.
+      // The tested tree also subdivides triangles. Its distance to the border may differ by up to the size of a piece.
       const double piece_m = judge.is_divided() ? kDividedM : 0;
       inside = {std::min(inside.least_m, -range.most_m - piece_m), std::min(inside.most_m, -range.least_m + piece_m)};
     }
     return inside.least_m < 0 ? inside : outside;
   }
-  /// Returns true if the winding number is clearly above or below ½. Beside a hole it passes ½ where there is no
-  /// triangle, and the tree's value is rounded.
+  /// Returns true if the winding number is clearly above or below ½. Beside a hole, the number passes ½ where there is
+  /// no triangle, and a rounding error of the tree could change the side.
   bool is_sure(const Vec3& p) const {
     return std::ranges::none_of(judges_, [&](const Judge& judge) {
       return std::abs(std::abs(judge.winding(p)) - 0.5) < 2 * geometry::WindingNumber::kTolerance;

@@ -72,9 +72,9 @@ struct Encounter {
     }
     return wall.half_thickness_m - lowest;
   }
-  /// Bound of the penetration of a wall: its rigid depth and 0.1 mm per 1 m/s (ContactSolver), doubled because single
-  /// corners may hit. At any speed the bound is below the thickness of the wall; a corner that hit the sheet reached
-  /// 0.83 of the thickness.
+  /// Bound of the penetration of a wall: the rigid depth, plus 0.1 mm per 1 m/s (ContactSolver), which is doubled
+  /// because a single corner may hit. The bound is less than the thickness of the wall. In measurements, a corner that
+  /// hit the sheet reached 0.83 of the thickness.
   double most_m(double speed_m_per_s) const {
     const double fast_m = 1.7 * wall.half_thickness_m;
     return std::min(fast_m, wall.shape->rigid_depth_m + 2e-4 * std::max(1.0, speed_m_per_s));
@@ -139,7 +139,7 @@ void expect_jump_is_held(const Encounter& e, double limit_n, double gap_m) {
     rig.step();
     deepest_m = std::max(deepest_m, e.depth_m(rig));
   }
-  // A gap of 2 cm is sufficient to reach the speed limit.
+  // Within a gap of 2 cm, the tool reaches the speed limit (10 m/s).
   EXPECT_LT(deepest_m, e.most_m(gap_m > 0 ? 10 : 1)) << e << ", " << limit_n << " N from " << gap_m << " m";
   EXPECT_GT(deepest_m, 0) << e << " does not reach the wall";
 }

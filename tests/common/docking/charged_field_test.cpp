@@ -118,7 +118,7 @@ TEST(Cutoff, EnergyAndForceEndThereWithoutAStep) {
     EXPECT_NEAR(at(8 - 1e-4).energy_kj_per_mol(), 0, 1e-9);
     EXPECT_NEAR(at(8 - 1e-4).force_on_b.x(), 0, 1e-6);
     EXPECT_GT(at(7.5).force_on_b.x(), 1e-3);
-    // Below the start of the switch, the force equals the force without a cut-off.
+    // Below the start of the switch, the force equals that of a field without cut-off.
     const FieldResult whole = exact_field(atom, atom, {{5.9, 0, 0}, Quat::Identity()}, model_of(dielectric));
     EXPECT_NEAR(at(5.9).force_on_b.x(), whole.force_on_b.x(), 1e-12 * std::abs(whole.force_on_b.x()));
   }

@@ -53,8 +53,8 @@ TEST_P(FarGridOf, BringsBackTheForceOfAllPairsInEveryKernel) {
     MolecularField grid(a_, b_, model_of(GetParam(), 8, true), kernel);
     ASSERT_NE(grid.far_grid(), nullptr);
     EXPECT_EQ(grid.method(), "clusters and grid");
-    // Random charges cancel each other more than the charges of a protein, so relative errors are larger. The measured
-    // error was 0.053 of the force.
+    // Forces of random charges cancel each other more than those of a protein, so relative errors are larger. The
+    // measured error was 0.053 of the force.
     double force = 0, force_error = 0, torque = 0, torque_error = 0, energy = 0, energy_error = 0;
     for (int i = 0; i < 24; ++i) {
       const Pose X_AB = {(20 + i % 8) * Vec3(0.6, 0.64, 0.48), test::random_rotation(random_)};

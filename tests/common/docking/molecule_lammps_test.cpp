@@ -23,7 +23,7 @@ struct Golden {
   std::string name;
   Pose X_AB;
   double energy_kj_per_mol = 0;
-  std::vector<Vec3> forces;  ///< on the atoms of A, followed by those on the atoms of B
+  std::vector<Vec3> forces;  ///< forces on the atoms of A, followed by those on the atoms of B
 };
 
 std::vector<Golden> read_golden(const std::filesystem::path& path) {

@@ -1,5 +1,4 @@
-// For meshes of any size, also empty ones, either a division by the size is valid or the mesh is refused with a
-// message.
+// Tests that a mesh of any size, also an empty one, has a size by which one can divide, or is refused with a message.
 #include "common/geometry/repair/mesh_bounds.hpp"
 
 #include <gmock/gmock.h>
@@ -47,7 +46,7 @@ TEST(MeshBounds, SaysWhatHasNoSizeAndWhere) {
   EXPECT_THAT(size_error(far), HasSubstr("vertex 1 is at"));
 }
 
-/// Scales the mesh to a length, as a scene or a report does, and repairs it. Empty if the mesh is refused.
+/// Scales a mesh to a length, as loading of a scene does, and repairs it. Returns nothing if the mesh is refused.
 std::optional<ContactMesh> made_ready(TriangleMesh mesh, double largest_size_m) {
   try {
     const Eigen::AlignedBox3d box = mesh_bounds(mesh);

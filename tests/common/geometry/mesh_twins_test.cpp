@@ -129,7 +129,7 @@ Faces wavy_sheet(int n, double height_m) {
 struct Case {
   std::string name;
   TriangleMesh mesh;
-  double volume_m3;  ///< 0 for a sheet
+  double volume_m3;  ///< volume of the solid; 0 for a sheet
   double share = 1e-5;
 };
 

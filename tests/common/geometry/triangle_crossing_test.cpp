@@ -31,7 +31,7 @@ Visits visits(const TriangleMesh& mesh, int threads, std::size_t most) {
   return found;
 }
 
-// Two intersecting balls; each has more triangles than one batch.
+// Two intersecting balls. Each has more triangles than one batch of visit_crossing().
 TriangleMesh crossing_balls() {
   TriangleMesh other = contact::sphere_mesh(0.02, 4);
   for (Vec3& vertex : other.vertices) vertex += Vec3(0.013, 0.003, 0.001);

@@ -1,5 +1,5 @@
-// Tests the work along reported poses. For a hand on a spring, the work along the encoder path must equal the work of
-// the hand, without the effect of encoder steps.
+// Tests the work along the encoder path. For a hand on a spring, it must equal the work along the true path; encoder
+// steps must have no effect.
 #include "common/haptics/encoder_path.hpp"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ double stepped(double value, double step) {
 /// Errors for a handle that moves ± 20 mm at 1 Hz on a spring of 500 N/m. The force depends on the reported position.
 struct Swing {
   double path_error_j = 0;    ///< largest |Σ F·Δp − Σ F·Δx|, with p on the path and x the true position
-  double report_error_j = 0;  ///< the same, with p the reported position
+  double report_error_j = 0;  ///< the same error for the reported position
   double farthest_m = 0;      ///< largest distance of the path from the true position
 };
 
@@ -32,7 +32,7 @@ Swing swing() {
   Swing result;
   EncoderPath path(kStep_m, kStep_rad);
   double force_n = 0, true_j = 0, path_j = 0, report_j = 0;
-  Vec3 before = Vec3::Zero();  // true position, position on the path, reported position
+  Vec3 before = Vec3::Zero();  // x: true position; y: position on the path; z: reported position
   for (int k = 0; k < 10000; ++k) {
     const double t = k * kPeriod;
     const double x = kSwing_m * std::sin(kOmega * t), v = kSwing_m * kOmega * std::cos(kOmega * t);

@@ -51,8 +51,8 @@ struct SafetyRig {
   Wrench out;
 };
 
-// The lowest slew rate of any device. At this rate a force of 3 N would need 3 s to change, so any faster decay is
-// caused by the gain.
+// A slew rate below that of any device. A force of 3 N would need 3 s to change at this rate, so a faster decay can
+// only be caused by the gain.
 SafetySettings slow_slew() {
   SafetySettings settings;
   settings.slew_n_per_s = 1.0;
@@ -173,7 +173,7 @@ TEST(Safety, LosingTheSessionFadesToZeroWithinTwentyMillisecondsWithoutAStep) {
   for (const SafetySettings& settings : {SafetySettings{}, slow_slew()}) {
     SafetyRig rig(settings);
     rig.run(good_input(), 5000);
-    SafetyInput absent;  // there is no state, and the force is zero
+    SafetyInput absent;  // no state, and a computed force of zero
     for (int i = 1; i <= 20; ++i) {
       rig.tick(absent);
       ASSERT_NEAR(rig.out.f.z(), std::max(0.0, 3.0 * (1 - i / 15.0)), 1e-9) << i << " ms";
@@ -403,7 +403,7 @@ TEST_P(Stall, LetsTheForceGoInStepsThenRampsItIn) {
   double before_n = rig.out.f.z(), rose_n = 0;
   int zero_at = 0;
   for (int k = 1; k <= 600; ++k) {
-    // After a stall the computed force may have any value.
+    // After a stall the computed force may be arbitrary, so it is 30 N at first.
     SafetyInput input = good_input(Vec3(0, 0, k < 20 ? 30 : 6));
     if (state_is_old && k < 30) input.state_age = std::chrono::milliseconds(stall_ms + k);
     rig.tick(input);

@@ -28,9 +28,9 @@ struct Network {
   double skew = 0.0;        ///< rate of the server's clock minus 1
 };
 
-constexpr Duration kOffsetAtStart = seconds(-3600);  // the two machines started one hour apart
+constexpr Duration kOffsetAtStart = seconds(-3600);  // the two machines were started one hour apart
 
-/// Runs exchanges one after the other and knows the true offset.
+/// Runs exchanges one after the other over a network whose true clock offset is known to the test.
 class Experiment {
  public:
   Experiment(const Network& initial_network, std::uint64_t seed) : network(initial_network), random_(seed) {}

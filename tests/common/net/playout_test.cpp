@@ -86,7 +86,8 @@ Played played(const std::vector<Packet>& packets, const PlayoutSettings& setting
 TEST(PlayoutDelay, CoversJitterAndBurstsForAboutItsQuantileOfTheTime) {
   const auto packets = over_a_bad_link();
   EXPECT_LT(played(packets, {.quantile = 0.98}).dry_share, 0.03);
-  // The quantile 0.5 must cover less. A delay that is always the longest one would fail this test.
+  // With the quantile 0.5, fewer samples may arrive in time. A delay that always is the longest one would fail this
+  // test.
   EXPECT_GT(played(packets, {.quantile = 0.5}).dry_share, 0.2);
 }
 
@@ -122,7 +123,7 @@ TEST(PlayoutDelay, WaitsOneGapOnAPerfectLink) {
     delay.add(ms(k), ms(k + 30));
     delay.play_at(ms(k + 30));
   }
-  // The sum of a gap of 1 ms and half a bin.
+  // The bound is a gap of 1 ms plus half a bin of the delay's histogram.
   EXPECT_LE(delay.delay(), ms(1.5));
 }
 

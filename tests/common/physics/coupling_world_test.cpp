@@ -153,8 +153,8 @@ TEST(MasslessTool, IsAtTheHandleAfterAStepHoweverItMoves) {
         at({0.01 * std::sin(60 * i * kCouplingStep_s), 0, 2}, {0.6 * std::cos(60 * i * kCouplingStep_s), 0, 0});
     world.set_handle(0, handle);
     EXPECT_EQ(world.step(), 0U);
-    // A small mass replaces the mass of zero. Its error is a ten-thousandth of the 0.6 mm that the handle moves per
-    // step.
+    // In the solver, a small mass replaces the tool's mass of zero. It causes an error of a ten-thousandth of the
+    // handle's motion in a step. That motion is up to 0.6 mm.
     ASSERT_LT((world.tool(0).tool.X.p - handle.X.p).norm(), 1e-7) << i;
     ASSERT_LT(world.tool(0).wrench_on_hand_W.f.norm(), 300 * 1e-7) << i;
   }
@@ -170,7 +170,7 @@ TEST(MasslessTool, PressedOnABoxRestsInAStepWhereCouplingAndContactBalance) {
   world.set_handle(0, at({0, 0, kRadius_m - inside_m}));
   EXPECT_EQ(world.step(), 0U);
   const double first_n = world.tool(0).wrench_on_hand_W.f.z(), first_z = world.tool(0).tool.X.p.z();
-  // The closed form for pushing applies, also to a handle at rest.
+  // The closed form for pushing also applies to a handle at rest.
   const double stretch_m = first_z - (kRadius_m - inside_m);
   const double d_max = 6.5 / 300;
   EXPECT_NEAR(first_n, 6.5 * (1 - std::exp(-stretch_m / d_max)), 1e-4);

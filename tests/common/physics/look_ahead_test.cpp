@@ -54,7 +54,7 @@ TEST(TwoPartStep, WhatHandsMoveIsThereWhenItIsAnsweredAndTheRestIsTold) {
     EXPECT_TRUE(is_same(world.tool(0).tool, tool));
     const bool is_tools = world.touch(0).contacts > 0 && i > 200;
     EXPECT_TRUE(!is_tools || is_same(world.body(BodyId{2}), pressed));
-    // In one step the body falls by g h² more than its velocity predicts.
+    // In the second part of the step, the falling body may move by g h² more than its velocity has predicted.
     const double more_m = 9.81 * kStep_s * kStep_s;
     EXPECT_LT((world.body(BodyId{3}).X.p - falling.X.p).norm(), 1.01 * more_m);
   }
@@ -94,7 +94,8 @@ TEST(LookAhead, ChangesNothingThatIsFelt) {
     touched += with.touch(0).contacts > 0 ? 1 : 0;
     const Vec3 force = plain.tool(0).wrench_on_hand_W.f;
     most_n = std::max(most_n, force.norm());
-    // If friction does not converge within the iteration limit, the result has relative errors of some 1e-3.
+    // If friction does not converge within the iteration limit, results with and without look-ahead differ by some
+    // 1e-3.
     ASSERT_LT((with.tool(0).wrench_on_hand_W.f - force).norm(), 1e-3 * (1 + force.norm())) << i;
     ASSERT_LT((with.body(BodyId{2}).X.p - plain.body(BodyId{2}).X.p).norm(), 1e-5) << i;
   }
@@ -124,7 +125,7 @@ TEST(NearPairs, WhatWasFoundAheadServesOnceAndOnlyThere) {
   near.pair.find_ahead(BallOverCube::above(-1e-4), Pose{});
   const std::size_t pressing = near.pair.contacts.contacts().size();
   ASSERT_GT(pressing, 0U);
-  // No search returns this depth. If it is still present, no search took place.
+  // No search returns this depth. If the depth is still there after the step, the contacts were not searched again.
   near.pair.contacts.contacts()[0].depth_m = 0.5;
   EXPECT_EQ(near.found(-1e-4), pressing);
   EXPECT_EQ(near.pair.contacts.contacts()[0].depth_m, 0.5);

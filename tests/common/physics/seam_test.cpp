@@ -20,15 +20,15 @@ namespace {
 /// Size of a box. Its sample points are as sparse as those of large boxes, so that the points of the tip form the
 /// contact.
 constexpr double kWidth_m = 0.1, kHeight_m = 0.02;
-// Bound of the lateral force in excess of friction. In 700 scenes with other seeds it was at most 0.02 N.
+// Largest permitted lateral force beyond friction. In 700 scenes with other seeds it was at most 0.02 N.
 constexpr double kMost_n = 0.05;
 
 /// The same surface at z = 0, as one shape and as several flush shapes.
 struct Surface {
   std::string name;
   Parts one, several;
-  /// Largest press force. On a ridge of radius R, a tip is pushed sideways by press/R times its offset. The coupling
-  /// can hold it if the press force is below k R.
+  /// Largest force with which the tip is pressed. On a ridge of radius R, a tip that is off the crest is pushed
+  /// sideways by press/R times its offset. The coupling holds it there if the force is below k R.
   double most_press_n = 5;
 };
 

@@ -116,7 +116,7 @@ struct Crossing {
   Pose X_WU;
 
   double sum_m() const { return (fixed.is_edge() ? 0 : fixed.radius_m) + tool.radius_m; }
-  /// Depth at which the contact layer alone would cause the given force.
+  /// Returns the depth at which the soft contact layer alone would cause the given force.
   double layer_depth_m(double force_n) const {
     if (fixed.is_edge()) return std::numeric_limits<double>::infinity();
     const double radius_m = tool.kind == Kind::kBall ? tool.radius_m * std::sqrt(fixed.radius_m / sum_m())
@@ -255,7 +255,8 @@ void expect_all_hold(std::uint64_t usual_seed, std::uint64_t usual_scenes, const
   for (std::uint64_t i = 0; i < scenes(usual_scenes); ++i) {
     const Crossing crossing = make(random);
     const Course course = run(crossing);
-    // A sharp edge may be deeper than the axis of a rod without having passed through it.
+    // If the fixed shape is a sharp edge, the axis of the tool's rod may be beside the edge, up to the rod's radius,
+    // before the rod has passed through.
     const double passed_m = crossing.fixed.is_edge() ? -crossing.tool.radius_m : 0;
     if (course.least_axes_m < passed_m) ++passed;
     const double expected_m = std::min(crossing.layer_depth_m(course.held_n), crossing.rigid_depth_m());

@@ -228,7 +228,7 @@ TEST(TouchSeam, ATouchedBodyLeftAloneRests) {
 }
 
 TEST(TouchStage, OfTooManyPairsThoseThatPressStay) {
-  // A pebble near the tool precedes the table in the scene, and the limit is one pair.
+  // In the scene's order, a pebble near the tool comes before the table, and only one pair of shapes is allowed.
   const std::string pebble = R"({"name": "pebble", "shapes": [{"sphere": {"radius_m": 0.002}}],
                                  "placement": {"position_m": [0.0065, 0, 0.009]}})";
   const Vec3 start(0, 0, 0.006);

@@ -396,7 +396,7 @@ TEST(World, ACouplingAskedForEveryStepIsThatAskedForOnce) {
   // The heights must be equal during the ramp and long after it.
   for (const int steps : {40, 3000}) EXPECT_EQ(height_after(steps, true, false), height_after(steps, false, false));
   EXPECT_NEAR(1 - height_after(3000, true, false), 0.12 * kWorldG / 900, 1e-6);
-  // A tool that is activated after the change has the new coupling at once.
+  // A tool that is activated after the change gets the new coupling at once, without a ramp.
   EXPECT_GT(height_after(40, true, true), height_after(40, true, false));
   EXPECT_NEAR(1 - height_after(3000, true, true), 0.12 * kWorldG / 900, 1e-6);
 }
@@ -440,7 +440,7 @@ TEST(World, ToolDoesNotPassAnExactMeshWallAt1MetreASecond) {
 
 TEST(World, BodyThatIsNotFiniteIsPutBackAndReported) {
   auto scene = std::make_shared<server::LoadedScene>(*load_parts({.bodies = cube("a", 0.1, {0, 0, 1})}));
-  // The loader would refuse this gravity. It represents any cause of a NaN.
+  // The loader would refuse this gravity. Here it represents any cause of a number that is not finite.
   scene->world.gravity_m_per_s2.x() = std::numeric_limits<double>::quiet_NaN();
   World world(server::make_server_world(scene));
   EXPECT_NE(world.step() & kFaultNotFinite, 0U);

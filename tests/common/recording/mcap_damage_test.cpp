@@ -221,7 +221,8 @@ TEST(McapDamage, IsNamedWithItsByte) {
   }
 }
 
-/// If damage changes the type of a chunk to a private record type, a reader would ignore the chunk.
+/// Damage may change the type of a chunk to that of a private record, which readers skip. The loss of the chunk must be
+/// noticed.
 TEST(McapDamage, AChunkThatWasMadeAnotherRecordIsNoticed) {
   Random random(4);
   const Written written = random_file(random);

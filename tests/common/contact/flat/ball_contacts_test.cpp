@@ -112,8 +112,8 @@ TEST(BallContacts, LieWhereTheyAreAsDeepAsTheySay) {
       EXPECT_NEAR(contact.depth_m, -contact.p_W.z(), 1e-12);
       EXPECT_LT(contact.p_W.head<2>().norm(), std::sqrt(2 * radius_m * depth_m));
     }
-    // The reduction may make the deepest point shallower by at most 8 µm. Before contact, the bound applies to the
-    // nearest point.
+    // The deepest point is represented by a contact that is shallower by at most 8 µm. Before contact, this is true for
+    // the nearest point.
     EXPECT_LE(depth_m - on_floor(radius_m, depth_m)[0].depth_m, 8e-6 + 1e-12);
     EXPECT_LE(-depth_m - on_floor(radius_m, -depth_m, 1, 2e-3)[0].depth_m, 8e-6 + 1e-12);
   });
@@ -135,7 +135,8 @@ TEST(BallContacts, HideNoAreaOfWhatIsInTheBand) {
   }
 }
 
-/// A ball with few points, which claim a fine spacing. These tests do not depend on how the pair treats the points.
+/// A ball with few points that claims to have a fine spacing. In these tests the pair must not depend on the ball's
+/// points.
 ContactShape ball_of(double radius_m, double spacing_m = 4.5e-4) {
   ContactShape shape =
       hand_made_shape(sphere_field(radius_m), PointShell::make(sphere_points(radius_m, 2000), spacing_m));
@@ -213,8 +214,8 @@ TEST(BallContacts, AreContinuousWhenABallIsPressedDown) {
         for (const ContactPoint& c : contacts) sum += c.area_m2 * std::max(0.0, c.depth_m + closed_m);
         return sum;
       };
-      // The depth includes the approach that the solver predicts. The force may change at most by depth × area, summed
-      // over all points.
+      // Depth is computed after the surfaces have approached by `closed_m`. A point that enters or leaves changes the
+      // force at most by its depth × area.
       for (const double closed_m : {0.0, 5e-5, kBallContactsBand_m}) {
         const double most = 2 * area_per_step_m2 * (std::max(0.0, depth_m) + kBallContactsBand_m + closed_m);
         ASSERT_NEAR(force_in(now, closed_m), force_in(before, closed_m), most) << radius_m << " " << depth_m;
@@ -254,14 +255,14 @@ TEST(BallContacts, GoOverIntoPointsWithoutAStepInForce) {
     }
     EXPECT_FALSE(was_closed_form);
     EXPECT_EQ(changes, 1);
-    // Bound of the force change when a single point of the ball leaves. The box itself has no points in the interior of
-    // its faces.
+    // The limit is larger than the force change when one point of the ball leaves. The box has no points in the
+    // interior of its faces.
     EXPECT_LT(most_n, 0.11 * forces_n.front());
   }
 }
 
-/// Far from the surface a grid underestimates the distance. The planes decide about poses that the grid does not
-/// exclude.
+/// Far from the surface a grid underestimates the distance, so it does not exclude this pose. The planes must exclude
+/// it.
 TEST(BallContacts, OfABallThatIsClearBesideAnEdgeThereIsNone) {
   const double radius_m = 5e-3, half_m = 0.01;
   const ShapePointer ball = make_contact_sphere(radius_m);
@@ -371,7 +372,7 @@ TEST(BallContacts, HoldABallOnASlopeThoughItsWeightTrembles) {
       ContactSolver solver({});
       TouchRig rig(solver);
       rig.shape = ball;
-      rig.inertia_B = Eigen::Matrix3d::Identity();  // large inertia, so that it hardly rolls
+      rig.inertia_B = Eigen::Matrix3d::Identity();  // large, so that the ball hardly rolls
       rig.X_WB = {slope * Vec3(0, 0, radius_m - 7e-5), slope};
       rig.add_obstacle(make_contact_box({0.3, 0.3, 0.02}), {slope * Vec3(0, 0, -0.01), slope});
       rig.gravity_m_per_s2 = kGravity_m_per_s2;
@@ -381,8 +382,8 @@ TEST(BallContacts, HoldABallOnASlopeThoughItsWeightTrembles) {
         rig.gravity_m_per_s2 = kGravity_m_per_s2 * (1 + (i % period < period / 2 ? share : -share));
         rig.step();
       }
-      // Bound of the motion within one second, at a depth of 73 µm. The measured motion was 14 µm. It would be 91 µm if
-      // each deeper step reduced all bristles.
+      // Bound of the motion within one second, at a depth of 73 µm. The measured motion was 14 µm. If each deeper step
+      // shortened all bristles, it would be 91 µm.
       EXPECT_LT((rig.X_WB.p - start).norm(), 2e-5) << share << " " << period;
     }
   }

@@ -86,8 +86,8 @@ TEST(FlatNode, IsAPolygonOnlyIfItIsCoveredEvenly) {
   EXPECT_EQ(root_of(triangle).corner_count, 3U);
 }
 
-// For any outline, a polygon must approximate the area, mean and covariance of its points, and contain almost all of
-// them.
+// Whatever the outline is, the polygon must have nearly the area, mean and covariance of its points, and contain almost
+// all of them.
 TEST(FlatNode, APolygonHasTheMomentsOfItsPoints) {
   for (const int sides : {3, 5, 6, 7, 8}) {
     std::vector<ShellPoint> points;
@@ -132,8 +132,8 @@ TEST(FlatNode, APolygonHasTheMomentsOfItsPoints) {
 }
 
 TEST(FlatNode, WhatIsAPolygonLiesOnTheSurface) {
-  // The five-sided prism has edges of one plane in different directions. Those with 8 and 32 sides have corners near
-  // the rim of the end face.
+  // The prism with five sides has edges of one plane in different directions. The prisms with 8 and 32 sides have
+  // corners of flat nodes near the rim of the end face.
   for (const auto& [sides, radius_m, height_m] :
        {std::tuple(5, 0.0526, 0.0657), std::tuple(8, 0.05, 0.0625), std::tuple(32, 0.0375, 0.1)}) {
     const geometry::TriangleMesh mesh = prism_mesh(sides, radius_m, height_m);

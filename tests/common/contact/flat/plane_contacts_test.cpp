@@ -85,7 +85,8 @@ Stack oblique_stack() {
   return {oblique_cube(q_SB), q_SB};
 }
 
-// Compares the planes that a field reports for a box with the field's distances.
+// Checks the planes that a field reports for random boxes. The largest distance to the planes must equal the field's
+// distance.
 //
 // In  at_edges_m  tolerance where several planes apply, because there the samples interpolate across an edge
 void expect_planes_are_right(const DistanceField& field, double reach_m, double tolerance_m, double at_edges_m,
@@ -113,7 +114,8 @@ void expect_planes_are_right(const DistanceField& field, double reach_m, double 
       for (std::size_t plane = 0; plane < field.planes().size(); ++plane) {
         if ((planes >> plane & 1U) != 0) largest = std::max(largest, field.planes()[plane].distance_m(p));
       }
-      // Deeper than any contact, and beyond edges, only the sign must be correct.
+      // Deep inside, where both distances exceed any contact depth, they may differ. Outside of an edge, the field's
+      // distance may be larger.
       if (distance < -5e-4 && largest < -5e-4) continue;
       const double most = (std::popcount(planes) > 1 ? at_edges_m : tolerance_m) + 0.01 * std::abs(distance);
       if (largest > 0) {
@@ -134,8 +136,8 @@ TEST(PlaneMap, IsWhereSamplesLieOnAPlane) {
   expect_planes_are_right(*oblique_stack().shape->field, 0.015, 3e-6, 1.5e-4, 2);
 }
 
-// The planes of a wall extend beyond its end. Therefore all corners of an overhanging box may be outside one of the
-// planes.
+// The planes of a wall extend beyond its end. All corners of a box that overhangs the end may therefore be outside of
+// one of the planes.
 TEST(PlaneMap, OfAThinWallEndsWhereTheWallDoes) {
   constexpr int kSides = 16;
   constexpr double kOuter_m = 0.0375, kInner_m = 0.03625, kHalf_m = 0.02;
@@ -250,7 +252,8 @@ TEST(PlaneContacts, AFaceOnAFaceHasFewOfThem) {
   EXPECT_LT(pair.contacts().size(), 600U);
 }
 
-// The hole is so small that the mean and deviations of the face's points are almost those of a rectangle.
+// The hole is so small that the mean and the deviations of the face's points are almost those of a rectangle. The
+// search must still notice the hole.
 TEST(PlaneContacts, NothingPressesOnARodInAHole) {
   // Centre of the plate, relative to the hole. The hole is well inside a node of some thousand points.
   for (const Vec3& middle : {Vec3(0.1 / 12, 0.003125, 0), Vec3(0.125 / 12, 0.009375, 0)}) {
@@ -309,7 +312,7 @@ TEST(PlaneContacts, ForceFollowsTheOverlapWhileABoxSlidesOverAnEdge) {
     if (i == 0) whole_n = before_n = now_n;
     const double overlap = std::clamp((0.025 - x_m) / 0.02, 0.0, 1.0);
     ASSERT_NEAR(now_n, overlap * whole_n, 0.06 * whole_n) << x_m;
-    // In one step the points of both edges can leave: a strip of 0.5 mm at each edge.
+    // In one step, a strip of 0.5 mm at each of two edges may leave. The force may change by the share of these points.
     ASSERT_NEAR(now_n, before_n, 0.06 * whole_n) << x_m;
     before_n = now_n;
   }

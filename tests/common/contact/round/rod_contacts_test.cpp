@@ -1,4 +1,4 @@
-// Compares contacts of rods with closed forms. They must not jump at ends, corners and parallel axes.
+// Compares contacts of rods with closed forms. The contacts must not jump at ends, corners and parallel axes.
 #include "common/contact/round/rod_contacts.hpp"
 
 #include <gtest/gtest.h>
@@ -144,7 +144,8 @@ TEST(RodContacts, AreContinuousInThePose) {
       const Vec6 now = force_at(static_cast<double>(k) / steps);
       pressing += now.norm() > 1e-3 ? 1 : 0;
       if ((now - before).norm() > 1e-3) {
-        // The interval with the largest change is bisected. If the change is continuous, it becomes small.
+        // The interval with the largest change is bisected repeatedly. If the force is continuous, the change becomes
+        // small.
         double low = (k - 1.0) / steps, high = static_cast<double>(k) / steps;
         Vec6 at_low = before, at_high = now;
         for (int halving = 0; halving < 30; ++halving) {
@@ -158,7 +159,7 @@ TEST(RodContacts, AreContinuousInThePose) {
             at_low = at_middle;
           }
         }
-        // If the axes intersect, the direction of separation is not unique.
+        // Where the axes intersect, the direction of the normal may change abruptly.
         const auto at_jump = rod_contacts(scene.a, between(scene, low), scene.b);
         const double deepest_m = std::ranges::max_element(at_jump, {}, &ContactPoint::depth_m)->depth_m;
         if (deepest_m > 0.7 * (scene.a.radius_m + scene.b.radius_m)) {

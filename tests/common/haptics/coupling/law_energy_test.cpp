@@ -1,5 +1,5 @@
-// Tests the energy balance of the passive and the active laws in the limit of small steps. For sampled and held forces
-// see coupling_passivity_controller.hpp.
+// Tests the energy balance of the passive and the active laws in the limit of small steps. Forces that are sampled and
+// held are the subject of coupling_passivity_controller_test.cpp.
 #include <gtest/gtest.h>
 
 #include "tests/common/haptics/coupling/coupling_draws.hpp"
@@ -167,7 +167,7 @@ TEST(StableDynamicLiteral, ReturnsTenMillijouleOfTheThreeOrSixThatItStored) {
   const PushAndRetreat blunt = push_and_retreat(*law, 0.010);
   EXPECT_NEAR(blunt.stored_j, 3.1e-3, 0.05e-3);
   EXPECT_NEAR(blunt.returned_j, 10.0e-3, 1e-6);
-  // The 2 that the source prints can be an exponent or a factor. The test covers both readings.
+  // In the source it is not clear whether the printed 2 is an exponent or a factor. The test covers both readings.
   CouplingParameters sharp = kExample;
   sharp.curve_sharpness = 2;
   law->set_parameters(sharp);

@@ -45,7 +45,7 @@ TEST_P(EveryCouplingLaw, PullsHarderTheFartherTheHandle) {
     const CouplingParameters c = random_parameters(random);
     const auto law = make(c);
     const Vec3 direction = random_vector(random, 1).normalized();
-    const double way = i % 2 == 0 ? 1 : -1;  // the handle moves away from the tool or back
+    const double way = i % 2 == 0 ? 1 : -1;  // 1: the handle moves away from the tool; −1: back
     Wrench before, now;
     for (double u = 0.01; u < 20; u *= 1.1) {
       now = law->wrench_on_tool_W({.d_W = u * c.force_limit_n / c.stiffness_n_per_m * direction,

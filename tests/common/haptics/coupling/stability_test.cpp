@@ -56,7 +56,7 @@ TEST(CheckCoupling, NothingFoundMeansStableInAnyHandAndContact) {
     device.period_s = model.period_s;
     device.velocity_window = model.velocity_window;
     device.delay_periods = model.delay_periods;
-    // The remedy of the warning is the smallest damping that passes the check.
+    // Without enough damping of the device, the check gives a warning. Its remedy is the smallest damping that passes.
     device.damping_n_s_per_m = 1e-6;
     for (const StabilityFinding& finding : check_coupling(parameters, model.tool_mass, 0, device)) {
       if (finding.parameter == "device.damping_n_s_per_m") device.damping_n_s_per_m = finding.remedy;
@@ -104,7 +104,7 @@ TEST(CheckCoupling, NamesTheLargestStiffnessThatIsStable) {
 TEST(CheckCoupling, NamesTheDampingWhereNoStiffnessWouldDo) {
   CouplingParameters parameters;
   parameters.stiffness_n_per_m = 200;
-  parameters.damping_n_s_per_m = 400;  // far above m/T, with a mass of 0.1 kg and T = 1 ms
+  parameters.damping_n_s_per_m = 400;  // far above the limit of about m/T, with 0.1 kg and T = 1 ms
   LoopDevice device = damped_device();
   device.has_torque = false;
   const auto findings = check_coupling(parameters, 0.5, 0, device);
@@ -123,7 +123,7 @@ TEST(CheckCoupling, AsksForDampingWhereThereIsTooLittle) {
   CouplingParameters parameters;
   parameters.stiffness_n_per_m = 300;
   parameters.damping_n_s_per_m = 0;
-  LoopDevice device;  // no friction, and no hand that damps the spring
+  LoopDevice device;  // the device has no friction, and no hand damps the spring
   const auto findings = check_coupling(parameters, 0.1, 0, device);
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_EQ(findings[0].parameter, "coupling.damping_n_s_per_m");
@@ -180,7 +180,7 @@ TEST(CheckCoupling, WarnsExactlyBelowColgatesBound) {
   EXPECT_EQ(findings[0].parameter, "coupling.stiffness_n_per_m");
   EXPECT_NEAR(findings[0].remedy, 200, 1);  // rounded down to three digits
   EXPECT_LT(findings[0].spectral_radius, 1);
-  device.damping_n_s_per_m = 0.4;  // less than the damping of the coupling
+  device.damping_n_s_per_m = 0.4;  // less than the 0.5 N·s/m of the coupling
   EXPECT_EQ(check_coupling(parameters, 0.1, 0, device).at(0).parameter, "coupling.damping_n_s_per_m");
   EXPECT_NEAR(check_coupling(parameters, 0.1, 0, device).at(0).remedy, 0.25, 1e-3);
   device.damping_n_s_per_m = 0.1;  // less than the k T/2 of the spring

@@ -98,13 +98,13 @@ TEST(CouplingPassivityController, AGreedyDriverGetsNoMoreThanTheInitialCredit) {
       }
     }
   }
-  // Without a controller the same drivers extract energy from the coupling.
+  // Without the controller, the same drivers extract energy from the coupling, so the test is effective.
   EXPECT_GT(most_uncontrolled, 3e-4);
 }
 
 TEST(CouplingPassivityController, EvenADamperTwiceWhatTheSpringNeedsFeedsADriverWithoutAController) {
-  // At 1000 N/m and 0.5 m/s, sampling generates half of k dx², 125 µJ per period. The motion is never smooth, so the
-  // damper dissipates less.
+  // At 1000 N/m and 0.5 m/s, sampling generates half of k dx² in each period, 125 µJ. The damper dissipates less than
+  // that, because the driver's motion is never smooth.
   EXPECT_GT(drive(1000, 2, 0.5, false, 1).most_j, 3e-4);
   EXPECT_LE(drive(1000, 2, 0.5, true, 1).most_j, kMaxTaken_j);
 }
@@ -178,11 +178,11 @@ TEST(CouplingPassivityController, TheHandMayTakeWhatTheToolGivesBeyondWhatItGot)
   CouplingPassivityController controller;
   controller.apply(tool_at_x(0), {}, 0, kCouplingPassivityControllerPeriod);
   controller.apply(tool_at_x(0), {}, 0.5, kCouplingPassivityControllerPeriod);   // the tool is lifted
-  controller.apply(tool_at_x(0), {}, -0.5, kCouplingPassivityControllerPeriod);  // lowered again: no energy remains
+  controller.apply(tool_at_x(0), {}, -0.5, kCouplingPassivityControllerPeriod);  // lowered again: nothing is stored
   EXPECT_EQ(controller.balance_j(), 0);
   controller.apply(
       tool_at_x(0), {}, -0.25,
-      kCouplingPassivityControllerPeriod);  // lower than at the start: the energy came from the weight or another user
+      kCouplingPassivityControllerPeriod);  // below the start: the energy came from the weight or another user
   EXPECT_NEAR(controller.balance_j(), 0.25, 1e-12);
   EXPECT_EQ(controller.apply(tool_at_x(0), force_x(5), 0, kCouplingPassivityControllerPeriod).f.x(), 5);
 }

@@ -56,7 +56,8 @@ HandPassivityControllerTaken drive(int delay, bool is_controlled, std::uint64_t 
   return result;
 }
 
-/// Largest energy that a hand can extract beyond the energy that it supplied: the initial credit and the leak.
+/// Returns the largest energy that a hand can extract beyond the energy that it supplied: the initial credit plus the
+/// leak.
 double most_for_nothing_j(double seconds) {
   return HandPassivityController::kInitialCredit_j + HandPassivityController::kLeakRate_w * seconds + 1e-9;
 }

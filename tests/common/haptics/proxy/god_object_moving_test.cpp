@@ -52,7 +52,7 @@ TEST(GodObjectMoving, AnAbsentWallHoldsNothingBackAndIsFeltAgainFromWhereTheProx
     drag(proxy, {-0.02, 0, 0}, 100);
     EXPECT_NEAR(proxy.state().p_W.x(), half_thickness_of(wall) + kRadius_m, 1e-6);
     proxy.set_present(0, false);
-    // While the wall is absent it moves. This motion must not move the proxy.
+    // The wall moves while it is absent. This motion must not move the proxy.
     const std::array motions{RigidState{at({0.001, 0, 0}), {}}, RigidState{at({0, 0.05, 0}), {}}};
     EXPECT_EQ(proxy.update({-0.02, 0, 0}, motions).p_W, Vec3(-0.02, 0, 0));
     EXPECT_FALSE(proxy.state().is_touching);

@@ -31,7 +31,7 @@ TEST(GodObject, IsWhereTheHandIsInFreeSpace) {
   Random random(1);
   for (int i = 0; i < 200; ++i) {
     const Vec3 goal(random.uniform(-0.05, 0.05), random.uniform(-0.05, 0.05), random.uniform(0.0011, 0.05));
-    // A motion of 10 cm close to the sheet needs several updates.
+    // A motion of 10 cm close to the sheet needs several updates, each of which reports kProxyHeldBack.
     for (int more = 0; more < 40 && proxy.update(goal).faults != 0; ++more)
       EXPECT_EQ(proxy.state().faults, kProxyHeldBack);
     EXPECT_LT((proxy.state().p_W - goal).norm(), 1e-12);
@@ -106,7 +106,7 @@ TEST(GodObject, ForceHasNoStepWhereContactBeginsAndEnds) {
   for (const CouplingLawInfo& info : coupling_laws()) {
     const auto law = info.make(given);
     for (const double speed : {0.003, 0.03, 0.1, 0.3}) {
-      // The slope of each curve is at most k, and the damping force rises to b v over its full depth.
+      // The slope of each curve is at most k. The damping force rises to b v over the depth kFullDamping_m.
       const double slope = given.stiffness_n_per_m + given.damping_n_s_per_m * speed / kFullDamping_m;
       const double bound = slope * speed * kGodObjectTick_s + 1e-12;
       for (const double phase : {0.0, 0.3, 0.7}) {

@@ -81,8 +81,8 @@ TEST(WaveAccount, PaysTheOutgoingWaveInClosedForm) {
   EXPECT_NEAR(account.balance_j(), -0.5, 1e-12);
 }
 
-// A hand moves arbitrarily against line and tool. The net energy that it extracts (extracted minus supplied) is
-// checked.
+// A hand moves arbitrarily against line and tool. The net energy that it extracts (extracted minus supplied) must be
+// negative at the end, and hardly positive at any time.
 TEST(WaveLine, GivesAHandNoMoreThanItPutInAtAnyConstantDelay) {
   for (const int delay : {1, 15, 50, 150}) {
     for (int run = 0; run < 4; ++run) {

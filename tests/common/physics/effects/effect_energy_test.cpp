@@ -103,7 +103,7 @@ TEST(EffectEnergy, AMagnetGivesNoMoreThanItsPotentialOnEveryPath) {
       const ClosedPath path(seed);
       const Work work = work_along(effect, tool, path);
       const double from_potential_j = magnet_potential_j(magnet, path.start) - magnet_potential_j(magnet, work.end);
-      // The potential of the magnet is 35 mJ deep, so this tolerance is below 0.1 % of it.
+      // The magnet's potential is 35 mJ deep, so this tolerance is less than 0.1 % of its depth.
       EXPECT_LT(work.net_j - from_potential_j, 2e-5) << "mass " << mass_kg << " seed " << seed;
     }
   }

@@ -71,8 +71,8 @@ TEST(Effect, FadesWithoutAJumpAtTheEdgesOfItsRegion) {
     EffectSettings settings = ball_with(model);
     settings.X_OE = {{0.1, 0, 0.2}, quaternion_of({0.3, 0.2, 0.1})};
     if (!std::holds_alternative<Magnet>(model)) settings.region = BoxRegion{{0.02, 0.03, 0.01}};
-    // Stick-slip jumps by design when it slips. With equal forces for breakaway and slip it does not, and must be
-    // continuous.
+    // By design, the force of stick-slip jumps when the tool slips. With equal forces for breakaway and slip, it must
+    // be continuous.
     if (auto* stick_slip = std::get_if<StickSlip>(&settings.model)) stick_slip->slip_force_n = 1;
     const Effect effect(settings);
     EffectMemory memory;
