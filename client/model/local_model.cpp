@@ -11,12 +11,14 @@ namespace {
 
 /// Length of the input history [ticks]. If the round trip is longer, the model is not reconciled.
 constexpr std::size_t kInputsKept = 2048;
-/// Divergence: if the tool or a touched body differs from the server's by more than kDivergence_m for kDivergence_s,
-/// the model is reset to the server's state. The tool is then probably on the other side of an obstacle. Each received
-/// state counts as 1 ms, whatever the rate of the states.
+/// Divergence: if the tool or a touched body differs from the server's by more than this distance for this time, the
+/// model is reset to the server's state. The tool is then probably on the other side of an obstacle.
 constexpr double kDivergence_m = 0.006;
 constexpr double kDivergence_s = 0.1;
-/// Period of the client's haptic loop and of the local model. The period of the room may differ.
+/// Largest time that one received state represents. A single state after a silence must not reset the model, so at
+/// least four successive states must differ.
+constexpr double kMaxStateInterval_s = kDivergence_s / 4;
+/// Period of the client's haptic loop and of the model, for any rate of the room.
 constexpr Duration kInputPeriod{std::chrono::milliseconds(1)};
 /// Time constant of the low pass of the loop delay.
 constexpr double kLoopDelaySmoothing_s = 0.5;
@@ -132,8 +134,9 @@ void LocalModel::receive_update(const LocalModelInput& input) noexcept {
   const ModelThen* const then = state_.history.find(update.answered_input);
   receive_bodies(update, then);
   if (then != nullptr) {
-    update_loop_delay(loop_of(input, update.answered_input));
-    compare_tool(update, *then, input);
+    const double interval_s = interval_to(input.now);
+    update_loop_delay(loop_of(input, update.answered_input), interval_s);
+    compare_tool(update, *then, input, interval_s);
   }
   mirror_grasp(update);
 }
@@ -149,14 +152,20 @@ void LocalModel::receive_bodies(const proto::ServerUpdate& update, const ModelTh
   }
 }
 
-void LocalModel::update_loop_delay(Duration loop) noexcept {
+/// Time from the last compared state to the one compared now, at most kMaxStateInterval_s; one period for the first.
+double LocalModel::interval_to(LocalTime now) noexcept {
+  const std::optional<LocalTime> before = std::exchange(state_.compared_at, now);
+  return before ? std::clamp(to_seconds(now - *before), 0.0, kMaxStateInterval_s) : step_s_;
+}
+
+void LocalModel::update_loop_delay(Duration loop, double interval_s) noexcept {
   Duration& delay = state_.loop_delay;
-  const double part = delay == Duration{0} ? 1.0 : std::min(1.0, step_s_ / kLoopDelaySmoothing_s);
+  const double part = delay == Duration{0} ? 1.0 : std::min(1.0, interval_s / kLoopDelaySmoothing_s);
   delay += std::chrono::duration_cast<Duration>((loop + state_.playout.delay() - delay) * part);
 }
 
-void LocalModel::compare_tool(const proto::ServerUpdate& update, const ModelThen& then,
-                              const LocalModelInput& input) noexcept {
+void LocalModel::compare_tool(const proto::ServerUpdate& update, const ModelThen& then, const LocalModelInput& input,
+                              double interval_s) noexcept {
   state_.newest_residual = update.wrench_on_hand_W - then.on_hand_W;
   state_.residual = state_.newest_residual;
   state_.residual_of = input.now - loop_of(input, update.answered_input);
@@ -167,7 +176,7 @@ void LocalModel::compare_tool(const proto::ServerUpdate& update, const ModelThen
   state_.tool_reconciler.observe(update.tool, then.tool, then.tool_given);
   double farthest_m = state_.tool_reconciler.error_m();
   for (const BodyCopy& body : state_.bodies) farthest_m = std::max(farthest_m, body.touched_error_m());
-  state_.diverged_s = farthest_m > kDivergence_m ? state_.diverged_s + step_s_ : 0;
+  state_.diverged_s = farthest_m > kDivergence_m ? state_.diverged_s + interval_s : 0;
   if (state_.diverged_s >= kDivergence_s) restart_from(update);
 }
 

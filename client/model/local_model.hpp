@@ -144,14 +144,17 @@ class LocalModel {
     std::optional<Wrench> residual;  ///< residual that pop_residual() has not returned yet
     Wrench newest_residual;
     LocalTime residual_of{};
-    double diverged_s = 0;  ///< time for which the difference exceeds kDivergence_m, 1 ms for each state [s]
+    double diverged_s = 0;  ///< time for which successive states have differed by more than kDivergence_m
+    std::optional<LocalTime> compared_at;  ///< time of the last state that answered a stored input
   };
 
   void start(const proto::ServerUpdate& update) noexcept;
   void receive_update(const LocalModelInput& input) noexcept;
   void receive_bodies(const proto::ServerUpdate& update, const ModelThen* then) noexcept;
-  void update_loop_delay(Duration loop) noexcept;
-  void compare_tool(const proto::ServerUpdate& update, const ModelThen& then, const LocalModelInput& input) noexcept;
+  double interval_to(LocalTime now) noexcept;
+  void update_loop_delay(Duration loop, double interval_s) noexcept;
+  void compare_tool(const proto::ServerUpdate& update, const ModelThen& then, const LocalModelInput& input,
+                    double interval_s) noexcept;
   void restart_from(const proto::ServerUpdate& update) noexcept;
   void mirror_grasp(const proto::ServerUpdate& update) noexcept;
   void set_couplings(const HapticScene& scene) noexcept;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "common/physics/touch/touch_limits.hpp"
@@ -63,6 +64,7 @@ class UntouchedBodies final : public FreeBodies {
     std::size_t a = 0, b = 0;
     double met_m_per_s = 0;  ///< speed of approach before the contact; 0: too slow to bounce
     Wrench impulse_on_a_W = {};
+    bool is_new = true;  ///< until the end of the first step, whose patches determine the speed of approach
     bool is_pressing = false;
     bool is_over = false;
   };
@@ -76,6 +78,7 @@ class UntouchedBodies final : public FreeBodies {
   void rest(double step_s);
   void follow_impacts(double step_s);
   void press(std::size_t a, std::size_t b, const contact::PatchResult& result, double step_s);
+  double speed_of_approach(const Impact& impact) const;
   void bounce(Impact& impact, double step_s);
   double restitution(std::size_t a, std::size_t b) const;
 
@@ -218,7 +221,19 @@ void UntouchedBodies::follow_impacts(double step_s) {
     press(a, b, result, step_s);
   });
   std::erase_if(impacts_, [](const Impact& impact) { return !impact.is_pressing; });
-  for (Impact& impact : impacts_) bounce(impact, step_s);
+  for (Impact& impact : impacts_) {
+    if (std::exchange(impact.is_new, false)) impact.met_m_per_s = speed_of_approach(impact);
+    bounce(impact, step_s);
+  }
+}
+
+/// Returns the speed of approach along the impulse of all patches of the pair, or 0 if it is too slow to bounce.
+double UntouchedBodies::speed_of_approach(const Impact& impact) const {
+  const Wrench& impulse_W = impact.impulse_on_a_W;
+  const double size = impulse_W.f.norm();
+  if (!(size > 0)) return 0;
+  const double closing = -power_w(impulse_W, bodies_[impact.a].before, bodies_[impact.b].before) / size;
+  return closing > kBounce_m_per_s ? closing : 0;
 }
 
 void UntouchedBodies::press(std::size_t a, std::size_t b, const contact::PatchResult& result, double step_s) {
@@ -230,9 +245,7 @@ void UntouchedBodies::press(std::size_t a, std::size_t b, const contact::PatchRe
   auto impact = std::ranges::find_if(impacts_, is_its);
   if (impact == impacts_.end()) {
     if (impacts_.size() == impacts_.capacity()) return;
-    const double force_n = result.on_a_W.f.norm();
-    const double closing = force_n > 0 ? -power_w(result.on_a_W, bodies_[a].before, bodies_[b].before) / force_n : 0;
-    impacts_.push_back({a, b, closing > kBounce_m_per_s ? closing : 0});
+    impacts_.push_back({a, b});
     impact = std::prev(impacts_.end());
   }
   impact->is_pressing = true;

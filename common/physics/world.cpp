@@ -93,12 +93,23 @@ World& World::operator=(World&& other) noexcept = default;
 void World::set_body(BodyId id, const RigidState& state) {
   WorldBody* const body = impl_->body_of(id);
   if (body == nullptr || body->rigid.is_static() || !is_finite(state)) return;
-  body->waits = body->is_absent = false;
-  body->rigid.set_state(state);
+  impl_->change_owner(*body, [&state](WorldBody& changed) {
+    changed.waits = changed.is_absent = false;
+    changed.rigid.set_state(state);
+  });
 }
 
 void World::remove_body(BodyId id) {
-  if (WorldBody* const body = impl_->body_of(id)) body->is_absent = true;
+  WorldBody* const body = impl_->body_of(id);
+  if (body == nullptr) return;
+  const auto index = static_cast<std::size_t>(body - impl_->bodies.data());
+  for (std::size_t i = 0; i < impl_->tools.size(); ++i) {
+    if (impl_->tools[i].held == index) release(i);
+  }
+  impl_->change_owner(*body, [](WorldBody& changed) {
+    changed.is_absent = true;
+    changed.adopted = changed.kept = 0;
+  });
 }
 
 std::span<const BodyId> World::returned_bodies() const noexcept {

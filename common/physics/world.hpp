@@ -109,7 +109,8 @@ class World {
   /// (ToolDynamics::kAtHandle) is not braked. Ignored if negative or not finite.
   void brake(std::size_t tool, double n_s_per_m);
 
-  /// Excludes a body from contact and field until set_body() or hold() provides its pose.
+  /// Excludes a body from motion, contact and field until set_body() or hold() provides its pose. Tools that hold it
+  /// release it.
   void remove_body(BodyId body);
   /// Sets the state of a body, or of a tool that holds nothing, for example to the server's state. Ignored if not
   /// finite.

@@ -33,7 +33,8 @@ struct WorldBody {
 
   /// Returns whether the body stays in the touch stage, so that bodies that it touches become implicit as well.
   bool makes_implicit() const { return hands > 0 || kept > 0; }
-  bool is_free() const { return !makes_implicit() && adopted == 0; }
+  /// Returns whether FreeBodies moves the body.
+  bool is_free() const { return !is_absent && !makes_implicit() && adopted == 0; }
   bool has_anchor() const { return description->anchor.has_value() && !rigid.is_static(); }
   const docking::Molecule* molecule() const { return description->molecule.get(); }
   RigidState start() const { return {description->X_WB, Twist{}}; }

@@ -209,7 +209,8 @@ TickFaults World::Impl::limit_or_restore(std::size_t index) noexcept {
 TickFaults World::Impl::limit_or_restore_all(bool are_free) noexcept {
   TickFaults faults = 0;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (!bodies[i].rigid.is_static() && bodies[i].is_free() == are_free) faults |= limit_or_restore(i);
+    const WorldBody& body = bodies[i];
+    if (!body.rigid.is_static() && !body.is_absent && body.is_free() == are_free) faults |= limit_or_restore(i);
   }
   if (are_free) return faults;
   for (WorldTool& tool : tools) {

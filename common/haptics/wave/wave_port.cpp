@@ -28,7 +28,11 @@ Wave WaveAccount::settle(const Wave& in, const Wave& out, double work_j, double 
 }
 
 Wrench WaveHandPort::tick(const Pose& X_WH, double period_s) noexcept {
-  if (!is_finite(X_WH) || !is_period(period_s)) return {};
+  if (!is_finite(X_WH) || !is_period(period_s)) {
+    // The motion of the hand until the next pose is unknown, and no force acts on it meanwhile.
+    lose_hand();
+    return displayed_ = {};
+  }
   end_period(X_WH, period_s);
   in_ = player_.play(period_s);
   // Given V and the incoming wave, the wrench of the hand on the line is b V − √(2b) in; the hand receives the
@@ -62,7 +66,13 @@ void WaveHandPort::set_displayed(const Wrench& on_hand_W) noexcept {
 }
 
 const Pose& WaveToolPort::move(const Pose& X_WH_hand, const CouplingParameters& coupling, double period_s) noexcept {
-  if (!is_finite(X_WH_hand) || !is_period(period_s)) return X_;
+  if (!is_finite(X_WH_hand) || !is_period(period_s)) {
+    // The handle rests in this step. The wave and the motion of the last step are already in the balance.
+    in_ = {};
+    velocity_ = {};
+    X_before_ = X_;
+    return X_;
+  }
   if (!has_pose_) X_ = X_WH_hand;
   has_pose_ = true;
   in_ = player_.play(period_s);

@@ -78,7 +78,8 @@ class Across {
          const LocalModelSettings& settings = {})
       : server(world, physics::make_followed_bodies(world->bodies.size()), nullptr),
         model(world, 0, settings),
-        one_way_(static_cast<std::size_t>(one_way_ticks)) {
+        one_way_(static_cast<std::size_t>(one_way_ticks)),
+        one_way_up_(one_way_) {
     scene_.coupling = world->coupling.parameters;
     scene_.law = index_of_law(world->coupling.law);
     server.activate_tool(0);
@@ -96,6 +97,10 @@ class Across {
   /// Starts or ends a gap in which no input arrives. During the gap the server extrapolates the pose of the hand and
   /// confirms the ticks that are due.
   void lose_inputs(bool is_gap) { is_gap_ = is_gap; }
+  /// Limits the rate of the received states: one state each `ticks` ticks, from the next tick on.
+  void receive_each(int ticks) { receive_each_ = ticks; }
+  /// Lengthens the route to the server by `ticks`.
+  void lengthen(int ticks) { one_way_up_ += static_cast<std::size_t>(ticks); }
   void lose_partner() {
     server.deactivate_tool(1);
     partner_.reset();
@@ -105,7 +110,7 @@ class Across {
   Wrench tick(const RigidState& handle, std::uint32_t buttons = 0) {
     ++tick_.value;
     up_.push_back({tick_, handle, buttons});
-    if (up_.size() > one_way_) {
+    if (up_.size() > one_way_up_) {
       if (!is_gap_) input_ = up_.front();
       ran_on_ = is_gap_ ? ran_on_ + 1 : 0;
       up_.pop_front();
@@ -117,11 +122,13 @@ class Across {
     down_.push_back(update());
     LocalModelInput input;
     if (down_.size() > one_way_) {
-      newest_.update = down_.front();
-      newest_.received = now();
+      if (tick_.value % static_cast<std::uint64_t>(receive_each_) == 0) {
+        newest_.update = down_.front();
+        newest_.received = now();
+        has_newest_ = true;
+        input.is_new = true;
+      }
       down_.pop_front();
-      has_newest_ = true;
-      input.is_new = true;
     }
     input.input = tick_;
     input.now = now();
@@ -187,7 +194,8 @@ class Across {
   LocalTime now() const { return LocalTime{kPeriod * static_cast<int>(tick_.value)}; }
 
   HapticScene scene_;
-  std::size_t one_way_;
+  std::size_t one_way_;     ///< from the server [ticks]
+  std::size_t one_way_up_;  ///< to the server [ticks]
   Tick tick_;
   std::deque<Input> up_;
   std::deque<proto::ServerUpdate> down_;
@@ -195,6 +203,7 @@ class Across {
   std::optional<RigidState> partner_;  ///< pose of the partner's hand; empty without a partner
   bool partner_is_silent_ = false;
   bool is_gap_ = false;
+  int receive_each_ = 1;
   std::uint64_t ran_on_ = 0;
   ReceivedUpdate newest_;
   bool has_newest_ = false;
@@ -400,6 +409,51 @@ TEST(LocalModel, APartnerWhoHasLeftTouchesNothing) {
   for (int k = 0; k < 1000; ++k) far.tick(at({-0.04 + 0.06 * k / 1000, 0, 0.02}));
   EXPECT_GT(far.model.body(kBlock).X.p.x(), 0.03);
   EXPECT_NEAR(far.model.body(kBlock).X.p.x(), far.server.body(kBlock).X.p.x(), 5e-3);
+}
+
+/// Time from a jump of the server's tool by 30 mm behind a wall until the model is reset to it [ticks].
+int ticks_to_reset(Across& across) {
+  const Vec3 handle{-0.04, 0, 0.02};
+  for (int k = 0; k < 600; ++k) across.tick(at(handle));
+  across.model.pop_jump();
+  for (int k = 1; k < 3000; ++k) {
+    across.server.set_tool(0, at(handle + Vec3(0, 0, 0.03)));
+    across.tick(at(handle));
+    if (across.model.pop_jump()) return k;
+  }
+  return 3000;
+}
+
+TEST(LocalModel, ADivergenceIsResetAfterTheSameTimeAtAnyRateOfTheStates) {
+  constexpr int kOneWay = 10, kDivergence = 100;
+  for (const int each : {1, 5, 10, 20}) {
+    Across across(scene(), kOneWay);
+    across.receive_each(each);
+    // The first differing state arrives up to one interval late, and the interval before it counts.
+    EXPECT_NEAR(ticks_to_reset(across), kOneWay + kDivergence, each + 2) << each << " ms between states";
+  }
+}
+
+TEST(LocalModel, OneStateAfterASilenceIsNoDivergence) {
+  Across across(scene(), 10);
+  across.receive_each(200);
+  EXPECT_GT(ticks_to_reset(across), 3 * 200) << "four states must differ";
+}
+
+TEST(LocalModel, TheLoopDelayFollowsALongerRouteInTheSameTimeAtAnyRateOfTheStates) {
+  for (const int each : {1, 10}) {
+    Across across(scene(), 20);
+    across.receive_each(each);
+    for (int k = 0; k < 3000; ++k) across.tick(at({-0.06, 0, 0.02}));
+    const double before_s = to_seconds(across.model.loop_delay());
+    across.lengthen(60);
+    for (int k = 0; k < 60 + 500; ++k) across.tick(at({-0.06, 0, 0.02}));
+    const double after_half_a_second_s = to_seconds(across.model.loop_delay());
+    for (int k = 0; k < 6000; ++k) across.tick(at({-0.06, 0, 0.02}));
+    const double end_s = to_seconds(across.model.loop_delay());
+    EXPECT_GT(end_s - before_s, 0.05);
+    EXPECT_GT((after_half_a_second_s - before_s) / (end_s - before_s), 0.4) << each << " ms between states";
+  }
 }
 
 TEST(LocalModel, ShowsNothingBeforeTheServersFirstState) {

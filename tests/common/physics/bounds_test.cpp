@@ -69,5 +69,40 @@ TEST(RemovedBody, IsMetByNothingUntilSomebodySaysWhereItIs) {
   EXPECT_GT(push(with), 0.5);
 }
 
+TEST(RemovedBody, IsMovedByNobodyUntilItsPoseIsKnown) {
+  WorldDescription description =
+      world_of({table(), cube({0, 0, 0.1}, 0.3), cube({0.1, 0, 0.02}, 0.3)}, {ball_tool({0.1, 0, 0.02})});
+  description.gravity_m_per_s2 = {0, 0, -9.81};
+  const BodyId fallen{2}, held{3};
+  ExternalBodies external;
+  World world = server_world(description, &external);
+  world.remove_body(fallen);
+  world.remove_body(fallen);
+  EXPECT_EQ(external, (ExternalBodies{0, 2}));
+  run(world, 500);
+  EXPECT_EQ(world.body(fallen).X.p.z(), 0.1) << "it does not fall";
+  world.return_all();
+  run(world, 2);
+  EXPECT_EQ(external, (ExternalBodies{0, 2})) << "nor does a reset bring it back";
+  world.set_body(fallen, at({0, 0, 0.1}));
+  EXPECT_EQ(external, (ExternalBodies{0, 1, 2}));
+  run(world, 500);
+  EXPECT_NEAR(world.body(fallen).X.p.z(), 0.02, 1e-3) << "on the table";
+  // A body that a tool holds leaves the tool.
+  world.activate_tool(0);
+  world.hold(0, held, Pose{});
+  world.set_handle(0, at({0.1, 0, 0.02}));
+  run(world, 5);
+  world.remove_body(held);
+  EXPECT_FALSE(world.tool(0).held.is_valid());
+  EXPECT_EQ(run(world, 400), 0U) << "no fault in any step";
+  EXPECT_EQ(external, (ExternalBodies{0, 1}));
+  world.hold(0, held, Pose{});
+  EXPECT_EQ(external, (ExternalBodies{0, 1})) << "the touch stage moves it";
+  world.release(0);
+  run(world, 400);
+  EXPECT_EQ(external, (ExternalBodies{0, 1, 2}));
+}
+
 }  // namespace
 }  // namespace tandem::physics

@@ -162,6 +162,51 @@ TEST(WavePorts, AreFiniteForAnyInput) {
   EXPECT_TRUE(is_finite(tool.sum_towards_hand()));
 }
 
+Pose pose_at_x(double x_m) {
+  Pose X;
+  X.p.x() = x_m;
+  return X;
+}
+
+TEST(WavePorts, AToolStepWithoutAFinitePoseCountsNeitherWaveNorWorkAgain) {
+  const Pose bad = pose_at_x(std::numeric_limits<double>::quiet_NaN());
+  const Wrench on_tool_W{Vec3(3, 0, 0), Vec3::Zero()};
+  WaveToolPort tool({}, {});
+  Wave sum;
+  for (int k = 0; k < 20; ++k) {
+    tool.receive(std::chrono::milliseconds(5 * k), sum);
+    tool.move({}, kSlack, 0.005);
+    tool.settle(on_tool_W, 0.005);
+    sum = wave_sum(sum, {Vec3(1, 0, 0), Vec3::Zero()}, 0.005);
+  }
+  const double before_j = tool.balance_j();
+  const double resting_x_m = tool.move(bad, kSlack, 0.005).p.x();
+  tool.settle(on_tool_W, 0.005);
+  // No wave arrives and the handle rests, so the balance can only fall, by the wave that leaves.
+  EXPECT_LE(tool.balance_j(), before_j);
+  EXPECT_EQ(tool.move(bad, kSlack, 0.005).p.x(), resting_x_m);
+  EXPECT_EQ(tool.velocity().v.norm(), 0) << "the coupling damps against the motion of the handle";
+  WaveToolPort given({}, {});
+  given.move(pose_at_x(0.1), kSlack, 0.005);
+  given.settle({}, 0.005);
+  for (int k = 0; k < 100; ++k) {
+    given.move(bad, kSlack, 0.005);
+    given.settle({}, 0.005);
+  }
+  EXPECT_EQ(given.balance_j(), 0);
+}
+
+TEST(WavePorts, AHandTickWithoutAFinitePoseCountsNoWorkOfTheForceThatDidNotAct) {
+  const Pose bad = pose_at_x(std::numeric_limits<double>::quiet_NaN());
+  WaveHandPort hand({}, {});
+  hand.tick(pose_at_x(0), 0.001);
+  hand.set_displayed({Vec3(-5, 0, 0), Vec3::Zero()});
+  ASSERT_EQ(hand.tick(bad, 0.001).f.norm(), 0);
+  const Wrench after = hand.tick(pose_at_x(0.01), 0.001);
+  EXPECT_EQ(hand.balance_j(), 0) << "no force acted while the hand moved by 10 mm";
+  EXPECT_EQ(after.f.norm(), 0) << "the velocity after a gap is unknown";
+}
+
 TEST(WavePorts, AllocateNothing) {
   WaveHandPort hand({}, {});
   WaveToolPort tool({}, {});
