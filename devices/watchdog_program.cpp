@@ -286,9 +286,25 @@ void Watch::wait() const noexcept {
   poll(wakes.data(), wakes.size(), kCheckPeriod_ms);
 }
 
+constexpr const char* kHelp =
+    "Sets the force of a haptic device to zero when the program that opened it is silent or has ended.\n"
+    "Usage: tandem-watchdog PRIORITY ENDPOINT ZERO\n\n"
+    "Positionals:\n"
+    "  PRIORITY INT REQUIRED       SCHED_FIFO priority, 1 to 99; 0: normal scheduler\n"
+    "  ENDPOINT TEXT REQUIRED      USB endpoint of the device; -: none\n"
+    "  ZERO HEX REQUIRED           bytes of the zero command\n\n"
+    "Options:\n"
+    "  --help                      Print this help message and exit\n\n"
+    "A program that opens a haptic device starts it, with descriptors of its own. There is no other use of it.\n"
+    "Exit code: 0 done, 2 called in another way.\n";
+
 }  // namespace
 
 int main(int count, char** arguments) {
+  if (count == 2 && arguments[1] == std::string_view("--help")) {
+    std::cout << kHelp;
+    return 0;
+  }
   void* const shared = mmap(nullptr, sizeof(WatchdogBeat), PROT_READ | PROT_WRITE, MAP_SHARED, kMemory, 0);
   if (count != 4 || shared == MAP_FAILED) {
     std::cerr << "tandem-watchdog is started by a program that opens a haptic device; there is no other use of it\n";

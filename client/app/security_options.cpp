@@ -1,5 +1,7 @@
 #include "client/app/security_options.hpp"
 
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
@@ -28,16 +30,18 @@ void apply_token(const proto::Bytes& token, bool keeps_role, ClientIoSettings& i
   if (!keeps_role) io.client.session.role = claims->role();
 }
 
-/// Text of an option; for "-" a line read from stdin. A secret should not be on the command line, because other users
+/// Text of an option; for "-" a line read from stdin, which a terminal's user is asked for by `name`. A secret should not be on the command line, because other users
 /// of the machine can read it.
-std::string or_from_stdin(const std::string& text) {
-  std::string line = text;
-  if (text == "-") std::getline(std::cin, line);
+std::string or_from_stdin(const std::string& text, const char* name) {
+  if (text != "-") return text;
+  if (isatty(STDIN_FILENO) != 0) std::cerr << "Paste the " << name << ", then press Enter: " << std::flush;
+  std::string line;
+  std::getline(std::cin, line);
   return line;
 }
 
 void apply_invitation(const std::string& text, bool keeps_role, ClientIoSettings& io) {
-  const auto invitation = proto::invitation_of(or_from_stdin(text));
+  const auto invitation = proto::invitation_of(or_from_stdin(text, "invitation"));
   // The error message does not contain the text, because it may be a secret with one wrong character.
   if (!invitation)
     throw std::invalid_argument("--join: no invitation; copy the whole output of tandem-server --invite");
@@ -76,7 +80,7 @@ void apply_security(const SecurityOptions& options, bool keeps_role, ClientIoSet
   // The zone of an IPv6 address ("%eth0") is removed, because a certificate does not contain it.
   io.trust = secure::Trust{.ca_file = options.authorities, .host = io.host.substr(0, io.host.find('%'))};
   if (!options.pin.empty()) io.trust->pin = key_of(options.pin);
-  const auto token = secure::bytes_of_text(or_from_stdin(options.token));
+  const auto token = secure::bytes_of_text(or_from_stdin(options.token, "join token"));
   apply_token(token.value_or(proto::Bytes{}), keeps_role, io);
 }
 

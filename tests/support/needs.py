@@ -15,7 +15,7 @@ FOLDERS = {
     "/usr/share/glmark2/": "glmark2-data",
 }
 PROGRAMS = {"Xvfb": "xvfb", "xrdb": "x11-xserver-utils", "umockdev-wrapper": "umockdev", "lmp": "lammps", "gmx_d": "gromacs",
-            "ip": "iproute2", "unshare": "util-linux", "nsenter": "util-linux"}
+            "ip": "iproute2", "man": "man-db", "desktop-file-validate": "desktop-file-utils", "appstreamcli": "appstream", "unshare": "util-linux", "nsenter": "util-linux"}
 
 
 OPLS = "/usr/share/gromacs/top/oplsaa.ff"

@@ -12,7 +12,7 @@ from support import PATIENCE_S, SOURCE
 import needs  # from tests/support; support.py adds this folder to the path
 
 NIGHTLY = os.path.join(SOURCE, "deploy", "nightly")
-PARTS = ["tests", "stalls", "asan", "lab", "soak", "tsan", "ubsan", "tidy"]
+PARTS = ["tests", "stalls", "asan", "lab", "soak", "tsan", "ubsan", "tidy", "packages"]
 STEPS = """
 set -uo pipefail
 run=example
