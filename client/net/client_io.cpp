@@ -183,11 +183,15 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   }
   snapshot.assets = assets;
   published_at = now;
-  const std::lock_guard lock(mutex);
-  published = std::move(snapshot);
-  for (Event& event : new_events) events.push_back(std::move(event));
-  new_events.clear();
-  while (events.size() > kMaxEvents) events.pop_front();
+  const bool has_events = !new_events.empty();
+  {
+    const std::lock_guard lock(mutex);
+    published = std::move(snapshot);
+    for (Event& event : new_events) events.push_back(std::move(event));
+    new_events.clear();
+    while (events.size() > kMaxEvents) events.pop_front();
+  }
+  if (has_events && settings.on_events) settings.on_events();
 }
 
 ClientIo::ClientIo(ClientIoSettings settings, devices::Device& device)
