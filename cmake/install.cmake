@@ -6,6 +6,8 @@ include(GNUInstallDirs)
 
 set(tandem_data ${CMAKE_INSTALL_DATADIR}/tandem)
 file(RELATIVE_PATH TANDEM_DATA_FROM_PROGRAM ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_DATADIR}/tandem)
+file(RELATIVE_PATH TANDEM_PROGRAMS_FROM_LIBRARY ${CMAKE_INSTALL_FULL_LIBDIR} ${CMAKE_INSTALL_FULL_BINDIR})
+file(RELATIVE_PATH tandem_library_from_programs ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
 cmake_path(SET tandem_built_data NORMALIZE ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/${TANDEM_DATA_FROM_PROGRAM})
 
 # tandem_data(SOURCE PLACE COMPONENT): installs a file or folder of the source tree as data. In the build folder it is a

@@ -97,11 +97,16 @@ function(tandem_use_precompiled name precompiled)
   endif()
 endfunction()
 
+# The libraries are also linked into libtandem.so (client/embed), so they are position independent. Hidden symbols are
+# called directly and data is addressed without an offset table, as in code that is not position independent.
+set(tandem_product_options -fPIC -fvisibility=hidden -fvisibility-inlines-hidden -fno-semantic-interposition)
+
 # tandem_library(NAME SOURCES ... LINK public libraries... PRIVATE_LINK libraries that our headers do not include)
 function(tandem_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
   target_link_libraries(${name} PUBLIC tandem_flags ${ARG_LINK} PRIVATE ${ARG_PRIVATE_LINK})
+  target_compile_options(${name} PRIVATE ${tandem_product_options})
   tandem_use_precompiled(${name} tandem_precompiled_product)
 endfunction()
 
@@ -110,5 +115,6 @@ function(tandem_program name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE tandem_flags ${ARG_LINK})
+  target_compile_options(${name} PRIVATE ${tandem_product_options})
   tandem_use_precompiled(${name} tandem_precompiled_product)
 endfunction()

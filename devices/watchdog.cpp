@@ -23,6 +23,7 @@
 #include <thread>
 #include <utility>
 
+#include "common/base/folders.hpp"
 #include "devices/watchdog_program.hpp"
 
 namespace tandem::devices {
@@ -97,8 +98,7 @@ bool send_zero(const ZeroCommand& zero) noexcept {
 std::filesystem::path Watchdog::default_program() {
   const char* const chosen = std::getenv("TANDEM_WATCHDOG");
   if (chosen != nullptr && *chosen != '\0') return chosen;
-  std::error_code error;
-  return std::filesystem::read_symlink("/proc/self/exe", error).parent_path() / "tandem-watchdog";
+  return program_folder() / "tandem-watchdog";
 }
 
 Watchdog::Watchdog(int realtime_priority, std::filesystem::path program)

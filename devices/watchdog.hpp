@@ -80,7 +80,7 @@ class Watchdog {
   ~Watchdog();
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
-  /// Returns $TANDEM_WATCHDOG if it is set, otherwise `tandem-watchdog` in the folder of the running program.
+  /// Returns $TANDEM_WATCHDOG if it is set, otherwise `tandem-watchdog` in program_folder().
   static std::filesystem::path default_program();
 
   /// Starts a watchdog process for this zero command, after ending the previous one. Returns false if the process could

@@ -182,10 +182,17 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   }
   snapshot.assets = assets;
   published_at = now;
-  const std::lock_guard lock(mutex);
-  published = std::move(snapshot);
-  while (std::optional<Event> event = new_events.pop()) events.push(std::move(*event));
-  published.events_dropped = new_events.dropped() + events.dropped();
+  bool has_events = false;
+  {
+    const std::lock_guard lock(mutex);
+    published = std::move(snapshot);
+    while (std::optional<Event> event = new_events.pop()) {
+      events.push(std::move(*event));
+      has_events = true;
+    }
+    published.events_dropped = new_events.dropped() + events.dropped();
+  }
+  if (has_events && settings.on_events) settings.on_events();
 }
 
 ClientIo::ClientIo(ClientIoSettings settings, devices::Device& device)

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -29,6 +30,8 @@ struct ClientIoSettings {
   std::optional<SimulatedLinks> links;
   int realtime_priority = 0;  ///< SCHED_FIFO priority, below the haptic thread's; 0: normal scheduler
   Resolve resolve = resolve_by_system;
+  /// Called on the io thread after next() has new events. It must neither block nor throw.
+  std::function<void()> on_events{};
 };
 
 /// Estimate of the server's clock and of the way to it.

@@ -1,6 +1,8 @@
 #include "common/base/folders.hpp"
 
+#include <dlfcn.h>
 #include <fcntl.h>
+#include <link.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -78,14 +80,29 @@ std::error_code write_file(const std::filesystem::path& file, Parts parts, unsig
   return error;
 }
 
+/// Returns the path of the shared library that contains this code; empty if the code is part of the program.
+std::string own_library() {
+  Dl_info info{};
+  void* extra = nullptr;
+  const int is_found = ::dladdr1(reinterpret_cast<const void*>(&own_library), &info, &extra, RTLD_DL_LINKMAP);
+  const auto* const map = static_cast<const link_map*>(extra);
+  return is_found != 0 && map != nullptr && map->l_name != nullptr ? map->l_name : "";
+}
+
 }  // namespace
+
+std::filesystem::path program_folder() {
+  std::error_code error;
+  const std::string library = own_library();
+  if (library.empty()) return std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+  const std::filesystem::path file = std::filesystem::canonical(library, error);
+  return error ? std::filesystem::path() : (file.parent_path() / TANDEM_PROGRAMS_FROM_LIBRARY).lexically_normal();
+}
 
 std::filesystem::path data_folder() {
   const char* const chosen = std::getenv("TANDEM_DATA");
   if (chosen != nullptr && *chosen != '\0') return chosen;
-  std::error_code error;
-  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
-  return (program.parent_path() / TANDEM_DATA_FROM_PROGRAM).lexically_normal();
+  return (program_folder() / TANDEM_DATA_FROM_PROGRAM).lexically_normal();
 }
 
 std::filesystem::path default_cache_directory() {

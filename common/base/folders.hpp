@@ -10,8 +10,13 @@
 
 namespace tandem {
 
-/// Returns $TANDEM_DATA if it is set, otherwise ../share/tandem relative to the running program. The relative path is
-/// valid in a build tree, after installation and after moving the program.
+/// Returns the folder of this project's programs: the folder of the running program, or, if this code is part of
+/// libtandem.so, the folder ../bin relative to that library. The relative path is valid in a build tree, after
+/// installation and after moving the prefix.
+/// Out     empty if the folder cannot be determined
+std::filesystem::path program_folder();
+
+/// Returns $TANDEM_DATA if it is set, otherwise ../share/tandem relative to program_folder().
 /// Out     e.g. /usr/share/tandem; the folder need not exist
 std::filesystem::path data_folder();
 

@@ -23,6 +23,7 @@
 #include <utility>
 
 #include "common/base/byte_io.hpp"
+#include "common/base/folders.hpp"
 #include "common/base/json.hpp"
 #include "common/base/time.hpp"
 #include "server/assets/mesh_reader.hpp"
@@ -57,12 +58,11 @@ std::string mebibytes(std::size_t bytes) {
   return std::to_string(bytes >> 20U) + " MiB";
 }
 
-/// Path of the reader program: $TANDEM_MESH_READER, otherwise in the folder of the running program.
+/// Path of the reader program: $TANDEM_MESH_READER, otherwise in program_folder().
 fs::path reader_program() {
   const char* const chosen = std::getenv("TANDEM_MESH_READER");
   if (chosen != nullptr && *chosen != '\0') return chosen;
-  std::error_code error;
-  return fs::read_symlink("/proc/self/exe", error).parent_path() / "tandem-mesh-reader";
+  return program_folder() / "tandem-mesh-reader";
 }
 
 /// Owner of an open file descriptor, which it closes.
