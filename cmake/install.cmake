@@ -20,6 +20,7 @@ function(tandem_data source place)
 endfunction()
 
 tandem_data(server/scenes scenes)
+tandem_data(client/view/pictures/scenes pictures)
 tandem_data(lab/experiments experiments)
 tandem_data(lab/paths paths)
 tandem_data(lab/links links)
