@@ -37,6 +37,7 @@ function(tandem_install_programs component)
 endfunction()
 
 tandem_data(server/scenes scenes tandem-common)
+tandem_data(client/view/pictures/scenes pictures tandem-client)
 tandem_data(lab/experiments experiments tandem-lab)
 tandem_data(lab/paths paths tandem-lab)
 tandem_data(lab/links links tandem-lab)

@@ -20,6 +20,7 @@
 #include "client/app/run_report.hpp"
 #include "client/app/run_settings.hpp"
 #include "client/app/second_hand.hpp"
+#include "client/app/start_run.hpp"
 #include "client/app/stop_signals.hpp"
 #include "client/app/summary.hpp"
 #include "client/app/trace.hpp"
@@ -27,6 +28,7 @@
 #include "client/haptics/haptic_loop.hpp"
 #include "client/net/client_io.hpp"
 #include "client/session/scene_from_wire.hpp"
+#include "client/view/screen/screen.hpp"
 #include "client/view/window.hpp"
 #include "common/realtime/output.hpp"
 #include "devices/sim/hand_path.hpp"
@@ -94,9 +96,17 @@ struct Screenshot {
   bool is_taken = false;
 };
 
+/// The window's part of a run.
+struct WindowPart {
+  Screen* screen = nullptr;                ///< null: a headless run
+  std::vector<std::string> invitations{};  ///< for other users
+  Screenshot screenshot{};
+  RunEnd::Next next = RunEnd::Next::kQuit;
+};
+
 class ClientRun {
  public:
-  ClientRun(const ClientOptions& options, realtime::Output& output);
+  ClientRun(const ClientOptions& options, realtime::Output& output, WindowPart part);
   ~ClientRun() {
     loop_to_stop = nullptr;
     second_to_stop = nullptr;
@@ -104,12 +114,13 @@ class ClientRun {
   ClientRun(const ClientRun&) = delete;
   ClientRun& operator=(const ClientRun&) = delete;
 
-  int run();
+  RunEnd run();
 
  private:
   void open_second();
   void open_window();
   void pause();
+  void follow_request(WindowRequest request);
   void end_by_itself(const ClientIoSnapshot& io);
   bool join();
   void watch_body(const std::shared_ptr<const wire::Joined>& joined);
@@ -133,6 +144,7 @@ class ClientRun {
   ClientOptions options_;
   realtime::Output& output_;
   haptics::SafetySettings safety_;
+  WindowPart part_;
   std::optional<Window> window_;  ///< none in a headless run
   std::unique_ptr<devices::Device> device_;
   devices::HandPath hand_path_;  ///< its phases give the phases of the run
@@ -140,7 +152,6 @@ class ClientRun {
   std::optional<TraceWriter> trace_;
   RunRecordings recordings_;
   RunReport report_;
-  Screenshot screenshot_;
   WatchedBody watched_;
   std::vector<std::string> realtime_not_granted_;
   SessionTexts texts_;
@@ -156,9 +167,10 @@ class ClientRun {
   StopSignals stop_signals_;            ///< last member, because its thread calls the loop
 };
 
-ClientRun::ClientRun(const ClientOptions& options, realtime::Output& output)
+ClientRun::ClientRun(const ClientOptions& options, realtime::Output& output, WindowPart part)
     : options_(with_pointer(options)),
       output_(output),
+      part_(std::move(part)),
       device_(devices::open_device(options_.device)),
       hand_path_(devices::hand_path_of(options.device)),
       io_(io_settings(options, safety_), *device_),
@@ -168,14 +180,14 @@ ClientRun::ClientRun(const ClientOptions& options, realtime::Output& output)
   if (!options.trace.empty()) trace_.emplace(options.trace, options.trace_every);
 }
 
-int ClientRun::run() {
-  if (options_.window.is_open) open_window();
+RunEnd ClientRun::run() {
+  if (part_.screen != nullptr) open_window();
   open_second();
   io_.start();
-  if (!join()) return 1;
+  if (!join()) return {.code = 1, .next = part_.next};
   start_loop();
   while (!is_over_) keep_going();
-  return finish();
+  return {.code = finish(), .next = part_.next};
 }
 
 /// Opens the second device before joining, so that its errors are reported at once.
@@ -187,12 +199,12 @@ void ClientRun::open_second() {
 }
 
 void ClientRun::open_window() {
-  check_screenshot(options_.window.screenshot);
   WindowSettings settings;
   const SessionSettings& session = options_.io.client.session;
   settings.title = "tandem: " + session.user_name;
-  settings.width = options_.window.width;
-  settings.height = options_.window.height;
+  settings.screen = part_.screen;
+  settings.is_scene_only = options_.window.is_scene_only;
+  settings.invitations = part_.invitations;
   settings.molecules = options_.window.molecules;
   settings.molecule_colors = options_.window.molecule_colors;
   settings.pointer = options_.device.pointer;
@@ -206,7 +218,7 @@ void ClientRun::open_window() {
   // For a screenshot, settings of earlier runs are not used, so that the picture is reproducible.
   settings.remembers = options_.window.screenshot.empty();
   window_.emplace(std::move(settings));
-  std::atexit(release_at_exit);
+  [[maybe_unused]] static const int registered = std::atexit(release_at_exit);
 }
 
 /// Waits until the next poll of main. With a window, draws a frame.
@@ -215,9 +227,17 @@ void ClientRun::pause() {
     window_->show_recording(recordings_.is_recording(), recordings_.state());
     window_->draw(io_.haptics().newest_view(), io_.snapshot(), coupling_.lines);
     if (window_->pop_record_press()) log(recordings_.toggle());
+    follow_request(window_->pop_request());
   } else {
     std::this_thread::sleep_for(kMainPeriod);
   }
+}
+
+/// Ends the run if the user wants to open something else.
+void ClientRun::follow_request(WindowRequest request) {
+  if (request == WindowRequest::kNone) return;
+  part_.next = request == WindowRequest::kHost ? RunEnd::Next::kHost : RunEnd::Next::kOpen;
+  is_over_ = true;
 }
 
 /// Ends the run if the session has ended. With a window or --commands the run continues, and they report why the
@@ -228,11 +248,11 @@ void ClientRun::end_by_itself(const ClientIoSnapshot& io) {
     return;
   }
   is_over_ = is_over_ || window_->is_closed();
-  if (options_.window.screenshot.empty() || is_over_ || SteadyClock().now() < screenshot_.due) return;
+  if (options_.window.screenshot.empty() || is_over_ || SteadyClock().now() < part_.screenshot.due) return;
   if (window_->is_making()) return;
   window_->save_next_frame(options_.window.screenshot);
   pause();
-  screenshot_.is_taken = true;
+  part_.screenshot.is_taken = true;
   is_over_ = true;
 }
 
@@ -254,7 +274,7 @@ bool ClientRun::join() {
     if (io.status.state == SessionState::kEnded) throw std::runtime_error(io.status.why);
     if (clock.now() > give_up) throw std::runtime_error("not joined within 20 s: " + io.status.why);
     pause();
-    if (stop_signals_.is_requested() || (window_ && window_->is_closed())) {
+    if (stop_signals_.is_requested() || (window_ && window_->is_closed()) || is_over_) {
       log("stopped before the room was joined");
       return false;
     }
@@ -296,7 +316,7 @@ void ClientRun::start_loop() {
   });
   start_.since = SteadyClock().now();
   next_status_ = start_.since + kStatusPeriod;
-  screenshot_.due = start_.since + options_.window.after;
+  part_.screenshot.due = start_.since + options_.window.after;
 }
 
 void ClientRun::keep_going() {
@@ -458,7 +478,7 @@ std::vector<std::string> ClientRun::problems_at_end(const ClientIoSnapshot& io) 
       commands_ ? commands_->problem() : "",
       if_true(recordings_.lost() > 0,
               "a recording is incomplete: " + std::to_string(recordings_.lost()) + " messages are not in it"),
-      if_true(!options_.window.screenshot.empty() && !screenshot_.is_taken,
+      if_true(!options_.window.screenshot.empty() && !part_.screenshot.is_taken,
               "--screenshot: the run ended before the picture was taken; see --after and --duration"),
       if_true(unset > 0,
               "--set: the run ended before " + std::to_string(unset) + " of the parameters were set; see --duration"),
@@ -471,7 +491,16 @@ std::vector<std::string> ClientRun::problems_at_end(const ClientIoSnapshot& io) 
 }  // namespace
 
 int run_client(const ClientOptions& options, realtime::Output& output) {
-  return ClientRun(options, output).run();
+  if (!options.window.is_open) return ClientRun(options, output, {}).run().code;
+  check_screenshot(options.window.screenshot);
+  Screen screen({.width = options.window.width, .height = options.window.height});
+  const RunEnd end = run_client(options, output, screen, {});
+  return end.next == RunEnd::Next::kQuit ? end.code : run_from_start(options, output, screen, end.next);
+}
+
+RunEnd run_client(const ClientOptions& options, realtime::Output& output, Screen& screen,
+                  const std::vector<std::string>& invitations) {
+  return ClientRun(options, output, {.screen = &screen, .invitations = invitations}).run();
 }
 
 }  // namespace tandem::client

@@ -16,10 +16,22 @@
 // stops first, so that the force is ramped down while the session is still open.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "client/app/options.hpp"
 #include "common/realtime/output.hpp"
 
 namespace tandem::client {
+
+class Screen;
+
+/// End of a run.
+struct RunEnd {
+  enum class Next { kQuit, kOpen, kHost };
+  int code = 0;
+  Next next = Next::kQuit;  ///< next step of the user: quit, or open or host another scene from the start screen
+};
 
 /// Runs until the duration is over, a signal arrives, or the session ends. Returns the exit code. The caller must have
 /// called block_stop_signals().
@@ -28,5 +40,9 @@ namespace tandem::client {
 ///         displayed
 /// Thread  main
 int run_client(const ClientOptions& options, realtime::Output& output);
+/// The same in a window that is open already.
+/// In      invitations  shown to the user, to be sent to others
+RunEnd run_client(const ClientOptions& options, realtime::Output& output, Screen& screen,
+                  const std::vector<std::string>& invitations);
 
 }  // namespace tandem::client

@@ -4,6 +4,7 @@
 
 #include "client/app/client_run.hpp"
 #include "client/app/options.hpp"
+#include "client/app/start_run.hpp"
 #include "client/app/stop_signals.hpp"
 #include "common/realtime/output.hpp"
 
@@ -13,6 +14,7 @@ int run(int argc, char** argv, tandem::realtime::Output& output) {
   try {
     const std::optional<tandem::client::ClientOptions> options = tandem::client::parse_client_options(argc, argv);
     if (!options) return 0;
+    if (options->window.has_start_screen) return tandem::client::run_from_start(*options, output);
     return tandem::client::run_client(*options, output);
   } catch (const std::exception& error) {
     output.err(std::string("tandem-client: ") + error.what() + "\n");

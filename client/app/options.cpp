@@ -202,6 +202,7 @@ void parse_size(const std::string& text, WindowOptions& window) {
 void add_window_options(CLI::App& app, WindowOptions& window, bool& is_headless) {
   app.add_flag("--headless", is_headless, kHeadlessHelp);
   app.add_option("--screenshot", window.screenshot, "write a picture of the window, then end")->type_name("FILE.png");
+  app.add_flag("--scene-only", window.is_scene_only, "the picture contains the scene only, without panels and texts");
   add_text(app, "--after", "when, after joining [3s]", "TIME",
            [&window](const std::string& text) { window.after = parse_duration(text, "s"); });
   add_text(app, "--window-size", "of the window [1280x800 pixels]", "WxH",
@@ -296,6 +297,12 @@ std::string listed_commands() {
   return text;
 }
 
+/// Returns whether no option names a server or says how it is identified.
+bool names_no_server(const CLI::App& app) {
+  constexpr std::array kNaming{"--server", "--join", "--pin", "--ca", "--token", "--insecure"};
+  return std::ranges::none_of(kNaming, [&app](const char* option) { return app.count(option) > 0; });
+}
+
 std::string one_line(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text;
@@ -310,7 +317,10 @@ void apply_server(const std::string& text, ClientIoSettings& io) {
 }
 
 std::optional<ClientOptions> parse_client_options(int argc, const char* const* argv) {
-  CLI::App app{"Joins a shared haptic scene with one device.", "tandem-client"};
+  CLI::App app{
+      "Joins a shared haptic scene with one device. Without --server, --join, --pin, --ca and --insecure a window asks "
+      "what to open.",
+      "tandem-client"};
   app.footer(
       "Exit code: 0 done; 1 the session was lost, no state was received, a parameter, recording, trace or picture is "
       "incomplete, or a command of --commands failed; 2 bad set-up.\n\n" +
@@ -359,8 +369,9 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   }
   options.device.seed = options.seed;
   options.device.realtime_priority = options.realtime_priority;
+  options.window.has_start_screen = !is_headless && !options.reads_commands && names_no_server(app);
   options.second_device = devices.complete(app, options.device, !is_headless || options.reads_commands);
-  apply_security(security, app.count("--role") > 0, options.io);
+  if (!options.window.has_start_screen) apply_security(security, app.count("--role") > 0, options.io);
   if (has_link) {
     check_links(options, link);
     options.io.links = SimulatedLinks{link, link, options.seed};

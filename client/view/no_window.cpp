@@ -1,15 +1,32 @@
 // Replacement of window.cpp in a build without the window (TANDEM_WINDOW=OFF).
 #include <stdexcept>
 
+#include "client/view/screen/screen.hpp"
+#include "client/view/screen/start_screen.hpp"
 #include "client/view/window.hpp"
 
 namespace tandem::client {
 
-struct Window::Impl {};
+struct Screen::Impl {};
 
-Window::Window(WindowSettings) {
+Screen::Screen(const ScreenSettings&) {
   throw std::runtime_error("this program was built without its window (TANDEM_WINDOW=OFF); add --headless");
 }
+Screen::~Screen() = default;
+void Screen::save_next_frame(const std::filesystem::path&, bool) {}
+bool Screen::is_closed() const {
+  return true;
+}
+
+class ScenePictures {};
+
+StartScreen::StartScreen(Screen& screen, StartForm& form) : screen_(screen), form_(form) {}
+StartScreen::~StartScreen() = default;
+void StartScreen::draw(StartFlow&) {}
+
+struct Window::Impl {};
+
+Window::Window(WindowSettings) {}
 
 Window::~Window() = default;
 void Window::add(const TickRecord&) {}
@@ -18,6 +35,9 @@ void Window::show_recording(bool, const std::string&) {}
 void Window::show_news(const std::string&) {}
 bool Window::pop_record_press() {
   return false;
+}
+WindowRequest Window::pop_request() {
+  return WindowRequest::kNone;
 }
 bool Window::is_closed() const {
   return true;

@@ -8,6 +8,9 @@
 #include <numbers>
 
 #include "client/view/scene_view.hpp"
+#include "client/view/screen/menu.hpp"
+#include "client/view/screen/sentences.hpp"
+#include "client/view/screen/style.hpp"
 #include "common/docking/molecule.hpp"
 #include "common/haptics/coupling/laws.hpp"
 #include "common/haptics/safety.hpp"
@@ -15,13 +18,12 @@
 namespace tandem::client {
 namespace {
 
-constexpr float kPanelEm = 21;  ///< width in font heights
+/// Width in font heights: kPanelShare of the window's width within these bounds, so that the centre stays free.
+constexpr float kMinPanelEm = 15, kMaxPanelEm = 21;
+constexpr float kPanelShare = 0.36F;
 constexpr double kMaxSliderDelay_ms = 300;
 constexpr double kMaxSliderJitter_ms = 50;
 constexpr double kMaxSliderLoss = 30;  ///< %
-
-const ImVec4 kDim(0.72F, 0.76F, 0.80F, 1);
-const ImVec4 kWarning(0.98F, 0.72F, 0.20F, 1);
 
 ImVec4 color_of(const Rgba& color) {
   return {color[0], color[1], color[2], color[3]};
@@ -29,8 +31,29 @@ ImVec4 color_of(const Rgba& color) {
 
 void fact(const char* name, const std::string& value) {
   ImGui::TextColored(kDim, "%s", name);
-  ImGui::SameLine(ImGui::GetFontSize() * 6.4F);
-  ImGui::TextUnformatted(value.c_str());
+  ImGui::SameLine(ImGui::GetFontSize() * 5.2F);
+  ImGui::TextWrapped("%s", value.c_str());
+}
+
+/// Explains the control above when the mouse is over it.
+void tip(const char* text) {
+  if (!ImGui::IsItemHovered()) return;
+  ImGui::BeginTooltip();
+  ImGui::PushTextWrapPos(22 * ImGui::GetFontSize());
+  ImGui::TextUnformatted(text);
+  ImGui::PopTextWrapPos();
+  ImGui::EndTooltip();
+}
+
+/// Draws a sentence in a place of two lines, so that a longer one never moves the controls below.
+void sentence_in_place(const std::string& text) {
+  const float top = ImGui::GetCursorPosY();
+  draw_explanation(text.c_str());
+  ImGui::SetCursorPosY(std::max(ImGui::GetCursorPosY(), top + 2 * ImGui::GetTextLineHeightWithSpacing()));
+}
+
+void heading(const char* name) {
+  ImGui::TextColored(kTitle, "%s", name);
 }
 
 /// Plots a curve. The axis ranges from 0 to a round number above all values.
@@ -79,33 +102,52 @@ bool begin_part(const char* title, bool& is_open) {
   return is_open;
 }
 
-void draw_link(ClientIo& client, net::LinkParameters& link) {
-  double delay_ms = to_seconds(link.delay) * 1e3, jitter_ms = to_seconds(link.jitter) * 1e3, loss = link.loss * 100;
-  ImGui::TextColored(kDim, "simulated link, each way");
-  bool is_moved = slider("delay", delay_ms, kMaxSliderDelay_ms, "%.0f ms");
-  is_moved = slider("jitter", jitter_ms, kMaxSliderJitter_ms, "%.1f ms") || is_moved;
-  is_moved = slider("loss", loss, kMaxSliderLoss, "%.1f %%") || is_moved;
+/// Draws the round-trip delay, and a slider that adds delay.
+void draw_delay(const PanelContent& content, net::LinkParameters& link) {
+  heading("Delay");
+  double delay_ms = to_seconds(link.delay) * 1e3;
+  const bool is_moved = slider("added", delay_ms, kMaxSliderDelay_ms, "%.0f ms");
+  tip("Delay that this program adds in each direction, to try what a distance does to touch. Others are not affected.");
+  sentence_in_place(delay_sentence(content.figures->round_trip_ms.newest(), link.delay));
   if (!is_moved) return;
   link.delay = from_seconds(delay_ms * 1e-3);
+  content.client->send(command::SetLinks{link});
+}
+
+void draw_link(ClientIo& client, net::LinkParameters& link) {
+  double jitter_ms = to_seconds(link.jitter) * 1e3, loss = link.loss * 100;
+  ImGui::TextColored(kDim, "simulated link, each way");
+  bool is_moved = slider("jitter", jitter_ms, kMaxSliderJitter_ms, "%.1f ms");
+  tip("Standard deviation of the added delay.");
+  is_moved = slider("loss", loss, kMaxSliderLoss, "%.1f %%") || is_moved;
+  tip("Share of messages that this program discards, in bad periods of 20 ms.");
+  if (!is_moved) return;
   link.jitter = from_seconds(jitter_ms * 1e-3);
   link.loss = loss / 100;
   client.send(command::SetLinks{link});
 }
 
-/// Draws the server's other rooms, and the operator's button.
-void draw_room(const PanelContent& content) {
+/// Draws who is in the room, the server's other rooms, and the operator's button.
+void draw_people(const PanelContent& content) {
   const ClientIoSnapshot& io = *content.io;
-  const std::string scene = printable(io.joined->scene().name());
+  heading("People");
+  sentence_in_place(people_sentence(io));
+  if (io.joined == nullptr) return;
   if (io.rooms.size() > 1) {
     const std::string room = chosen("room", io.room, io.rooms);
     if (!room.empty()) content.client->send(command::ChangeRoom{room});
-  } else {
-    fact("room", io.room);
   }
-  if (scene != io.room) fact("scene", scene);
-  if (io.joined->role() == wire::ROLE_OPERATOR && ImGui::Button("reset the room")) {
-    content.client->send(command::ResetRoom{});
+  if (io.joined->role() == wire::ROLE_OPERATOR) {
+    if (ImGui::Button("put everything back")) content.client->send(command::ResetRoom{});
+    tip("Moves all bodies of the room back to their start, for everybody.");
   }
+}
+
+/// Draws the force on the hand over the last seconds.
+void draw_force(const PanelContent& content) {
+  heading("Force");
+  curve("force [N]", content.figures->force_n, "%.2f", 1, color_of(kForceColor));
+  sentence_in_place(force_sentence(content.view));
 }
 
 void draw_recording(const PanelContent& content) {
@@ -113,23 +155,18 @@ void draw_recording(const PanelContent& content) {
   if (!content.is_recording && ImGui::IsItemHovered()) {
     ImGui::SetTooltip("device, tool, forces and link, into a new file in %s", content.recording_folder->c_str());
   }
-  if (content.recording_state->empty()) return;
-  ImGui::PushStyleColor(ImGuiCol_Text, kDim);
-  ImGui::TextWrapped("%s", content.recording_state->c_str());
-  ImGui::PopStyleColor();
 }
 
 void draw_session(const PanelContent& content) {
   const ClientIoSnapshot& io = *content.io;
   fact("state", std::string(name_of(io.status.state)));
-  if (io.joined != nullptr) draw_room(content);
+  if (io.joined != nullptr) {
+    fact("room", io.room);
+    if (const std::string scene = printable(io.joined->scene().name()); scene != io.room) fact("scene", scene);
+  }
   for (const auto& [name, value] : *content.facts) fact(name.c_str(), value);
-  std::string others;
-  for (const wire::UserJoined& user : io.users) others += (others.empty() ? "" : ", ") + printable(user.name());
-  fact("with", others.empty() ? "no other user" : others);
   draw_recording(content);
   for (const std::string& line : *content.missing) ImGui::TextWrapped("not drawn: %s", line.c_str());
-  if (!content.news.empty()) ImGui::TextWrapped("%s", content.news.c_str());
 }
 
 /// Draws a slider for a coefficient of the coupling, for the operator of the room. Its value has three significant
@@ -145,9 +182,7 @@ void closed_choice(const char* label, const std::string& now, const std::string&
   ImGui::BeginDisabled();
   chosen(label, now, {});
   ImGui::EndDisabled();
-  ImGui::PushStyleColor(ImGuiCol_Text, kDim);
-  ImGui::TextWrapped("%s", why.c_str());
-  ImGui::PopStyleColor();
+  draw_explanation(why.c_str());
 }
 
 /// Draws the coupling law of the room, which its operator can change.
@@ -175,17 +210,27 @@ void draw_law(const PanelContent& content) {
   }
 }
 
-/// Draws the stage, which is the method by which the scene is rendered to the hand.
+/// Draws the choice of the stage, which is the method by which the scene is rendered to the hand.
 void draw_stage(const PanelContent& content) {
+  heading("Stage");
+  StageSettings wanted = content.io->rendering.stage;
+  const std::string stage = chosen("stage", wanted.name, strings(stage_names()));
+  tip("How the delay is bridged. The page STAGES.md compares all of them.");
+  sentence_in_place(std::string(stage_sentence(wanted.name)));
+  if (stage.empty()) return;
+  wanted.name = stage;
+  content.client->send(command::SetStage{wanted});
+}
+
+/// Draws the settings of the stage and of the coupling.
+void draw_coupling(const PanelContent& content) {
   const ClientIoSnapshot& io = *content.io;
   StageSettings wanted = io.rendering.stage;
-  const std::string stage = chosen("stage", wanted.name, strings(stage_names()));
   const std::string predictor = chosen("predictor", wanted.predictor, strings(predictor_names()));
-  if (!stage.empty()) wanted.name = stage;
   if (!predictor.empty()) wanted.predictor = predictor;
   const bool is_switched = ImGui::Checkbox("passivity controller", &wanted.passivity);
-  if (!stage.empty() || !predictor.empty() || is_switched) content.client->send(command::SetStage{wanted});
-  if (!io.rendering.stage_note.empty()) ImGui::TextWrapped("%s", io.rendering.stage_note.c_str());
+  tip("Limits the energy that the hand receives to the energy that was put in.");
+  if (!predictor.empty() || is_switched) content.client->send(command::SetStage{wanted});
   if (io.joined == nullptr) return;
   draw_law(content);
   if (io.joined->role() != wire::ROLE_OPERATOR) {
@@ -203,28 +248,35 @@ void draw_drops(const char* way, const proto::DropCounters& drops) {
     if (drops.count(reason) == 0) continue;
     std::string words(proto::name_of(reason));
     std::ranges::replace(words, '_', ' ');
-    ImGui::TextColored(kDim, "dropped %s, %s: %llu", way, words.c_str(),
-                       static_cast<unsigned long long>(drops.count(reason)));
+    ImGui::PushStyleColor(ImGuiCol_Text, kDim);
+    ImGui::TextWrapped("%s, %s: %llu", way, words.c_str(), static_cast<unsigned long long>(drops.count(reason)));
+    ImGui::PopStyleColor();
   }
 }
 
 void draw_network(const PanelContent& content, net::LinkParameters& link) {
   const Figures& figures = *content.figures;
   curve("round trip [ms]", figures.round_trip_ms, "%.1f", 10, {0.80F, 0.47F, 0.65F, 1});
-  curve("state age [ms]", figures.state_age_ms, "%.1f", 5, {0.34F, 0.71F, 0.91F, 1});
+  tip("Time from a message of this program to the server's answer, with the added delay.");
+  curve("since last state [ms]", figures.state_age_ms, "%.1f", 5, {0.34F, 0.71F, 0.91F, 1});
+  tip("Time since the newest state of the server arrived. It is short also on a long way, because states arrive "
+      "often.");
   fact("jitter", text_of("%.2f ms", figures.jitter_ms));
+  tip("Standard deviation of the transit time of the server's states over the last 2 s.");
   fact("loss", text_of("%.1f %% up, ", figures.loss_up * 100) + text_of("%.1f %% down", figures.loss_down * 100));
   draw_link(*content.client, link);
-  draw_drops("here", content.io->counters.received_drops);
-  draw_drops("on the way out", content.io->counters.sent_drops);
+  draw_drops("received, not used", content.io->counters.received_drops);
+  tip("States that a newer one replaced before they were used (overwritten) are normal: only the newest counts.");
+  draw_drops("not sent", content.io->counters.sent_drops);
 }
 
 void draw_touch(const PanelContent& content) {
   const Figures& figures = *content.figures;
-  curve("force [N]", figures.force_n, "%.2f", 1, color_of(kForceColor));
   curve("torque [N·m]", figures.torque_n_m, "%.3f", 0.02, color_of(kTorqueColor));
   curve("prediction's residual [N]", figures.residual_n, "%.2f", 0.5, {0.90F, 0.62F, 0.0F, 1});
+  tip("Part of the force that the local model did not compute itself, as the predictor continues it.");
   curve("longest tick [ms]", figures.longest_tick_ms, "%.2f", 2, {0.80F, 0.80F, 0.80F, 1});
+  tip("Longest time between two steps of the haptic loop. It is 1 ms on a machine that is fast enough.");
   if (content.view == nullptr) return;
   const TickRecord& record = content.view->record;
   // Only a scene with molecules has an energy.
@@ -286,7 +338,7 @@ void draw_view(const PanelContent& content, WindowSwitches& switches) {
   ImGui::Checkbox("server's poses as ghosts (G)", &switches.shows_ghosts);
   ImGui::Checkbox("contact points (P)", &switches.shows_contacts);
   ImGui::Checkbox("follow the tool (T)", &switches.follows_tool);
-  draw_molecule_style(content, switches.molecules);
+  if (content.figures->has_molecules) draw_molecule_style(content, switches.molecules);
   ImGui::Checkbox("cut away the front (X)", &switches.cuts);
   if (switches.cuts) slider("depth", switches.cut_share, 1, "%.2f");
   ImGui::TextColored(kDim, "F1: help");
@@ -294,13 +346,18 @@ void draw_view(const PanelContent& content, WindowSwitches& switches) {
 
 void draw_help(const PanelContent& content, bool& is_open) {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos(ImVec2(size.x * 0.5F, size.y * 0.5F), ImGuiCond_Always, ImVec2(0.5F, 0.5F));
+  const float em = ImGui::GetFontSize(), top = static_cast<float>(menu_height());
+  const ImVec2 extent(std::min(44 * em, size.x - em), std::min(34 * em, size.y - top - em));
+  ImGui::SetNextWindowPos(ImVec2(size.x * 0.5F, (size.y + top) * 0.5F), ImGuiCond_Always, ImVec2(0.5F, 0.5F));
+  ImGui::SetNextWindowSize(extent);
+  ImGui::SetNextWindowBgAlpha(1);
   if (ImGui::Begin("Help", &is_open,
-                   ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse)) {
-    const auto line = [](const char* what, const char* does) {
-      ImGui::TextUnformatted(what);
-      ImGui::SameLine(ImGui::GetFontSize() * 15);
-      ImGui::TextColored(kDim, "%s", does);
+                   ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse)) {
+    const auto line = [column = std::min(12 * ImGui::GetFontSize(), 0.36F * size.x)](const char* what,
+                                                                                     const char* does) {
+      ImGui::TextWrapped("%s", what);
+      ImGui::SameLine(column);
+      draw_explanation(does);
     };
     if (content.is_mouse) {
       line("drag, left button", "move the hand: to the sides, up and down");
@@ -318,10 +375,14 @@ void draw_help(const PanelContent& content, bool& is_open) {
     line("F", "fit the scene; T: follow the tool");
     line("3D mouse", "the cap holds the scene, where it is not your device");
     line("G", "ghosts: where the server has things; P: contact points");
-    line("X", "cut away the front; M: molecules as balls, sticks, surface or ribbon; N: their colours");
-    if (content.figures->has_molecules) line("K", "keep this pose of the molecules; Z: back, Y: forward again");
+    line("X", "cut away the front");
+    if (content.figures->has_molecules) {
+      line("M, N", "molecules as balls, sticks, surface or ribbon; their colours");
+      line("Ctrl+K", "keep this pose of the molecules, for everybody");
+      line("Ctrl+Z, Ctrl+Y", "back to the last pose, forward again, for everybody");
+    }
     line("V", "point at the place under the mouse: other users see it and feel its direction");
-    line("Tab", "panels; F1: this help; Ctrl+Q: quit");
+    line("Tab", "panel; F1: this help; F11: full screen; Escape: close; Ctrl+Q: quit");
     ImGui::Separator();
     line("yellow arrow", "force on your hand, of the device");
     line("cyan arrow", "torque on your hand");
@@ -330,14 +391,16 @@ void draw_help(const PanelContent& content, bool& is_open) {
   ImGui::End();
 }
 
-void draw_notice(const std::string& text) {
+void draw_notice(const std::string& text, bool shows_panels) {
   if (text.empty()) return;
   const ImVec2 size = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos(ImVec2(size.x * 0.5F, ImGui::GetFontSize()), ImGuiCond_Always, ImVec2(0.5F, 0));
-  ImGui::SetNextWindowSizeConstraints(ImVec2(0, 0), ImVec2(size.x * 0.5F, size.y));
+  const float em = ImGui::GetFontSize(), top = static_cast<float>(menu_height()) + 0.6F * em;
+  // Beside the panel, so that it hides none of its controls.
+  const float width = std::max(12 * em, size.x - (shows_panels ? static_cast<float>(panels_width()) : 0) - 1.2F * em);
+  ImGui::SetNextWindowPos(ImVec2(0.6F * em, top));
   ImGui::Begin("##notice", nullptr,
                ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoInputs);
-  ImGui::PushTextWrapPos(size.x * 0.5F - 2 * ImGui::GetFontSize());
+  ImGui::PushTextWrapPos(width);
   ImGui::TextColored(kWarning, "%s", text.c_str());
   ImGui::PopTextWrapPos();
   ImGui::End();
@@ -366,27 +429,35 @@ std::string session_problem(const ClientIoSnapshot& io) {
 }
 
 double panels_width() {
-  return (kPanelEm + 1.2) * ImGui::GetFontSize();
+  const float em = ImGui::GetFontSize();
+  return std::clamp(kPanelShare * ImGui::GetIO().DisplaySize.x, kMinPanelEm * em, kMaxPanelEm * em) + 1.2F * em;
 }
 
 void draw_panels(const PanelContent& content, WindowSwitches& switches, net::LinkParameters& link,
                  WorkspaceSettings& workspace) {
-  draw_notice(content.notice);
+  draw_notice(content.notice, switches.shows_panels);
   if (switches.shows_help) draw_help(content, switches.shows_help);
   if (!switches.shows_panels) return;
   const ImVec2 size = ImGui::GetIO().DisplaySize;
-  const float em = ImGui::GetFontSize();
-  ImGui::SetNextWindowPos(ImVec2(size.x - 0.6F * em, 0.6F * em), ImGuiCond_Always, ImVec2(1, 0));
-  ImGui::SetNextWindowSizeConstraints(ImVec2(kPanelEm * em, 0), ImVec2(kPanelEm * em, size.y - 1.2F * em));
+  const float em = ImGui::GetFontSize(), top = static_cast<float>(menu_height()) + 0.6F * em;
+  const float width = static_cast<float>(panels_width()) - 1.2F * em;
+  ImGui::SetNextWindowPos(ImVec2(size.x - 0.6F * em, top), ImGuiCond_Always, ImVec2(1, 0));
+  ImGui::SetNextWindowSizeConstraints(ImVec2(width, 0), ImVec2(width, size.y - top - 0.6F * em));
   ImGui::Begin("##panels", nullptr,
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize);
-  if (begin_part("Session", switches.is_open[0])) draw_session(content);
+  draw_people(content);
+  draw_force(content);
+  draw_delay(content, link);
+  draw_stage(content);
   if (content.figures->has_molecules && begin_part("Molecules", switches.is_open[5])) draw_poses(content, switches);
-  if (begin_part("Network", switches.is_open[1])) draw_network(content, link);
-  if (begin_part("Touch", switches.is_open[2])) draw_touch(content);
-  if (begin_part("Stage", switches.is_open[3])) draw_stage(content);
-  if (begin_part("View", switches.is_open[4])) draw_view(content, switches);
-  if (begin_part("Hand", switches.is_open[6])) draw_workspace(content, workspace);
+  if (begin_part("Details", switches.is_open[7])) {
+    if (begin_part("Session", switches.is_open[0])) draw_session(content);
+    if (begin_part("Network", switches.is_open[1])) draw_network(content, link);
+    if (begin_part("Touch", switches.is_open[2])) draw_touch(content);
+    if (begin_part("Coupling", switches.is_open[3])) draw_coupling(content);
+    if (begin_part("View", switches.is_open[4])) draw_view(content, switches);
+    if (begin_part("Hand", switches.is_open[6])) draw_workspace(content, workspace);
+  }
   ImGui::End();
 }
 

@@ -23,8 +23,8 @@ struct WindowSwitches {
   bool cuts = false;       ///< hides all objects that are nearer than a plane
   double cut_share = 0.5;  ///< position of the plane: 0 in front of the focus ball, 1 behind it
   MoleculeStyle molecules{};
-  /// open or closed state of the panels' parts: session, network, touch, stage, view, molecules, hand
-  std::array<bool, 7> is_open{true, true, true, true, true, true, false};
+  /// open or closed state of the panels' parts: session, network, touch, stage, view, molecules, hand, details
+  std::array<bool, 8> is_open{true, true, true, true, true, true, false, false};
   std::array<char, 65> pose_name{};      ///< input field for the name of a pose to be saved; not stored
   std::array<char, 65> new_pose_name{};  ///< input field for a new name of a saved pose; not stored
 };
@@ -37,7 +37,6 @@ struct PanelContent {
   const std::vector<std::pair<std::string, std::string>>* facts = nullptr;  ///< names and values that describe the run
   const std::vector<std::string>* missing = nullptr;                        ///< objects of the scene that are not drawn
   std::string notice;                                                       ///< text for the top of the window
-  std::string news;                                                         ///< last message about the room
   bool is_mouse = false;
   double camera_turn_rad = 0;        ///< see Camera::turn_rad()
   bool is_making_molecules = false;  ///< molecules in another style are being made at present

@@ -1,14 +1,26 @@
-// Writes pictures as PNG files.
+// Writes and reads PNG files, by libpng.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
+#include <vector>
 
 namespace tandem::client {
 
-/// In      rgb  three bytes per pixel, in rows from top to bottom
-/// Fails   std::runtime_error: the file cannot be written
+/// In      rgb  width · height · 3 bytes, rows from top to bottom
+/// Fails   std::runtime_error, with the name of the file
 void write_png(const std::filesystem::path& file, std::span<const std::uint8_t> rgb, int width, int height);
+
+struct Pixels {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> rgb;  ///< layout: see write_png()
+};
+inline constexpr std::uint32_t kMaxPngSide = 2048;
+/// Reads a picture of at most kMaxPngSide pixels in width and height. Returns nothing if it is missing, larger or
+/// damaged.
+std::optional<Pixels> read_png(const std::filesystem::path& file);
 
 }  // namespace tandem::client

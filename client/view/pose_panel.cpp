@@ -110,15 +110,15 @@ void draw_poses(const PanelContent& content, WindowSwitches& switches) {
   if (figures.rmsd_angstrom) ImGui::Text("%.2f Å RMSD from the files' pose", *figures.rmsd_angstrom);
   if (content.io->kept_poses == nullptr || content.io->joined->role() == wire::ROLE_OBSERVER) return;
   const ImGuiStyle& style = ImGui::GetStyle();
-  const char* const keep = "keep (K)";
+  const char* const keep = "keep";
   ImGui::SetNextItemWidth(-ImGui::CalcTextSize(keep).x - 2 * style.FramePadding.x - style.ItemSpacing.x);
   const bool is_entered = ImGui::InputTextWithHint("##name", "name of a pose", switches.pose_name.data(),
                                                    switches.pose_name.size(), ImGuiInputTextFlags_EnterReturnsTrue);
   ImGui::SameLine();
   if (ImGui::Button(keep) || is_entered) keep_pose(content.client, switches);
-  if (ImGui::Button("undo (Z)")) ask_pose(content.client, wire::AskPose::UNDO);
+  if (ImGui::Button("undo")) ask_pose(content.client, wire::AskPose::UNDO);
   ImGui::SameLine();
-  if (ImGui::Button("redo (Y)")) ask_pose(content.client, wire::AskPose::REDO);
+  if (ImGui::Button("redo")) ask_pose(content.client, wire::AskPose::REDO);
   ImGui::SameLine();
   draw_minimising(content);
   draw_kept(content, switches, *content.io->kept_poses);

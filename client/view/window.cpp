@@ -4,128 +4,41 @@
 #include <epoxy/gl.h>
 // Must follow the header of the OpenGL functions; otherwise it would declare them itself.
 #include <GLFW/glfw3.h>
-#include <backends/imgui_impl_glfw.h>
-#include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <stdexcept>
-#include <thread>
+#include <ctime>
+#include <fstream>
 
 #include "client/view/panels.hpp"
-#include "client/view/png_file.hpp"
 #include "client/view/pointer_hand.hpp"
 #include "client/view/scene_view.hpp"
+#include "client/view/screen/menu.hpp"
+#include "client/view/screen/screen.hpp"
+#include "client/view/screen/sentences.hpp"
 #include "client/view/window_memory.hpp"
 
 namespace tandem::client {
 namespace {
 
-constexpr const char* kFont = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
-constexpr float kFontPixels = 14;
-constexpr Duration kFramePeriod = std::chrono::microseconds(16'667);
-constexpr Duration kSoftwareFramePeriod = std::chrono::microseconds(33'333);
 /// Motion of the hand for a wheel step, and for an arrow key per second, as fractions of the window's height.
 constexpr double kWheelShare = 0.02;
 constexpr double kKeyShare_per_s = 0.25;
 /// Rotation of the hand for a mouse motion across the window's height.
 constexpr double kHandTurn_rad = 3;
 constexpr double kWheelTurn_rad = 0.08;
-constexpr Duration kDoubleClick = std::chrono::milliseconds(500);
-constexpr double kDoubleClickPixels = 8;
+/// Time for which a message about the room is shown.
+constexpr Duration kNewsShown = std::chrono::seconds(15);
+/// Width of the picture beside the panel by its height, below which the scene is shown smaller.
+constexpr double kNarrowAspect = 0.8;
 /// Pose of the cap of a 3D mouse at full deflection.
 constexpr double kCapReach_m = 0.04, kCapReach_rad = 0.5;
-
-/// Returns GLFW's last error text.
-std::string glfw_problem() {
-  const char* words = nullptr;
-  glfwGetError(&words);
-  return words == nullptr ? "" : std::string(words);
-}
-
-GLFWwindow* open_window(const WindowSettings& settings) {
-  if (glfwInit() == GLFW_FALSE) {
-    throw std::runtime_error("no window can be opened: no display (" + glfw_problem() + "); add --headless");
-  }
-  glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
-  glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
-  glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
-  glfwWindowHint(GLFW_SAMPLES, 4);
-  glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
-  GLFWwindow* const window =
-      glfwCreateWindow(settings.width, settings.height, settings.title.c_str(), nullptr, nullptr);
-  if (window == nullptr) {
-    const std::string why = glfw_problem();
-    glfwTerminate();
-    throw std::runtime_error("no window with OpenGL 3.3 can be opened (" + why + "); add --headless");
-  }
-  glfwMakeContextCurrent(window);
-  // Frames are paced by FramePacer: a hidden window must not wait for the screen.
-  glfwSwapInterval(0);
-  return window;
-}
-
-void set_style(float scale) {
-  ImGui::StyleColorsDark();
-  ImGuiStyle& style = ImGui::GetStyle();
-  style.WindowRounding = 6;
-  style.FrameRounding = 3;
-  style.WindowBorderSize = 0;
-  style.Colors[ImGuiCol_WindowBg] = {0.09F, 0.11F, 0.13F, 0.86F};
-  style.Colors[ImGuiCol_FrameBg] = {0.17F, 0.20F, 0.24F, 0.90F};
-  style.Colors[ImGuiCol_Header] = {0.20F, 0.26F, 0.33F, 0.90F};
-  style.ScaleAllSizes(scale);
-  ImGuiIO& io = ImGui::GetIO();
-  io.IniFilename = nullptr;
-  if (std::filesystem::exists(kFont)) {
-    io.Fonts->AddFontFromFileTTF(kFont, std::round(kFontPixels * scale));
-  } else {
-    io.FontGlobalScale = scale;
-  }
-}
-
-bool is_software(const std::string& driver) {
-  return driver.find("llvmpipe") != std::string::npos || driver.find("softpipe") != std::string::npos;
-}
 
 bool is_down(GLFWwindow* window, int key) {
   return glfwGetKey(window, key) == GLFW_PRESS;
 }
-
-/// Paces the frames: at most one each period.
-class FramePacer {
- public:
-  void set_period(Duration period) { period_ = period; }
-  /// Waits until the next frame is due.
-  void wait(LocalTime now) {
-    if (next_ > now) std::this_thread::sleep_for(next_ - now);
-    next_ = std::max(next_, now - period_) + period_;
-  }
-
- private:
-  Duration period_ = kFramePeriod;
-  LocalTime next_{};
-};
-
-/// Detects double clicks by event times instead of frames: at a low frame rate both clicks arrive in one frame.
-class DoubleClick {
- public:
-  /// Adds a click at a place in pixels.
-  void add(LocalTime now, const Eigen::Vector2d& at) {
-    const bool is_second = now - clicked_at_ < kDoubleClick && (at - clicked_).norm() < kDoubleClickPixels;
-    is_complete_ = is_complete_ || is_second;
-    clicked_at_ = is_second ? LocalTime{} : now;
-    clicked_ = at;
-  }
-  /// True if one was completed since the last call.
-  bool pop() { return std::exchange(is_complete_, false); }
-
- private:
-  bool is_complete_ = false;
-  LocalTime clicked_at_{};  ///< time and place of the last click
-  Eigen::Vector2d clicked_ = Eigen::Vector2d::Zero();
-};
 
 }  // namespace
 
@@ -133,11 +46,15 @@ struct Window::Impl {
   explicit Impl(WindowSettings window_settings);
   ~Impl();
 
-  static void note_key(GLFWwindow* window, int key, int, int action, int modifiers);
-  static void note_button(GLFWwindow* window, int button, int action, int modifiers);
-  void fit() { camera.fit(scene->scene().focus_W, scene->scene().focus_radius_m); }
-  double aspect() const { return static_cast<double>(width) / std::max(1, height); }
+  void fit();
+  double aspect() const { return static_cast<double>(screen.width()) / std::max(1, screen.height()); }
   void handle_keys();
+  template <class Pressed>
+  void handle_shared_keys(const Pressed& pressed);
+  void handle_hand(bool toggles_grab, bool rests);
+  void handle_menu();
+  void save_picture();
+  void draw_messages(const ClientIoSnapshot& io, float bottom) const;
   void handle_mouse();
   void handle_cap();
   void handle_hand_keys(double period_s);
@@ -145,10 +62,12 @@ struct Window::Impl {
   void follow(const View* view);
   void point(const View* view);
   void draw_labels(const Mat4f& clip) const;
-  void draw_hint() const;
+  void draw_hint(const ClientIoSnapshot& io) const;
+  float free_width() const;
   bool is_mouse() const { return settings.pointer != nullptr; }
 
   WindowSettings settings;
+  Screen& screen;
   GLFWwindow* window;
   std::unique_ptr<Renderer> renderer;
   std::unique_ptr<SceneView> scene;
@@ -157,66 +76,34 @@ struct Window::Impl {
   Figures figures;
   WindowSwitches switches;
   SteadyClock clock;
-  FramePacer pacer;
   std::uint32_t hand_of = 0;  ///< scene generation of the hand's target
-  int width = 0;              ///< size of the last frame's buffer
-  int height = 0;
-  std::filesystem::path picture;  ///< file for the next frame; empty: none
-  std::vector<int> keys_pressed;  ///< since the last frame, including keys pressed and released in between
-  DoubleClick double_click;
   bool is_holding = false;
   bool is_pointing_requested = false;
   bool is_recording = false;
   std::string recording_state;
   std::string news;
+  LocalTime news_at{};
   bool is_record_pressed = false;
-  bool has_turned = false;  ///< the user has moved the camera
+  WindowRequest request = WindowRequest::kNone;
+  MenuState menu;
+  std::string picture_news;  ///< about the last saved picture
+  bool has_turned = false;   ///< the user has moved the camera
 };
 
 Window::Impl::Impl(WindowSettings window_settings)
-    : settings(std::move(window_settings)), window(open_window(settings)) {
-  float scale = 1, scale_y = 1;
-  glfwGetWindowContentScale(window, &scale, &scale_y);
-  glfwSetWindowUserPointer(window, this);
-  // These must be set before ImGui installs its callbacks, because ImGui's callbacks call them.
-  glfwSetKeyCallback(window, note_key);
-  glfwSetMouseButtonCallback(window, note_button);
-  ImGui::CreateContext();
-  set_style(std::clamp(scale, 0.5F, 4.0F));
-  ImGui_ImplGlfw_InitForOpenGL(window, true);
-  ImGui_ImplOpenGL3_Init("#version 330 core");
+    : settings(std::move(window_settings)), screen(*settings.screen), window(screen.handle()) {
+  screen.set_title(settings.title);
   if (settings.remembers) switches = remembered_switches(window_memory_file());
   apply_named(settings.molecules, MoleculeStyle::kShapeNames, switches.molecules.shape);
   apply_named(settings.molecule_colors, MoleculeStyle::kColorNames, switches.molecules.colors);
   renderer = std::make_unique<Renderer>();
   scene = std::make_unique<SceneView>(*renderer);
-  if (is_software(Renderer::driver())) pacer.set_period(kSoftwareFramePeriod);
 }
 
 Window::Impl::~Impl() {
   if (settings.remembers) remember_switches(window_memory_file(), switches);
   scene.reset();
   renderer.reset();
-  ImGui_ImplOpenGL3_Shutdown();
-  ImGui_ImplGlfw_Shutdown();
-  ImGui::DestroyContext();
-  glfwDestroyWindow(window);
-  glfwTerminate();
-}
-
-void Window::Impl::note_key(GLFWwindow* window, int key, int, int action, int modifiers) {
-  auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(window));
-  constexpr std::size_t kMaxKeys = 32;
-  if (key == GLFW_KEY_Q && (modifiers & GLFW_MOD_CONTROL) != 0) glfwSetWindowShouldClose(window, GLFW_TRUE);
-  if (action == GLFW_PRESS && self.keys_pressed.size() < kMaxKeys) self.keys_pressed.push_back(key);
-}
-
-void Window::Impl::note_button(GLFWwindow* window, int button, int action, int) {
-  auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(window));
-  if (button != GLFW_MOUSE_BUTTON_LEFT || action != GLFW_PRESS) return;
-  Eigen::Vector2d at;
-  glfwGetCursorPos(window, &at.x(), &at.y());
-  self.double_click.add(self.clock.now(), at);
 }
 
 /// Returns the number of the next enumerator; the first one follows the last.
@@ -226,11 +113,15 @@ Number next_of(const std::array<const char*, kCount>&, Number number) {
 }
 
 void Window::Impl::handle_keys() {
-  const std::vector<int> keys = std::exchange(keys_pressed, {});
+  const std::vector<int> keys = screen.take_keys();
   if (ImGui::GetIO().WantTextInput) return;  // a text field gets the keyboard input
   const auto pressed = [&keys](int key) { return std::ranges::find(keys, key) != keys.end(); };
+  if (pressed(GLFW_KEY_F11)) screen.toggle_full_screen();
+  if (pressed(GLFW_KEY_ESCAPE)) switches.shows_help = menu.shows_invitations = false;
   if (pressed(GLFW_KEY_F1)) switches.shows_help = !switches.shows_help;
   if (pressed(GLFW_KEY_TAB)) switches.shows_panels = !switches.shows_panels;
+  handle_hand(pressed(GLFW_KEY_SPACE), pressed(GLFW_KEY_R));
+  if (ImGui::GetIO().KeyCtrl) return handle_shared_keys(pressed);
   if (pressed(GLFW_KEY_G)) switches.shows_ghosts = !switches.shows_ghosts;
   if (pressed(GLFW_KEY_T)) switches.follows_tool = !switches.follows_tool;
   if (pressed(GLFW_KEY_P)) switches.shows_contacts = !switches.shows_contacts;
@@ -240,16 +131,24 @@ void Window::Impl::handle_keys() {
   if (pressed(GLFW_KEY_N)) style.colors = next_of(MoleculeStyle::kColorNames, style.colors);
   if (pressed(GLFW_KEY_F)) fit();
   if (pressed(GLFW_KEY_V)) is_pointing_requested = true;
-  if (figures.has_molecules) {
-    if (pressed(GLFW_KEY_K)) keep_pose(settings.client, switches);
-    if (pressed(GLFW_KEY_Z)) ask_pose(settings.client, wire::AskPose::UNDO);
-    if (pressed(GLFW_KEY_Y)) ask_pose(settings.client, wire::AskPose::REDO);
-  }
+}
+
+/// Keys that change the scene for everybody: with Ctrl only, so that a stray letter has no effect on others.
+template <class Pressed>
+void Window::Impl::handle_shared_keys(const Pressed& pressed) {
+  if (!figures.has_molecules) return;
+  if (pressed(GLFW_KEY_K)) keep_pose(settings.client, switches);
+  if (pressed(GLFW_KEY_Z)) ask_pose(settings.client, wire::AskPose::UNDO);
+  if (pressed(GLFW_KEY_Y)) ask_pose(settings.client, wire::AskPose::REDO);
+}
+
+/// Moves the hand of the device "mouse" by keys.
+void Window::Impl::handle_hand(bool toggles_grab, bool rests) {
   if (!is_mouse()) return;
   hand.follow_grab(is_holding, clock.now());
-  if (pressed(GLFW_KEY_SPACE)) hand.toggle_grab(is_holding, clock.now());
+  if (toggles_grab) hand.toggle_grab(is_holding, clock.now());
   hand.press(kButtonClutch, is_down(window, GLFW_KEY_C));
-  if (pressed(GLFW_KEY_R)) hand.rest();
+  if (rests) hand.rest();
   handle_hand_keys(ImGui::GetIO().DeltaTime);
 }
 
@@ -262,7 +161,7 @@ void Window::Impl::handle_hand_keys(double period_s) {
 
 void Window::Impl::handle_mouse() {
   const ImGuiIO& io = ImGui::GetIO();
-  const bool is_double_click = double_click.pop();
+  const bool is_double_click = screen.pop_double_click();
   if (io.WantCaptureMouse || io.DisplaySize.y <= 0) return;
   if (is_mouse() && is_double_click) hand.toggle_grab(is_holding, clock.now());
   const double right = io.MouseDelta.x / io.DisplaySize.y, down = io.MouseDelta.y / io.DisplaySize.y;
@@ -346,16 +245,100 @@ void Window::Impl::draw_labels(const Mat4f& clip) const {
   }
 }
 
-void Window::Impl::draw_hint() const {
+void Window::Impl::draw_hint(const ClientIoSnapshot& io) const {
   const char* hint = "drag with the right button: look around    F1: help";
   if (is_mouse()) {
     hint = "drag: move the hand    Shift: away, towards    double click: grab    right button: look around    F1: help";
     if (is_holding) hint = "drag: move the hand    double click: release    drag with Ctrl: turn it    F1: help";
   }
   if (hand.has_missed(clock.now())) hint = "nothing within reach to grab: move the hand nearer";
-  const float em = ImGui::GetFontSize();
-  ImGui::GetBackgroundDrawList()->AddText(ImVec2(em, ImGui::GetIO().DisplaySize.y - 2 * em),
-                                          IM_COL32(235, 240, 245, 210), hint);
+  const float em = ImGui::GetFontSize(), width = free_width() - 2 * em;
+  const ImVec2 extent = ImGui::CalcTextSize(hint, nullptr, false, width);
+  const float top = ImGui::GetIO().DisplaySize.y - extent.y - 0.8F * em;
+  ImGui::GetBackgroundDrawList()->AddText(nullptr, 0, ImVec2(em, top), IM_COL32(235, 240, 245, 210), hint, nullptr,
+                                          width);
+  draw_messages(io, top - 0.6F * em);
+}
+
+/// Draws the last messages above the hint, where they move no control: about the room, the stage, the recording.
+void Window::Impl::draw_messages(const ClientIoSnapshot& io, float bottom) const {
+  const float em = ImGui::GetFontSize(), width = free_width() - 2 * em, rim = 0.25F * em;
+  ImDrawList& list = *ImGui::GetBackgroundDrawList();
+  for (const std::string* text : {&news, &io.rendering.stage_note, &recording_state, &picture_news}) {
+    const bool is_old = text == &news && clock.now() - news_at > kNewsShown;
+    if (text->empty() || is_old) continue;
+    const ImVec2 extent = ImGui::CalcTextSize(text->c_str(), nullptr, false, width);
+    bottom -= extent.y;
+    list.AddRectFilled(ImVec2(em - rim, bottom - rim), ImVec2(em + extent.x + rim, bottom + extent.y + rim),
+                       IM_COL32(18, 22, 26, 190), rim);
+    list.AddText(nullptr, 0, ImVec2(em, bottom), IM_COL32(200, 210, 220, 255), text->c_str(), nullptr, width);
+    bottom -= 3 * rim;
+  }
+}
+
+/// Width of the window beside the panel.
+float Window::Impl::free_width() const {
+  const bool has_panel = switches.shows_panels && !settings.is_scene_only;
+  return ImGui::GetIO().DisplaySize.x - (has_panel ? static_cast<float>(panels_width()) : 0);
+}
+
+/// Shows the whole scene. In a narrow window it is shown smaller, so that its sides are beside the panel too.
+void Window::Impl::fit() {
+  const double free_aspect = free_width() / std::max(1.0F, ImGui::GetIO().DisplaySize.y);
+  camera.fit(scene->scene().focus_W, scene->scene().focus_radius_m / std::min(1.0, free_aspect / kNarrowAspect));
+}
+
+void Window::Impl::handle_menu() {
+  const MenuContent content{
+      .is_recording = is_recording, .shows_panels = switches.shows_panels, .invitations = &settings.invitations};
+  switch (draw_menu(content, menu)) {
+    case MenuAction::kNone:
+      break;
+    case MenuAction::kOpen:
+      request = WindowRequest::kOpen;
+      break;
+    case MenuAction::kHost:
+      request = WindowRequest::kHost;
+      break;
+    case MenuAction::kSavePicture:
+      save_picture();
+      break;
+    case MenuAction::kRecord:
+      is_record_pressed = true;
+      break;
+    case MenuAction::kFullScreen:
+      screen.toggle_full_screen();
+      break;
+    case MenuAction::kSettings:
+      switches.shows_panels = switches.is_open[7] = true;
+      break;
+    case MenuAction::kHelp:
+      switches.shows_help = true;
+      break;
+    case MenuAction::kPanels:
+      switches.shows_panels = !switches.shows_panels;
+      break;
+    case MenuAction::kQuit:
+      screen.close();
+      break;
+  }
+}
+
+/// Writes the scene of the next frame, without panels and texts, into a new file beside the recordings.
+void Window::Impl::save_picture() {
+  std::array<char, 40> name{};
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  std::strftime(name.data(), name.size(), "tandem-%Y%m%dT%H%M%SZ.png", &utc);
+  const std::filesystem::path file = std::filesystem::path(settings.recording_folder) / name.data();
+  // An error of the file must not end the session.
+  if (!std::ofstream(file)) {
+    picture_news = "the picture " + file.string() + " cannot be written";
+    return;
+  }
+  screen.save_next_frame(file, true);
+  picture_news = "picture: " + file.string();
 }
 
 Window::Window(WindowSettings settings) : impl_(std::make_unique<Impl>(std::move(settings))) {}
@@ -368,11 +351,7 @@ void Window::add(const TickRecord& record) {
 
 void Window::draw(const View* view, const ClientIoSnapshot& io, const std::string& notice) {
   Impl& self = *impl_;
-  self.pacer.wait(self.clock.now());
-  glfwPollEvents();
-  ImGui_ImplOpenGL3_NewFrame();
-  ImGui_ImplGlfw_NewFrame();
-  ImGui::NewFrame();
+  self.screen.begin_frame();
   self.figures.add(view, io, self.clock.now());
   if (self.scene->update(io, self.switches.molecules) && !self.has_turned) self.fit();
   self.handle_keys();
@@ -384,12 +363,13 @@ void Window::draw(const View* view, const ClientIoSnapshot& io, const std::strin
   self.figures.add_molecules(self.scene->scene(), view, io, self.clock.now());
   self.scene->arrange(view, io, self.switches, self.camera, self.figures, self.clock.now());
 
-  glfwGetFramebufferSize(self.window, &self.width, &self.height);
-  self.camera.leave_free(self.switches.shows_panels ? panels_width() / ImGui::GetIO().DisplaySize.x : 0);
-  self.renderer->draw(self.scene->frame(), self.camera, self.width, self.height);
-  self.draw_hint();
+  self.camera.leave_free(1 - self.free_width() / ImGui::GetIO().DisplaySize.x);
+  self.renderer->draw(self.scene->frame(), self.camera, self.screen.width(), self.screen.height());
+  self.draw_hint(io);
   self.draw_labels(self.camera.projection_of_world(self.aspect()));
-  const std::string problem = session_problem(io);
+  self.handle_menu();
+  std::string problem = session_problem(io);
+  if (problem.empty() && notice.empty()) problem = force_problem(view, io);
   const PanelContent content{.client = self.settings.client,
                              .view = view,
                              .io = &io,
@@ -397,7 +377,6 @@ void Window::draw(const View* view, const ClientIoSnapshot& io, const std::strin
                              .facts = &self.settings.facts,
                              .missing = &self.scene->scene().missing,
                              .notice = problem.empty() ? notice : problem,
-                             .news = self.news,
                              .is_mouse = self.is_mouse(),
                              .camera_turn_rad = self.camera.turn_rad(),
                              .is_making_molecules = self.scene->is_making(self.switches.molecules),
@@ -406,13 +385,7 @@ void Window::draw(const View* view, const ClientIoSnapshot& io, const std::strin
                              .recording_folder = &self.settings.recording_folder,
                              .is_record_pressed = &self.is_record_pressed};
   draw_panels(content, self.switches, self.settings.link, self.settings.workspace);
-  ImGui::Render();
-  ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
-  if (!self.picture.empty()) {
-    const std::filesystem::path file = std::exchange(self.picture, {});
-    write_png(file, Renderer::pixels(self.width, self.height), self.width, self.height);
-  }
-  glfwSwapBuffers(self.window);
+  self.screen.end_frame();
 }
 
 void Window::show_recording(bool is_recording, const std::string& state) {
@@ -422,14 +395,19 @@ void Window::show_recording(bool is_recording, const std::string& state) {
 
 void Window::show_news(const std::string& news) {
   impl_->news = news;
+  impl_->news_at = impl_->clock.now();
 }
 
 bool Window::pop_record_press() {
   return std::exchange(impl_->is_record_pressed, false);
 }
 
+WindowRequest Window::pop_request() {
+  return std::exchange(impl_->request, WindowRequest::kNone);
+}
+
 bool Window::is_closed() const {
-  return glfwWindowShouldClose(impl_->window) != GLFW_FALSE;
+  return impl_->screen.is_closed();
 }
 
 bool Window::is_making() const {
@@ -437,7 +415,7 @@ bool Window::is_making() const {
 }
 
 void Window::save_next_frame(const std::filesystem::path& file) {
-  impl_->picture = file;
+  impl_->screen.save_next_frame(file, impl_->settings.is_scene_only);
 }
 
 }  // namespace tandem::client

@@ -21,10 +21,15 @@
 
 namespace tandem::client {
 
+class Screen;
+
+/// Request of the menu that ends the session.
+enum class WindowRequest { kNone, kOpen, kHost };
+
 struct WindowSettings {
   std::string title = "tandem";
-  int width = 1280;
-  int height = 800;
+  Screen* screen = nullptr;                    ///< where the window draws; required, and must outlive the window
+  bool is_scene_only = false;                  ///< a saved frame contains neither panels nor texts
   std::string molecules{}, molecule_colors{};  ///< names as in MoleculeStyle; empty: as in the last run
   std::shared_ptr<devices::Device> cap{};      ///< a 3D mouse that steers the camera; null: none
   bool remembers = true;       ///< stores the user's switches from one run to the next (window_memory.hpp)
@@ -32,6 +37,7 @@ struct WindowSettings {
   /// The window writes to it from mouse and keys. Null: the device is no mouse, and the mouse moves only the camera.
   std::shared_ptr<devices::Pointer> pointer{};
   std::vector<std::pair<std::string, std::string>> facts{};  ///< facts about the run, for the session panel
+  std::vector<std::string> invitations{};                    ///< invitations of a hosted session, for other users
   std::string recording_folder{};                            ///< folder for recordings that the button starts
   net::LinkParameters link{};                                ///< initial parameters of the simulated link
   WorkspaceSettings workspace{};                             ///< initial mapping of the hand
@@ -40,9 +46,7 @@ struct WindowSettings {
 /// Thread  main, the thread that constructed it
 class Window {
  public:
-  /// Opens an empty window.
-  /// Fails   std::runtime_error: there is no display or no OpenGL 3.3, or the program was built without a window; the
-  ///         message names the remedy
+  /// Fails   std::runtime_error: the display's driver refuses a shader
   explicit Window(WindowSettings settings);
   ~Window();
   Window(const Window&) = delete;
@@ -50,8 +54,7 @@ class Window {
 
   /// Adds a tick. Call for each tick, in order.
   void add(const TickRecord& record);
-  /// Evaluates mouse and keys, and draws one frame. Waits first, so that the rate is at most 60 frames a second (30
-  /// without a graphics card).
+  /// Evaluates mouse and keys, and draws one frame of the screen.
   /// In      view    null: none received yet
   ///         notice  text for the top of the window; "": the session's notice, if there is one
   void draw(const View* view, const ClientIoSnapshot& io, const std::string& notice);
@@ -61,6 +64,8 @@ class Window {
   void show_news(const std::string& news);
   /// Returns whether the button for recordings was pressed since the last call.
   bool pop_record_press();
+  /// Returns the last request from the menu since the last call.
+  WindowRequest pop_request();
   /// Returns whether the user has closed the window.
   bool is_closed() const;
   /// Returns whether molecules in the current style are still being made.

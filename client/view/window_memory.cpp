@@ -3,20 +3,16 @@
 
 #include <algorithm>
 #include <boost/json.hpp>
-#include <cstdlib>
-#include <fstream>
-#include <iterator>
 #include <span>
 #include <string>
 
+#include "client/start/recent.hpp"
 #include "common/base/folders.hpp"
 
 namespace tandem::client {
 namespace {
 
 namespace json = boost::json;
-
-constexpr std::size_t kMaxBytes = 16 * 1024;
 
 /// Calls `use` for each switch, with its name in the file.
 template <class Switches, class Use>
@@ -31,24 +27,6 @@ void for_each_switch(Switches& switches, const Use& use) {
   }
 }
 
-json::value read_json(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::string text(kMaxBytes + 1, '\0');
-  in.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, in.gcount())));
-  json::error_code error;
-  json::value value = text.size() > kMaxBytes ? json::value() : json::parse(text, error);
-  return error ? json::value() : value;
-}
-
-std::filesystem::path home_of_state() {
-  if (const char* state = std::getenv("XDG_STATE_HOME"); state != nullptr && *state == '/') return state;
-  if (const char* home = std::getenv("HOME"); home != nullptr && *home == '/') {
-    return std::filesystem::path(home) / ".local/state";
-  }
-  return {};
-}
-
 std::string_view text_of(const json::object& object, const char* field) {
   const json::value* const stored = object.if_contains(field);
   return stored != nullptr && stored->is_string() ? std::string_view(stored->get_string()) : std::string_view();
@@ -57,13 +35,13 @@ std::string_view text_of(const json::object& object, const char* field) {
 }  // namespace
 
 std::filesystem::path window_memory_file() {
-  const std::filesystem::path home = home_of_state();
-  return home.empty() ? home : home / "tandem" / "window.json";
+  const std::filesystem::path folder = state_folder();
+  return folder.empty() ? folder : folder / "window.json";
 }
 
 WindowSwitches remembered_switches(const std::filesystem::path& file) {
   WindowSwitches switches;
-  const json::value value = read_json(file);
+  const json::value value = read_state(file);
   const json::object* const object = value.if_object();
   if (object == nullptr) return switches;
   for_each_switch(switches, [object](const char* name, bool& is_on) {

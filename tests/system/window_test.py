@@ -9,7 +9,7 @@ import subprocess
 import time
 import unittest
 
-from support import BIN, PATIENCE_S, SOURCE, ProgramTest, Server, finish, program, start_client
+from support import PATIENCE_S, SOURCE, ProgramTest, Server, finish, program, start_client
 from window_support import (HEIGHT, WIDTH, Picture, WindowTest, is_blue, is_cream, is_green, is_orange, is_pink,
                             is_red, is_white, is_yellow)
 
@@ -223,19 +223,6 @@ class Operators(WindowTest):
             operator.terminate()
             finish(operator)
         self.assertGreater(others.count(is_green), 40, "an observer sees it")
-
-
-class Demo(WindowTest):
-    def test_shows_you_and_a_partner_who_lifts_a_crate(self):
-        done = subprocess.run([os.path.join(SOURCE, "deploy/demo"), "--window", "--skip-build", "--programs", BIN, "--out",
-                               self.folder, "--picture", self.path("demo.png")], env=self.display.environment(),
-                              capture_output=True, text=True, timeout=3 * PATIENCE_S)
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        picture = Picture.of_file(self.path("demo.png"))
-        self.assertGreater(picture.count(is_orange), 8000, "the crate")
-        with open(self.path("window/server.log")) as file:
-            log = file.read()
-        self.assertRegex(log, "stop", "the server was told to stop: " + log)
 
 
 class Hands(WindowTest):

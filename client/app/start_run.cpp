@@ -1,0 +1,145 @@
+// See start_run.hpp.
+#include "client/app/start_run.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <exception>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "client/app/client_run.hpp"
+#include "client/app/run_settings.hpp"
+#include "client/app/security_options.hpp"
+#include "client/app/stop_signals.hpp"
+#include "client/start/recent.hpp"
+#include "client/start/start_flow.hpp"
+#include "client/view/screen/screen.hpp"
+#include "client/view/screen/start_screen.hpp"
+
+namespace tandem::client {
+namespace {
+
+std::vector<std::string> device_lines(const std::string& of_hand) {
+  std::vector<std::string> lines{"Your hand: " + of_hand + "."};
+  for (const devices::DeviceKind& kind : devices::device_kinds()) {
+    if (kind.find == nullptr || kind.name == of_hand) continue;
+    for (const devices::FoundDevice& found : kind.find()) {
+      const std::string name = std::string(kind.name) + " at " + found.where;
+      lines.push_back("Found: " + name + (found.problem.empty() ? "." : ", " + found.problem));
+    }
+  }
+  return lines;
+}
+
+StartForm new_form(const ClientOptions& options) {
+  StartForm form;
+  std::string name = options.io.client.session.user_name;
+  // The default name says nothing about the user.
+  if (const char* const user = std::getenv("USER"); name == SessionSettings{}.user_name && user != nullptr) name = user;
+  name.copy(form.name.data(), form.name.size() - 1);
+  form.devices = device_lines(options.device.name);
+  form.about = "Not a certified safety system. Files of a mesh or a structure stay on the machine that opens them.";
+  return form;
+}
+
+/// Options of the session that joins the flow's target.
+ClientOptions session_options(ClientOptions options, const StartFlow& flow, const std::string& user) {
+  const JoinTarget& target = flow.target();
+  SessionSettings& session = options.io.client.session;
+  if (!user.empty()) session.user_name = user;
+  apply_server(target.address, options.io);
+  SecurityOptions security;
+  if (target.invitation) security.invitation = proto::text_of(*target.invitation);
+  security.is_insecure = !target.invitation;
+  // The user of a server of their own may also reset its room.
+  if (flow.has_server() && !target.invitation) session.role = wire::ROLE_OPERATOR;
+  apply_security(security, !target.invitation, options.io);
+  return options;
+}
+
+class StartRun {
+ public:
+  StartRun(const ClientOptions& options, realtime::Output& output, Screen& screen, bool is_hosting)
+      : options_(options),
+        output_(output),
+        screen_(screen),
+        flow_(program_beside("").parent_path(), recent_file()),
+        form_(new_form(options)) {
+    flow_.form().is_hosted = is_hosting;
+  }
+
+  int run() {
+    while (choose()) {
+      const int code = session();
+      if (!goes_on_) return code;
+    }
+    return 0;
+  }
+
+ private:
+  /// Draws the start screen until there is an address to join. Returns false if the program is to end.
+  bool choose();
+  /// Runs one session. Sets goes_on_ if the start screen is to be shown again.
+  int session();
+  bool is_pictured(LocalTime since);
+
+  ClientOptions options_;
+  realtime::Output& output_;
+  Screen& screen_;
+  StartFlow flow_;
+  StartForm form_;
+  bool goes_on_ = false;
+};
+
+bool StartRun::choose() {
+  const StopSignals signals;
+  StartScreen start(screen_, form_);
+  const LocalTime since = SteadyClock().now();
+  while (!screen_.is_closed() && !signals.is_requested()) {
+    start.draw(flow_);
+    if (flow_.state() == StartFlow::State::kReady) return true;
+    if (is_pictured(since)) {
+      screen_.save_next_frame(options_.window.screenshot, false);
+      start.draw(flow_);
+      return false;
+    }
+  }
+  return false;
+}
+
+/// Returns whether a picture of the start screen is due (--screenshot).
+bool StartRun::is_pictured(LocalTime since) {
+  return !options_.window.screenshot.empty() && SteadyClock().now() - since >= options_.window.after;
+}
+
+int StartRun::session() {
+  goes_on_ = false;
+  try {
+    const ClientOptions options = session_options(options_, flow_, form_.name.data());
+    const RunEnd end = run_client(options, output_, screen_, flow_.invitations());
+    goes_on_ = end.next != RunEnd::Next::kQuit;
+    flow_.close("");
+    flow_.form().is_hosted = end.next == RunEnd::Next::kHost;
+    return end.code;
+  } catch (const std::exception& error) {
+    output_.err(std::string("tandem-client: ") + error.what() + "\n");
+    flow_.close(error.what());
+    goes_on_ = true;
+    return 1;
+  }
+}
+
+}  // namespace
+
+int run_from_start(const ClientOptions& options, realtime::Output& output) {
+  check_screenshot(options.window.screenshot);
+  Screen screen({.width = options.window.width, .height = options.window.height});
+  return StartRun(options, output, screen, false).run();
+}
+
+int run_from_start(const ClientOptions& options, realtime::Output& output, Screen& screen, RunEnd::Next next) {
+  return StartRun(options, output, screen, next == RunEnd::Next::kHost).run();
+}
+
+}  // namespace tandem::client

@@ -1,0 +1,60 @@
+// A program that this one starts and ends, e.g. the server behind the window.
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "common/base/time.hpp"
+
+namespace tandem::client {
+
+/// Runs a program in a process group of its own, so that Ctrl-C reaches only this one, which then ends it in order. The
+/// kernel sends SIGTERM to it when this program ends in any way, also by SIGKILL.
+///
+/// Thread  constructed by main, because the kernel watches the thread that starts the process; a reader thread of its
+///         own keeps its pipe empty
+class ChildProgram {
+ public:
+  static constexpr std::size_t kMaxLines = 256;  ///< stored lines of output; the oldest are dropped
+  static constexpr std::size_t kMaxLineBytes = 4096;
+
+  /// Fails   std::system_error: no process or pipe can be made
+  ChildProgram(const std::filesystem::path& program, const std::vector<std::string>& arguments);
+  /// Calls stop().
+  ~ChildProgram();
+  ChildProgram(const ChildProgram&) = delete;
+  ChildProgram& operator=(const ChildProgram&) = delete;
+
+  bool is_running();
+  /// Exit code, or 128 plus the number of the signal that ended the program; 127: it could not be executed. Valid when
+  /// is_running() is false.
+  int exit_code() const { return exit_code_; }
+  /// Lines of stdout and stderr since the last call.
+  std::vector<std::string> take_lines();
+  /// Asks the program to end.
+  void request_stop();
+  /// Asks the program to end, and kills it if it does not end within the time.
+  void stop(Duration patience = std::chrono::milliseconds(1000));
+
+ private:
+  void read_lines();
+  void add_line(std::string& line);
+
+  pid_t process_ = -1;
+  int output_ = -1;  ///< read end of the pipe
+  bool has_ended_ = false;
+  int exit_code_ = 0;
+  std::mutex mutex_;  ///< protects lines_
+  std::vector<std::string> lines_;
+  std::thread reader_;
+};
+
+/// Returns the program of this name in the folder of the running program.
+std::filesystem::path program_beside(const std::string& name);
+
+}  // namespace tandem::client

@@ -1,0 +1,26 @@
+// The window's memory from one run to the next: small JSON files in the user's state folder.
+#pragma once
+
+#include <boost/json.hpp>
+#include <cstddef>
+#include <filesystem>
+#include <vector>
+
+#include "client/start/start_choice.hpp"
+
+namespace tandem::client {
+
+/// Returns $XDG_STATE_HOME/tandem, otherwise ~/.local/state/tandem. Empty if neither folder is known.
+std::filesystem::path state_folder();
+/// Reads a JSON file of at most 16 KiB. Returns null if it is missing, larger or invalid.
+boost::json::value read_state(const std::filesystem::path& file);
+
+/// File of the choices of earlier runs. Empty if no folder is known.
+std::filesystem::path recent_file();
+inline constexpr std::size_t kMaxRecent = 6;
+/// Reads the last choices, the newest first. Invalid entries are left out; no entry contains an invitation.
+std::vector<StartChoice> recent_choices(const std::filesystem::path& file);
+/// Adds a choice as the newest. An invitation is a secret for one use, so it is not stored. Errors are ignored.
+void remember_choice(const std::filesystem::path& file, const StartChoice& choice);
+
+}  // namespace tandem::client

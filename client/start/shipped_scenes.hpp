@@ -1,0 +1,22 @@
+// The shipped scenes that the start screen offers, in the order in which it shows them.
+#pragma once
+
+#include <span>
+#include <string_view>
+
+namespace tandem::client {
+
+struct ShippedScene {
+  std::string_view name;      ///< name of the file in server/scenes
+  std::string_view title;     ///< at most 24 bytes
+  std::string_view sentence;  ///< one sentence about the task; at most 90 bytes
+  /// Hand path of a simulated partner, of the program or a file of the data folder; empty: the scene needs no partner.
+  std::string_view partner{};
+};
+
+std::span<const ShippedScene> shipped_scenes();
+
+/// Returns null if no shipped scene has this name.
+const ShippedScene* find_shipped_scene(std::string_view name);
+
+}  // namespace tandem::client

@@ -1,0 +1,29 @@
+// The menu at the top of a session, and its dialogs.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace tandem::client {
+
+enum class MenuAction { kNone, kOpen, kHost, kSavePicture, kRecord, kFullScreen, kSettings, kHelp, kPanels, kQuit };
+
+struct MenuContent {
+  bool is_recording = false;
+  bool shows_panels = true;
+  const std::vector<std::string>* invitations = nullptr;  ///< those of a hosted session; empty: it is not hosted
+};
+
+/// State of the menu's dialog.
+struct MenuState {
+  bool shows_invitations = true;  ///< has an effect in a hosted session
+};
+
+/// Draws the menu, and the invitations of a hosted session, in the current ImGui context. Returns the chosen action.
+/// Thread  the window's
+MenuAction draw_menu(const MenuContent& content, MenuState& state);
+
+/// Height of the menu, in ImGui's pixels.
+double menu_height();
+
+}  // namespace tandem::client

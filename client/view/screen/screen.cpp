@@ -1,0 +1,245 @@
+// See screen.hpp.
+#include "client/view/screen/screen.hpp"
+
+#include <epoxy/gl.h>
+// Must follow the header of the OpenGL functions; otherwise it would declare them itself.
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "client/view/png_file.hpp"
+#include "client/view/renderer.hpp"
+#include "client/view/screen/style.hpp"
+#include "common/base/time.hpp"
+
+namespace tandem::client {
+namespace {
+
+constexpr Duration kFramePeriod = std::chrono::microseconds(16'667);
+constexpr Duration kSoftwareFramePeriod = std::chrono::microseconds(33'333);
+constexpr Duration kDoubleClick = std::chrono::milliseconds(500);
+constexpr double kDoubleClickPixels = 8;
+constexpr std::size_t kMaxKeys = 32, kMaxDropped = 16;
+
+/// Returns GLFW's last error text.
+std::string glfw_problem() {
+  const char* words = nullptr;
+  glfwGetError(&words);
+  return words == nullptr ? "" : std::string(words);
+}
+
+GLFWwindow* open_window(const ScreenSettings& settings) {
+  if (glfwInit() == GLFW_FALSE) {
+    throw std::runtime_error("no window can be opened: no display (" + glfw_problem() + "); add --headless");
+  }
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+  glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+  glfwWindowHint(GLFW_SAMPLES, 4);
+  glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
+  GLFWwindow* const window =
+      glfwCreateWindow(settings.width, settings.height, settings.title.c_str(), nullptr, nullptr);
+  if (window == nullptr) {
+    const std::string why = glfw_problem();
+    glfwTerminate();
+    throw std::runtime_error("no window with OpenGL 3.3 can be opened (" + why + "); add --headless");
+  }
+  glfwMakeContextCurrent(window);
+  // Frames are paced by FramePacer: a hidden window must not wait for the screen.
+  glfwSwapInterval(0);
+  return window;
+}
+
+bool is_software(const std::string& driver) {
+  return driver.find("llvmpipe") != std::string::npos || driver.find("softpipe") != std::string::npos;
+}
+
+/// Paces the frames: at most one each period.
+class FramePacer {
+ public:
+  void set_period(Duration period) { period_ = period; }
+  /// Waits until the next frame is due.
+  void wait(LocalTime now) {
+    if (next_ > now) std::this_thread::sleep_for(next_ - now);
+    next_ = std::max(next_, now - period_) + period_;
+  }
+
+ private:
+  Duration period_ = kFramePeriod;
+  LocalTime next_{};
+};
+
+/// Detects double clicks by event times instead of frames: at a low frame rate both clicks arrive in one frame.
+class DoubleClick {
+ public:
+  /// Adds a click at a place in pixels.
+  void add(LocalTime now, const Eigen::Vector2d& at) {
+    const bool is_second = now - clicked_at_ < kDoubleClick && (at - clicked_).norm() < kDoubleClickPixels;
+    is_complete_ = is_complete_ || is_second;
+    clicked_at_ = is_second ? LocalTime{} : now;
+    clicked_ = at;
+  }
+  /// True if one was completed since the last call.
+  bool pop() { return std::exchange(is_complete_, false); }
+
+ private:
+  bool is_complete_ = false;
+  LocalTime clicked_at_{};  ///< time and place of the last click
+  Eigen::Vector2d clicked_ = Eigen::Vector2d::Zero();
+};
+
+}  // namespace
+
+struct Screen::Impl {
+  explicit Impl(const ScreenSettings& settings);
+  ~Impl();
+
+  static Impl& of(GLFWwindow* window) { return *static_cast<Impl*>(glfwGetWindowUserPointer(window)); }
+  static void note_key(GLFWwindow* window, int key, int, int action, int modifiers);
+  static void note_button(GLFWwindow* window, int button, int action, int);
+  static void note_dropped(GLFWwindow* window, int count, const char** files);
+  void save_picture();
+
+  GLFWwindow* window;
+  SteadyClock clock;
+  FramePacer pacer;
+  int width = 0;  ///< size of the frame's buffer
+  int height = 0;
+  std::filesystem::path picture;  ///< file for the next frame; empty: none
+  bool is_scene_only = false;     ///< the picture contains no texts and panels
+  std::vector<int> keys;          ///< since the last call of take_keys()
+  DoubleClick double_click;
+  std::vector<std::filesystem::path> dropped;
+  std::array<int, 4> windowed{};  ///< place and size before the full screen
+};
+
+Screen::Impl::Impl(const ScreenSettings& settings) : window(open_window(settings)) {
+  float scale = 1, scale_y = 1;
+  glfwGetWindowContentScale(window, &scale, &scale_y);
+  glfwSetWindowUserPointer(window, this);
+  // These must be set before ImGui installs its callbacks, because ImGui's callbacks call them.
+  glfwSetKeyCallback(window, note_key);
+  glfwSetMouseButtonCallback(window, note_button);
+  glfwSetDropCallback(window, note_dropped);
+  ImGui::CreateContext();
+  apply_style(std::clamp(scale, 0.5F, 4.0F));
+  ImGui_ImplGlfw_InitForOpenGL(window, true);
+  ImGui_ImplOpenGL3_Init("#version 330 core");
+  if (is_software(Renderer::driver())) pacer.set_period(kSoftwareFramePeriod);
+}
+
+Screen::Impl::~Impl() {
+  ImGui_ImplOpenGL3_Shutdown();
+  ImGui_ImplGlfw_Shutdown();
+  ImGui::DestroyContext();
+  glfwDestroyWindow(window);
+  glfwTerminate();
+}
+
+void Screen::Impl::note_key(GLFWwindow* window, int key, int, int action, int modifiers) {
+  Impl& self = of(window);
+  if (key == GLFW_KEY_Q && (modifiers & GLFW_MOD_CONTROL) != 0) glfwSetWindowShouldClose(window, GLFW_TRUE);
+  if (action == GLFW_PRESS && self.keys.size() < kMaxKeys) self.keys.push_back(key);
+}
+
+void Screen::Impl::note_button(GLFWwindow* window, int button, int action, int) {
+  Impl& self = of(window);
+  if (button != GLFW_MOUSE_BUTTON_LEFT || action != GLFW_PRESS) return;
+  Eigen::Vector2d at;
+  glfwGetCursorPos(window, &at.x(), &at.y());
+  self.double_click.add(self.clock.now(), at);
+}
+
+void Screen::Impl::note_dropped(GLFWwindow* window, int count, const char** files) {
+  Impl& self = of(window);
+  for (int i = 0; i < count && self.dropped.size() < kMaxDropped; ++i) self.dropped.emplace_back(files[i]);
+}
+
+void Screen::Impl::save_picture() {
+  const std::filesystem::path file = std::exchange(picture, {});
+  write_png(file, Renderer::pixels(width, height), width, height);
+}
+
+Screen::Screen(const ScreenSettings& settings) : impl_(std::make_unique<Impl>(settings)) {}
+
+Screen::~Screen() = default;
+
+void Screen::begin_frame() {
+  impl_->pacer.wait(impl_->clock.now());
+  glfwPollEvents();
+  ImGui_ImplOpenGL3_NewFrame();
+  ImGui_ImplGlfw_NewFrame();
+  ImGui::NewFrame();
+  glfwGetFramebufferSize(impl_->window, &impl_->width, &impl_->height);
+}
+
+void Screen::end_frame() {
+  Impl& self = *impl_;
+  ImGui::Render();
+  if (!self.picture.empty() && self.is_scene_only) self.save_picture();
+  ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+  if (!self.picture.empty()) self.save_picture();
+  glfwSwapBuffers(self.window);
+}
+
+int Screen::width() const {
+  return impl_->width;
+}
+
+int Screen::height() const {
+  return impl_->height;
+}
+
+GLFWwindow* Screen::handle() const {
+  return impl_->window;
+}
+
+void Screen::set_title(const std::string& title) {
+  glfwSetWindowTitle(impl_->window, title.c_str());
+}
+
+std::vector<int> Screen::take_keys() {
+  return std::exchange(impl_->keys, {});
+}
+
+bool Screen::pop_double_click() {
+  return impl_->double_click.pop();
+}
+
+std::vector<std::filesystem::path> Screen::take_dropped() {
+  return std::exchange(impl_->dropped, {});
+}
+
+bool Screen::is_closed() const {
+  return glfwWindowShouldClose(impl_->window) != GLFW_FALSE;
+}
+
+void Screen::close() {
+  glfwSetWindowShouldClose(impl_->window, GLFW_TRUE);
+}
+
+void Screen::toggle_full_screen() {
+  auto& [x, y, width, height] = impl_->windowed;
+  GLFWwindow* const window = impl_->window;
+  if (glfwGetWindowMonitor(window) != nullptr) return glfwSetWindowMonitor(window, nullptr, x, y, width, height, 0);
+  GLFWmonitor* const monitor = glfwGetPrimaryMonitor();
+  const GLFWvidmode* const mode = monitor == nullptr ? nullptr : glfwGetVideoMode(monitor);
+  if (mode == nullptr) return;
+  glfwGetWindowPos(window, &x, &y);
+  glfwGetWindowSize(window, &width, &height);
+  glfwSetWindowMonitor(window, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
+}
+
+void Screen::save_next_frame(const std::filesystem::path& file, bool is_scene_only) {
+  impl_->picture = file;
+  impl_->is_scene_only = is_scene_only;
+}
+
+}  // namespace tandem::client

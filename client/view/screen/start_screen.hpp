@@ -1,0 +1,48 @@
+// The start screen, which is shown if the program is started without an address.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/start/start_flow.hpp"
+#include "client/view/screen/screen.hpp"
+
+namespace tandem::client {
+
+class ScenePictures;
+
+/// Text fields and lists of the start screen.
+struct StartForm {
+  std::array<char, 65> name{};  ///< the user's name
+  std::array<char, 1025> file{}, receptor{}, ligand{};
+  std::array<char, 2049> address{};
+  std::vector<std::string> devices;  ///< lines about the devices found
+  std::string about;                 ///< line at the end of the page
+};
+
+/// Draws the start screen in the current ImGui context, and passes the user's choice to the flow.
+/// In      pictures  null: cards without pictures
+/// Thread  the window's
+void draw_start(StartFlow& flow, StartForm& form, ScenePictures* pictures);
+
+/// The start screen in a window.
+class StartScreen {
+ public:
+  /// In      screen, form  must outlive this
+  StartScreen(Screen& screen, StartForm& form);
+  ~StartScreen();
+  StartScreen(const StartScreen&) = delete;
+  StartScreen& operator=(const StartScreen&) = delete;
+
+  /// Draws one frame, and follows the flow.
+  void draw(StartFlow& flow);
+
+ private:
+  Screen& screen_;
+  StartForm& form_;
+  std::unique_ptr<ScenePictures> pictures_;
+};
+
+}  // namespace tandem::client

@@ -1,0 +1,259 @@
+"""The start screen, used with mouse and keyboard: from no address to a scene that is touched, a mesh file that is
+opened, and a session that one user hosts and another joins by pasting. Buttons are found by their colour."""
+
+import json
+import os
+import signal
+import subprocess
+import time
+import unittest
+
+from support import BIN, PATIENCE_S, SOURCE, ProgramTest, finish, free_port, program
+from window_support import Display, WindowTest, is_cream, is_orange
+from window_use_test import blocks, is_arrow_button
+
+#: Distance from a button of the forms to the field on its left, in pixels.
+TO_FIELD = 120
+CUBE = """OFF
+8 12 0
+0 0 0
+1 0 0
+1 1 0
+0 1 0
+0 0 1
+1 0 1
+1 1 1
+0 1 1
+3 0 2 1
+3 0 3 2
+3 4 5 6
+3 4 6 7
+3 0 1 5
+3 0 5 4
+3 1 2 6
+3 1 6 5
+3 2 3 7
+3 2 7 6
+3 3 0 4
+3 3 4 7
+"""
+
+
+def children_of(process):
+    """Returns (id, name) of the processes that a process has started."""
+    found = subprocess.run(["ps", "-o", "pid=,comm=", "--ppid", str(process)], capture_output=True, text=True).stdout
+    return [(int(line.split()[0]), line.split()[1]) for line in found.splitlines()]
+
+
+def is_running(process):
+    state = subprocess.run(["ps", "-o", "stat=", "-p", str(process)], capture_output=True, text=True).stdout.strip()
+    return bool(state) and not state.startswith("Z")
+
+
+class StartTest(WindowTest):
+    programs = (*WindowTest.programs, "xclip", "ps")
+    width, height = 1280, 900
+
+    def start_screen(self, *arguments, display=None):
+        """Starts the program without an address, and waits for the start screen."""
+        display = display or self.display
+        client = subprocess.Popen(
+            [program("tandem-client"), "--window-size", f"{self.width}x{self.height}", *arguments],
+            env=display.environment() | {"USER": "anna"}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(client.communicate)
+        self.addCleanup(client.kill)
+        self.wait_for_title("^tandem: start$", display)
+        time.sleep(2)
+        return client
+
+    def wait_for_title(self, title, display=None):
+        display = display or self.display
+        deadline = time.monotonic() + PATIENCE_S
+        while time.monotonic() < deadline:
+            found = subprocess.run(["xdotool", "search", "--onlyvisible", "--name", title, "windowfocus"],
+                                   env=display.environment(), capture_output=True, timeout=PATIENCE_S)
+            if found.returncode == 0:
+                return
+            time.sleep(0.1)
+        self.fail(f"no window with the title {title}")
+
+    def wait_for_picture(self, is_wanted, what, display=None):
+        display = display or self.display
+        deadline = time.monotonic() + PATIENCE_S
+        while time.monotonic() < deadline:
+            if is_wanted(display.picture()):
+                return
+            time.sleep(0.5)
+        self.fail(f"the window does not show {what}")
+
+    def click(self, x, y, display=None):
+        display = display or self.display
+        display.do("mousemove", int(x), int(y))
+        time.sleep(0.5)
+        display.do("mousedown", 1)
+        time.sleep(0.4)
+        display.do("mouseup", 1)
+        time.sleep(0.8)
+
+    def buttons(self, display=None):
+        """Returns the places of the buttons Join and Open."""
+        display = display or self.display
+        display.do("mousemove", 640, 60)
+        time.sleep(0.7)
+        found = blocks(display.picture(), is_arrow_button, 22, 60, left=0.9)
+        self.assertGreaterEqual(len(found), 2, found)
+        return found[:2]
+
+    def type(self, text, display=None):
+        (display or self.display).do("type", "--delay", "25", text)
+
+    def open_first_scene(self):
+        self.click(self.width // 10, 170)
+        self.wait_for_title("^tandem: anna$")
+
+    def server_of(self, client):
+        servers = [process for process, name in children_of(client.pid) if name == "tandem-server"]
+        self.assertEqual(len(servers), 1)
+        return servers[0]
+
+    def quit(self, client):
+        began = time.monotonic()
+        self.display.do("key", "ctrl+q")
+        code, out, err = finish(client)
+        self.assertEqual(code, 0, out + err)
+        return time.monotonic() - began
+
+
+class Local(StartTest):
+    def test_a_click_on_the_first_scene_leads_to_a_crate_that_is_lifted_with_the_partner(self):
+        client = self.start_screen()
+        self.open_first_scene()
+        self.wait_for_picture(lambda picture: picture.count(is_orange) > 4000, "the crate")
+        server = self.server_of(client)
+        time.sleep(7)  # the partner begins two seconds after the user has joined, and lifts after three more
+        before = self.display.picture().middle(is_orange)
+        self.drag(0, 90)
+        self.display.do("key", "space")
+        time.sleep(1)
+        self.drag(0, -170)
+        after = self.display.picture().middle(is_orange)
+        self.assertLess(after[1], before[1] - 20, "the crate is higher")
+        self.quit(client)
+        self.assertFalse(is_running(server), "the server has ended with the window")
+        with open(os.path.join(self.display.folder.name, "tandem", "recent.json")) as file:
+            self.assertEqual([choice["scene"] for choice in json.load(file)], ["crate"])
+
+    def test_a_typed_path_opens_a_mesh_and_letters_in_the_field_switch_nothing(self):
+        path = self.write("xmgt.off", CUBE)
+        client = self.start_screen()
+        _, (x, y) = self.buttons()
+        self.click(x - TO_FIELD, y)
+        self.type(path)
+        self.display.do("key", "Return")
+        self.wait_for_title("^tandem: anna$")
+        self.wait_for_picture(lambda picture: picture.count(is_cream) > 4000, "the mesh")
+        self.quit(client)
+        with open(os.path.join(self.display.folder.name, "tandem", "window.json")) as file:
+            remembered = json.load(file)
+        self.assertEqual((remembered["cuts"], remembered["follows_tool"], remembered["shows_ghosts"]), (False, False, False))
+
+    def test_the_menu_leads_back_to_the_start_screen_and_ends_the_server(self):
+        client = self.start_screen()
+        self.open_first_scene()
+        self.wait_for_picture(lambda picture: picture.count(is_orange) > 4000, "the crate")
+        server = self.server_of(client)
+        self.click(30, 10)  # Session
+        self.click(60, 32)  # Open something else
+        self.wait_for_title("^tandem: start$")
+        self.assertFalse(is_running(server))
+        self.quit(client)
+
+    def test_the_server_ends_when_the_program_is_killed(self):
+        client = self.start_screen()
+        self.open_first_scene()
+        server = self.server_of(client)
+        client.send_signal(signal.SIGKILL)
+        client.wait(PATIENCE_S)
+        deadline = time.monotonic() + PATIENCE_S
+        while is_running(server) and time.monotonic() < deadline:
+            time.sleep(0.1)
+        self.assertFalse(is_running(server))
+
+
+class Hosting(StartTest):
+    def test_one_user_hosts_and_copies_an_invitation_and_another_joins_by_pasting(self):
+        port = free_port()
+        guest_display = self.enterContext(Display(self.width, self.height))
+        host = self.start_screen()
+        (_, join), _ = self.buttons()
+        self.click(self.width * 0.73, join + 50)  # others may join
+        self.click(self.width * 0.74, join + 50 + 48)  # port
+        self.display.do("key", "ctrl+a")
+        self.type(f"{port}\n")
+        self.open_first_scene()
+        self.wait_for_picture(lambda picture: picture.count(is_orange) > 2000, "the crate")
+        time.sleep(1)
+        copy = blocks(self.display.picture(), is_arrow_button, 25, 60, left=0)[0]
+        self.click(*copy)
+        invitation = subprocess.run(["xclip", "-o", "-selection", "clipboard"], env=self.display.environment(),
+                                    capture_output=True, text=True, timeout=PATIENCE_S).stdout
+        self.assertRegex(invitation, rf"^[0-9.]+:{port}/[\w-]+/[\w-]+$")
+        # The guest is on this machine too, where each address of it reaches the server.
+        guest = self.start_screen(display=guest_display)
+        (x, y), _ = self.buttons(guest_display)
+        subprocess.run(["xclip", "-selection", "clipboard"], env=guest_display.environment(), input=invitation, text=True,
+                       check=True, timeout=PATIENCE_S, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.click(x - TO_FIELD, y, guest_display)
+        guest_display.do("key", "ctrl+v")
+        time.sleep(0.5)
+        guest_display.do("key", "Return")
+        self.wait_for_title("^tandem: anna$", guest_display)
+        self.wait_for_picture(lambda picture: picture.count(is_orange) > 2000, "the crate", guest_display)
+        guest_display.do("key", "ctrl+q")
+        code, out, err = finish(guest)
+        self.assertEqual(code, 0, out + err)
+        self.quit(host)
+
+    def test_what_is_no_invitation_is_explained_on_the_start_screen(self):
+        client = self.start_screen()
+        before = self.display.picture().count(is_yellow_text)
+        (x, y), _ = self.buttons()
+        self.click(x - TO_FIELD, y)
+        self.type("192.0.2.7:47800")
+        self.display.do("key", "Return")
+        time.sleep(1)
+        self.assertGreater(self.display.picture().count(is_yellow_text), before + 100, "a line of warning")
+        self.quit(client)
+
+
+def is_yellow_text(r, g, b):
+    return r > 190 and 130 < g < 200 and b < 100
+
+
+class Demo(StartTest):
+    def test_opens_the_start_screen(self):
+        done = subprocess.run([os.path.join(SOURCE, "deploy/demo"), "--window", "--skip-build", "--programs", BIN, "--out",
+                               self.folder, "--picture", self.path("demo.png")], env=self.display.environment(),
+                              capture_output=True, text=True, timeout=3 * PATIENCE_S)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertTrue(os.path.getsize(self.path("demo.png")) > 10000)
+
+
+class WithoutDisplay(ProgramTest):
+    def environment(self):
+        return {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
+
+    def test_the_program_says_so_before_anything_starts(self):
+        done = subprocess.run([program("tandem-client")], env=self.environment(), capture_output=True, text=True,
+                              timeout=PATIENCE_S)
+        self.assert_setup_error((done.returncode, done.stdout, done.stderr), "no display", "--headless")
+
+    def test_the_demo_says_so_before_it_builds(self):
+        done = subprocess.run([os.path.join(SOURCE, "deploy/demo"), "--window", "--programs", "/nonexistent", "--out",
+                               self.folder], env=self.environment(), capture_output=True, text=True, timeout=PATIENCE_S)
+        self.assertEqual(done.stdout, "")
+        self.assert_setup_error((done.returncode, done.stdout, done.stderr), "needs a display", "DISPLAY")
+
+
+if __name__ == "__main__":
+    unittest.main()
