@@ -129,7 +129,7 @@ PoseAnswer PoseSite::navigate(const PoseRequest& request) {
       if (found == nullptr) return refusal(request, wire::ERROR_BAD_VALUE, kNoSuchPose);
       const Pose X_AB = *in_first(*found);
       trail_.move_to(X_AB);
-      return place(X_AB, "to " + found->name(), request);
+      return place(X_AB, "to \"" + found->name() + "\"", request);
     }
     case Kind::UNDO:
       if (const auto X_AB = trail_.undo()) return place(*X_AB, "back", request);
