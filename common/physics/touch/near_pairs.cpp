@@ -140,8 +140,9 @@ bool NearPairs::add(std::span<const TouchThing> things, std::size_t a, std::size
   return true;
 }
 
-/// Assigns to each close pair the Pair object that it used before. If one of two implicit things was external before,
-/// that object may have them in reverse order. This order is then used, so that the friction state is preserved.
+/// Assigns to each close pair the Pair object that it used before. If one of its things has become implicit or external
+/// since then, that object may have them in reverse order. This order is then used, so that the friction state is
+/// preserved.
 void NearPairs::match(std::span<const TouchThing> things) noexcept {
   const auto used = std::span(pairs_).first(end_);
   for (Near& near : near_) {
@@ -150,7 +151,7 @@ void NearPairs::match(std::span<const TouchThing> things) noexcept {
              pair.thing_b == near.thing_b && pair.part_b == near.part_b;
     };
     auto found = std::find_if(used.begin(), used.end(), is_its);
-    if (found == used.end() && things[near.thing_b].role == TouchThing::Role::kImplicit) {
+    if (found == used.end() && things[near.thing_b].role != TouchThing::Role::kStatic) {
       near.turn();
       found = std::find_if(used.begin(), used.end(), is_its);
       if (found == used.end()) near.turn();

@@ -18,8 +18,8 @@ namespace tandem::physics {
 /// poses are unchanged, and if no thing moves farther than predicted.
 class NearPairs {
  public:
-  /// Shape part_a of thing_a, which is implicit, and shape part_b of thing_b. If both things are implicit, their order
-  /// does not change.
+  /// Shape part_a of thing_a and shape part_b of thing_b. At least one of the things is implicit. Their order does not
+  /// change while the pair is close. A static thing is always the second one.
   struct Pair {
     explicit Pair(std::uint32_t budget) : contacts(budget) {}
     /// Returns the contacts at these poses. The first call uses the result of find_ahead() if that is valid; otherwise

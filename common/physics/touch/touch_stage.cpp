@@ -176,8 +176,9 @@ TickFaults TouchStage::find_contacts(std::span<const TouchThing> things) noexcep
 void TouchStage::add_patch(std::span<const TouchThing> things, NearPairs::Pair& near) noexcept {
   const TouchThing& a = things[near.thing_a];
   const TouchThing& b = things[near.thing_b];
-  if (b.role == TouchThing::Role::kExternal && body_of_thing_[near.thing_b] == contact::kStaticBody) {
-    add_body(things, near.thing_b);
+  for (const std::size_t thing : {near.thing_a, near.thing_b}) {
+    const bool is_external = things[thing].role == TouchThing::Role::kExternal;
+    if (is_external && body_of_thing_[thing] == contact::kStaticBody) add_body(things, thing);
   }
   contact::SolverPatch patch;
   patch.a = body_of_thing_[near.thing_a];
