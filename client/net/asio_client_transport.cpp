@@ -24,6 +24,11 @@ using boost::system::error_code;
 constexpr Duration kLinger = std::chrono::milliseconds(500);
 /// Limit of the datagrams read in one wake-up. Normally all waiting ones are read, because only the newest matters.
 constexpr int kDatagramsPerWake = 1024;
+/// After this number of successive errors, the datagram socket is read again after kErrorPause. An ICMP error of an
+/// earlier send is reported once, so more errors without a datagram or an empty queue mean that the socket fails. The
+/// loss of the server is reported by TCP.
+constexpr int kMaxErrorsPerWake = 16;
+constexpr Duration kErrorPause = std::chrono::milliseconds(10);
 constexpr std::uint64_t kLinksPerConnection = 4;
 
 /// The four links of one connection.
@@ -71,13 +76,14 @@ void add(net::LinkCounters& sum, const net::LinkCounters& counters) {
 
 struct AsioClientTransport::Connection {
   Connection(asio::io_context& io, const secure::TlsContext* tls_context)
-      : stream(io), tls(tls_context), datagrams(io), pump_timer(io), linger(io) {}
+      : stream(io), tls(tls_context), datagrams(io), error_pause(io), pump_timer(io), linger(io) {}
 
   tcp::socket stream;
   net::Address address;  ///< address of the TCP connection; datagrams are sent there too
   secure::TlsStream tls;
   udp::socket datagrams;
   StampedReceiver receiver;  ///< reads from `datagrams`
+  asio::steady_timer error_pause;
   asio::steady_timer pump_timer;
   std::optional<LocalTime> pump_due;  ///< expiry of pump_timer
   asio::steady_timer linger;
@@ -264,21 +270,29 @@ void AsioClientTransport::set_datagram_port(std::uint16_t port) {
 void AsioClientTransport::await_datagrams(const ConnectionPointer& connection) {
   connection->datagrams.async_wait(udp::socket::wait_read, [this, connection](const error_code& error) {
     if (error || !is_current(*connection)) return;
-    receive_datagrams(*connection);
+    const bool is_failing = receive_datagrams(*connection);
     if (!is_current(*connection)) return;
     if (connection->links != nullptr) schedule_pump(connection);
-    await_datagrams(connection);
+    if (!is_failing) return await_datagrams(connection);
+    connection->error_pause.expires_after(kErrorPause);
+    connection->error_pause.async_wait([this, connection](const error_code& stopped) {
+      if (!stopped && is_current(*connection)) await_datagrams(connection);
+    });
   });
 }
 
-void AsioClientTransport::receive_datagrams(Connection& connection) {
+/// Returns true if the socket cannot be read.
+bool AsioClientTransport::receive_datagrams(Connection& connection) {
   // The buffer has one byte more than allowed, so that a datagram that is too long is detected and not truncated.
   std::array<std::byte, proto::kMaxDatagramBytes + 1> buffer;
+  int errors = 0;
   for (int taken = 0; taken < kDatagramsPerWake && is_current(connection); ++taken) {
     LocalTime came{};
     const auto received = connection.receiver.receive(buffer, clock_, came);
-    if (!received && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
-    if (!received) continue;  // ICMP error of an earlier send; the loss of a server is reported by TCP
+    if (!received && (errno == EAGAIN || errno == EWOULDBLOCK)) return false;
+    if (!received && ++errors == kMaxErrorsPerWake) return true;
+    if (!received) continue;
+    errors = 0;
     const auto datagram = std::span(buffer).first(*received);
     if (connection.links != nullptr) {
       connection.links->down.send(came, datagram);
@@ -286,6 +300,7 @@ void AsioClientTransport::receive_datagrams(Connection& connection) {
       session_->on_datagram(datagram, came);
     }
   }
+  return false;
 }
 
 void AsioClientTransport::send_control(std::span<const std::byte> bytes) {
@@ -350,6 +365,7 @@ void AsioClientTransport::close() {
   }
   error_code ignored;
   connection->datagrams.close(ignored);
+  connection->error_pause.cancel();
   connection->is_closing = true;
   closing_ = connection;
   connection->linger.expires_after(kLinger);
@@ -376,6 +392,7 @@ void AsioClientTransport::abort(Connection& connection) {
   error_code ignored;
   connection.stream.close(ignored);
   connection.datagrams.close(ignored);
+  connection.error_pause.cancel();
   connection.pump_timer.cancel();
   connection.linger.cancel();
 }

@@ -84,7 +84,7 @@ class AsioClientTransport final : public ClientTransport {
   void receive_bytes(const ConnectionPointer& connection, std::span<const std::byte> bytes);
   void deliver_control(const ConnectionPointer& connection, std::span<const std::byte> bytes);
   void await_datagrams(const ConnectionPointer& connection);
-  void receive_datagrams(Connection& connection);
+  bool receive_datagrams(Connection& connection);
   void flush(const ConnectionPointer& connection);
   void lost(const ConnectionPointer& connection, const std::string& why);
   void report_loss_when_due(Connection& connection);
