@@ -60,6 +60,7 @@ void SecondHand::poll(const ClientIoSnapshot& first) {
     throw std::runtime_error("second device: " + last_.status.why);
   }
   if (has_started_) pop_news();
+  take_events();
   if (last_.status.why != last_why_ && !last_.status.why.empty()) log_("second device: " + last_.status.why);
   last_why_ = last_.status.why;
 }
@@ -87,6 +88,14 @@ void SecondHand::pop_news() {
   }
 }
 
+/// Reports the events of this hand. Changes in the room (News) are reported by the first hand.
+void SecondHand::take_events() {
+  while (const std::optional<Event> event = io_.next()) {
+    const std::string line = std::holds_alternative<event::News>(*event) ? "" : log_line(*event);
+    if (options_.is_verbose && !line.empty()) log_("second device: " + line);
+  }
+}
+
 void SecondHand::request_stop() noexcept {
   loop_.request_stop();
 }
@@ -94,6 +103,7 @@ void SecondHand::request_stop() noexcept {
 void SecondHand::stop() {
   loop_.stop();
   if (has_started_) pop_news();
+  take_events();
   last_ = io_.snapshot();
   io_.stop();
 }

@@ -51,6 +51,7 @@ class SecondHand {
   void follow(const std::string& room);
   void start_loop();
   void pop_news();
+  void take_events();
 
   ClientOptions options_;
   std::function<void(const std::string&)> log_;

@@ -135,6 +135,7 @@ void add_network(const ClientIoSnapshot& io, json::object& out) {
                   {"control_up", link_of(io.links.control_up)},
                   {"control_down", link_of(io.links.control_down)}};
   out["asset_bytes"] = io.asset_bytes;
+  out["events_dropped"] = io.events_dropped;
   const auto seconds = [](const std::optional<Duration>& after) {
     return after ? json::value(to_seconds(*after)) : json::value();
   };

@@ -7,11 +7,11 @@
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <deque>
 #include <mutex>
 #include <system_error>
 #include <thread>
 
+#include "client/net/event_queue.hpp"
 #include "client/session/credentials.hpp"
 #include "common/realtime/realtime.hpp"
 
@@ -64,11 +64,11 @@ struct ClientIo::Impl {
   std::shared_ptr<const wire::Joined> joined;  // copy of the io thread
   std::shared_ptr<const Credentials> beside;   // copy of the io thread
   std::shared_ptr<const AssetMap> assets;      // copy of the io thread
-  std::deque<Event> new_events;                // used by the io thread until the next snapshot
+  EventQueue new_events;                       // used by the io thread until the next snapshot
   LocalTime published_at{};
   mutable std::mutex mutex;  // protects the next two; never taken by the haptic thread
   ClientIoSnapshot published;
-  std::deque<Event> events;
+  EventQueue events;
 
   std::thread thread;  // last member, because the thread uses all of the above
 };
@@ -85,8 +85,7 @@ ClientIo::Impl::Impl(ClientIoSettings client_settings, devices::Device& device)
       joined = answer->answer;
       beside = session.credentials_beside();
     }
-    if (new_events.size() == kMaxEvents) new_events.pop_front();
-    new_events.push_back(event);
+    new_events.push(event);
   };
 }
 
@@ -109,7 +108,7 @@ void ClientIo::Impl::run() {
 void ClientIo::Impl::poll() {
   const LocalTime now = clock.now();
   client.poll(now);
-  const bool has_news = session.status().state != published.status.state || !new_events.empty();
+  const bool has_news = session.status().state != published.status.state || !new_events.is_empty();
   if (has_news || now - published_at >= kSnapshotPeriod) publish_snapshot(now);
 }
 
@@ -185,9 +184,8 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   published_at = now;
   const std::lock_guard lock(mutex);
   published = std::move(snapshot);
-  for (Event& event : new_events) events.push_back(std::move(event));
-  new_events.clear();
-  while (events.size() > kMaxEvents) events.pop_front();
+  while (std::optional<Event> event = new_events.pop()) events.push(std::move(*event));
+  published.events_dropped = new_events.dropped() + events.dropped();
 }
 
 ClientIo::ClientIo(ClientIoSettings settings, devices::Device& device)
@@ -229,10 +227,7 @@ void ClientIo::send(Command command) {
 
 std::optional<Event> ClientIo::next() {
   const std::lock_guard lock(impl_->mutex);
-  if (impl_->events.empty()) return std::nullopt;
-  Event event = std::move(impl_->events.front());
-  impl_->events.pop_front();
-  return event;
+  return impl_->events.pop();
 }
 
 void ClientIo::stop() {

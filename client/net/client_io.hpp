@@ -70,6 +70,7 @@ struct ClientIoSnapshot {
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets;  ///< see ClientSession::soft_offsets()
   CouplingCheck coupling_check;                                        ///< result for the coupling in force
   RenderingStatus rendering;
+  std::uint64_t events_dropped = 0;        ///< events that the program did not read in time, see ClientIo::next()
   std::vector<wire::UserJoined> users;     ///< the other users in the room
   std::shared_ptr<const AssetMap> assets;  ///< assets of the scene received so far; null: none yet
 };
@@ -101,10 +102,9 @@ class ClientIo {
   /// Thread  any except haptic
   void send(Command command);
   /// Returns the next event, or nothing if there is none. snapshot() includes the effect of each returned event. At
-  /// most kMaxEvents are queued; beyond that the oldest are dropped.
+  /// most 4096 are queued (EventQueue); beyond that the oldest are dropped and counted (events_dropped).
   /// Thread  any except haptic, because it takes a lock
   std::optional<Event> next();
-  static constexpr std::size_t kMaxEvents = 4096;
   /// Leaves the room and joins the thread. Waits up to 0.5 s for the leave message to be sent. Repeated calls have no
   /// effect.
   void stop();

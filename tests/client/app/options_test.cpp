@@ -283,6 +283,12 @@ TEST(Summary, SaysWhatItTakesToRunItAgain) {
   }
 }
 
+TEST(Summary, CountsTheEventsThatWereNotRead) {
+  RunSummary summary = empty_summary();
+  summary.io.events_dropped = 3;
+  EXPECT_EQ(written(summary).at("events_dropped").to_number<int>(), 3);
+}
+
 TEST(Summary, NamesTheBodyThatWasWatched) {
   RunSummary summary = empty_summary();
   summary.watched = BodyId{2};

@@ -7,6 +7,7 @@
 #include <mutex>
 
 #include "client/net/client_io.hpp"
+#include "client/net/event_queue.hpp"
 #include "server/app/security.hpp"
 #include "tests/client/haptics/scripted_device.hpp"
 #include "tests/support/hub_bench.hpp"
@@ -93,6 +94,22 @@ TEST(ClientIo, AnEventComesWhenTheSnapshotHasTheEffectOfWhatCameBefore) {
   }));
   EXPECT_THAT(error, HasSubstr("there are none here"));
   EXPECT_TRUE(had_effect) << "though a snapshot may be 10 ms old";
+}
+
+TEST(ClientIo, EventsThatNobodyReadsAreCounted) {
+  ClientIoSettings settings = settings_for(unused_port());
+  ScriptedDevice device;
+  ClientIo io(settings, device);
+  // Outside a room each tagged request is refused at once, with one event.
+  constexpr std::size_t kRequests = EventQueue::kCapacity + 100;
+  for (std::size_t i = 0; i < kRequests; ++i) io.send(pose_command(wire::AskPose::KEEP, 0, {}, 5));
+  EXPECT_EQ(io.snapshot().events_dropped, 0U);
+  io.start();
+  ASSERT_TRUE(test::eventually([&io] { return io.snapshot().events_dropped >= 100; }));
+  io.stop();
+  std::size_t read = 0;
+  while (io.next()) ++read;
+  EXPECT_EQ(read, EventQueue::kCapacity);
 }
 
 TEST(ClientIo, StateGoesOverTcpWhenAsked) {
