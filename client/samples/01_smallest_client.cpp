@@ -1,7 +1,10 @@
 // The smallest client: a simulated hand joins the room of a server on this machine and touches its scene for two
 // seconds. Read this first to use the client in another program. tandem-client adds options and reports.
 //
-//   tandem-server --scene peg_in_hole &        01_smallest_client [PORT]
+//   tandem-server --insecure --scene peg_in_hole     in one terminal; prints when it listens
+//   01_smallest_client [PORT]                        in another
+//
+// --insecure is for programs on one machine: nothing is encrypted. For a server with TLS, set ClientIoSettings::trust.
 #include <charconv>
 #include <chrono>
 #include <cstdint>
