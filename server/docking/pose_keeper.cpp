@@ -196,8 +196,14 @@ void PoseKeeper::deliver(
       pose.clear_is_news();
     }
     const auto request = std::ranges::find(site.unanswered, answer.id, &PoseRequest::id);
-    const char* const why = request == site.unanswered.end() ? nullptr : request->cancelled->load();
-    if (answer.id != 0 && request != site.unanswered.end()) site.unanswered.erase(request);
+    const bool is_open = request != site.unanswered.end();
+    if (answer.id != 0 && !is_open) {
+      // refuse_unanswered() has answered this request.
+      if (answer.placing) site.refuse_placing();
+      continue;
+    }
+    const char* const why = is_open ? request->cancelled->load() : nullptr;
+    if (is_open) site.unanswered.erase(request);
     // If the request was cancelled while its answer was in the ring, the molecule is not moved.
     const bool is_cancelled = answer.placing && why != nullptr;
     if (is_cancelled) {

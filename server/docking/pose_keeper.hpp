@@ -67,8 +67,8 @@ class PoseKeeper final : public RoomService {
   void begin_stop();
   /// Number of requests without an answer.
   std::size_t unanswered() const;
-  /// Calls on_refused() for each unanswered request and removes it. Do not call deliver() afterwards, because it could
-  /// deliver a second answer to such a request.
+  /// Calls on_refused() for each unanswered request and removes it. A later deliver() discards the answers to these
+  /// requests, but kept() includes the poses that they saved, renamed or deleted.
   void refuse_unanswered(const std::function<void(const Room& room, UserId user, std::uint32_t request)>& on_refused);
   /// Calls on_answer() for each available answer. An error must be sent to the user who made the request. Other answers
   /// must be sent to all users of the room. All answers except pose_progress contain the number of their request.

@@ -198,6 +198,27 @@ TEST_F(PoseKeeperTest, WhatWaitsWhenTheServerStopsIsRefusedAndNotWritten) {
   EXPECT_EQ(structure_files(), (std::vector<std::string>{"1.cif", "1.pdb"}));
 }
 
+TEST_F(PoseKeeperTest, ARefusedRequestGetsNoSecondAnswerFromWorkThatWasDone) {
+  move({0, 0, 4}, 1200);
+  wire::AskPose request;
+  for (const auto kind : {wire::AskPose::KEEP, wire::AskPose::UNDO}) {
+    request.set_kind(kind);
+    EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 20 + static_cast<std::uint32_t>(kind), request), "");
+  }
+  keeper_->work();  // both answers wait for deliver()
+  std::vector<std::uint32_t> answered;
+  keeper_->refuse_unanswered([&](const Room&, UserId, std::uint32_t number) { answered.push_back(number); });
+  ASSERT_EQ(answered.size(), 2U);
+  keeper_->deliver([&](const Room&, UserId, const wire::ServerControl& answer, const RoomCommand* placing) {
+    EXPECT_EQ(placing, nullptr) << "a refused request moves no molecule";
+    answered.push_back(answer.request());
+    return true;
+  });
+  EXPECT_THAT(answered, testing::UnorderedElementsAre(20U + wire::AskPose::KEEP, 20U + wire::AskPose::UNDO));
+  EXPECT_EQ(keeper_->kept(room()).back().number(), 1U) << "the list is that of the files";
+  EXPECT_EQ(structure_files(), (std::vector<std::string>{"1.cif", "1.pdb"}));
+}
+
 TEST_F(PoseKeeperTest, ADroppedRequestIsGivenUpOnceAndNotServedAfterTheRoomsEnd) {
   wire::AskPose request;
   EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 5, request), "");
