@@ -151,7 +151,7 @@ void add_datagrams(Page& page, const HubCounters& hub) {
   page.single("tandem_state_items_thinned_total", "counter", "Bodies and users that did not fit into a state.",
               hub.bodies_thinned);
   page.family("tandem_round_trip_seconds", "histogram",
-              "Time from the send of a state to the input that answers it, less the time at the client; each input.");
+              "Time from the send of a state to the first input that answers it, less the time at the client.");
   page.histogram(hub.round_trip, kRoundTripBounds_s);
 }
 

@@ -125,7 +125,7 @@ proto::DropReason SessionHub::Impl::receive_datagram(std::span<const std::byte> 
     return proto::DropReason::kNotAllowed;
   }
   accepted.connection = connection.handle;
-  const auto round_trip = is_state ? connection.stream->round_trip() : std::nullopt;
+  const auto round_trip = is_state ? connection.stream->pop_round_trip() : std::nullopt;
   if (round_trip && *round_trip >= Duration{0}) counters.round_trip.record(*round_trip);
   if (!is_state) accepted.path_answer = path_answer;
   if (connection.stream->has_hand()) note_start(connection, &RoomStart::add);

@@ -27,7 +27,8 @@ proto::DropReason StateStream::receive(const proto::DatagramHeader& header, std:
   mode_ = input.mode;
   ++taken_;
   has_hand_ = has_hand_ || input.handle_valid;  // never true for an observer
-  if (input.acknowledged_sent != ServerTime{}) {
+  if (std::exchange(acknowledged_, input.acknowledged_sent) != input.acknowledged_sent &&
+      input.acknowledged_sent != ServerTime{}) {
     round_trip_ = server_time_of_own_clock(now) - input.acknowledged_sent - input.acknowledged_held;
   }
   // The updates of an observer only keep the connection alive and reveal its address; the room does not get them.

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <optional>
+#include <utility>
 
 #include "proto/datagram_channel.hpp"
 #include "proto/state_codec.hpp"
@@ -29,8 +30,8 @@ class StateStream {
   /// Passes the client update in the datagram to the room, or returns the reason for dropping it.
   proto::DropReason receive(const proto::DatagramHeader& header, std::span<const std::byte> datagram, LocalTime now);
   /// Round-trip time: from sending a state to receiving the input that acknowledges it, minus the time for which the
-  /// client held the state. None before the first acknowledgement.
-  std::optional<Duration> round_trip() const { return round_trip_; }
+  /// client held the state. Each acknowledged state gives one measurement, which is returned once.
+  std::optional<Duration> pop_round_trip() { return std::exchange(round_trip_, std::nullopt); }
   /// Reads the number in the answer to a path challenge, or returns the reason for dropping the datagram.
   proto::DropReason receive_path(const proto::DatagramHeader& header, std::span<const std::byte> datagram,
                                  std::uint64_t& number) {
@@ -57,7 +58,8 @@ class StateStream {
   proto::ServerUpdateEncoder encoder_;
   std::uint64_t taken_ = 0;
   bool has_hand_ = false;
-  std::optional<Duration> round_trip_;
+  std::optional<Duration> round_trip_;                   ///< measurement that pop_round_trip() has not returned yet
+  ServerTime acknowledged_{};                            ///< send time of the last acknowledged state
   proto::ClientMode mode_ = proto::ClientMode::kHandle;  ///< mode of the newest client update
   TickFaults unsent_faults_ = 0;                         ///< faults of the steps since the last sent update
   proto::OwnUpdate sent_;                                ///< last sent update; used only with a deadband

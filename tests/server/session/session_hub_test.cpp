@@ -462,5 +462,23 @@ TEST(SessionHub, MeasuresTheRoundTripByItsOwnClock) {
   EXPECT_EQ(bench.hub->counters().round_trip.max(), std::chrono::milliseconds(40));
 }
 
+TEST(SessionHub, RecordsOneRoundTripForEachAcknowledgedState) {
+  test::HubBench bench;
+  test::BenchClient anna = bench.join("anna");
+  const ServerTime state = server_time_of_own_clock(bench.now);
+  const auto answer = [&](ServerTime acknowledged, Duration held) {
+    bench.now += std::chrono::milliseconds(1);
+    proto::ClientUpdate input = bench.resting_input(anna);
+    input.acknowledged_sent = acknowledged;
+    input.acknowledged_held = held;
+    EXPECT_EQ(bench.deliver(bench.datagram_of(anna, input)), anna.handle);
+    return bench.hub->counters().round_trip.count();
+  };
+  EXPECT_EQ(answer(state, Duration{0}), 1U);
+  for (int i = 1; i < 10; ++i) EXPECT_EQ(answer(state, std::chrono::milliseconds(i)), 1U) << "the same state";
+  EXPECT_EQ(answer(ServerTime{}, Duration{0}), 1U) << "no state";
+  EXPECT_EQ(answer(state + std::chrono::milliseconds(5), Duration{0}), 2U);
+}
+
 }  // namespace
 }  // namespace tandem::server
