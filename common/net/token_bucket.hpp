@@ -24,6 +24,9 @@ class TokenBucket {
   /// Returns true while the balance is positive; the next item may cost more than the balance.
   bool has_some(LocalTime now) const { return tokens_at(now) > 0; }
   bool is_full(LocalTime now) const { return tokens_at(now) >= rate_.at_once; }
+  /// Removes `cost` tokens if the balance covers them, and returns whether it did. A request that is refused costs
+  /// nothing, so a user who requests more often than allowed still gets the allowed rate.
+  bool try_consume(double cost, LocalTime now) { return tokens_at(now) >= cost && consume(cost, now); }
   /// Removes `cost` tokens; returns whether the balance covered them.
   bool consume(double cost, LocalTime now) {
     const double left = tokens_at(now) - cost;

@@ -33,9 +33,9 @@ void Pointing::handle(SessionUser& user, const wire::ClientControl& message) {
     refuse(wire::ERROR_BAD_VALUE, "a place is three numbers in metres, -1000 to 1000");
   } else if (point.body() > user.room().scene().world.bodies.size()) {
     refuse(wire::ERROR_UNKNOWN_BODY, "no body has that number here");
-  } else if (!of_users_.try_emplace(&user, kUserPointRate).first->second.consume(1, host_.now())) {
+  } else if (!of_users_.try_emplace(&user, kUserPointRate).first->second.try_consume(1, host_.now())) {
     refuse(wire::ERROR_NOT_ALLOWED, "you point too often: one place a second, two at once; try again later");
-  } else if (!of_rooms_.try_emplace(&user.room(), kPointRate).first->second.consume(1, host_.now())) {
+  } else if (!of_rooms_.try_emplace(&user.room(), kPointRate).first->second.try_consume(1, host_.now())) {
     refuse(wire::ERROR_NOT_ALLOWED, kRoomBusy);
   } else {
     wire::ServerControl pointed;

@@ -29,11 +29,10 @@ class Poses final : public SessionService {
   void refuse_unanswered() override;
 
  private:
-  /// Takes one token from the bucket of a user or of a room. Returns false if the bucket is empty.
+  /// Takes one token from the bucket of a user or of a room. Returns false if it has none.
   template <class Key>
   bool consume(std::map<const Key*, net::TokenBucket>& buckets, const Key& count, const net::Rate& rate) {
-    net::TokenBucket& bucket = buckets.try_emplace(&count, rate).first->second;
-    return bucket.has_some(host_.now()) && bucket.consume(1, host_.now());
+    return buckets.try_emplace(&count, rate).first->second.try_consume(1, host_.now());
   }
   std::string edit_problem(const SessionUser& user, const wire::AskPose& edit) const;
   void cancel_minimising(SessionUser& user, std::uint32_t request);

@@ -22,6 +22,15 @@ TEST(TokenBucket, GivesSoMuchAtOnceAndThenItsRate) {
   EXPECT_NEAR(taken, 120, 2) << "100 more within a second, less what was owed";
 }
 
+TEST(TokenBucket, GrantsItsRateHoweverOftenItIsAsked) {
+  for (const int period_ms : {1, 7, 50, 400}) {
+    TokenBucket bucket({4, 8});
+    int granted = 0;
+    for (int ms = 0; ms < 60'000; ms += period_ms) granted += bucket.try_consume(1, at_ms(ms));
+    EXPECT_NEAR(granted, std::min(60'000 / period_ms, 8 + 4 * 60), 2) << period_ms;
+  }
+}
+
 TEST(TokenBucket, NeverHoldsMoreThanItsSize) {
   TokenBucket bucket({100, 20});
   bucket.consume(20, at_ms(0));

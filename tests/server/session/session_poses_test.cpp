@@ -149,6 +149,18 @@ TEST_F(SessionPosesTest, OneUsersFloodLeavesTheOthersTheirRequests) {
   EXPECT_EQ(test::described(bench_->drain(ben_)), "kept_pose");
 }
 
+TEST_F(SessionPosesTest, AUserWhoAsksTooOftenGetsTheAllowedRate) {
+  bench_->drain(ada_);
+  int served = 0;
+  for (int i = 0; i < 250; ++i) {  // every 20 ms, for 5 s
+    send(ada_, wire::AskPose::GO_TO, 99);
+    step(20);
+    for (const wire::ServerControl& message : bench_->drain(ada_))
+      served += message.error().text().find("poses a second") == std::string::npos;
+  }
+  EXPECT_NEAR(served, 8 + 5 * 4, 1);
+}
+
 TEST_F(SessionPosesTest, AStopRefusesWhatWaitsBeforeGoodbye) {
   is_held_ = true;
   bench_->drain(ada_);
