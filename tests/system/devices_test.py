@@ -400,10 +400,12 @@ class TwoDevices(ProgramTest):
         with Server("--scene", "peg_in_hole") as server:
             code, out, err = finish(start_client(
                 server.port, "--json", "--duration", "12s", "--hand", "peg-left", "--second-device", "sim",
-                "--second-hand", "peg-right"))
+                "--second-hand", "peg-right", "--verbose"))
         self.assertEqual(code, 0, err)
         report = json.loads(out)
         second = report["second"]
+        self.assertIn(f'second device: user 1 "{report["user"]}" is here', err)
+        self.assertEqual([report["events_dropped"], second["events_dropped"]], [0, 0])
         self.assertIn("with tool near", err)
         self.assertIn("second device: joined peg_in_hole as user 2, with tool far", err)
         self.assertEqual((second["hand"], second["user"]), ("peg-right", report["user"] + " 2"))

@@ -187,11 +187,13 @@ TEST(NearPairs, APairKeepsItsFrictionWhenItsOtherThingBecomesImplicitToo) {
   ASSERT_EQ(two.pairs.near().size(), 1U);
   EXPECT_EQ(two.pairs.near().front(), pair);
   EXPECT_EQ(pair->deepest_m, 1e-5) << "it was not bound anew";
-  // If only the ball is implicit, the ball becomes the first body of the pair.
+  // The pair stays if only the ball is implicit, although the ball is its second thing.
   two.things[1].role = TouchThing::Role::kExternal;
   ASSERT_EQ(two.pairs.find(two.things, reach_m), 0U);
   ASSERT_EQ(two.pairs.near().size(), 1U);
-  EXPECT_EQ(two.pairs.near().front()->thing_a, 0U);
+  EXPECT_EQ(two.pairs.near().front(), pair);
+  EXPECT_EQ(pair->thing_b, 0U);
+  EXPECT_EQ(pair->deepest_m, 1e-5) << "it was not bound anew";
 }
 
 TEST(NearPairs, AWiderBandIsSearchedAnew) {

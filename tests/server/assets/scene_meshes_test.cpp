@@ -126,7 +126,7 @@ TEST_F(SceneFiles, MeshOfAnUnlikelySizeIsNotedWithTheFieldThatMendsIt) {
 
 TEST_F(SceneFiles, MeshesOfAnUnlikelySizeAreReportedBeforeAnythingIsBuilt) {
   write("t.obj", kTetrahedron);
-  write("u.obj", "v 0 0 0\nv 5 0 0\nv 0 5 0\nv 0 0 5\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  write("u.obj", "v 0 0 0\nv 5 0 0\nv 0 5 0\nf 1 2 3\n");  // a sheet is built in a fraction of a solid's time
   std::vector<std::string> events;
   SceneLoading loading;
   loading.cache_directory.clear();
