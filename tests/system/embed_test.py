@@ -202,6 +202,12 @@ print(json.dumps(has | {"__version__": None}))
                 self.assertAlmostEqual(row[f"tool_p_{axis}_m"], value, delta=WIRE_ERROR_M)
         self.assertGreater(compared, 20)
 
+    def test_program_that_ends_without_close_leaves_the_room(self):
+        with Server("--scene", "crate") as server:
+            for number in range(1, 6):  # the local model is being built at some of the exits
+                self.start(os.path.join(self.built, "forgets_close"), server.port)
+                server.wait_for_log(f"user {number} .* left on request")
+
     def test_no_server_is_an_error_with_a_reason(self):
         done = subprocess.run([os.path.join(self.built, "01_touch_a_room"), "127.0.0.1:9"], capture_output=True,
                               text=True, timeout=PATIENCE_S)
