@@ -1,12 +1,14 @@
 """The library is installed under a prefix, and other projects build programs with it from there: by pkg-config and by
 CMake. The programs join a running server and hold a body."""
 
+import ast
 import glob
 import json
 import os
 import re
 import shutil
 import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -125,6 +127,56 @@ class Embedded(ProgramTest):
         self.assertIn("grabbed body 2", out)
         self.assertIn("crate is", out)
 
+    def start_python(self, script, port):
+        (package,) = glob.glob(os.path.join(self.prefix, "lib", "python3", "dist-packages"))
+        # The module finds the moved library relative to its own file.
+        done = subprocess.run([sys.executable, script, f"127.0.0.1:{port}"], capture_output=True, text=True,
+                              env={**os.environ, "PYTHONPATH": package}, timeout=PATIENCE_S)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return done.stdout
+
+    def test_python_sample_holds_a_body(self):
+        with Server("--scene", "crate", "--record", self.path("recording")) as server:
+            out = self.start_python(os.path.join(SAMPLES, "04_touch_a_room.py"), server.port)
+        self.assertIn("grabbed body 2", out)
+        self.assertEqual(self.held_bodies(self.path("recording")), {2})
+
+    def test_python_package_works_while_python_is_busy(self):
+        with Server("--scene", "crate") as server:
+            result = json.loads(self.start_python(os.path.join(CONSUMER, "check.py"), server.port))
+        self.assertEqual(result["held"], 2)
+        self.assertEqual(result["lost"], 0)
+        self.assertGreater(result["ticks"], 500)
+        self.assertGreater(result["ticks_while_busy"], 50)
+        self.assertTrue(result["are_consecutive"])
+        self.assertEqual(result["shape"], [result["ticks"], 3])
+        self.assertGreater(result["largest_n"], 0.5)
+        self.assertEqual(result["after_close"], "the client was closed")
+        self.assertIn("body", result["refused"])
+
+    def test_python_stub_names_what_the_module_has(self):
+        with open(os.path.join(SOURCE, "client/embed/python/tandem/__init__.pyi"), encoding="utf-8") as file:
+            stub = {}
+            for node in ast.parse(file.read()).body:
+                if isinstance(node, ast.AnnAssign):
+                    stub[node.target.id] = None
+                elif isinstance(node, ast.ClassDef):
+                    stub[node.name] = sorted({getattr(each, "name", None) or each.target.id for each in node.body
+                                              if isinstance(each, (ast.AnnAssign, ast.FunctionDef))} - {"status"})
+        script = self.write("names.py", """
+import json, tandem
+def names(of):
+    kept = ("__init__", "__len__", "__enter__", "__exit__")
+    return sorted(n for n, v in vars(of).items() if not n.startswith("_") or n in kept and n in of.__dict__)
+has = {n: names(v) if isinstance(v, type) else None for n, v in vars(tandem).items() if not n.startswith("_")}
+print(json.dumps(has | {"__version__": None}))
+""")
+        has = json.loads(self.start_python(script, 0))
+        for names in (stub, has):  # pybind11 gives __init__ to values, too, which cannot be made
+            names.update({name: [each for each in members if each != "__init__"]
+                          for name, members in names.items() if members is not None})
+        self.assertEqual(stub, has)
+
     def test_programs_that_cmake_has_built_run(self):
         for name in ("01_touch_a_room", "02_own_device", "03_touch_a_room"):
             with self.subTest(name=name), Server("--scene", "crate") as server:
@@ -149,6 +201,12 @@ class Embedded(ProgramTest):
             for axis, value in zip("xyz", pose):
                 self.assertAlmostEqual(row[f"tool_p_{axis}_m"], value, delta=WIRE_ERROR_M)
         self.assertGreater(compared, 20)
+
+    def test_program_that_ends_without_close_leaves_the_room(self):
+        with Server("--scene", "crate") as server:
+            for number in range(1, 6):  # the local model is being built at some of the exits
+                self.start(os.path.join(self.built, "forgets_close"), server.port)
+                server.wait_for_log(f"user {number} .* left on request")
 
     def test_no_server_is_an_error_with_a_reason(self):
         done = subprocess.run([os.path.join(self.built, "01_touch_a_room"), "127.0.0.1:9"], capture_output=True,

@@ -15,6 +15,7 @@
 #include "client/embed/handle_table.hpp"
 #include "client/embed/sized_struct.hpp"
 #include "common/base/tick_faults.hpp"
+#include "common/secure/secret.hpp"
 #include "proto/datagram.hpp"
 
 namespace {
@@ -28,15 +29,18 @@ struct Tables {
   HandleTable<OwnDevice> devices{2};
 };
 
+/// Ramps all forces down before the program ends, and ends all threads of the library.
+void close_all(int /*exit_code*/, void* all) {
+  for (const auto& client : static_cast<Tables*>(all)->clients.remove_all()) client->close();
+}
+
 // The tables are never destroyed, because a thread of the program may call the library while the program exits.
 Tables& tables() {
   static Tables* const tables = [] {
+    // OpenSSL registers its exit handler at its first use. It must run after close_all(), and is thus registered before.
+    static_cast<void>(secure::random_u64());
     auto* const made = new Tables;
-    // Ramps all forces down before the program ends.
-    std::atexit([] {
-      for (const auto& client : ::tables().clients.remove_all()) client->close();
-      for (const auto& device : ::tables().devices.remove_all()) device->end_feed();
-    });
+    on_exit(&close_all, made);
     return made;
   }();
   return *tables;
