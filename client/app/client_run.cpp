@@ -358,7 +358,10 @@ void ClientRun::on_record(const TickRecord& record) {
   if (trace_) trace_->write(record, phase);
   recordings_.add(record, phase);
   const std::string news = report_.pop_device_news();
-  if (!news.empty()) log("device " + options_.device.name + " is " + news);
+  constexpr std::string_view kEnded = "lost: ";
+  const bool is_end_of_replay = options_.device.name == "replay" && news.starts_with(kEnded);
+  if (is_end_of_replay) log("the replayed hand has ended: " + news.substr(kEnded.size()));
+  if (!news.empty() && !is_end_of_replay) log("device " + options_.device.name + " is " + news);
   newest_ = record;
 }
 

@@ -124,7 +124,7 @@ std::vector<Finding> find_devices(const std::vector<devices::DeviceKind>& kinds)
 
 std::vector<Finding> judge_rights(const std::vector<std::string>& not_granted, int priority) {
   const std::string requested = "priority " + std::to_string(priority) + " and locked memory";
-  if (not_granted.empty()) return {{"priority", Verdict::kGood, requested + " are granted", "", {}}};
+  if (not_granted.empty()) return {{"priority", Verdict::kGood, "this user may have " + requested, "", {}}};
   std::vector<Finding> findings;
   for (const std::string& line : not_granted) {
     const std::size_t colon = line.find(": ");
@@ -179,7 +179,8 @@ Finding judge_idle(bool gives_idle_to_host, bool has_priority, bool has_quota) {
     finding.remedy = "lift the quota of the container or cgroup (cpu.max, docker run --cpus)";
   } else {
     finding.text += "keeps the haptic thread's awake only with a priority";
-    finding.remedy = "grant the priority above, or start tandem-client with --keep-awake on";
+    finding.remedy =
+        "allow this user the priority (see the check \"priority\"), or start tandem-client with --keep-awake on";
   }
   return finding;
 }

@@ -54,9 +54,14 @@ std::shared_ptr<devices::Device> cap_for_camera(const std::string& device_of_han
 }
 
 void check_screenshot(const std::filesystem::path& file) {
-  if (!file.empty() && !std::ofstream(file, std::ios::app)) {
+  if (file.empty()) return;
+  std::error_code error;
+  const bool was_there = std::filesystem::exists(file, error);
+  if (!std::ofstream(file, std::ios::app)) {
     throw std::invalid_argument("--screenshot: " + file.string() + " cannot be written");
   }
+  // No empty file remains if the run ends before the picture.
+  if (!was_there) std::filesystem::remove(file, error);
 }
 
 std::string joined_lines(const std::vector<std::string>& lines) {

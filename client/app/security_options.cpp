@@ -49,15 +49,16 @@ void apply_invitation(const std::string& text, bool keeps_role, ClientIoSettings
 }  // namespace
 
 void add_security_options(CLI::App& app, SecurityOptions& options) {
-  app.add_option("--join", options.invitation,
-                 "invitation, as tandem-server --invite prints it: server, its key and a token, in one; -: read from "
-                 "stdin, where other users of this machine do not see it")
+  app.add_option(
+         "--join", options.invitation,
+         "invitation that tandem-server --invite prints: it has the server's address, its key and a join token; "
+         "-: read it from standard input, which hides it from other users of this machine")
       ->type_name("INVITATION");
   app.add_option("--pin", options.pin, "key of the server, as it prints it; instead of --ca")->type_name("KEY");
   app.add_option("--ca", options.authorities, "certificates of authorities that vouch for the server")
       ->type_name("FILE.pem");
   app.add_option("--token", options.token,
-                 "join token, as tandem-token prints it; for --pin and --ca; -: read from stdin, as of --join")
+                 "join token, as tandem-token prints it; for --pin and --ca; -: read it from standard input")
       ->type_name("TOKEN");
   app.add_flag("--insecure", options.is_insecure,
                "no TLS and no authentication; for a server on this machine that was started with --insecure");

@@ -189,7 +189,7 @@ PoseAnswer PoseSite::navigate(const PoseRequest& request) {
     case Kind::GO_TO: {
       const wire::KeptPose* const found = find(request.message.number());
       if (found == nullptr) return refusal(request, wire::ERROR_BAD_VALUE, kNoSuchPose);
-      return leave_for(*in_first(*found), "to " + found->name(), request);
+      return leave_for(*in_first(*found), "to \"" + found->name() + "\"", request);
     }
     case Kind::UNDO:
       if (!trail_.poses.empty() && is_elsewhere()) mark(*X_AB_);

@@ -157,7 +157,8 @@ std::optional<double> nearest_good(Setup setup, double CouplingParameters::*fiel
 
 std::string number(double value) {
   std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.4g", value);
+  // Thousands have no exponent: 1000, not 1e+03.
+  std::snprintf(text.data(), text.size(), std::abs(value) >= 1e3 && std::abs(value) < 1e7 ? "%.0f" : "%.4g", value);
   return text.data();
 }
 
