@@ -35,9 +35,10 @@ int run_calibrate(const CalibrateOptions& options) {
       calibrate(profile, settings, [&](double done) { progress("calibrating " + profile.name, done); });
 
   const std::string results = pretty_json(to_json(calibration));
-  write_all_files(options.out, {{profile.name + ".json", devices::device_profiles_text({calibration.profile})},
-                                {"calibration.json", results},
-                                {"report.html", to_html(calibration)}});
+  write_all_files(options.out,
+                  with_report({{profile.name + ".json", devices::device_profiles_text({calibration.profile})},
+                               {"calibration.json", results}},
+                              to_report(calibration)));
   std::cout << (options.prints_json ? results : to_text(calibration));
   return all_hold(checks_of(calibration)) ? 0 : 1;
 }

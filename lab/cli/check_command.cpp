@@ -8,7 +8,6 @@
 #include <iostream>
 #include <memory>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -20,6 +19,8 @@
 #include "common/haptics/coupling/stability.hpp"
 #include "devices/device_check.hpp"
 #include "lab/cli/commands.hpp"
+#include "lab/report/format.hpp"
+#include "lab/results/output_files.hpp"
 #include "proto/coupling_fields.hpp"
 
 namespace tandem::lab {
@@ -33,6 +34,7 @@ constexpr double kMinMass = 1e-6;
 constexpr double kMinInertia = 1e-12;
 constexpr double kMaxMass = 1e4;
 constexpr double kMaxDamping = 1e4;
+constexpr double kMaxStiffness_n_per_m = 1e6;
 
 struct CheckOptions {
   std::string law{haptics::kDefaultCouplingLaw};
@@ -47,6 +49,7 @@ struct CheckOptions {
   std::optional<double> rate_hz;
   std::optional<int> velocity_window;
   int delay_periods = 0;
+  std::string out;
   bool prints_json = false;
   /// options that the user may not give, because the adaptive law determines their values
   std::vector<const CLI::Option*> chosen_by_fit;
@@ -55,8 +58,10 @@ struct CheckOptions {
 };
 
 struct CheckRun {
-  haptics::CouplingParameters coupling;  ///< the checked coupling
-  std::string fit_source;                ///< origin of the adaptive law's table; empty for other laws
+  haptics::CouplingParameters coupling;       ///< the checked coupling
+  std::optional<devices::LoopCoupling> loop;  ///< empty if the law has no loop that can be checked
+  haptics::LoopDevice device;
+  std::string fit_source;  ///< origin of the adaptive law's table; empty for other laws
   std::vector<haptics::CheckedLoop> loops;
   std::vector<haptics::StabilityFinding> findings;
   bool is_refused = false;
@@ -110,6 +115,8 @@ CheckRun check_of(const CheckOptions& options) {
       devices::loop_coupling(*law, check.coupling, options.tool_mass_kg, options.tool_inertia_kg_m2);
   const haptics::LoopDevice device = device_of(options, profile);
   if (loop.slope_factor > 0) {
+    check.loop = loop;
+    check.device = device;
     check.loops =
         haptics::checked_loops(loop.parameters, loop.tool_mass_kg, loop.tool_inertia_kg_m2, device, loop.slope_factor);
     check.findings =
@@ -157,6 +164,16 @@ json::object to_json(const CheckOptions& options, const CheckRun& check) {
           {"findings", std::move(findings)}};
 }
 
+/// Returns the verdict in one sentence.
+std::string verdict_of(const CheckRun& check) {
+  if (check.is_refused) return "refused: the coupling is unstable in some hand";
+  if (check.loops.empty()) return "not checked: this law has no loop whose stability can be computed";
+  const double largest = std::ranges::max(check.loops, {}, &haptics::CheckedLoop::spectral_radius).spectral_radius;
+  const std::string stable =
+      "stable in all hands, largest spectral radius " + format_fixed(largest, 6) + " (stable: below 1)";
+  return check.findings.empty() ? "passed: passive, and " + stable : "passed with warnings: not passive, but " + stable;
+}
+
 void print_adapted(const CheckRun& check, const CheckOptions& options) {
   const haptics::CouplingParameters& c = check.coupling;
   std::printf("%g kg: %.6g N/m, %.6g N·s/m; %g kg·m²: %.6g N·m/rad, %.6g N·m·s/rad (%s)\n", options.tool_mass_kg,
@@ -176,7 +193,67 @@ void print(const CheckRun& check, const CheckOptions& options) {
     std::printf("%s: %s\n", finding.verdict == haptics::StabilityVerdict::kUnstable ? "refused" : "warning",
                 finding.text.c_str());
   }
-  if (check.findings.empty()) std::printf("no problem found\n");
+  std::printf("%s\n", verdict_of(check).c_str());
+}
+
+/// Returns the largest stiffness at which every loop of translation is stable with this damping.
+double largest_stable_n_per_m(const CheckRun& check, double damping_n_s_per_m) {
+  haptics::CouplingParameters parameters = check.loop->parameters;
+  parameters.damping_n_s_per_m = damping_n_s_per_m;
+  double low = 1, high = kMaxStiffness_n_per_m;
+  for (int i = 0; i < 24; ++i) {
+    parameters.stiffness_n_per_m = std::sqrt(low * high);
+    const auto loops = haptics::checked_loops(parameters, check.loop->tool_mass_kg, check.loop->tool_inertia_kg_m2,
+                                              check.device, check.loop->slope_factor);
+    const bool is_stable = std::ranges::all_of(
+        loops, [](const haptics::CheckedLoop& loop) { return loop.is_rotation || loop.spectral_radius < 1; });
+    (is_stable ? low : high) = parameters.stiffness_n_per_m;
+  }
+  return low;
+}
+
+Plot stability_figure(const CheckRun& check) {
+  constexpr int kPoints = 24;
+  const haptics::CouplingParameters& coupling = check.loop->parameters;
+  Plot figure;
+  figure.caption =
+      "Largest stiffness at which translation is stable in all hands. Below the line the coupling is stable.";
+  figure.description = figure.caption;
+  figure.x = {"damping", "N·s/m"};
+  figure.y = {.quantity = "stiffness", .unit = "N/m", .is_log = true};
+  Series limit{"largest stable stiffness", {}, {}, 0, Draw::kLine};
+  for (int i = 0; i <= kPoints; ++i) {
+    limit.x.push_back(std::max(3 * coupling.damping_n_s_per_m, 10.0) * i / kPoints);
+    limit.y.push_back(largest_stable_n_per_m(check, limit.x.back()));
+  }
+  figure.series = {std::move(limit),
+                   {"this coupling", {coupling.damping_n_s_per_m}, {coupling.stiffness_n_per_m}, 1, Draw::kMarkers}};
+  return figure;
+}
+
+Table loops_table(const CheckRun& check) {
+  Table table{"Checked loops",
+              {{.header = "Motion", .is_text = true},
+               {.header = "Hand", .is_text = true},
+               {.header = "Tool", .is_text = true},
+               {"Spectral radius", "1"}},
+              {}};
+  for (const haptics::CheckedLoop& loop : check.loops) {
+    table.rows.push_back({loop.is_rotation ? "rotation" : "translation", std::string(loop.hand),
+                          loop.is_touching ? "in contact" : "in the air", format_fixed(loop.spectral_radius, 6)});
+  }
+  return table;
+}
+
+HtmlReport report_of(const CheckOptions& options, const CheckRun& check) {
+  HtmlReport page("Check of a coupling", options.law + " on " + options.device);
+  page.question("Is this coupling stable and passive on this device, in every assumed hand?");
+  page.answer(verdict_of(check));
+  for (const haptics::StabilityFinding& finding : check.findings) page.paragraph(finding.text);
+  if (check.loop) page.figure(stability_figure(check));
+  page.appendix();
+  page.table(loops_table(check));
+  return page;
 }
 
 /// Adds an option for a number from `low` to `high`. The error message states both limits.
@@ -187,9 +264,7 @@ CLI::Option* add_number(CLI::App& command, const std::string& name, T& value, do
     double number = 0;
     // The condition is written such that a NaN is refused.
     if (CLI::detail::lexical_cast(text, number) && number >= low && number <= high) return std::string();
-    std::ostringstream remedy;
-    remedy << "'" << text << "' must be a number from " << low << " to " << high;
-    return remedy.str();
+    return "'" + text + "' must be a number from " + format_significant(low, 3) + " to " + format_significant(high, 3);
   };
   return command.add_option(name, value, help)->check(problem);
 }
@@ -242,6 +317,7 @@ void add_options(CLI::App& command, CheckOptions& options) {
   command.add_option("--delay", options.delay_periods, "periods from sample to force")
       ->capture_default_str()
       ->check(CLI::Range(0, 64));
+  command.add_option("--out", options.out, "folder for check.json and report.html");
   command.add_flag("--json", options.prints_json, "print one JSON object");
 }
 
@@ -254,8 +330,11 @@ void add_check_command(CLI::App& app, int& exit_code) {
   command->footer("Exit code: 0 stable, 1 refused: unstable in some hand, 2 bad input.");
   command->callback([options, &exit_code] {
     const CheckRun check = check_of(*options);
+    const std::string results = pretty_json(to_json(*options, check));
+    if (!options->out.empty())
+      write_all_files(options->out, with_report({{"check.json", results}}, report_of(*options, check)));
     if (options->prints_json) {
-      std::cout << pretty_json(to_json(*options, check));
+      std::cout << results;
     } else {
       print(check, *options);
     }

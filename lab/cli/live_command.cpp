@@ -11,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -23,11 +24,14 @@
 #include "lab/experiment/experiment_library.hpp"
 #include "lab/experiment/trial_grid.hpp"
 #include "lab/metrics/trial_metrics.hpp"
+#include "lab/report/format.hpp"
+#include "lab/results/output_files.hpp"
 #include "lab/results/output_folder.hpp"
 #include "lab/results/study_hdf5.hpp"
 #include "lab/results/study_report.hpp"
 #include "lab/results/study_results.hpp"
 #include "lab/results/trial_files.hpp"
+#include "lab/results/trial_report.hpp"
 #include "lab/results/trial_runner.hpp"
 #include "lab/session/live_session.hpp"
 #include "lab/session/virtual_session.hpp"
@@ -43,18 +47,28 @@ namespace json = boost::json;
 struct Compared {
   std::string_view metric;
   const char* what;
+  const char* unit;
   double allowed = 0;  ///< permitted absolute difference
 };
 constexpr double kAllowedShare = 0.15;
-constexpr std::array kCompared{Compared{"free_drag_rms_n", "drag [N]", 0.05},
-                               Compared{"contact_error_rms_n", "contact force error [N]", 0.05},
-                               Compared{"felt_stiffness_ratio", "felt stiffness, ratio", 0}};
+constexpr std::array kCompared{Compared{"free_drag_rms_n", "drag", "N", 0.05},
+                               Compared{"contact_error_rms_n", "contact force error", "N", 0.05},
+                               Compared{"felt_stiffness_ratio", "felt stiffness ratio", "", 0}};
 
 struct Comparison {
   const Compared* compared = nullptr;
   double live = 0;
   double virtual_value = 0;
 
+  Check check(const std::string& scope) const {
+    return {scope,
+            std::string("difference of ") + compared->what,
+            std::abs(live - virtual_value),
+            Relation::kAtMost,
+            allowed(),
+            compared->unit,
+            3};
+  }
   double allowed() const { return std::max(compared->allowed, kAllowedShare * std::abs(virtual_value)); }
   /// Returns false if neither trial has a value that could be compared.
   bool is_possible() const { return !std::isnan(live) || !std::isnan(virtual_value); }
@@ -120,6 +134,110 @@ std::vector<Comparison> compared(const json::object& live, const json::object& b
   return comparisons;
 }
 
+std::string scope_of(const LiveResult& result) {
+  const json::object& row = result.live.row;
+  return text_in(row, "stage") + ", " + format_significant(number_in(row, "rtt_ms"), 3) + " ms, seed " +
+         compact_json(row.at("seed"));
+}
+
+/// Returns the checks of the values that exist in both trials or in one of them.
+std::vector<Check> checks_of(std::span<const LiveResult> results) {
+  std::vector<Check> checks;
+  for (const LiveResult& result : results) {
+    for (const Comparison& each : result.comparisons) {
+      if (each.is_possible()) checks.push_back(each.check(scope_of(result)));
+    }
+  }
+  return checks;
+}
+
+Table comparison_table(std::span<const LiveResult> results) {
+  Table table{"What was compared",
+              {{.header = "Trial", .is_text = true},
+               {.header = "Value", .is_text = true},
+               {"Real time", ""},
+               {"Virtual time", ""},
+               {"Allowed difference", ""}},
+              {}};
+  for (const LiveResult& result : results) {
+    for (const Comparison& each : result.comparisons) {
+      const bool is_possible = each.is_possible();
+      const std::string unit = *each.compared->unit == 0 ? "" : std::string(" ") + each.compared->unit;
+      table.rows.push_back(
+          {scope_of(result), each.compared->what, format_significant(each.live, 3) + unit,
+           format_significant(each.virtual_value, 3) + unit,
+           is_possible ? format_significant(each.allowed(), 2) + unit : "not compared: undefined here"});
+    }
+  }
+  return table;
+}
+
+/// Returns the first page without figures: the question, what was compared, and whether it agrees.
+HtmlReport comparison_page(std::span<const LiveResult> results) {
+  HtmlReport page("Real time against virtual time", text_in(results.front().live.row, "experiment"));
+  page.question(
+      "Do the real server, client and sockets give the same touch in real time as the lab in virtual time? Compared: "
+      "the same hands, link and seed. A value agrees if it differs by at most " +
+      format_significant(100 * kAllowedShare, 2) + " %, or by the absolute difference of the table.");
+  const std::vector<Check> checks = checks_of(results);
+  checks.empty() ? page.answer("Nothing could be compared: no value is defined in these trials.")
+                 : page.verdict(checks);
+  page.table(comparison_table(results));
+  return page;
+}
+
+HtmlReport single_report(const Experiment& experiment, const LiveResult& result, const SessionTrace& live,
+                         const SessionTrace& beside) {
+  HtmlReport page = comparison_page(std::span(&result, 1));
+  const std::vector<Plot> figures = trial_figures(experiment, live, {&beside, "virtual time"});
+  page.figure(figures.front());
+  page.appendix();
+  page.side_by_side(std::span(figures).subspan(1));
+  add_trial_tables(page, live);
+  return page;
+}
+
+/// Returns a figure of a value over the delay: lines in virtual time, markers in real time.
+Plot figure_of(std::span<const LiveResult> results, const Compared& value) {
+  Plot figure;
+  figure.description = std::string(value.what) + " in real and virtual time over the delay";
+  figure.caption =
+      std::string(value.metric) + ". Lines: virtual time, means over the seeds; markers: each trial in real time.";
+  figure.x = {"round trip", "ms"};
+  figure.y = {value.what, *value.unit == 0 ? "1" : value.unit};
+  std::map<std::string, std::map<double, std::vector<std::pair<double, double>>>> stages;
+  for (const LiveResult& result : results) {
+    stages[text_in(result.live.row, "stage")][number_in(result.live.row, "rtt_ms")].emplace_back(
+        number_in(result.live.row, value.metric), number_in(result.beside.row, value.metric));
+  }
+  int style = 0;
+  for (const auto& [stage, delays] : stages) {
+    Series line{stage, {}, {}, style, Draw::kLine}, markers{"", {}, {}, style++, Draw::kMarkers};
+    for (const auto& [rtt_ms, values] : delays) {
+      double sum = 0;
+      for (const auto& [live, beside] : values) {
+        markers.x.push_back(rtt_ms);
+        markers.y.push_back(live);
+        sum += beside;
+      }
+      line.x.push_back(rtt_ms);
+      line.y.push_back(sum / static_cast<double>(values.size()));
+    }
+    figure.series.push_back(std::move(line));
+    figure.series.push_back(std::move(markers));
+  }
+  return figure;
+}
+
+HtmlReport grid_report(std::span<const LiveResult> results, std::span<const TrialResult> live) {
+  HtmlReport page = comparison_page(results);
+  for (const Compared& value : kCompared) page.figure(figure_of(results, value));
+  page.appendix();
+  page.heading("Trials in real time");
+  add_study(page, live);
+  return page;
+}
+
 /// Runs a trial and compares it with its virtual counterpart. The time series are written to the folder `files_in`, if
 /// given.
 LiveResult run_trial(const Trial& trial, References& references, int realtime_priority,
@@ -142,10 +260,10 @@ LiveResult run_trial(const Trial& trial, References& references, int realtime_pr
   }
   const SessionTrace live =
       run_live_session(trial.experiment, scene, beside, realtime_priority, result.timing, on_tick);
-  if (files) files->finish(live, "live");
   result.live = result_of(trial, {trial.experiment, live, &reference, &same_stage});
   if (files_in) result.live.samples = *files_in;
   result.comparisons = compared(result.live.row, result.beside.row);
+  if (files) files->finish(live, "live", single_report(trial.experiment, result, live, beside));
   return result;
 }
 
@@ -223,7 +341,8 @@ void print_result(const LiveResult& result) {
             << std::left << std::setw(30) << "  compared" << std::right << std::setw(10) << "live" << std::setw(10)
             << "virtual" << std::setw(12) << "difference" << std::setw(9) << "allowed" << '\n';
   for (const Comparison& each : result.comparisons) {
-    std::cout << "  " << std::left << std::setw(28) << each.compared->what << std::right << std::setw(10)
+    const std::string unit = *each.compared->unit == 0 ? "" : " [" + std::string(each.compared->unit) + "]";
+    std::cout << "  " << std::left << std::setw(28) << each.compared->what + unit << std::right << std::setw(10)
               << number_text(each.live) << std::setw(10) << number_text(each.virtual_value) << std::setw(12)
               << number_text(each.live - each.virtual_value) << std::setw(9)
               << number_text(std::isnan(each.virtual_value) ? each.virtual_value : each.allowed()) << verdict(each)
@@ -243,15 +362,15 @@ void write_files(const std::filesystem::path& folder, const std::vector<LiveResu
     live.push_back(result.live);
     beside.push_back(result.beside);
   }
-  write_text_file(folder / "results.json", pretty_json(study_json(live)));
-  write_text_file(folder / "results.csv", study_csv(live));
+  std::map<std::string, std::string> files{{"results.json", pretty_json(study_json(live))},
+                                           {"results.csv", study_csv(live)},
+                                           {"virtual.json", pretty_json(study_json(beside))},
+                                           {"comparison.json", pretty_json(comparisons_json(results))}};
+  // The report of a single trial shows its forces over time; it is written with its time series.
+  if (results.size() > 1) files = with_report(std::move(files), grid_report(results, live));
+  files["timing.json"] = pretty_json(json::object{{"wall_s", wall_s}});
+  write_all_files(folder.string(), files);
   write_study_hdf5(folder / "results.h5", live);
-  write_text_file(folder / "virtual.json", pretty_json(study_json(beside)));
-  write_text_file(folder / "comparison.json", pretty_json(comparisons_json(results)));
-  write_text_file(folder / "timing.json", pretty_json(json::object{{"wall_s", wall_s}}));
-  // The report of a single trial shows its forces over time. A study report would show curves over delay with a single
-  // point.
-  if (results.size() > 1) write_text_file(folder / "report.html", study_report_html(live));
 }
 
 void print_size(const std::vector<Trial>& trials) {

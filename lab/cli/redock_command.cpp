@@ -2,9 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <string>
@@ -16,7 +16,7 @@
 #include "lab/cli/commands.hpp"
 #include "lab/cli/docking_pair.hpp"
 #include "lab/report/format.hpp"
-#include "lab/results/output_folder.hpp"
+#include "lab/results/output_files.hpp"
 #include "lab/studies/docking/exit_path.hpp"
 #include "lab/studies/docking/redock.hpp"
 #include "server/assets/docking_scene.hpp"
@@ -170,17 +170,77 @@ void print_remark(const json::object& redocked) {
   redocked.at("guided").get_bool() ? print_offset(redocked) : print_ends(redocked);
 }
 
+/// Returns a curve over the seeds.
+Series over_seeds(const json::object& redocked, const char* label, const char* field, int style) {
+  Series series{label, {}, {}, style, Draw::kMarkers};
+  for (const json::value& value : redocked.at("seeds").get_array()) {
+    const json::object& row = value.get_object();
+    const json::value* const number = row.if_contains(field);
+    series.x.push_back(row.at("seed").to_number<double>());
+    series.y.push_back(number != nullptr && number->is_number() ? number->to_number<double>() : std::nan(""));
+  }
+  return series;
+}
+
+Plot figure_of(PlotAxis y, std::vector<Series> series, AxisMark limit, const char* caption) {
+  Plot figure;
+  figure.description = figure.caption = caption;
+  figure.x = {"seed"};
+  figure.y = std::move(y);
+  figure.y.low = 0;
+  figure.series = std::move(series);
+  figure.limits = {std::move(limit)};
+  figure.width_px = kHalfWidth_px;
+  return figure;
+}
+
+HtmlReport report_of(const RedockOptions& options, const json::object& redocked, const std::vector<Check>& checks) {
+  HtmlReport page("Redocking by two hands", options.pair.receptor + " and " + options.pair.ligand);
+  const std::string rtt = format_significant(options.rtt_ms, 4) + " ms";
+  page.question("Do two simulated hands put this complex together again over a round trip of " + rtt + "?");
+  page.verdict(checks);
+  const auto of = [&](const char* label, const char* field, int style) {
+    return over_seeds(redocked, label, field, style);
+  };
+  const std::string now = "at " + rtt;
+  const std::array figures{
+      figure_of({"RMSD to the minimum", "Å"},
+                {of(now.c_str(), "settled_rmsd_angstrom", 0), of("at 0 ms", "settled_rmsd_at_zero_delay_angstrom", 1)},
+                {kDocked_angstrom, "docked below"},
+                "Ligand RMSD to the minimum at the end, for each way out and back."),
+      figure_of({"change of force", "N/ms"},
+                {of(now.c_str(), "force_step_n_per_ms", 0), of("at 0 ms", "force_step_at_zero_delay_n_per_ms", 1),
+                 of("beyond 0 ms at that time", "force_step_beyond_n_per_ms", 2)},
+                {kStepBeyond_n_per_ms, "bound beyond 0 ms"}, "Largest change of the force in 1 ms.")};
+  page.side_by_side(figures);
+  page.appendix();
+  Table table{"Ways out and back", {{"seed"}, {"end", "", true}}, {}};
+  for (const auto& [name, value] : redocked.at("seeds").get_array().front().get_object()) {
+    if (value.is_number() && name != "seed") table.columns.push_back({name, ""});
+  }
+  for (const json::value& value : redocked.at("seeds").get_array()) {
+    const json::object& row = value.get_object();
+    const json::value* const end = row.if_contains("end");
+    std::vector<std::string> cells{field_text(row, "seed", 0), end == nullptr ? "–" : end->get_string().c_str()};
+    for (std::size_t i = 2; i < table.columns.size(); ++i) cells.push_back(field_text(row, table.columns[i].header, 3));
+    table.rows.push_back(std::move(cells));
+  }
+  page.table(table);
+  return page;
+}
+
 int run_redock(RedockOptions options) {
   if (!options.kernel.empty()) docking::MolecularField::use_by_default(options.kernel);
   if (options.threads == 0) options.threads = std::max(1U, std::thread::hardware_concurrency());
-  const std::filesystem::path folder = options.out.empty() ? std::filesystem::path() : made_folder(options.out);
+  if (!options.out.empty()) check_folder_can_be_made(options.out);
   const auto progress = progress_on_stderr();
   json::object redocked = redock(scene_of(options), options.seed, options.seeds, from_seconds(options.rtt_ms * 1e-3),
                                  options.is_guided, options.threads, [&](double done) { progress("redocking", done); });
   const std::vector<Check> checks = redock_checks(redocked);
   redocked["claims"] = to_json(checks);
   const std::string text = pretty_json(redocked);
-  if (!folder.empty()) write_text_file(folder / "redock.json", text);
+  if (!options.out.empty())
+    write_all_files(options.out, with_report({{"redock.json", text}}, report_of(options, redocked, checks)));
   if (options.prints_json) {
     std::cout << text;
   } else {
@@ -211,7 +271,7 @@ void add_redock_command(CLI::App& app, int& exit_code) {
                       "bytes on every x86-64");
   command->add_option("--threads", options->threads, "trials at a time, 1 to 256 [default: as many as there are cores]")
       ->check(CLI::Range(1, 256).description(""));
-  command->add_option("--out", options->out, "folder for redock.json");
+  command->add_option("--out", options->out, "folder for redock.json and report.html");
   command->add_flag("--json", options->prints_json, "print redock.json instead of a table");
   command->footer(
       "Of each seed, a line of the table and an entry of redock.json:\n"

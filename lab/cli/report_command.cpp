@@ -64,19 +64,12 @@ std::vector<Check> all_checks(const std::vector<Session>& sessions, const Sessio
   return checks;
 }
 
-void write_file(const std::filesystem::path& file, const std::string& text) {
-  std::error_code error;
-  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
-  std::ofstream out(file, std::ios::binary | std::ios::trunc);
-  out << text << std::flush;
-  if (!out) throw std::invalid_argument("--out " + file.string() + ": cannot be written; check folder and rights");
-}
-
 int run_report(const ReportOptions& options) {
   const std::vector<Session> sessions = load_sessions(options.sessions);
   const SessionTasks tasks = options.tasks.empty() ? SessionTasks{} : load_session_tasks(options.tasks);
   const std::vector<Check> checks = all_checks(sessions, tasks);
-  write_file(options.out, session_report_html(sessions, checks));
+  const std::filesystem::path file = std::filesystem::absolute(options.out);
+  write_all_files(file.parent_path().string(), with_report({}, session_report(sessions, checks), file.filename()));
   const bool holds = all_hold(checks);
   if (options.prints_json) {
     std::cout << pretty_json(

@@ -12,6 +12,7 @@
 
 #include "common/base/json_pretty.hpp"
 #include "lab/cli/commands.hpp"
+#include "lab/results/output_files.hpp"
 #include "lab/results/output_folder.hpp"
 #include "lab/studies/contact/reproduce_touch.hpp"
 #include "lab/studies/docking/reproduce_docking.hpp"
@@ -48,9 +49,11 @@ constexpr std::array kBenchmarks{
 
 /// Returns whether all claims hold.
 bool run_reproduce(const Benchmark& benchmark, const std::filesystem::path& folder) {
-  const Reproduction reproduction = benchmark.run(SteadyClock{});
-  write_text_file(folder / (std::string(benchmark.name) + ".json"), pretty_json(to_json(reproduction)));
-  write_text_file(folder / "report.html", to_html(reproduction));
+  Reproduction reproduction = benchmark.run(SteadyClock{});
+  reproduction.question = "Subject: " + std::string(benchmark.description) + ".";
+  const std::string results = pretty_json(to_json(reproduction));
+  write_all_files(folder.string(),
+                  with_report({{std::string(benchmark.name) + ".json", results}}, to_report(reproduction)));
   std::cout << to_text(reproduction);
   return all_hold(reproduction.claims);
 }

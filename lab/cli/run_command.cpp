@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <iomanip>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -22,6 +23,7 @@
 #include "lab/cli/commands.hpp"
 #include "lab/experiment/experiment_library.hpp"
 #include "lab/experiment/trial_grid.hpp"
+#include "lab/results/output_files.hpp"
 #include "lab/results/output_folder.hpp"
 #include "lab/results/study_hdf5.hpp"
 #include "lab/results/study_report.hpp"
@@ -137,13 +139,14 @@ void print_size(const StudySize& size, std::size_t threads) {
 
 void write_results(const std::filesystem::path& folder, std::span<const TrialResult> results, double wall_s,
                    bool is_one_with_files) {
-  write_text_file(folder / "results.json", pretty_json(study_json(results)));
-  write_text_file(folder / "results.csv", study_csv(results));
-  write_study_hdf5(folder / "results.h5", results);
-  write_text_file(folder / "timing.json", pretty_json(study_timing_json(results, wall_s)));
+  std::map<std::string, std::string> files{{"results.json", pretty_json(study_json(results))},
+                                           {"results.csv", study_csv(results)}};
   // The report of a single trial shows its forces over time. A study report would show curves over delay with a single
   // point.
-  if (!is_one_with_files) write_text_file(folder / "report.html", study_report_html(results));
+  if (!is_one_with_files) files = with_report(std::move(files), study_report(results));
+  files["timing.json"] = pretty_json(study_timing_json(results, wall_s));
+  write_all_files(folder.string(), files);
+  write_study_hdf5(folder / "results.h5", results);
 }
 
 /// Prints notes on results that the table alone does not explain.

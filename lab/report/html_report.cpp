@@ -1,28 +1,24 @@
 #include "lab/report/html_report.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 #include "lab/report/format.hpp"
 
 namespace tandem::lab {
 namespace {
 
-// The line colours are those of Okabe and Ito, "Color Universal Design", 2008, which colour-blind readers can
-// distinguish. They are lightened on a dark background. Print always uses the colours for a light background.
+// Style of the page around the figures. Figures have white paper on a dark screen, too, so that they look as printed.
 constexpr std::string_view kStyle = R"css(
 :root {
   color-scheme: light dark;
   --page: #ffffff; --text: #1b1f24; --quiet: #57606a; --rule: #d5dae0; --soft: #f4f6f8;
-  --grid: #d5dbe2; --band: #f6f8fa; --band-odd: #ebeff4;
   --good: #1a7f37; --good-soft: #e9f7ec; --bad: #c62828; --bad-soft: #fdeceb;
-  --c0: #0072b2; --c1: #d55e00; --c2: #009e73; --c3: #a8568a; --c4: #7a5c00; --c5: #4c4c9d;
 }
 @media screen and (prefers-color-scheme: dark) {
   :root {
     --page: #14171b; --text: #e4e8ed; --quiet: #9aa5b1; --rule: #363d46; --soft: #1c2127;
-    --grid: #39424d; --band: #191d23; --band-odd: #21272f;
     --good: #57c26f; --good-soft: #16291b; --bad: #ff7b72; --bad-soft: #341a1a;
-    --c0: #4db2ee; --c1: #ff9a4d; --c2: #3ecfa3; --c3: #e3a0c8; --c4: #e3c04f; --c5: #a9a9f5;
   }
 }
 * { box-sizing: border-box; }
@@ -48,7 +44,6 @@ tbody th { font-weight: 400; }
 tbody td, tbody th { border-bottom: 1px solid var(--rule); }
 .number { white-space: nowrap; }
 .checks { width: 100%; }
-.checks th:first-child { min-width: 210px; }
 .mark { font-weight: 700; color: var(--good); margin-left: 2px; }
 td.failed { background: var(--bad-soft); font-weight: 600; }
 .failed .mark { color: var(--bad); }
@@ -58,24 +53,10 @@ figcaption b { color: var(--text); }
 .pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 420px), 1fr)); gap: 0 32px; }
 .scroll { overflow-x: auto; }
 .plot { display: block; width: 100%; height: auto; }
-.plot text { fill: var(--text); font-size: 12px; font-variant-numeric: tabular-nums; }
-.plot .x-tick, .plot .axis-label, .plot .band-label { text-anchor: middle; }
-.plot .y-tick, .plot .limit-label { text-anchor: end; }
-.plot .x-tick, .plot .y-tick, .plot .band-label { fill: var(--quiet); }
-.plot .axis-label { font-size: 13px; }
-.plot .grid { stroke: var(--grid); }
-.plot .grid.zero, .plot .axis { stroke: var(--quiet); }
-.plot .band { fill: var(--band); }
-.plot .band.odd { fill: var(--band-odd); }
-.plot .line { fill: none; stroke-width: 1.6; stroke-linejoin: round; stroke-linecap: round; }
-.plot .key { stroke-width: 2.5; }
-.plot .dashed { stroke-dasharray: 7 4; stroke-linecap: butt; }
-.plot .dotted { stroke-dasharray: 2 3; stroke-linecap: butt; }
-.plot .limit { stroke: var(--bad); stroke-dasharray: 9 4; stroke-width: 1.2; }
-.plot .limit-label { fill: var(--bad); paint-order: stroke; stroke: var(--page); stroke-width: 4px;
-  stroke-linejoin: round; }
-.c0 { stroke: var(--c0); } .c1 { stroke: var(--c1); } .c2 { stroke: var(--c2); }
-.c3 { stroke: var(--c3); } .c4 { stroke: var(--c4); } .c5 { stroke: var(--c5); }
+.pair .plot, .alone .plot { max-width: 680px; }
+.question { font-size: 17px; } .answer { font-size: 17px; font-weight: 600; }
+.origin { color: var(--quiet); font-size: 13px; max-width: none; border-top: 1px solid var(--rule); padding-top: 10px; }
+.origin code { overflow-wrap: anywhere; }
 footer { color: var(--quiet); font-size: 13px; border-top: 1px solid var(--rule); margin-top: 40px; padding-top: 14px;
   padding-bottom: 40px; }
 @media print {
@@ -88,7 +69,7 @@ footer { color: var(--quiet); font-size: 13px; border-top: 1px solid var(--rule)
   table { font-size: 8.5pt; }
   figcaption { font-size: 8.5pt; }
   th, td { padding: 3px 7px; }
-  .checks th:first-child { min-width: 0; }
+  .appendix { break-before: page; }
 }
 @page { size: A4; margin: 16mm; }
 )css";
@@ -96,6 +77,10 @@ footer { color: var(--quiet); font-size: 13px; border-top: 1px solid var(--rule)
 std::string element(std::string_view tag, std::string_view text) {
   const std::string name(tag);
   return "<" + name + ">" + escape_html(text) + "</" + name + ">\n";
+}
+
+std::string classed(std::string_view css_class, std::string_view text) {
+  return "<p class=\"" + std::string(css_class) + "\">" + escape_html(text) + "</p>\n";
 }
 
 std::string header_cell(const Column& column) {
@@ -112,50 +97,25 @@ std::string body_cell(const Column& column, std::string_view text, bool is_first
          tag + ">";
 }
 
-template <class T>
-void add_if_new(std::vector<T>& list, const T& value) {
-  if (std::find(list.begin(), list.end(), value) == list.end()) list.push_back(value);
-}
+constexpr std::size_t kMaxChecks = 10;  ///< number of rows of a table on the first page
 
-/// A row for checks that have the same claim and bound but different scopes.
-struct ClaimRow {
-  std::string claim;
-  std::string bound;
-  bool operator==(const ClaimRow&) const = default;
-};
-
-std::string check_cell(const Check* check) {
-  if (check == nullptr) return "<td></td>";
-  const bool holds = check->holds();
+std::string check_cell(const Check& check) {
+  const bool holds = check.holds();
   return std::string(holds ? "<td class=\"number\">" : "<td class=\"number failed\">") +
-         escape_html(check->value_text()) +
+         escape_html(check.value_text()) +
          (holds ? " <span class=\"mark\" role=\"img\" aria-label=\"holds\">\u2713</span></td>"
                 : " <span class=\"mark\" role=\"img\" aria-label=\"fails\">\u2717</span></td>");
 }
 
-/// Returns a table with claims as rows and scopes as columns.
 std::string check_table(std::span<const Check> checks) {
-  std::vector<std::string> scopes;
-  std::vector<ClaimRow> rows;
-  for (const Check& check : checks) {
-    add_if_new(scopes, check.scope);
-    add_if_new(rows, {check.claim, check.bound_text()});
-  }
-  std::string out =
-      "<div class=\"scroll\"><table class=\"checks\">\n<thead><tr><th scope=\"col\" class=\"left\">Claim</th>"
-      "<th scope=\"col\" class=\"left\">Bound</th>";
-  for (const std::string& scope : scopes) out += "<th scope=\"col\">" + escape_html(scope) + "</th>";
+  std::string out = "<div class=\"scroll\"><table class=\"checks\">\n<thead><tr>";
+  for (const Column& column : {Column{"Of", "", true}, {"Claim", "", true}, {"Bound", "", true}, {"Value"}})
+    out += header_cell(column);
   out += "</tr></thead>\n<tbody>\n";
-  for (const ClaimRow& row : rows) {
-    out += "<tr><th scope=\"row\" class=\"left\">" + escape_html(row.claim) + "</th><td class=\"left number\">" +
-           escape_html(row.bound) + "</td>";
-    for (const std::string& scope : scopes) {
-      const auto found = std::find_if(checks.begin(), checks.end(), [&](const Check& check) {
-        return check.scope == scope && ClaimRow{check.claim, check.bound_text()} == row;
-      });
-      out += check_cell(found == checks.end() ? nullptr : &*found);
-    }
-    out += "</tr>\n";
+  const Column text{"", "", true};
+  for (const Check& check : checks) {
+    out += "<tr>" + body_cell(text, check.scope, true) + body_cell(text, check.claim, false) +
+           body_cell(text, check.bound_text(), false) + check_cell(check) + "</tr>\n";
   }
   return out + "</tbody></table></div>\n";
 }
@@ -167,62 +127,121 @@ std::string verdict_text(std::span<const Check> checks) {
          (failed == 1 ? " checks does not hold." : " checks do not hold.");
 }
 
+/// Returns the path of the last figure, without extension: its number and the quantity of its y axis.
+std::string figure_name(std::span<const Plot> figures) {
+  std::string name = "figures/" + std::to_string(figures.size()) + "-";
+  for (const char c : figures.back().y.quantity) {
+    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+    if (is_plain || name.back() != '-') name += is_plain ? c : '-';
+  }
+  return name.back() == '-' ? name.substr(0, name.size() - 1) : name;
+}
+
+std::string file_links(const std::string& figure) {
+  return " <a href=\"" + figure + ".csv\">Data</a>, <a href=\"" + figure + ".svg\">SVG</a>";
+}
+
 }  // namespace
 
-HtmlReport::HtmlReport(std::string_view title, std::string_view subtitle) : title_(escape_html(title)) {
-  body_ =
-      "<header>\n<h1>" + title_ + "</h1>\n<p class=\"subtitle\">" + escape_html(subtitle) + "</p>\n</header>\n<main>\n";
+HtmlReport::HtmlReport(std::string_view title, std::string_view subtitle)
+    : title_(escape_html(title)),
+      header_("<header>\n<h1>" + title_ + "</h1>\n<p class=\"subtitle\">" + escape_html(subtitle) +
+              "</p>\n</header>\n") {}
+
+void HtmlReport::question(std::string_view text) {
+  body() += classed("question", text);
+}
+
+void HtmlReport::answer(std::string_view text) {
+  body() += classed("answer", text);
+}
+
+void HtmlReport::appendix() {
+  is_appendix_ = true;
 }
 
 void HtmlReport::heading(std::string_view text) {
-  body_ += element("h2", text);
+  body() += element("h2", text);
 }
 
 void HtmlReport::paragraph(std::string_view text) {
-  body_ += element("p", text);
+  body() += element("p", text);
 }
 
 void HtmlReport::verdict(std::span<const Check> checks) {
-  body_ += std::string("<p class=\"verdict") + (all_hold(checks) ? " good" : "") + "\" role=\"status\">" +
-           verdict_text(checks) + "</p>\n";
-  body_ += check_table(checks);
+  body() += std::string("<p class=\"verdict") + (all_hold(checks) ? " good" : "") + "\" role=\"status\">" +
+            verdict_text(checks) + "</p>\n";
+  if (checks.size() <= kMaxChecks) {
+    body() += check_table(checks);
+    return;
+  }
+  appendix_ += element("h2", "Checks") + check_table(checks);
+  std::vector<Check> failed;
+  std::ranges::copy_if(checks, std::back_inserter(failed), [](const Check& check) { return !check.holds(); });
+  if (!failed.empty()) body() += check_table(failed);
 }
 
 void HtmlReport::table(const Table& table) {
-  body_ += "<div class=\"scroll\"><table>\n" + element("caption", table.caption) + "<thead><tr>";
-  for (const Column& column : table.columns) body_ += header_cell(column);
-  body_ += "</tr></thead>\n<tbody>\n";
+  std::string& out = body();
+  out += "<div class=\"scroll\"><table>\n" + element("caption", table.caption) + "<thead><tr>";
+  for (const Column& column : table.columns) out += header_cell(column);
+  out += "</tr></thead>\n<tbody>\n";
   for (const auto& row : table.rows) {
-    body_ += "<tr>";
+    out += "<tr>";
     for (std::size_t i = 0; i < table.columns.size(); ++i) {
-      body_ += body_cell(table.columns[i], i < row.size() ? row[i] : "", i == 0);
+      out += body_cell(table.columns[i], i < row.size() ? row[i] : "", i == 0);
     }
-    body_ += "</tr>\n";
+    out += "</tr>\n";
   }
-  body_ += "</tbody></table></div>\n";
+  out += "</tbody></table></div>\n";
 }
 
 void HtmlReport::figure(const Plot& plot) {
-  body_ += "<figure>\n" + render_svg(plot) + "<figcaption><b>Figure " + std::to_string(++figure_count_) + ".</b> " +
-           escape_html(plot.caption) + "</figcaption>\n</figure>\n";
+  figures_.push_back(plot);
+  const std::string name = figure_name(figures_);
+  body() += std::string("<figure") + (plot.width_px <= kHalfWidth_px ? " class=\"alone\"" : "") + ">\n" +
+            render_svg(plot) + "<figcaption><b>Figure " + std::to_string(figures_.size()) + ".</b> " +
+            escape_html(plot.caption) + file_links(name) + "</figcaption>\n</figure>\n";
 }
 
 void HtmlReport::side_by_side(std::span<const Plot> plots) {
-  body_ += "<div class=\"pair\">\n";
+  body() += "<div class=\"pair\">\n";
   for (const Plot& each : plots) figure(each);
-  body_ += "</div>\n";
+  body() += "</div>\n";
 }
 
 void HtmlReport::footer(std::string_view text) {
   footer_ += element("p", text);
 }
 
+void HtmlReport::origin(const Origin& origin) {
+  origin_ = "<p class=\"origin\"><code>" + escape_html(origin.command) + "</code><br>" + escape_html(origin.version) +
+            ", " + escape_html(origin.date);
+  for (const auto& [name, hash] : origin.sha256) {
+    origin_ += "<br>SHA-256 of " + escape_html(name) + ": <code>" + escape_html(hash) + "</code>";
+  }
+  origin_ += "</p>\n";
+}
+
 std::string HtmlReport::html() const {
   std::string page = "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
   page += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" + title_ + "</title>\n";
-  page += "<style>" + std::string(kStyle) + "</style>\n</head>\n<body>\n" + body_ + "</main>\n";
+  page += "<style>" + std::string(kStyle) + std::string(kFigureStyle) + "</style>\n</head>\n<body>\n" + header_ +
+          "<main>\n" + first_page_ + origin_;
+  if (!appendix_.empty()) page += "<section class=\"appendix\">\n" + appendix_ + "</section>\n";
+  page += "</main>\n";
   if (!footer_.empty()) page += "<footer>\n" + footer_ + "</footer>\n";
   return page + "</body>\n</html>\n";
+}
+
+std::map<std::string, std::string> HtmlReport::files(const std::string& name) const {
+  std::map<std::string, std::string> files{{name, html()}};
+  for (std::size_t i = 0; i < figures_.size(); ++i) {
+    const std::string stem = figure_name(std::span(figures_).first(i + 1));
+    files[stem + ".svg"] = svg_file(figures_[i]);
+    files[stem + ".csv"] = plot_csv(figures_[i]);
+  }
+  return files;
 }
 
 }  // namespace tandem::lab

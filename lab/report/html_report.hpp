@@ -1,7 +1,8 @@
 // A self-contained HTML file with style sheet, figures and numbers. It can be mailed and printed, and needs neither
-// network access nor scripts.
+// network access nor scripts. Its first page answers a question in words and at most three figures.
 #pragma once
 
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -25,31 +26,54 @@ struct Table {
   std::vector<std::vector<std::string>> rows;
 };
 
+/// What a reader needs to repeat a result.
+struct Origin {
+  std::string command;
+  std::string version;
+  std::string date;                                ///< UTC
+  std::map<std::string, std::string> sha256 = {};  ///< of each file with results, by its name
+};
+
 /// Builds the page from top to bottom. It escapes all text, so that input cannot become markup.
 ///
-/// Out     deterministic: contains no date and no random id
+/// Out     deterministic: contains no date and no random id, except those of origin()
 class HtmlReport {
  public:
   HtmlReport(std::string_view title, std::string_view subtitle);
 
+  void question(std::string_view text);
+  void answer(std::string_view text);
+  /// Ends the first page. All that follows is printed behind it.
+  void appendix();
+
   void heading(std::string_view text);
   void paragraph(std::string_view text);
-  /// Adds a banner that states whether all checks hold. Below it follows a table of values and bounds, with claims as
-  /// rows and scopes as columns.
+  /// Adds a banner that states whether all checks hold. Below it follows a table of values and bounds. A table that
+  /// would fill the first page begins the appendix, and only the checks that fail are on the first page.
   void verdict(std::span<const Check> checks);
   void table(const Table& table);
   void figure(const Plot& plot);
-  /// Adds figures side by side if the page is wide enough; otherwise they are placed below each other.
+  /// Adds figures two by two if the page is wide enough; otherwise they are placed below each other.
   void side_by_side(std::span<const Plot> plots);
   void footer(std::string_view text);
+  /// Adds the origin to the end of the first page.
+  void origin(const Origin& origin);
 
   std::string html() const;
+  /// Returns the page, and each figure as SVG and CSV in the folder figures/, by file name.
+  std::map<std::string, std::string> files(const std::string& name = "report.html") const;
 
  private:
+  std::string& body() { return is_appendix_ ? appendix_ : first_page_; }
+
   std::string title_;
-  std::string body_;
+  std::string header_;
+  std::string first_page_;
+  std::string appendix_;
+  std::string origin_;
   std::string footer_;
-  int figure_count_ = 0;
+  std::vector<Plot> figures_;
+  bool is_appendix_ = false;
 };
 
 }  // namespace tandem::lab

@@ -6,16 +6,15 @@
 #include <string_view>
 
 #include "lab/report/format.hpp"
-#include "lab/report/html_report.hpp"
 
 namespace tandem::lab {
 namespace {
 
 constexpr double kMilli = 1e3;
 constexpr double kPercent = 100;
+constexpr std::size_t kFirstPageFigures = 3;
 constexpr int kHalfHeight_px = 260;
 constexpr std::string_view kAxisNames = "xyz";
-constexpr std::string_view kTimeLabel = "time [s]";
 
 std::string user_list(const Session& session) {
   std::string list;
@@ -64,17 +63,17 @@ double end_s(const Session& session) {
   return end;
 }
 
-Plot base_plot(const Session& session, const std::string& what, const std::string& y_label) {
+Plot base_plot(const Session& session, const std::string& what, const PlotAxis& y) {
   Plot plot;
   plot.description = what + " over time, session " + session.name + ", users " + user_list(session);
-  plot.x = {.label = std::string(kTimeLabel), .low = 0, .high = end_s(session)};
-  plot.y.label = y_label;
+  plot.x = {.quantity = "time", .unit = "s", .low = 0, .high = end_s(session)};
+  plot.y = y;
   plot.bands = session.users.front().trace.phases;  // the hands run their phases at the same time
   return plot;
 }
 
-Plot half_plot(const Session& session, const std::string& what, const std::string& y_label) {
-  Plot plot = base_plot(session, what, y_label);
+Plot half_plot(const Session& session, const std::string& what, const PlotAxis& y) {
+  Plot plot = base_plot(session, what, y);
   plot.width_px = kHalfWidth_px;
   plot.height_px = kHalfHeight_px;
   return plot;
@@ -121,7 +120,7 @@ std::string add_limits(Plot& plot, const Session& session, double ClientRun::*li
 }
 
 Plot force_figure(const Session& session) {
-  Plot plot = base_plot(session, "Displayed force", "force on the hand [N]");
+  Plot plot = base_plot(session, "Displayed force", {"force on the hand", "N"});
   plot.y.low = 0;
   add_per_user(plot, session, &Trace::force_n, 1);
   const std::string limit_words = add_limits(plot, session, &ClientRun::force_limit_n, &Trace::force_n, 1, "N");
@@ -133,7 +132,7 @@ Plot force_figure(const Session& session) {
 }
 
 Plot torque_figure(const Session& session) {
-  Plot plot = half_plot(session, "Displayed torque", "torque on the hand [mN·m]");
+  Plot plot = half_plot(session, "Displayed torque", {"torque on the hand", "mN·m"});
   plot.y.low = 0;
   add_per_user(plot, session, &Trace::torque_n_m, kMilli);
   const std::string limit_words =
@@ -145,15 +144,13 @@ Plot torque_figure(const Session& session) {
 Plot motion_figure(const Session& session) {
   const std::size_t axis = main_axis(session);
   const std::string name(1, kAxisNames[axis]);
-  Plot plot = half_plot(session, "Hand and tool along " + name, "position along " + name + " [mm]");
-  int color = 0;
+  Plot plot = half_plot(session, "Hand and tool along " + name, {"position along " + name, "mm"});
+  int style = 0;
   for (const ClientRun& user : session.users) {
     const Trace& trace = user.trace;
     const std::string& user_name = user.name;
-    plot.series.push_back({user_name + ", hand", trace.time_s, scaled(trace.hand_m[axis], kMilli), color});
-    plot.series.push_back(
-        {user_name + ", tool", trace.time_s, scaled(trace.tool_m[axis], kMilli), color, Dash::kDashed});
-    ++color;
+    plot.series.push_back({user_name + ", hand", trace.time_s, scaled(trace.hand_m[axis], kMilli), style++});
+    plot.series.push_back({user_name + ", tool", trace.time_s, scaled(trace.tool_m[axis], kMilli), style++});
   }
   plot.caption =
       "Hand (as the client sent it) and tool (as the server answered) along the axis of the "
@@ -163,7 +160,7 @@ Plot motion_figure(const Session& session) {
 
 Plot body_figure(const Session& session) {
   const ClientRun& user = session.users.front();
-  Plot plot = half_plot(session, "Displacement of the shared body", "displacement [mm]");
+  Plot plot = half_plot(session, "Displacement of the shared body", {"displacement", "mm"});
   for (std::size_t axis = 0; axis < 3; ++axis) {
     plot.series.push_back({std::string(1, kAxisNames[axis]), user.trace.time_s,
                            scaled(since_first(user.trace.body_m[axis]), kMilli), static_cast<int>(axis) + 2});
@@ -188,13 +185,13 @@ Series largest_each(double width_s, const std::vector<double>& time_s, const std
 }
 
 Plot age_figure(const Session& session) {
-  Plot plot = half_plot(session, "Age of the newest state", "time since last arrival [ms]");
+  Plot plot = half_plot(session, "Age of the newest state", {"time since last arrival", "ms"});
   plot.y.low = 0;
   int color = 0;
   for (const ClientRun& user : session.users) {
     Series series = largest_each(0.050, user.trace.time_s, scaled(user.trace.state_age_s, kMilli));
     series.label = user.name;
-    series.color = color++;
+    series.style = color++;
     plot.series.push_back(std::move(series));
   }
   plot.caption =
@@ -313,7 +310,6 @@ void add_session(HtmlReport& report, const Session& session) {
   report.paragraph("Scene " + first.scene + ", users " + user_list(session) +
                    "; shared body: " + (first.watched_body.empty() ? "none seen" : first.watched_body) + ".");
   add_users_table(report, session);
-  report.figure(force_figure(session));
   report.side_by_side(std::vector{motion_figure(session), body_figure(session)});
   report.side_by_side(std::vector{torque_figure(session), age_figure(session)});
   add_phases_table(report, session);
@@ -331,15 +327,19 @@ std::string subtitle(std::span<const Session> sessions) {
 
 }  // namespace
 
-std::string session_report_html(std::span<const Session> sessions, std::span<const Check> checks) {
+HtmlReport session_report(std::span<const Session> sessions, std::span<const Check> checks) {
   HtmlReport report("Forces on the hands", subtitle(sessions));
+  report.question("Did the users feel and move the shared bodies, at rest where the hands rest, within the limits?");
   report.verdict(checks);
+  for (const Session& session : sessions.first(std::min<std::size_t>(kFirstPageFigures, sessions.size())))
+    report.figure(force_figure(session));
+  report.appendix();
   report.paragraph("Settled: without the first second of the phase, in which the hand swings in.");
   for (const Session& session : sessions) add_session(report, session);
   report.footer(
       "SI units; W is the world frame of the scene. Displayed force and torque are those on the hand, in the device's "
       "base frame. Every figure keeps the extremes of each pixel column, so no peak is lost in drawing.");
-  return report.html();
+  return report;
 }
 
 }  // namespace tandem::lab

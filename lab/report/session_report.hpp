@@ -4,12 +4,12 @@
 #include <span>
 #include <string>
 
-#include "lab/report/check.hpp"
+#include "lab/report/html_report.hpp"
 #include "lab/report/session_data.hpp"
 
 namespace tandem::lab {
 
-/// Returns an HTML file. It contains the verdict, then the users, figures and tables of each session.
-std::string session_report_html(std::span<const Session> sessions, std::span<const Check> checks);
+/// Returns the page. It contains the verdict and the forces, then the figures and tables of each session.
+HtmlReport session_report(std::span<const Session> sessions, std::span<const Check> checks);
 
 }  // namespace tandem::lab

@@ -1,6 +1,9 @@
 #include "lab/results/output_files.hpp"
 
 #include <csignal>
+#include <ctime>
+#include <fstream>
+#include <span>
 #include <stdexcept>
 #include <system_error>
 #include <vector>
@@ -8,6 +11,7 @@
 #include <pthread.h>
 
 #include "lab/results/output_folder.hpp"
+#include "proto/content_hash.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -36,14 +40,17 @@ class SignalsWait {
 /// called.
 class MadeFolders {
  public:
-  explicit MadeFolders(const std::string& out) {
+  void make(const std::string& out) {
     std::error_code error;
+    std::vector<fs::path> missing;
     for (fs::path at = fs::absolute(out).lexically_normal(); !at.empty() && !fs::exists(at, error);
          at = at.parent_path()) {
-      if (at.has_filename()) folders_.push_back(at);
+      if (at.has_filename()) missing.push_back(at);
     }
+    folders_.insert(folders_.begin(), missing.begin(), missing.end());
     made_folder(out);
   }
+  MadeFolders() = default;
   ~MadeFolders() {
     std::error_code ignored;  // a folder that another program has filled is not removed
     for (const fs::path& folder : folders_) fs::remove(folder, ignored);
@@ -85,18 +92,56 @@ class UnfinishedFiles {
   std::vector<Names> files_;
 };
 
+/// Returns the command line of this process, with the program's name alone.
+std::string this_command() {
+  std::ifstream in("/proc/self/cmdline", std::ios::binary);
+  std::string command;
+  for (std::string word; std::getline(in, word, '\0');) {
+    if (command.empty()) word = fs::path(word).filename().string();
+    const bool is_plain = word.find_first_of(" \t\"'\\$*?;&|<>(){}[]") == std::string::npos && !word.empty();
+    command += (command.empty() ? "" : " ") + (is_plain ? word : "'" + word + "'");
+  }
+  return command;
+}
+
+std::string today() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[16];
+  std::strftime(text, sizeof text, "%Y-%m-%d", &utc);
+  return text;
+}
+
 }  // namespace
+
+std::map<std::string, std::string> with_report(std::map<std::string, std::string> files, HtmlReport report,
+                                               const std::string& name) {
+  Origin origin{this_command(), "Tandem " TANDEM_VERSION, today()};
+  for (const auto& [file, text] : files) {
+    origin.sha256[file] = proto::hex(proto::sha256_of(std::as_bytes(std::span(text))));
+  }
+  report.origin(origin);
+  files.merge(report.files(name));
+  return files;
+}
 
 void check_folder_can_be_made(const std::string& out) {
   const SignalsWait wait;
-  const MadeFolders made(out);
+  MadeFolders made;
+  made.make(out);
 }
 
 void write_all_files(const std::string& out, const std::map<std::string, std::string>& files) {
   const SignalsWait wait;
-  MadeFolders folders(out);
+  MadeFolders folders;
+  folders.make(out);
   UnfinishedFiles unfinished;
-  for (const auto& [name, text] : files) unfinished.write(fs::path(out) / name, text);
+  for (const auto& [name, text] : files) {
+    const fs::path file = fs::path(out) / name;
+    folders.make(file.parent_path().string());
+    unfinished.write(file, text);
+  }
   unfinished.finish();
   folders.keep();
 }

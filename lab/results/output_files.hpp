@@ -5,6 +5,8 @@
 #include <map>
 #include <string>
 
+#include "lab/report/html_report.hpp"
+
 namespace tandem::lab {
 
 /// Checks, before the work starts, that the folder for `--out` can be created. Folders created by the check are removed
@@ -12,7 +14,12 @@ namespace tandem::lab {
 /// Fails   see made_folder()
 void check_folder_can_be_made(const std::string& out);
 
-/// Creates the folder and writes all files. Each file is first written under a temporary name; then all are renamed.
+/// Adds report.html and its figures to the files with the results. The page then has the command of this process, its
+/// version, the date and the SHA-256 of each file.
+std::map<std::string, std::string> with_report(std::map<std::string, std::string> files, HtmlReport report,
+                                               const std::string& name = "report.html");
+
+/// Creates the folder and writes all files, whose names may contain folders. Each file is first written under a temporary name; then all are renamed.
 /// Therefore a reader finds either the previous files or the new ones, even after an interruption. SIGINT and SIGTERM
 /// are blocked until the renaming ends.
 ///

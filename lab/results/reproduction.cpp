@@ -1,6 +1,7 @@
 #include "lab/results/reproduction.hpp"
 
 #include <algorithm>
+#include <span>
 #include <sstream>
 
 #include "lab/report/format.hpp"
@@ -9,6 +10,7 @@ namespace tandem::lab {
 namespace {
 
 constexpr std::size_t kTextWidth = 120;
+constexpr std::size_t kFirstPageFigures = 3;
 
 /// Wraps text at spaces into lines of at most kTextWidth.
 std::string wrapped(const std::string& text) {
@@ -22,6 +24,16 @@ std::string wrapped(const std::string& text) {
     line += (line.empty() ? "" : " ") + word;
   }
   return result + line + '\n';
+}
+
+Table rows_table(const std::vector<ReproductionRow>& rows) {
+  Table table{"Published figures and those of this run",
+              {{.header = "Figure", .is_text = true},
+               {.header = "Published", .is_text = true},
+               {.header = "Here", .is_text = true}},
+              {}};
+  for (const ReproductionRow& row : rows) table.rows.push_back({row.what, row.published, row.ours});
+  return table;
 }
 
 }  // namespace
@@ -38,20 +50,20 @@ boost::json::object to_json(const Reproduction& reproduction) {
           {"details", reproduction.details}};
 }
 
-std::string to_html(const Reproduction& reproduction) {
-  HtmlReport page(reproduction.title, "Published figures beside those of this run");
-  page.paragraph(reproduction.summary);
+HtmlReport to_report(const Reproduction& reproduction) {
+  HtmlReport page(reproduction.title, "A published benchmark, repeated");
+  page.question("Does the published result hold here? " + reproduction.question);
   page.verdict(reproduction.claims);
-  Table table{"Side by side",
-              {{.header = "Figure", .is_text = true},
-               {.header = "Published", .is_text = true},
-               {.header = "Here", .is_text = true}},
-              {}};
-  for (const ReproductionRow& row : reproduction.rows) table.rows.push_back({row.what, row.published, row.ours});
-  page.table(table);
-  for (const Plot& figure : reproduction.figures) page.figure(figure);
+  const std::size_t first = std::min<std::size_t>(kFirstPageFigures, reproduction.figures.size());
+  const std::span figures(reproduction.figures);
+  for (const Plot& figure : figures.first(first)) page.figure(figure);
+  page.appendix();
+  page.heading("Method");
+  page.paragraph(reproduction.summary);
+  page.table(rows_table(reproduction.rows));
+  for (const Plot& figure : figures.subspan(first)) page.figure(figure);
   page.footer("Times depend on the machine; everything else is the same on every run.");
-  return page.html();
+  return page;
 }
 
 std::string to_text(const Reproduction& reproduction) {

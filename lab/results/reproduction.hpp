@@ -19,7 +19,8 @@ struct ReproductionRow {
 
 struct Reproduction {
   std::string title;
-  std::string summary;  ///< settings of the run and its differences from the published source
+  std::string question = {};  ///< asked on the first page of the report
+  std::string summary;        ///< settings of the run and its differences from the published source
   std::vector<ReproductionRow> rows;
   std::vector<Check> claims;
   std::vector<Plot> figures;
@@ -28,7 +29,7 @@ struct Reproduction {
 
 /// Returns {"title", "summary", "rows", "claims", "details"}.
 boost::json::object to_json(const Reproduction& reproduction);
-std::string to_html(const Reproduction& reproduction);
+HtmlReport to_report(const Reproduction& reproduction);
 std::string to_text(const Reproduction& reproduction);
 
 }  // namespace tandem::lab

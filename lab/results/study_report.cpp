@@ -1,8 +1,12 @@
 #include "lab/results/study_report.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <numeric>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,7 +14,6 @@
 #include "common/base/json_pretty.hpp"
 #include "lab/metrics/trial_metrics.hpp"
 #include "lab/report/format.hpp"
-#include "lab/report/html_report.hpp"
 #include "lab/results/study_results.hpp"
 
 namespace tandem::lab {
@@ -18,95 +21,181 @@ namespace {
 
 namespace json = boost::json;
 
-constexpr int kColors = 6;
 constexpr int kFigureHeight_px = 260;
+constexpr std::size_t kFirstPageFigures = 3;
+/// Metrics that answer whether a stage hides the delay, the most important first.
+constexpr std::array<std::string_view, 8> kHeadline{
+    "path_error_of_peak",      "contact_force_ratio", "free_drag_rms_n",      "limit_cycle_m_per_s",
+    "force_step_max_n_per_ms", "felt_mass_ratio",     "felt_stiffness_ratio", "view_divergence_max_m"};
 
-/// Attributes that distinguish the curves of a figure.
-struct CurveName {
-  std::string stage;
-  bool is_disturbed = false;  ///< the link has jitter or loss
-  std::string text;
-  bool operator<(const CurveName& other) const { return text < other.text; }
+std::string compact_text(const json::object& row, const char* name, double factor = 1) {
+  return format_significant(factor * number_in(row, name), 3);
+}
+
+/// A quantity of the link or the client that a study varies, as the x axis of its figures.
+struct Sweep {
+  const char* field;
+  PlotAxis axis;
+  double factor = 1;
+  std::string shared = {};  ///< settings that all trials share, which no name of a curve repeats
+
+  double of(const json::object& row) const { return factor * number_in(row, field); }
+  std::string text(double value) const { return format_significant(value, 3) + " " + axis.unit + " " + axis.quantity; }
 };
 
-std::string compact_text(const json::object& row, const char* name) {
-  return format_significant(number_in(row, name), 3);
+/// Returns the settings of --set as text; empty: none.
+std::string overrides_of(const json::object& row) {
+  const json::value* const overrides = row.if_contains("overrides");
+  std::string text;
+  if (overrides == nullptr || !overrides->is_object()) return text;
+  for (const auto& [name, value] : overrides->get_object())
+    text += (text.empty() ? "" : ", ") + std::string(name) + "=" + compact_json(value);
+  return text;
 }
 
-CurveName curve_of(const json::object& row) {
-  CurveName name;
-  name.stage = text_in(row, "stage");
-  name.text = name.stage;
+/// Returns the first quantity that has several values; the round trip if there is none.
+Sweep sweep_of(std::span<const TrialResult> results) {
+  std::set<std::string> overrides;
+  for (const TrialResult& result : results) overrides.insert(overrides_of(result.row));
+  const std::string shared = overrides.size() == 1 ? *overrides.begin() : "";
+  std::array sweeps{Sweep{"rtt_ms", {"round trip", "ms"}}, Sweep{"jitter_ms", {"jitter", "ms"}},
+                    Sweep{"loss", {"loss", "%"}, 100}, Sweep{"deadband", {"deadband", "%"}, 100}};
+  for (Sweep& sweep : sweeps) {
+    sweep.shared = shared;
+    std::set<double> values;
+    for (const TrialResult& result : results) values.insert(sweep.of(result.row));
+    if (values.size() > 1) return sweep;
+  }
+  return sweeps.front();
+}
+
+/// Returns the settings of the client that differ from the default, as text; empty: none.
+std::string variant_of(const json::object& row, const Sweep& sweep) {
+  std::string text;
   if (const std::string predictor = text_in(row, "predictor"); predictor != client::StageSettings{}.predictor)
-    name.text += " + " + predictor;
-  if (row.at("passivity") == json::value(true)) name.text += ", passivity";
-  if (number_in(row, "deadband") > 0) name.text += ", deadband " + compact_text(row, "deadband");
-  const double jitter_ms = number_in(row, "jitter_ms");
-  const double loss = number_in(row, "loss");
-  if (jitter_ms > 0) name.text += ", " + compact_text(row, "jitter_ms") + " ms jitter";
-  if (loss > 0) name.text += ", " + format_significant(100 * loss, 3) + " % lost";
-  name.is_disturbed = jitter_ms > 0 || loss > 0;
-  if (const json::value* overrides = row.if_contains("overrides")) {
-    if (overrides->is_object() && !overrides->get_object().empty()) name.text += ", " + compact_json(*overrides);
-  }
-  return name;
+    text += " + " + predictor;
+  if (row.at("passivity") != json::value(true)) text += ", no passivity control";
+  if (number_in(row, "deadband") > 0 && sweep.field != std::string("deadband"))
+    text += ", deadband " + compact_text(row, "deadband", 100) + " %";
+  const std::string overrides = overrides_of(row);
+  return overrides == sweep.shared ? text : text + ", " + overrides;
 }
 
-/// Returns the curves of one experiment and metric over the round-trip delay. The points are means over the seeds.
-std::map<CurveName, std::map<double, double>> curves_of(const std::vector<SeedGroup>& groups, std::string_view metric) {
-  std::map<CurveName, std::map<double, double>> curves;
+/// Returns the disturbances of the link as text; empty: none.
+std::string disturbance_of(const json::object& row, const Sweep& sweep) {
+  std::string text;
+  const auto add = [&](const char* field, double factor, const std::string& unit) {
+    if (!(number_in(row, field) > 0) || sweep.field == std::string(field)) return;
+    text += (text.empty() ? "" : ", ") + compact_text(row, field, factor) + unit;
+  };
+  add("jitter_ms", 1, " ms jitter");
+  add("loss", 100, " % lost");
+  if (was_silent(row)) text += (text.empty() ? "" : ", ") + std::string("after a silence");
+  return text;
+}
+
+/// Trials under one disturbance of the link, by the name of their curve. The curves of clients without a variant come
+/// first; `mains` is their number.
+struct Curves {
+  std::vector<std::pair<std::string, std::vector<SeedGroup>>> curves;
+  std::size_t mains = 0;
+};
+
+Curves curves_of(const std::vector<SeedGroup>& groups, const Sweep& sweep) {
+  std::map<std::pair<bool, std::string>, std::vector<SeedGroup>> by_name;
   for (const SeedGroup& group : groups) {
-    const double value = mean_of(group, metric);
-    if (std::isfinite(value)) curves[curve_of(*group.front())][number_in(*group.front(), "rtt_ms")] = value;
+    const std::string variant = variant_of(*group.front(), sweep);
+    by_name[{!variant.empty(), text_in(*group.front(), "stage") + variant}].push_back(group);
   }
-  return curves;
-}
-
-/// Assigns a colour to each stage, the same in all figures.
-std::map<std::string, int> stage_colors(std::span<const TrialResult> results) {
-  std::map<std::string, int> colors;
-  for (const TrialResult& result : results) {
-    colors.emplace(text_in(result.row, "stage"), static_cast<int>(colors.size()));
+  Curves result;
+  for (auto& [name, members] : by_name) {
+    result.mains += name.first ? 0 : 1;
+    result.curves.emplace_back(name.second, std::move(members));
   }
-  return colors;
+  if (result.mains == 0) result.mains = result.curves.size();
+  return result;
 }
 
-Dash dash_of(const CurveName& name, int color) {
-  if (name.is_disturbed) return Dash::kDotted;
-  return color >= kColors ? Dash::kDashed : Dash::kSolid;
+/// Returns the finite values of a metric at each x.
+std::map<double, std::vector<double>> values_of(const std::vector<SeedGroup>& groups, const Sweep& sweep,
+                                                std::string_view metric) {
+  std::map<double, std::vector<double>> values;
+  for (const SeedGroup& group : groups) {
+    for (const json::object* row : group) {
+      const double value = number_in(*row, metric);
+      if (std::isfinite(value)) values[sweep.of(*row)].push_back(value);
+    }
+  }
+  return values;
 }
 
-Plot figure_of(const TrialMetric& metric, const std::map<CurveName, std::map<double, double>>& curves,
-               const std::map<std::string, int>& colors) {
+double mean_over(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+Series series_of(const std::string& name, const std::map<double, std::vector<double>>& values, double factor) {
+  Series series{name, {}, {}};
+  for (const auto& [x, of_seeds] : values) {
+    const auto [least, greatest] = std::ranges::minmax(of_seeds);
+    series.x.push_back(x);
+    series.y.push_back(factor * mean_over(of_seeds));
+    series.low.push_back(factor * least);
+    series.high.push_back(factor * greatest);
+  }
+  return series;
+}
+
+Plot empty_figure(std::string_view metric, const Sweep& sweep) {
   Plot figure;
-  figure.description = std::string(metric.name) + " of each stage over the round trip";
+  figure.description = std::string(metric) + " of each stage over the " + sweep.axis.quantity;
   figure.width_px = kHalfWidth_px;
   figure.height_px = kFigureHeight_px;
-  figure.x.label = "round trip [ms]";
-  figure.y.label = std::string(metric.name);
-  for (const auto& [name, points] : curves) {
-    const int color = colors.at(name.stage);
-    Series series{name.text, {}, {}, color % kColors, dash_of(name, color)};
-    for (const auto& [rtt_ms, value] : points) {
-      series.x.push_back(rtt_ms);
-      series.y.push_back(value);
-    }
-    figure.series.push_back(std::move(series));
-  }
-  figure.caption = std::string(metric.name) + ": " + std::string(metric.definition) + " Means over seeds.";
+  figure.x = sweep.axis;
+  figure.y = axis_of_metric(metric).axis;
+  figure.caption = std::string(metric) + ": " + std::string(trial_metric_called(metric).definition) +
+                   " Lines: means over the seeds; bands: least to greatest.";
   return figure;
 }
 
-/// Returns a figure for every metric that has a curve.
-std::vector<Plot> figures_of(const std::vector<SeedGroup>& groups, const std::map<std::string, int>& colors) {
+/// Returns the figures of a metric with curves from `begin` to `end`; none if no curve has two points. A figure has at
+/// most kStyles curves.
+std::vector<Plot> figures_of(const Curves& all, std::size_t begin, std::size_t end, std::string_view metric,
+                             const Sweep& sweep) {
   std::vector<Plot> figures;
-  for (const TrialMetric& metric : trial_metrics()) {
-    const auto curves = curves_of(groups, metric.name);
-    const bool is_a_curve =
-        std::any_of(curves.begin(), curves.end(), [](const auto& curve) { return curve.second.size() > 1; });
-    if (is_a_curve) figures.push_back(figure_of(metric, curves, colors));
+  bool has_curve = false;
+  for (std::size_t i = begin; i < end; ++i) {
+    if ((i - begin) % kStyles == 0) figures.push_back(empty_figure(metric, sweep));
+    Series series =
+        series_of(all.curves[i].first, values_of(all.curves[i].second, sweep, metric), axis_of_metric(metric).factor);
+    series.style = static_cast<int>((i - begin) % kStyles);
+    has_curve = has_curve || series.x.size() > 1;
+    if (!series.x.empty()) figures.back().series.push_back(std::move(series));
   }
-  return figures;
+  std::erase_if(figures, [](const Plot& figure) { return figure.series.empty(); });
+  return has_curve ? figures : std::vector<Plot>();
+}
+
+/// Returns whether the values of a figure differ by less than is of interest.
+bool is_flat(const Plot& figure) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Series& series : figure.series) {
+    for (const double value : series.y) low = std::min(low, value), high = std::max(high, value);
+  }
+  return high - low < least_span(figure.y.unit);
+}
+
+using ByDisturbance = std::map<std::string, std::vector<SeedGroup>>;
+
+ByDisturbance by_disturbance(const std::vector<SeedGroup>& groups, const Sweep& sweep) {
+  ByDisturbance result;
+  for (const SeedGroup& group : groups) result[disturbance_of(*group.front(), sweep)].push_back(group);
+  return result;
+}
+
+std::map<std::string, std::vector<SeedGroup>> by_experiment(std::span<const TrialResult> results) {
+  std::map<std::string, std::vector<SeedGroup>> experiments;
+  for (SeedGroup& group : seed_groups(results)) experiments[text_in(*group.front(), "experiment")].push_back(group);
+  return experiments;
 }
 
 Table definitions_table() {
@@ -124,55 +213,225 @@ Table definitions_table() {
 }
 
 /// Returns a row of the table: every metric of a group. `of` combines the values of the seeds.
-std::vector<std::string> results_row(const SeedGroup& group, const std::string& seeds,
+std::vector<std::string> results_row(const SeedGroup& group, const Sweep& sweep, const std::string& seeds,
                                      double (*of)(const SeedGroup& group, std::string_view metric)) {
-  std::vector<std::string> row{curve_of(*group.front()).text, compact_text(*group.front(), "rtt_ms"), seeds};
-  for (const TrialMetric& metric : trial_metrics()) row.push_back(format_significant(of(group, metric.name), 3));
-  row.push_back(outcomes_of(group));
-  return row;
+  const json::object& row = *group.front();
+  const std::string disturbance = disturbance_of(row, sweep);
+  std::vector<std::string> cells{
+      text_in(row, "stage") + variant_of(row, sweep) + (disturbance.empty() ? "" : ", ") + disturbance,
+      format_significant(sweep.of(row), 3), seeds};
+  for (const TrialMetric& metric : trial_metrics()) cells.push_back(format_significant(of(group, metric.name), 3));
+  cells.push_back(outcomes_of(group));
+  return cells;
 }
 
-Table results_table(const std::vector<SeedGroup>& groups) {
+Table results_table(const std::vector<SeedGroup>& groups, const Sweep& sweep) {
   Table table{"Means over seeds, and the worst",
-              {{.header = "Trial", .is_text = true}, {"Round trip", "ms"}, {.header = "Seeds", .is_text = true}},
+              {{.header = "Trial", .is_text = true},
+               {sweep.axis.quantity, sweep.axis.unit},
+               {.header = "Seeds", .is_text = true}},
               {}};
   for (const TrialMetric& metric : trial_metrics()) table.columns.push_back({std::string(metric.name), ""});
   table.columns.push_back({.header = "Outcome", .is_text = true});
   for (const SeedGroup& group : groups) {
     const std::string seeds = std::to_string(group.size());
-    table.rows.push_back(results_row(group, group.size() == 1 ? seeds : "mean of " + seeds, mean_of));
-    if (group.size() > 1) table.rows.push_back(results_row(group, "worst of " + seeds, worst_of));
+    table.rows.push_back(results_row(group, sweep, group.size() == 1 ? seeds : "mean of " + seeds, mean_of));
+    if (group.size() > 1) table.rows.push_back(results_row(group, sweep, "worst of " + seeds, worst_of));
   }
   return table;
 }
 
-std::map<std::string, std::vector<SeedGroup>> by_experiment(std::span<const TrialResult> results) {
-  std::map<std::string, std::vector<SeedGroup>> experiments;
-  for (SeedGroup& group : seed_groups(results)) experiments[text_in(*group.front(), "experiment")].push_back(group);
-  return experiments;
+/// The comparison on the first page: curves under the least disturbance, and the metrics that are defined there.
+struct Headline {
+  Sweep sweep;
+  std::string disturbance;
+  Curves curves;
+  std::vector<std::string_view> metrics = {};
+  double at = 0;  ///< greatest x
+};
+
+Headline headline_of(const std::vector<SeedGroup>& groups, const Sweep& sweep) {
+  const ByDisturbance all = by_disturbance(groups, sweep);
+  Headline result{sweep, all.begin()->first, curves_of(all.begin()->second, sweep)};
+  for (const std::string_view metric : kHeadline) {
+    bool is_defined = false;
+    for (std::size_t i = 0; i < result.curves.mains; ++i) {
+      for (const auto& [x, values] : values_of(result.curves.curves[i].second, sweep, metric)) {
+        result.at = std::max(result.at, x);
+        is_defined = true;
+      }
+    }
+    if (is_defined && result.metrics.size() < kFirstPageFigures) result.metrics.push_back(metric);
+  }
+  return result;
+}
+
+/// Returns the mean and the range over the seeds at the greatest x, or nothing if there is no value.
+std::string headline_text(const Headline& headline, const std::vector<SeedGroup>& groups, std::string_view metric) {
+  const auto values = values_of(groups, headline.sweep, metric);
+  const auto found = values.find(headline.at);
+  if (found == values.end()) return "–";
+  const double factor = axis_of_metric(metric).factor;
+  const auto [least, greatest] = std::ranges::minmax(found->second);
+  std::string text = format_significant(factor * mean_over(found->second), 3);
+  const std::string low = format_significant(factor * least, 3), high = format_significant(factor * greatest, 3);
+  return low == high ? text : text + " (" + low + " to " + high + ")";
+}
+
+Table headline_table(const Headline& headline) {
+  Table table{"At " + headline.sweep.text(headline.at) + ": mean (least to greatest of the seeds)",
+              {{.header = "Stage", .is_text = true}},
+              {}};
+  for (const std::string_view metric : headline.metrics) {
+    const PlotAxis axis = axis_of_metric(metric).axis;
+    table.columns.push_back({axis.quantity, axis.unit});
+  }
+  table.columns.push_back({.header = "Outcome", .is_text = true});
+  for (std::size_t i = 0; i < headline.curves.mains; ++i) {
+    const auto& [name, groups] = headline.curves.curves[i];
+    std::vector<std::string> row{name};
+    for (const std::string_view metric : headline.metrics) row.push_back(headline_text(headline, groups, metric));
+    SeedGroup last;
+    for (const SeedGroup& group : groups) {
+      if (headline.sweep.of(*group.front()) == headline.at) last.insert(last.end(), group.begin(), group.end());
+    }
+    row.push_back(outcomes_of(last));
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+/// Returns a sentence that ranks the stages by the first metric, the stage nearest to its ideal value first.
+std::string ranking(const Headline& headline) {
+  if (headline.metrics.empty()) return "No metric that compares stages is defined in these trials.";
+  const std::string_view metric = headline.metrics.front();
+  const MetricAxis axis = axis_of_metric(metric);
+  const double ideal = metric.ends_with("_ratio") ? 1 : 0;
+  std::vector<std::pair<double, std::string>> stages;
+  for (std::size_t i = 0; i < headline.curves.mains; ++i) {
+    const auto values = values_of(headline.curves.curves[i].second, headline.sweep, metric);
+    if (const auto found = values.find(headline.at); found != values.end())
+      stages.emplace_back(mean_over(found->second), headline.curves.curves[i].first);
+  }
+  std::ranges::sort(stages, {}, [ideal](const auto& stage) { return std::abs(stage.first - ideal); });
+  std::string text;
+  for (const auto& [value, name] : stages) {
+    text += (text.empty() ? "" : ", ") + name + " " + format_significant(axis.factor * value, 3) +
+            (axis.axis.unit == "1" ? "" : " " + axis.axis.unit);
+  }
+  return "At " + headline.sweep.text(headline.at) + ", " + axis.axis.quantity + " from best to worst: " + text + ".";
+}
+
+void add_first_page(HtmlReport& page, const std::vector<SeedGroup>& groups, const Sweep& sweep,
+                    const std::string& of_what) {
+  const Headline headline = headline_of(groups, sweep);
+  page.question("How near does each stage come to the touch at zero delay as the " + sweep.axis.quantity +
+                " grows, in " + of_what + (headline.disturbance.empty() ? "" : " (" + headline.disturbance + ")") +
+                (sweep.shared.empty() ? "" : ", with " + sweep.shared) + "?");
+  page.answer(ranking(headline));
+  page.table(headline_table(headline));
+  std::vector<Plot> figures;
+  for (const std::string_view metric : headline.metrics) {
+    for (Plot& figure :
+         figures_of(headline.curves, 0, std::min<std::size_t>(headline.curves.mains, kStyles), metric, sweep))
+      figures.push_back(std::move(figure));
+  }
+  page.side_by_side(figures);
+}
+
+/// Adds the figures of one experiment under one disturbance: of every metric on the least disturbed link, of the
+/// headline metrics elsewhere.
+void add_figures(HtmlReport& page, const std::vector<SeedGroup>& groups, const Sweep& sweep, bool has_all) {
+  const Curves curves = curves_of(groups, sweep);
+  std::vector<Plot> figures;
+  std::string flat;
+  for (const TrialMetric& metric : trial_metrics()) {
+    if (!has_all && std::ranges::find(kHeadline, metric.name) == kHeadline.end()) continue;
+    for (Plot& figure : figures_of(curves, 0, curves.curves.size(), metric.name, sweep)) {
+      if (!is_flat(figure)) {
+        figures.push_back(std::move(figure));
+      } else if (!flat.ends_with(metric.name)) {
+        flat += (flat.empty() ? "" : ", ") + std::string(metric.name);
+      }
+    }
+  }
+  page.side_by_side(figures);
+  if (!flat.empty())
+    page.paragraph("Not drawn, because the curves differ by less than is felt or of use: " + flat + ".");
+}
+
+void add_experiment(HtmlReport& page, const std::string& experiment, const std::vector<SeedGroup>& groups,
+                    const Sweep& sweep) {
+  page.heading(experiment);
+  bool is_first = true;
+  for (const auto& [disturbance, members] : by_disturbance(groups, sweep)) {
+    page.paragraph("Link: " + (disturbance.empty() ? "delay alone" : disturbance) + ".");
+    add_figures(page, members, sweep, is_first);
+    is_first = false;
+  }
+  page.table(results_table(groups, sweep));
 }
 
 }  // namespace
 
-std::string study_report_html(std::span<const TrialResult> results) {
-  HtmlReport page("Latency bridged, stage by stage", std::to_string(results.size()) + " trials in virtual time");
+MetricAxis axis_of_metric(std::string_view metric) {
+  struct Suffix {
+    std::string_view suffix, unit;
+    double factor;
+  };
+  constexpr std::array kSuffixes{Suffix{"_n_m_per_ms", "mN·m/ms", 1e3},
+                                 Suffix{"_n_per_ms", "N/ms", 1},
+                                 Suffix{"_rad_per_s", "rad/s", 1},
+                                 Suffix{"_m_per_s", "mm/s", 1e3},
+                                 Suffix{"bytes_per_s", "kB/s", 1e-3},
+                                 Suffix{"_per_s", "1/s", 1},
+                                 Suffix{"_n_m", "mN·m", 1e3},
+                                 Suffix{"_ms", "ms", 1},
+                                 Suffix{"_kg", "kg", 1},
+                                 Suffix{"_j", "mJ", 1e3},
+                                 Suffix{"_m", "mm", 1e3},
+                                 Suffix{"_n", "N", 1},
+                                 Suffix{"_fraction", "%", 100},
+                                 Suffix{"_of_peak", "%", 100}};
+  MetricAxis result{{std::string(metric)}};
+  for (const Suffix& each : kSuffixes) {
+    if (!metric.ends_with(each.suffix)) continue;
+    const bool is_word = each.unit == "%" || each.suffix.front() != '_';
+    if (!is_word) result.axis.quantity.resize(metric.size() - each.suffix.size());
+    result.axis.unit = each.unit;
+    result.factor = each.factor;
+    break;
+  }
+  std::ranges::replace(result.axis.quantity, '_', ' ');
+  return result;
+}
+
+void add_study(HtmlReport& page, std::span<const TrialResult> results) {
+  const Sweep sweep = sweep_of(results);
   page.paragraph(
       "Simulated hands repeat the same movements over simulated links. Each trial is compared with the reference: the "
-      "same hands at zero delay on the server's own touch. Solid or dashed: an undisturbed link; dotted: with jitter "
-      "or loss.");
-  const auto colors = stage_colors(results);
-  for (const auto& [experiment, groups] : by_experiment(results)) {
-    page.heading(experiment);
-    const std::vector<Plot> figures = figures_of(groups, colors);
-    for (std::size_t i = 0; i < figures.size(); i += 2) {
-      page.side_by_side(std::span(figures).subspan(i, std::min<std::size_t>(2, figures.size() - i)));
-    }
-    page.table(results_table(groups));
-  }
+      "same hands at zero delay on the server's own touch. A stage without another predictor or setting has that of a "
+      "client by default.");
+  for (const auto& [experiment, groups] : by_experiment(results)) add_experiment(page, experiment, groups, sweep);
   page.heading("Definitions");
   page.table(definitions_table());
-  page.footer("SI units. The numbers of single trials are in results.json, results.csv and results.h5.");
-  return page.html();
+  page.footer(
+      "SI units unless a label says otherwise. The numbers of single trials are in results.json, results.csv and "
+      "results.h5.");
+}
+
+HtmlReport study_report(std::span<const TrialResult> results) {
+  HtmlReport page("Latency bridged, stage by stage",
+                  std::to_string(results.size()) + (results.size() == 1 ? " trial" : " trials") + " in virtual time");
+  const auto experiments = by_experiment(results);
+  std::string names;
+  for (const auto& [name, groups] : experiments) names += (names.empty() ? "" : ", ") + name;
+  add_first_page(page, seed_groups(results), sweep_of(results),
+                 (experiments.size() == 1 ? "the experiment " : "the means over the experiments ") + names);
+  page.appendix();
+  page.heading("Method");
+  add_study(page, results);
+  return page;
 }
 
 }  // namespace tandem::lab

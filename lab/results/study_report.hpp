@@ -1,15 +1,24 @@
-// Results of a study as one HTML page. It contains the definition of each metric, and plots each metric over the delay
-// for each stage.
+// Results of a study as one HTML page. Its first page compares the stages at the longest delay; the appendix plots each
+// metric over the delay, with the spread over the seeds, and defines it.
 #pragma once
 
 #include <span>
-#include <string>
 
+#include "lab/report/html_report.hpp"
 #include "lab/results/trial_runner.hpp"
 
 namespace tandem::lab {
 
 /// Returns the page. The same results give the same bytes.
-std::string study_report_html(std::span<const TrialResult> results);
+HtmlReport study_report(std::span<const TrialResult> results);
+/// Adds the figures and tables of each experiment, and the definitions of the metrics.
+void add_study(HtmlReport& page, std::span<const TrialResult> results);
+
+/// Quantity and unit of an axis for a metric, by the suffix of its name, and the factor from its SI value.
+struct MetricAxis {
+  PlotAxis axis;
+  double factor = 1;
+};
+MetricAxis axis_of_metric(std::string_view metric);
 
 }  // namespace tandem::lab

@@ -5,9 +5,9 @@
 
 #include "common/base/json_fields.hpp"
 #include "common/base/json_pretty.hpp"
+#include "lab/results/output_files.hpp"
 #include "lab/results/output_folder.hpp"
 #include "lab/results/results.hpp"
-#include "lab/results/trial_report.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -33,17 +33,17 @@ TrialFiles::TrialFiles(const Experiment& experiment, const std::filesystem::path
   }
 }
 
-void TrialFiles::finish(const SessionTrace& trace, const std::string& key) {
+void TrialFiles::finish(const SessionTrace& trace, const std::string& key, const HtmlReport& report) {
   for (const auto& writer : traces_) {
     if (!writer->flush()) {
       throw std::runtime_error(folder_.string() + ": a trace could not be written; is the disk full?");
     }
   }
-  write_text_file(folder_ / "bodies.csv", bodies_csv(trace));
-  write_text_file(folder_ / "report.html", trial_report_html(experiment_, trace));
   boost::json::object details{{"key", key}};
   for (const auto& field : results_json(experiment_, trace)) details[field.key()] = field.value();
-  write_text_file(folder_ / "trial.json", pretty_json(details));
+  // The last file in the order of their names is trial.json, so it is also the last that is written.
+  write_all_files(folder_.string(),
+                  with_report({{"bodies.csv", bodies_csv(trace)}, {"trial.json", pretty_json(details)}}, report));
 }
 
 bool has_trial_files(const std::filesystem::path& folder, const std::string& key) {

@@ -7,12 +7,13 @@
 
 #include "client/app/trace.hpp"
 #include "lab/experiment/experiment.hpp"
+#include "lab/report/html_report.hpp"
 #include "lab/session/trace.hpp"
 
 namespace tandem::lab {
 
-/// Writes N-NAME.csv for every user during the trial. At the end of the trial it writes bodies.csv, report.html and,
-/// last, trial.json (results.hpp). Therefore a folder that contains trial.json is complete.
+/// Writes N-NAME.csv for every user during the trial. At the end of the trial it writes bodies.csv, the report and, last,
+/// trial.json (results.hpp). Therefore a folder that contains trial.json is complete.
 class TrialFiles {
  public:
   /// Creates the folder.
@@ -24,7 +25,7 @@ class TrialFiles {
   }
   /// Writes the remaining files.
   /// Fails   std::runtime_error: a file could not be written
-  void finish(const SessionTrace& trace, const std::string& key);
+  void finish(const SessionTrace& trace, const std::string& key, const HtmlReport& report);
 
  private:
   const Experiment& experiment_;

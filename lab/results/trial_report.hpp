@@ -1,15 +1,28 @@
-// The report.html of a trial: diagrams of each hand's touch over virtual time. It depends only on the trace, so that
-// the same trial gives the same bytes.
+// The report of a trial: diagrams of each hand's touch over time, beside those of the same hands elsewhere. It depends
+// only on the traces, so that the same trial gives the same bytes.
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "lab/experiment/experiment.hpp"
+#include "lab/report/html_report.hpp"
 #include "lab/session/trace.hpp"
 
 namespace tandem::lab {
 
-/// Returns one HTML file that needs no network access.
-std::string trial_report_html(const Experiment& experiment, const SessionTrace& trace);
+/// Another run of the same hands, drawn beside a trial.
+struct ComparedTrace {
+  const SessionTrace* trace = nullptr;
+  std::string name;  ///< for the legend
+};
+
+/// Returns the page of a trial in virtual time. The reference is the same hands at zero delay; null: there is none.
+HtmlReport trial_report(const Experiment& experiment, const SessionTrace& trace, const SessionTrace* reference);
+
+/// Returns the figures of a trial. The first is the force on the hands.
+std::vector<Plot> trial_figures(const Experiment& experiment, const SessionTrace& trace, const ComparedTrace& other);
+/// Adds tables of the users and of the metrics of each.
+void add_trial_tables(HtmlReport& page, const SessionTrace& trace);
 
 }  // namespace tandem::lab

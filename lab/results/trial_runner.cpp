@@ -20,6 +20,7 @@
 #include "lab/metrics/trial_metrics.hpp"
 #include "lab/results/output_folder.hpp"
 #include "lab/results/trial_files.hpp"
+#include "lab/results/trial_report.hpp"
 #include "lab/session/virtual_session.hpp"
 #include "proto/content_hash.hpp"
 
@@ -263,7 +264,7 @@ TrialResult TrialRunner::Impl::run_job(const Job& job) {
     const SessionTrace trace = run_virtual_session(trial.experiment, job.scene->scene, on_tick);
     result.virtual_s = to_seconds(trace.joined_after + trial.experiment.duration);
     result.row = as_read_back(trial_row(trial, {trial.experiment, trace, reference.get(), same_stage.get()}));
-    if (files) files->finish(trace, job.key);
+    if (files) files->finish(trace, job.key, trial_report(trial.experiment, trace, reference.get()));
   } catch (const CouldNotJoin& error) {
     result.row = as_read_back(row_without_trace(trial, error.what()));
   }

@@ -13,12 +13,14 @@
 #include <vector>
 
 #include "common/base/json_pretty.hpp"
-#include "lab/report/check.hpp"
+#include "lab/report/format.hpp"
+#include "lab/results/output_files.hpp"
 #include "lab/studies/contact/contact_bench.hpp"
 #include "lab/studies/contact/contact_scaling.hpp"
 #include "lab/studies/contact/landing.hpp"
 #include "lab/studies/contact/mesh_source.hpp"
 #include "lab/studies/contact/pose_check.hpp"
+#include "lab/studies/contact/reproduce_touch.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -29,6 +31,7 @@ struct ContactBenchOptions {
   std::string a;
   std::string b;
   std::string cache;
+  std::string out;
   std::optional<double> scale;
   double size_mm = 100;
   double mass_kg = 0.1;
@@ -70,8 +73,13 @@ TouchObject object_of(const ContactBenchOptions& options, const std::string& nam
   return make_touch_object(name, mesh_from(name, option, options.size_mm / 1e3, options.scale), clock, options.cache);
 }
 
-ContactBench measure_contact_bench(const ContactBenchOptions& options, const TouchObject& a, const TouchObject& b,
-                                   const Clock& clock) {
+struct Measured {
+  ContactBench bench;
+  std::vector<Plot> figures;
+};
+
+Measured measure_contact_bench(const ContactBenchOptions& options, const TouchObject& a, const TouchObject& b,
+                               const Clock& clock) {
   TouchSettings settings;
   settings.mass_kg = options.mass_kg;
   TouchPlan plan = bench_plan(settings);
@@ -79,9 +87,8 @@ ContactBench measure_contact_bench(const ContactBenchOptions& options, const Tou
   const devices::HandPath path = touch_path(*a.exact, *b.exact, plan);
   const std::size_t steps = options.steps > 0 ? options.steps : kWholePath;
   ContactBench bench = describe(a, b);
-  bench.ours =
-      figures_of(in_rounds([&] { return run_touch(*a.shape, *b.shape, path, settings, clock, Duration{0}, steps); }),
-                 *a.exact, *b.exact);
+  const auto runs = in_rounds([&] { return run_touch(*a.shape, *b.shape, path, settings, clock, Duration{0}, steps); });
+  bench.ours = figures_of(runs, *a.exact, *b.exact);
   if (options.has_peer) {
     const Duration press = begin_of_phase(path, "press");
     const std::size_t peer_steps = std::min(options.peer_steps, steps);
@@ -90,7 +97,7 @@ ContactBench measure_contact_bench(const ContactBenchOptions& options, const Tou
   }
   bench.field_sample_ns = field_sample_ns(*b.shape, clock);
   bench.memory_copy_us = memory_copy_us(clock);
-  return bench;
+  return {std::move(bench), touch_figures({{"", fastest_of(runs)}}, path.phases())};
 }
 
 std::vector<Check> checks_of(const PoseCheck& check) {
@@ -109,6 +116,26 @@ boost::json::object to_json(const PoseCheck& check) {
           {"worst_pose", check.worst_pose},
           {"deepest_max_m", check.deepest_max_m},
           {"checks", to_json(checks_of(check))}};
+}
+
+std::string words_of(const TouchFigures& figures) {
+  return "a step takes " + format_significant(figures.step_us.p50_us, 3) + " µs (median; p99 " +
+         format_significant(figures.step_us.p99_us, 3) + " µs) with up to " + std::to_string(figures.contacts_max) +
+         " contacts; the meshes go " + format_significant(1e3 * figures.max_penetration_m, 3) +
+         " mm into each other; pop-throughs: " + std::to_string(figures.pop_throughs) + ". ";
+}
+
+HtmlReport report_of(const Measured& measured, const std::vector<Check>& checks) {
+  const ContactBench& bench = measured.bench;
+  HtmlReport page("Contact of two meshes", bench.a + " on " + bench.b);
+  page.question("How long does a step of this contact take, and how deep do the meshes go into each other?");
+  page.answer("Here " + words_of(bench.ours) + (bench.gimpact ? "With GImpact " + words_of(*bench.gimpact) : ""));
+  if (!checks.empty()) page.verdict(checks);
+  for (std::size_t i = 0; i + 1 < measured.figures.size(); ++i) page.figure(measured.figures[i]);
+  page.appendix();
+  page.figure(measured.figures.back());
+  page.footer("Times are of this machine: the fastest of " + std::to_string(kRounds) + " equal runs.");
+  return page;
 }
 
 /// Runs the landing and drop tests instead of the path.
@@ -133,23 +160,21 @@ int run_contact_bench(const ContactBenchOptions& options) {
   if (options.b != options.a) other = object_of(options, options.b, "--b", clock);
   const TouchObject& b = other ? *other : a;
   if (options.is_landing) return run_landings(options, a, b, clock);
-  const ContactBench bench = measure_contact_bench(options, a, b, clock);
-  boost::json::object json = to_json(bench);
-  std::string text = to_text(bench);
-  bool holds = true;
+  if (!options.out.empty()) check_folder_can_be_made(options.out);
+  const Measured measured = measure_contact_bench(options, a, b, clock);
+  boost::json::object json = to_json(measured.bench);
+  std::vector<Check> checks;
   if (options.check > 0) {
     const PoseCheck check = check_poses(a, b, options.check, kPoseSeed);
     json["check"] = to_json(check);
-    const auto checks = checks_of(check);
-    holds = all_hold(checks);
-    if (!options.prints_json) {
-      std::cout << text << '\n';
-      print_checks(std::cout, checks);
-      return holds ? 0 : 1;
-    }
+    checks = checks_of(check);
   }
-  std::cout << (options.prints_json ? pretty_json(json) : text);
-  return holds ? 0 : 1;
+  const std::string results = pretty_json(json);
+  if (!options.out.empty())
+    write_all_files(options.out, with_report({{"contact.json", results}}, report_of(measured, checks)));
+  std::cout << (options.prints_json ? results : to_text(measured.bench));
+  if (!options.prints_json && !checks.empty()) print_checks(std::cout << '\n', checks);
+  return all_hold(checks) ? 0 : 1;
 }
 
 }  // namespace
@@ -177,6 +202,8 @@ void add_contact_bench(CLI::App& bench, int& exit_code) {
                  "dropped on each of its six sides")
       ->excludes(check);
   contact->add_option("--cache", options->cache, "folder that keeps shapes built from meshes for the next run");
+  contact->add_option("--out", options->out, "folder for contact.json and report.html; not with --landing")
+      ->excludes("--landing");
   contact->add_flag("!--no-peer", options->has_peer, "leave GImpact out");
   contact->add_flag("--json", options->prints_json, "print JSON instead of a table");
   contact->footer("Exit code: 0 done, 1 a bound of --check or --landing does not hold, 2 bad input or set-up.");

@@ -7,7 +7,7 @@
 #include "common/base/json_pretty.hpp"
 #include "lab/cli/bench/bench_commands.hpp"
 #include "lab/report/format.hpp"
-#include "lab/results/output_folder.hpp"
+#include "lab/results/output_files.hpp"
 #include "lab/studies/contact/contact_bench.hpp"
 #include "lab/studies/contact/contact_scaling.hpp"
 #include "lab/studies/contact/mesh_generators.hpp"
@@ -70,7 +70,7 @@ int run_contact_scaling(const ContactScalingOptions& options) {
   constexpr std::size_t kReference = 0;
   const SteadyClock clock;
   const geometry::TriangleMesh mesh = mesh_from(options.mesh, "--mesh");
-  const auto folder = made_folder(options.out);
+  check_folder_can_be_made(options.out);
   const std::vector<TouchObject> objects = resolutions_of(options.mesh, geometry::repaired(mesh).mesh, clock);
   const TouchSettings settings;
   const ExactSurface& exact = *objects[kReference].exact;
@@ -92,9 +92,9 @@ int run_contact_scaling(const ContactScalingOptions& options) {
   const auto checks = scaling_checks(rows, kReference);
   boost::json::array rows_json;
   for (const ScalingRow& row : rows) rows_json.push_back(to_json(row));
-  write_text_file(folder / "contact-scaling.json",
-                  pretty_json(boost::json::object{{"rows", rows_json}, {"checks", to_json(checks)}}));
-  write_text_file(folder / "report.html", scaling_report_html(options.mesh, rows, kReference));
+  const boost::json::object json{{"rows", rows_json}, {"checks", to_json(checks)}};
+  write_all_files(options.out, with_report({{"contact-scaling.json", pretty_json(json)}},
+                                           scaling_report(options.mesh, rows, kReference)));
   print_rows(rows);
   print_checks(std::cout, checks);
   return all_hold(checks) ? 0 : 1;

@@ -21,7 +21,7 @@
 #include "lab/cli/bench/bench_commands.hpp"
 #include "lab/cli/docking_pair.hpp"
 #include "lab/report/format.hpp"
-#include "lab/results/output_folder.hpp"
+#include "lab/results/output_files.hpp"
 #include "lab/studies/docking/field_scaling.hpp"
 #include "lab/studies/docking/interface.hpp"
 
@@ -223,9 +223,8 @@ void run_docking_bench(const DockingBenchOptions& options) {
   }
   if (options.prints_json) std::cout << pretty_json(result);
   if (options.out.empty()) return;
-  const auto folder = made_folder(options.out);
-  write_text_file(folder / "docking-scaling.json", pretty_json(result));
-  write_text_file(folder / "report.html", field_scaling_html(title, rows));
+  write_all_files(options.out,
+                  with_report({{"docking-scaling.json", pretty_json(result)}}, field_scaling_report(title, rows)));
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "lab/studies/contact/contact_scaling.hpp"
 
 #include "lab/report/format.hpp"
-#include "lab/report/html_report.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -18,13 +17,14 @@ std::vector<Check> scaling_checks(std::span<const ScalingRow> rows, std::size_t 
            growth, Relation::kAtMost, kMaxGrowth, "", 2}};
 }
 
-std::string scaling_report_html(const std::string& mesh_name, std::span<const ScalingRow> rows, std::size_t reference) {
+HtmlReport scaling_report(const std::string& mesh_name, std::span<const ScalingRow> rows, std::size_t reference) {
   HtmlReport page("Cost of touch against mesh size", mesh_name + " against itself, the same path of the hand");
+  page.question("Does the cost of a step grow with the resolution of the mesh?");
   page.verdict(scaling_checks(rows, reference));
   Plot plot;
   plot.description = "Time of a step against the number of triangles";
-  plot.x = {.label = "triangles of each mesh", .is_log = true};
-  plot.y = {.label = "time of a step [µs]", .low = 0};
+  plot.x = {.quantity = "triangles of each mesh", .is_log = true};
+  plot.y = {.quantity = "time of a step", .unit = "µs", .low = 0};
   Series median{"p50", {}, {}, 0}, tail{"p99", {}, {}, 1};
   Table table{"Resolutions",
               {{"Triangles", ""},
@@ -49,9 +49,10 @@ std::string scaling_report_html(const std::string& mesh_name, std::span<const Sc
   plot.series = {median, tail};
   plot.caption = "A step is the search for contacts and their solution. The path was made for the mesh as given.";
   page.figure(plot);
+  page.appendix();
   page.table(table);
   page.footer("Finer meshes are subdivisions with waves of a few micrometres.");
-  return page.html();
+  return page;
 }
 
 }  // namespace tandem::lab

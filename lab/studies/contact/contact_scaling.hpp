@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "lab/report/check.hpp"
+#include "lab/report/html_report.hpp"
 #include "lab/studies/contact/touch_judgement.hpp"
 
 namespace tandem::lab {
@@ -23,6 +23,6 @@ struct ScalingRow {
 
 /// Compares the p99 step time of the finest mesh with that of mesh number `reference`, which is the mesh as given.
 std::vector<Check> scaling_checks(std::span<const ScalingRow> rows, std::size_t reference);
-std::string scaling_report_html(const std::string& mesh_name, std::span<const ScalingRow> rows, std::size_t reference);
+HtmlReport scaling_report(const std::string& mesh_name, std::span<const ScalingRow> rows, std::size_t reference);
 
 }  // namespace tandem::lab

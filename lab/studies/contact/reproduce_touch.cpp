@@ -20,12 +20,6 @@ namespace {
 constexpr const char* kBunny = "/usr/share/glmark2/models/bunny.obj";
 constexpr Duration kPeerStretch = std::chrono::seconds(3);
 
-/// A named run of one tool. It is one line of a plot.
-struct NamedTrace {
-  std::string name;
-  TouchTrace trace;
-};
-
 std::vector<Band> bands_of(const TouchTrace& trace, const std::vector<std::string>& phases) {
   std::vector<Band> bands;
   int phase = -1;
@@ -38,13 +32,14 @@ std::vector<Band> bands_of(const TouchTrace& trace, const std::vector<std::strin
   return bands;
 }
 
-Plot figure_of(const std::vector<NamedTrace>& runs, const std::vector<std::string>& phases, const std::string& label,
+Plot figure_of(const std::vector<NamedTrace>& runs, const std::vector<std::string>& phases, const PlotAxis& axis,
                const std::string& caption, const std::function<double(const TouchStep&)>& of) {
   Plot figure;
   figure.caption = caption;
   figure.description = caption;
-  figure.x.label = "time [s]";
-  figure.y = {.label = label, .low = 0};
+  figure.x = {.quantity = "time", .unit = "s"};
+  figure.y = axis;
+  figure.y.low = 0;
   figure.bands = bands_of(runs.front().trace, phases);
   int color = 0;
   for (const NamedTrace& run : runs) {
@@ -56,18 +51,6 @@ Plot figure_of(const std::vector<NamedTrace>& runs, const std::vector<std::strin
     figure.series.push_back(std::move(series));
   }
   return figure;
-}
-
-/// Returns the four diagrams of the thesis: force, torque, computation time, and number of contacts.
-std::vector<Plot> figures_of_thesis(const std::vector<NamedTrace>& runs, const std::vector<std::string>& phases) {
-  return {figure_of(runs, phases, "force on the hand [N]", "Magnitude of the coupling's force on the hand.",
-                    [](const TouchStep& step) { return step.on_hand_W.f.norm(); }),
-          figure_of(runs, phases, "torque on the hand [mN·m]", "Magnitude of the coupling's torque on the hand.",
-                    [](const TouchStep& step) { return 1e3 * step.on_hand_W.t.norm(); }),
-          figure_of(runs, phases, "time of a step [µs]", "Search for contacts and their solution, on one core.",
-                    [](const TouchStep& step) { return 1e6 * to_seconds(step.step); }),
-          figure_of(runs, phases, "contacts", "Points that press. There is no limit on their number.",
-                    [](const TouchStep& step) { return static_cast<double>(step.contacts); })};
 }
 
 double greatest_force_n(const TouchTrace& trace) {
@@ -158,6 +141,17 @@ ReproductionRow peg_row(const PegRun& run) {
 
 }  // namespace
 
+std::vector<Plot> touch_figures(const std::vector<NamedTrace>& runs, const std::vector<std::string>& phases) {
+  return {figure_of(runs, phases, {"force on the hand", "N"}, "Magnitude of the coupling's force on the hand.",
+                    [](const TouchStep& step) { return step.on_hand_W.f.norm(); }),
+          figure_of(runs, phases, {"time of a step", "µs"}, "Search for contacts and their solution, on one core.",
+                    [](const TouchStep& step) { return 1e6 * to_seconds(step.step); }),
+          figure_of(runs, phases, {"contacts"}, "Points that press. There is no limit on their number.",
+                    [](const TouchStep& step) { return static_cast<double>(step.contacts); }),
+          figure_of(runs, phases, {"torque on the hand", "mN·m"}, "Magnitude of the coupling's torque on the hand.",
+                    [](const TouchStep& step) { return 1e3 * step.on_hand_W.t.norm(); })};
+}
+
 std::filesystem::path bunny_file() {
   return kBunny;
 }
@@ -196,7 +190,7 @@ Reproduction reproduce_bunny(const Clock& clock) {
            std::to_string(bench.gimpact->pop_throughs) + " pop-throughs"},
       {"penetration", "", format_significant(1e3 * bench.ours.max_penetration_m, 3) + " mm"}};
   result.claims = bunny_claims(bench);
-  result.figures = figures_of_thesis(runs, path.phases());
+  result.figures = touch_figures(runs, path.phases());
   result.details = to_json(bench);
   return result;
 }
@@ -231,7 +225,7 @@ Reproduction reproduce_peg(const Clock& clock) {
     detail["buzz_n"] = run.buzz_n;
     details.push_back(std::move(detail));
   }
-  result.figures = figures_of_thesis(runs, path.phases());
+  result.figures = touch_figures(runs, path.phases());
   result.details = std::move(details);
   return result;
 }

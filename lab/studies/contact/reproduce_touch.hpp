@@ -4,11 +4,22 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "common/base/time.hpp"
 #include "lab/results/reproduction.hpp"
+#include "lab/studies/contact/touch_simulation.hpp"
 
 namespace tandem::lab {
+
+/// A named run of one tool. It is one line of a plot.
+struct NamedTrace {
+  std::string name;
+  TouchTrace trace;
+};
+/// Returns figures over time: force, time of a step, number of contacts, and torque.
+std::vector<Plot> touch_figures(const std::vector<NamedTrace>& runs, const std::vector<std::string>& phases);
 
 /// Returns the file with the bunny's mesh, from Debian's package glmark2-data.
 std::filesystem::path bunny_file();

@@ -1,7 +1,6 @@
 #include "lab/studies/docking/field_scaling.hpp"
 
 #include "lab/report/format.hpp"
-#include "lab/report/html_report.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -17,12 +16,13 @@ double microseconds(const boost::json::object& row, const char* quantile) {
 
 }  // namespace
 
-std::string field_scaling_html(const std::string& subtitle, const boost::json::array& rows) {
+HtmlReport field_scaling_report(const std::string& subtitle, const boost::json::array& rows) {
   HtmlReport page("Cost of the molecular field against the interface", subtitle);
+  page.question("How long does an evaluation of the field take as the molecules come nearer?");
   Plot plot;
   plot.description = "Time of one evaluation against the atoms in the interface";
-  plot.x = {.label = "atoms of both molecules within the reach of the other", .is_log = true};
-  plot.y = {.label = "time of an evaluation [µs]", .low = 0};
+  plot.x = {.quantity = "atoms of both molecules within the reach of the other", .is_log = true};
+  plot.y = {.quantity = "time of an evaluation", .unit = "µs", .low = 0};
   Series median{"p50", {}, {}, 0}, tail{"p99", {}, {}, 1};
   Table table{"Interfaces",
               {{"Interface", "atoms"},
@@ -47,10 +47,13 @@ std::string field_scaling_html(const std::string& subtitle, const boost::json::a
   plot.series = {median, tail};
   plot.caption =
       "The ligand comes nearer along one line; each pose is measured with the ligand swinging by 0.5 Å about it.";
+  page.answer("p99 of the largest interface: " + table.rows.back()[5] + " µs, " + table.rows.back()[6] +
+              " % of the limit.");
   page.figure(plot);
+  page.appendix();
   page.table(table);
   page.footer("One core; pairs computed are those of whole registers.");
-  return page.html();
+  return page;
 }
 
 }  // namespace tandem::lab

@@ -4,11 +4,12 @@
 #include <string>
 
 #include "common/base/json.hpp"
+#include "lab/report/html_report.hpp"
 
 namespace tandem::lab {
 
-/// Returns an HTML report of the sweep.
+/// Returns the report of the sweep.
 /// In      rows  rows as printed by bench docking, by ascending interface_atoms
-std::string field_scaling_html(const std::string& subtitle, const boost::json::array& rows);
+HtmlReport field_scaling_report(const std::string& subtitle, const boost::json::array& rows);
 
 }  // namespace tandem::lab

@@ -221,8 +221,8 @@ Plot force_figure(const Comparison& trial) {
   Plot figure;
   figure.caption = "Force on the ligand's hand, " + trial.condition.name + ": approach, contact, pressed and held.";
   figure.description = figure.caption;
-  figure.x.label = "time [s]";
-  figure.y.label = "force [N]";
+  figure.x = {.quantity = "time", .unit = "s"};
+  figure.y = {.quantity = "force", .unit = "N"};
   for (const bool is_direct : {true, false}) {
     const ShownDocking& shown = is_direct ? trial.direct : trial.stable;
     Series series{is_direct ? "shown directly" : "stable method", shown.at_s, {}, is_direct ? 1 : 0};

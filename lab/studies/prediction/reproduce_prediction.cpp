@@ -172,8 +172,8 @@ Plot window_figure(const ForceSeries& chatter, boost::json::object& details) {
   figure.caption =
       "RMS error on chattering contact against the window N of a fit. Model alone: no fall-back, no reset.";
   figure.description = figure.caption;
-  figure.x.label = "window [samples]";
-  figure.y = {.label = "RMS error [N]", .low = 0};
+  figure.x = {.quantity = "window", .unit = "samples"};
+  figure.y = {.quantity = "RMS error", .unit = "N", .low = 0};
   const std::array<std::pair<std::string, haptics::ForceStreamSettings>, 3> kinds{
       {{"model alone", model_alone()},
        {"default", haptics::force_stream_settings(kDefault)},
@@ -200,8 +200,8 @@ Plot order_figure(const std::vector<const ForceSeries*>& all, Reproduction& resu
       "Akaike's final prediction error against the order, least squares on differences of the force axis that varies "
       "most, relative to order 0.";
   figure.description = figure.caption;
-  figure.x.label = "order p";
-  figure.y = {.label = "FPE(p)/FPE(0)", .is_log = true};
+  figure.x.quantity = "order p";
+  figure.y = {.quantity = "FPE(p) / FPE(0)", .is_log = true};
   int color = 0;
   std::string listed;
   for (const ForceSeries* series : all) {
@@ -315,8 +315,8 @@ Plot trace_figure(const ForceSeries& series) {
   }
   figure.caption = series.what + ": a quarter of a second around the largest error of hold, the axis that has it.";
   figure.description = figure.caption;
-  figure.x.label = "time [ms]";
-  figure.y.label = "force on the hand [N]";
+  figure.x = {.quantity = "time", .unit = "ms"};
+  figure.y = {.quantity = "force on the hand", .unit = "N"};
   return figure;
 }
 

@@ -5,8 +5,6 @@
 #include <cstdio>
 #include <sstream>
 
-#include "lab/report/html_report.hpp"
-
 namespace tandem::lab {
 namespace {
 
@@ -16,16 +14,22 @@ constexpr int kHeight_px = 260;
 constexpr int kCurvePoints = 100;
 
 /// Terms and units for an axis.
+struct Quantity {
+  std::string name;
+  std::string unit;
+
+  std::string label() const { return name + " [" + unit + "]"; }
+};
 struct Words {
-  const char* inertia;
-  const char* stiffness;
-  const char* damping;
-  const char* roughness;
+  Quantity inertia;
+  Quantity stiffness;
+  Quantity damping;
+  Quantity roughness;
   bool is_rotation;
 };
-constexpr Words kTranslation{"mass [kg]", "stiffness [N/m]", "damping [N·s/m]", "roughness [mN]", false};
-constexpr Words kRotation{"moment of inertia [kg·m²]", "stiffness [N·m/rad]", "damping [N·m·s/rad]", "roughness [mN·m]",
-                          true};
+const Words kTranslation{{"mass", "kg"}, {"stiffness", "N/m"}, {"damping", "N·s/m"}, {"roughness", "mN"}, false};
+const Words kRotation{
+    {"moment of inertia", "kg·m²"}, {"stiffness", "N·m/rad"}, {"damping", "N·m·s/rad"}, {"roughness", "mN·m"}, true};
 
 std::string text_of(double value) {
   char text[32];
@@ -85,7 +89,7 @@ json::object settings_json(const CalibrationSettings& settings) {
 
 /// Samples a curve over the tried range, so that the plot also shows it between the points.
 Series curve(const std::string& label, const haptics::Cubic& cubic, double low, double high) {
-  Series series{label, {}, {}, 0};
+  Series series{label, {}, {}, 0, Draw::kLine};
   for (int i = 0; i <= kCurvePoints; ++i) {
     const double x = low + (high - low) * i / kCurvePoints;
     series.x.push_back(x);
@@ -94,11 +98,11 @@ Series curve(const std::string& label, const haptics::Cubic& cubic, double low, 
   return series;
 }
 
-Plot half_plot(std::string description, const char* x, const char* y) {
+Plot half_plot(std::string description, const Quantity& x, const Quantity& y) {
   Plot plot;
   plot.description = std::move(description);
-  plot.x.label = x;
-  plot.y.label = y;
+  plot.x = {.quantity = x.name, .unit = x.unit};
+  plot.y = {.quantity = y.name, .unit = y.unit};
   plot.y.low = 0;
   plot.width_px = kHalfWidth_px;
   plot.height_px = kHeight_px;
@@ -107,7 +111,7 @@ Plot half_plot(std::string description, const char* x, const char* y) {
 
 Plot stiffness_figure(const AxisCalibration& axis, const Words& words) {
   Plot plot = half_plot("Best stiffness of each tool and the polynomial through them", words.inertia, words.stiffness);
-  Series found{"best", {}, {}, 1, Dash::kDotted};
+  Series found{"best", {}, {}, 1, Draw::kMarkers};
   for (const CalibrationPoint& point : axis.points) {
     found.x.push_back(point.inertia);
     found.y.push_back(point.best.stiffness);
@@ -126,7 +130,7 @@ Plot stiffness_figure(const AxisCalibration& axis, const Words& words) {
 Plot damping_figure(const AxisCalibration& axis, const Words& words) {
   Plot plot =
       half_plot("Best damping at each stiffness and the polynomial through them", words.stiffness, words.damping);
-  Series found{"best", {}, {}, 1, Dash::kDotted};
+  Series found{"best", {}, {}, 1, Draw::kMarkers};
   for (const CalibrationPoint& point : axis.points) {
     // Points of almost equal stiffness may be in any order. The x values of a plot must not decrease, so they are made
     // monotonic.
@@ -147,10 +151,14 @@ Plot damping_figure(const AxisCalibration& axis, const Words& words) {
 Table points_table(const AxisCalibration& axis, const Words& words) {
   Table table;
   table.caption = "Best values of each tool, and the values of the polynomials";
-  table.columns = {{words.inertia, ""},      {"best " + std::string(words.stiffness), ""},
-                   {"not stiffer for", ""},  {"best " + std::string(words.damping), ""},
-                   {"fitted stiffness", ""}, {"fitted damping", ""},
-                   {words.roughness, ""},    {"allowed", ""}};
+  table.columns = {{words.inertia.name, words.inertia.unit},
+                   {"best stiffness", words.stiffness.unit},
+                   {"not stiffer for", ""},
+                   {"best damping", words.damping.unit},
+                   {"fitted stiffness", words.stiffness.unit},
+                   {"fitted damping", words.damping.unit},
+                   {words.roughness.name, words.roughness.unit},
+                   {"allowed", words.roughness.unit}};
   table.columns[2].is_text = true;
   for (const CalibrationPoint& point : axis.points) {
     table.rows.push_back({text_of(point.inertia), text_of(point.best.stiffness), std::string(point.limited_by),
@@ -180,7 +188,7 @@ std::string method(const Calibration& calibration) {
 
 /// Returns remarks that a reader needs in addition to the points.
 std::vector<std::string> remarks_of(const AxisCalibration& axis, const Words& words) {
-  const std::string unit = words.is_rotation ? " N·m/rad" : " N/m";
+  const std::string unit = " " + words.stiffness.unit;
   std::vector<std::string> remarks;
   for (const CalibrationPoint& point : axis.left_out) {
     remarks.push_back("left out, too light: " + text_of(point.mass_kg) + " kg; even " + text_of(point.best.stiffness) +
@@ -194,16 +202,31 @@ std::vector<std::string> remarks_of(const AxisCalibration& axis, const Words& wo
   return remarks;
 }
 
-void add_axis(HtmlReport& page, const char* heading, const AxisCalibration& axis, const Words& words) {
+std::vector<Plot> figures_of(const AxisCalibration& axis, const Words& words) {
+  return {stiffness_figure(axis, words), damping_figure(axis, words)};
+}
+
+std::string answer_of(const AxisCalibration& axis, const Words& words) {
+  const CalibrationPoint& light = axis.points.front();
+  const CalibrationPoint& heavy = axis.points.back();
+  const auto of = [&](const CalibrationPoint& point) {
+    return "A tool of " + text_of(point.inertia) + " " + words.inertia.unit + " gets " +
+           text_of(point.fitted.stiffness) + " " + words.stiffness.unit + " and " + text_of(point.fitted.damping) +
+           " " + words.damping.unit + ". ";
+  };
+  return of(light) + of(heavy) + "Between them the curves below hold.";
+}
+
+void add_points(HtmlReport& page, const char* heading, const AxisCalibration& axis, const Words& words) {
   page.heading(heading);
-  const std::array figures{stiffness_figure(axis, words), damping_figure(axis, words)};
-  page.side_by_side(figures);
   page.table(points_table(axis, words));
   for (const std::string& remark : remarks_of(axis, words)) page.paragraph(remark);
 }
 
 void print_axis(std::ostream& out, const AxisCalibration& axis, const Words& words) {
-  out << '\n' << words.inertia << ": " << words.stiffness << ", " << words.damping << "; not stiffer for\n";
+  out << '\n'
+      << words.inertia.label() << ": " << words.stiffness.label() << ", " << words.damping.label()
+      << "; not stiffer for\n";
   for (const CalibrationPoint& point : axis.points) {
     out << "  " << text_of(point.inertia) << ": " << text_of(point.best.stiffness) << ", "
         << text_of(point.best.damping) << "; " << point.limited_by << "   fitted " << text_of(point.fitted.stiffness)
@@ -224,14 +247,22 @@ json::object to_json(const Calibration& calibration) {
   return result;
 }
 
-std::string to_html(const Calibration& calibration) {
+HtmlReport to_report(const Calibration& calibration) {
   HtmlReport page("Calibration of " + calibration.profile.name, calibration.profile.title);
-  page.paragraph(method(calibration));
+  page.question("Which stiffness and damping may a tool of each mass have on this device?");
+  page.answer(answer_of(calibration.translation, kTranslation));
   page.verdict(checks_of(calibration));
-  add_axis(page, "Translation", calibration.translation, kTranslation);
-  if (calibration.rotation) add_axis(page, "Rotation", *calibration.rotation, kRotation);
+  page.side_by_side(figures_of(calibration.translation, kTranslation));
+  page.appendix();
+  page.heading("Method");
+  page.paragraph(method(calibration));
+  add_points(page, "Translation", calibration.translation, kTranslation);
+  if (calibration.rotation) {
+    add_points(page, "Rotation", *calibration.rotation, kRotation);
+    page.side_by_side(figures_of(*calibration.rotation, kRotation));
+  }
   page.footer(calibration.profile.adaptive_source);
-  return page.html();
+  return page;
 }
 
 std::string to_text(const Calibration& calibration) {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "common/base/json.hpp"
+#include "lab/report/html_report.hpp"
 #include "lab/studies/rendering/calibration.hpp"
 
 namespace tandem::lab {
@@ -13,7 +14,7 @@ namespace tandem::lab {
 /// values, the fitted pair), "left_out" (masses that are too light), "stiffness" and "damping" (coefficients, degree),
 /// and the upper limits.
 boost::json::object to_json(const Calibration& calibration);
-std::string to_html(const Calibration& calibration);
+HtmlReport to_report(const Calibration& calibration);
 std::string to_text(const Calibration& calibration);
 
 }  // namespace tandem::lab

@@ -71,9 +71,7 @@ double steepest_displacement_m(std::string_view name, const haptics::CouplingPar
 Series series_of(std::string_view law, std::vector<double> x, std::vector<double> y) {
   const auto laws = haptics::coupling_laws();
   const auto at = std::ranges::find(laws, law, &haptics::CouplingLawInfo::name);
-  Series series{std::string(law), std::move(x), std::move(y), static_cast<int>(at - laws.begin())};
-  if (at != laws.end() && !at->is_passive) series.dash = Dash::kDashed;
-  return series;
+  return {std::string(law), std::move(x), std::move(y), static_cast<int>(at - laws.begin())};
 }
 
 }  // namespace tandem::lab

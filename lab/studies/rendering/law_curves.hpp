@@ -30,7 +30,7 @@ haptics::CouplingParameters with_secant_stiffness(std::string_view law, haptics:
 /// stability of the sampled loop.
 double steepest_displacement_m(std::string_view law, const haptics::CouplingParameters& coupling);
 
-/// Returns a plot series. Its colour depends only on the law; active laws are dashed.
+/// Returns a plot series. Its style depends only on the law.
 Series series_of(std::string_view law, std::vector<double> x, std::vector<double> y);
 
 }  // namespace tandem::lab

@@ -206,10 +206,10 @@ void add_claims(Reproduction& result, const std::vector<LawBuzz>& laws, const Pr
 
 Plot buzz_figure(const std::vector<LawBuzz>& laws) {
   Plot figure;
-  figure.caption = "Force on the hand above 30 Hz against the force that it presses with (dashed: active laws)";
+  figure.caption = "Force on the hand above 30 Hz against the force that it presses with";
   figure.description = figure.caption;
-  figure.x = {.label = "mean normal force [N]", .is_log = true};
-  figure.y = {.label = "RMS above 30 Hz [mN]", .is_log = true};
+  figure.x = {.quantity = "mean normal force", .unit = "N", .is_log = true};
+  figure.y = {.quantity = "RMS force above 30 Hz", .unit = "mN", .is_log = true};
   figure.height_px = 420;
   for (const LawBuzz& law : laws) {
     std::vector<std::pair<double, double>> points;
@@ -229,8 +229,8 @@ Plot chatter_figure(const std::vector<LawBuzz>& laws) {
   Plot figure;
   figure.caption = "A second of a steady press with 1 N under tremor";
   figure.description = figure.caption;
-  figure.x.label = "time [s]";
-  figure.y.label = "force on the hand [N]";
+  figure.x = {.quantity = "time", .unit = "s"};
+  figure.y = {.quantity = "force on the hand", .unit = "N"};
   for (const std::string_view law : {kLiteral, kRival, haptics::kDefaultCouplingLaw}) {
     const std::vector<double>& force_n = of_law(laws, law).presses[kOneNewton].normal_n;
     std::vector<double> at_s;

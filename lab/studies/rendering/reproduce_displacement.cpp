@@ -216,8 +216,8 @@ Plot figure_of(const std::vector<LawSag>& sags) {
   Plot figure;
   figure.caption = "Sag in free air against mass, simulated; all laws have the same k_t at 0.05 kg";
   figure.description = figure.caption;
-  figure.x.label = "mass of the tool [kg]";
-  figure.y.label = "sag [mm]";
+  figure.x = {.quantity = "mass of the tool", .unit = "kg"};
+  figure.y = {.quantity = "sag", .unit = "mm"};
   figure.y.low = 0;
   for (const LawSag& law : sags) {
     std::vector<double> sags_mm;

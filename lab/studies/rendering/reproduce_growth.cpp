@@ -100,8 +100,8 @@ Plot curve_figure(const std::string& law, const Curves& curves, const Stroke& st
   Plot figure;
   figure.caption = law + ": force against displacement, curve and simulated stroke";
   figure.description = figure.caption;
-  figure.x.label = "displacement [mm]";
-  figure.y.label = "force [N]";
+  figure.x = {.quantity = "displacement", .unit = "mm"};
+  figure.y = {.quantity = "force", .unit = "N"};
   const auto millimetres = [](std::vector<double> lengths) {
     for (double& length : lengths) length *= 1e3;
     return lengths;
@@ -110,14 +110,13 @@ Plot curve_figure(const std::string& law, const Curves& curves, const Stroke& st
   // The x values of a plot must increase, so unloading is plotted in reverse.
   std::vector<double> out_m(stroke.depth_m.rbegin(), stroke.depth_m.rend() - half);
   std::vector<double> out_n(stroke.force_n.rbegin(), stroke.force_n.rend() - half);
-  figure.series = {{"in", millimetres(curves.d_m), curves.in_n, 0},
-                   {"out", millimetres(curves.d_m), curves.out_n, 1},
+  figure.series = {{"in", millimetres(curves.d_m), curves.in_n, 0, Draw::kLine},
+                   {"out", millimetres(curves.d_m), curves.out_n, 1, Draw::kLine},
                    {"simulated, in",
                     millimetres({stroke.depth_m.begin(), stroke.depth_m.begin() + half}),
                     {stroke.force_n.begin(), stroke.force_n.begin() + half},
-                    2,
-                    Dash::kDotted},
-                   {"simulated, out", millimetres(out_m), out_n, 3, Dash::kDotted}};
+                    2},
+                   {"simulated, out", millimetres(out_m), out_n, 3}};
   return figure;
 }
 

@@ -98,10 +98,10 @@ Plot curve_figure() {
   Plot figure;
   figure.caption = "Force shown against requested force, and its slope times 6.5";
   figure.description = figure.caption;
-  figure.x.label = "requested [N]";
-  figure.y.label = "shown [N]";
+  figure.x = {.quantity = "requested force", .unit = "N"};
+  figure.y = {.quantity = "shown force", .unit = "N"};
   figure.limits = {{kForceLimit_n, "F_max"}, {kKnee_n, "knee"}};
-  Series curve{"force", {}, {}, 0}, slope{"slope × 6.5", {}, {}, 1, Dash::kDotted};
+  Series curve{"force", {}, {}, 0}, slope{"slope × 6.5 N", {}, {}, 1};
   for (double force_n = 0; force_n <= 14; force_n += 0.05) {
     curve.x.push_back(force_n);
     curve.y.push_back(haptics::saturated(force_n, kForceLimit_n, kSoftness));
@@ -116,14 +116,14 @@ Plot press_figure(const std::vector<Press>& presses) {
   Plot figure;
   figure.caption = "A hand presses 70 mm into a plane and comes back: force on the hand, spring-damper, four masses";
   figure.description = figure.caption;
-  figure.x.label = "time [s]";
-  figure.y.label = "force [N]";
+  figure.x = {.quantity = "time", .unit = "s"};
+  figure.y = {.quantity = "force", .unit = "N"};
   figure.limits = {{kForceLimit_n, "F_max"}, {kKnee_n, "knee"}};
   for (std::size_t i = 0; i < presses.size(); ++i) {
     figure.series.push_back(
         {format_fixed(kSaturatingMasses_kg[i], 2) + " kg", presses[i].at_s, presses[i].shown_n, static_cast<int>(i)});
   }
-  figure.series.push_back({"requested, 0.05 kg", presses.front().at_s, presses.front().requested_n, 4, Dash::kDotted});
+  figure.series.push_back({"requested, 0.05 kg", presses.front().at_s, presses.front().requested_n, 4});
   return figure;
 }
 

@@ -223,20 +223,18 @@ Plot figure_of(const LawWidths& law) {
   Plot figure;
   figure.caption = is_switching(law.law)
                        ? law.law + ": lowest k_t that does not come to rest against damping, simulated"
-                       : law.law +
-                             ": largest stable k_t against damping, line predicted, dotted "
-                             "simulated (they differ by less than a line's width)";
+                       : law.law + ": largest stable k_t against damping; lines: predicted, markers: simulated";
   figure.description = figure.caption;
-  figure.x.label = "damping [N·s/m]";
-  figure.y = {.label = "k_t [N/m]", .is_log = true};
+  figure.x = {.quantity = "damping", .unit = "N·s/m"};
+  figure.y = {.quantity = "stiffness k_t", .unit = "N/m", .is_log = true};
   int color = 0;
   for (const Width& width : law.widths) {
     const std::vector<double> x(kDampings_n_s_per_m.begin(), kDampings_n_s_per_m.end());
     const std::string rate = format_significant(width.rate_hz, 4) + " Hz";
     const bool has_prediction = !width.predicted_n_per_m.empty();
-    if (has_prediction) figure.series.push_back({rate, x, width.predicted_n_per_m, color});
-    const Dash dash = has_prediction ? Dash::kDotted : Dash::kSolid;
-    figure.series.push_back({has_prediction ? "" : rate, x, width.simulated_n_per_m, color++, dash});
+    if (has_prediction) figure.series.push_back({rate, x, width.predicted_n_per_m, color, Draw::kLine});
+    const Draw draw = has_prediction ? Draw::kMarkers : Draw::kLineAndMarkers;
+    figure.series.push_back({has_prediction ? "" : rate, x, width.simulated_n_per_m, color++, draw});
   }
   return figure;
 }

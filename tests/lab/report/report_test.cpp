@@ -223,9 +223,9 @@ Plot sample_plot() {
   const Wave wave = noise(5000, 5);
   Plot plot;
   plot.description = "noise <over> \"time\"";
-  plot.x.label = "time [s]";
-  plot.y.label = "force [N]";
-  plot.series = {{"<b>anna</b>", wave.x, wave.y, 0, Dash::kSolid}};
+  plot.x = {"time", "s"};
+  plot.y = {"force", "N"};
+  plot.series = {{"<b>anna</b>", wave.x, wave.y}};
   plot.limits = {{3.3, "limit 3.3 N"}};
   plot.bands = {{0, 2000, "approach"}, {2000, 5000, "hold & press"}};
   return plot;
@@ -254,7 +254,7 @@ TEST(RenderSvg, HasNoNumberThatIsNone) {
 TEST(RenderSvg, DrawsAnEmptyPlotAndASinglePoint) {
   Plot plot;
   EXPECT_EQ(count_of(render_svg(plot), "<polyline"), 0U);
-  plot.series = {{"", {1.0}, {2.0}, 0, Dash::kSolid}};
+  plot.series = {{"", {1.0}, {2.0}}};
   const std::string svg = render_svg(plot);
   const std::size_t points = svg.find("points=\"");
   ASSERT_NE(points, std::string::npos);
@@ -265,7 +265,7 @@ TEST(RenderSvg, LeavesWhatIsNotPositiveOutOfALogarithmicAxis) {
   Plot plot;
   plot.x.is_log = true;
   plot.y.is_log = true;
-  plot.series = {{"", {-1.0, 0.0, 1.0, 10.0, 100.0, 1000.0}, {1.0, 1.0, 1.0, 0.0, 100.0, 1000.0}, 0, Dash::kSolid}};
+  plot.series = {{"", {-1.0, 0.0, 1.0, 10.0, 100.0, 1000.0}, {1.0, 1.0, 1.0, 0.0, 100.0, 1000.0}}};
   const std::string svg = render_svg(plot);
   EXPECT_EQ(count_of(svg, "<polyline"), 2U) << "zero is a gap between 1 and 100";
   EXPECT_EQ(svg.find("nan"), std::string::npos);
@@ -275,8 +275,67 @@ TEST(RenderSvg, LeavesWhatIsNotPositiveOutOfALogarithmicAxis) {
 TEST(RenderSvg, StaysSmallForAnHourAtOneKilohertz) {
   Wave wave = noise(3'600'000, 6);
   Plot plot;
-  plot.series = {{"force", std::move(wave.x), std::move(wave.y), 0, Dash::kSolid}};
+  plot.series = {{"force", std::move(wave.x), std::move(wave.y)}};
   EXPECT_LT(render_svg(plot).size(), 100'000U);
+}
+
+TEST(RenderSvg, ShowsTheSpreadAndRefusesOneOfAnotherSize) {
+  Plot plot;
+  plot.series = {{"mean", {0.0, 1.0}, {2.0, 3.0}, 0, Draw::kLineAndMarkers, {1.0, 2.5}, {2.5, 9.0}}};
+  const std::string svg = render_svg(plot);
+  EXPECT_EQ(count_of(svg, "class=\"spread s0\""), 1U);
+  EXPECT_EQ(count_of(svg, "class=\"marker s0\""), 3U) << "two points and the legend";
+  EXPECT_NE(svg.find(">10</text>"), std::string::npos) << "the axis holds the spread";
+  plot.series[0].high.pop_back();
+  EXPECT_THROW(render_svg(plot), std::invalid_argument);
+}
+
+/// Returns the greatest number beside the y axis.
+double greatest_y_tick(const std::string& svg) {
+  double greatest = 0;
+  const std::string_view mark = "<text class=\"y-tick\"";
+  for (std::size_t at = svg.find(mark); at != std::string::npos; at = svg.find(mark, at + 1)) {
+    greatest = std::max(greatest, std::stod(svg.substr(svg.find('>', at) + 1)));
+  }
+  return greatest;
+}
+
+TEST(RenderSvg, DoesNotMagnifyDifferencesThatNobodyFeels) {
+  Plot plot;
+  plot.y = {"torque", "mN·m"};
+  plot.series = {{"", {0.0, 1.0}, {0.0, 0.03}}};
+  EXPECT_GE(greatest_y_tick(render_svg(plot)), least_span("mN·m"));
+  plot.series[0].y[1] = 80;
+  EXPECT_EQ(greatest_y_tick(render_svg(plot)), 80);
+}
+
+TEST(RenderSvg, GrowsWithItsLegendInsteadOfShrinkingThePlot) {
+  Plot plot;
+  plot.width_px = kHalfWidth_px;
+  const auto height = [&plot] {
+    const std::string svg = render_svg(plot);
+    return std::stod(svg.substr(svg.find("height=\"") + 8));
+  };
+  const double before = height();
+  for (int i = 0; i < kStyles; ++i) plot.series.push_back({"a rather long name of a curve", {0.0}, {1.0}, i});
+  EXPECT_GT(height(), before + 100);
+}
+
+TEST(SvgFile, HasItsOwnStyleAndNameSpace) {
+  const std::string svg = svg_file(sample_plot());
+  EXPECT_EQ(svg.find("<svg xmlns=\"http://www.w3.org/2000/svg\""), 0U);
+  EXPECT_EQ(count_of(svg, "<style>"), 1U);
+}
+
+TEST(PlotCsv, HasEveryPointOfAShortSeriesAndThePeaksOfALongOne) {
+  Plot plot = sample_plot();
+  plot.series[0].y[1234] = 77;
+  plot.series.push_back({"short, \"quoted\"", {0.5}, {kNan}, 1, Draw::kMarkers, {1.0}, {2.0}});
+  const std::string csv = plot_csv(plot);
+  EXPECT_EQ(csv.find("series,\"time [s]\",\"force [N]\",low,high\n"), 0U);
+  EXPECT_NE(csv.find("\"<b>anna</b>\",1234,77,,\n"), std::string::npos);
+  EXPECT_NE(csv.find("\"short, \"\"quoted\"\"\",0.5,,1,2\n"), std::string::npos);
+  EXPECT_LT(count_of(csv, "\n"), 4U * 960U);
 }
 
 Check check_of(double value, Relation relation, double bound) {
@@ -323,6 +382,36 @@ TEST(HtmlReport, NeedsNeitherNetworkNorScript) {
   const std::string html = sample_report().html();
   for (const char* word : {"<script", "<link", "http://", "https://", "url(", "@import", " src="}) {
     EXPECT_EQ(html.find(word), std::string::npos) << word;
+  }
+}
+
+TEST(HtmlReport, ShowsFewChecksOnTheFirstPageAndOfManyThoseThatFail) {
+  std::vector<Check> checks(12, check_of(1, Relation::kAtLeast, 0.3));
+  checks.push_back(check_of(0.1, Relation::kAtLeast, 0.3));
+  HtmlReport report("t", "s");
+  report.verdict(checks);
+  report.appendix();
+  const std::string html = report.html();
+  const std::size_t appendix = html.find("class=\"appendix\"");
+  ASSERT_NE(appendix, std::string::npos);
+  EXPECT_EQ(count_of(html.substr(0, appendix), "aria-label=\"holds\""), 0U);
+  EXPECT_EQ(count_of(html.substr(0, appendix), "aria-label=\"fails\""), 1U);
+  EXPECT_EQ(count_of(html.substr(appendix), "aria-label=\"holds\""), 12U);
+}
+
+TEST(HtmlReport, NamesItsOriginOnTheFirstPageAndItsFiles) {
+  HtmlReport report = sample_report();
+  report.appendix();
+  report.paragraph("behind");
+  report.origin({"tandem-lab <run>", "Tandem 1.2", "2026-01-02", {{"results.json", "abc"}}});
+  const auto files = report.files("page.html");
+  const std::string& html = files.at("page.html");
+  EXPECT_LT(html.find("tandem-lab &lt;run&gt;"), html.find("class=\"appendix\""));
+  EXPECT_NE(html.find("SHA-256 of results.json: <code>abc"), std::string::npos);
+  ASSERT_EQ(files.size(), 5U) << "a page, two figures and their data";
+  for (const auto& [name, text] : files) {
+    if (name == "page.html") continue;
+    EXPECT_NE(html.find("href=\"" + name + "\""), std::string::npos) << name;
   }
 }
 

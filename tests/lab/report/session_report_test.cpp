@@ -316,8 +316,8 @@ TEST(SessionReport, IsTheSameToTheByteAndShowsNoMarkupOfAUser) {
   const std::string hostile = "<script>alert(1)</script>";
   const std::vector<Session> sessions = {{"<b>peg</b>", {good_user("anna"), good_user(hostile)}}};
   const auto checks = check_sessions(sessions);
-  const std::string html = session_report_html(sessions, checks);
-  EXPECT_EQ(html, session_report_html(sessions, checks));
+  const std::string html = session_report(sessions, checks).html();
+  EXPECT_EQ(html, session_report(sessions, checks).html());
   EXPECT_EQ(html.find("<script"), std::string::npos);
   EXPECT_EQ(html.find("<b>peg"), std::string::npos);
   EXPECT_NE(html.find("&lt;script&gt;alert(1)"), std::string::npos);

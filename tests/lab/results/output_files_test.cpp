@@ -50,9 +50,26 @@ TEST(OutputFiles, LeaveTheOldOnesWhenOneCannotBeWritten) {
 
 TEST(OutputFiles, LeaveNoFolderBehindWhenOneCannotBeWritten) {
   const fs::path folder = empty_folder("no_such_place");
-  const std::map<std::string, std::string> files{{"a.json", "{}"}, {"missing/b.html", "<p>"}};
+  const std::string too_long(300, 'b');  // file systems allow names of 255 bytes
+  const std::map<std::string, std::string> files{{"a.json", "{}"}, {"figures/" + too_long, "<p>"}};
   EXPECT_THROW(write_all_files(folder / "deeper", files), std::runtime_error);
   EXPECT_FALSE(fs::exists(folder));
+}
+
+TEST(OutputFiles, HaveAReportThatNamesTheHashOfTheResults) {
+  const fs::path folder = empty_folder("with_report");
+  HtmlReport report("title", "subtitle");
+  Plot figure;
+  figure.y.quantity = "force";
+  report.figure(figure);
+  write_all_files(folder, with_report({{"a.json", "abc"}}, report));
+  EXPECT_EQ(content_of(folder / "a.json"), "abc");
+  EXPECT_TRUE(fs::is_regular_file(folder / "figures" / "1-force.svg"));
+  EXPECT_TRUE(fs::is_regular_file(folder / "figures" / "1-force.csv"));
+  // FIPS 180-4, example "abc"
+  EXPECT_NE(content_of(folder / "report.html")
+                .find("a.json: <code>ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"),
+            std::string::npos);
 }
 
 TEST(OutputFiles, AskingForAFolderMakesNone) {

@@ -43,8 +43,8 @@ TEST(Reproduction, JsonHasRowsAndClaimsWithValueBoundAndWhetherTheyHold) {
 }
 
 TEST(Reproduction, PageAndTextShowBothSidesAndEscapeMarkup) {
-  EXPECT_THAT(to_html(example()), AllOf(HasSubstr("2 ms"), HasSubstr("20 µs"), HasSubstr("A &lt;b&gt;title")));
-  EXPECT_THAT(to_html(example()), HasSubstr("Run on a &lt;i&gt;bench"));
+  EXPECT_THAT(to_report(example()).html(), AllOf(HasSubstr("2 ms"), HasSubstr("20 µs"), HasSubstr("A &lt;b&gt;title")));
+  EXPECT_THAT(to_report(example()).html(), HasSubstr("Run on a &lt;i&gt;bench"));
   EXPECT_THAT(to_text(example()), HasSubstr("Run on a <i>bench</i> with a word after many blanks.\n"));
   EXPECT_THAT(to_text(example()), AllOf(HasSubstr("time of a frame  2 ms       20 µs\n"), HasSubstr("FAILED")));
 }

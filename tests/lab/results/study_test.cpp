@@ -95,7 +95,7 @@ TEST_F(Study, IsWrittenForOtherPrograms) {
 }
 
 TEST_F(Study, TheReportDefinesEveryMetricAndDrawsEveryStage) {
-  const std::string html = study_report_html(run(trials(), settings()));
+  const std::string html = study_report(run(trials(), settings())).html();
   for (const TrialMetric& metric : trial_metrics()) {
     EXPECT_THAT(html, testing::HasSubstr(std::string(metric.name))) << metric.name;
   }

@@ -44,6 +44,10 @@ std::size_t count_of(const std::string& text, const std::string& word) {
   return count;
 }
 
+std::string trial_report_html(const Experiment& experiment, const SessionTrace& trace) {
+  return trial_report(experiment, trace, nullptr).html();
+}
+
 TEST(TrialReport, ShowsSixFiguresAndOneMoreWhereThereIsAField) {
   SessionTrace trace = small_trace("anna");
   EXPECT_EQ(count_of(trial_report_html(small_experiment(), trace), "<svg"), 6U);
@@ -57,6 +61,19 @@ TEST(TrialReport, ShowsBodiesThatMoveAndNoOthers) {
   const std::string html = trial_report_html(small_experiment(), small_trace("anna"));
   EXPECT_THAT(html, HasSubstr("block"));
   EXPECT_THAT(html, Not(HasSubstr("table</")));
+}
+
+TEST(TrialReport, LeavesOutTheFigureOfBodiesWhereNoneMoves) {
+  SessionTrace trace = small_trace("anna");
+  trace.body_can_move = {false, false};
+  EXPECT_EQ(count_of(trial_report_html(small_experiment(), trace), "<svg"), 5U);
+}
+
+TEST(TrialReport, DrawsTheForceBesideThatOfTheReference) {
+  const SessionTrace trace = small_trace("anna");
+  const std::string html = trial_report(small_experiment(), trace, &trace).html();
+  EXPECT_THAT(html, HasSubstr("anna, at zero delay"));
+  EXPECT_THAT(html, HasSubstr("error against the same hands at zero delay is 0 %"));
 }
 
 TEST(TrialReport, PutsTheMetricsOfATraceIntoItsTable) {

@@ -244,7 +244,7 @@ TEST(ContactScaling, JudgesTheFinestAgainstTheMeshAsGiven) {
   rows[2].figures.step_us.p99_us = 201;
   EXPECT_FALSE(all_hold(scaling_checks(rows, 1)));
   for (ScalingRow& row : rows) row.triangles = 100;
-  EXPECT_THAT(scaling_report_html("mesh.obj", rows, 1), HasSubstr("<svg"));
+  EXPECT_THAT(scaling_report("mesh.obj", rows, 1).html(), HasSubstr("<svg"));
 }
 
 }  // namespace

@@ -89,7 +89,7 @@ TEST(FieldScaling, ShowsEachInterfaceInFigureAndTable) {
                                        {"eval_us", boost::json::object{{"p50", 0.5 * atoms}, {"p99", 0.75 * atoms}}},
                                        {"share_of_limit", 0.25}});
   }
-  const std::string page = field_scaling_html("8,279 x 906 atoms", rows);
+  const std::string page = field_scaling_report("8,279 x 906 atoms", rows).html();
   for (const char* const text : {"<svg", "8,279 x 906 atoms", ">321<", ">2247<", ">160.5<", ">240.8<"}) {
     EXPECT_NE(page.find(text), std::string::npos) << text;
   }
