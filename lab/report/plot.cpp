@@ -18,6 +18,7 @@ namespace {
 // The size of text cannot be measured here. Therefore boxes assume this advance width for a 12 px sans-serif font. It
 // is rather wide: 0.6 em, while digits of common fonts have 0.56 to 0.64.
 constexpr double kCharacterPx = 7.2;
+constexpr double kTextPx = 12, kAxisLabelPx = 13;  ///< font sizes, as in kFigureStyle
 constexpr double kLinePx = 18;
 constexpr double kBandStripPx = 18;
 constexpr double kRightPx = 22;
@@ -248,6 +249,9 @@ void Renderer::lay_out() {
   const double legend_bottom = legend_.empty() ? 4 : legend_.back().at.y() + 10;
   height_px_ = plot_.height_px + (legend_.empty() ? 0 : legend_.back().at.y() - legend_.front().at.y());
   top_px_ = legend_bottom + (plot_.bands.empty() ? 4 : kBandStripPx);
+  // The rotated label of the y axis may extend into the margins above and below the plot.
+  const double label_of_y_px = text_px(plot_.y.label()) * kAxisLabelPx / kTextPx;
+  height_px_ = std::max(height_px_, top_px_ + kBottomPx + label_of_y_px - 2 * std::min(top_px_, kBottomPx));
   scale_y(height_px_ - kBottomPx, top_px_);
   double label_px = kMinLabelPx;
   for (const AxisMark& tick : y_ticks_) label_px = std::max(label_px, text_px(tick.label));
