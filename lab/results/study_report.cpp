@@ -252,7 +252,9 @@ struct Headline {
 
 Headline headline_of(const std::vector<SeedGroup>& groups, const Sweep& sweep) {
   const ByDisturbance all = by_disturbance(groups, sweep);
-  Headline result{sweep, all.begin()->first, curves_of(all.begin()->second, sweep)};
+  // The fewer disturbances a link has, the shorter is their text.
+  const auto least = std::ranges::min_element(all, {}, [](const auto& each) { return each.first.size(); });
+  Headline result{sweep, least->first, curves_of(least->second, sweep)};
   for (const std::string_view metric : kHeadline) {
     bool is_defined = false;
     for (std::size_t i = 0; i < result.curves.mains; ++i) {
