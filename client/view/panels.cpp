@@ -1,5 +1,7 @@
 #include "client/view/panels.hpp"
 
+#include "client/view/goal_panel.hpp"
+
 #include <imgui.h>
 
 #include <algorithm>
@@ -320,6 +322,7 @@ void draw_help(const PanelContent& content, bool& is_open) {
     line("G", "ghosts: where the server has things; P: contact points");
     line("X", "cut away the front; M: molecules as balls, sticks, surface or ribbon; N: their colours");
     if (content.figures->has_molecules) line("K", "keep this pose of the molecules; Z: back, Y: forward again");
+    if (content.io->game != nullptr) line("1, 2", "gravity of the game on, off");
     line("V", "point at the place under the mouse: other users see it and feel its direction");
     line("Tab", "panels; F1: this help; Ctrl+Q: quit");
     ImGui::Separator();
@@ -372,6 +375,7 @@ double panels_width() {
 void draw_panels(const PanelContent& content, WindowSwitches& switches, net::LinkParameters& link,
                  WorkspaceSettings& workspace) {
   draw_notice(content.notice);
+  draw_goals(content);
   if (switches.shows_help) draw_help(content, switches.shows_help);
   if (!switches.shows_panels) return;
   const ImVec2 size = ImGui::GetIO().DisplaySize;

@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "client/view/goal_panel.hpp"
 #include "client/view/panels.hpp"
 #include "client/view/png_file.hpp"
 #include "client/view/pointer_hand.hpp"
@@ -240,6 +241,8 @@ void Window::Impl::handle_keys() {
   if (pressed(GLFW_KEY_N)) style.colors = next_of(MoleculeStyle::kColorNames, style.colors);
   if (pressed(GLFW_KEY_F)) fit();
   if (pressed(GLFW_KEY_V)) is_pointing_requested = true;
+  if (pressed(GLFW_KEY_1)) set_game_gravity(settings.client, true);
+  if (pressed(GLFW_KEY_2)) set_game_gravity(settings.client, false);
   if (figures.has_molecules) {
     if (pressed(GLFW_KEY_K)) keep_pose(settings.client, switches);
     if (pressed(GLFW_KEY_Z)) ask_pose(settings.client, wire::AskPose::UNDO);

@@ -31,6 +31,8 @@ RigidBody make_tool(const ToolDescription& tool) {
 World::Impl::Impl(std::shared_ptr<const WorldDescription> world, std::unique_ptr<FreeBodies> free_bodies,
                   std::unique_ptr<SoftBodies> soft_bodies)
     : scene(std::move(world)),
+      gravity(scene->gravity_m_per_s2),
+      gravity_target(gravity),
       coupling(scene->coupling),
       field(*scene),
       touch(touch_limits(*scene, scene->tools)),
@@ -93,12 +95,31 @@ World& World::operator=(World&& other) noexcept = default;
 void World::set_body(BodyId id, const RigidState& state) {
   WorldBody* const body = impl_->body_of(id);
   if (body == nullptr || body->rigid.is_static() || !is_finite(state)) return;
-  body->waits = body->is_absent = false;
+  restore_body(id);
+  body->waits = false;
   body->rigid.set_state(state);
 }
 
 void World::remove_body(BodyId id) {
-  if (WorldBody* const body = impl_->body_of(id)) body->is_absent = true;
+  WorldBody* const body = impl_->body_of(id);
+  if (body == nullptr || body->hands > 0) return;
+  impl_->change_owner(*body, [](WorldBody& changed) { changed.is_absent = true; });
+}
+
+void World::restore_body(BodyId id) {
+  WorldBody* const body = impl_->body_of(id);
+  if (body != nullptr) impl_->change_owner(*body, [](WorldBody& changed) { changed.is_absent = false; });
+}
+
+bool World::is_absent(BodyId id) const {
+  const WorldBody* const body = impl_->body_of(id);
+  return body != nullptr && body->is_absent;
+}
+
+void World::set_gravity(const Vec3& m_per_s2) {
+  if (!m_per_s2.allFinite() || m_per_s2 == impl_->gravity_target) return;
+  impl_->gravity_target = m_per_s2;
+  impl_->gravity_steps = impl_->steps_in(kGravityRamp_s);
 }
 
 std::span<const BodyId> World::returned_bodies() const noexcept {

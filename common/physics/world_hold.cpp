@@ -16,8 +16,10 @@ constexpr double kPressedDepth_m = 2e-4;
 }  // namespace
 
 void World::Impl::attach(WorldTool& tool, std::size_t index, const Pose& X_BT) {
-  change_owner(bodies[index], [](WorldBody& body) { ++body.hands; });
-  bodies[index].is_absent = false;
+  change_owner(bodies[index], [](WorldBody& body) {
+    ++body.hands;
+    body.is_absent = false;
+  });
   tool.soft = {};
   tool.passes_through.reset();
   tool.held = index;
