@@ -201,6 +201,32 @@ void add_soft_bodies_and_scene(Table& table) {
               {"Scene.soft_step_rate_hz", "Hz", 30, 1000, {60}}});
 }
 
+/// Adds the ranges of goals. The tolerances and speeds are those that a hand reaches without effort; our choice.
+void add_goals(Table& table) {
+  constexpr double kMaxScore = 1e6, kMaxTime_s = 86400, kMaxOutline_m = 10;
+  const auto users = static_cast<double>(kMaxUsers);
+  add(table, {{"AtPose.position_tolerance_m", "m", kMin, 10, {0.005}},
+              {"AtPose.angle_tolerance_deg", "°", 0.1, 180, {10}},
+              {"Held.hands", "", 1, users, {1}},
+              {"Slower.speed_m_per_s", "m/s", kMin, 10, {0.01}},
+              {"Slower.turn_deg_per_s", "°/s", 1e-3, 36000, {30}},
+              {"Outline.points_m", "m", -kMaxOutline_m, kMaxOutline_m, {}, 0},
+              {"Silhouette.figure_m", "m", -kMaxOutline_m, kMaxOutline_m, {}, 0},
+              {"Silhouette.covered_percent", "%", 50, 100, {95}},
+              {"Silhouette.outside_percent", "%", 0, 50, {5}},
+              color("Say.color_rgb", {0.9, 0.9, 0.9}),
+              {"Goal.at_least", "", 1, 16, {}},
+              {"Goal.hold_s", "s", 0, 600, {0}},
+              {"Goal.score", "", -kMaxScore, kMaxScore, {1}},
+              {"Goal.score_per_s", "", 0, kMaxScore, {0}},
+              {"Goal.time_limit_s", "s", 0, kMaxTime_s, {0}},
+              {"LevelParameter.value", "", 0, 1e5, {0}},
+              {"Level.time_limit_s", "s", 0, kMaxTime_s, {0}},
+              {"Level.gravity_m_per_s2", "m/s²", -kMaxGravity_m_per_s2, kMaxGravity_m_per_s2, {}, 3},
+              {"Game.players", "", 1, users, {1}},
+              {"Game.time_limit_s", "s", 0, kMaxTime_s, {0}}});
+}
+
 /// Adds the ranges of mass properties. The centre consists of a position and a unit quaternion. A principal moment is
 /// used as a divisor, so its lower bound is far above the smallest positive double.
 void add_mass(Table& table) {
@@ -217,6 +243,7 @@ Table make_table() {
   add_coupling(table);
   add_tools_and_settings(table);
   add_soft_bodies_and_scene(table);
+  add_goals(table);
   add_mass(table);
   return table;
 }

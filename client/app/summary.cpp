@@ -207,6 +207,26 @@ json::array silences_of(const RunReport& run) {
   return result;
 }
 
+/// Result of the room's game; null if the scene has none.
+json::value game_of(const ClientIoSnapshot& io) {
+  if (!io.game || !io.joined) return nullptr;
+  const wire::Game& game = io.joined->scene().game();
+  const wire::GameState& state = io.game->state;
+  json::array events;
+  for (const wire::GameEvent& event : io.game->events) {
+    events.emplace_back(json::object{{"kind", wire::GameEvent::Kind_Name(event.kind())},
+                                     {"level", event.level() + 1},
+                                     {"goal", event.goal() + 1},
+                                     {"score", event.score()},
+                                     {"step", event.step()},
+                                     {"by_time", event.by_time()},
+                                     {"text", text_of(event, game)}});
+  }
+  return json::object{{"title", game.title()},          {"phase", wire::GameState::Phase_Name(state.phase())},
+                      {"level", state.level() + 1},     {"score", state.score()},
+                      {"elapsed_s", state.elapsed_s()}, {"events", std::move(events)}};
+}
+
 json::value watched_of(const RunSummary& s) {
   if (!s.watched.is_valid() || !s.run.has_seen_body()) return nullptr;
   return json::object{{"id", s.watched.value},
@@ -282,6 +302,7 @@ boost::json::object to_json(const RunSummary& summary) {
   add_loop(summary, out);
   add_forces(summary, out);
   out["watched_body"] = watched_of(summary);
+  out["game"] = game_of(summary.io);
   out["phases"] = phases_of(summary.run);
   out["silences"] = silences_of(summary.run);
   return out;

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "common/base/time.hpp"
 #include "common/base/workspace.hpp"
@@ -38,8 +39,10 @@ struct HapticScene {
   haptics::CouplingParameters coupling;  ///< target values for this user's tool (CouplingRamp)
   std::uint32_t tool = 0;                ///< index of this user's tool in the scene
   HandStart hand_start;
-  std::uint32_t places_shown = 0;  ///< incremented for each place that another user points at
-  Vec3 shown_W = Vec3::Zero();     ///< the last such place
+  std::uint32_t places_shown = 0;        ///< incremented for each place that another user points at
+  Vec3 shown_W = Vec3::Zero();           ///< the last such place
+  std::uint64_t absent_bodies = 0;       ///< bit i: the body with index i does not exist at present (wire::GameState)
+  std::optional<Vec3> gravity_m_per_s2;  ///< gravity set by a game; none: that of the scene
   /// Coupling bounds of each user's device, by tool, in world units.
   std::array<haptics::CouplingParameters, proto::kMaxUsers> coupling_bounds = [] {
     std::array<haptics::CouplingParameters, proto::kMaxUsers> bounds;

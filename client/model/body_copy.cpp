@@ -30,6 +30,14 @@ double BodyCopy::touched_error_m() const {
   return !is_followed_ && untouched_s_ < kTouchKept_s ? reconciler_.error_m() : 0;
 }
 
+void BodyCopy::forget(physics::World& world) noexcept {
+  world.remove_body(id_);
+  track_.reset();
+  reconciler_.reset();
+  offset_ = {};
+  is_known_ = is_followed_ = false;
+}
+
 void BodyCopy::receive(Duration stepped, const RigidState& received, const BodyThen* then,
                        physics::World& world) noexcept {
   if (!std::exchange(is_known_, true)) world.set_body(id_, received);

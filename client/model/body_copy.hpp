@@ -43,6 +43,8 @@ class BodyCopy {
   /// otherwise 0.
   double touched_error_m() const;
 
+  /// Removes the body from the world until the server sends another state of it.
+  void forget(physics::World& world) noexcept;
   /// Adds a state received from the server.
   /// In      then  model state of this body at the input that the received state answers; null if not known
   void receive(Duration stepped, const RigidState& received, const BodyThen* then, physics::World& world) noexcept;

@@ -1,6 +1,7 @@
 #include "client/model/local_model.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -78,6 +79,7 @@ LocalModel::~LocalModel() = default;
 Wrench LocalModel::step(const LocalModelInput& input) noexcept {
   if (input.newest == nullptr) return {};
   if (!state_.has_started) start(input.newest->update);
+  follow_game(*input.scene);
   if (input.is_new) receive_update(input);
   set_couplings(*input.scene);
   follow_buttons(input);
@@ -146,7 +148,7 @@ void LocalModel::receive_bodies(const proto::ServerUpdate& update, const ModelTh
   for (std::size_t i = 0; i < state_.bodies.size(); ++i) {
     BodyCopy& body = state_.bodies[i];
     const auto received = std::ranges::find(update.bodies, body.id(), &proto::BodyState::id);
-    if (received == update.bodies.end()) continue;
+    if (received == update.bodies.end() || is_absent_in_game(body.id())) continue;
     body.receive(update.stepped.time_since_epoch(), received->state, then != nullptr ? &bodies_then[i] : nullptr,
                  world_);
   }
@@ -198,6 +200,23 @@ void LocalModel::set_couplings(const HapticScene& scene) noexcept {
   world_.set_coupling(haptics::coupling_laws()[scene.law], scene.coupling);
   world_.set_coupling_bounds(tool_, scene.coupling_bounds[tool_]);
   state_.partners.bound_couplings(world_, scene);
+}
+
+/// Removes the bodies that do not exist in the present level. A moving body returns with the server's next state of it.
+void LocalModel::follow_game(const HapticScene& scene) noexcept {
+  if (scene.gravity_m_per_s2) world_.set_gravity(*scene.gravity_m_per_s2);
+  const std::uint64_t before = std::exchange(absent_bodies_, scene.absent_bodies);
+  for (std::uint64_t bits = before | absent_bodies_; bits != 0; bits &= bits - 1) {
+    const BodyId id = body_id_at(static_cast<std::size_t>(std::countr_zero(bits)));
+    const auto copy = std::ranges::find(state_.bodies, id, &BodyCopy::id);
+    if (!is_absent_in_game(id)) {
+      if (copy == state_.bodies.end()) world_.restore_body(id);
+    } else if (copy == state_.bodies.end()) {
+      world_.remove_body(id);
+    } else if (!world_.is_absent(id)) {
+      copy->forget(world_);
+    }
+  }
 }
 
 void LocalModel::follow_buttons(const LocalModelInput& input) noexcept {

@@ -158,6 +158,8 @@ class LocalModel {
   void restart_from(const proto::ServerUpdate& update) noexcept;
   void mirror_grasp(const proto::ServerUpdate& update) noexcept;
   void set_couplings(const HapticScene& scene) noexcept;
+  void follow_game(const HapticScene& scene) noexcept;
+  bool is_absent_in_game(BodyId id) const noexcept { return (absent_bodies_ >> (id.value - 1) & 1U) != 0; }
   void follow_buttons(const LocalModelInput& input) noexcept;
   void drive_bodies(const LocalModelInput& input) noexcept;
   ModelStep step_at(Duration played, Duration present) noexcept;
@@ -172,7 +174,8 @@ class LocalModel {
   std::size_t tools_;  ///< number of tools in the scene
   double step_s_;
   physics::World world_;
-  TickFaults faults_ = 0;  ///< faults of the last step
+  TickFaults faults_ = 0;            ///< faults of the last step
+  std::uint64_t absent_bodies_ = 0;  ///< HapticScene::absent_bodies of the last step
   State state_;
 };
 

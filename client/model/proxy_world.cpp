@@ -200,7 +200,9 @@ ProxyWorld::~ProxyWorld() = default;
 
 // A new state is detected by its step number. This function is not called in ticks with an invalid sample, so it may
 // miss the tick in which a state arrives.
-const haptics::ProxyState& ProxyWorld::step(const Vec3& p_WH, const ReceivedUpdate& newest, LocalTime now) noexcept {
+const haptics::ProxyState& ProxyWorld::step(const Vec3& p_WH, const ReceivedUpdate& newest, LocalTime now,
+                                            std::uint64_t absent_bodies) noexcept {
+  absent_bodies_ = absent_bodies;
   if (!has_begun_ || newest.update.step != taken_) receive(newest);
   move_parts(now);
   if (!has_begun_) begin(newest.update);
@@ -245,7 +247,8 @@ void ProxyWorld::move_parts(LocalTime now) noexcept {
 void ProxyWorld::leave_out(BodyId held, const Vec3& p_W) noexcept {
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     Part& part = parts_[i];
-    const bool is_out = held == body_id_at(part.body) || is_known_[part.body] == 0;
+    const bool is_absent = (absent_bodies_ >> part.body & 1U) != 0;
+    const bool is_out = held == body_id_at(part.body) || is_known_[part.body] == 0 || is_absent;
     if (!is_out && !part.is_left_out) continue;
     const Vec3 p_O = (motions_[i].X * part.X_SO).inverse() * p_W;
     part.is_left_out = is_out || part.outline->distance_m(p_O) < radius_m();

@@ -41,7 +41,9 @@ class ProxyWorld {
   ~ProxyWorld();
 
   /// Steps the ball. Must be called once a tick. The ball starts at the server's tool, which is in free space.
-  const haptics::ProxyState& step(const Vec3& p_WH, const ReceivedUpdate& newest, LocalTime now) noexcept;
+  /// In      absent_bodies  HapticScene::absent_bodies
+  const haptics::ProxyState& step(const Vec3& p_WH, const ReceivedUpdate& newest, LocalTime now,
+                                  std::uint64_t absent_bodies = 0) noexcept;
 
   double radius_m() const { return ball_->settings().radius_m; }
   /// Returns one line of text for the user: size of the ball, and the objects that it can and cannot touch.
@@ -59,6 +61,7 @@ class ProxyWorld {
   std::vector<RigidState> motions_;     ///< current states of the parts
   std::vector<RigidState> bodies_;      ///< last received states of the bodies
   std::vector<LocalTime> received_at_;  ///< reception times of these states
+  std::uint64_t absent_bodies_ = 0;     ///< HapticScene::absent_bodies
   std::vector<char> is_known_;          ///< 1 if the body is static or its state was received; else 0
   Step taken_;
   LocalTime last_received_{};

@@ -172,6 +172,7 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   snapshot.kept_poses = session.kept_poses();
   snapshot.pose_progress = session.pose_progress();
   snapshot.pointed = session.pointed();
+  snapshot.game = session.game();
   snapshot.has_nudges = session.has_nudges();
   snapshot.coupling_check = session.coupling_check();
   snapshot.rendering = {client.stage(), client.stage_note(), client.model_problem(), client.local_after(),

@@ -71,6 +71,7 @@ struct ClientIoSnapshot {
   std::optional<wire::PoseProgress> pose_progress;                     ///< see ClientSession::pose_progress()
   std::vector<std::pair<LocalTime, wire::Pointed>> pointed;            ///< see ClientSession::pointed()
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets;  ///< see ClientSession::soft_offsets()
+  std::shared_ptr<const GameReport> game;                              ///< see ClientSession::game()
   CouplingCheck coupling_check;                                        ///< result for the coupling in force
   RenderingStatus rendering;
   std::uint64_t events_dropped = 0;        ///< events that the program did not read in time, see ClientIo::next()

@@ -19,6 +19,9 @@ std::string JoinedScene::accept(const wire::Joined& answer, wire::Role role, Loc
   received_workspace_ = scene_.workspace;
   scene_.workspace = with_user(received_workspace_, own_workspace_);
   ++scene_.generation;
+  game_.begin(joined_->scene());
+  scene_.absent_bodies = 0;
+  scene_.gravity_m_per_s2.reset();
   held_ = BodyId{};
   watch_.note_grip(held_, Vec3::Zero(), now);
   check();
@@ -69,6 +72,16 @@ bool JoinedScene::set_start(const wire::RoomStart& start) {
   if (!read) return false;
   scene_.hand_start = *read;
   publish();
+  return true;
+}
+
+bool JoinedScene::play(const wire::GameState& state) {
+  if (!game_.receive(state)) return false;
+  const bool is_same =
+      scene_.absent_bodies == game_.absent_bodies() && scene_.gravity_m_per_s2 == game_.gravity_m_per_s2();
+  scene_.absent_bodies = game_.absent_bodies();
+  scene_.gravity_m_per_s2 = game_.gravity_m_per_s2();
+  if (!is_same) publish();
   return true;
 }
 

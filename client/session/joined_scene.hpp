@@ -9,6 +9,7 @@
 #include "client/exchange/mailboxes.hpp"
 #include "client/haptics/coupling_check.hpp"
 #include "client/haptics/hand_workspace.hpp"
+#include "client/session/game_book.hpp"
 
 namespace tandem::client {
 
@@ -50,6 +51,12 @@ class JoinedScene {
   /// Sets the law or a coefficient. Returns false and changes nothing for an unknown name, a value out of range, or a
   /// law that cannot replace the current one.
   bool set_parameter(const wire::ParameterSet& parameter, LocalTime now);
+  /// Stores the state of the room's game, and passes on which bodies exist and the gravity. Returns false and changes
+  /// nothing if the state does not fit the scene.
+  bool play(const wire::GameState& state);
+  /// Stores an event of the game. Returns its text; empty if it does not fit the scene.
+  std::string play(const wire::GameEvent& event) { return game_.receive(event); }
+  const GameBook& game() const { return game_; }
   /// Sets the user's scale and rotation of the scene's mapping.
   void set_workspace(const WorkspaceSettings& workspace);
   /// Checks the coupling again once a burst of changes has ended.
@@ -76,6 +83,7 @@ class JoinedScene {
   std::function<void(const std::string&)> log_;
   std::unique_ptr<wire::Joined> joined_;
   HapticScene scene_;
+  GameBook game_;
   WorkspaceMapping received_workspace_;  ///< mapping received from the server
   WorkspaceSettings own_workspace_;
   haptics::CouplingParameters received_;  ///< coefficients from the server; copied to scene_.coupling at the check

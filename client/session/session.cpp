@@ -243,6 +243,9 @@ const std::optional<wire::PoseProgress>& ClientSession::pose_progress() const {
 const std::vector<std::shared_ptr<const std::vector<Vec3>>>& ClientSession::soft_offsets() const {
   return impl_->soft_offsets;
 }
+const std::shared_ptr<const GameReport>& ClientSession::game() const {
+  return impl_->scene.game().report();
+}
 const HandStart& ClientSession::hand_start() const {
   return impl_->scene.hand_start();
 }

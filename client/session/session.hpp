@@ -22,6 +22,7 @@
 #include "client/session/asset_plan.hpp"
 #include "client/session/command.hpp"
 #include "client/session/event.hpp"
+#include "client/session/game_book.hpp"
 #include "client/session/session_status.hpp"
 #include "common/base/time.hpp"
 #include "common/haptics/coupling/rendered_coupling.hpp"
@@ -156,6 +157,8 @@ class ClientSession {
   const std::vector<std::shared_ptr<const std::vector<Vec3>>>& soft_offsets() const;
   /// True if places that other users point at nudge the hand.
   bool has_nudges() const;
+  /// State and events of the room's game; null if it has none.
+  const std::shared_ptr<const GameReport>& game() const;
   /// Last place that each user pointed at, with the time of reception. It is shown for kPointed.
   const std::vector<std::pair<LocalTime, wire::Pointed>>& pointed() const;
   static constexpr Duration kPointed = std::chrono::seconds(5);

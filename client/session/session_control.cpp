@@ -108,6 +108,12 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
     case wire::ServerControl::kRoomStart:
       receive_start(message.room_start());
       return true;
+    case wire::ServerControl::kGameState:
+      if (!scene.play(message.game_state())) log("ignored a state of the game that does not fit the scene");
+      return true;
+    case wire::ServerControl::kGameEvent:
+      report(scene.play(message.game_event()));
+      return true;
     case wire::ServerControl::kPoseTaken:
       report(printable(message.pose_taken().text()));
       return true;
@@ -149,6 +155,8 @@ void ClientSession::Impl::receive_start(const wire::RoomStart& start) {
 }
 
 void ClientSession::Impl::receive_parameter(const wire::ParameterSet& parameter, LocalTime now) {
+  // A parameter of the game takes effect with the game's next state.
+  if (parameter.name().starts_with("game.")) return emit(event::ParameterSet{parameter});
   const haptics::CouplingLawInfo& before = scene.law();
   if (!scene.set_parameter(parameter, now)) return;
   emit(event::ParameterSet{parameter});

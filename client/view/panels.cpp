@@ -1,5 +1,7 @@
 #include "client/view/panels.hpp"
 
+#include "client/view/goal_panel.hpp"
+
 #include <imgui.h>
 
 #include <algorithm>
@@ -381,6 +383,7 @@ void draw_help(const PanelContent& content, bool& is_open) {
       line("Ctrl+K", "keep this pose of the molecules, for everybody");
       line("Ctrl+Z, Ctrl+Y", "back to the last pose, forward again, for everybody");
     }
+    if (content.io->game != nullptr) line("1, 2", "gravity of the game on, off");
     line("V", "point at the place under the mouse: other users see it and feel its direction");
     line("Tab", "panel; F1: this help; F11: full screen; Escape: close; Ctrl+Q: quit");
     ImGui::Separator();
@@ -436,6 +439,7 @@ double panels_width() {
 void draw_panels(const PanelContent& content, WindowSwitches& switches, net::LinkParameters& link,
                  WorkspaceSettings& workspace) {
   draw_notice(content.notice, switches.shows_panels);
+  draw_goals(content);
   if (switches.shows_help) draw_help(content, switches.shows_help);
   if (!switches.shows_panels) return;
   const ImVec2 size = ImGui::GetIO().DisplaySize;

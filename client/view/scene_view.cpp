@@ -1,5 +1,7 @@
 #include "client/view/scene_view.hpp"
 
+#include "client/view/goal_panel.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -18,6 +20,7 @@ constexpr Rgba kHandle{1, 1, 1, 0.30F};
 constexpr Rgba kStretch{1, 1, 1, 1};
 constexpr Rgba kUntinted{1, 1, 1, 1};
 constexpr Rgba kHydrogenBond{1, 1, 1, 1};
+constexpr Rgba kGoal{0.4F, 0.95F, 0.6F, 0.6F};
 
 /// Sizes of marks in radii of the focus ball.
 constexpr double kPerNewton = 0.16;
@@ -195,7 +198,8 @@ void SceneView::arrange(const View* view, const ClientIoSnapshot& io, const Wind
     const double depth_m = (2 * switches.cut_share - 1) * scene_.focus_radius_m;
     frame_.cut_W.emplace(camera.forward_W(), camera.focus_W() + depth_m * camera.forward_W());
   }
-  add_bodies(view, shows_ghosts);
+  add_bodies(view, io, shows_ghosts);
+  add_goals(view, io);
   if (has_tool(joined_->role())) add_own_tool(view, shows_ghosts);
   if (view != nullptr && view->has_state) add_partners(*view, io, shows_ghosts);
   if (view != nullptr && switches.shows_contacts) add_contacts(*view);
@@ -227,8 +231,25 @@ void SceneView::add_arrow(const Vec3& from, const Vec3& along_W, const Rgba& tin
   labels_.push_back({from + along_W + 2 * thick_m * along_W.normalized(), text, tint, label_above});
 }
 
-void SceneView::add_bodies(const View* view, bool shows_ghosts) {
+/// Draws the regions and figures of the open goals as lines, and bodies at their target poses as ghosts.
+void SceneView::add_goals(const View* view, const ClientIoSnapshot& io) {
+  if (io.game == nullptr || io.joined != joined_) return;
+  const auto pose_of = [&](std::size_t body) {
+    return body < scene_.bodies.size() ? felt_pose(scene_, view, body) : Pose{};
+  };
+  const GoalOutline outline = outline_of(joined_->scene(), io.game->state, pose_of);
+  const double lift_m = 0.002 * scene_.focus_radius_m;
+  for (const auto& [from_W, to_W] : outline.lines) {
+    add_rod(from_W + lift_m * Vec3::UnitZ(), to_W + lift_m * Vec3::UnitZ(), 0.3 * kRod * scene_.focus_radius_m, kGoal);
+  }
+  for (const auto& [body, X_W] : outline.ghosts) {
+    if (body < scene_.bodies.size()) add(first_of_scene_ + body, X_W, kGoal, 0.3F);
+  }
+}
+
+void SceneView::add_bodies(const View* view, const ClientIoSnapshot& io, bool shows_ghosts) {
   for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
+    if (io.game != nullptr && std::ranges::count(io.game->state.absent_bodies(), body_id_at(i).value) > 0) continue;
     const DrawnBody& body = scene_.bodies[i];
     const proto::BodyState* const felt = view == nullptr ? nullptr : find_body(view->bodies, i);
     add(first_of_scene_ + i, felt != nullptr ? felt->state.X : body.X_WB_start);

@@ -65,7 +65,8 @@ class SceneView {
   void add_mark(std::size_t mesh, const Pose& X, const Vec3& scale, const Rgba& tint);
   void add_rod(const Vec3& from, const Vec3& to, double radius_m, const Rgba& tint);
   void add_arrow(const Vec3& from, const Vec3& along, const Rgba& tint, const std::string& text, double label_above);
-  void add_bodies(const View* view, bool shows_ghosts);
+  void add_bodies(const View* view, const ClientIoSnapshot& io, bool shows_ghosts);
+  void add_goals(const View* view, const ClientIoSnapshot& io);
   void add_own_tool(const View* view, bool shows_ghosts);
   void add_handle(const View& view);
   void add_wrench(const View& view);

@@ -12,6 +12,7 @@
 #include <ctime>
 #include <fstream>
 
+#include "client/view/goal_panel.hpp"
 #include "client/view/panels.hpp"
 #include "client/view/pointer_hand.hpp"
 #include "client/view/scene_view.hpp"
@@ -131,6 +132,8 @@ void Window::Impl::handle_keys() {
   if (pressed(GLFW_KEY_N)) style.colors = next_of(MoleculeStyle::kColorNames, style.colors);
   if (pressed(GLFW_KEY_F)) fit();
   if (pressed(GLFW_KEY_V)) is_pointing_requested = true;
+  if (pressed(GLFW_KEY_1)) set_game_gravity(settings.client, true);
+  if (pressed(GLFW_KEY_2)) set_game_gravity(settings.client, false);
 }
 
 /// Keys that change the scene for everybody: with Ctrl only, so that a stray letter has no effect on others.

@@ -20,6 +20,8 @@ class FreeBodies {
   /// added, too, because other bodies collide with them.
   virtual void add(std::size_t index, RigidBody& rigid) = 0;
   virtual void remove(std::size_t index) = 0;
+  /// Sets the gravity of the next steps. Initially it is that of the description.
+  virtual void set_gravity(const Vec3& /*m_per_s2*/) noexcept {}
   /// Moves the added bodies by one step from their present states. Uses and clears their applied wrenches
   /// (RigidBody::apply_wrench()). The world checks the new states for values that are not finite.
   virtual TickFaults step(double step_s) noexcept = 0;

@@ -41,6 +41,7 @@ class UntouchedBodies final : public FreeBodies {
 
   void add(std::size_t index, RigidBody& rigid) override;
   void remove(std::size_t index) override;
+  void set_gravity(const Vec3& m_per_s2) noexcept override;
   TickFaults step(double step_s) noexcept override;
 
  private:
@@ -71,6 +72,7 @@ class UntouchedBodies final : public FreeBodies {
 
   void wake(std::size_t index);
   void wake_group(std::size_t index);
+  void wake_all();
   void wake_disturbed();
   void describe();
   bool is_any_awake() const;
@@ -82,7 +84,7 @@ class UntouchedBodies final : public FreeBodies {
   void bounce(Impact& impact, double step_s);
   double restitution(std::size_t a, std::size_t b) const;
 
-  const WorldDescription& world_;
+  Vec3 gravity_m_per_s2_;
   bool has_restitution_ = false;
   std::vector<Body> bodies_;
   std::vector<TouchThing> things_;
@@ -92,7 +94,10 @@ class UntouchedBodies final : public FreeBodies {
 };
 
 UntouchedBodies::UntouchedBodies(const WorldDescription& world)
-    : world_(world), bodies_(world.bodies.size()), things_(world.bodies.size()), touch_(touch_limits(world, {})) {
+    : gravity_m_per_s2_(world.gravity_m_per_s2),
+      bodies_(world.bodies.size()),
+      things_(world.bodies.size()),
+      touch_(touch_limits(world, {})) {
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const BodyDescription& description = world.bodies[i];
     bodies_[i].description = &description;
@@ -115,9 +120,23 @@ void UntouchedBodies::add(std::size_t index, RigidBody& rigid) {
   wake(index);
 }
 
+/// A static body belongs to no group, so its removal wakes all bodies that may rest on it.
 void UntouchedBodies::remove(std::size_t index) {
-  wake_group(index);
+  if (bodies_[index].rigid->is_static()) {
+    wake_all();
+  } else {
+    wake_group(index);
+  }
   bodies_[index].rigid = nullptr;
+}
+
+void UntouchedBodies::set_gravity(const Vec3& m_per_s2) noexcept {
+  gravity_m_per_s2_ = m_per_s2;
+  wake_all();
+}
+
+void UntouchedBodies::wake_all() {
+  for (std::size_t i = 0; i < bodies_.size(); ++i) wake(i);
 }
 
 void UntouchedBodies::wake(std::size_t index) {
@@ -166,7 +185,7 @@ void UntouchedBodies::describe() {
     thing.role = body.rigid->is_static() ? Role::kStatic : body.is_asleep ? Role::kExternal : Role::kImplicit;
     if (has_restitution_ && !body.rigid->is_static()) body.before = twist_at_origin(*body.rigid);
     if (!body.is_awake()) continue;
-    thing.wrench_W = body.rigid->weight_W(world_.gravity_m_per_s2) + body.rigid->applied_W();
+    thing.wrench_W = body.rigid->weight_W(gravity_m_per_s2_) + body.rigid->applied_W();
     if (!body.description->anchor) continue;
     joints_.push_back({i, &body.anchor, {body.description->X_WB, Twist{}}, body.rigid->pose()});
   }

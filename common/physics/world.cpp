@@ -31,6 +31,8 @@ RigidBody make_tool(const ToolDescription& tool) {
 World::Impl::Impl(std::shared_ptr<const WorldDescription> world, std::unique_ptr<FreeBodies> free_bodies,
                   std::unique_ptr<SoftBodies> soft_bodies)
     : scene(std::move(world)),
+      gravity(scene->gravity_m_per_s2),
+      gravity_target(gravity),
       coupling(scene->coupling),
       field(*scene),
       touch(touch_limits(*scene, scene->tools)),
@@ -110,6 +112,22 @@ void World::remove_body(BodyId id) {
     changed.is_absent = true;
     changed.adopted = changed.kept = 0;
   });
+}
+
+void World::restore_body(BodyId id) {
+  WorldBody* const body = impl_->body_of(id);
+  if (body != nullptr) impl_->change_owner(*body, [](WorldBody& changed) { changed.is_absent = false; });
+}
+
+bool World::is_absent(BodyId id) const {
+  const WorldBody* const body = impl_->body_of(id);
+  return body != nullptr && body->is_absent;
+}
+
+void World::set_gravity(const Vec3& m_per_s2) {
+  if (!m_per_s2.allFinite() || m_per_s2 == impl_->gravity_target) return;
+  impl_->gravity_target = m_per_s2;
+  impl_->gravity_steps = impl_->steps_in(kGravityRamp_s);
 }
 
 std::span<const BodyId> World::returned_bodies() const noexcept {

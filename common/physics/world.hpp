@@ -32,6 +32,9 @@ struct ToolState {
   double energy_from_world_j = 0;  ///< sum of the work drawn from the world, ≥ 0
 };
 
+/// Time of a change of gravity: the weight of a held body of 1 kg changes by 0.03 N/ms.
+inline constexpr double kGravityRamp_s = 0.3;
+
 /// Contacts of a tool in the last step.
 struct TouchSummary {
   std::uint32_t contacts = 0;  ///< number of contact points with a force
@@ -109,9 +112,15 @@ class World {
   /// (ToolDynamics::kAtHandle) is not braked. Ignored if negative or not finite.
   void brake(std::size_t tool, double n_s_per_m);
 
-  /// Excludes a body from motion, contact and field until set_body() or hold() provides its pose. Tools that hold it
-  /// release it.
+  /// Excludes a body from motion, contact and field until restore_body(), set_body() or hold(). Tools that hold it release
+  /// it.
   void remove_body(BodyId body);
+  /// Ends the exclusion of a body at its present state.
+  void restore_body(BodyId body);
+  bool is_absent(BodyId body) const;
+  /// Sets the target of the gravity of rigid bodies. It is approached at a constant rate within kGravityRamp_s, so the
+  /// weight of a held body does not jump. Soft bodies keep the gravity of the description. Ignored if not finite.
+  void set_gravity(const Vec3& m_per_s2);
   /// Sets the state of a body, or of a tool that holds nothing, for example to the server's state. Ignored if not
   /// finite.
   void set_body(BodyId body, const RigidState& state);

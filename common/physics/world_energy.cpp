@@ -7,11 +7,11 @@ double World::Impl::mechanical_energy_j() const {
   double energy = 0;
   for (const WorldBody& body : bodies) {
     if (body.rigid.is_static()) continue;
-    energy += body.rigid.mechanical_energy_j(scene->gravity_m_per_s2);
+    energy += body.rigid.mechanical_energy_j(gravity);
     if (body.has_anchor()) energy += physics::stored_energy_j(body.anchor.joint(), body.start().X, body.rigid.pose());
   }
   for (const WorldTool& tool : tools) {
-    if (tool.is_free() && tool.has_mass()) energy += tool.rigid.mechanical_energy_j(scene->gravity_m_per_s2);
+    if (tool.is_free() && tool.has_mass()) energy += tool.rigid.mechanical_energy_j(gravity);
   }
   return energy;
 }

@@ -28,7 +28,7 @@ struct WorldBody {
   int hands = 0;           ///< number of tools that hold the body
   int adopted = 0;         ///< remaining number of steps in the touch stage after the last contact
   int kept = 0;            ///< remaining number of steps in the touch stage by keep_implicit()
-  bool is_absent = false;  ///< whether the body is excluded until its pose is set
+  bool is_absent = false;  ///< whether the body is excluded; then it is neither free nor in the touch stage
   bool waits = false;      ///< held at its start pose for the tool that holds it from the start
 
   /// Returns whether the body stays in the touch stage, so that bodies that it touches become implicit as well.
@@ -100,6 +100,7 @@ struct World::Impl {
   TickFaults apply_field() noexcept;
   void find_field() noexcept;
   void damp_and_ramp() noexcept;
+  void ramp_gravity() noexcept;
   TickFaults step_touch() noexcept;
   void describe_things() noexcept;
   void add_soft_wrenches() noexcept;
@@ -121,6 +122,9 @@ struct World::Impl {
   double coupling_energy_j(std::uint32_t without_hands) const;
 
   std::shared_ptr<const WorldDescription> scene;
+  Vec3 gravity;            ///< current gravity [m/s²]
+  Vec3 gravity_target;     ///< gravity at the end of the ramp
+  int gravity_steps = 0;   ///< remaining steps of the ramp
   SceneCoupling coupling;  ///< current coupling of the scene
   std::vector<WorldBody> bodies;
   std::vector<WorldTool> tools;

@@ -53,7 +53,15 @@ TickFaults World::Impl::apply_field() noexcept {
   return is_field_limited ? TickFaults{kFaultFieldLimited} : 0;
 }
 
+void World::Impl::ramp_gravity() noexcept {
+  if (gravity_steps == 0) return;
+  gravity += (gravity_target - gravity) / gravity_steps;
+  if (--gravity_steps == 0) gravity = gravity_target;
+  free->set_gravity(gravity);
+}
+
 void World::Impl::damp_and_ramp() noexcept {
+  ramp_gravity();
   for (WorldBody& body : bodies) {
     if (!body.rigid.is_static()) body.rigid.damp(step_s(), 0);
   }
@@ -73,7 +81,7 @@ void World::Impl::describe_things() noexcept {
     if (body.is_absent) thing.role = Role::kAbsent;
     if (body.rigid.is_static() || body.is_absent) continue;
     thing.role = body.is_free() ? Role::kExternal : Role::kImplicit;
-    thing.wrench_W = body.rigid.weight_W(scene->gravity_m_per_s2);
+    thing.wrench_W = body.rigid.weight_W(gravity);
     if (body.molecule() == nullptr) continue;
     const Vec3 lever = poses[i].p - body.rigid.centre_W();
     thing.wrench_W += {wrenches[i].f, wrenches[i].t + lever.cross(wrenches[i].f)};
@@ -193,6 +201,7 @@ TickFaults World::Impl::limit_speed(RigidBody& rigid) noexcept {
 
 TickFaults World::Impl::limit_or_restore(std::size_t index) noexcept {
   WorldBody& body = bodies[index];
+  if (body.is_absent) return 0;
   const bool is_finite = body.rigid.is_finite();
   const bool is_outside = is_finite && body.hands == 0 && body.rigid.pose().p.norm() > scene->limits.bounds_m;
   const bool is_requested = puts_all_back && body.hands == 0;

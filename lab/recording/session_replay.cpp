@@ -58,8 +58,9 @@ class StepFeeder final : public server::RoomWatcher {
 std::string thing_of(const wire::Scene& scene, const server::StateHashes& now, const wire::RecordedStep& then) {
   for (int i = 0; i < std::min(then.body_hashes_size(), static_cast<int>(now.bodies.size())); ++i) {
     if (now.bodies[static_cast<std::size_t>(i)] == then.body_hashes(i)) continue;
-    return i < scene.bodies_size() ? "body " + scene.bodies(i).name()
-                                   : "soft body " + scene.soft_bodies(i - scene.bodies_size()).name();
+    const int soft = i - scene.bodies_size();
+    if (soft < 0) return "body " + scene.bodies(i).name();
+    return soft < scene.soft_bodies_size() ? "soft body " + scene.soft_bodies(soft).name() : "the game";
   }
   for (int i = 0; i < std::min(then.tool_hashes_size(), static_cast<int>(now.tools.size())); ++i) {
     if (now.tools[static_cast<std::size_t>(i)] != then.tool_hashes(i)) return "tool " + scene.tools(i).name();

@@ -9,6 +9,7 @@
 #include "proto/world_from_wire.hpp"
 #include "server/assets/scene_coupling.hpp"
 #include "server/assets/scene_effects.hpp"
+#include "server/assets/scene_goals.hpp"
 #include "server/assets/scene_soft_checks.hpp"
 #include "server/assets/structures/loader.hpp"
 
@@ -87,6 +88,7 @@ void complete(wire::Scene& scene) {
   complete_limits(scene);
   complete_soft_bodies(scene);
   complete_effects(scene);
+  complete_goals(scene);
 }
 
 void check_name(const std::string& name, const SceneField& field) {
@@ -258,6 +260,7 @@ void complete_and_check(wire::Scene& scene, const SceneField& file) {
   check_coupling(scene.coupling(), file);
   check_limits(scene, file.in("limits"));
   check_soft_bodies(scene, file);
+  check_goals(scene, file);
   if (const std::string problem = proto::find_effect_problem(scene); !problem.empty()) file.refuse(problem);
   if (const std::string problem = proto::find_molecular_problem(scene); !problem.empty()) file.refuse(problem);
 }

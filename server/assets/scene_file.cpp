@@ -16,6 +16,7 @@
 #include "server/assets/scene_checks.hpp"
 #include "server/assets/scene_coupling.hpp"
 #include "server/assets/scene_effects.hpp"
+#include "server/assets/scene_goals.hpp"
 #include "server/assets/soft_scene.hpp"
 
 namespace tandem::server {
@@ -59,6 +60,7 @@ wire::Scene parse(const std::string& json, const SceneField& file) {
   const std::string message(status.message());
   if (const std::string field = unknown_field(message); !field.empty()) {
     if (const std::string text = unknown_effect_field_remedy(field); !text.empty()) file.in(field).refuse(text);
+    if (const std::string text = unknown_goal_field_remedy(field); !text.empty()) file.in(field).refuse(text);
     file.in(field).refuse("is not a field of a scene; see proto/tandem/scene.proto for those that are");
   }
   const std::size_t line = line_of_error(json, message);

@@ -4,6 +4,7 @@
 
 #include "proto/recording/exact_state.hpp"
 #include "server/assets/scene_hash.hpp"
+#include "server/goals/game_codec.hpp"
 
 namespace tandem::server {
 namespace {
@@ -41,6 +42,7 @@ wire::RoomCheckpoint checkpoint_of(const std::string& room, const LoadedScene& s
     const Quat& q = tool.X_BT.q;
     for (const double number : {q.w(), q.x(), q.y(), q.z()}) to.add_in_body(number);
   }
+  if (state.game) write_checkpoint(*state.game, *out.mutable_game());
   for (const Vec3& node_W : state.soft_nodes_W) {
     for (const double number : node_W) out.add_soft_nodes(number);
   }
@@ -64,6 +66,7 @@ std::optional<RoomState> state_of(const wire::RoomCheckpoint& checkpoint, const 
     state.tools.push_back(
         {static_cast<std::uint8_t>(tool.tool()), proto::read_exact(tool.state()), BodyId{tool.held_body()}, X_BT});
   }
+  if (checkpoint.has_game()) state.game = read_checkpoint(checkpoint.game());
   const auto& soft = checkpoint.soft_nodes();
   if (soft.size() % 3 != 0) return std::nullopt;
   for (int i = 0; i < soft.size(); i += 3) state.soft_nodes_W.emplace_back(soft[i], soft[i + 1], soft[i + 2]);

@@ -6,6 +6,7 @@
 #include "common/docking/molecular_field.hpp"
 #include "proto/recording/exact_state.hpp"
 #include "proto/recording/schema.hpp"
+#include "server/goals/game_codec.hpp"
 
 namespace tandem::server {
 namespace {
@@ -98,6 +99,10 @@ void RoomRecorder::push_states(const Room& room) noexcept {
 void RoomRecorder::on_step(const Room& room, ServerTime now, TickFaults faults) noexcept {
   const bool has_states = step_ % states_every_ == 0;
   if (has_states) push_states(room);
+  if (room.game() != nullptr) {
+    for (const GameEvent& event : room.game()->events()) push(event);
+    if (has_states) push(room.game()->status());
+  }
   push(Stepped{now, faults, records_, room.world().field_energy_kj_per_mol(), has_states, hashes_of(room)});
   if (is_losing_) steps_lost_.fetch_add(1, std::memory_order_relaxed);
   is_losing_ = false;
@@ -129,6 +134,10 @@ void RoomRecorder::write(const Record& record) {
     proto::write_exact(tool->state, *out.mutable_state());
     proto::write_exact(tool->on_hand_W, *out.mutable_wrench_on_hand());
     out.set_held_body(tool->held.value);
+  } else if (const auto* event = std::get_if<GameEvent>(&record.what)) {
+    *message_.add_game_events() = event_message(*event);
+  } else if (const auto* game = std::get_if<GameStatus>(&record.what)) {
+    write_checkpoint(*game, *states_.mutable_game());
   } else if (const auto* stepped = std::get_if<Stepped>(&record.what)) {
     if (taken_records_ == stepped->records + 1) write_step(record, *stepped);
   }

@@ -76,7 +76,7 @@ class RoomRecorder final : public RoomWatcher {
   /// Entry of the ring. All records of one step have the same value of `step`.
   struct Record {
     std::uint64_t step = 0;
-    std::variant<RoomCommand, TakenInput, proto::BodyState, ToolRecord, Stepped> what;
+    std::variant<RoomCommand, TakenInput, proto::BodyState, ToolRecord, GameEvent, GameStatus, Stepped> what;
   };
 
   template <class What>

@@ -85,19 +85,23 @@ wire::RecordedCommand recorded(const RoomCommand& command) {
     out.set_beside(command.beside.value);
     proto::write_exact({command.X_SB, Twist{}}, *out.mutable_placed());
   }
+  out.set_level(command.level);
+  out.set_is_weightless(command.is_weightless);
   return out;
 }
 
 std::optional<RoomCommand> command_of(const wire::RecordedCommand& in) {
   RoomCommand command;
-  if (in.kind() < 0 || in.kind() > static_cast<int>(RoomCommand::Kind::kPlace)) return std::nullopt;
-  if (in.seat() >= proto::kMaxUsers || in.tool() >= proto::kMaxUsers) return std::nullopt;
+  if (in.kind() < 0 || in.kind() > static_cast<int>(RoomCommand::Kind::kSetWeight)) return std::nullopt;
+  if (in.seat() >= proto::kMaxUsers || in.tool() >= proto::kMaxUsers || in.level() >= kMaxLevels) return std::nullopt;
   command.kind = static_cast<RoomCommand::Kind>(in.kind());
   command.seat.index = static_cast<std::uint8_t>(in.seat());
   command.seat.user = UserId{in.user()};
   command.seat.role = role_of(in.role()).value_or(UserRole::kObserver);
   command.seat.tool = static_cast<std::uint8_t>(in.tool());
   command.seat.leaves_gaps = in.leaves_gaps();
+  command.level = static_cast<std::uint8_t>(in.level());
+  command.is_weightless = in.is_weightless();
   command.body = BodyId{in.body()};
   command.request = in.request();
   const bool is_join = command.kind == RoomCommand::Kind::kJoin;
@@ -152,6 +156,7 @@ StateHashes hashes_of(const Room& room) noexcept {
     for (const Vec3& node : room.world().soft_nodes_W(i)) hash.add(node);
     hashes.bodies.push_back(hash.folded());
   }
+  if (const Game* const game = room.game()) hashes.bodies.push_back(hash_of(game->status()));
   for (std::size_t i = 0; i < scene.world.tools.size(); ++i) hashes.tools.push_back(hash_of(room.world().tool(i)));
   return hashes;
 }

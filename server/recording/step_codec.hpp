@@ -26,8 +26,9 @@ std::optional<TakenInput> input_of(const wire::RecordedInput& recorded);
 
 /// Hash of the state of each object after a step. Equal states have equal hashes.
 struct StateHashes {
-  boost::container::static_vector<std::uint32_t, proto::kMaxBodies + 8> bodies;  ///< in scene order, then soft bodies
-  boost::container::static_vector<std::uint32_t, proto::kMaxUsers> tools;        ///< in scene order
+  boost::container::static_vector<std::uint32_t, proto::kMaxBodies + 9>
+      bodies;  ///< in scene order, then soft bodies and the game
+  boost::container::static_vector<std::uint32_t, proto::kMaxUsers> tools;  ///< in scene order
 
   bool operator==(const StateHashes&) const = default;
 };

@@ -63,6 +63,10 @@ Room::Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene
   const bool is_limited =
       options.controls_tool_passivity && scene_->world.coupling.dynamics != haptics::ToolDynamics::kAtHandle;
   for (auto& user : users_) user = std::make_unique<User>(*this, is_limited);
+  if (auto plan = make_game_plan(*scene_)) {
+    game_.emplace(*scene_, std::move(*plan));
+    game_->restart(world_, 0);
+  }
 }
 
 Room::~Room() = default;
@@ -101,6 +105,7 @@ void Room::start_anew_when_left() noexcept {
   const double after_s = scene_->world.limits.reset_after_s;
   if (is_as_at_start_ || after_s == 0 || static_cast<double>(steps_empty_) * to_seconds(period_) < after_s) return;
   world_ = make_server_world(scene_, options_.steps_soft_aside);
+  if (game_) game_->restart(world_, 0);
   left_.fill(std::nullopt);
   is_as_at_start_ = true;
 }
@@ -124,17 +129,18 @@ void Room::answer(ServerTime now) noexcept {
   settle_tools();
   describe_world(now, faults | late_faults_);
   output_.publish();
-  is_answered_ = true;
-  answered_ = now;
-  answered_faults_ = faults;
+  answered_.emplace(now, faults);
 }
 
 void Room::finish() noexcept {
-  if (!std::exchange(is_answered_, false)) return;
+  const auto answered = std::exchange(answered_, std::nullopt);
+  if (!answered) return;
   late_faults_ = world_.finish();
+  if (game_) game_->step(world_, hands(), step_);
   for (const BodyId body : world_.returned_bodies()) emit({RoomEvent::Kind::kReturned, UserId{}, body, 0, {}});
   publish_soft_offsets();
-  for (RoomWatcher* const watcher : watchers_) watcher->on_step(*this, answered_, answered_faults_ | late_faults_);
+  for (RoomWatcher* const watcher : watchers_)
+    watcher->on_step(*this, answered->first, answered->second | late_faults_);
   world_.look_ahead();
 }
 
@@ -158,6 +164,16 @@ void Room::reset() noexcept {
     if (!user->seat.is_manipulator() || !before.is_valid() || held_by(*user) == before) continue;
     emit({RoomEvent::Kind::kReleased, user->seat.user, before, 0, {}});
   }
+  if (game_) game_->restart(world_, hands());
+}
+
+/// Returns the set of tools that have a user.
+std::uint32_t Room::hands() const noexcept {
+  std::uint32_t tools = 0;
+  for (const auto& user : users_) {
+    if (user->seat.is_manipulator()) tools |= std::uint32_t{1} << user->seat.tool;
+  }
+  return tools;
 }
 
 bool Room::moves(BodyId body) const noexcept {
@@ -209,6 +225,10 @@ void Room::apply(const RoomCommand& command) noexcept {
       return reset();
     case RoomCommand::Kind::kPlace:
       return place(command.body, world_.body(command.beside).X * command.X_SB);
+    case RoomCommand::Kind::kStartLevel:
+      return game_ ? game_->start_level(command.level, world_) : void();
+    case RoomCommand::Kind::kSetWeight:
+      return game_ ? game_->set_weightless(command.is_weightless, world_) : void();
     case RoomCommand::Kind::kJoin:
       return;
   }
@@ -275,6 +295,7 @@ void Room::resume(const RoomState& state) {
     is_as_at_start_ = false;
   }
   resume_soft_bodies(state.soft_nodes_W);
+  if (game_ && state.game && game_->resume(*state.game, world_)) is_as_at_start_ = false;
 }
 
 void Room::resume_soft_bodies(std::span<const Vec3> nodes_W) {
@@ -293,6 +314,8 @@ void Room::resume_soft_bodies(std::span<const Vec3> nodes_W) {
 void Room::describe(RoomState& state) const noexcept {
   state.bodies.clear();
   state.tools.clear();
+  state.game.reset();
+  if (game_) state.game = game_->status();
   describe_soft_bodies(state.soft_nodes_W);
   for (const BodyId id : moving_bodies_) {
     const RigidState now = world_.body(id);
@@ -445,7 +468,9 @@ void Room::settle_tools() noexcept {
 void Room::describe_world(ServerTime now, TickFaults faults) noexcept {
   RoomUpdate& update = output_.back();
   update.bodies.clear();
-  for (const BodyId id : moving_bodies_) update.bodies.push_back({id, world_.body(id), UserId{}});
+  for (const BodyId id : moving_bodies_) {
+    if (!world_.is_absent(id)) update.bodies.push_back({id, world_.body(id), UserId{}});
+  }
   update.users.clear();
   for (const auto& user : users_) {
     if (!user->seat.is_manipulator()) continue;

@@ -8,7 +8,8 @@
 //                                                 3 step the part of the world that hands feel, and account
 //                                                   for the energy of each tool (tool_port.hpp)
 //                ◀──mailbox── RoomUpdate              4 publish the updates for users
-//                ◀──ring── RoomEvent   finish(): 5 step the rest of the world, notify watchers, look ahead
+//                ◀──ring── RoomEvent   finish(): 5 step the rest of the world and the game, notify
+//                                                   watchers, look ahead
 //
 // A seat may change users while values wait in mailboxes, so each update names its user. The io thread sets the time
 // stamps `received` and `sent`.
@@ -30,6 +31,7 @@
 #include "common/realtime/ring.hpp"
 #include "proto/state.hpp"
 #include "server/assets/scene_file.hpp"
+#include "server/goals/game.hpp"
 #include "server/room/seat.hpp"
 #include "server/room/server_world.hpp"
 #include "server/room/soft_lattices.hpp"
@@ -39,15 +41,27 @@ namespace tandem::server {
 /// Command from the io thread to the room, about a seat. Of `seat` all commands use `index` and `user`; only kJoin uses
 /// the rest.
 struct RoomCommand {
-  enum class Kind : std::uint8_t { kJoin, kLeave, kGrab, kRelease, kSetCoupling, kReset, kPlace };
+  enum class Kind : std::uint8_t {
+    kJoin,
+    kLeave,
+    kGrab,
+    kRelease,
+    kSetCoupling,
+    kReset,
+    kPlace,
+    kStartLevel,
+    kSetWeight
+  };
   Kind kind = Kind::kJoin;
-  Seat seat;
+  Seat seat = {};
   BodyId body = {};                               ///< kGrab: body to grab; invalid: nearest. kPlace: body to place
   std::uint32_t request = 0;                      ///< kGrab, kRelease: request number, copied into the event
   haptics::CouplingParameters coupling = {};      ///< kSetCoupling: new coefficients
   const haptics::CouplingLawInfo* law = nullptr;  ///< kSetCoupling; null: the law is unchanged
   BodyId beside = {};                             ///< kPlace: reference body
   Pose X_SB = {};                                 ///< kPlace: pose of `body` in the frame of `beside`
+  std::uint8_t level = 0;                         ///< kStartLevel: index of the level of the game
+  bool is_weightless = false;                     ///< kSetWeight
 };
 
 /// Event from the room to the io thread. kReturned concerns all users; only its field `body` is valid.
@@ -112,6 +126,7 @@ struct RoomState {
   /// Bodies that are not at their start pose.
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
   boost::container::static_vector<Tool, proto::kMaxUsers> tools;
+  std::optional<GameStatus> game;  ///< none: the scene has no game
   std::vector<Vec3> soft_nodes_W;  ///< nodes of all soft bodies in their order; empty: as in the scene
 };
 
@@ -155,6 +170,10 @@ class Room {
   realtime::Mailbox<RoomUpdate>& output() { return output_; }
   /// Returns the mailbox of soft-body offsets, written at 20 Hz in a room with soft bodies and never in others.
   realtime::Mailbox<SoftOffsets>& soft_offsets() { return soft_offsets_; }
+
+  /// Game of the scene; null if it has none. io reads its mailbox and its events.
+  Game* game() { return game_ ? &*game_ : nullptr; }
+  const Game* game() const { return game_ ? &*game_ : nullptr; }
 
   /// Adds a watcher before the first step. At most kMaxWatchers are allowed, and each must outlive the room's steps.
   void watch(RoomWatcher& watcher) { watchers_.push_back(&watcher); }
@@ -219,6 +238,7 @@ class Room {
   void receive_newest(User& user) noexcept;
   void follow_grab_button(User& user, std::uint32_t buttons) noexcept;
   void settle_tools() noexcept;
+  std::uint32_t hands() const noexcept;
   void reset() noexcept;
   void place(BodyId body, const Pose& X_WB) noexcept;
   void publish_soft_offsets() noexcept;
@@ -235,6 +255,7 @@ class Room {
   RoomStartSettings start_settings_;
   std::vector<BodyId> moving_bodies_;  ///< bodies listed in updates
   physics::World world_;
+  std::optional<Game> game_;
   realtime::Ring<RoomCommand> commands_{256};
   realtime::Ring<RoomEvent> events_{256};
   std::array<std::unique_ptr<User>, proto::kMaxUsers> users_;  ///< indexed by Seat::index
@@ -248,11 +269,10 @@ class Room {
   Step step_;
   std::int64_t steps_empty_ = 0;  ///< number of steps since the last user left
   bool is_as_at_start_ = true;
-  bool is_answered_ = false;  ///< answer() has run, but its finish() has not
   TickFaults pending_faults_ = 0;
   TickFaults late_faults_ = 0;  ///< faults of the last finish(), which the next step reports
-  ServerTime answered_{};       ///< time of the step that awaits finish()
-  TickFaults answered_faults_ = 0;
+  /// Time and faults of the step that awaits finish(); none: finish() has run.
+  std::optional<std::pair<ServerTime, TickFaults>> answered_;
   std::uint64_t events_lost_ = 0;
 };
 

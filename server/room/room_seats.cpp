@@ -10,7 +10,8 @@ constexpr std::size_t kMaxNewUsers = 4 * proto::kMaxUsers;
 
 }  // namespace
 
-RoomSeats::RoomSeats(Room& room) : room_(room), start_(room.start_settings()), coupling_(room.scene().world.coupling) {}
+RoomSeats::RoomSeats(Room& room)
+    : room_(room), start_(room.start_settings()), coupling_(room.scene().world.coupling), of_level_(coupling_) {}
 
 std::size_t RoomSeats::count(UserRole role) const {
   return static_cast<std::size_t>(std::count_if(seats_.begin(), seats_.end(), [role](const auto& seat) {
@@ -67,10 +68,9 @@ std::optional<Seat> RoomSeats::allocate(UserRole role, bool leaves_gaps,
 }
 
 void RoomSeats::leave(const Seat& seat) {
-  const physics::SceneCoupling& of_scene = room_.scene().world.coupling;
-  const bool is_as_in_scene = coupling_.law == of_scene.law && coupling_.parameters == of_scene.parameters;
+  const bool is_as_in_scene = coupling_.law == of_level_.law && coupling_.parameters == of_level_.parameters;
   if (seat.role == UserRole::kOperator && !is_as_in_scene) {
-    coupling_ = of_scene;
+    coupling_ = of_level_;
     post_coupling(seat);
   }
   seats_[seat.index].reset();
@@ -85,6 +85,12 @@ void RoomSeats::set_coupling(const Seat& seat, const haptics::CouplingParameters
 void RoomSeats::set_law(const Seat& seat, const haptics::CouplingLawInfo& law) {
   coupling_.law = law.name;
   post_coupling(seat);
+}
+
+void RoomSeats::follow_level(const physics::SceneCoupling& coupling) {
+  // Commands of the operator that were made for the level before do not apply to this one.
+  std::erase_if(waiting_, [](const RoomCommand& older) { return older.kind == RoomCommand::Kind::kSetCoupling; });
+  coupling_ = of_level_ = coupling;
 }
 
 void RoomSeats::post_coupling(const Seat& seat) {

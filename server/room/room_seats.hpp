@@ -26,7 +26,7 @@ class RoomSeats {
   Room& room() const { return room_; }
   RoomStart& start() { return start_; }
   const RoomStart& start() const { return start_; }
-  /// Returns the coupling as set by the scene file or the operator.
+  /// Returns the coupling as set by the scene file, a level of the game or the operator.
   const physics::SceneCoupling& coupling() const { return coupling_; }
   /// Returns the coupling for the seat's tool and its held body (common/physics/coupling_in_force.hpp).
   haptics::CouplingParameters coupling_in_force(const Seat& seat) const;
@@ -41,7 +41,7 @@ class RoomSeats {
                                std::string_view user_name = "", std::optional<std::uint8_t> tool = std::nullopt);
   /// Returns whether allocate() would now find a seat, and a tool if the role has one.
   bool has_place(UserRole role) const;
-  /// Releases a seat. If its user is the operator, the scene's coupling is restored.
+  /// Releases a seat. If its user is the operator, the coupling of the scene or of the level is restored.
   void leave(const Seat& seat);
   bool has_operator() const;
   void set_coupling(const Seat& seat, const haptics::CouplingParameters& parameters);
@@ -50,6 +50,10 @@ class RoomSeats {
   /// Moves all bodies back to their start (World::return_all()). Returns false, without effect, if the room's queue is
   /// full or kResetRate is exceeded. Resets are limited because each one sends an event per moving body to every user.
   bool reset(const Seat& seat, LocalTime now);
+  /// Sets the coupling of a level of the game. The room has applied it already.
+  void follow_level(const physics::SceneCoupling& coupling);
+  /// Posts a command to the game of the room. Returns false if the room's queue is full.
+  bool play(const Seat& seat, RoomCommand command) { return place(seat, command); }
   /// In      placing  its `seat` is ignored and replaced by the argument
   /// Out     false: the room's queue is full
   bool place(const Seat& seat, RoomCommand placing);
@@ -74,6 +78,7 @@ class RoomSeats {
   Room& room_;
   RoomStart start_;
   physics::SceneCoupling coupling_;
+  physics::SceneCoupling of_level_;  ///< coupling without an operator: that of the scene or of the present level
   std::array<std::optional<Seat>, proto::kMaxUsers> seats_{};
   std::array<BodyId, proto::kMaxUsers> held_{};              ///< body held by the seat's tool, indexed by seat
   std::array<std::uint64_t, proto::kMaxUsers> requested_{};  ///< number of grabs and releases since the user joined

@@ -73,6 +73,7 @@ SessionHub::Impl::Impl(SessionHub& hub, HubSettings hub_settings, const std::vec
   }
   services.push_back(make_grasping(*this));
   services.push_back(make_soft_shapes(*this));
+  services.push_back(make_games(*this));
   services.push_back(make_poses(*this, settings.poses));
   services.push_back(make_coupling(*this));
   services.push_back(make_moderation(*this, settings.poses));

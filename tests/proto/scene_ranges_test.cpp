@@ -34,6 +34,13 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// A scene with every message that a scene can have. Its numbers are chosen so that each number can be set to both ends
 /// of its range. The shapes are small, so that they are built quickly.
 std::string sample_json() {
+  // As many conditions as a goal can have, so that at_least can have its largest value.
+  std::string conditions =
+      R"({"in_region": {"body": "moving", "region": {"sphere": {"radius_m": 0.1}}}}, {"at_pose": {"body": "moving"}},
+         {"held": {"body": "moving"}},
+         {"silhouette": {"pieces": [{"body": "moving", "points_m": [0, -10, 5, 5, -5, 5]}],
+                         "figure_m": [0, -10, 5, 5, -5, 5]}})";
+  for (int i = 4; i < 16; ++i) conditions += R"(, {"slower": {"body": "moving"}})";
   std::string tools;
   for (std::size_t i = 0; i < kMaxUsers; ++i) {
     tools += (i > 0 ? ", " : "") + (R"({"name": "t)" + std::to_string(i)) +
@@ -46,12 +53,15 @@ std::string sample_json() {
       {"mesh": {"file": "t.obj"}}],
      "effects": [{"texture": {}}, {"viscosity": {}}, {"constant_field": {"force_n": [1, 1, 0]}}, {"magnet": {}},
       {"vibration": {"frequency_hz": 20}}, {"stick_slip": {"breakaway_force_n": 100, "slip_force_n": 0}}]},
-    {"name": "moving", "mass_kg": 0.1, "anchor": {}, "shapes": [{"sphere": {"radius_m": 0.001}}]}],
+    {"name": "moving", "mass_kg": 0.1, "graspable": true, "anchor": {}, "shapes": [{"sphere": {"radius_m": 0.001}}]}],
    "tools": [)" +
          tools + R"(],
    "coupling": {"law": "adaptive", "adaptive": {"mass_range_kg": [1, 10000], "stiffness_n_per_m": [100],
      "damping_n_s_per_m": [1], "inertia_range_kg_m2": [1, 10000], "stiffness_n_m_per_rad": [1],
      "damping_n_m_s_per_rad": [0.01]}},
+   "game": {"won": {}, "levels": [{"name": "a", "gravity_m_per_s2": [0, 0, -1], "parameters": [{"name": "coupling.stiffness_n_per_m"}],
+     "goals": [{"name": "g", "time_limit_s": 1, "conditions": [)" +
+         conditions + R"(]}]}]},
    "molecular_field": {}, "limits": {"manipulators": 1, "contact_pairs": 16},
    "soft_bodies": [{"name": "soft", "block": {"size_m": [0.001, 0.001, 0.001], "spacing_m": 100}}]})";
 }

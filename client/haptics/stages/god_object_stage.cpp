@@ -11,7 +11,8 @@ class GodObjectStage final : public Stage {
   StageOutput tick(const StageInput& input) noexcept override {
     StageOutput output;
     if (input.newest == nullptr || input.proxy_world == nullptr) return output;
-    const haptics::ProxyState& ball = input.proxy_world->step(input.handle.X.p, *input.newest, input.now);
+    const haptics::ProxyState& ball =
+        input.proxy_world->step(input.handle.X.p, *input.newest, input.now, input.scene->absent_bodies);
     Wrench wrench;
     wrench.f = haptics::proxy_force_on_hand_W(ball, *input.coupling, input.handle.V.v);
     // The first force of the ball is blended in. Assets may arrive late, when the hand is already deep inside a wall,

@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "proto/coupling_fields.hpp"
+#include "server/session/services/games.hpp"
 #include "server/session/services/services.hpp"
 
 namespace tandem::server {
@@ -47,12 +48,14 @@ class Coupling final : public SessionService {
   }
   void set_coefficient(SessionUser& setter, const wire::ClientControl& message, const proto::CouplingField& field);
   void set_law(SessionUser& setter, const wire::ClientControl& message);
+  void set_game_parameter(SessionUser& user, const wire::ClientControl& message);
   void announce(SessionUser& user, const proto::CouplingField& field);
   void announce_changes(const Room& room);
   void send_changes(const Room& room);
 
   ServiceHost& host_;
   std::map<const SessionUser*, Known> known_;
+  std::map<const Room*, net::TokenBucket> game_rates_;
 };
 
 void Coupling::handle(SessionUser& user, const wire::ClientControl& message) {
@@ -61,7 +64,9 @@ void Coupling::handle(SessionUser& user, const wire::ClientControl& message) {
   const auto refuse = [&](wire::ErrorCode code, const std::string& text) {
     host_.refuse_request(user, message.request(), code, text);
   };
-  if (!user.is_operator()) {
+  if (is_game_parameter(wanted.name())) {
+    set_game_parameter(user, message);
+  } else if (!user.is_operator()) {
     refuse(wire::ERROR_NOT_ALLOWED, "only the room's operator may set parameters; join with --role operator");
   } else if (wanted.name() == proto::kLawParameter) {
     set_law(user, message);
@@ -77,6 +82,20 @@ void Coupling::handle(SessionUser& user, const wire::ClientControl& message) {
   } else {
     set_coefficient(user, message, *field);
   }
+}
+
+/// Users other than the requester learn of the change by the state of the game.
+void Coupling::set_game_parameter(SessionUser& user, const wire::ClientControl& message) {
+  const wire::SetParameter& wanted = message.set_parameter();
+  const net::Rate rate = kResetRate;
+  const bool is_in_time = game_rates_.try_emplace(&user.room(), rate).first->second.consume(1, host_.now());
+  const std::string problem = is_in_time ? post_game_parameter(user, wanted) : kRoomBusy;
+  if (!problem.empty()) return host_.refuse_request(user, message.request(), wire::ERROR_NOT_ALLOWED, problem);
+  wire::ServerControl answer;
+  answer.set_request(message.request());
+  answer.mutable_parameter_set()->set_name(wanted.name());
+  answer.mutable_parameter_set()->set_value(wanted.value());
+  host_.send(user, answer);
 }
 
 /// Sets a coefficient. Each of the other users is notified of its effective value for their tool, even if this value

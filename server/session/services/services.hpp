@@ -10,7 +10,8 @@ namespace tandem::server {
 
 /// Handles Grab and Release, and reports their results and bodies that were put back.
 std::unique_ptr<SessionService> make_grasping(ServiceHost& host);
-/// Handles SetParameter, which sets the law and the coefficients of a room's coupling, and reports their changes.
+/// Handles SetParameter, which sets the law and the coefficients of a room's coupling, and reports their changes. It
+/// also passes on the parameters of games (games.hpp).
 std::unique_ptr<SessionService> make_coupling(ServiceHost& host);
 /// Handles Kick and ResetRoom, which only the operator of a room may request.
 /// In      poses  null if no poses are saved
@@ -22,6 +23,8 @@ std::unique_ptr<SessionService> make_poses(ServiceHost& host, PoseKeeper* poses)
 std::unique_ptr<SessionService> make_pointing(ServiceHost& host);
 /// Handles GetAsset, which requests one chunk of an asset of the room's scene.
 std::unique_ptr<SessionService> make_assets(ServiceHost& host);
+/// Sends the state and the events of games, and passes the coupling of a level on to RoomSeats.
+std::unique_ptr<SessionService> make_games(ServiceHost& host);
 /// Sends the shapes of soft bodies to the users who requested them when they joined.
 std::unique_ptr<SessionService> make_soft_shapes(ServiceHost& host);
 

@@ -1,4 +1,4 @@
-// scene.proto is the manual of the scene file. The ranges and defaults in its comments are compared with the table of
+// scene.proto, with shapes.proto and goals.proto, is the manual of the scene file. The ranges and defaults in its comments are compared with the table of
 // ranges and with the loader's defaults.
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/message.h>
@@ -19,20 +19,28 @@ namespace {
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 
+/// Calls `visit` with each line of the schemas of a scene file.
+template <class Visit>
+void for_each_line(const Visit& visit) {
+  for (const char* const name : {"proto/tandem/shapes.proto", "proto/tandem/goals.proto", "proto/tandem/scene.proto"}) {
+    std::ifstream file(test::source_path(name));
+    EXPECT_TRUE(file.good()) << test::source_path(name) << " cannot be read";
+    for (std::string line; std::getline(file, line);) visit(line);
+  }
+}
+
 /// Maps each "Message.field" to the number that follows "default" in its comment. The value is empty if the default is
 /// described in words ("default: …").
 std::map<std::string, std::string> documented_defaults() {
   static const std::regex kMessage(R"(message (\w+) \{.*)");
   static const std::regex kField(R"(.* (\w+) = \d+; *//.*default(?: ([-+.0-9a-z ]+)|:).*)");
-  std::ifstream file(test::source_path("proto/tandem/scene.proto"));
-  EXPECT_TRUE(file.good()) << test::source_path("proto/tandem/scene.proto") << " cannot be read";
   std::map<std::string, std::string> defaults;
   std::string message;
-  for (std::string line; std::getline(file, line);) {
+  for_each_line([&](const std::string& line) {
     std::smatch match;
     if (std::regex_match(line, match, kMessage)) message = match[1];
     if (std::regex_match(line, match, kField)) defaults[message + "." + std::string(match[1])] = match[2];
-  }
+  });
   return defaults;
 }
 
@@ -41,7 +49,6 @@ TEST(SceneDocument, RangesBesideTheFieldsAreThoseOfTheTable) {
   static const std::regex kMessage(R"(message (\w+) \{.*)");
   static const std::string kNumber = R"((-?\d+(?:\.\d+)?(?:e[-+]?\d+)?))";
   static const std::regex kField(R"(.*?(\w+) = \d+;(?: \})? *//.*?)" + kNumber + R"(\.\.)" + kNumber + R"(\b.*)");
-  std::ifstream file(test::source_path("proto/tandem/scene.proto"));
   std::string message;
   // These fields have a range that is stated once, above their messages.
   std::set<std::string> documented{"Sphere.radius_m",
@@ -54,15 +61,15 @@ TEST(SceneDocument, RangesBesideTheFieldsAreThoseOfTheTable) {
                                    "AdaptiveFit.damping_n_s_per_m",
                                    "AdaptiveFit.stiffness_n_m_per_rad",
                                    "AdaptiveFit.damping_n_m_s_per_rad"};
-  for (std::string line; std::getline(file, line);) {
+  for_each_line([&](const std::string& line) {
     std::smatch match;
     if (std::regex_match(line, match, kMessage)) message = match[1];
-    if (!std::regex_match(line, match, kField)) continue;
+    if (!std::regex_match(line, match, kField)) return;
     const proto::SceneRange& range = proto::scene_range(message + "." + std::string(match[1]));
     EXPECT_EQ(std::stod(match[2]), range.low) << line;
     EXPECT_EQ(std::stod(match[3]), range.high) << line;
     documented.insert(std::string(range.field));
-  }
+  });
   for (const proto::SceneRange& range : proto::scene_ranges()) {
     if (range.field.starts_with("MassProperties.")) continue;
     EXPECT_TRUE(documented.contains(std::string(range.field))) << range.field << " has no range beside it";
@@ -143,6 +150,28 @@ TEST(SceneDocument, DefaultsOfEffectsAreThoseOfTheLoader) {
   expect_defaults_documented(documented, effects[2].vibration());
   expect_defaults_documented(documented, effects[3].stick_slip());
   expect_defaults_documented(documented, loaded->description.bodies(0).effects(0).texture());
+}
+
+TEST(SceneDocument, DefaultsOfAGameAreThoseOfTheLoader) {
+  const std::map<std::string, std::string> documented = documented_defaults();
+  const auto loaded = physics::load_parts(
+      {.bodies = R"({"name": "b", "shapes": [{"sphere": {"radius_m": 1}}], "mass_kg": 1, "graspable": true})",
+       .rest = R"("game": {"won": {}, "levels": [{"name": "a", "goals": [{"name": "g", "conditions": [
+         {"in_region": {"body": "b", "region": {"sphere": {"radius_m": 1}}}}, {"at_pose": {"body": "b"}},
+         {"held": {"body": "b"}}, {"slower": {"body": "b"}},
+         {"silhouette": {"pieces": [{"body": "b", "points_m": [0, 0, 1, 0, 0, 1]}],
+                         "figure_m": [0, 0, 1, 0, 0, 1]}}]}]}]})"});
+  const wire::Game& game = loaded->description.game();
+  const wire::Goal& goal = game.levels(0).goals(0);
+  expect_defaults_documented(documented, game);
+  expect_defaults_documented(documented, game.won());
+  expect_defaults_documented(documented, game.levels(0));
+  expect_defaults_documented(documented, goal);
+  expect_defaults_documented(documented, goal.conditions(0).in_region());
+  expect_defaults_documented(documented, goal.conditions(1).at_pose());
+  expect_defaults_documented(documented, goal.conditions(2).held());
+  expect_defaults_documented(documented, goal.conditions(3).slower());
+  expect_defaults_documented(documented, goal.conditions(4).silhouette());
 }
 
 }  // namespace

@@ -1,0 +1,57 @@
+// The game of the joined room, as received from the server: its state, its events, and their texts for the user.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/base/spatial.hpp"
+#include "tandem/control.pb.h"
+
+namespace tandem::client {
+
+/// State and events of a game.
+struct GameReport {
+  wire::GameState state;
+  std::vector<wire::GameEvent> events;  ///< the last kMaxGameEvents, in order
+  std::string last_text;                ///< text of the last event
+};
+inline constexpr std::size_t kMaxGameEvents = 256;
+
+/// Returns the text of an event: that of the scene, or one made of the names.
+/// In      event  its indices are those of levels and goals of the game
+std::string text_of(const wire::GameEvent& event, const wire::Game& game);
+/// Returns the colour of an event's text: that of the scene, otherwise light grey.
+Vec3 color_of(const wire::GameEvent& event, const wire::Game& game);
+
+/// Stores the messages of a game. Messages that do not fit the scene are ignored.
+///
+/// Thread  io
+class GameBook {
+ public:
+  /// Discards everything, for a new scene.
+  void begin(const wire::Scene& scene);
+  /// Returns false, and changes nothing, if a value is out of range or does not fit the scene.
+  bool receive(const wire::GameState& state);
+  /// Returns the text of the event for the user; empty if the event does not fit the scene.
+  std::string receive(const wire::GameEvent& event);
+
+  /// Null if the scene has no game, or before its first state.
+  const std::shared_ptr<const GameReport>& report() const { return report_; }
+  /// Bit i: the body with index i does not exist at present.
+  std::uint64_t absent_bodies() const { return absent_; }
+  std::optional<Vec3> gravity_m_per_s2() const { return gravity_; }
+
+ private:
+  wire::Game game_;
+  int bodies_ = 0;
+  std::shared_ptr<const GameReport> report_;
+  std::vector<wire::GameEvent> events_;
+  std::string last_text_;
+  std::uint64_t absent_ = 0;
+  std::optional<Vec3> gravity_;
+};
+
+}  // namespace tandem::client

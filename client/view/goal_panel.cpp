@@ -1,0 +1,229 @@
+#include "client/view/goal_panel.hpp"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <optional>
+
+#include "common/net/text.hpp"
+#include "proto/placement.hpp"
+#include "proto/scene_ranges.hpp"
+
+namespace tandem::client {
+namespace {
+
+const ImVec4 kOpen(0.92F, 0.93F, 0.95F, 1), kReached(0.35F, 0.85F, 0.45F, 1), kFailed(0.95F, 0.45F, 0.35F, 1),
+    kWaits(0.55F, 0.58F, 0.62F, 1);
+
+ImVec4 color_of_status(wire::GoalState::Status status) {
+  switch (status) {
+    case wire::GoalState::REACHED:
+      return kReached;
+    case wire::GoalState::FAILED:
+      return kFailed;
+    case wire::GoalState::WAITING:
+      return kWaits;
+    default:
+      return kOpen;
+  }
+}
+
+const char* phase_text(wire::GameState::Phase phase) {
+  switch (phase) {
+    case wire::GameState::WAITING:
+      return "waits for players";
+    case wire::GameState::WON:
+      return "won";
+    case wire::GameState::LOST:
+      return "lost";
+    default:
+      return "";
+  }
+}
+
+bool may_choose(const wire::Joined& joined) {
+  const bool is_operator = joined.role() == wire::ROLE_OPERATOR;
+  return is_operator || (joined.role() == wire::ROLE_MANIPULATOR && joined.scene().game().users_choose());
+}
+
+void set(ClientIo* client, const char* name, double value) {
+  if (client != nullptr) client->send(SessionCommand(command::SetParameter{name, value}));
+}
+
+/// Draws a button for each level and for gravity, for users who may use them.
+void draw_choices(const PanelContent& content, const wire::Game& game) {
+  ImGui::Separator();
+  for (int i = 0; i < game.levels_size(); ++i) {
+    if (i % 4 != 0) ImGui::SameLine();
+    if (ImGui::SmallButton(net::printable(game.levels(i).name()).c_str())) set(content.client, "game.level", i + 1);
+  }
+  if (ImGui::SmallButton("gravity on (1)")) set_game_gravity(content.client, true);
+  ImGui::SameLine();
+  if (ImGui::SmallButton("off (2)")) set_game_gravity(content.client, false);
+}
+
+constexpr int kCircleSides = 24;
+
+class Outliner {
+ public:
+  Outliner(const wire::Scene& scene, const std::function<Pose(std::size_t)>& pose_of)
+      : scene_(scene), pose_of_(pose_of) {}
+
+  void add(const wire::Condition& condition) {
+    if (condition.has_in_region()) add(condition.in_region().region());
+    if (condition.has_at_pose()) add(condition.at_pose());
+    if (condition.has_silhouette()) add(condition.silhouette());
+  }
+  GoalOutline take() { return std::move(out_); }
+
+ private:
+  std::optional<std::size_t> index(const std::string& name) const {
+    const auto found = std::ranges::find(scene_.bodies(), name, &wire::Body::name);
+    if (found == scene_.bodies().end()) return std::nullopt;
+    return static_cast<std::size_t>(found - scene_.bodies().begin());
+  }
+  Pose frame(const std::string& name) const {
+    const auto body = index(name);
+    return body ? pose_of_(*body) : Pose{};
+  }
+  void circle(const Pose& X, double radius_m, const Vec3& a, const Vec3& b, const Vec3& centre) {
+    const auto point = [&](int i) {
+      const double angle = 2 * std::numbers::pi * i / kCircleSides;
+      return X * Vec3(centre + radius_m * (std::cos(angle) * a + std::sin(angle) * b));
+    };
+    for (int i = 0; i < kCircleSides; ++i) out_.lines.emplace_back(point(i), point(i + 1));
+  }
+  void add(const wire::Region& region) {
+    const Pose X_WR = frame(region.body()) * proto::pose_from_placement(region.placement());
+    const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY(), z = Vec3::UnitZ();
+    if (region.has_sphere()) {
+      for (const auto& [a, b] : {std::pair(x, y), std::pair(y, z), std::pair(z, x)}) {
+        circle(X_WR, region.sphere().radius_m(), a, b, Vec3::Zero());
+      }
+    } else if (region.has_cylinder()) {
+      const double radius_m = region.cylinder().radius_m(), half_m = region.cylinder().length_m() / 2;
+      for (const double end : {-half_m, half_m}) circle(X_WR, radius_m, x, y, end * z);
+      for (const Vec3& side : {x, Vec3(-x), y, Vec3(-y)}) {
+        out_.lines.emplace_back(X_WR * Vec3(radius_m * side - half_m * z), X_WR * Vec3(radius_m * side + half_m * z));
+      }
+    } else if (region.box().size_m_size() == 3) {
+      const Vec3 half(region.box().size_m(0) / 2, region.box().size_m(1) / 2, region.box().size_m(2) / 2);
+      add_box(X_WR, half);
+    }
+  }
+  void add_box(const Pose& X, const Vec3& half) {
+    for (int axis = 0; axis < 3; ++axis) {
+      for (unsigned corner = 0; corner < 4; ++corner) {
+        Vec3 from = half;
+        from[(axis + 1) % 3] *= (corner & 1U) != 0 ? 1 : -1;
+        from[(axis + 2) % 3] *= (corner & 2U) != 0 ? 1 : -1;
+        Vec3 to = from;
+        to[axis] = -half[axis];
+        out_.lines.emplace_back(X * from, X * to);
+      }
+    }
+  }
+  void add(const wire::AtPose& target) {
+    const auto body = index(target.body());
+    if (body) out_.ghosts.emplace_back(*body, frame(target.beside()) * proto::pose_from_placement(target.placement()));
+  }
+  void add(const wire::Silhouette& silhouette) {
+    const auto& numbers = silhouette.figure_m();
+    const int corners = numbers.size() / 2;
+    for (int i = 0; i < corners; ++i) {
+      const int next = (i + 1) % corners;
+      out_.lines.emplace_back(Vec3(numbers[2 * i], numbers[2 * i + 1], 0),
+                              Vec3(numbers[2 * next], numbers[2 * next + 1], 0));
+    }
+  }
+
+  const wire::Scene& scene_;
+  const std::function<Pose(std::size_t)>& pose_of_;
+  GoalOutline out_;
+};
+
+}  // namespace
+
+GoalOutline outline_of(const wire::Scene& scene, const wire::GameState& state,
+                       const std::function<Pose(std::size_t body)>& pose_of) {
+  Outliner outliner(scene, pose_of);
+  if (state.phase() != wire::GameState::PLAYING && state.phase() != wire::GameState::WAITING) return {};
+  const wire::Level& level = scene.game().levels(static_cast<int>(state.level()));
+  for (int i = 0; i < std::min(state.goals_size(), level.goals_size()); ++i) {
+    if (state.goals(i).status() != wire::GoalState::OPEN) continue;
+    for (const wire::Condition& condition : level.goals(i).conditions()) {
+      if (!condition.negated()) outliner.add(condition);
+    }
+  }
+  return outliner.take();
+}
+
+std::string time_text(double seconds) {
+  const auto whole = static_cast<long>(std::ceil(std::clamp(seconds, 0.0, 1e6) - 1e-6));
+  char text[32];
+  std::snprintf(text, sizeof text, "%ld:%02ld", whole / 60, whole % 60);
+  return text;
+}
+
+std::string level_time_text(const wire::Game& game, const wire::GameState& state) {
+  const double limit_s = game.levels(static_cast<int>(state.level())).time_limit_s();
+  if (limit_s > 0) return time_text(limit_s - state.level_elapsed_s()) + " left";
+  return time_text(state.level_elapsed_s());
+}
+
+std::vector<GoalRow> goal_rows(const wire::Game& game, const wire::GameState& state) {
+  const wire::Level& level = game.levels(static_cast<int>(state.level()));
+  std::vector<GoalRow> rows;
+  for (int i = 0; i < std::min(level.goals_size(), state.goals_size()); ++i) {
+    const wire::Goal& goal = level.goals(i);
+    const wire::GoalState& now = state.goals(i);
+    std::string text = net::printable(goal.text());
+    if (now.status() == wire::GoalState::OPEN && goal.conditions_size() > 1) {
+      text += "  " + std::to_string(now.satisfied()) + "/" + std::to_string(goal.at_least());
+    }
+    if (now.status() == wire::GoalState::OPEN && goal.time_limit_s() > 0) {
+      text += "  " + time_text(goal.time_limit_s() - now.elapsed_s()) + " left";
+    }
+    rows.push_back({text, now.status()});
+  }
+  return rows;
+}
+
+void draw_goals(const PanelContent& content) {
+  if (content.io->game == nullptr || content.io->joined == nullptr) return;
+  const wire::Game& game = content.io->joined->scene().game();
+  const wire::GameState& state = content.io->game->state;
+  if (state.level() >= static_cast<std::uint32_t>(game.levels_size())) return;
+  const float em = ImGui::GetFontSize();
+  ImGui::SetNextWindowPos(ImVec2(0.6F * em, 0.6F * em), ImGuiCond_Always);
+  ImGui::SetNextWindowSizeConstraints(ImVec2(14 * em, 0), ImVec2(24 * em, ImGui::GetIO().DisplaySize.y));
+  ImGui::Begin("##game", nullptr,
+               ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize);
+  ImGui::PushTextWrapPos(23 * em);
+  ImGui::Text("%s   score %s", net::printable(game.title()).c_str(), proto::number_text(state.score()).c_str());
+  const wire::Level& level = game.levels(static_cast<int>(state.level()));
+  ImGui::TextColored(kWaits, "level %u of %d: %s   %s  %s", state.level() + 1, game.levels_size(),
+                     net::printable(level.text()).c_str(), level_time_text(game, state).c_str(),
+                     phase_text(state.phase()));
+  for (const GoalRow& row : goal_rows(game, state))
+    ImGui::TextColored(color_of_status(row.status), "%s", row.text.c_str());
+  if (!content.io->game->events.empty()) {
+    const Vec3 color = color_of(content.io->game->events.back(), game);
+    ImGui::TextColored(
+        ImVec4(static_cast<float>(color.x()), static_cast<float>(color.y()), static_cast<float>(color.z()), 1), "%s",
+        content.io->game->last_text.c_str());
+  }
+  if (may_choose(*content.io->joined)) draw_choices(content, game);
+  ImGui::PopTextWrapPos();
+  ImGui::End();
+}
+
+void set_game_gravity(ClientIo* client, bool is_on) {
+  if (client == nullptr || client->snapshot().game == nullptr) return;
+  set(client, "game.gravity", is_on ? 1 : 0);
+}
+
+}  // namespace tandem::client

@@ -1,0 +1,49 @@
+// The display of a game: a panel with level, goals, score, time and the last message, and lines that show the goals in
+// the scene.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/view/panels.hpp"
+
+namespace tandem::client {
+
+/// A line about a goal for the user, and whether the goal is reached or failed.
+struct GoalRow {
+  std::string text;
+  wire::GoalState::Status status = wire::GoalState::OPEN;
+};
+
+/// Returns the rows of the goals of the present level, with the time left and the conditions that hold.
+std::vector<GoalRow> goal_rows(const wire::Game& game, const wire::GameState& state);
+/// Returns a time as text, such as "1:05".
+std::string time_text(double seconds);
+/// Returns the time left, or the time passed if there is no limit.
+std::string level_time_text(const wire::Game& game, const wire::GameState& state);
+
+using GoalLine = std::pair<Vec3, Vec3>;  ///< both ends, in W
+/// A body at its target pose in W. `body` is its index in the scene.
+using GoalGhost = std::pair<std::size_t, Pose>;
+
+struct GoalOutline {
+  std::vector<GoalLine> lines;
+  std::vector<GoalGhost> ghosts;
+};
+
+/// Returns what the open goals show. A box has its twelve edges. A sphere has three circles. A cylinder has its ends and
+/// four edges. A figure lies on the xy plane of the world.
+/// In      pose_of  pose of the body with this index
+GoalOutline outline_of(const wire::Scene& scene, const wire::GameState& state,
+                       const std::function<Pose(std::size_t body)>& pose_of);
+
+/// Draws the panel in the current ImGui context, at the upper left. Draws nothing in a room without a game.
+/// Thread  the window's
+void draw_goals(const PanelContent& content);
+
+/// Switches the gravity of a game on or off. Does nothing in a room without a game.
+void set_game_gravity(ClientIo* client, bool is_on);
+
+}  // namespace tandem::client

@@ -1,0 +1,250 @@
+#include "server/assets/scene_goals.hpp"
+
+#include <algorithm>
+#include <set>
+#include <span>
+#include <vector>
+
+#include "common/geometry/polygon.hpp"
+#include "common/haptics/coupling/laws.hpp"
+#include "proto/coupling_fields.hpp"
+#include "server/assets/scene_checks.hpp"
+
+namespace tandem::server {
+namespace {
+
+constexpr int kMaxLevels = 16, kMaxGoals = 16, kMaxConditions = 16, kMaxPieces = 16, kMaxFigureCorners = 32;
+constexpr std::size_t kMaxTitleBytes = 64, kMaxTextBytes = 200;
+
+using geometry::Vec2;
+using Numbers = google::protobuf::RepeatedField<double>;
+
+void complete(wire::Condition& condition) {
+  if (condition.has_in_region() && condition.in_region().has_region()) {
+    condition.mutable_in_region()->mutable_region()->mutable_placement();
+  }
+  if (condition.has_at_pose()) condition.mutable_at_pose()->mutable_placement();
+}
+
+void complete(wire::Goal& goal) {
+  for (wire::Condition& condition : *goal.mutable_conditions()) complete(condition);
+  if (!goal.has_at_least()) goal.set_at_least(static_cast<std::uint32_t>(std::max(1, goal.conditions_size())));
+  if (goal.text().empty()) goal.set_text(goal.name());
+}
+
+std::vector<Vec2> corners_of(const Numbers& numbers) {
+  std::vector<Vec2> corners;
+  for (int i = 0; i + 1 < numbers.size(); i += 2) corners.emplace_back(numbers[i], numbers[i + 1]);
+  return corners;
+}
+
+class Checker {
+ public:
+  explicit Checker(const wire::Scene& scene) : scene_(scene) {}
+
+  void game(const wire::Game& game, const SceneField& field) const {
+    text(game.title(), kMaxTitleBytes, field.in("title"));
+    say(game.won(), field.in("won"));
+    say(game.lost(), field.in("lost"));
+    count(game.levels_size(), 1, kMaxLevels, "levels", field.in("levels"));
+    std::set<std::string> names;
+    for (int i = 0; i < game.levels_size(); ++i) {
+      const SceneField of_level = field.in("levels", static_cast<std::size_t>(i));
+      check_unique_name(game.levels(i).name(), names, of_level.in("name"));
+      level(game.levels(i), of_level);
+    }
+    if (game.players() > static_cast<std::uint32_t>(scene_.tools_size())) {
+      field.in("players").refuse("is " + std::to_string(game.players()) + ", and the scene has " +
+                                 std::to_string(scene_.tools_size()) + " tools; add tools, or lower it");
+    }
+  }
+
+ private:
+  static void text(const std::string& value, std::size_t most, const SceneField& field) {
+    if (value.size() <= most) return;
+    field.refuse("has " + std::to_string(value.size()) + " bytes; it must have at most " + std::to_string(most));
+  }
+  static void say(const wire::Say& value, const SceneField& field) {
+    text(value.text(), kMaxTextBytes, field.in("text"));
+  }
+  static void count(int number, int low, int high, const std::string& what, const SceneField& field) {
+    if (number >= low && number <= high) return;
+    field.refuse("has " + std::to_string(number) + " " + what + "; it must have " + std::to_string(low) + " to " +
+                 std::to_string(high));
+  }
+  void body(const std::string& name, const SceneField& field) const {
+    const auto& bodies = scene_.bodies();
+    if (name.empty()) field.refuse("is empty; name a body of the scene");
+    if (std::ranges::find(bodies, name, &wire::Body::name) != bodies.end()) return;
+    field.refuse("is \"" + name + "\"; there is no body of that name");
+  }
+  void frame(const std::string& name, const std::string& own, const SceneField& field) const {
+    if (name.empty()) return;
+    body(name, field);
+    if (name == own) field.refuse("is \"" + name + "\", the body of the condition itself; name another body, or none");
+  }
+
+  void level(const wire::Level& level, const SceneField& field) const {
+    text(level.text(), kMaxTextBytes, field.in("text"));
+    say(level.started(), field.in("started"));
+    say(level.reached(), field.in("reached"));
+    say(level.failed(), field.in("failed"));
+    count(level.goals_size(), 1, kMaxGoals, "goals", field.in("goals"));
+    std::set<std::string> names;
+    for (int i = 0; i < level.goals_size(); ++i) {
+      const SceneField of_goal = field.in("goals", static_cast<std::size_t>(i));
+      check_unique_name(level.goals(i).name(), names, of_goal.in("name"));
+      goal(level.goals(i), of_goal);
+    }
+    if (std::ranges::all_of(level.goals(), [](const wire::Goal& goal) { return goal.extra(); })) {
+      field.in("goals").refuse("are all extra; at least one must be needed, or the level ends at once");
+    }
+    level_bodies(level, field);
+    coupling(level, field);
+  }
+  void level_bodies(const wire::Level& level, const SceneField& field) const {
+    for (int i = 0; i < level.bodies_size(); ++i) {
+      const SceneField of_body = field.in("bodies", static_cast<std::size_t>(i));
+      body(level.bodies(i), of_body);
+      const wire::Body& named = *std::ranges::find(scene_.bodies(), level.bodies(i), &wire::Body::name);
+      const auto is_molecule = [](const wire::Shape& shape) { return shape.has_molecule(); };
+      if (!named.effects().empty() || std::ranges::any_of(named.shapes(), is_molecule)) {
+        of_body.refuse("is \"" + level.bodies(i) +
+                       "\", which acts at a distance by effects or a molecule; such a body must exist in every level");
+      }
+      const auto holder = std::ranges::find(scene_.tools(), level.bodies(i), &wire::Tool::holds);
+      if (holder == scene_.tools().end()) continue;
+      of_body.refuse("is \"" + level.bodies(i) + "\", which tool " + holder->name() +
+                     " holds from the start; such a body must exist in every level");
+    }
+  }
+  void coupling(const wire::Level& level, const SceneField& field) const {
+    const haptics::CouplingLawInfo* const of_scene = haptics::find_coupling_law(scene_.coupling().law());
+    if (!level.law().empty()) {
+      const haptics::CouplingLawInfo* const law = haptics::find_coupling_law(level.law());
+      if (law == nullptr) {
+        field.in("law").refuse("is \"" + level.law() + "\"; it must be one of " + haptics::listed_coupling_law_names());
+      }
+      const std::string problem = haptics::law_change_problem(*of_scene, *law, scene_.coupling().has_adaptive());
+      if (!problem.empty()) field.in("law").refuse("is \"" + level.law() + "\": " + problem);
+    }
+    for (int i = 0; i < level.parameters_size(); ++i) {
+      const wire::LevelParameter& parameter = level.parameters(i);
+      const SceneField of_parameter = field.in("parameters", static_cast<std::size_t>(i));
+      const proto::CouplingField* const known = proto::find_coupling_field(parameter.name());
+      if (known == nullptr) {
+        std::string names;
+        for (const proto::CouplingField& one : proto::kCouplingFields) {
+          names += (names.empty() ? "" : ", ") + std::string(one.name);
+        }
+        of_parameter.in("name").refuse("is \"" + parameter.name() + "\"; it must be one of " + names);
+      }
+      of_parameter.in("value").require_within(parameter.value(), known->low, known->high,
+                                              "from " + number_text(known->low) + " to " + number_text(known->high));
+    }
+  }
+
+  void goal(const wire::Goal& goal, const SceneField& field) const {
+    text(goal.text(), kMaxTextBytes, field.in("text"));
+    say(goal.reached(), field.in("reached"));
+    say(goal.failed(), field.in("failed"));
+    count(goal.conditions_size(), 1, kMaxConditions, "conditions", field.in("conditions"));
+    if (goal.at_least() > static_cast<std::uint32_t>(goal.conditions_size())) {
+      field.in("at_least")
+          .refuse("is " + std::to_string(goal.at_least()) + ", and the goal has " +
+                  std::to_string(goal.conditions_size()) + " conditions; it must not be more");
+    }
+    if (goal.score_per_s() > 0 && goal.time_limit_s() == 0) {
+      field.in("score_per_s").refuse("is " + number_text(goal.score_per_s()) + "; it needs a time_limit_s of the goal");
+    }
+    for (int i = 0; i < goal.conditions_size(); ++i) {
+      condition(goal.conditions(i), field.in("conditions", static_cast<std::size_t>(i)));
+    }
+  }
+  void condition(const wire::Condition& condition, const SceneField& field) const {
+    switch (condition.kind_case()) {
+      case wire::Condition::kInRegion:
+        return in_region(condition.in_region(), field.in("in_region"));
+      case wire::Condition::kAtPose:
+        body(condition.at_pose().body(), field.in("at_pose").in("body"));
+        return frame(condition.at_pose().beside(), condition.at_pose().body(), field.in("at_pose").in("beside"));
+      case wire::Condition::kHeld:
+        return held(condition.held(), field.in("held"));
+      case wire::Condition::kSlower:
+        return body(condition.slower().body(), field.in("slower").in("body"));
+      case wire::Condition::kSilhouette:
+        return silhouette(condition.silhouette(), field.in("silhouette"));
+      case wire::Condition::KIND_NOT_SET:
+        field.refuse("has no kind; it must have one of in_region, at_pose, held, slower, silhouette");
+    }
+  }
+  void in_region(const wire::InRegion& condition, const SceneField& field) const {
+    body(condition.body(), field.in("body"));
+    if (!condition.has_region() || condition.region().kind_case() == wire::Region::KIND_NOT_SET) {
+      field.in("region").refuse("has no kind; it must have one of sphere, box, cylinder");
+    }
+    frame(condition.region().body(), condition.body(), field.in("region").in("body"));
+  }
+  void held(const wire::Held& condition, const SceneField& field) const {
+    body(condition.body(), field.in("body"));
+    const auto found = std::ranges::find(scene_.bodies(), condition.body(), &wire::Body::name);
+    if (!found->graspable()) {
+      field.in("body").refuse("is \"" + condition.body() + "\", which is not graspable; set graspable of that body");
+    }
+  }
+  void silhouette(const wire::Silhouette& condition, const SceneField& field) const {
+    count(condition.pieces_size(), 1, kMaxPieces, "pieces", field.in("pieces"));
+    for (int i = 0; i < condition.pieces_size(); ++i) {
+      const SceneField piece = field.in("pieces", static_cast<std::size_t>(i));
+      body(condition.pieces(i).body(), piece.in("body"));
+      const std::vector<Vec2> outline =
+          corners(condition.pieces(i).points_m(), static_cast<int>(geometry::kMaxConvexCorners), piece.in("points_m"));
+      if (!geometry::is_convex(outline)) {
+        piece.in("points_m").refuse("is not convex and counterclockwise; divide the outline into convex ones");
+      }
+    }
+    const std::vector<Vec2> figure = corners(condition.figure_m(), kMaxFigureCorners, field.in("figure_m"));
+    if (geometry::signed_area(figure) <= 0 || geometry::triangulate(figure).empty()) {
+      field.in("figure_m").refuse("crosses itself, or is clockwise; list its corners counterclockwise");
+    }
+  }
+  static std::vector<Vec2> corners(const Numbers& numbers, int most, const SceneField& field) {
+    if (numbers.size() % 2 != 0) {
+      field.refuse("has " + std::to_string(numbers.size()) + " numbers; it must have x and y of each corner");
+    }
+    count(numbers.size() / 2, 3, most, "corners", field);
+    return corners_of(numbers);
+  }
+
+  const wire::Scene& scene_;
+};
+
+}  // namespace
+
+void complete_goals(wire::Scene& scene) {
+  if (!scene.has_game()) return;
+  wire::Game& game = *scene.mutable_game();
+  if (game.title().empty()) game.set_title(scene.name());
+  for (wire::Level& level : *game.mutable_levels()) {
+    if (level.text().empty()) level.set_text(level.name());
+    for (wire::Goal& goal : *level.mutable_goals()) complete(goal);
+    if (!level.gravity_m_per_s2().empty()) continue;
+    if (scene.gravity_m_per_s2().empty()) {
+      for (const double number : proto::scene_range("Scene.gravity_m_per_s2").fallback)
+        level.add_gravity_m_per_s2(number);
+    } else {
+      *level.mutable_gravity_m_per_s2() = scene.gravity_m_per_s2();
+    }
+  }
+}
+
+void check_goals(const wire::Scene& scene, const SceneField& file) {
+  if (scene.has_game()) Checker(scene).game(scene.game(), file.in("game"));
+}
+
+std::string unknown_goal_field_remedy(const std::string& field) {
+  if (field.rfind("game", 0) != 0) return {};
+  return "is not a field of a game; the fields are in proto/tandem/goals.proto";
+}
+
+}  // namespace tandem::server

@@ -1,0 +1,16 @@
+// The goals of a scene file: defaults and checks.
+#pragma once
+
+#include "server/assets/scene_field.hpp"
+#include "tandem/scene.pb.h"
+
+namespace tandem::server {
+
+/// Fills in the defaults of a game that are not numbers, or that depend on other fields.
+void complete_goals(wire::Scene& scene);
+/// Refuses the first goal that cannot be evaluated, with the remedy.
+void check_goals(const wire::Scene& scene, const SceneField& file);
+/// Returns the remedy for a field that a message of a game lacks; empty if `field` does not belong to a game.
+std::string unknown_goal_field_remedy(const std::string& field);
+
+}  // namespace tandem::server

@@ -1,0 +1,147 @@
+// The game of a room: which level is played, which goals are reached, the score and the time. The room calls it once in
+// each step, after the world.
+//
+//   World ──states──▶ conditions ──▶ goals ──▶ level ──▶ score, events ──▶ io thread: GameStatus, GameNews
+//     ▲                                          │
+//     └── bodies of the level, gravity, coupling ┘
+#pragma once
+
+#include <array>
+#include <boost/container/static_vector.hpp>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "common/base/ids.hpp"
+#include "common/physics/world.hpp"
+#include "common/realtime/mailbox.hpp"
+#include "common/realtime/ring.hpp"
+#include "proto/state.hpp"
+#include "server/goals/game_plan.hpp"
+#include "server/goals/silhouette_fit.hpp"
+
+namespace tandem::server {
+
+enum class GamePhase : std::uint8_t { kWaiting, kPlaying, kWon, kLost };
+enum class GoalStatus : std::uint8_t { kWaiting, kOpen, kReached, kFailed };
+
+/// Progress of a goal. Times are numbers of steps in which the clock of the game ran.
+struct GoalProgress {
+  GoalStatus status = GoalStatus::kWaiting;
+  std::uint8_t satisfied = 0;    ///< number of conditions that hold
+  std::uint64_t steps = 0;       ///< since the goal is open
+  std::uint64_t held_steps = 0;  ///< since its conditions hold without interruption
+};
+
+/// Everything that a game needs to continue, and that users are shown.
+struct GameStatus {
+  GamePhase phase = GamePhase::kWaiting;
+  std::uint8_t level = 0;
+  double score = 0;        ///< of the earlier levels
+  double level_score = 0;  ///< of this try of the level
+  std::uint64_t steps = 0;
+  std::uint64_t level_steps = 0;
+  boost::container::static_vector<GoalProgress, kMaxGoalsPerLevel> goals;  ///< of the level
+  bool is_weightless = false;                                              ///< a user has switched gravity off
+  std::uint64_t absent = 0;                                                ///< bit i: body i does not exist
+  std::uint64_t events_hash = 0;                                           ///< hash of all events so far
+  Step step;                                                               ///< last step of the room
+  std::uint32_t entries = 0;  ///< number of levels that were entered; not part of checkpoints
+
+  double total() const noexcept { return score + level_score; }
+};
+
+struct GameEvent {
+  enum class Kind : std::uint8_t {
+    kStarted,
+    kGoalReached,
+    kGoalFailed,
+    kLevelStarted,
+    kLevelReached,
+    kLevelFailed,
+    kWon,
+    kLost
+  };
+  Kind kind = Kind::kStarted;
+  std::uint8_t level = 0;
+  std::uint8_t goal = 0;
+  double score = 0;
+  Step step;
+  bool by_time = false;  ///< a time limit was the reason
+};
+
+/// Evaluates the game of one room.
+///
+/// Determinism  the same states and commands give the same status and events in each step. Nothing depends on wall time.
+/// Bodies       a body that leaves or returns with a level waits until no hand touches it or is near its place, so that
+///              no force jumps. A static body waits until no hand is within its bounding sphere.
+/// Thread       room: no allocation, lock or wait. status_mailbox() and next_event() are read by io.
+/// Cost         conditions of the open goals only; at most one placement of a silhouette a step
+class Game {
+ public:
+  /// In      scene  has a game; must outlive this
+  Game(const LoadedScene& scene, GamePlan plan);
+
+  /// Starts the game from its beginning, and removes the bodies that the first level lacks.
+  /// In      hands  as for step()
+  void restart(physics::World& world, std::uint32_t hands) noexcept;
+  /// Continues from a stored status. Returns false, and does nothing, if it does not fit this game.
+  bool resume(const GameStatus& status, physics::World& world) noexcept;
+  /// Starts a level. A level that does not exist is ignored. After the end of a game, the score and the time begin anew.
+  void start_level(std::size_t level, physics::World& world) noexcept;
+  /// Switches gravity off or on, in this level and the later ones.
+  void set_weightless(bool is_weightless, physics::World& world) noexcept;
+  /// Evaluates one step of the room.
+  /// In      hands  bit i: tool i has a user
+  void step(physics::World& world, std::uint32_t hands, Step step) noexcept;
+
+  const GameStatus& status() const noexcept { return status_; }
+  bool is_absent(BodyId body) const noexcept { return (status_.absent >> (body.value - 1) & 1U) != 0; }
+  /// Events of the last step.
+  std::span<const GameEvent> events() const noexcept { return events_; }
+  const GamePlan& plan() const noexcept { return plan_; }
+
+  /// Status for users: published when it changes, and ten times a second while the clock runs.
+  realtime::Mailbox<GameStatus>& status_mailbox() noexcept { return published_; }
+  bool next_event(GameEvent& event) { return news_.pop(event); }
+
+ private:
+  const PlannedLevel& level() const noexcept { return plan_.levels[status_.level]; }
+  void enter(std::size_t level, physics::World& world) noexcept;
+  void apply_level(physics::World& world) noexcept;
+  void read_absent(const physics::World& world) noexcept;
+  void return_bodies(physics::World& world) const noexcept;
+  void exchange_bodies(physics::World& world, std::uint32_t hands) noexcept;
+  bool is_near_hand(const physics::World& world, std::uint32_t hands, std::size_t body) const noexcept;
+  void read_bodies(const physics::World& world, std::uint32_t hands) noexcept;
+  bool holds(const PlannedCondition& condition) const noexcept;
+  void evaluate(std::size_t goal) noexcept;
+  void advance_fits() noexcept;
+  void reach(std::size_t goal) noexcept;
+  void end_level(physics::World& world) noexcept;
+  void finish(GameEvent::Kind kind, bool by_time) noexcept;
+  void emit(GameEvent::Kind kind, std::size_t goal = 0, bool by_time = false) noexcept;
+  void publish() noexcept;
+
+  const LoadedScene& scene_;
+  GamePlan plan_;
+  std::uint64_t returnable_ = 0;  ///< bit i: body i can return to its start; no tool holds it from the start
+  GameStatus status_;
+  GameStatus shown_;                 ///< last published status
+  std::vector<SilhouetteFit> fits_;  ///< one for each silhouette of the plan
+  std::array<RigidState, proto::kMaxBodies> states_;
+  std::array<std::uint8_t, proto::kMaxBodies> holders_{};
+  std::array<double, proto::kMaxUsers> tool_radius_m_{};
+  boost::container::static_vector<GameEvent, 4 * kMaxGoalsPerLevel> events_;
+  realtime::Mailbox<GameStatus> published_;
+  realtime::Ring<GameEvent> news_{256};
+};
+
+/// Returns whether two statuses differ at most in their times.
+bool is_same_but_time(const GameStatus& a, const GameStatus& b) noexcept;
+
+/// Hash of a status, for recordings: of everything that checkpoints contain.
+std::uint32_t hash_of(const GameStatus& status) noexcept;
+
+}  // namespace tandem::server

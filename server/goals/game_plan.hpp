@@ -1,0 +1,70 @@
+// The game of a scene, prepared for evaluation in each step: names as indices, times as steps.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "common/haptics/coupling/laws.hpp"
+#include "common/physics/coupling_in_force.hpp"
+#include "server/assets/scene_file.hpp"
+#include "server/goals/conditions.hpp"
+#include "server/goals/silhouette_fit.hpp"
+
+namespace tandem::server {
+
+inline constexpr std::size_t kMaxLevels = 16, kMaxGoalsPerLevel = 16, kMaxConditionsPerGoal = 16, kMaxSilhouettes = 32;
+
+struct PlannedCondition {
+  GoalCondition when;
+  bool is_negated = false;
+};
+
+struct PlannedGoal {
+  std::vector<PlannedCondition> conditions;
+  std::size_t at_least = 1;
+  std::uint64_t hold_steps = 0;
+  std::uint64_t limit_steps = 0;  ///< 0: no time limit
+  double score = 0;
+  double score_per_step = 0;  ///< for each step left of the limit
+  bool is_extra = false;      ///< not needed for the level
+};
+
+struct PlannedLevel {
+  std::vector<PlannedGoal> goals;
+  std::uint64_t limit_steps = 0;  ///< 0: no time limit
+  std::uint64_t absent = 0;       ///< bit i: body i does not exist in this level
+  Vec3 gravity_m_per_s2 = Vec3::Zero();
+  const haptics::CouplingLawInfo* law = nullptr;
+  haptics::CouplingParameters coupling;
+  bool is_in_order = false;
+  bool returns_bodies = false;
+  bool repeats = false;
+};
+
+struct GamePlan {
+  std::vector<PlannedLevel> levels;
+  std::vector<SilhouettePlan> silhouettes;
+  std::vector<std::size_t> bodies;  ///< bodies that a condition names
+  std::uint64_t level_bodies = 0;   ///< bit i: body i exists only in the levels that name it
+  std::uint64_t limit_steps = 0;    ///< 0: no time limit
+  std::size_t players = 1;
+  bool sets_coupling = false;  ///< a level has a law or a coefficient of its own
+};
+
+/// Returns the game of a checked scene; none if the scene has no game.
+std::optional<GamePlan> make_game_plan(const LoadedScene& scene);
+
+/// Returns the polygon of the numbers x, y, x, y, …
+std::vector<Vec2> polygon_of(const google::protobuf::RepeatedField<double>& numbers);
+
+/// Returns the coupling of a level: that of the scene, with the law and the coefficients of the level.
+physics::SceneCoupling coupling_of_level(const LoadedScene& scene, std::size_t level);
+
+/// Returns the balls that represent a body: exact for spheres and boxes, and for capsules. A cylinder is enclosed in a
+/// prism of 16 sides, a mesh in its bounding box.
+std::vector<BodyBall> balls_of(const std::vector<SolidShape>& shapes);
+
+}  // namespace tandem::server

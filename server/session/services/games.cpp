@@ -1,0 +1,110 @@
+#include <algorithm>
+#include <map>
+
+#include "server/goals/game_codec.hpp"
+#include "server/session/limits.hpp"
+#include "server/session/services/games.hpp"
+#include "server/session/services/services.hpp"
+
+namespace tandem::server {
+namespace {
+
+/// Key of the notification of a game's state. It is sent after those of the coupling, which have lower keys.
+constexpr std::size_t kGameNews = 100;
+
+class Games final : public SessionService {
+ public:
+  explicit Games(ServiceHost& host) : host_(host) {}
+  void on_joined(SessionUser& user, const wire::JoinRoom& granted) override;
+  void on_poll() override;
+
+ private:
+  /// Newest status of a room, and the part of it that users have received.
+  struct Known {
+    GameStatus status;
+    std::uint64_t second = 0;
+    std::uint32_t entries = 0;
+  };
+
+  static wire::ServerControl state_of(const Room& room, const GameStatus& status) {
+    wire::ServerControl message;
+    *message.mutable_game_state() = state_message(status, room.scene());
+    return message;
+  }
+  void receive(RoomSeats& seats, const GameStatus& status);
+
+  ServiceHost& host_;
+  std::map<const Room*, Known> rooms_;
+};
+
+void Games::on_joined(SessionUser& user, const wire::JoinRoom& /*granted*/) {
+  const auto known = rooms_.find(&user.room());
+  if (known != rooms_.end()) host_.send(user, state_of(user.room(), known->second.status));
+}
+
+void Games::on_poll() {
+  for (const auto& seats : host_.rooms()) {
+    Room& room = seats->room();
+    Game* const game = room.game();
+    if (game == nullptr) continue;
+    GameEvent event;
+    while (game->next_event(event)) {
+      wire::ServerControl message;
+      *message.mutable_game_event() = event_message(event);
+      host_.send_to_room(room, message);
+    }
+    if (game->status_mailbox().poll()) receive(*seats, game->status_mailbox().front());
+  }
+}
+
+/// Notifies the users of a change, and of the time once a second.
+void Games::receive(RoomSeats& seats, const GameStatus& status) {
+  const Room& room = seats.room();
+  Known& known = rooms_[&room];
+  const std::uint64_t second = status.steps / room.scene().description.step_rate_hz();
+  const bool is_news = known.second != second || !is_same_but_time(known.status, status);
+  known.status = status;
+  known.second = second;
+  if (std::exchange(known.entries, status.entries) != status.entries && room.game()->plan().sets_coupling) {
+    seats.follow_level(coupling_of_level(room.scene(), status.level));
+  }
+  if (!is_news) return;
+  for (SessionUser* user : host_.users_of(room)) {
+    host_.announce(*user, kGameNews, [this, &room] { return state_of(room, rooms_[&room].status); });
+  }
+}
+
+}  // namespace
+
+bool is_game_parameter(const std::string& name) {
+  return name == kLevelParameter || name == kGravityParameter;
+}
+
+std::string post_game_parameter(SessionUser& user, const wire::SetParameter& wanted) {
+  if (!user.room().scene().description.has_game()) return "this room has no game";
+  const wire::Game& game = user.room().scene().description.game();
+  if (!has_tool(user.seat.role)) return "observers do not play; join as a manipulator";
+  if (!game.users_choose() && !user.is_operator()) {
+    return "only the operator of this room may set " + wanted.name() + "; join with --role operator";
+  }
+  RoomCommand command{.kind = RoomCommand::Kind::kSetWeight};
+  if (wanted.name() == kLevelParameter) {
+    const double number = wanted.value();
+    if (!(number >= 1 && number <= game.levels_size())) {
+      return wanted.name() + " must be 1 to " + std::to_string(game.levels_size());
+    }
+    command.kind = RoomCommand::Kind::kStartLevel;
+    command.level = static_cast<std::uint8_t>(number - 1);
+  } else if (wanted.value() == 0 || wanted.value() == 1) {
+    command.is_weightless = wanted.value() == 0;
+  } else {
+    return wanted.name() + " must be 0 (off) or 1 (on)";
+  }
+  return user.seats->play(user.seat, command) ? "" : kRoomBusy;
+}
+
+std::unique_ptr<SessionService> make_games(ServiceHost& host) {
+  return std::make_unique<Games>(host);
+}
+
+}  // namespace tandem::server

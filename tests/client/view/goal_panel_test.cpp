@@ -1,0 +1,84 @@
+// What the window shows of a game.
+#include "client/view/goal_panel.hpp"
+
+#include <gtest/gtest.h>
+
+namespace tandem::client {
+namespace {
+
+wire::Scene scene() {
+  wire::Scene out;
+  out.add_bodies()->set_name("ring");
+  out.add_bodies()->set_name("ball");
+  wire::Level& level = *out.mutable_game()->add_levels();
+  level.set_time_limit_s(90);
+  wire::Goal& goal = *level.add_goals();
+  goal.set_text("ball\tin the ring");
+  goal.set_time_limit_s(20);
+  goal.set_at_least(2);
+  wire::Region& region = *goal.add_conditions()->mutable_in_region()->mutable_region();
+  region.set_body("ring");
+  region.mutable_cylinder()->set_radius_m(0.03);
+  region.mutable_cylinder()->set_length_m(0.02);
+  goal.add_conditions()->mutable_held()->set_body("ball");
+  wire::AtPose& pose = *level.add_goals()->add_conditions()->mutable_at_pose();
+  pose.set_body("ball");
+  for (const double number : {1, 2, 3}) pose.mutable_placement()->add_position_m(number);
+  return out;
+}
+
+wire::GameState state() {
+  wire::GameState out;
+  out.set_phase(wire::GameState::PLAYING);
+  out.set_level_elapsed_s(25.5);
+  for (int i = 0; i < 2; ++i) out.add_goals()->set_status(wire::GoalState::OPEN);
+  out.mutable_goals(0)->set_satisfied(1);
+  out.mutable_goals(0)->set_elapsed_s(7.2);
+  return out;
+}
+
+TEST(GoalPanel, RowsHaveConditionsAndTimeOfOpenGoals) {
+  const std::vector<GoalRow> rows = goal_rows(scene().game(), state());
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0].text, "ball?in the ring  1/2  0:13 left");
+  wire::GameState reached = state();
+  reached.mutable_goals(0)->set_status(wire::GoalState::REACHED);
+  EXPECT_EQ(goal_rows(scene().game(), reached)[0].text, "ball?in the ring");
+  EXPECT_EQ(level_time_text(scene().game(), state()), "1:05 left");
+}
+
+TEST(GoalPanel, TimesAreRoundedUpToSeconds) {
+  EXPECT_EQ(time_text(0), "0:00");
+  EXPECT_EQ(time_text(0.1), "0:01");
+  EXPECT_EQ(time_text(60), "1:00");
+  EXPECT_EQ(time_text(3725), "62:05");
+  EXPECT_EQ(time_text(-3), "0:00");
+}
+
+TEST(GoalPanel, RegionsAreOutlinedInTheFrameOfTheirBodyAndTargetsAreGhosts) {
+  const auto pose_of = [](std::size_t body) { return Pose{{body == 0 ? 5.0 : 0.0, 0, 0}, Quat::Identity()}; };
+  const GoalOutline outline = outline_of(scene(), state(), pose_of);
+  ASSERT_FALSE(outline.lines.empty());
+  for (const auto& [from, to] : outline.lines) {
+    for (const Vec3& end : {from, to}) {
+      EXPECT_NEAR((end - Vec3(5, 0, 0)).head<2>().norm(), 0.03, 1e-12);
+      EXPECT_NEAR(std::abs(end.z()), 0.01, 1e-12);
+    }
+  }
+  ASSERT_EQ(outline.ghosts.size(), 1U);
+  EXPECT_EQ(outline.ghosts[0].first, 1U);
+  EXPECT_EQ(outline.ghosts[0].second.p, Vec3(1, 2, 3));
+}
+
+TEST(GoalPanel, ReachedGoalsAndFinishedGamesShowNothing) {
+  const auto pose_of = [](std::size_t) { return Pose{}; };
+  wire::GameState other = state();
+  for (int i = 0; i < 2; ++i) other.mutable_goals(i)->set_status(wire::GoalState::REACHED);
+  EXPECT_TRUE(outline_of(scene(), other, pose_of).lines.empty());
+  other = state();
+  other.set_phase(wire::GameState::WON);
+  EXPECT_TRUE(outline_of(scene(), other, pose_of).lines.empty());
+}
+
+}  // namespace
+}  // namespace tandem::client

@@ -1,0 +1,135 @@
+// Wrong goals in a scene file: each error names file, field, value and remedy.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "server/assets/scene_file.hpp"
+#include "tests/server/goals/game_room.hpp"
+
+namespace tandem::server {
+namespace {
+
+constexpr const char* kGoal = R"({"name": "g", "conditions": [{"held": {"body": "ball"}}]})";
+
+std::string game_with_goal(const std::string& goal) {
+  return R"({"levels": [{"name": "a", "goals": [)" + goal + "]}]}";
+}
+std::string game_with_condition(const std::string& condition) {
+  return game_with_goal(R"({"name": "g", "conditions": [)" + condition + "]}");
+}
+
+struct Wrong {
+  std::string game;
+  std::string error;
+};
+
+class WrongGoal : public ::testing::TestWithParam<Wrong> {};
+
+TEST_P(WrongGoal, IsRefusedWithFieldValueAndRemedy) {
+  try {
+    load_scene_text(small_game(GetParam().game), "game.json", "/");
+    FAIL() << "accepted";
+  } catch (const SceneError& error) {
+    EXPECT_EQ(std::string(error.what()), "game.json: " + GetParam().error);
+  }
+}
+
+const std::string kCondition = "game.levels[0].goals[0].conditions[0]";
+
+INSTANTIATE_TEST_SUITE_P(
+    Of, WrongGoal,
+    ::testing::Values(
+        Wrong{R"({"levels": []})", "game.levels has 0 levels; it must have 1 to 16"},
+        Wrong{R"({"levels": [{"name": "a"}]})", "game.levels[0].goals has 0 goals; it must have 1 to 16"},
+        Wrong{game_with_goal(R"({"name": "g"})"),
+              "game.levels[0].goals[0].conditions has 0 conditions; it must have 1 to 16"},
+        Wrong{game_with_condition("{}"),
+              kCondition + " has no kind; it must have one of in_region, at_pose, held, slower, silhouette"},
+        Wrong{game_with_condition(R"({"held": {"body": "bal"}})"),
+              kCondition + ".held.body is \"bal\"; there is no body of that name"},
+        Wrong{game_with_condition(R"({"held": {"body": "table"}})"),
+              kCondition + ".held.body is \"table\", which is not graspable; set graspable of that body"},
+        Wrong{game_with_condition(R"({"in_region": {"body": "ball"}})"),
+              kCondition + ".in_region.region has no kind; it must have one of sphere, box, cylinder"},
+        Wrong{game_with_condition(R"({"in_region": {"body": "ball", "region": {"sphere": {"radius_m": -1}}}})"),
+              kCondition + ".in_region.region.sphere.radius_m is -1 m; it must be from 1e-06 to 100 m"},
+        Wrong{game_with_condition(
+                  R"({"in_region": {"body": "ball", "region": {"body": "ball", "sphere": {"radius_m": 1}}}})"),
+              kCondition +
+                  ".in_region.region.body is \"ball\", the body of the condition itself; name another body, or "
+                  "none"},
+        Wrong{game_with_condition(R"({"at_pose": {"body": "ball", "angle_tolerance_deg": 200}})"),
+              kCondition + ".at_pose.angle_tolerance_deg is 200 °; it must be from 0.1 to 180 °"},
+        Wrong{game_with_condition(R"({"at_place": {"body": "ball"}})"),
+              kCondition + ".at_place is not a field of a game; the fields are in proto/tandem/goals.proto"},
+        Wrong{game_with_goal(R"({"name": "g", "at_least": 2, "conditions": [{"held": {"body": "ball"}}]})"),
+              "game.levels[0].goals[0].at_least is 2, and the goal has 1 conditions; it must not be more"},
+        Wrong{game_with_goal(R"({"name": "g", "score_per_s": 2, "conditions": [{"held": {"body": "ball"}}]})"),
+              "game.levels[0].goals[0].score_per_s is 2; it needs a time_limit_s of the goal"},
+        Wrong{game_with_goal(R"({"name": "g", "extra": true, "conditions": [{"held": {"body": "ball"}}]})"),
+              "game.levels[0].goals are all extra; at least one must be needed, or the level ends at once"},
+        Wrong{game_with_goal(std::string(kGoal) + "," + kGoal),
+              "game.levels[0].goals[1].name is \"g\", which is taken; names must be unique"},
+        Wrong{R"({"players": 3, "levels": [{"name": "a", "goals": [)" + std::string(kGoal) + "]}]}",
+              "game.players is 3, and the scene has 2 tools; add tools, or lower it"},
+        Wrong{R"({"levels": [{"name": "a", "bodies": ["cube"], "goals": [)" + std::string(kGoal) + "]}]}",
+              "game.levels[0].bodies[0] is \"cube\"; there is no body of that name"},
+        Wrong{
+            R"({"levels": [{"name": "a", "parameters": [{"name": "coupling.force_limit_n", "value": 5000}], "goals": [)" +
+                std::string(kGoal) + "]}]}",
+            "game.levels[0].parameters[0].value is 5000; it must be from 0.001 to 1000"},
+        Wrong{R"({"levels": [{"name": "a", "gravity_m_per_s2": [0, 1], "goals": [)" + std::string(kGoal) + "]}]}",
+              "game.levels[0].gravity_m_per_s2 has 2 numbers; it must have 3 (x, y, z)"},
+        Wrong{
+            game_with_condition(
+                R"({"silhouette": {"pieces": [{"body": "ball", "points_m": [0, 0, 1, 0, 0, 1]}], "figure_m": [0, 0, 0, 1, 1, 0]}})"),
+            kCondition + ".silhouette.figure_m crosses itself, or is clockwise; list its corners counterclockwise"},
+        Wrong{
+            game_with_condition(
+                R"({"silhouette": {"pieces": [{"body": "ball", "points_m": [0, 0, 1]}], "figure_m": [0, 0, 1, 0, 1, 1]}})"),
+            kCondition + ".silhouette.pieces[0].points_m has 3 numbers; it must have x and y of each corner"},
+        Wrong{
+            game_with_condition(
+                R"({"silhouette": {"pieces": [{"body": "ball", "points_m": [0, 0, 2, 0, 1, 0.5, 2, 2]}], "figure_m": [0, 0, 1, 0, 1, 1]}})"),
+            kCondition + ".silhouette.pieces[0].points_m is not convex and counterclockwise; divide the outline into "
+                         "convex ones"}));
+
+TEST(SceneGoals, ALawThatCannotReplaceThatOfTheSceneIsRefused) {
+  const std::string game = R"({"levels": [{"name": "a", "law": "direct", "goals": [)" + std::string(kGoal) + "]}]}";
+  try {
+    load_scene_text(small_game(game), "game.json", "/");
+    FAIL() << "accepted";
+  } catch (const SceneError& error) {
+    EXPECT_THAT(error.what(), ::testing::StartsWith("game.json: game.levels[0].law is \"direct\": "));
+  }
+}
+
+TEST(SceneGoals, ABodyThatActsAtADistanceExistsInEveryLevel) {
+  const std::string game =
+      R"({"levels": [{"name": "a", "bodies": ["magnet"], "goals": [)" + std::string(kGoal) + "]}]}";
+  const std::string magnet =
+      R"(, {"name": "magnet", "shapes": [{"sphere": {"radius_m": 0.01}}], "effects": [{"magnet": {}}]})";
+  try {
+    load_scene_text(small_game(game, magnet), "game.json", "/");
+    FAIL() << "accepted";
+  } catch (const SceneError& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "game.json: game.levels[0].bodies[0] is \"magnet\", which acts at a distance by effects or a molecule; "
+        "such a body must exist in every level");
+  }
+}
+
+TEST(SceneGoals, DefaultsAreFilledIn) {
+  const auto scene = test::scene_of(small_game(game_with_condition(R"({"at_pose": {"body": "ball"}})")));
+  const wire::Game& game = scene->description.game();
+  EXPECT_EQ(game.title(), "s");
+  EXPECT_EQ(game.players(), 1U);
+  EXPECT_EQ(game.levels(0).text(), "a");
+  EXPECT_EQ(game.levels(0).gravity_m_per_s2(2), -9.81);
+  EXPECT_EQ(game.levels(0).goals(0).at_least(), 1U);
+  EXPECT_EQ(game.levels(0).goals(0).score(), 1);
+  EXPECT_EQ(game.levels(0).goals(0).conditions(0).at_pose().position_tolerance_m(), 0.005);
+}
+
+}  // namespace
+}  // namespace tandem::server
