@@ -12,6 +12,7 @@
 #include <ctime>
 #include <fstream>
 
+#include "client/session/scene_from_wire.hpp"
 #include "client/view/goal_panel.hpp"
 #include "client/view/panels.hpp"
 #include "client/view/pointer_hand.hpp"
@@ -250,7 +251,7 @@ void Window::Impl::draw_labels(const Mat4f& clip) const {
 
 void Window::Impl::draw_hint(const ClientIoSnapshot& io) const {
   const char* hint = "drag with the right button: look around    F1: help";
-  if (is_mouse()) {
+  if (is_mouse() && io.joined && has_tool(io.joined->role())) {
     hint = "drag: move the hand    Shift: away, towards    double click: grab    right button: look around    F1: help";
     if (is_holding) hint = "drag: move the hand    double click: release    drag with Ctrl: turn it    F1: help";
   }

@@ -16,7 +16,7 @@ BUILD = os.environ["TANDEM_BUILD"]
 PROGRAMS = {
     "tandem-server": ["tandem-server", "tandem-token"],
     "tandem-client": ["tandem-client", "tandem-doctor"],
-    "tandem-lab": ["tandem-lab", "tandem-replay"],
+    "tandem-lab": ["tandem-lab", "tandem-replay", "tandem-eeg"],
     "tandem-common": ["tandem-mesh-reader", "tandem-watchdog"],
 }
 FILES = {
@@ -27,6 +27,7 @@ FILES = {
     "tandem-common": ["usr/share/tandem/devices/profiles.json"],
 }
 FOLDERS = {"tandem-common": {"server/scenes": "scenes"},
+           "tandem-client": {"client/view/pictures/scenes": "pictures"},
            "tandem-lab": {"lab/experiments": "experiments", "lab/paths": "paths", "lab/links": "links"}}
 
 
@@ -40,7 +41,7 @@ def expected_files(package):
     for program in PROGRAMS[package]:
         files += [f"usr/bin/{program}", f"usr/share/man/man1/{program}.1", f"usr/share/bash-completion/completions/{program}"]
     for folder, place in FOLDERS.get(package, {}).items():
-        files += [f"usr/share/tandem/{place}/{os.path.basename(one)}" for one in glob.glob(os.path.join(SOURCE, folder, "*.json"))]
+        files += [f"usr/share/tandem/{place}/{os.path.basename(one)}" for one in glob.glob(os.path.join(SOURCE, folder, "*"))]
     return sorted(files)
 
 
