@@ -332,6 +332,7 @@ class Mistakes(ProgramTest):
                                  (["mesh", self.folder], [self.folder + ", which is a folder"]),
                                  (["bench", "room", "--users", "1", "--hands", "rest", "rest"],
                                   ["--hands names 2 paths for 1 user"]),
+                                 (["bench", "goals", "--scene", "free"], ["--scene free: the scene has no game"]),
                                  (["bench", "join", "--loss", "2"], ["--loss", "0 to 0.95"]),
                                  (["bench", "docking", "--receptor", "a.pdb", "--ligand", "b.pdb", "--sweep"],
                                   ["--sweep requires --interface-atoms"]),
@@ -366,6 +367,16 @@ class Join(ProgramTest):
             self.assertEqual([way["assets"] for way in line["ways"]], ["here", "fetched", "fetched-in-turn"])
             for way in line["ways"]:
                 self.assertLess(way["local_after_s"], 0.2, "there is nothing to fetch")
+
+
+class Goals(ProgramTest):
+    def test_measures_a_room_with_and_without_its_game(self):
+        code, out, err = run("tandem-lab", "bench", "goals", "--seconds", "0.5", "--json")
+        self.assertEqual(code, 0, err)
+        result = json.loads(out)
+        self.assertEqual(result["steps"], 500)
+        for room in ("with_game_us", "without_game_us"):
+            self.assertGreater(result[room]["p50"], 0)
 
 
 class Study(ProgramTest):

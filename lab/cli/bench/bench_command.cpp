@@ -26,6 +26,7 @@ void add_bench_command(CLI::App& app, int& exit_code) {
   add_coupling_bench(*bench, exit_code);
   add_docking_bench(*bench, exit_code);
   add_field_bench(*bench, exit_code);
+  add_goals_bench(*bench, exit_code);
   add_join_bench(*bench, exit_code);
   add_loop_bench(*bench, exit_code);
   add_proxy_bench(*bench, exit_code);

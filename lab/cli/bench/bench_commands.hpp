@@ -27,6 +27,8 @@ void add_coupling_bench(CLI::App& bench, int& exit_code);
 void add_docking_bench(CLI::App& bench, int& exit_code);
 /// Adds `field [--scene NAME] [--seconds S] [--json]`.
 void add_field_bench(CLI::App& bench, int& exit_code);
+/// Adds `goals [--scene NAME] [--hand NAME] [--seconds S] [--check] [--json]`.
+void add_goals_bench(CLI::App& bench, int& exit_code);
 /// Adds `join [--experiment NAME] [--rate-mbit R...] [--loss SHARE...] [--rtt-ms MS] [--jitter-ms MS] [--json]`.
 void add_join_bench(CLI::App& bench, int& exit_code);
 /// Adds `loop [--seconds S] [--with-window] [--pairs N] [--scene NAME] [--rt-priority N] [--check] [--json]`.

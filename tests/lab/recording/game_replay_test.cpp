@@ -1,0 +1,77 @@
+// The replay of a recorded game gives the same score and events in each step.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "lab/recording/session_replay.hpp"
+#include "proto/recording/recorded_files.hpp"
+#include "proto/recording/schema.hpp"
+#include "server/recording/room_recorder.hpp"
+#include "tests/server/goals/game_room.hpp"
+
+namespace tandem::lab {
+namespace {
+
+/// Score and number of events after each step.
+class Progress final : public server::RoomWatcher {
+ public:
+  void on_command(const server::RoomCommand& /*command*/) noexcept override {}
+  void on_input(std::size_t /*seat*/, const proto::ClientUpdate& /*input*/) noexcept override {}
+  void on_step(const server::Room& room, ServerTime /*now*/, TickFaults /*faults*/) noexcept override { add(room); }
+  void add(const server::Room& room) {
+    const server::GameStatus& status = room.game()->status();
+    events_ += room.game()->events().size();
+    steps.emplace_back(status.total(), status.steps, status.level, events_, hash_of(status));
+  }
+
+  std::vector<std::tuple<double, std::uint64_t, int, std::size_t, std::uint32_t>> steps;
+
+ private:
+  std::size_t events_ = 0;
+};
+
+TEST(GameReplay, GivesTheSameScoreAndEventsInEachStep) {
+  const auto file = std::filesystem::temp_directory_path() / ("tandem_game" + std::to_string(::getpid()) + ".mcap");
+  const auto scene_file = physics::shipped_scene("ring");
+  Progress then;
+  {
+    server::GameRoom game(server::load_scene(scene_file));
+    server::RoomRecorder recorder(
+        game.room,
+        {.file = file, .program = "test 1", .scene_file = scene_file.string(), .recording = 7, .capacity = 1U << 17U});
+    game.room.watch(recorder);
+    game.room.watch(then);
+    game.join(0);
+    server::play_ring(game);
+    game.command({.kind = server::RoomCommand::Kind::kSetWeight, .is_weightless = true});
+    game.run(0.3);
+    game.command({.kind = server::RoomCommand::Kind::kStartLevel, .level = 0});
+    game.run(0.3);
+    recorder.finish();
+    EXPECT_EQ(recorder.steps_lost(), 0U);
+  }
+  Progress now;
+  const ReplayResult result = replay_session(file, {}, [&now](const server::Room& room) { now.add(room); });
+  EXPECT_FALSE(result.differs_at_step.has_value()) << result.differing_thing;
+  EXPECT_EQ(now.steps, then.steps);
+  ASSERT_FALSE(now.steps.empty());
+  EXPECT_GE(std::get<3>(now.steps.back()), 6U) << "the game was won, and a level was started";
+
+  std::vector<wire::GameEvent> events;
+  wire::RecordedStates states;
+  proto::read_recording(file, [&](const std::string& topic, const recording::Message& message) {
+    wire::RecordedStep step;
+    if (topic == "/step" && proto::parse_recorded(message, step)) {
+      events.insert(events.end(), step.game_events().begin(), step.game_events().end());
+    }
+    if (topic == "/states") proto::parse_recorded(message, states);
+    return true;
+  });
+  EXPECT_EQ(events.size(), std::get<3>(now.steps.back()));
+  EXPECT_TRUE(states.game().is_weightless());
+  std::filesystem::remove(file);
+}
+
+}  // namespace
+}  // namespace tandem::lab
