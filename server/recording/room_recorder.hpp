@@ -12,12 +12,10 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "common/realtime/ring.hpp"
-#include "common/recording/recording_file.hpp"
-#include "server/recording/step_codec.hpp"
+#include "server/recording/step_writer.hpp"
 
 namespace tandem::server {
 
@@ -53,44 +51,21 @@ class RoomRecorder final : public RoomWatcher {
   /// Number of steps that were discarded because the ring was full. Thread: any.
   std::uint64_t steps_lost() const { return steps_lost_.load(std::memory_order_relaxed); }
   /// Thread  the thread of drain(); its counters may be read on any thread
-  const recording::RecordingFile& file() const { return file_; }
+  const recording::RecordingFile& file() const { return writer_.file(); }
   /// Message for the operator that arose since the last call; empty if there is none. Thread: the thread of drain().
   std::string pop_news();
 
  private:
-  struct Stepped {
-    ServerTime now{};
-    TickFaults faults = 0;
-    std::uint32_t records = 0;  ///< number of records of this step that precede this one
-    double field_energy_kj_per_mol = 0;
-    bool has_states = false;
-    StateHashes hashes;
-  };
-  struct ToolRecord {
-    std::uint8_t tool = 0;
-    UserId user;
-    RigidState state;
-    Wrench on_hand_W;
-    BodyId held;
-  };
-  /// Entry of the ring. All records of one step have the same value of `step`.
-  struct Record {
-    std::uint64_t step = 0;
-    std::variant<RoomCommand, TakenInput, proto::BodyState, ToolRecord, GameEvent, GameStatus, Stepped> what;
-  };
-
   template <class What>
   void push(const What& what) noexcept;
   void push_states(const Room& room) noexcept;
   wire::RecordedRoom description(std::uint32_t part) const;
-  void write(const Record& record);
-  void write_step(const Record& record, const Stepped& stepped);
 
   RoomRecording settings_;
   wire::RecordedRoom description_;
   std::vector<BodyId> moving_bodies_;
   std::uint64_t states_every_ = 1;
-  realtime::Ring<Record> ring_;
+  realtime::Ring<StepRecord> ring_;
   std::atomic<std::uint64_t> steps_lost_{0};
 
   // Used by the room thread only.
@@ -99,13 +74,9 @@ class RoomRecorder final : public RoomWatcher {
   bool is_losing_ = false;
 
   // Used by the recorder thread only.
-  recording::RecordingFile file_;
-  Record record_;
-  std::uint64_t taken_step_ = 0;
-  std::uint32_t taken_records_ = 0;
-  wire::RecordedStep message_;
-  wire::RecordedStates states_;
-  std::uint64_t newest_ns_ = 0, flushed_ns_ = 0, reported_lost_ = 0;
+  StepWriter writer_;
+  StepRecord record_;
+  std::uint64_t reported_lost_ = 0;
 };
 
 }  // namespace tandem::server

@@ -1,0 +1,66 @@
+// Records that a room passes to its recorder, and the messages that are written from them.
+#pragma once
+
+#include <cstdint>
+#include <variant>
+
+#include "common/recording/recording_file.hpp"
+#include "server/recording/step_codec.hpp"
+
+namespace tandem::server {
+
+/// Last record of a step.
+struct StepEnd {
+  ServerTime now{};
+  TickFaults faults = 0;
+  std::uint32_t records = 0;  ///< number of records of this step that precede this one
+  double field_energy_kj_per_mol = 0;
+  bool has_states = false;
+  StateHashes hashes;
+};
+struct ToolRecord {
+  std::uint8_t tool = 0;
+  UserId user;
+  RigidState state;
+  Wrench on_hand_W;
+  BodyId held;
+};
+/// Part of a step. All records of one step have the same value of `step`.
+struct StepRecord {
+  std::uint64_t step = 0;
+  std::variant<RoomCommand, TakenInput, proto::BodyState, ToolRecord, GameEvent, GameStatus, StepEnd> what;
+};
+
+/// Indices of the topics in the file, in the order of its channels.
+enum RecordedTopic : std::uint16_t { kRoomTopic, kStepTopic, kStatesTopic };
+
+/// Writes complete steps to a recording. A step with missing records is not written.
+///
+/// Thread  the recorder thread
+class StepWriter {
+ public:
+  /// In      unix_offset  Unix time minus time of the room's clock
+  StepWriter(recording::RecordingFile file, Duration unix_offset);
+
+  /// Adds a record to the messages of its step, and writes the messages with the last record.
+  void write(const StepRecord& record);
+  /// Flushes the file if the last flush was 250 ms before the newest step. If no step was written since the last call,
+  /// the room is idle, and everything is flushed.
+  void flush_if_due();
+
+  recording::RecordingFile& file() { return file_; }
+  const recording::RecordingFile& file() const { return file_; }
+
+ private:
+  void write_step(std::uint64_t step, const StepEnd& end);
+
+  recording::RecordingFile file_;
+  Duration unix_offset_;
+  std::uint64_t step_ = 0;
+  std::uint32_t records_ = 0;  ///< number of records of this step so far
+  wire::RecordedStep message_;
+  wire::RecordedStates states_;
+  std::uint64_t newest_ns_ = 0, checked_ns_ = 0, flushed_ns_ = 0;  ///< step times: newest, at the last check, and flush
+};
+
+}  // namespace tandem::server
