@@ -192,13 +192,13 @@ std::vector<GoalRow> goal_rows(const wire::Game& game, const wire::GameState& st
   return rows;
 }
 
-void draw_goals(const PanelContent& content) {
+void draw_goals(const PanelContent& content, float top) {
   if (content.io->game == nullptr || content.io->joined == nullptr) return;
   const wire::Game& game = content.io->joined->scene().game();
   const wire::GameState& state = content.io->game->state;
   if (state.level() >= static_cast<std::uint32_t>(game.levels_size())) return;
   const float em = ImGui::GetFontSize();
-  ImGui::SetNextWindowPos(ImVec2(0.6F * em, 0.6F * em), ImGuiCond_Always);
+  ImGui::SetNextWindowPos(ImVec2(0.6F * em, top), ImGuiCond_Always);
   ImGui::SetNextWindowSizeConstraints(ImVec2(14 * em, 0), ImVec2(24 * em, ImGui::GetIO().DisplaySize.y));
   ImGui::Begin("##game", nullptr,
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize);

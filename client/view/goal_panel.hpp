@@ -39,9 +39,11 @@ struct GoalOutline {
 GoalOutline outline_of(const wire::Scene& scene, const wire::GameState& state,
                        const std::function<Pose(std::size_t body)>& pose_of);
 
-/// Draws the panel in the current ImGui context, at the upper left. Draws nothing in a room without a game.
+/// Draws the panel in the current ImGui context, at the left edge. Draws nothing in a room without a game.
+///
+/// In      top  upper edge [px]
 /// Thread  the window's
-void draw_goals(const PanelContent& content);
+void draw_goals(const PanelContent& content, float top);
 
 /// Switches the gravity of a game on or off. Does nothing in a room without a game.
 void set_game_gravity(ClientIo* client, bool is_on);

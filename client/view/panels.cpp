@@ -394,10 +394,11 @@ void draw_help(const PanelContent& content, bool& is_open) {
   ImGui::End();
 }
 
-void draw_notice(const std::string& text, bool shows_panels) {
-  if (text.empty()) return;
+/// Draws the notice, and returns the place below it [px].
+float draw_notice(const std::string& text, bool shows_panels) {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   const float em = ImGui::GetFontSize(), top = static_cast<float>(menu_height()) + 0.6F * em;
+  if (text.empty()) return top;
   // Beside the panel, so that it hides none of its controls.
   const float width = std::max(12 * em, size.x - (shows_panels ? static_cast<float>(panels_width()) : 0) - 1.2F * em);
   ImGui::SetNextWindowPos(ImVec2(0.6F * em, top));
@@ -406,7 +407,9 @@ void draw_notice(const std::string& text, bool shows_panels) {
   ImGui::PushTextWrapPos(width);
   ImGui::TextColored(kWarning, "%s", text.c_str());
   ImGui::PopTextWrapPos();
+  const float bottom = ImGui::GetWindowPos().y + ImGui::GetWindowHeight();
   ImGui::End();
+  return bottom + 0.3F * em;
 }
 
 }  // namespace
@@ -438,8 +441,7 @@ double panels_width() {
 
 void draw_panels(const PanelContent& content, WindowSwitches& switches, net::LinkParameters& link,
                  WorkspaceSettings& workspace) {
-  draw_notice(content.notice, switches.shows_panels);
-  draw_goals(content);
+  draw_goals(content, draw_notice(content.notice, switches.shows_panels));
   if (switches.shows_help) draw_help(content, switches.shows_help);
   if (!switches.shows_panels) return;
   const ImVec2 size = ImGui::GetIO().DisplaySize;
