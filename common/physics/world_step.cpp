@@ -1,11 +1,9 @@
 // One step of the world: passes the things to the touch stage and the other solvers, and stores their results.
-#include <time.h>
-
 #include <algorithm>
 #include <chrono>
-#include <ctime>
 #include <utility>
 
+#include "common/base/processor_time.hpp"
 #include "common/physics/world_impl.hpp"
 
 namespace tandem::physics {
@@ -15,13 +13,6 @@ namespace {
 constexpr double kIdleDamping_per_s = 20;
 /// Distance at which the molecules of absent bodies are placed, so that they have no force on others.
 constexpr double kOutOfReach_m = 1e6;
-
-/// Returns the processor time of this thread, excluding the time for which it waits for a processor.
-Duration processor_time() noexcept {
-  std::timespec time{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
-}
 
 }  // namespace
 

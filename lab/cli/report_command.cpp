@@ -15,6 +15,7 @@
 #include "lab/report/session_data.hpp"
 #include "lab/report/session_report.hpp"
 #include "lab/report/session_task.hpp"
+#include "lab/results/output_files.hpp"
 
 namespace tandem::lab {
 namespace {

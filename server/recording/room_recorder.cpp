@@ -50,9 +50,9 @@ RoomRecorder::RoomRecorder(const Room& room, RoomRecording settings)
           static_cast<std::uint64_t>(std::max(1.0, std::round(1 / (settings_.states_hz * to_seconds(room.period())))))),
       ring_(settings_.capacity),
       step_(room.steps_done().value + 1),
-      writer_({settings_.file, recording::McapWriter(channels(), settings_.program), settings_.rotation,
-               [this](std::uint32_t part) { return proto::bytes_of(description(part)); }},
-              settings_.unix_offset) {}
+      writer_(
+          settings_.file, recording::McapWriter(channels(), settings_.program), settings_.rotation,
+          [this](std::uint32_t part) { return proto::bytes_of(description(part)); }, settings_.unix_offset) {}
 
 RoomRecorder::~RoomRecorder() = default;
 

@@ -20,8 +20,9 @@ std::uint64_t unix_ns(ServerTime time, Duration offset) {
 
 }  // namespace
 
-StepWriter::StepWriter(recording::RecordingFile file, Duration unix_offset)
-    : file_(std::move(file)), unix_offset_(unix_offset) {}
+StepWriter::StepWriter(std::filesystem::path file, recording::McapWriter writer, recording::RotationSettings rotation,
+                       recording::RecordingFile::Describe describe, Duration unix_offset)
+    : file_(std::move(file), std::move(writer), rotation, std::move(describe)), unix_offset_(unix_offset) {}
 
 void StepWriter::write(const StepRecord& record) {
   if (record.step != step_) {

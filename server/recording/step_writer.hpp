@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <variant>
 
 #include "common/recording/recording_file.hpp"
@@ -39,8 +40,11 @@ enum RecordedTopic : std::uint16_t { kRoomTopic, kStepTopic, kStatesTopic };
 /// Thread  the recorder thread
 class StepWriter {
  public:
-  /// In      unix_offset  Unix time minus time of the room's clock
-  StepWriter(recording::RecordingFile file, Duration unix_offset);
+  /// In      writer       has the channels of RecordedTopic
+  ///         unix_offset  Unix time minus time of the room's clock
+  /// Fails   as RecordingFile
+  StepWriter(std::filesystem::path file, recording::McapWriter writer, recording::RotationSettings rotation,
+             recording::RecordingFile::Describe describe, Duration unix_offset);
 
   /// Adds a record to the messages of its step, and writes the messages with the last record.
   void write(const StepRecord& record);

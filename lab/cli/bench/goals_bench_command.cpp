@@ -12,7 +12,7 @@
 
 #include "common/base/histogram.hpp"
 #include "common/base/json_pretty.hpp"
-#include "common/base/time.hpp"
+#include "common/base/processor_time.hpp"
 #include "lab/cli/bench/bench_commands.hpp"
 #include "lab/experiment/experiment.hpp"
 #include "lab/report/check.hpp"
@@ -78,8 +78,8 @@ int run_goals_bench(const GoalsBenchOptions& options) {
   if (options.prints_json) {
     std::cout << pretty_json(boost::json::object{{"scene", options.scene},
                                                  {"steps", steps},
-                                                 {"with_game_us", quantiles_us(with->took)},
-                                                 {"without_game_us", quantiles_us(without->took)},
+                                                 {"with_game_us", lab::quantiles_us(with->took)},
+                                                 {"without_game_us", lab::quantiles_us(without->took)},
                                                  {"additional_us", more_us},
                                                  {"checks", to_json(checks)}});
   } else {

@@ -179,9 +179,9 @@ TEST_F(InvitationLedgerTest, WithoutAFileEarlierTokensAreRefusedUnlessTheKeyIsNe
   ASSERT_EQ(news.size(), 1U);
   EXPECT_THAT(news[0], testing::AllOf(HasSubstr("clock is behind"), HasSubstr("1970-01-01 00:00:01 UTC")));
   std::filesystem::remove(file);
-  InvitationLedger::make(file);
+  InvitationFile::make(file);
   const std::string made = bytes();
-  InvitationLedger::make(file);
+  InvitationFile::make(file);
   EXPECT_EQ(bytes(), made) << "one that exists stays";
   ledger = open();
   ledger->begin(true, 3000);

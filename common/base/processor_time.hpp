@@ -1,0 +1,17 @@
+// Processor time of the calling thread.
+#pragma once
+
+#include <ctime>
+
+#include "common/base/time.hpp"
+
+namespace tandem {
+
+/// Returns the processor time of this thread, excluding the time for which it waits for a processor.
+inline Duration processor_time() noexcept {
+  std::timespec time{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+}
+
+}  // namespace tandem
