@@ -41,7 +41,8 @@ def expected_files(package):
     for program in PROGRAMS[package]:
         files += [f"usr/bin/{program}", f"usr/share/man/man1/{program}.1", f"usr/share/bash-completion/completions/{program}"]
     for folder, place in FOLDERS.get(package, {}).items():
-        files += [f"usr/share/tandem/{place}/{os.path.basename(one)}" for one in glob.glob(os.path.join(SOURCE, folder, "*"))]
+        files += [f"usr/share/tandem/{place}/{os.path.basename(one)}" for one in glob.glob(os.path.join(SOURCE, folder, "*"))
+                  if not one.endswith(".py")]
     return sorted(files)
 
 

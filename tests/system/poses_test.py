@@ -155,7 +155,7 @@ class KeptPoses(ProgramTest):
         return holder.ask(KEEP, name="now")["energy"]
 
     def go_to_and_fro(self, holder, apart):
-        self.assertEqual(holder.ask(GO_TO, 1), "ada: to pose 1")
+        self.assertEqual(holder.ask(GO_TO, 1), 'ada: to "pose 1"')
         time.sleep(0.1)
         self.assertEqual(holder.ask(UNDO), "ada: back")
         before = self.energy_now(holder)
@@ -163,7 +163,7 @@ class KeptPoses(ProgramTest):
         found = holder.ask(MINIMISE)
         self.assertRegex(found, r"^ada: to the minimum nearby, -\d+\.\d\d kJ/mol$")
         self.assertLess(float(found.split()[-2]), before + 1)
-        self.assertEqual(holder.ask(GO_TO, 1), "ada: to pose 1")
+        self.assertEqual(holder.ask(GO_TO, 1), 'ada: to "pose 1"')
         self.assertGreater(self.energy_now(holder), apart["energy"] - 15, "they are apart again")
         self.assertIn("no pose has that number", holder.ask(GO_TO, 99))
         self.assertIn("1 to 64 bytes", holder.ask(KEEP, name="a\nb"))
