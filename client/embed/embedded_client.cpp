@@ -18,13 +18,15 @@
 namespace tandem::client::embed {
 namespace {
 
-/// Blocks all signals of the calling thread. Threads that are started meanwhile inherit this, so that the program's
+/// Blocks all signals of the calling thread except those of faults. Threads that are started meanwhile inherit this, so that the program's
 /// signal handlers run on its own threads.
 class SignalsBlocked {
  public:
   SignalsBlocked() {
     sigset_t all;
     sigfillset(&all);
+    // A fault of a thread is handled in that thread.
+    for (const int fault : {SIGSEGV, SIGBUS, SIGFPE, SIGILL}) sigdelset(&all, fault);
     pthread_sigmask(SIG_SETMASK, &all, &before_);
   }
   ~SignalsBlocked() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
@@ -162,10 +164,15 @@ void EmbeddedClient::stop() noexcept {
   if (own_device_ != nullptr) own_device_->unreserve();
 }
 
+void EmbeddedClient::begin_stop() noexcept {
+  const std::lock_guard lock(lifecycle_);
+  if (loop_ != nullptr) loop_->request_stop();
+}
+
 void EmbeddedClient::close() noexcept {
-  stop();
   is_closed_ = true;
   events_.raise();
+  stop();
 }
 
 void EmbeddedClient::send(Command command) {
@@ -263,7 +270,8 @@ std::optional<Event> EmbeddedClient::next_event() {
   if (event.has_value() || is_closed_) return event;
   events_.lower();
   event = io_->next();
-  if (event.has_value()) events_.raise();
+  // close() may have raised the signal before it was lowered.
+  if (event.has_value() || is_closed_) events_.raise();
   return event;
 }
 

@@ -56,7 +56,9 @@ class EmbeddedClient {
   void start();
   /// Ramps the force to zero, then leaves the room.
   void stop() noexcept;
-  /// Calls stop(), and ends the waits of other threads.
+  /// Begins to ramp the force to zero, without waiting.
+  void begin_stop() noexcept;
+  /// Ends the waits of other threads, and calls stop().
   void close() noexcept;
 
   /// Fails   StatusError: not joining, or stopped

@@ -6,7 +6,7 @@
 // 1. If the feed stalls, samples are invalid from kMaxFeedAge on. The safety chain of the client then decays the force
 //    within kFeedDecay, so that it is zero kZeroWithin after the last sample. It returns by the start ramp.
 // 2. Independently of the chain, force() gives zero if the last sample or the last command is older than kZeroWithin.
-//    It then gives zero until the haptic thread has called has_released_force(), so that the chain restarts from zero.
+//    It then returns zero until the haptic thread has called has_released_force(), so that the chain restarts from zero.
 #pragma once
 
 #include <atomic>
@@ -20,7 +20,7 @@
 
 namespace tandem::client::embed {
 
-/// Age of a sample above which it is invalid. Above the period of a feed at 100 Hz.
+/// Age of a sample above which it is invalid. Twice the period of the slowest documented feed, 200 Hz.
 inline constexpr Duration kMaxFeedAge = std::chrono::milliseconds(10);
 /// Time in which the force decays from then on (SafetySettings::fault_decay).
 inline constexpr Duration kFeedDecay = std::chrono::milliseconds(8);

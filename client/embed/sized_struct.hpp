@@ -58,9 +58,16 @@ void write_struct(Struct result, Struct* to, std::uint32_t size, std::size_t ind
   std::memset(bytes + known, 0, size - known);
 }
 
+/// Limit of a text of the program [bytes], far below that of a control message (proto::kMaxControlBytes).
+inline constexpr std::size_t kMaxTextBytes = 8192;
+
 /// Returns the text of an argument or of a setting.
-/// Fails   StatusError: the text is not valid UTF-8, which no message can contain
+/// Fails   StatusError: the text is too long, or not valid UTF-8, which no message can contain
 inline std::string checked_text(const char* text, const char* name) {
+  if (std::strlen(text) > kMaxTextBytes) {
+    throw StatusError(TANDEM_BAD_ARGUMENT,
+                      std::string(name) + " is longer than " + std::to_string(kMaxTextBytes) + " bytes; shorten it");
+  }
   for (std::string_view rest = text; !rest.empty();) {
     if (!net::pop_code_point(rest)) {
       throw StatusError(TANDEM_BAD_ARGUMENT, std::string(name) + " is not valid UTF-8");
@@ -70,7 +77,7 @@ inline std::string checked_text(const char* text, const char* name) {
 }
 
 /// Copies text and a 0 into a buffer of at least one byte. Longer text is cut between characters of UTF-8.
-inline void cut_text(const std::string& text, std::span<char> to) {
+inline void cut_text(std::string_view text, std::span<char> to) {
   std::size_t length = std::min(text.size(), to.size() - 1);
   while (length > 0 && length < text.size() && (static_cast<unsigned char>(text[length]) & 0xc0U) == 0x80U) --length;
   std::copy_n(text.data(), length, to.data());

@@ -1,7 +1,10 @@
 // Functions of tandem.h. Each finds the object of the handle, calls it, and turns exceptions into a status.
 #include "client/embed/c/tandem.h"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <memory>
@@ -25,13 +28,18 @@ using namespace tandem::client;
 using namespace tandem::client::embed;
 
 struct Tables {
+  const pid_t process = ::getpid();  ///< a child of fork() has the tables, but none of the threads
   HandleTable<EmbeddedClient> clients{1};
   HandleTable<OwnDevice> devices{2};
 };
 
 /// Ramps all forces down before the program ends, and ends all threads of the library.
 void close_all(int /*exit_code*/, void* all) {
-  for (const auto& client : static_cast<Tables*>(all)->clients.remove_all()) client->close();
+  auto& tables = *static_cast<Tables*>(all);
+  if (::getpid() != tables.process) return;
+  const auto clients = tables.clients.remove_all();
+  for (const auto& client : clients) client->begin_stop();  // all forces fall together
+  for (const auto& client : clients) client->close();
 }
 
 // The tables are never destroyed, because a thread of the program may call the library while the program exits.
@@ -46,16 +54,19 @@ Tables& tables() {
   return *tables;
 }
 
-thread_local std::string last_error;
-thread_local std::string fault_text;
+// These texts need no destructor. Static objects of the program may call the library after the thread's objects have been
+// destroyed.
+thread_local std::array<char, 2048> last_error{};
+thread_local std::array<char, 512> fault_text{};
 
 tandem_status failed(tandem_status status, const char* text) noexcept {
-  try {
-    last_error = text;
-  } catch (...) {
-    last_error.clear();  // no memory is left
-  }
+  cut_text(text, last_error);
   return status;
+}
+
+bool lacks_resources(const std::error_code& code) {
+  return code == std::errc::resource_unavailable_try_again || code == std::errc::not_enough_memory ||
+         code == std::errc::too_many_files_open || code == std::errc::too_many_files_open_in_system;
 }
 
 /// Calls a function that returns a status. Exceptions become a status and the thread's last error.
@@ -70,7 +81,7 @@ tandem_status call_safely(const Function& function) noexcept {
   } catch (const std::invalid_argument& error) {
     return failed(TANDEM_BAD_ARGUMENT, error.what());
   } catch (const std::system_error& error) {
-    return failed(TANDEM_SETUP_FAILED, error.what());
+    return failed(lacks_resources(error.code()) ? TANDEM_NO_MEMORY : TANDEM_SETUP_FAILED, error.what());
   } catch (const std::runtime_error& error) {
     return failed(TANDEM_SETUP_FAILED, error.what());
   } catch (const std::exception& error) {
@@ -83,6 +94,9 @@ tandem_status call_safely(const Function& function) noexcept {
 std::shared_ptr<EmbeddedClient> client_of(tandem_client handle) {
   auto client = tables().clients.find(handle);
   if (client == nullptr) throw StatusError(TANDEM_BAD_HANDLE, "this client was closed or never opened");
+  if (::getpid() != tables().process) {
+    throw StatusError(TANDEM_BAD_STATE, "the client belongs to the parent process; open one in this process");
+  }
   return client;
 }
 
@@ -117,6 +131,7 @@ Duration timeout_of(double seconds) {
 }
 
 FedSample fed_of(const tandem_sample& sample) {
+  require(sample.reserved == 0, "reserved must be 0; begin with tandem_sample sample = {0}");
   FedSample fed;
   const tandem_pose& pose = sample.handle_D;
   fed.X_DH.p = Vec3(pose.position_m);
@@ -171,7 +186,7 @@ const char* tandem_status_text(tandem_status status) noexcept {
 }
 
 const char* tandem_last_error(void) noexcept {
-  return last_error.c_str();
+  return last_error.data();
 }
 
 const char* tandem_version(void) noexcept {
@@ -261,9 +276,12 @@ tandem_status tandem_client_stop(tandem_client client) noexcept {
 
 tandem_status tandem_client_close(tandem_client client) noexcept {
   return call_safely([&]() -> tandem_status {
-    const auto found = tables().clients.remove(client);
-    if (found == nullptr) throw StatusError(TANDEM_BAD_HANDLE, "this client was closed or never opened");
+    // The handle is removed afterwards, so that close_all() waits for this call at the exit of the program.
+    const auto found = client_of(client);
     found->close();
+    if (tables().clients.remove(client) == nullptr) {
+      throw StatusError(TANDEM_BAD_HANDLE, "this client was closed by another thread");
+    }
     return TANDEM_OK;
   });
 }
@@ -313,10 +331,10 @@ tandem_status tandem_client_users(tandem_client client, tandem_user* users, uint
 
 const char* tandem_server_fault_text(uint32_t faults) noexcept {
   call_safely([&]() -> tandem_status {
-    fault_text = describe_faults(faults);
+    cut_text(describe_faults(faults), fault_text);
     return TANDEM_OK;
   });
-  return fault_text.c_str();
+  return fault_text.data();
 }
 
 tandem_status tandem_client_read_ticks(tandem_client client, tandem_tick* ticks, uint32_t capacity,

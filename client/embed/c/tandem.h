@@ -22,6 +22,8 @@
  *  - In settings, zero selects the default that the comment states in brackets.
  *  - In arrays of structs, struct_size of the first element sets the distance of the elements.
  *
+ * After fork() a child must not use the handles of its parent.
+ *
  * Units are SI. Frames: W is the world, D the base of the device. The scene places D in the world; in the shipped scenes
  * the axes of both are parallel, and z is up. Rotations are unit quaternions in the order w, x, y, z. A force "on the
  * hand" acts on the user.
@@ -55,7 +57,7 @@ enum {
   TANDEM_BAD_HANDLE = -1,   /* the handle was closed, or never belonged to such an object */
   TANDEM_BAD_ARGUMENT = -2, /* a null pointer, a bad struct_size, or a value outside its range */
   TANDEM_BAD_STATE = -3,    /* the call is not possible now, e.g. a command before tandem_client_join() */
-  TANDEM_SETUP_FAILED = -4, /* a device or a socket cannot be opened, or a file is missing */
+  TANDEM_SETUP_FAILED = -4, /* a device or a socket cannot be opened */
   TANDEM_ENDED = -5,        /* the session has ended, or the server has refused it */
   TANDEM_TIMED_OUT = -6,
   TANDEM_LIMIT = -7,     /* too many open handles */
@@ -134,7 +136,8 @@ typedef struct tandem_sample {
 
 typedef struct tandem_force {
   uint32_t struct_size;
-  uint32_t is_stale;       /* 1: the feed or the library's loop has stalled, and the command is therefore zero */
+  uint32_t
+      is_stale; /* 1: the newest sample or command is older than 20 ms, or there is none; the command is then zero */
   tandem_wrench on_hand_D; /* command for the motors, limited; the torque is about the origin of the handle */
   uint64_t commands;       /* number of commands so far; unchanged if there was no new one */
 } tandem_force;
@@ -205,7 +208,7 @@ typedef struct tandem_session {
   char note[512];      /* how the scene is displayed, and refused real-time rights */
 } tandem_session;
 
-/* Reasons why the displayed force differs from the computed one: bits of tandem_snapshot.safety. */
+/* Reasons why the displayed force differs from the computed one: bits of tandem_tick.safety. */
 enum {
   TANDEM_SAFETY_RAMPING = 1,          /* start ramp */
   TANDEM_SAFETY_SILENCE = 2,          /* no state from the server */

@@ -23,7 +23,7 @@ int main(int argc, char** argv) {
   tandem_client client = 0;
   if (tandem_client_open(&settings, &client) != TANDEM_OK) return fail("open");
 
-  /* Joining runs in the background. A program with a window would ask tandem_client_session() at each frame instead. */
+  /* Joining runs in the background. A program with a window would query tandem_client_session() at each frame instead. */
   if (tandem_client_join(client) != TANDEM_OK) return fail("join");
   if (tandem_client_wait_joined(client, 20) != TANDEM_OK) return fail("wait_joined");
 
@@ -33,7 +33,7 @@ int main(int argc, char** argv) {
 
   uint32_t held = 0;
   for (int i = 0; i < 20; ++i) {
-    /* Waits 0.1 s for something to happen, and prints it. */
+    /* Waits up to 0.1 s for an event, then prints all events. */
     tandem_event event = {.struct_size = sizeof event};
     char text[200];
     tandem_client_wait_event(client, 0.1);
