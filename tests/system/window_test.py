@@ -1,6 +1,7 @@
 """The window shows the scene and can be used with a mouse. This is tested under Xvfb by the colours of its images."""
 
 import colorsys
+import glob
 import itertools
 import json
 import math
@@ -192,7 +193,7 @@ def to_the_right(place):
 class ShippedScenes(WindowTest):
     def test_each_shows_its_tools_and_what_moves_in_its_colour_at_its_place(self):
         seen = 0
-        for name in sorted(os.listdir(os.path.join(SOURCE, "server/scenes"))):
+        for name in sorted(os.path.basename(path) for path in glob.glob(os.path.join(SOURCE, "server/scenes/*.json"))):
             with self.subTest(scene=name), open(os.path.join(SOURCE, "server/scenes", name)) as file:
                 scene = json.load(file)
                 server = self.enterContext(Server("--scene", name.removesuffix(".json")))
@@ -202,7 +203,7 @@ class ShippedScenes(WindowTest):
                     self.assertGreater(picture.count(is_green), 8, "the own tool")
                 places = {}
                 for thing, hue, place, is_unique in colored_things(scene):
-                    self.assertGreater(picture.count(is_hue(hue)), 60, f"{thing} of hue {hue:.2f}")
+                    self.assertGreater(picture.count(is_hue(hue)), 40, f"{thing} of hue {hue:.2f}")
                     seen += 1
                     if is_unique:
                         places[thing] = (to_the_right(place), picture.middle(is_hue(hue))[0])

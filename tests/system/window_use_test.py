@@ -69,9 +69,9 @@ class UseTest(WindowTest):
         self.display.do("mousemove", int(x), int(y))
         time.sleep(0.5)
         self.display.do("mousedown", 1)
-        time.sleep(0.4)
-        self.display.do("mouseup", 1)
         time.sleep(0.8)
+        self.display.do("mouseup", 1)
+        time.sleep(1.2)
 
     def double_click(self, x, y):
         self.display.do("mousemove", int(x), int(y))
@@ -300,8 +300,11 @@ class FineScreen(UseTest):
         client = self.start(server, "--name", name)
         self.wait_for_window()
         server.wait_for_log(f"{name}.*joined|joined.*{name}")
-        time.sleep(2)
-        sizes = [length for _, _, length in self.display.picture().runs(is_handle) if length > 5]
+        deadline = time.monotonic() + PATIENCE_S
+        sizes = []
+        while not sizes and time.monotonic() < deadline:
+            time.sleep(1)
+            sizes = [length for _, _, length in self.display.picture().runs(is_handle) if length > 5]
         self.display.do("key", "ctrl+q")
         self.assertEqual(finish(client)[0], 0)
         return sizes
