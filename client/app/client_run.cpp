@@ -114,7 +114,8 @@ class ClientRun {
   ClientRun(const ClientRun&) = delete;
   ClientRun& operator=(const ClientRun&) = delete;
 
-  RunEnd run();
+  /// Out     has_begun  see run_client()
+  RunEnd run(bool& has_begun);
 
  private:
   void open_second();
@@ -180,11 +181,12 @@ ClientRun::ClientRun(const ClientOptions& options, realtime::Output& output, Win
   if (!options.trace.empty()) trace_.emplace(options.trace, options.trace_every);
 }
 
-RunEnd ClientRun::run() {
+RunEnd ClientRun::run(bool& has_begun) {
   if (part_.screen != nullptr) open_window();
   open_second();
   io_.start();
   if (!join()) return {.code = 1, .next = part_.next};
+  has_begun = true;
   start_loop();
   while (!is_over_) keep_going();
   return {.code = finish(), .next = part_.next};
@@ -494,16 +496,18 @@ std::vector<std::string> ClientRun::problems_at_end(const ClientIoSnapshot& io) 
 }  // namespace
 
 int run_client(const ClientOptions& options, realtime::Output& output) {
-  if (!options.window.is_open) return ClientRun(options, output, {}).run().code;
+  bool has_begun = false;
+  if (!options.window.is_open) return ClientRun(options, output, {}).run(has_begun).code;
   check_screenshot(options.window.screenshot);
   Screen screen({.width = options.window.width, .height = options.window.height});
-  const RunEnd end = run_client(options, output, screen, {});
-  return end.next == RunEnd::Next::kQuit ? end.code : run_from_start(options, output, screen, end.next);
+  const RunEnd end = run_client(options, output, screen, {}, has_begun);
+  if (end.next == RunEnd::Next::kQuit) return end.code;
+  return run_from_start(has_begun ? options_of_next(options) : options, output, screen, end.next);
 }
 
 RunEnd run_client(const ClientOptions& options, realtime::Output& output, Screen& screen,
-                  const std::vector<std::string>& invitations) {
-  return ClientRun(options, output, {.screen = &screen, .invitations = invitations}).run();
+                  const std::vector<std::string>& invitations, bool& has_begun) {
+  return ClientRun(options, output, {.screen = &screen, .invitations = invitations}).run(has_begun);
 }
 
 }  // namespace tandem::client

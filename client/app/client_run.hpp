@@ -42,7 +42,8 @@ struct RunEnd {
 int run_client(const ClientOptions& options, realtime::Output& output);
 /// The same in a window that is open already.
 /// In      invitations  shown to the user, to be sent to others
+/// Out     has_begun    set to true when the haptic loop starts, so that it is valid also if the call fails
 RunEnd run_client(const ClientOptions& options, realtime::Output& output, Screen& screen,
-                  const std::vector<std::string>& invitations);
+                  const std::vector<std::string>& invitations, bool& has_begun);
 
 }  // namespace tandem::client

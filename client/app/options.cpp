@@ -253,7 +253,8 @@ void add_run_options(CLI::App& app, ClientOptions& options) {
       "read commands from stdin, one a line, and answer each by one line on stdout, a JSON object; nothing else "
       "is printed there. The commands are listed below; the end of stdin ends the program");
   app.add_flag("--verbose", options.is_verbose, "log the session's events to stderr");
-  app.add_option("--trace", options.trace, "write the time series of every haptic tick to this CSV file")
+  app.add_option("--trace", options.trace,
+                 "write the time series of every haptic tick to this CSV file; in a window, of the first session")
       ->type_name("FILE.csv");
   app.add_option("--trace-every", options.trace_every, "only every n-th tick")
       ->capture_default_str()
@@ -263,7 +264,7 @@ void add_run_options(CLI::App& app, ClientOptions& options) {
 void add_recording_options(CLI::App& app, ClientOptions& options) {
   app.add_option("--record", options.record,
                  "record device, tool, forces, faults and the link into this file (MCAP; tandem-replay reads it, and "
-                 "--device replay:FILE moves the same hand again)")
+                 "--device replay:FILE moves the same hand again); in a window, the first session")
       ->type_name("FILE.mcap");
   app.add_option("--record-every", options.record_every, "only every n-th tick")
       ->capture_default_str()
@@ -318,8 +319,8 @@ void apply_server(const std::string& text, ClientIoSettings& io) {
 
 std::optional<ClientOptions> parse_client_options(int argc, const char* const* argv) {
   CLI::App app{
-      "Joins a shared haptic scene with one device. Without --server, --join, --pin, --ca and --insecure a window asks "
-      "what to open.",
+      "Joins a shared haptic scene with one device. Without --server, --join, --pin, --ca, --token and --insecure, a "
+      "window offers scenes, files and servers.",
       "tandem-client"};
   app.footer(
       "Exit code: 0 done; 1 the session was lost, no state was received, a parameter, recording, trace or picture is "

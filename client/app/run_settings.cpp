@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "client/app/security_options.hpp"
 #include "common/geometry/drawing_asset.hpp"
 
 namespace tandem::client {
@@ -32,6 +33,29 @@ ClientIoSettings io_settings(const ClientOptions& options, const haptics::Safety
   // A window always gets simulated links, because its sliders change their parameters.
   if (!settings.links) settings.links = SimulatedLinks{{}, {}, options.seed};
   return settings;
+}
+
+ClientOptions options_to_join(ClientOptions options, const JoinTarget& target, const std::string& user,
+                              bool is_own_server) {
+  SessionSettings& session = options.io.client.session;
+  options.io.trust.reset();
+  options.io.port = ClientIoSettings{}.port;
+  session.token.clear();
+  session.room.clear();
+  if (!user.empty()) session.user_name = user;
+  apply_server(target.address, options.io);
+  SecurityOptions security;
+  if (target.invitation) security.invitation = proto::text_of(*target.invitation);
+  security.is_insecure = !target.invitation;
+  if (is_own_server && !target.invitation) session.role = wire::ROLE_OPERATOR;
+  apply_security(security, !target.invitation, options.io);
+  return options;
+}
+
+ClientOptions options_of_next(ClientOptions options) {
+  options.trace.clear();
+  options.record.clear();
+  return options;
 }
 
 ClientOptions with_pointer(ClientOptions options) {

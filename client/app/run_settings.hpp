@@ -7,12 +7,20 @@
 
 #include "client/app/options.hpp"
 #include "client/haptics/coupling_check.hpp"
+#include "client/start/start_choice.hpp"
 #include "common/haptics/safety.hpp"
 #include "devices/device.hpp"
 
 namespace tandem::client {
 
 ClientIoSettings io_settings(const ClientOptions& options, const haptics::SafetySettings& safety);
+/// Options of a session that joins `target`. Server, room, authentication and token of an earlier session are removed.
+/// In      user           name of the user; "": that of `options`
+///         is_own_server  the server was started for this user, who may also reset its room
+ClientOptions options_to_join(ClientOptions options, const JoinTarget& target, const std::string& user,
+                              bool is_own_server);
+/// Options of a later session in the same window: the files of --trace and --record are those of the session before.
+ClientOptions options_of_next(ClientOptions options);
 /// Adds a pointer if the device is "mouse" and a window or commands can move it.
 ClientOptions with_pointer(ClientOptions options);
 /// Opens a SpaceMouse for the camera if one is usable and is not the hand's device; otherwise null.

@@ -30,8 +30,8 @@ void apply_token(const proto::Bytes& token, bool keeps_role, ClientIoSettings& i
   if (!keeps_role) io.client.session.role = claims->role();
 }
 
-/// Text of an option; for "-" a line read from stdin, which a terminal's user is asked for by `name`. A secret should not be on the command line, because other users
-/// of the machine can read it.
+/// Returns the text of an option. For "-" it reads one line from stdin; on a terminal, a prompt first names the secret.
+/// A secret should not be on the command line, because other users of the machine can read it.
 std::string or_from_stdin(const std::string& text, const char* name) {
   if (text != "-") return text;
   if (isatty(STDIN_FILENO) != 0) std::cerr << "Paste the " << name << ", then press Enter: " << std::flush;

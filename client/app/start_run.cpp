@@ -10,7 +10,6 @@
 
 #include "client/app/client_run.hpp"
 #include "client/app/run_settings.hpp"
-#include "client/app/security_options.hpp"
 #include "client/app/stop_signals.hpp"
 #include "client/start/recent.hpp"
 #include "client/start/start_flow.hpp"
@@ -43,21 +42,6 @@ StartForm new_form(const ClientOptions& options) {
   return form;
 }
 
-/// Options of the session that joins the flow's target.
-ClientOptions session_options(ClientOptions options, const StartFlow& flow, const std::string& user) {
-  const JoinTarget& target = flow.target();
-  SessionSettings& session = options.io.client.session;
-  if (!user.empty()) session.user_name = user;
-  apply_server(target.address, options.io);
-  SecurityOptions security;
-  if (target.invitation) security.invitation = proto::text_of(*target.invitation);
-  security.is_insecure = !target.invitation;
-  // The user of a server of their own may also reset its room.
-  if (flow.has_server() && !target.invitation) session.role = wire::ROLE_OPERATOR;
-  apply_security(security, !target.invitation, options.io);
-  return options;
-}
-
 class StartRun {
  public:
   StartRun(const ClientOptions& options, realtime::Output& output, Screen& screen, bool is_hosting)
@@ -72,7 +56,7 @@ class StartRun {
   int run() {
     while (choose()) {
       const int code = session();
-      if (!goes_on_) return code;
+      if (!returns_to_start_) return code;
     }
     return 0;
   }
@@ -80,7 +64,7 @@ class StartRun {
  private:
   /// Draws the start screen until there is an address to join. Returns false if the program is to end.
   bool choose();
-  /// Runs one session. Sets goes_on_ if the start screen is to be shown again.
+  /// Runs one session. Sets returns_to_start_ if the start screen is to be shown again.
   int session();
   bool is_pictured(LocalTime since);
 
@@ -89,7 +73,7 @@ class StartRun {
   Screen& screen_;
   StartFlow flow_;
   StartForm form_;
-  bool goes_on_ = false;
+  bool returns_to_start_ = false;
 };
 
 bool StartRun::choose() {
@@ -114,20 +98,26 @@ bool StartRun::is_pictured(LocalTime since) {
 }
 
 int StartRun::session() {
-  goes_on_ = false;
+  returns_to_start_ = false;
+  bool has_begun = false;
+  int code = 1;
   try {
-    const ClientOptions options = session_options(options_, flow_, form_.name.data());
-    const RunEnd end = run_client(options, output_, screen_, flow_.invitations());
-    goes_on_ = end.next != RunEnd::Next::kQuit;
+    const ClientOptions options = options_to_join(options_, flow_.target(), form_.name.data(), flow_.has_server());
+    const RunEnd end = run_client(options, output_, screen_, flow_.invitations(), has_begun);
+    returns_to_start_ = end.next != RunEnd::Next::kQuit;
     flow_.close("");
     flow_.form().is_hosted = end.next == RunEnd::Next::kHost;
-    return end.code;
+    code = end.code;
   } catch (const std::exception& error) {
     output_.err(std::string("tandem-client: ") + error.what() + "\n");
     flow_.close(error.what());
-    goes_on_ = true;
-    return 1;
+    returns_to_start_ = true;
   }
+  if (has_begun) {
+    options_ = options_of_next(std::move(options_));
+    form_.address.fill('\0');  // an invitation can be used once
+  }
+  return code;
 }
 
 }  // namespace

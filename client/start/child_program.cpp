@@ -1,6 +1,7 @@
 #include "client/start/child_program.hpp"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
@@ -15,13 +16,13 @@
 namespace tandem::client {
 namespace {
 
-constexpr int kNotExecuted = 127;
 constexpr Duration kPollPeriod = std::chrono::milliseconds(5);
+constexpr int kReadPeriod_ms = 50;  ///< period of the check whether the reader must end
 
 /// Becomes the program. Between fork and exec only functions that are safe in a signal handler are called.
 [[noreturn]] void become(char* const* arguments, int output, int nothing, pid_t parent) {
   prctl(PR_SET_PDEATHSIG, SIGTERM);
-  if (getppid() != parent) _exit(kNotExecuted);  // the parent has ended before the line above
+  if (getppid() != parent) _exit(ChildProgram::kNotExecuted);  // the parent has ended before the line above
   setpgid(0, 0);
   dup2(nothing, STDIN_FILENO);
   dup2(output, STDOUT_FILENO);
@@ -32,7 +33,7 @@ constexpr Duration kPollPeriod = std::chrono::milliseconds(5);
   sigprocmask(SIG_SETMASK, &none, nullptr);
   signal(SIGPIPE, SIG_DFL);
   execv(arguments[0], arguments);
-  _exit(kNotExecuted);
+  _exit(ChildProgram::kNotExecuted);
 }
 
 }  // namespace
@@ -57,13 +58,14 @@ ChildProgram::ChildProgram(const std::filesystem::path& program, const std::vect
     close(output_);
     throw std::system_error(problem, std::generic_category(), "no process can be made");
   }
+  setpgid(process_, process_);  // the group must exist before the first signal; become() sets it too
   reader_ = std::thread([this] { read_lines(); });
 }
 
 ChildProgram::~ChildProgram() {
   stop();
-  // A child of the program may still hold the pipe: its end must not be awaited.
-  if (reader_.joinable()) reader_.join();
+  is_stopping_ = true;
+  reader_.join();
   close(output_);
 }
 
@@ -83,7 +85,7 @@ std::vector<std::string> ChildProgram::take_lines() {
 }
 
 void ChildProgram::request_stop() {
-  if (is_running()) kill(process_, SIGTERM);
+  if (is_running()) kill(-process_, SIGTERM);
 }
 
 void ChildProgram::stop(Duration patience) {
@@ -92,14 +94,16 @@ void ChildProgram::stop(Duration patience) {
   const LocalTime give_up = clock.now() + patience;
   while (is_running() && clock.now() < give_up) std::this_thread::sleep_for(kPollPeriod);
   if (!is_running()) return;
-  kill(process_, SIGKILL);
+  kill(-process_, SIGKILL);
   while (is_running()) std::this_thread::sleep_for(kPollPeriod);
 }
 
 void ChildProgram::read_lines() {
   std::string line;
   std::array<char, 4096> buffer{};
-  while (true) {
+  while (!is_stopping_) {
+    pollfd waiting{.fd = output_, .events = POLLIN, .revents = 0};
+    if (poll(&waiting, 1, kReadPeriod_ms) <= 0) continue;
     const ssize_t size = read(output_, buffer.data(), buffer.size());
     if (size < 0 && errno == EINTR) continue;
     if (size <= 0) break;
@@ -113,6 +117,7 @@ void ChildProgram::read_lines() {
     }
   }
   add_line(line);
+  has_read_all_ = true;
 }
 
 void ChildProgram::add_line(std::string& line) {

@@ -3,6 +3,7 @@
 
 #include <sys/types.h>
 
+#include <atomic>
 #include <filesystem>
 #include <mutex>
 #include <string>
@@ -22,23 +23,25 @@ class ChildProgram {
  public:
   static constexpr std::size_t kMaxLines = 256;  ///< stored lines of output; the oldest are dropped
   static constexpr std::size_t kMaxLineBytes = 4096;
+  static constexpr int kNotExecuted = 127;  ///< exit code of a program that could not be executed
 
   /// Fails   std::system_error: no process or pipe can be made
   ChildProgram(const std::filesystem::path& program, const std::vector<std::string>& arguments);
-  /// Calls stop().
+  /// Calls stop(). Does not wait for the end of the output, because a process that the program has started may hold it.
   ~ChildProgram();
   ChildProgram(const ChildProgram&) = delete;
   ChildProgram& operator=(const ChildProgram&) = delete;
 
   bool is_running();
-  /// Exit code, or 128 plus the number of the signal that ended the program; 127: it could not be executed. Valid when
-  /// is_running() is false.
+  /// Exit code, or 128 plus the number of the signal that ended the program. Valid when is_running() is false.
   int exit_code() const { return exit_code_; }
+  /// Returns whether the output has ended, so that the next take_lines() returns its last lines.
+  bool has_read_all() const { return has_read_all_; }
   /// Lines of stdout and stderr since the last call.
   std::vector<std::string> take_lines();
-  /// Asks the program to end.
+  /// Sends SIGTERM to the program and the processes that it has started.
   void request_stop();
-  /// Asks the program to end, and kills it if it does not end within the time.
+  /// Sends SIGTERM, and SIGKILL if the program still runs after `patience`.
   void stop(Duration patience = std::chrono::milliseconds(1000));
 
  private:
@@ -51,6 +54,8 @@ class ChildProgram {
   int exit_code_ = 0;
   std::mutex mutex_;  ///< protects lines_
   std::vector<std::string> lines_;
+  std::atomic<bool> is_stopping_{false};  ///< the reader must end, also before the end of the output
+  std::atomic<bool> has_read_all_{false};
   std::thread reader_;
 };
 

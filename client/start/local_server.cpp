@@ -14,6 +14,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kPartner = "ben";
+/// Maximum time from the end of the server to the end of its output, which has the reason.
+constexpr Duration kLastWords = std::chrono::seconds(1);
 
 /// Returns the text after the time and the level of a log line ("23:45:07.887 info ..."), or after the program's name.
 std::string plain(const std::string& line) {
@@ -24,10 +26,13 @@ std::string plain(const std::string& line) {
   return line;
 }
 
-fs::path new_folder() {
-  std::string name = (fs::temp_directory_path() / "tandem-mesh-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error(name + ": no folder can be made there");
-  return name;
+/// Writes a file that the server reads.
+/// Fails   std::runtime_error: the message names the file
+void write_text(const fs::path& file, const std::string& text) {
+  std::ofstream out(file);
+  out << text;
+  out.close();
+  if (!out) throw std::runtime_error(file.string() + " cannot be written; free some space");
 }
 
 fs::path checked(const fs::path& program) {
@@ -38,6 +43,17 @@ fs::path checked(const fs::path& program) {
 }
 
 }  // namespace
+
+TemporaryFolder::TemporaryFolder() {
+  std::string name = (fs::temp_directory_path() / "tandem-mesh-XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error(name + ": no folder can be made there");
+  path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code error;
+  fs::remove_all(path_, error);
+}
 
 std::optional<std::string> listening_port(const std::string& line) {
   constexpr std::string_view kBefore = "listening on ";
@@ -59,9 +75,8 @@ LocalServer::LocalServer(StartChoice choice, const fs::path& beside) : choice_(s
   const fs::path program = checked(beside_ / "tandem-server");
   fs::path scene;
   if (choice_.kind == StartChoice::Kind::kMesh) {
-    folder_ = new_folder();
-    scene = folder_ / "mesh.json";
-    std::ofstream(scene) << mesh_scene(choice_);
+    scene = folder_.emplace().path() / "mesh.json";
+    write_text(scene, mesh_scene(choice_));
   }
   server_ = std::make_unique<ChildProgram>(program, server_arguments(choice_, scene));
 }
@@ -71,27 +86,43 @@ LocalServer::~LocalServer() {
   server_->request_stop();
   partner_.reset();
   server_.reset();
-  std::error_code error;
-  if (!folder_.empty()) fs::remove_all(folder_, error);
 }
 
 LocalServer::State LocalServer::poll() {
-  for (const std::string& line : server_->take_lines()) read(line);
+  read_lines();
   if (partner_ != nullptr) partner_->take_lines();
-  // The own invitation comes after the line with the port.
-  const bool is_complete = !target_.address.empty() && (!choice_.is_hosted || target_.invitation);
-  if (state_ == State::kPreparing && is_complete) {
+  if (state_ == State::kPreparing && is_complete()) {
     start_partner();
     // The partner joins first, so that it always gets the scene's first tool.
     const bool is_awaited = partner_ != nullptr && !has_partner_joined_ && partner_->is_running();
     if (!is_awaited) state_ = State::kReady;
   }
-  if (state_ == State::kPreparing && !server_->is_running()) {
-    for (const std::string& line : server_->take_lines()) read(line);
-    state_ = State::kFailed;
-    if (news_.empty()) news_ = "the server ended with exit code " + std::to_string(server_->exit_code());
-  }
+  if (state_ == State::kPreparing && !server_->is_running()) follow_end();
   return state_;
+}
+
+/// Returns whether everything that a session needs was printed. The invitations come after the line with the port.
+bool LocalServer::is_complete() const {
+  const auto needed = static_cast<std::size_t>(choice_.is_hosted ? choice_.invited : 0);
+  return !target_.address.empty() && (!choice_.is_hosted || target_.invitation) && invitations_.size() >= needed;
+}
+
+/// Sets the state and the reason once the last lines of a server that has ended are read.
+void LocalServer::follow_end() {
+  const LocalTime now = SteadyClock().now();
+  if (!ended_at_) ended_at_ = now;
+  if (!server_->has_read_all() && now - *ended_at_ < kLastWords) return;
+  read_lines();
+  state_ = State::kFailed;
+  if (!news_.empty()) return;
+  const int code = server_->exit_code();
+  news_ = code == ChildProgram::kNotExecuted
+              ? "tandem-server could not be executed; wait until it is built, or install it again"
+              : "the server ended with exit code " + std::to_string(code);
+}
+
+void LocalServer::read_lines() {
+  for (const std::string& line : server_->take_lines()) read(line);
 }
 
 void LocalServer::read(const std::string& line) {

@@ -9,8 +9,24 @@
 
 #include "client/start/child_program.hpp"
 #include "client/start/start_choice.hpp"
+#include "common/base/time.hpp"
 
 namespace tandem::client {
+
+/// A new folder for temporary files. It is removed with its files when this is destroyed.
+class TemporaryFolder {
+ public:
+  /// Fails   std::runtime_error: it cannot be made
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
 
 /// Starts the server, and follows its output until it listens. Destroying it ends server and partner.
 ///
@@ -21,7 +37,8 @@ class LocalServer {
 
   /// In      choice  a choice without a problem_of(), not of the kind kJoin
   ///         beside  folder of tandem-server and tandem-client
-  /// Fails   std::system_error, std::runtime_error: a program is missing or cannot be started; no folder can be made
+  /// Fails   std::system_error, std::runtime_error: a program is missing or cannot be started; no folder or file can be
+  ///         written
   LocalServer(StartChoice choice, const std::filesystem::path& beside);
   /// Ends the partner and then the server, within a second each at most.
   ~LocalServer();
@@ -29,6 +46,7 @@ class LocalServer {
   LocalServer& operator=(const LocalServer&) = delete;
 
   /// Reads the lines that the server has printed. Starts the partner when the server listens.
+  /// Fails   as the constructor, for the partner
   State poll();
   State state() const { return state_; }
   /// Last line of the server: its progress while it prepares, the reason if it failed.
@@ -40,17 +58,21 @@ class LocalServer {
   const StartChoice& choice() const { return choice_; }
 
  private:
+  void read_lines();
   void read(const std::string& line);
+  bool is_complete() const;
+  void follow_end();
   void start_partner();
 
   StartChoice choice_;
   std::filesystem::path beside_;
-  std::filesystem::path folder_;  ///< folder of the scene file of a mesh; empty: none was made
+  std::optional<TemporaryFolder> folder_;  ///< folder of the scene file of a mesh; none for other choices
   State state_ = State::kPreparing;
   std::string news_;
   JoinTarget target_;
   std::vector<std::string> invitations_;
   bool has_partner_joined_ = false;
+  std::optional<LocalTime> ended_at_;  ///< time when the end of the server was noticed
   std::unique_ptr<ChildProgram> server_;
   std::unique_ptr<ChildProgram> partner_;  ///< null: the scene has none
 };

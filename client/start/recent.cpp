@@ -35,9 +35,39 @@ void for_each_flag(Choice& choice, const Use& use) {
   use("is_hosted", choice.is_hosted);
 }
 
+/// Returns the choice with only the fields that its kind uses. The others may contain private paths of other choices.
+StartChoice essence(const StartChoice& choice) {
+  StartChoice stored{.kind = choice.kind};
+  switch (choice.kind) {
+    case StartChoice::Kind::kScene:
+      stored.scene = choice.scene;
+      break;
+    case StartChoice::Kind::kMesh:
+      stored.mesh = choice.mesh;
+      stored.mesh_size_m = choice.mesh_size_m;
+      stored.is_y_up = choice.is_y_up;
+      stored.is_movable = choice.is_movable;
+      break;
+    case StartChoice::Kind::kDock:
+      stored.receptor = choice.receptor;
+      stored.ligand = choice.ligand;
+      break;
+    case StartChoice::Kind::kJoin:
+      stored.address = choice.address;
+      return stored;
+  }
+  if (!choice.is_hosted) return stored;
+  stored.is_hosted = true;
+  stored.invited = choice.invited;
+  stored.port = choice.port;
+  return stored;
+}
+
 bool is_storable(const StartChoice& choice) {
   bool fits = true;
-  for_each_text(choice, [&fits](const char*, const std::string& text) { fits = fits && text.size() <= kMaxText; });
+  for_each_text(choice, [&fits](const char*, const std::string& text) {
+    fits = fits && text.size() <= kMaxText && is_utf8(text);
+  });
   return fits && problem_of(choice).empty() &&
          (choice.kind != StartChoice::Kind::kJoin || !join_target(choice.address).invitation);
 }
@@ -78,7 +108,7 @@ std::optional<StartChoice> choice_of(const json::value& value) {
   choice.mesh_size_m = number("mesh_size_m", kMinMeshSize_m, kMaxMeshSize_m, choice.mesh_size_m);
   choice.invited = static_cast<int>(number("invited", 1, kMaxInvited, choice.invited));
   choice.port = static_cast<int>(number("port", 0, 65535, choice.port));
-  return choice;
+  return essence(choice);
 }
 
 }  // namespace
@@ -121,17 +151,18 @@ std::vector<StartChoice> recent_choices(const std::filesystem::path& file) {
 }
 
 void remember_choice(const std::filesystem::path& file, const StartChoice& choice) {
-  if (file.empty() || !is_storable(choice)) return;
+  const StartChoice stored = essence(choice);
+  if (file.empty() || !is_storable(stored)) return;
   std::vector<StartChoice> choices = recent_choices(file);
-  std::erase(choices, choice);
-  choices.insert(choices.begin(), choice);
+  std::erase(choices, stored);
+  choices.insert(choices.begin(), stored);
   choices.resize(std::min(choices.size(), kMaxRecent));
   json::array array;
   for (const StartChoice& each : choices) array.push_back(json_of(each));
   // Six entries with long paths may exceed the limit of a reader; the oldest are then left out.
   while (array.size() > 1 && json::serialize(array).size() >= kMaxBytes) array.pop_back();
   const std::string text = json::serialize(array) + "\n";
-  replace_cache_file(file, {std::as_bytes(std::span(text))});
+  replace_file(file, {std::as_bytes(std::span(text))}, 0600);
 }
 
 }  // namespace tandem::client

@@ -20,7 +20,8 @@ std::filesystem::path recent_file();
 inline constexpr std::size_t kMaxRecent = 6;
 /// Reads the last choices, the newest first. Invalid entries are left out; no entry contains an invitation.
 std::vector<StartChoice> recent_choices(const std::filesystem::path& file);
-/// Adds a choice as the newest. An invitation is a secret for one use, so it is not stored. Errors are ignored.
+/// Adds a choice as the newest, with only the fields that its kind uses. Only the user can read the file. An invitation
+/// is a secret for one use, so it is not stored, and neither is a text that is not UTF-8. Errors are ignored.
 void remember_choice(const std::filesystem::path& file, const StartChoice& choice);
 
 }  // namespace tandem::client

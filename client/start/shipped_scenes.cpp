@@ -16,6 +16,8 @@ constexpr std::array kScenes{
                  "Slide over rough, sticky and buzzing surfaces, and find the magnet."},
     ShippedScene{"soft_pad", "A soft pad", "Press a soft pad with your hand, or with the ball."},
     ShippedScene{"peg_in_hole", "A peg for two", "Bring a peg into its hole, held by two people."},
+    ShippedScene{"ring", "A ball and a ring", "A game: put the ball into the ring within 20 seconds."},
+    ShippedScene{"t_puzzle", "The T puzzle", "A game: lay four wooden boards so that they form a T, and more."},
     ShippedScene{"docking_helices", "Two helices", "Dock two helices: feel how molecules attract and repel."},
     ShippedScene{"two_bunnies", "Two bunnies", "Let two bunnies slide on each other, one in each hand."},
     ShippedScene{"squeeze", "A cube to squeeze", "Lift a cube by friction alone, pressed by two people."},

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/json.hpp>
 #include <cctype>
+#include <charconv>
 #include <cstdlib>
 #include <fstream>
 #include <span>
@@ -11,6 +12,7 @@
 
 #include "client/start/shipped_scenes.hpp"
 #include "common/net/host_port.hpp"
+#include "common/net/text.hpp"
 
 namespace tandem::client {
 namespace {
@@ -35,15 +37,31 @@ bool is_in(std::span<const std::string_view> endings, const fs::path& file) {
   return std::ranges::find(endings, ending_of(file)) != endings.end();
 }
 
-/// Removes blanks, line ends and quotes around a pasted path or text, and the scheme "file://" of file managers.
+/// Replaces each "%XX" by the byte with this hexadecimal code. The code of a byte 0 stays, because no path contains it.
+std::string decoded(std::string_view text) {
+  std::string plain;
+  while (!text.empty()) {
+    unsigned char code = 0;
+    const char* const end = text.data() + std::min<std::size_t>(text.size(), 3);
+    const bool is_code = text.front() == '%' && end == text.data() + 3 &&
+                         std::from_chars(text.data() + 1, end, code, 16).ptr == end && code != 0;
+    plain += is_code ? static_cast<char>(code) : text.front();
+    text.remove_prefix(is_code ? 3 : 1);
+  }
+  return plain;
+}
+
+/// Removes blanks, line ends and quotes around a pasted path or text. Of the URI of a file ("file://HOST/PATH", as file
+/// managers copy it), the decoded path remains.
 std::string trimmed(std::string_view text) {
   constexpr std::string_view kAround = " \t\r\n'\"";
   const std::size_t begin = std::min(text.find_first_not_of(kAround), text.size());
   text.remove_prefix(begin);
   text = text.substr(0, std::min(text.find_last_not_of(kAround) + 1, text.size()));
   constexpr std::string_view kScheme = "file://";
-  if (text.starts_with(kScheme)) text.remove_prefix(kScheme.size());
-  return std::string(text);
+  if (!text.starts_with(kScheme)) return std::string(text);
+  text.remove_prefix(kScheme.size());
+  return decoded(text.substr(std::min(text.find('/'), text.size())));
 }
 
 fs::path path_of(std::string_view text) {
@@ -80,6 +98,11 @@ std::string problem_of_structure(const std::string& text, const std::string& wha
 std::string problem_of_mesh(const std::string& text) {
   const fs::path file = path_of(text);
   if (std::string problem = problem_of_file(file, "a mesh file"); !problem.empty()) return problem;
+  std::error_code error;
+  // The path is written to a scene file, which is JSON.
+  if (!is_utf8(fs::absolute(file, error).string())) {
+    return "the path of the mesh file is not UTF-8; rename the file or its folder";
+  }
   if (is_in(kMeshEndings, file)) return "";
   return file.filename().string() + " is no mesh file; give .stl, .obj, .ply, .off, .gltf, .glb, .3ds or .dae";
 }
@@ -109,6 +132,13 @@ bool is_this_machine(const std::string& host) {
 }
 
 }  // namespace
+
+bool is_utf8(std::string_view text) {
+  while (!text.empty()) {
+    if (!net::pop_code_point(text)) return false;
+  }
+  return true;
+}
 
 std::string title_of(const StartChoice& choice) {
   switch (choice.kind) {

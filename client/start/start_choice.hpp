@@ -34,6 +34,9 @@ struct StartChoice {
 inline constexpr double kMinMeshSize_m = 0.01, kMaxMeshSize_m = 1;
 inline constexpr int kMaxInvited = 15;
 
+/// Returns whether a text is valid UTF-8, as the formats of scenes and stored choices require.
+bool is_utf8(std::string_view text);
+
 /// Title for the user, e.g. "A crate for two" or "part.stl".
 std::string title_of(const StartChoice& choice);
 

@@ -51,13 +51,17 @@ void StartFlow::cancel() {
 
 void StartFlow::poll() {
   if (server_ == nullptr) return;
-  const LocalServer::State state = server_->poll();
-  if (state_ != State::kPreparing) return;
-  if (state == LocalServer::State::kReady) {
-    target_ = server_->target();
-    state_ = State::kReady;
+  try {
+    const LocalServer::State state = server_->poll();
+    if (state_ != State::kPreparing) return;
+    if (state == LocalServer::State::kReady) {
+      target_ = server_->target();
+      state_ = State::kReady;
+    }
+    if (state == LocalServer::State::kFailed) close(std::string(server_->news()));
+  } catch (const std::exception& error) {
+    close(error.what());
   }
-  if (state == LocalServer::State::kFailed) close(std::string(server_->news()));
 }
 
 void StartFlow::close(const std::string& problem) {

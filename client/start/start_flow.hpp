@@ -32,7 +32,7 @@ class StartFlow {
   /// Title of the choice that is opened.
   std::string title() const { return title_of(opened_); }
 
-  /// Opens a choice, unless it has a problem. The mode of hosting is that of the form.
+  /// Opens a choice, unless it has a problem. The choice says whether it is hosted.
   void open(StartChoice choice);
   /// Puts a dropped file into the form, and opens it if it is a mesh, a scene or the second of two structures.
   void drop(const std::filesystem::path& file);
@@ -41,7 +41,7 @@ class StartFlow {
   /// Follows the server. Call once a frame.
   void poll();
   /// Ends the session's server, and returns to the choice.
-  /// In      problem  why the session ended; "": as the user wanted
+  /// In      problem  reason why the session failed; "" if the user ended it
   void close(const std::string& problem);
 
   /// Address to join; valid when ready.

@@ -215,7 +215,7 @@ void draw_in_child(const char* name, const Draw& draw, float width = 0) {
 void draw_waiting(StartFlow& flow) {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   ImGui::SetCursorPosY(0.35F * size.y);
-  ImGui::TextColored(kTitle, "The server prepares: %s", flow.title().c_str());
+  ImGui::TextColored(kTitle, "Preparing: %s", flow.title().c_str());
   draw_explanation(flow.progress().empty() ? "This takes a second or two, and longer for a large mesh."
                                            : flow.progress().c_str());
   ImGui::Spacing();
@@ -266,6 +266,7 @@ void draw_start(StartFlow& flow, StartForm& form, ScenePictures* pictures) {
 StartScreen::StartScreen(Screen& screen, StartForm& form)
     : screen_(screen), form_(form), pictures_(std::make_unique<ScenePictures>(data_folder() / "pictures")) {
   screen_.set_title("tandem: start");
+  screen_.take_dropped();  // files dropped during a session, where they open nothing
 }
 
 StartScreen::~StartScreen() = default;
@@ -275,6 +276,11 @@ void StartScreen::draw(StartFlow& flow) {
   screen_.take_keys();
   screen_.pop_double_click();
   for (const std::filesystem::path& file : screen_.take_dropped()) {
+    // A dropped file replaces its own field only. What the user has typed into the others stays.
+    StartChoice& choice = flow.form();
+    choice.mesh = form_.file.data();
+    choice.receptor = form_.receptor.data();
+    choice.ligand = form_.ligand.data();
     flow.drop(file);
     put(form_.file, flow.form().mesh);
     put(form_.receptor, flow.form().receptor);

@@ -23,6 +23,9 @@ void apply_style(float scale) {
   style.ScaleAllSizes(scale);
   ImGuiIO& io = ImGui::GetIO();
   io.IniFilename = nullptr;
+  // The delay of most desktops [s]. With the default of 0.25 s, a slow press of Ctrl+V pastes an invitation twice, which
+  // no server accepts.
+  io.KeyRepeatDelay = 0.5F;
   if (std::filesystem::exists(kFont)) {
     io.Fonts->AddFontFromFileTTF(kFont, std::round(kFontPixels * scale));
   } else {

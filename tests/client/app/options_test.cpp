@@ -10,7 +10,10 @@
 #include <stdexcept>
 #include <vector>
 
+#include "client/app/run_settings.hpp"
 #include "client/app/summary.hpp"
+#include "client/start/start_choice.hpp"
+#include "tests/client/start/some_invitation.hpp"
 
 namespace tandem::client {
 namespace {
@@ -308,6 +311,34 @@ TEST(Summary, IsAValidObjectEvenOfARunThatNeverTicked) {
   EXPECT_EQ(parsed.at("ticks_run").to_number<int>(), 0);
   EXPECT_TRUE(parsed.at("all_forces_finite").as_bool());
   EXPECT_TRUE(parsed.at("phases").at(0).at("settled_force_max_n").is_null());
+}
+
+TEST(OptionsToJoin, ContainNothingOfAnEarlierSession) {
+  const std::string first = test::some_invitation("192.0.2.2:5000");
+  const std::vector<const char*> line{"tandem-client", "--headless", "--join", first.c_str(), "--room", "lab"};
+  const auto options = parse_client_options(static_cast<int>(line.size()), line.data());
+  ASSERT_TRUE(options && options->io.trust);
+  const ClientOptions own = options_to_join(*options, join_target("127.0.0.1:4711"), "", true);
+  EXPECT_FALSE(own.io.trust) << "a server of this machine does not speak TLS";
+  EXPECT_TRUE(own.io.client.session.token.empty());
+  EXPECT_EQ(own.io.client.session.room, "");
+  EXPECT_EQ(own.io.client.session.role, wire::ROLE_OPERATOR);
+  EXPECT_EQ(own.io.host, "127.0.0.1");
+  EXPECT_EQ(own.io.port, 4711);
+  EXPECT_EQ(options_to_join(*options, join_target("localhost"), "", false).io.port, 47800) << "not the earlier port";
+  const JoinTarget other = join_target(test::some_invitation("192.0.2.3:6000", "ben"));
+  const ClientOptions hosted = options_to_join(*options, other, "ben", false);
+  ASSERT_TRUE(hosted.io.trust);
+  EXPECT_EQ(hosted.io.host, "192.0.2.3");
+  EXPECT_EQ(hosted.io.client.session.token, other.invitation->token);
+  EXPECT_EQ(hosted.io.client.session.room, "");
+  EXPECT_EQ(hosted.io.client.session.user_name, "ben");
+}
+
+TEST(OptionsOfNext, DoNotReplaceTheFilesOfTheFirstSession) {
+  const ClientOptions next = options_of_next(*parse({"--trace", "t.csv", "--record", "r.mcap"}));
+  EXPECT_TRUE(next.trace.empty());
+  EXPECT_TRUE(next.record.empty());
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <iterator>
 
 #include "tests/client/start/some_invitation.hpp"
 
@@ -19,6 +20,10 @@ class Recent : public testing::Test {
   void SetUp() override {
     fs::remove_all(folder_);
     fs::create_directories(folder_);
+  }
+  std::string stored() const {
+    std::ifstream in(file_);
+    return {std::istreambuf_iterator<char>(in), {}};
   }
   std::string mesh(const std::string& name) const {
     std::ofstream(folder_ / name) << "x";
@@ -54,8 +59,35 @@ TEST_F(Recent, AnInvitationIsNeverStored) {
   ASSERT_EQ(recent_choices(file_).size(), 1U);
 }
 
+TEST_F(Recent, OnlyTheFieldsOfItsKindAreStoredAndOnlyTheUserCanReadThem) {
+  const StartChoice form{.kind = StartChoice::Kind::kMesh,
+                         .scene = "/home/anna/other.json",
+                         .mesh = mesh("a.stl"),
+                         .receptor = "/home/anna/secret.pdb",
+                         .address = test::some_invitation("192.0.2.2:47800"),
+                         .invited = 3,
+                         .port = 5000};
+  remember_choice(file_, form);
+  EXPECT_EQ(stored().find("192.0.2.2"), std::string::npos) << "a part of the invitation";
+  EXPECT_EQ(stored().find("anna"), std::string::npos) << "a path of another choice";
+  EXPECT_EQ(fs::status(file_).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+  remember_choice(file_, {.kind = StartChoice::Kind::kMesh, .mesh = form.mesh});
+  EXPECT_EQ(recent_choices(file_).size(), 1U) << "the same choice from another form";
+}
+
+TEST_F(Recent, APathThatIsNotUtf8DestroysNoOtherEntry) {
+  remember_choice(file_, {.scene = "wall"});
+  const std::string path = (folder_ / "caf\xe9.json").string();
+  std::ofstream(path) << "{}";
+  ASSERT_EQ(problem_of({.scene = path}), "") << "it can be opened";
+  remember_choice(file_, {.scene = path});
+  ASSERT_EQ(recent_choices(file_).size(), 1U);
+  EXPECT_EQ(recent_choices(file_)[0].scene, "wall");
+}
+
 TEST_F(Recent, DamagedEntriesAreLeftOutAndNumbersClamped) {
-  std::ofstream(file_) << R"([7, {"kind": "warp"}, {"kind": "scene", "scene": "wall", "invited": 1e9, "port": "x"}])";
+  std::ofstream(file_)
+      << R"([7, {"kind": "warp"}, {"kind": "scene", "scene": "wall", "is_hosted": true, "invited": 1e9, "port": "x"}])";
   const auto choices = recent_choices(file_);
   ASSERT_EQ(choices.size(), 1U);
   EXPECT_EQ(choices[0].invited, kMaxInvited);
@@ -66,12 +98,12 @@ TEST_F(Recent, DamagedEntriesAreLeftOutAndNumbersClamped) {
 
 TEST_F(Recent, LongPathsNeverMakeTheFileUnreadable) {
   std::string deep = folder_.string();
-  for (int i = 0; i < 4; ++i) deep += "/" + std::string(200, 'd');
+  for (int i = 0; i < 4; ++i) deep += "/" + std::string(200, '"');  // two bytes each in the file
   fs::create_directories(deep);
   for (char c = 'a'; c <= 'h'; ++c) {
     const std::string file = deep + "/" + std::string(60, c) + ".pdb";
     std::ofstream(file) << "x";
-    remember_choice(file_, {.kind = StartChoice::Kind::kDock, .mesh = file, .receptor = file, .ligand = file});
+    remember_choice(file_, {.kind = StartChoice::Kind::kDock, .receptor = file, .ligand = file});
     ASSERT_FALSE(recent_choices(file_).empty());
     EXPECT_EQ(recent_choices(file_).front().receptor, file);
   }

@@ -52,6 +52,7 @@ bool has(const std::vector<std::string>& arguments, const std::vector<std::strin
 TEST(ShippedScenes, AreTheSceneFilesThatHaveADescription) {
   std::set<std::string> described, listed;
   for (const auto& entry : fs::directory_iterator(tandem::test::source_path("server/scenes"))) {
+    if (entry.path().extension() != ".json") continue;  // a mesh of a scene
     std::ifstream in(entry.path());
     const std::string text{std::istreambuf_iterator<char>(in), {}};
     if (boost::json::parse(text).as_object().contains("description")) described.insert(entry.path().stem().string());
@@ -106,6 +107,25 @@ TEST_F(StartChoiceTest, WhatCannotBeOpenedIsExplained) {
   EXPECT_NE(problem_of({.kind = Kind::kDock, .receptor = pdb}).find("the second structure file"), std::string::npos);
   EXPECT_EQ(problem_of({.scene = "crate"}), "");
   EXPECT_NE(problem_of({.scene = "no_such_scene"}).find("cannot be read"), std::string::npos);
+}
+
+TEST_F(StartChoiceTest, TheUriOfAFileIsDecoded) {
+  const std::string name = file("a part 100%.stl");
+  std::string uri = "file://" + name.substr(0, name.size() - std::string("a part 100%.stl").size());
+  EXPECT_EQ(problem_of({.kind = Kind::kMesh, .mesh = uri + "a%20part%20100%25.st%6C"}), "");
+  uri.insert(std::string("file://").size(), "localhost");
+  EXPECT_EQ(problem_of({.kind = Kind::kMesh, .mesh = uri + "a part%20100%25.st%6c\r\n"}), "") << "with a host";
+  EXPECT_EQ(title_of({.kind = Kind::kMesh, .mesh = "file:///a/b%4"}), "b%4") << "a cut code";
+  EXPECT_EQ(title_of({.kind = Kind::kMesh, .mesh = "file:///a/b%"}), "b%");
+  EXPECT_EQ(title_of({.kind = Kind::kMesh, .mesh = "file:///a/%00%zz"}), "%00%zz") << "no codes of a path";
+  EXPECT_EQ(title_of({.kind = Kind::kMesh, .mesh = "/a/b%20c.stl"}), "b%20c.stl") << "a path is no URI";
+}
+
+TEST_F(StartChoiceTest, AMeshWhosePathIsNotUtf8IsRefusedWithTheRemedy) {
+  const std::string path = file("caf\xe9.stl");
+  EXPECT_EQ(problem_of({.kind = Kind::kMesh, .mesh = path}),
+            "the path of the mesh file is not UTF-8; rename the file or its folder");
+  EXPECT_EQ(problem_of({.kind = Kind::kMesh, .mesh = file("caf\xc3\xa9.stl")}), "");
 }
 
 TEST_F(StartChoiceTest, ASceneOfOneselfIsServedOnThisMachineOnly) {

@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <fstream>
 #include <thread>
 
@@ -28,6 +30,14 @@ bool eventually(const Poll& poll, const Done& is_done) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   return true;
+}
+
+/// Returns whether a process has ended. Without a reaper an ended orphan may remain as a zombie, so its state is read
+/// instead of sending a signal.
+bool has_ended(pid_t process) {
+  std::ifstream in("/proc/" + std::to_string(process) + "/stat");
+  const std::string stat{std::istreambuf_iterator<char>(in), {}};
+  return stat.empty() || stat.find(") Z ") != std::string::npos;
 }
 
 /// A folder with a script in the place of tandem-server.
@@ -90,6 +100,67 @@ TEST_F(StartFlowTest, TheReasonOfAServerThatDoesNotStartIsShown) {
   EXPECT_EQ(flow.problem(), "port 47800 is taken");
 }
 
+TEST_F(StartFlowTest, TheReasonIsShownAlsoIfItComesAfterTheEndOfTheServer) {
+  // A process that the server has started writes it once the server has been reaped.
+  serve("(while kill -0 $$; do sleep 0.01; done; echo 'tandem-server: no space is left') 2>/dev/null & exit 2");
+  StartFlow flow = this->flow();
+  flow.open({.scene = "wall"});
+  ASSERT_TRUE(wait_while_preparing(flow));
+  EXPECT_EQ(flow.problem(), "no space is left");
+}
+
+TEST_F(StartFlowTest, AServerThatCannotBeExecutedIsExplained) {
+  std::ofstream(folder_ / "tandem-server") << "a program that is being written";
+  StartFlow flow = this->flow();
+  flow.open({.scene = "wall"});
+  ASSERT_TRUE(wait_while_preparing(flow));
+  EXPECT_EQ(flow.problem(), "tandem-server could not be executed; wait until it is built, or install it again");
+}
+
+TEST_F(StartFlowTest, APartnerThatCannotBeStartedIsExplainedAndTheServerEnded) {
+  serve("echo $$ >" + (folder_ / "pid").string() + "; " + kListens);
+  StartFlow flow = this->flow();
+  flow.open({.scene = "crate"});
+  ASSERT_TRUE(wait_while_preparing(flow));
+  EXPECT_EQ(flow.state(), State::kChoosing);
+  EXPECT_NE(flow.problem().find("tandem-client is not in " + folder_.string()), std::string::npos) << flow.problem();
+  pid_t server = 0;
+  std::ifstream(folder_ / "pid") >> server;
+  EXPECT_NE(kill(server, 0), 0);
+}
+
+TEST_F(StartFlowTest, AMeshWhoseSceneCannotBeWrittenIsExplainedAndLeavesNoFolder) {
+  serve(kListens);
+  const fs::path mesh = folder_ / "a.stl", temporary = folder_ / "temporary";
+  std::ofstream(mesh) << "x";
+  fs::create_directories(temporary);
+  const char* const before = std::getenv("TMPDIR");
+  const std::string previous = before == nullptr ? "" : before;
+  setenv("TMPDIR", temporary.c_str(), 1);
+  StartFlow flow = this->flow();
+  // As on a full disk: no file may have content.
+  rlimit limit{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &limit), 0);
+  const auto on_excess = signal(SIGXFSZ, SIG_IGN);
+  const rlimit none{.rlim_cur = 0, .rlim_max = limit.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &none);
+  flow.open({.kind = StartChoice::Kind::kMesh, .mesh = mesh.string()});
+  setrlimit(RLIMIT_FSIZE, &limit);
+  signal(SIGXFSZ, on_excess);
+  EXPECT_NE(flow.problem().find("mesh.json cannot be written; free some space"), std::string::npos) << flow.problem();
+  EXPECT_TRUE(fs::is_empty(temporary));
+  flow.open({.kind = StartChoice::Kind::kMesh, .mesh = mesh.string()});
+  EXPECT_EQ(flow.state(), State::kPreparing) << flow.problem();
+  EXPECT_FALSE(fs::is_empty(temporary));
+  flow.cancel();
+  EXPECT_TRUE(fs::is_empty(temporary)) << "it is removed with the server";
+  if (before == nullptr) {
+    unsetenv("TMPDIR");
+  } else {
+    setenv("TMPDIR", previous.c_str(), 1);
+  }
+}
+
 TEST_F(StartFlowTest, AMissingServerIsNamedWithItsFolder) {
   StartFlow flow = this->flow();
   flow.open({.scene = "wall"});
@@ -113,8 +184,23 @@ TEST_F(StartFlowTest, AHostedServerGivesOneInvitationToTheHostAndTheOthersToGues
   ASSERT_TRUE(flow.target().invitation);
   EXPECT_EQ(flow.target().invitation->server, "127.0.0.1:5000") << "the host's own way is this machine";
   EXPECT_EQ(proto::peek_token(flow.target().invitation->token)->user_name(), "host");
-  ASSERT_TRUE(eventually([&flow] { flow.poll(); }, [&flow] { return !flow.invitations().empty(); }));
   EXPECT_EQ(flow.invitations(), std::vector<std::string>{second});
+}
+
+TEST_F(StartFlowTest, AHostedServerIsReadyOnceEveryInvitationIsRead) {
+  const std::string line = "echo 'invitation (one manipulator, until x): tandem-client --join " +
+                           test::some_invitation("192.0.2.2:5000") + "'; ";
+  serve("echo 'tandem-server: listening on 0.0.0.0:5000, key K, room wall (1 tool)'; " + line + line +
+        "echo 'more follow'; while [ ! -e " + (folder_ / "go").string() + " ]; do sleep 0.01; done; " + line +
+        "exec sleep 100");
+  StartFlow flow = this->flow();
+  flow.open({.scene = "wall", .is_hosted = true, .invited = 2});
+  ASSERT_TRUE(eventually([&flow] { flow.poll(); }, [&flow] { return flow.progress() == "more follow"; }));
+  EXPECT_EQ(flow.state(), State::kPreparing) << "the second invitation for others is missing";
+  std::ofstream(folder_ / "go") << "x";
+  ASSERT_TRUE(wait_while_preparing(flow));
+  ASSERT_EQ(flow.state(), State::kReady) << flow.problem();
+  EXPECT_EQ(flow.invitations().size(), 2U);
 }
 
 TEST_F(StartFlowTest, TheSecondDroppedStructureOpensThePair) {
@@ -154,13 +240,7 @@ TEST(ChildProgram, EndsWhenTheProgramThatStartedItIsKilled) {
   waitpid(middle, nullptr, 0);
   pid_t orphan = 0;
   std::ifstream(file) >> orphan;
-  // Without a reaper an ended orphan may remain as a zombie, so its state is read instead of sending a signal.
-  const auto has_ended = [orphan] {
-    std::ifstream in("/proc/" + std::to_string(orphan) + "/stat");
-    const std::string stat{std::istreambuf_iterator<char>(in), {}};
-    return stat.empty() || stat.find(") Z ") != std::string::npos;
-  };
-  EXPECT_TRUE(eventually([] {}, has_ended));
+  EXPECT_TRUE(eventually([] {}, [orphan] { return has_ended(orphan); }));
 }
 
 TEST(ChildProgram, IsKilledIfItIgnoresTheRequest) {
@@ -170,6 +250,29 @@ TEST(ChildProgram, IsKilledIfItIgnoresTheRequest) {
   child.stop(std::chrono::milliseconds(50));
   EXPECT_FALSE(child.is_running());
   EXPECT_EQ(child.exit_code(), 128 + SIGKILL);
+}
+
+/// Destroys a shell script that starts a process, whose id is the first line, and expects that this takes far less time
+/// than that process. Returns its id.
+pid_t process_left_by(const std::string& script) {
+  auto program = std::make_unique<ChildProgram>("/bin/sh", std::vector<std::string>{"-c", script});
+  std::vector<std::string> lines;
+  EXPECT_TRUE(eventually([&] { lines = program->take_lines(); }, [&lines] { return !lines.empty(); }));
+  const auto began = std::chrono::steady_clock::now();
+  program.reset();
+  EXPECT_LT(std::chrono::steady_clock::now() - began, kPatience);
+  return lines.empty() ? 0 : std::stoi(lines.front());
+}
+
+TEST(ChildProgram, EndsWithTheProcessesOfItsGroup) {
+  const pid_t started = process_left_by("sh -c 'echo $$; exec sleep 100' & exec sleep 100");
+  EXPECT_TRUE(eventually([] {}, [started] { return has_ended(started); }));
+}
+
+TEST(ChildProgram, IsDestroyedAlthoughAProcessOfAnotherGroupHoldsTheOutput) {
+  const pid_t started = process_left_by("setsid sh -c 'echo $$; exec sleep 100' & exec sleep 100");
+  EXPECT_FALSE(has_ended(started));
+  kill(started, SIGKILL);
 }
 
 TEST(ChildProgram, ReportsAProgramThatCannotBeExecuted) {
