@@ -81,6 +81,12 @@ const std::map<std::string, Event>& events() {
          message.mutable_goodbye()->set_reason(wire::DISCONNECT_KICKED);
          b.deliver(message);
        }},
+      {"goodbye to one who rejoined on another connection",
+       [](test::SessionBench& b) {
+         wire::ServerControl message;
+         message.mutable_goodbye()->set_reason(wire::DISCONNECT_RESUMED);
+         b.deliver(message);
+       }},
       {"message not allowed here", deliver_forbidden},
       {"unreadable bytes",
        [](test::SessionBench& b) { b.session.on_control_bytes(proto::Bytes(8, std::byte{0xFF}), b.now); }},
