@@ -78,7 +78,7 @@ LocalModel::~LocalModel() = default;
 
 Wrench LocalModel::step(const LocalModelInput& input) noexcept {
   if (input.newest == nullptr) return {};
-  if (!state_.has_started) start(input.newest->update);
+  if (!state_.has_started) start(input.newest->update, *input.scene);
   follow_game(*input.scene);
   if (input.is_new) receive_update(input);
   set_couplings(*input.scene);
@@ -98,8 +98,9 @@ Wrench LocalModel::step(const LocalModelInput& input) noexcept {
 }
 
 // Starts from the server's state. The force needs no blend, because the safety chain ramps it up from zero.
-void LocalModel::start(const proto::ServerUpdate& update) noexcept {
+void LocalModel::start(const proto::ServerUpdate& update, const HapticScene& scene) noexcept {
   state_.has_started = true;
+  if (scene.gravity_m_per_s2) world_.jump_gravity(*scene.gravity_m_per_s2);
   world_.activate_tool(tool_, false);
   for (const proto::BodyState& received : update.bodies) world_.set_body(received.id, received.state);
   if (update.held_body.is_valid()) {
@@ -120,6 +121,7 @@ void LocalModel::continue_from(LocalModel& other, const HapticScene& scene) noex
   world_.set_coupling(haptics::coupling_laws()[scene.law], scene.coupling);
   world_.set_coupling_bounds(tool_, scene.coupling_bounds[tool_]);
   partners.bound_all_couplings(world_, scene);
+  world_.jump_gravity(other.world_.gravity());
   for (const BodyCopy& body : other.state_.bodies) {
     if (body.is_known()) world_.set_body(body.id(), other.body(body.id()));
   }
@@ -154,7 +156,7 @@ void LocalModel::receive_bodies(const proto::ServerUpdate& update, const ModelTh
   }
 }
 
-/// Time from the last compared state to the one compared now, at most kMaxStateInterval_s; one period for the first.
+/// Returns the time from the last compared state to the one compared now, at most kMaxStateInterval_s; one period for the first.
 double LocalModel::interval_to(LocalTime now) noexcept {
   const std::optional<LocalTime> before = std::exchange(state_.compared_at, now);
   return before ? std::clamp(to_seconds(now - *before), 0.0, kMaxStateInterval_s) : step_s_;
@@ -193,6 +195,8 @@ void LocalModel::restart_from(const proto::ServerUpdate& update) noexcept {
 }
 
 void LocalModel::mirror_grasp(const proto::ServerUpdate& update) noexcept {
+  // A state from before the change of the level may contain a held body that does not exist any more.
+  if (update.held_body.is_valid() && is_absent_in_game(update.held_body)) return;
   note_jump(state_.grasp.mirror(update, state_.tool.tool.X, grip_step_m(), world_, tool_));
 }
 
@@ -203,17 +207,21 @@ void LocalModel::set_couplings(const HapticScene& scene) noexcept {
 }
 
 /// Removes the bodies that do not exist in the present level. A moving body returns with the server's next state of it.
+/// A change that the hand may feel is noted as a jump.
 void LocalModel::follow_game(const HapticScene& scene) noexcept {
   if (scene.gravity_m_per_s2) world_.set_gravity(*scene.gravity_m_per_s2);
   const std::uint64_t before = std::exchange(absent_bodies_, scene.absent_bodies);
   for (std::uint64_t bits = before | absent_bodies_; bits != 0; bits &= bits - 1) {
     const BodyId id = body_id_at(static_cast<std::size_t>(std::countr_zero(bits)));
     const auto copy = std::ranges::find(state_.bodies, id, &BodyCopy::id);
+    const bool has_changed = ((before ^ absent_bodies_) >> (id.value - 1) & 1U) != 0;
+    if (copy == state_.bodies.end()) note_jump(has_changed);
     if (!is_absent_in_game(id)) {
       if (copy == state_.bodies.end()) world_.restore_body(id);
     } else if (copy == state_.bodies.end()) {
       world_.remove_body(id);
     } else if (!world_.is_absent(id)) {
+      note_jump(state_.tool.held == id || (world_.hands_on(id) >> tool_ & 1U) != 0);
       copy->forget(world_);
     }
   }

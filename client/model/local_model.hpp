@@ -148,7 +148,7 @@ class LocalModel {
     std::optional<LocalTime> compared_at;  ///< time of the last state that answered a stored input
   };
 
-  void start(const proto::ServerUpdate& update) noexcept;
+  void start(const proto::ServerUpdate& update, const HapticScene& scene) noexcept;
   void receive_update(const LocalModelInput& input) noexcept;
   void receive_bodies(const proto::ServerUpdate& update, const ModelThen* then) noexcept;
   double interval_to(LocalTime now) noexcept;

@@ -12,7 +12,7 @@
 namespace tandem::client {
 namespace {
 
-constexpr double kMaxScore = 1e12, kMaxElapsed_s = 1e9;
+constexpr double kMaxScore = 1e14, kMaxElapsed_s = 1e9;
 
 bool is_amount(double value, double most) {
   return std::isfinite(value) && std::abs(value) <= most;

@@ -128,6 +128,18 @@ void World::set_gravity(const Vec3& m_per_s2) {
   if (!m_per_s2.allFinite() || m_per_s2 == impl_->gravity_target) return;
   impl_->gravity_target = m_per_s2;
   impl_->gravity_steps = impl_->steps_in(kGravityRamp_s);
+  impl_->free->set_gravity(m_per_s2);
+}
+
+void World::jump_gravity(const Vec3& m_per_s2) {
+  if (!m_per_s2.allFinite()) return;
+  impl_->gravity = impl_->gravity_target = m_per_s2;
+  impl_->gravity_steps = 0;
+  impl_->free->set_gravity(m_per_s2);
+}
+
+Vec3 World::gravity() const {
+  return impl_->gravity;
 }
 
 std::span<const BodyId> World::returned_bodies() const noexcept {

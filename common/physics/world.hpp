@@ -118,9 +118,14 @@ class World {
   /// Ends the exclusion of a body at its present state.
   void restore_body(BodyId body);
   bool is_absent(BodyId body) const;
-  /// Sets the target of the gravity of rigid bodies. It is approached at a constant rate within kGravityRamp_s, so the
-  /// weight of a held body does not jump. Soft bodies keep the gravity of the description. Ignored if not finite.
+  /// Sets the gravity of rigid bodies. Bodies in the touch stage approach it at a constant rate within kGravityRamp_s, so
+  /// that the weight of a held body does not jump. Other bodies have it at once. Soft bodies keep the gravity of the
+  /// description. Ignored if not finite.
   void set_gravity(const Vec3& m_per_s2);
+  /// Sets the gravity of all rigid bodies without a ramp, for a world that continues another one. Ignored if not finite.
+  void jump_gravity(const Vec3& m_per_s2);
+  /// Returns the present gravity of bodies in the touch stage [m/s²].
+  Vec3 gravity() const;
   /// Sets the state of a body, or of a tool that holds nothing, for example to the server's state. Ignored if not
   /// finite.
   void set_body(BodyId body, const RigidState& state);

@@ -122,8 +122,8 @@ struct World::Impl {
   double coupling_energy_j(std::uint32_t without_hands) const;
 
   std::shared_ptr<const WorldDescription> scene;
-  Vec3 gravity;            ///< current gravity [m/s²]
-  Vec3 gravity_target;     ///< gravity at the end of the ramp
+  Vec3 gravity;            ///< current gravity of the touch stage [m/s²]
+  Vec3 gravity_target;     ///< gravity at the end of the ramp, and of free bodies
   int gravity_steps = 0;   ///< remaining steps of the ramp
   SceneCoupling coupling;  ///< current coupling of the scene
   std::vector<WorldBody> bodies;

@@ -48,7 +48,6 @@ void World::Impl::ramp_gravity() noexcept {
   if (gravity_steps == 0) return;
   gravity += (gravity_target - gravity) / gravity_steps;
   if (--gravity_steps == 0) gravity = gravity_target;
-  free->set_gravity(gravity);
 }
 
 void World::Impl::damp_and_ramp() noexcept {
@@ -72,7 +71,7 @@ void World::Impl::describe_things() noexcept {
     if (body.is_absent) thing.role = Role::kAbsent;
     if (body.rigid.is_static() || body.is_absent) continue;
     thing.role = body.is_free() ? Role::kExternal : Role::kImplicit;
-    thing.wrench_W = body.rigid.weight_W(gravity);
+    thing.wrench_W = body.rigid.weight_W(body.is_free() ? gravity_target : gravity);
     if (body.molecule() == nullptr) continue;
     const Vec3 lever = poses[i].p - body.rigid.centre_W();
     thing.wrench_W += {wrenches[i].f, wrenches[i].t + lever.cross(wrenches[i].f)};

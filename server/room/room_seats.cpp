@@ -88,9 +88,13 @@ void RoomSeats::set_law(const Seat& seat, const haptics::CouplingLawInfo& law) {
 }
 
 void RoomSeats::follow_level(const physics::SceneCoupling& coupling) {
-  // Commands of the operator that were made for the level before do not apply to this one.
+  // Waiting couplings were set for the previous level and are discarded. One that is in the room's queue already is
+  // replaced by posting the coupling of the level after it.
   std::erase_if(waiting_, [](const RoomCommand& older) { return older.kind == RoomCommand::Kind::kSetCoupling; });
   coupling_ = of_level_ = coupling;
+  const auto has_set = [](const auto& seat) { return seat && seat->role == UserRole::kOperator; };
+  const auto setter = std::ranges::find_if(seats_, has_set);
+  if (setter != seats_.end()) post_coupling(**setter);
 }
 
 void RoomSeats::post_coupling(const Seat& seat) {

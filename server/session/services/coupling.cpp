@@ -84,13 +84,16 @@ void Coupling::handle(SessionUser& user, const wire::ClientControl& message) {
   }
 }
 
-/// Users other than the requester learn of the change by the state of the game.
+/// Other users receive the change with the next state of the game.
 void Coupling::set_game_parameter(SessionUser& user, const wire::ClientControl& message) {
   const wire::SetParameter& wanted = message.set_parameter();
+  const std::optional<GameRefusal> problem = game_parameter_problem(user, wanted);
+  if (problem) return host_.refuse_request(user, message.request(), problem->code, problem->text);
   const net::Rate rate = kResetRate;
-  const bool is_in_time = game_rates_.try_emplace(&user.room(), rate).first->second.consume(1, host_.now());
-  const std::string problem = is_in_time ? post_game_parameter(user, wanted) : kRoomBusy;
-  if (!problem.empty()) return host_.refuse_request(user, message.request(), wire::ERROR_NOT_ALLOWED, problem);
+  net::TokenBucket& budget = game_rates_.try_emplace(&user.room(), rate).first->second;
+  if (!budget.try_consume(1, host_.now()) || !post_game_parameter(user, wanted)) {
+    return host_.refuse_request(user, message.request(), wire::ERROR_NOT_ALLOWED, kRoomBusy);
+  }
   wire::ServerControl answer;
   answer.set_request(message.request());
   answer.mutable_parameter_set()->set_name(wanted.name());

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "server/goals/game_codec.hpp"
@@ -80,27 +81,31 @@ bool is_game_parameter(const std::string& name) {
   return name == kLevelParameter || name == kGravityParameter;
 }
 
-std::string post_game_parameter(SessionUser& user, const wire::SetParameter& wanted) {
-  if (!user.room().scene().description.has_game()) return "this room has no game";
+std::optional<GameRefusal> game_parameter_problem(const SessionUser& user, const wire::SetParameter& wanted) {
+  if (!user.room().scene().description.has_game()) return GameRefusal{.text = "this room has no game"};
   const wire::Game& game = user.room().scene().description.game();
-  if (!has_tool(user.seat.role)) return "observers do not play; join as a manipulator";
+  if (!has_tool(user.seat.role)) return GameRefusal{.text = "observers do not play; join as a manipulator"};
   if (!game.users_choose() && !user.is_operator()) {
-    return "only the operator of this room may set " + wanted.name() + "; join with --role operator";
+    return GameRefusal{.text =
+                           "only the operator of this room may set " + wanted.name() + "; join with --role operator"};
   }
-  RoomCommand command{.kind = RoomCommand::Kind::kSetWeight};
+  const double value = wanted.value();
   if (wanted.name() == kLevelParameter) {
-    const double number = wanted.value();
-    if (!(number >= 1 && number <= game.levels_size())) {
-      return wanted.name() + " must be 1 to " + std::to_string(game.levels_size());
-    }
-    command.kind = RoomCommand::Kind::kStartLevel;
-    command.level = static_cast<std::uint8_t>(number - 1);
-  } else if (wanted.value() == 0 || wanted.value() == 1) {
-    command.is_weightless = wanted.value() == 0;
-  } else {
-    return wanted.name() + " must be 0 (off) or 1 (on)";
+    if (value >= 1 && value <= game.levels_size() && value == std::floor(value)) return std::nullopt;
+    return GameRefusal{wire::ERROR_BAD_VALUE,
+                       wanted.name() + " must be a whole number from 1 to " + std::to_string(game.levels_size())};
   }
-  return user.seats->play(user.seat, command) ? "" : kRoomBusy;
+  if (value == 0 || value == 1) return std::nullopt;
+  return GameRefusal{wire::ERROR_BAD_VALUE, wanted.name() + " must be 0 (off) or 1 (on)"};
+}
+
+bool post_game_parameter(SessionUser& user, const wire::SetParameter& wanted) {
+  RoomCommand command{.kind = RoomCommand::Kind::kSetWeight, .is_weightless = wanted.value() == 0};
+  if (wanted.name() == kLevelParameter) {
+    command.kind = RoomCommand::Kind::kStartLevel;
+    command.level = static_cast<std::uint8_t>(wanted.value() - 1);
+  }
+  return user.seats->play(user.seat, command);
 }
 
 std::unique_ptr<SessionService> make_games(ServiceHost& host) {

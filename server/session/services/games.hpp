@@ -1,6 +1,7 @@
 // Parameters of a game, which users set by SetParameter.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -14,7 +15,14 @@ inline constexpr std::string_view kLevelParameter = "game.level";
 inline constexpr std::string_view kGravityParameter = "game.gravity";
 
 bool is_game_parameter(const std::string& name);
-/// Passes the request to the room. Returns the reason of a refusal; empty if the room will apply it.
-std::string post_game_parameter(SessionUser& user, const wire::SetParameter& wanted);
+
+struct GameRefusal {
+  wire::ErrorCode code = wire::ERROR_NOT_ALLOWED;
+  std::string text;
+};
+/// Returns why the user may not set the parameter to this value; none if the user may.
+std::optional<GameRefusal> game_parameter_problem(const SessionUser& user, const wire::SetParameter& wanted);
+/// Passes a checked request to the room. Returns false if the room's queue is full.
+bool post_game_parameter(SessionUser& user, const wire::SetParameter& wanted);
 
 }  // namespace tandem::server

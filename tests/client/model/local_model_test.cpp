@@ -143,6 +143,12 @@ class Across {
     next_.emplace(world, 0, LocalModelSettings{});
     next_->continue_from(model, scene_);
   }
+  void set_gravity(const Vec3& m_per_s2) {
+    server.set_gravity(m_per_s2);
+    scene_.gravity_m_per_s2 = m_per_s2;
+  }
+  /// In      bodies  bit i: body i does not exist in the level of the game
+  void set_absent(std::uint64_t bodies) { scene_.absent_bodies = bodies; }
   LocalModel& newest_model() { return next_ ? *next_ : model; }
 
   physics::World server;
@@ -542,6 +548,49 @@ TEST(LocalModel, GoesOnInAnotherModelWithWhatItHolds) {
   EXPECT_EQ(across.newest_model().held(), kBlock);
   EXPECT_LT((across.newest_model().body(kBlock).X.p - before).norm(), 1e-3);
   EXPECT_GT(across.newest_model().loop_delay(), std::chrono::milliseconds(50)) << "what was known is known";
+}
+
+TEST(LocalModel, GoesOnInAnotherModelWithTheGravityOfTheGame) {
+  const auto world = scene();
+  Across across(world, 10);
+  const auto lifted = [](int tick) {
+    return at({-0.025, 0, 0.02 + 0.03 * std::clamp((tick - 300) / 300.0, 0.0, 1.0)});
+  };
+  Wrench felt;
+  for (int tick = 0; tick < 1000; ++tick) felt = across.tick(lifted(tick), tick > 100 ? kButtonGrab : 0U);
+  ASSERT_GT(std::abs(felt.f.z()), 4) << "the weight of 0.5 kg";
+  across.set_gravity(Vec3::Zero());
+  for (int tick = 1000; tick < 2000; ++tick) felt = across.tick(lifted(tick), kButtonGrab);
+  ASSERT_LT(felt.f.norm(), 0.2);
+  across.switch_world(world);
+  double most_n = 0;
+  for (int tick = 2000; tick < 2400; ++tick) {
+    most_n = std::max(most_n, across.tick(lifted(tick), kButtonGrab).f.norm());
+  }
+  EXPECT_LT(most_n, 0.4);
+}
+
+TEST(LocalModel, ABodyThatTheLevelTakesFromTheHandIsAJumpToBlend) {
+  Across across(scene(), 10);
+  for (int tick = 0; tick < 300; ++tick) across.tick(at({-0.025, 0, 0.02}), tick > 100 ? kButtonGrab : 0U);
+  ASSERT_EQ(across.model.held(), kBlock);
+  across.model.pop_jump();
+  across.set_absent(std::uint64_t{1} << (kBlock.value - 1));
+  across.tick(at({-0.025, 0, 0.02}), kButtonGrab);
+  EXPECT_TRUE(across.model.pop_jump());
+  for (int tick = 0; tick < 50; ++tick) across.tick(at({-0.025, 0, 0.02}), kButtonGrab);
+  EXPECT_FALSE(across.model.held().is_valid()) << "late states with the body in the hand do not restore it";
+}
+
+TEST(LocalModel, AStaticBodyThatALevelRemovesIsAJumpToBlend) {
+  Across across(scene(), 10);
+  for (int tick = 0; tick < 300; ++tick) across.tick(at({-0.06, 0, 0.02}));
+  across.model.pop_jump();
+  across.set_absent(1);
+  across.tick(at({-0.06, 0, 0.02}));
+  EXPECT_TRUE(across.model.pop_jump());
+  across.tick(at({-0.06, 0, 0.02}));
+  EXPECT_FALSE(across.model.pop_jump());
 }
 
 TEST(LocalModel, DoesNotGoOnFromAModelOfAnotherScene) {

@@ -104,11 +104,11 @@ TEST(SessionGames, TheOperatorStartsLevelsAndOthersMayNot) {
   const auto messages = bench.drain(ada);
   EXPECT_THAT(test::described(messages), HasSubstr("parameter_set"));
   EXPECT_EQ(received(messages).states.back().level(), 1U);
-  for (const double bad : {0.0, 3.0, -1.0}) {
+  for (const double bad : {0.0, 3.0, -1.0, 1.5}) {
     keep_alive(bench, ada, 1000);
     bench.drain(ada);
     bench.send(ada, set("game.level", bad));
-    EXPECT_THAT(test::described(bench.drain(ada)), HasSubstr("error ERROR_NOT_ALLOWED")) << bad;
+    EXPECT_THAT(test::described(bench.drain(ada)), HasSubstr("error ERROR_BAD_VALUE")) << bad;
   }
 }
 
@@ -129,6 +129,17 @@ TEST(SessionGames, InAGameOfChoiceEachManipulatorSwitchesGravityAtALimitedRate) 
   bench.now += std::chrono::seconds(1);
   bench.send(eve, set("game.gravity", 0));
   EXPECT_THAT(test::described(bench.drain(eve)), HasSubstr("error ERROR_NOT_ALLOWED"));
+}
+
+TEST(SessionGames, RefusedRequestsOfAnObserverLeaveTheRateToThePlayers) {
+  test::HubBench bench({}, {scene_json(R"("users_choose": true, )")});
+  test::BenchClient ada = bench.join("ada");
+  test::BenchClient eve = bench.join("eve", wire::ROLE_OBSERVER);
+  bench.step(10);
+  for (int i = 0; i < 10; ++i) bench.send(eve, set("game.level", 2));
+  bench.drain(ada);
+  bench.send(ada, set("game.level", 2));
+  EXPECT_THAT(test::described(bench.drain(ada)), HasSubstr("parameter_set"));
 }
 
 TEST(SessionGames, ARoomWithoutAGameRefusesItsParameters) {
