@@ -201,7 +201,8 @@ void draw_goals(const PanelContent& content, float top) {
   ImGui::SetNextWindowPos(ImVec2(0.6F * em, top), ImGuiCond_Always);
   ImGui::SetNextWindowSizeConstraints(ImVec2(14 * em, 0), ImVec2(24 * em, ImGui::GetIO().DisplaySize.y));
   ImGui::Begin("##game", nullptr,
-               ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize);
+               ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize |
+                   ImGuiWindowFlags_NoFocusOnAppearing);
   ImGui::PushTextWrapPos(23 * em);
   ImGui::Text("%s   score %s", net::printable(game.title()).c_str(), proto::number_text(state.score()).c_str());
   const wire::Level& level = game.levels(static_cast<int>(state.level()));

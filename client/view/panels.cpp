@@ -402,8 +402,10 @@ float draw_notice(const std::string& text, bool shows_panels) {
   // Beside the panel, so that it hides none of its controls.
   const float width = std::max(12 * em, size.x - (shows_panels ? static_cast<float>(panels_width()) : 0) - 1.2F * em);
   ImGui::SetNextWindowPos(ImVec2(0.6F * em, top));
+  // A message that takes the focus would close an open menu.
   ImGui::Begin("##notice", nullptr,
-               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoInputs);
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoInputs |
+                   ImGuiWindowFlags_NoFocusOnAppearing);
   ImGui::PushTextWrapPos(width);
   ImGui::TextColored(kWarning, "%s", text.c_str());
   ImGui::PopTextWrapPos();

@@ -203,7 +203,7 @@ class Local(StartTest):
         self.wait_for_picture(lambda picture: picture.count(is_orange) > 4000, "the crate")
         server = self.server_of(client)
         self.click(30, 10)  # Session
-        self.click(60, 32)  # Open something else
+        self.click(60, 36)  # Open something else
         self.wait_for_title("^tandem: start$")
         self.assertFalse(is_running(server))
         self.quit(client)

@@ -187,6 +187,26 @@ TEST_P(Layout, AMessageHidesNoControl) {
             "");
 }
 
+TEST_P(Layout, AMessageClosesNoMenu) {
+  PanelContent shown = content();
+  const auto draw = [&] {
+    draw_menu({.shows_panels = true}, menu_);
+    draw_panels(shown, switches_, link_, workspace_);
+  };
+  const auto is_menu_open = [] { return ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup); };
+  problems(draw);
+  ImGuiIO& io = ImGui::GetIO();
+  io.MousePos = {2 * ImGui::GetFontSize(), static_cast<float>(menu_height()) / 2};
+  for (const bool is_down : {false, true, false}) {
+    io.MouseDown[0] = is_down;
+    problems(draw);
+  }
+  ASSERT_TRUE(is_menu_open());
+  shown.notice = "No force: the server has not sent for 150 ms.";
+  problems(draw);
+  EXPECT_TRUE(is_menu_open());
+}
+
 TEST_P(Layout, HelpFitsIntoTheWindow) {
   switches_.shows_help = true;
   switches_.shows_panels = false;
