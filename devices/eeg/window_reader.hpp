@@ -20,7 +20,7 @@ struct WindowSettings {
   ArtefactLimits limits;
 };
 
-/// Fails   std::invalid_argument: a number is out of its range; the message names the option
+/// Fails   std::invalid_argument: a number is out of its range; the message names the value
 void check(const WindowSettings& settings);
 
 struct Window {

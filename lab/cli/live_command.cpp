@@ -152,7 +152,7 @@ std::vector<Check> checks_of(std::span<const LiveResult> results) {
 }
 
 Table comparison_table(std::span<const LiveResult> results) {
-  Table table{"What was compared",
+  Table table{"Compared values",
               {{.header = "Trial", .is_text = true},
                {.header = "Value", .is_text = true},
                {"Real time", ""},
@@ -205,24 +205,30 @@ Plot figure_of(std::span<const LiveResult> results, const Compared& value) {
       std::string(value.metric) + ". Lines: virtual time, means over the seeds; markers: each trial in real time.";
   figure.x = {"round trip", "ms"};
   figure.y = {value.what, *value.unit == 0 ? "1" : value.unit};
-  std::map<std::string, std::map<double, std::vector<std::pair<double, double>>>> stages;
+  std::map<std::string, std::map<double, std::vector<std::pair<double, double>>>> curves;
   for (const LiveResult& result : results) {
-    stages[text_in(result.live.row, "stage")][number_in(result.live.row, "rtt_ms")].emplace_back(
+    curves[curve_of(result.live.row)][number_in(result.live.row, "rtt_ms")].emplace_back(
         number_in(result.live.row, value.metric), number_in(result.beside.row, value.metric));
   }
   int style = 0;
-  for (const auto& [stage, delays] : stages) {
-    Series line{stage, {}, {}, style, Draw::kLine}, markers{"", {}, {}, style++, Draw::kMarkers};
+  for (const auto& [name, delays] : curves) {
+    Series line{name, {}, {}, style, Draw::kLine}, markers{"", {}, {}, style, Draw::kMarkers};
+    style = (style + 1) % static_cast<int>(kStyles);
     for (const auto& [rtt_ms, values] : delays) {
       double sum = 0;
+      std::size_t count = 0;
       for (const auto& [live, beside] : values) {
-        markers.x.push_back(rtt_ms);
-        markers.y.push_back(live);
-        sum += beside;
+        if (std::isfinite(live)) {
+          markers.x.push_back(rtt_ms);
+          markers.y.push_back(live);
+        }
+        if (std::isfinite(beside)) sum += beside, ++count;
       }
+      if (count == 0) continue;
       line.x.push_back(rtt_ms);
-      line.y.push_back(sum / static_cast<double>(values.size()));
+      line.y.push_back(sum / static_cast<double>(count));
     }
+    if (line.x.empty() && markers.x.empty()) continue;
     figure.series.push_back(std::move(line));
     figure.series.push_back(std::move(markers));
   }

@@ -210,8 +210,8 @@ HtmlReport report_of(const RedockOptions& options, const json::object& redocked,
                 "Ligand RMSD to the minimum at the end, for each way out and back."),
       figure_of({"change of force", "N/ms"},
                 {of(now.c_str(), "force_step_n_per_ms", 0), of("at 0 ms", "force_step_at_zero_delay_n_per_ms", 1),
-                 of("beyond 0 ms at that time", "force_step_beyond_n_per_ms", 2)},
-                {kStepBeyond_n_per_ms, "bound beyond 0 ms"}, "Largest change of the force in 1 ms.")};
+                 of("excess over 0 ms at the same time", "force_step_beyond_n_per_ms", 2)},
+                {kStepBeyond_n_per_ms, "bound of the excess"}, "Largest change of the force in 1 ms.")};
   page.side_by_side(figures);
   page.appendix();
   Table table{"Ways out and back", {{"seed"}, {"end", "", true}}, {}};

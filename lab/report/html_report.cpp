@@ -1,6 +1,7 @@
 #include "lab/report/html_report.hpp"
 
 #include <algorithm>
+#include <filesystem>
 #include <iterator>
 
 #include "lab/report/format.hpp"
@@ -127,18 +128,42 @@ std::string verdict_text(std::span<const Check> checks) {
          (failed == 1 ? " checks does not hold." : " checks do not hold.");
 }
 
-/// Returns the path of the last figure, without extension: its number and the quantity of its y axis.
+/// Stands for the folder of the figures in the links of a page whose name is not known yet. escape_html() replaces
+/// control characters, so no text contains it.
+constexpr char kFolderMark = '\x01';
+
+bool is_letter_or_digit(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+}
+
+/// Returns the folder of the figures of a page: "figures/" for report.html, otherwise with the page's name, so that
+/// two pages in one folder do not overwrite each other's data.
+std::string figure_folder(const std::string& page) {
+  std::string stem = std::filesystem::path(page).stem().string();
+  if (stem == "report") return "figures/";
+  std::ranges::replace_if(
+      stem, [](char c) { return !is_letter_or_digit(c); }, '-');
+  return stem + "-figures/";
+}
+
+/// Returns the file name of the last figure, without extension: its number and the quantity of its y axis.
 std::string figure_name(std::span<const Plot> figures) {
-  std::string name = "figures/" + std::to_string(figures.size()) + "-";
+  std::string name = std::to_string(figures.size()) + "-";
   for (const char c : figures.back().y.quantity) {
-    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
-    if (is_plain || name.back() != '-') name += is_plain ? c : '-';
+    if (is_letter_or_digit(c) || name.back() != '-') name += is_letter_or_digit(c) ? c : '-';
   }
   return name.back() == '-' ? name.substr(0, name.size() - 1) : name;
 }
 
 std::string file_links(const std::string& figure) {
-  return " <a href=\"" + figure + ".csv\">Data</a>, <a href=\"" + figure + ".svg\">SVG</a>";
+  const std::string path = kFolderMark + figure;
+  return " <a href=\"" + path + ".csv\">Data</a>, <a href=\"" + path + ".svg\">SVG</a>";
+}
+
+std::string with_folder(const std::string& text, const std::string& folder) {
+  std::string out;
+  for (const char c : text) c == kFolderMark ? out += folder : out += c;
+  return out;
 }
 
 }  // namespace
@@ -223,7 +248,7 @@ void HtmlReport::origin(const Origin& origin) {
   origin_ += "</p>\n";
 }
 
-std::string HtmlReport::html() const {
+std::string HtmlReport::html(const std::string& name) const {
   std::string page = "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
   page += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" + title_ + "</title>\n";
   page += "<style>" + std::string(kStyle) + std::string(kFigureStyle) + "</style>\n</head>\n<body>\n" + header_ +
@@ -231,13 +256,13 @@ std::string HtmlReport::html() const {
   if (!appendix_.empty()) page += "<section class=\"appendix\">\n" + appendix_ + "</section>\n";
   page += "</main>\n";
   if (!footer_.empty()) page += "<footer>\n" + footer_ + "</footer>\n";
-  return page + "</body>\n</html>\n";
+  return with_folder(page + "</body>\n</html>\n", figure_folder(name));
 }
 
 std::map<std::string, std::string> HtmlReport::files(const std::string& name) const {
-  std::map<std::string, std::string> files{{name, html()}};
+  std::map<std::string, std::string> files{{name, html(name)}};
   for (std::size_t i = 0; i < figures_.size(); ++i) {
-    const std::string stem = figure_name(std::span(figures_).first(i + 1));
+    const std::string stem = figure_folder(name) + figure_name(std::span(figures_).first(i + 1));
     files[stem + ".svg"] = svg_file(figures_[i]);
     files[stem + ".csv"] = plot_csv(figures_[i]);
   }

@@ -26,7 +26,7 @@ struct Table {
   std::vector<std::vector<std::string>> rows;
 };
 
-/// What a reader needs to repeat a result.
+/// Command, version and input hashes with which a reader can repeat a result.
 struct Origin {
   std::string command;
   std::string version;
@@ -43,7 +43,7 @@ class HtmlReport {
 
   void question(std::string_view text);
   void answer(std::string_view text);
-  /// Ends the first page. All that follows is printed behind it.
+  /// Ends the first page. Later elements are placed in the appendix.
   void appendix();
 
   void heading(std::string_view text);
@@ -59,8 +59,10 @@ class HtmlReport {
   /// Adds the origin to the end of the first page.
   void origin(const Origin& origin);
 
-  std::string html() const;
-  /// Returns the page, and each figure as SVG and CSV in the folder figures/, by file name.
+  /// In      name  file name of the page; the links to its figures depend on it
+  std::string html(const std::string& name = "report.html") const;
+  /// Returns the page, and each figure as SVG and CSV, by file name. They are in the folder figures/ for report.html,
+  /// and in NAME-figures/ for a page NAME.html.
   std::map<std::string, std::string> files(const std::string& name = "report.html") const;
 
  private:

@@ -304,12 +304,14 @@ void add_drops_table(HtmlReport& report, const Session& session) {
   report.table(table);
 }
 
-void add_session(HtmlReport& report, const Session& session) {
+/// In      has_force  true: adds the figure of the forces, which is not on the first page
+void add_session(HtmlReport& report, const Session& session, bool has_force) {
   const ClientRun& first = session.users.front();
   report.heading("Session " + session.name);
   report.paragraph("Scene " + first.scene + ", users " + user_list(session) +
                    "; shared body: " + (first.watched_body.empty() ? "none seen" : first.watched_body) + ".");
   add_users_table(report, session);
+  if (has_force) report.figure(force_figure(session));
   report.side_by_side(std::vector{motion_figure(session), body_figure(session)});
   report.side_by_side(std::vector{torque_figure(session), age_figure(session)});
   add_phases_table(report, session);
@@ -331,11 +333,11 @@ HtmlReport session_report(std::span<const Session> sessions, std::span<const Che
   HtmlReport report("Forces on the hands", subtitle(sessions));
   report.question("Did the users feel and move the shared bodies, at rest where the hands rest, within the limits?");
   report.verdict(checks);
-  for (const Session& session : sessions.first(std::min<std::size_t>(kFirstPageFigures, sessions.size())))
+  for (const Session& session : sessions.first(std::min(kFirstPageFigures, sessions.size())))
     report.figure(force_figure(session));
   report.appendix();
   report.paragraph("Settled: without the first second of the phase, in which the hand swings in.");
-  for (const Session& session : sessions) add_session(report, session);
+  for (std::size_t i = 0; i < sessions.size(); ++i) add_session(report, sessions[i], i >= kFirstPageFigures);
   report.footer(
       "SI units; W is the world frame of the scene. Displayed force and torque are those on the hand, in the device's "
       "base frame. Every figure keeps the extremes of each pixel column, so no peak is lost in drawing.");

@@ -98,8 +98,7 @@ std::string this_command() {
   std::string command;
   for (std::string word; std::getline(in, word, '\0');) {
     if (command.empty()) word = fs::path(word).filename().string();
-    const bool is_plain = word.find_first_of(" \t\"'\\$*?;&|<>(){}[]") == std::string::npos && !word.empty();
-    command += (command.empty() ? "" : " ") + (is_plain ? word : "'" + word + "'");
+    command += (command.empty() ? "" : " ") + shell_word(word);
   }
   return command;
 }
@@ -114,6 +113,13 @@ std::string today() {
 }
 
 }  // namespace
+
+std::string shell_word(const std::string& word) {
+  if (word.find_first_of(" \t\n\"'`\\$*?;&|<>(){}[]#~!") == std::string::npos && !word.empty()) return word;
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? "'\\''" : std::string(1, c);
+  return quoted + "'";
+}
 
 std::map<std::string, std::string> with_report(std::map<std::string, std::string> files, HtmlReport report,
                                                const std::string& name) {

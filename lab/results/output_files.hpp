@@ -14,6 +14,9 @@ namespace tandem::lab {
 /// Fails   see made_folder()
 void check_folder_can_be_made(const std::string& out);
 
+/// Returns a word quoted such that a POSIX shell reads it back unchanged.
+std::string shell_word(const std::string& word);
+
 /// Adds report.html and its figures to the files with the results. The page then has the command of this process, its
 /// version, the date and the SHA-256 of each file.
 std::map<std::string, std::string> with_report(std::map<std::string, std::string> files, HtmlReport report,

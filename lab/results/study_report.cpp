@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <compare>
 #include <limits>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -81,8 +83,8 @@ std::string variant_of(const json::object& row, const Sweep& sweep) {
   return overrides == sweep.shared ? text : text + ", " + overrides;
 }
 
-/// Returns the disturbances of the link as text; empty: none.
-std::string disturbance_of(const json::object& row, const Sweep& sweep) {
+/// Returns jitter and loss of the link as text; empty: none.
+std::string link_text(const json::object& row, const Sweep& sweep) {
   std::string text;
   const auto add = [&](const char* field, double factor, const std::string& unit) {
     if (!(number_in(row, field) > 0) || sweep.field == std::string(field)) return;
@@ -90,8 +92,26 @@ std::string disturbance_of(const json::object& row, const Sweep& sweep) {
   };
   add("jitter_ms", 1, " ms jitter");
   add("loss", 100, " % lost");
-  if (was_silent(row)) text += (text.empty() ? "" : ", ") + std::string("after a silence");
   return text;
+}
+
+/// Disturbances of the link, in the order from the least to the greatest. The swept quantity is none of them.
+struct Disturbance {
+  double loss = 0, jitter_ms = 0;
+  bool is_after_silence = false;
+  std::string text = {};  ///< empty: none
+
+  auto operator<=>(const Disturbance&) const = default;
+};
+
+Disturbance disturbance_of(const json::object& row, const Sweep& sweep) {
+  const auto unless_swept = [&](const char* field) {
+    const double value = number_in(row, field);
+    return sweep.field == std::string(field) || !(value > 0) ? 0.0 : value;
+  };
+  Disturbance result{unless_swept("loss"), unless_swept("jitter_ms"), was_silent(row), link_text(row, sweep)};
+  if (result.is_after_silence) result.text += (result.text.empty() ? "" : ", ") + std::string("after a silence");
+  return result;
 }
 
 /// Trials under one disturbance of the link, by the name of their curve. The curves of clients without a variant come
@@ -184,7 +204,7 @@ bool is_flat(const Plot& figure) {
   return high - low < least_span(figure.y.unit);
 }
 
-using ByDisturbance = std::map<std::string, std::vector<SeedGroup>>;
+using ByDisturbance = std::map<Disturbance, std::vector<SeedGroup>>;
 
 ByDisturbance by_disturbance(const std::vector<SeedGroup>& groups, const Sweep& sweep) {
   ByDisturbance result;
@@ -216,7 +236,7 @@ Table definitions_table() {
 std::vector<std::string> results_row(const SeedGroup& group, const Sweep& sweep, const std::string& seeds,
                                      double (*of)(const SeedGroup& group, std::string_view metric)) {
   const json::object& row = *group.front();
-  const std::string disturbance = disturbance_of(row, sweep);
+  const std::string disturbance = disturbance_of(row, sweep).text;
   std::vector<std::string> cells{
       text_in(row, "stage") + variant_of(row, sweep) + (disturbance.empty() ? "" : ", ") + disturbance,
       format_significant(sweep.of(row), 3), seeds};
@@ -247,28 +267,38 @@ struct Headline {
   std::string disturbance;
   Curves curves;
   std::vector<std::string_view> metrics = {};
-  double at = 0;  ///< greatest x
+  double at = 0;  ///< greatest x with a value of the first metric
+  bool is_of_several_experiments = false;
 };
 
 Headline headline_of(const std::vector<SeedGroup>& groups, const Sweep& sweep) {
   const ByDisturbance all = by_disturbance(groups, sweep);
-  // The fewer disturbances a link has, the shorter is their text.
-  const auto least = std::ranges::min_element(all, {}, [](const auto& each) { return each.first.size(); });
-  Headline result{sweep, least->first, curves_of(least->second, sweep)};
+  const auto& [disturbance, least] = *all.begin();
+  Headline result{sweep, disturbance.text, curves_of(least, sweep)};
+  std::set<std::string> experiments;
+  for (const SeedGroup& group : least) experiments.insert(text_in(*group.front(), "experiment"));
+  result.is_of_several_experiments = experiments.size() > 1;
   for (const std::string_view metric : kHeadline) {
-    bool is_defined = false;
+    std::optional<double> greatest;
     for (std::size_t i = 0; i < result.curves.mains; ++i) {
-      for (const auto& [x, values] : values_of(result.curves.curves[i].second, sweep, metric)) {
-        result.at = std::max(result.at, x);
-        is_defined = true;
-      }
+      const auto values = values_of(result.curves.curves[i].second, sweep, metric);
+      if (!values.empty()) greatest = std::max(greatest.value_or(values.rbegin()->first), values.rbegin()->first);
     }
-    if (is_defined && result.metrics.size() < kFirstPageFigures) result.metrics.push_back(metric);
+    if (!greatest || result.metrics.size() == kFirstPageFigures) continue;
+    if (result.metrics.empty()) result.at = *greatest;
+    result.metrics.push_back(metric);
   }
   return result;
 }
 
-/// Returns the mean and the range over the seeds at the greatest x, or nothing if there is no value.
+/// Returns " (k of n trials)" if not all trials at the headline's x have a value; otherwise nothing.
+std::string share_with_value(const Headline& headline, const std::vector<SeedGroup>& groups, std::size_t with_value) {
+  std::size_t all = 0;
+  for (const SeedGroup& group : groups) all += headline.sweep.of(*group.front()) == headline.at ? group.size() : 0;
+  return with_value == all ? "" : " (" + std::to_string(with_value) + " of " + std::to_string(all) + " trials)";
+}
+
+/// Returns the mean and the range over the trials at the headline's x, or a dash if there is no value.
 std::string headline_text(const Headline& headline, const std::vector<SeedGroup>& groups, std::string_view metric) {
   const auto values = values_of(groups, headline.sweep, metric);
   const auto found = values.find(headline.at);
@@ -277,11 +307,13 @@ std::string headline_text(const Headline& headline, const std::vector<SeedGroup>
   const auto [least, greatest] = std::ranges::minmax(found->second);
   std::string text = format_significant(factor * mean_over(found->second), 3);
   const std::string low = format_significant(factor * least, 3), high = format_significant(factor * greatest, 3);
-  return low == high ? text : text + " (" + low + " to " + high + ")";
+  if (low != high) text += " (" + low + " to " + high + ")";
+  return text + share_with_value(headline, groups, found->second.size());
 }
 
 Table headline_table(const Headline& headline) {
-  Table table{"At " + headline.sweep.text(headline.at) + ": mean (least to greatest of the seeds)",
+  Table table{"At " + headline.sweep.text(headline.at) + ": mean (least to greatest of the " +
+                  (headline.is_of_several_experiments ? "trials of all experiments)" : "seeds)"),
               {{.header = "Stage", .is_text = true}},
               {}};
   for (const std::string_view metric : headline.metrics) {
@@ -309,17 +341,22 @@ std::string ranking(const Headline& headline) {
   const std::string_view metric = headline.metrics.front();
   const MetricAxis axis = axis_of_metric(metric);
   const double ideal = metric.ends_with("_ratio") ? 1 : 0;
-  std::vector<std::pair<double, std::string>> stages;
+  struct Stage {
+    double value;
+    std::string name, share;
+  };
+  std::vector<Stage> stages;
   for (std::size_t i = 0; i < headline.curves.mains; ++i) {
-    const auto values = values_of(headline.curves.curves[i].second, headline.sweep, metric);
+    const auto& [name, groups] = headline.curves.curves[i];
+    const auto values = values_of(groups, headline.sweep, metric);
     if (const auto found = values.find(headline.at); found != values.end())
-      stages.emplace_back(mean_over(found->second), headline.curves.curves[i].first);
+      stages.push_back({mean_over(found->second), name, share_with_value(headline, groups, found->second.size())});
   }
-  std::ranges::sort(stages, {}, [ideal](const auto& stage) { return std::abs(stage.first - ideal); });
+  std::ranges::sort(stages, {}, [ideal](const Stage& stage) { return std::abs(stage.value - ideal); });
   std::string text;
-  for (const auto& [value, name] : stages) {
+  for (const auto& [value, name, share] : stages) {
     text += (text.empty() ? "" : ", ") + name + " " + format_significant(axis.factor * value, 3) +
-            (axis.axis.unit == "1" ? "" : " " + axis.axis.unit);
+            (axis.axis.unit == "1" ? "" : " " + axis.axis.unit) + share;
   }
   return "At " + headline.sweep.text(headline.at) + ", " + axis.axis.quantity + " from best to worst: " + text + ".";
 }
@@ -327,7 +364,7 @@ std::string ranking(const Headline& headline) {
 void add_first_page(HtmlReport& page, const std::vector<SeedGroup>& groups, const Sweep& sweep,
                     const std::string& of_what) {
   const Headline headline = headline_of(groups, sweep);
-  page.question("How near does each stage come to the touch at zero delay as the " + sweep.axis.quantity +
+  page.question("How closely does each stage reproduce the force at zero delay as the " + sweep.axis.quantity +
                 " grows, in " + of_what + (headline.disturbance.empty() ? "" : " (" + headline.disturbance + ")") +
                 (sweep.shared.empty() ? "" : ", with " + sweep.shared) + "?");
   page.answer(ranking(headline));
@@ -359,7 +396,7 @@ void add_figures(HtmlReport& page, const std::vector<SeedGroup>& groups, const S
   }
   page.side_by_side(figures);
   if (!flat.empty())
-    page.paragraph("Not drawn, because the curves differ by less than is felt or of use: " + flat + ".");
+    page.paragraph("Not drawn, because the curves differ by less than the smallest range of interest: " + flat + ".");
 }
 
 void add_experiment(HtmlReport& page, const std::string& experiment, const std::vector<SeedGroup>& groups,
@@ -367,7 +404,7 @@ void add_experiment(HtmlReport& page, const std::string& experiment, const std::
   page.heading(experiment);
   bool is_first = true;
   for (const auto& [disturbance, members] : by_disturbance(groups, sweep)) {
-    page.paragraph("Link: " + (disturbance.empty() ? "delay alone" : disturbance) + ".");
+    page.paragraph("Link: " + (disturbance.text.empty() ? "delay alone" : disturbance.text) + ".");
     add_figures(page, members, sweep, is_first);
     is_first = false;
   }
@@ -405,7 +442,14 @@ MetricAxis axis_of_metric(std::string_view metric) {
     break;
   }
   std::ranges::replace(result.axis.quantity, '_', ' ');
+  if (result.axis.unit == "kB/s") result.axis.quantity = "data rate";
   return result;
+}
+
+std::string curve_of(const json::object& row) {
+  const Sweep over_delay{"rtt_ms", {"round trip", "ms"}};
+  const std::string link = link_text(row, over_delay);
+  return text_in(row, "stage") + variant_of(row, over_delay) + (link.empty() ? "" : ", ") + link;
 }
 
 void add_study(HtmlReport& page, std::span<const TrialResult> results) {

@@ -1,5 +1,5 @@
-// Results of a study as one HTML page. Its first page compares the stages at the longest delay; the appendix plots each
-// metric over the delay, with the spread over the seeds, and defines it.
+// Results of a study as one HTML page. Its first page compares the stages at the longest delay with a value. The
+// appendix plots each metric over the delay, with the spread over the seeds, and defines it.
 #pragma once
 
 #include <span>
@@ -20,5 +20,9 @@ struct MetricAxis {
   double factor = 1;
 };
 MetricAxis axis_of_metric(std::string_view metric);
+
+/// Returns the name of a trial's curve over the delay: stage, settings of the client, jitter and loss. Trials that differ
+/// in delay and seed only have the same name.
+std::string curve_of(const boost::json::object& row);
 
 }  // namespace tandem::lab

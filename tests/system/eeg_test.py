@@ -1,5 +1,7 @@
 """tandem-eeg: from generated sessions to a validated model and a signal; its mistakes; its help."""
 
+import csv
+import io
 import json
 import os
 import unittest
@@ -31,7 +33,7 @@ class Eeg(ProgramTest):
         self.assertTrue(result["is_above_chance"])
         self.assertGreater(result["accuracy"], result["chance_high"])
         self.assertIn("windows, ", err, "artefacts are counted")
-        self.refused(["validate", "--model", model, files[0]], "1.edf", "was trained with block")
+        self.refused(["validate", "--model", model, files[0]], "1.edf", "was trained with this recording", "another session")
 
     def test_eeg_without_effect_is_not_above_chance(self):
         files = [self.generate(f"{i}.edf", i, "--bayes-accuracy", "0.5") for i in (1, 2)]
@@ -77,6 +79,25 @@ class Eeg(ProgramTest):
         self.assertEqual(len(rows), 100, "those with artefacts, too")
         self.assertTrue(any("F3:amplitude" in row[2] for row in rows))
         self.assertIn("F3: amplitude", err)
+
+    def test_names_in_features_are_quoted_and_other_channels_refused(self):
+        file, other = self.generate("a, b.edf", 1), self.path("other.edf")
+        code, _, err = run("tandem-eeg", "generate", "--out", other, "--channels", "F3,F4,O1,Cz")
+        self.assertEqual(code, 0, err)
+        code, out, err = run("tandem-eeg", "features", file)
+        self.assertEqual(code, 0, err)
+        rows = list(csv.reader(io.StringIO(out)))
+        self.assertEqual(set(len(row) for row in rows), {3 + 4 * 7})
+        self.assertEqual(rows[1][0], file)
+        self.refused(["features", file, other], "other.edf: channels differ", "a, b.edf", "--channels")
+
+    def test_a_recording_of_the_training_is_refused_with_other_blocks(self):
+        file = self.generate("1.edf", 1)
+        self.write("1.edf.csv", "".join(f"{20 * i},20,{['positive', 'negative'][i % 2]}\n" for i in range(20)))
+        model = self.path("m.json")
+        code, _, err = run("tandem-eeg", "train", file, "--label-files", "--model", model)
+        self.assertEqual(code, 0, err)
+        self.refused(["validate", "--model", model, file], "1.edf", "was trained with this recording")
 
     def test_labels_of_a_file_beside_the_recording(self):
         file = self.generate("1.edf", 1)

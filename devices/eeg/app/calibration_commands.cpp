@@ -13,31 +13,50 @@
 namespace tandem::eeg {
 namespace {
 
+/// Returns a text as a field of CSV, quoted by RFC 4180 where its characters need it.
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string field = "\"";
+  for (const char c : text) field += c == '"' ? "\"\"" : std::string(1, c);
+  return field + '"';
+}
+
+void write_header(const std::vector<std::string>& channels, std::ostream& out) {
+  out << "file,start_s,artefacts";
+  for (const std::string& channel : channels) {
+    for (const std::string_view name : kFeatureNames) out << ',' << csv_field(channel + '.' + std::string(name));
+  }
+  out << '\n';
+}
+
+void write_window(const Window& window, const Recording& recording, const std::string& file, std::ostream& out) {
+  std::string artefacts;
+  for (std::size_t i = 0; i < window.flags.size(); ++i) {
+    if (window.flags[i] == 0) continue;
+    artefacts += (artefacts.empty() ? "" : " ") + recording.format.channels[i] + ":" + artefact_text(window.flags[i]);
+  }
+  out << csv_field(file) << ',' << static_cast<double>(window.first_sample) / recording.format.rate_hz << ','
+      << csv_field(artefacts);
+  for (const double value : window.features) out << ',' << value;
+  out << '\n';
+}
+
 void write_features(const RecordingOptions& options, std::ostream& out) {
-  bool has_header = false;
+  out.precision(17);
+  std::vector<std::string> channels;
   for (const std::filesystem::path& file : options.files) {
     const Recording recording = read_recording(file, options.channels);
-    ArtefactCount count(recording.format.channels);
-    if (!std::exchange(has_header, true)) {
-      out << "file,start_s,artefacts";
-      for (const std::string& channel : recording.format.channels) {
-        for (const std::string_view name : kFeatureNames) out << ',' << channel << '.' << name;
-      }
-      out << '\n';
+    if (channels.empty()) {
+      channels = recording.format.channels;
+      write_header(channels, out);
+    } else if (recording.format.channels != channels) {
+      throw std::invalid_argument(file.string() + ": channels differ from those of " + options.files.front().string() +
+                                  ", which are the columns; choose the same ones by --channels");
     }
-    out.precision(17);
+    ArtefactCount count(channels);
     for (const Window& window : windows_of(recording, options.windows)) {
       count.add(window);
-      out << file.string() << ',' << static_cast<double>(window.first_sample) / recording.format.rate_hz << ',';
-      std::string artefacts;
-      for (std::size_t i = 0; i < window.flags.size(); ++i) {
-        if (window.flags[i] != 0)
-          artefacts +=
-              (artefacts.empty() ? "" : " ") + recording.format.channels[i] + ":" + artefact_text(window.flags[i]);
-      }
-      out << artefacts;
-      for (const double value : window.features) out << ',' << value;
-      out << '\n';
+      write_window(window, recording, file.string(), out);
     }
     std::cerr << file.string() << ": " << count.text();
   }

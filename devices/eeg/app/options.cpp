@@ -48,6 +48,7 @@ Calibration read_calibration(const RecordingOptions& options) {
                           .settings = options.windows,
                           .labels = {options.labels.front(), options.labels.back()},
                           .sessions = {},
+                          .session_fingerprints = {},
                           .blocks = {},
                           .windows = {},
                           .artefacts = {}};

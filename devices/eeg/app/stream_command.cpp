@@ -58,16 +58,12 @@ void stream(EegSource& source, ValenceSignal& signal, SignalSink& sink, double r
   while (continues) {
     values.clear();
     continues = source.read(values, period);
-    const auto now = [&] {
-      return source.is_live() ? LocalTime(clock.now() - start)
-                              : LocalTime(from_seconds(static_cast<double>(frames) / source.format().rate_hz));
-    };
-    for (std::size_t i = 0; i + channels <= values.size(); i += channels) {
-      ++frames;
-      signal.append(std::span(values).subspan(i, channels), now());
-    }
-    sink.send(signal.report(now()));
-    continues = continues && to_seconds(now().time_since_epoch()) < duration_s;
+    frames += values.size() / channels;
+    const LocalTime now{source.is_live() ? clock.now() - start
+                                         : from_seconds(static_cast<double>(frames) / source.format().rate_hz)};
+    signal.append_all(values, now);
+    sink.send(signal.report(now));
+    continues = continues && to_seconds(now.time_since_epoch()) < duration_s;
   }
 }
 

@@ -14,6 +14,7 @@ namespace tandem::eeg {
 namespace {
 
 constexpr double kSameBlockS = 1.0;
+constexpr const char* kCopied = "; a copy on both sides of a validation makes it meaningless, name each session once";
 
 std::optional<double> seconds_in(std::string_view text) {
   double value = 0;
@@ -46,6 +47,14 @@ void check_format(const Calibration& calibration, const Recording& recording) {
                                 "; sessions of one person must have one rate");
 }
 
+/// Refuses a session whose samples are all those of a known one. Its blocks may have other borders.
+void check_copy(const Calibration& calibration, const Recording& recording, const std::string& fingerprint) {
+  const auto known = std::ranges::find(calibration.session_fingerprints, fingerprint);
+  if (known == calibration.session_fingerprints.end()) return;
+  const auto index = static_cast<std::size_t>(known - calibration.session_fingerprints.begin());
+  throw std::invalid_argument(recording.origin + ": has the same samples as " + calibration.sessions[index] + kCopied);
+}
+
 void check_overlap(const Recording& recording, const std::vector<Block>& blocks) {
   for (std::size_t i = 1; i < blocks.size(); ++i) {
     if (blocks[i].begin_s >= blocks[i - 1].end_s - 1e-6) continue;
@@ -71,7 +80,7 @@ Span add_block(Calibration& calibration, const Recording& recording, const Block
   for (const CalibrationBlock& known : calibration.blocks) {
     if (known.fingerprint != print || span.begin >= span.end) continue;
     throw std::invalid_argument(recording.origin + ": has the same samples as " + calibration.sessions[known.session] +
-                                "; a copy on both sides of a validation makes it meaningless, name each session once");
+                                kCopied);
   }
   calibration.blocks.push_back({calibration.sessions.size(), block.is_positive, print});
   if (span.end - std::min(span.begin, span.end) < calibration.settings.window) ++calibration.too_short_blocks;
@@ -129,8 +138,16 @@ std::vector<Annotation> read_label_file(const std::filesystem::path& file) {
   return annotations;
 }
 
+std::vector<bool> blocks_with_windows(const Calibration& calibration) {
+  std::vector<bool> has_windows(calibration.blocks.size());
+  for (const LabelledWindow& one : calibration.windows) has_windows[one.block] = true;
+  return has_windows;
+}
+
 void add_session(Calibration& calibration, const Recording& recording) {
   check_format(calibration, recording);
+  const std::string fingerprint = fingerprint_of(recording, 0, recording.length());
+  check_copy(calibration, recording, fingerprint);
   calibration.format = recording.format;
   std::vector<Span> spans;
   for (const Block& block : blocks_of(recording, calibration.labels))
@@ -153,6 +170,7 @@ void add_session(Calibration& calibration, const Recording& recording) {
     if (n + 1 >= span->end) ++span;
   }
   calibration.sessions.push_back(recording.origin);
+  calibration.session_fingerprints.push_back(fingerprint);
 }
 
 }  // namespace tandem::eeg

@@ -50,12 +50,16 @@ struct Calibration {
   StreamFormat format;
   WindowSettings settings;
   Labels labels;
-  std::vector<std::string> sessions;  ///< file names
+  std::vector<std::string> sessions;              ///< file names
+  std::vector<std::string> session_fingerprints;  ///< hash of all samples of each session
   std::vector<CalibrationBlock> blocks;
   std::vector<LabelledWindow> windows;   ///< without artefacts
   std::vector<ArtefactCount> artefacts;  ///< counts of each session
   std::size_t too_short_blocks = 0;      ///< shorter than a window, not used
 };
+
+/// States for each block whether it has a window without artefacts.
+std::vector<bool> blocks_with_windows(const Calibration& calibration);
 
 /// Cuts a session into windows, each within one block, and appends them.
 /// Fails   std::invalid_argument: channels or rate differ from the previous session, or the same data is there already

@@ -86,8 +86,7 @@ void take_weights(Model& model, const svm_model& machine) {
 }
 
 std::size_t blocks_with(const Calibration& calibration, bool is_positive) {
-  std::vector<bool> has_windows(calibration.blocks.size());
-  for (const LabelledWindow& one : calibration.windows) has_windows[one.block] = true;
+  const std::vector<bool> has_windows = blocks_with_windows(calibration);
   std::size_t count = 0;
   for (std::size_t b = 0; b < has_windows.size(); ++b)
     count += has_windows[b] && calibration.blocks[b].is_positive == is_positive ? 1U : 0U;
@@ -97,9 +96,11 @@ std::size_t blocks_with(const Calibration& calibration, bool is_positive) {
 /// Decisions for each window by machines that were trained without its fold of blocks.
 std::vector<std::pair<double, bool>> held_out_decisions(const Calibration& calibration, double penalty) {
   std::vector<std::size_t> fold_of(calibration.blocks.size());
+  const std::vector<bool> has_windows = blocks_with_windows(calibration);
   std::array<std::size_t, 2> next{};  // the blocks of each state are dealt out in turn
-  for (std::size_t b = 0; b < fold_of.size(); ++b)
-    fold_of[b] = next[calibration.blocks[b].is_positive ? 1 : 0]++ % kInnerFolds;
+  for (std::size_t b = 0; b < fold_of.size(); ++b) {
+    if (has_windows[b]) fold_of[b] = next[calibration.blocks[b].is_positive ? 1 : 0]++ % kInnerFolds;
+  }
   std::vector<std::pair<double, bool>> decisions;
   for (std::size_t fold = 0; fold < kInnerFolds; ++fold) {
     std::vector<std::size_t> training;
@@ -171,6 +172,7 @@ Model train(const Calibration& calibration, double penalty) {
   model.slope = sigmoid.slope;
   model.offset = sigmoid.offset;
   for (const CalibrationBlock& block : calibration.blocks) model.trained_blocks.push_back(block.fingerprint);
+  model.trained_sessions = calibration.session_fingerprints;
   return model;
 }
 

@@ -29,7 +29,9 @@ struct Model {
   std::vector<double> mean, scale, weights;  ///< each feature has one; kFeatureCount for each channel
   double bias = 0;
   double slope = 1, offset = 0;
-  std::vector<std::string> trained_blocks;  ///< fingerprints, so that a test with the same data is refused
+  /// Fingerprints of the training data, so that a test with the same data is refused: of the blocks, and of whole
+  /// recordings, because the same samples can be cut into blocks with other borders.
+  std::vector<std::string> trained_blocks, trained_sessions;
 
   double decision(std::span<const double> features) const;
   Valence valence(std::span<const double> features) const;

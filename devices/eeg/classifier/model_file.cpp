@@ -10,7 +10,7 @@ namespace {
 namespace json = boost::json;
 
 constexpr std::string_view kFormatName = "tandem-eeg model";
-constexpr std::uint64_t kVersion = 1;
+constexpr std::uint64_t kVersion = 2;
 
 json::array list_of(const std::vector<double>& values) {
   return json::array(values.begin(), values.end());
@@ -73,7 +73,8 @@ void save_model(const Model& model, const std::filesystem::path& file) {
                           {"bias", model.bias},
                           {"slope", model.slope},
                           {"offset", model.offset},
-                          {"trained_blocks", texts_of(model.trained_blocks)}};
+                          {"trained_blocks", texts_of(model.trained_blocks)},
+                          {"trained_sessions", texts_of(model.trained_sessions)}};
   // The model is personal: the file is closed to others before it has any content.
   std::ofstream out(file);
   std::error_code ignored;
@@ -112,6 +113,9 @@ Model load_model(const std::filesystem::path& file) {
   model.slope = fields.required_number("slope", 0, 1e12);
   model.offset = fields.required_number("offset", -1e12, 1e12);
   model.trained_blocks = fields.texts("trained_blocks");
+  model.trained_sessions = fields.texts("trained_sessions");
+  if (model.trained_sessions.empty())
+    fields.fail("trained_sessions", "it must have the hash of each recording of the training; train again");
   fields.finish();
   // Both throw for a combination that no training can have written.
   const WindowReader possible(model.format, model.settings);

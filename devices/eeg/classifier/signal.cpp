@@ -20,7 +20,7 @@ ValenceSignal::ValenceSignal(Model model, const StreamFormat& format, const std:
   check_source(model_, format, origin);
 }
 
-void ValenceSignal::append(std::span<const double> frame_uv, LocalTime now) {
+void ValenceSignal::append(std::span<const double> frame_uv, LocalTime time) {
   if (!reader_.append(frame_uv)) return;
   const Window window = reader_.window();
   count_.add(window);
@@ -32,7 +32,15 @@ void ValenceSignal::append(std::span<const double> frame_uv, LocalTime now) {
   }
   if (!window.is_clean()) return;
   valence_ = model_.valence(window.features);
-  evaluated_ = now;
+  evaluated_ = time;
+}
+
+void ValenceSignal::append_all(std::span<const double> frames_uv, LocalTime end) {
+  const std::size_t channels = model_.format.channels.size(), frames = frames_uv.size() / channels;
+  for (std::size_t i = 0; i < frames; ++i) {
+    const double before_end_s = static_cast<double>(frames - 1 - i) / model_.format.rate_hz;
+    append(frames_uv.subspan(i * channels, channels), end - from_seconds(before_end_s));
+  }
 }
 
 SignalReport ValenceSignal::report(LocalTime now) const {

@@ -45,8 +45,11 @@ class ValenceSignal {
   /// Fails   std::invalid_argument: channels or rate differ from the model
   ValenceSignal(Model model, const StreamFormat& format, const std::string& origin);
 
-  /// Takes one sample of each channel [µV].
-  void append(std::span<const double> frame_uv, LocalTime now);
+  /// Takes one sample of each channel [µV], recorded at `time`.
+  void append(std::span<const double> frame_uv, LocalTime time);
+  /// Takes the samples of one read (EegSource::read()). The last one was recorded at `end`, the others before it at the
+  /// rate of the source.
+  void append_all(std::span<const double> frames_uv, LocalTime end);
   SignalReport report(LocalTime now) const;
   const ArtefactCount& artefacts() const { return count_; }
 

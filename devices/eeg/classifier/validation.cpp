@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <set>
 #include <stdexcept>
 
@@ -22,13 +23,18 @@ void shuffle(std::vector<T>& values, Random& random) {
   }
 }
 
+/// State of a block or window; nothing for a block that has no windows and gets no fold.
+using State = std::optional<bool>;
+
 /// Deals out the blocks, or the windows if each is a block of its own, to the folds; both states evenly.
-std::vector<std::size_t> dealt_out(const std::vector<bool>& states, std::size_t folds, Random& random) {
-  std::vector<std::size_t> order(states.size()), fold(states.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+std::vector<std::size_t> dealt_out(const std::vector<State>& states, std::size_t folds, Random& random) {
+  std::vector<std::size_t> order, fold(states.size());
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    if (states[i]) order.push_back(i);
+  }
   shuffle(order, random);
   std::array<std::size_t, 2> next{};
-  for (const std::size_t i : order) fold[i] = next[states[i] ? 1 : 0]++ % folds;
+  for (const std::size_t i : order) fold[i] = next[*states[i] ? 1 : 0]++ % folds;
   return fold;
 }
 
@@ -40,9 +46,11 @@ void require_folds(std::size_t available, std::size_t folds, const std::string& 
                               "; name more sessions, or lower --folds");
 }
 
-std::vector<bool> states_of_blocks(const Calibration& calibration) {
-  std::vector<bool> states;
-  for (const CalibrationBlock& block : calibration.blocks) states.push_back(block.is_positive);
+std::vector<State> states_of_blocks(const Calibration& calibration) {
+  const std::vector<bool> has_windows = blocks_with_windows(calibration);
+  std::vector<State> states;
+  for (std::size_t b = 0; b < has_windows.size(); ++b)
+    states.push_back(has_windows[b] ? State(calibration.blocks[b].is_positive) : std::nullopt);
   return states;
 }
 
@@ -50,14 +58,14 @@ std::vector<bool> states_of_blocks(const Calibration& calibration) {
 std::vector<std::size_t> fold_of_windows(const Calibration& calibration, SplitBy by, std::size_t& folds,
                                          std::uint64_t seed) {
   Random random(seed, 1);
-  std::vector<bool> states;
+  std::vector<State> states;
   if (by == SplitBy::kSessions) {
     require_folds(calibration.sessions.size(), 2, "sessions");
     folds = calibration.sessions.size();
   } else if (by == SplitBy::kBlocks) {
     states = states_of_blocks(calibration);
-    const auto positive = static_cast<std::size_t>(std::ranges::count(states, true));
-    require_folds(std::min(positive, states.size() - positive), folds, "blocks of each state");
+    const auto positive = std::ranges::count(states, State(true)), negative = std::ranges::count(states, State(false));
+    require_folds(static_cast<std::size_t>(std::min(positive, negative)), folds, "blocks of each state");
   } else {
     for (const LabelledWindow& one : calibration.windows) states.push_back(one.is_positive);
     require_folds(states.size(), folds, "windows");
@@ -190,6 +198,12 @@ Accuracy validate(const Calibration& calibration, const std::vector<Fold>& folds
 }
 
 Accuracy validate(const Model& model, const Calibration& test, std::size_t permutations, std::uint64_t seed) {
+  for (std::size_t i = 0; i < test.sessions.size(); ++i) {
+    if (std::ranges::find(model.trained_sessions, test.session_fingerprints[i]) == model.trained_sessions.end())
+      continue;
+    throw std::invalid_argument(test.sessions[i] +
+                                ": the model was trained with this recording; test it with another session");
+  }
   const std::set<std::string> trained(model.trained_blocks.begin(), model.trained_blocks.end());
   std::vector<BlockResult> results = empty_results(test);
   for (const LabelledWindow& window : test.windows) {

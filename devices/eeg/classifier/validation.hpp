@@ -43,7 +43,7 @@ inline constexpr std::size_t kDefaultPermutations = 1000;
 Accuracy validate(const Calibration& calibration, const std::vector<Fold>& folds, double penalty,
                   std::size_t permutations, std::uint64_t seed);
 /// Tests a model with other sessions.
-/// Fails   std::invalid_argument: a block is one that the model was trained with
+/// Fails   std::invalid_argument: the model was trained with one of the recordings or blocks
 Accuracy validate(const Model& model, const Calibration& test, std::size_t permutations, std::uint64_t seed);
 
 }  // namespace tandem::eeg

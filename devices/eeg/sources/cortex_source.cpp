@@ -164,9 +164,10 @@ std::optional<CortexMessage> CortexLink::next(Duration wait) {
   const SteadyClock clock;
   const LocalTime end = clock.now() + wait;
   do {
-    begin_read();
+    // A message that arrived during a write is evaluated before the next read appends to the buffer.
+    if (!read_result_) begin_read();
     io_.restart();
-    io_.run_one_for(std::max(end - clock.now(), Duration{0}));
+    if (!read_result_) io_.run_one_for(std::max(end - clock.now(), Duration{0}));
     if (!read_result_) continue;
     const error_code error = *std::exchange(read_result_, std::nullopt);
     if (error)

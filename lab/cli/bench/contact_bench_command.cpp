@@ -121,8 +121,8 @@ boost::json::object to_json(const PoseCheck& check) {
 std::string words_of(const TouchFigures& figures) {
   return "a step takes " + format_significant(figures.step_us.p50_us, 3) + " µs (median; p99 " +
          format_significant(figures.step_us.p99_us, 3) + " µs) with up to " + std::to_string(figures.contacts_max) +
-         " contacts; the meshes go " + format_significant(1e3 * figures.max_penetration_m, 3) +
-         " mm into each other; pop-throughs: " + std::to_string(figures.pop_throughs) + ". ";
+         " contacts; the greatest penetration is " + format_significant(1e3 * figures.max_penetration_m, 3) +
+         " mm; pop-throughs: " + std::to_string(figures.pop_throughs) + ". ";
 }
 
 HtmlReport report_of(const Measured& measured, const std::vector<Check>& checks) {

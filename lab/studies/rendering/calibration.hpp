@@ -1,6 +1,6 @@
 // Calibrates the adaptive law: a search finds the best coupling for each tool mass on a given device.
 //
-//   for each mass    the best stiffness: the largest that keeps the stability margins and is calm and quiet
+//   for each mass    the best stiffness: the largest that keeps the stability margins and is at rest and quiet
 //   over the masses  a polynomial k(m)                                         (Hou 2014, eqs. 5.2, 5.13, 5.14)
 //   for each best k  the best damping: the tool settles fastest, with the same margins
 //   over stiffness   a polynomial b(k)                                         (eqs. 5.3, 5.15)

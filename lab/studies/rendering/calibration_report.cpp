@@ -122,7 +122,7 @@ Plot stiffness_figure(const AxisCalibration& axis, const Words& words) {
   plot.limits.push_back(
       {axis.stiffness_maximum, axis.is_maximum_verified ? "most of the device" : "cap: its own is unverified"});
   plot.caption =
-      "The largest stiffness that is stable with the margins, calm and quiet. Beyond the ends the "
+      "The largest stiffness that is stable with the margins, at rest and quiet. Beyond the ends the "
       "nearest value holds.";
   return plot;
 }
@@ -144,7 +144,7 @@ Plot damping_figure(const AxisCalibration& axis, const Words& words) {
   plot.limits.push_back({axis.damping_maximum, "most of the device"});
   plot.caption =
       "The damping with which the tool settles soonest once it is suddenly heavy, where that is "
-      "stable with the margins, calm and quiet.";
+      "stable with the margins, at rest and quiet.";
   return plot;
 }
 

@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <sstream>
 
 #include "common/base/json.hpp"
@@ -158,7 +159,53 @@ TEST_F(Split, ACopyOfASessionIsRefused) {
 TEST_F(Split, AModelIsNotTestedWithItsTrainingData) {
   const Calibration calibration = sessions(small(), 1, 1);
   const Model model = train(calibration, 0.01);
-  EXPECT_THAT(message_of([&] { validate(model, calibration, 100, 1); }), HasSubstr("the model was trained with block"));
+  EXPECT_THAT(message_of([&] { validate(model, calibration, 100, 1); }),
+              HasSubstr("session 1: the model was trained with this recording; test it with another session"));
+}
+
+TEST_F(Split, ARecordingOfTheTrainingIsRefusedWithOtherBlocks) {
+  Recording recording = generate(small());
+  Calibration training, test;
+  add_session(training, recording);
+  const Model model = train(training, 0.01);
+  for (Annotation& one : recording.annotations) one.onset_s += 1;
+  add_session(test, recording);
+  for (const CalibrationBlock& block : test.blocks)
+    EXPECT_THAT(model.trained_blocks, testing::Not(testing::Contains(block.fingerprint))) << "no block is the same";
+  EXPECT_THAT(message_of([&] { validate(model, test, 100, 1); }), HasSubstr("was trained with this recording"));
+  // The same recording with other blocks is a copy within one calibration, too.
+  EXPECT_THAT(message_of([&] { add_session(training, recording); }), HasSubstr("has the same samples as"));
+}
+
+TEST_F(Split, APieceOfATrainingRecordingIsRefusedByItsBlocks) {
+  Recording recording = generate(small());
+  Calibration training, test;
+  add_session(training, recording);
+  for (std::vector<double>& channel : recording.samples_uv) channel.push_back(0);
+  recording.annotations.back().duration_s = 12.0;
+  add_session(test, recording);
+  EXPECT_THAT(message_of([&] { validate(train(training, 0.01), test, 100, 1); }),
+              HasSubstr("the model was trained with block"));
+}
+
+TEST(SplitByBlocks, BlocksWithoutWindowsGetNoFold) {
+  // Twelve blocks of alternating state. The first eight have lost their windows to artefacts.
+  Calibration calibration;
+  calibration.sessions = {"a.edf"};
+  for (std::size_t b = 0; b < 12; ++b) {
+    const bool is_positive = b % 2 == 0;
+    calibration.blocks.push_back({0, is_positive, std::to_string(b)});
+    if (b >= 8) calibration.windows.push_back({{}, is_positive, b});
+  }
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    for (const Fold& fold : split(calibration, SplitBy::kBlocks, 2, seed)) {
+      std::multiset<bool> states;
+      for (const std::size_t w : fold.test) states.insert(calibration.windows[w].is_positive);
+      EXPECT_EQ(states, (std::multiset<bool>{false, true})) << "each fold tests both states, seed " << seed;
+    }
+  }
+  EXPECT_THAT(message_of([&] { split(calibration, SplitBy::kBlocks, 3, 1); }),
+              HasSubstr("needs at least 3 of them, and there are 2"));
 }
 
 TEST(Labels, ABlockLastsItsDurationOrUntilTheNextLabel) {
@@ -287,16 +334,27 @@ TEST_F(ModelFile, DecidesAsTheModelThatWasSaved) {
     EXPECT_NEAR(loaded.valence(one.features).value, model_.valence(one.features).value, 1e-12);
   EXPECT_EQ(loaded.format.channels, model_.format.channels);
   EXPECT_EQ(loaded.trained_blocks, model_.trained_blocks);
+  EXPECT_EQ(loaded.trained_sessions, model_.trained_sessions);
 }
 
 TEST_F(ModelFile, EachWrongFieldIsNamed) {
-  const std::pair<const char*, boost::json::value> cases[] = {
-      {"format", "other"},  {"version", 2},        {"channels", boost::json::array{}},
-      {"rate_hz", 0},       {"window", 3},         {"window", 1e9},
-      {"low_hz", -1},       {"high_hz", 1e9},      {"features", {"mean"}},
-      {"mean", {1, 2}},     {"weights", "x"},      {"slope", -1},
-      {"scale", {nullptr}}, {"trained_blocks", 1}, {"artefact_limits", 1},
-      {"unknown", 1}};
+  const std::pair<const char*, boost::json::value> cases[] = {{"format", "other"},
+                                                              {"version", 1},
+                                                              {"channels", boost::json::array{}},
+                                                              {"rate_hz", 0},
+                                                              {"window", 3},
+                                                              {"window", 1e9},
+                                                              {"low_hz", -1},
+                                                              {"high_hz", 1e9},
+                                                              {"features", {"mean"}},
+                                                              {"mean", {1, 2}},
+                                                              {"weights", "x"},
+                                                              {"slope", -1},
+                                                              {"scale", {nullptr}},
+                                                              {"trained_blocks", 1},
+                                                              {"artefact_limits", 1},
+                                                              {"unknown", 1},
+                                                              {"trained_sessions", boost::json::array{}}};
   for (const auto& [name, value] : cases) {
     boost::json::value json = json_;
     json.as_object()[name] = value;
@@ -344,6 +402,18 @@ TEST_F(ModelFile, ASignalAgesWhileItsWindowsHaveArtefacts) {
   EXPECT_EQ(reports.all[8].value, reports.all[7].value);
   EXPECT_NEAR(to_seconds(reports.all[19].age), 12, 1e-6);
   EXPECT_THAT(reports.all[19].artefacts, HasSubstr("O1 flat"));
+}
+
+TEST_F(ModelFile, TheSamplesOfAReadHaveTheirOwnTimes) {
+  // A window of 512 samples ends 100 samples before the end of the read.
+  Random random(1);
+  std::vector<double> frames_uv;
+  for (std::size_t i = 0; i < 2 * 612; ++i) frames_uv.push_back(10 * random.normal());
+  ValenceSignal signal(model_, model_.format, "test");
+  const LocalTime end{std::chrono::seconds(7)};
+  signal.append_all(frames_uv, end);
+  ASSERT_TRUE(signal.report(end).value);
+  EXPECT_NEAR(to_seconds(signal.report(end).age), 100 / model_.format.rate_hz, 1e-6);
 }
 
 TEST(JsonLine, HasTheValueItsConfidenceAndItsAge) {

@@ -270,12 +270,17 @@ TEST(Cortex, SaysThatNothingListens) {
 }
 
 TEST(Cortex, HostileAnswersAreRefused) {
-  for (const char* answer :
-       {R"("result":null)", R"("result":7)", R"("result":[[[]]])", R"("result":{"success":[{"cols":[]}]})",
-        R"("result":{"success":[{"cols":7}]})", R"("result":{"success":[{"cols":["COUNTER"]}]})"}) {
+  constexpr const char* kNoColumns = "the service does not name the columns of its EEG";
+  constexpr const char* kNoElectrodes = "the service names 0 electrodes; 1 to ";
+  for (const auto& [answer, words] : {std::pair{R"("result":null)", kNoColumns},
+                                      {R"("result":7)", kNoColumns},
+                                      {R"("result":[[[]]])", kNoColumns},
+                                      {R"("result":{"success":[{"cols":[]}]})", kNoElectrodes},
+                                      {R"("result":{"success":[{"cols":7}]})", kNoColumns},
+                                      {R"("result":{"success":[{"cols":["COUNTER"]}]})", kNoElectrodes}}) {
     FakeCortex service;
     service.answers["subscribe"] = answer;
-    EXPECT_NE(failure_of(service), "") << answer;
+    EXPECT_THAT(failure_of(service), HasSubstr(words)) << answer;
   }
 }
 

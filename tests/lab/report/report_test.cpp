@@ -415,6 +415,23 @@ TEST(HtmlReport, NamesItsOriginOnTheFirstPageAndItsFiles) {
   }
 }
 
+TEST(HtmlReport, TwoPagesInAFolderShareNoFile) {
+  HtmlReport other("other", "s");
+  other.figure(sample_plot());
+  std::map<std::string, std::string> files = sample_report().files();
+  EXPECT_TRUE(std::ranges::any_of(files, [](const auto& file) { return file.first.starts_with("figures/"); }));
+  for (const char* name : {"a.html", "b c.html"}) {
+    const auto more = other.files(name);
+    const std::string& html = more.at(name);
+    for (const auto& [file, text] : more) {
+      EXPECT_TRUE(files.emplace(file, text).second) << file;
+      if (file == name) continue;
+      EXPECT_TRUE(file.starts_with(name[0] == 'a' ? "a-figures/" : "b-c-figures/")) << file;
+      EXPECT_NE(html.find("href=\"" + file + "\""), std::string::npos) << file;
+    }
+  }
+}
+
 TEST(HtmlReport, IsTheSameToTheByte) {
   EXPECT_EQ(sample_report().html(), sample_report().html());
 }

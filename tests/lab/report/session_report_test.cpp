@@ -324,6 +324,22 @@ TEST(SessionReport, IsTheSameToTheByteAndShowsNoMarkupOfAUser) {
   EXPECT_NE(html.find("late</th>"), std::string::npos) << "drops by reason";
 }
 
+TEST(SessionReport, HasTheForcesOfEverySession) {
+  std::vector<Session> sessions;
+  for (const char* name : {"one", "two", "three", "four", "five"})
+    sessions.push_back({name, {good_user("anna"), good_user("ben")}});
+  std::size_t force_figures = 0, on_first_page = 0;
+  const HtmlReport report = session_report(sessions, check_sessions(sessions));
+  const std::string html = report.html();
+  for (const auto& [name, text] : report.files()) {
+    if (!name.ends_with(".csv") || name.find("force") == std::string::npos) continue;
+    ++force_figures;
+    if (html.find(name) < html.find("class=\"appendix\"")) ++on_first_page;
+  }
+  EXPECT_EQ(force_figures, 5U);
+  EXPECT_EQ(on_first_page, 3U);
+}
+
 struct Outcome {
   int code = -1;
   std::string what;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
@@ -26,6 +27,20 @@ std::string content_of(const fs::path& file) {
 
 std::ptrdiff_t entries_of(const fs::path& folder) {
   return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
+}
+
+TEST(ShellWord, IsReadBackByAShell) {
+  for (const std::string word :
+       {"plain", "", "it's", "a\nb", "`date`", "#x", "~", "a!b", "$HOME", "x=1,2", "*", "'", "\\"}) {
+    const std::string command = "printf %s. " + shell_word(word);
+    std::FILE* const shell = ::popen(command.c_str(), "r");
+    ASSERT_NE(shell, nullptr);
+    std::string read_back;
+    for (int c = std::fgetc(shell); c != EOF; c = std::fgetc(shell)) read_back += static_cast<char>(c);
+    EXPECT_EQ(::pclose(shell), 0) << command;
+    EXPECT_EQ(read_back, word + ".") << command;
+  }
+  EXPECT_EQ(shell_word("link.rtt_ms=0,50"), "link.rtt_ms=0,50");
 }
 
 TEST(OutputFiles, AreAllThereAndNothingElse) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 #include "common/base/json_fields.hpp"
 #include "common/base/json_pretty.hpp"
@@ -101,6 +102,60 @@ TEST_F(Study, TheReportDefinesEveryMetricAndDrawsEveryStage) {
   }
   EXPECT_THAT(html, testing::HasSubstr("late-pose"));
   EXPECT_THAT(html, testing::HasSubstr("<svg"));
+}
+
+/// A trial's result with the fields that the report needs.
+TrialResult trial_of(const char* stage, double rtt_ms, std::uint64_t seed, const json::object& more) {
+  TrialResult result;
+  result.row = {{"experiment", "e"},     {"stage", stage}, {"predictor", client::StageSettings{}.predictor},
+                {"passivity", true},     {"deadband", 0},  {"rtt_ms", rtt_ms},
+                {"jitter_ms", 0},        {"loss", 0},      {"seed", seed},
+                {"outcome", "completed"}};
+  for (const auto& [name, value] : more) result.row[name] = value;
+  return result;
+}
+
+TEST(StudyReport, ItsHeadlineIsWhereTheFirstMetricIsDefined) {
+  std::vector<TrialResult> results;
+  for (const double rtt_ms : {0, 50, 100}) {
+    for (const std::uint64_t seed : {1, 2, 3}) {
+      const bool is_defined = rtt_ms < 100 && !(rtt_ms == 50 && seed == 2);
+      results.push_back(trial_of("hold", rtt_ms, seed,
+                                 {{"path_error_of_peak", is_defined ? json::value(0.2) : json::value(nullptr)},
+                                  {"contact_force_ratio", 0.9}}));
+    }
+  }
+  const std::string html = study_report(results).html();
+  EXPECT_THAT(html, testing::HasSubstr("At 50 ms round trip, path error of peak from best to worst: "));
+  EXPECT_THAT(html, testing::HasSubstr("hold 20 % (2 of 3 trials)"));
+  EXPECT_THAT(html, testing::HasSubstr("At 50 ms round trip: mean (least to greatest of the seeds)"));
+  std::vector<TrialResult> two = results;
+  two.push_back(trial_of("hold", 50, 1, {{"experiment", "f"}, {"path_error_of_peak", 0.4}}));
+  EXPECT_THAT(study_report(two).html(),
+              testing::HasSubstr("mean (least to greatest of the trials of all experiments)"));
+}
+
+TEST(StudyReport, TheLeastDisturbedLinkIsChosenByNumbers) {
+  std::vector<TrialResult> results;
+  for (const double rtt_ms : {0, 50}) {
+    results.push_back(trial_of("hold", rtt_ms, 1, {{"loss", 0.2}, {"contact_force_ratio", 0.5}}));
+    results.push_back(trial_of("hold", rtt_ms, 1, {{"jitter_ms", 12.5}, {"contact_force_ratio", 0.9}}));
+  }
+  EXPECT_THAT(study_report(results).html(), testing::HasSubstr("the experiment e (12.5 ms jitter)"));
+}
+
+TEST(StudyReport, ACurveHasTrialsThatDifferInDelayAndSeedOnly) {
+  const std::string name = curve_of(trial_of("hold", 0, 1, {}).row);
+  EXPECT_EQ(curve_of(trial_of("hold", 50, 2, {}).row), name);
+  std::set<std::string> names{name};
+  for (const json::object& other :
+       {json::object{{"jitter_ms", 5}}, json::object{{"loss", 0.01}}, json::object{{"passivity", false}},
+        json::object{{"overrides", json::object{{"hand.mass_kg", 0.5}}}}, json::object{{"stage", "wave"}}})
+    EXPECT_TRUE(names.insert(curve_of(trial_of("hold", 0, 1, other).row)).second) << *names.rbegin();
+}
+
+TEST(StudyReport, BytesAreADataRate) {
+  EXPECT_EQ(axis_of_metric("bytes_per_s").axis.label(), "data rate [kB/s]");
 }
 
 TEST(FieldKernel, CanBeForcedAndLetGo) {
