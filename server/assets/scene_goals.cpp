@@ -7,13 +7,17 @@
 
 #include "common/geometry/polygon.hpp"
 #include "common/haptics/coupling/laws.hpp"
+#include "common/physics/coupling_in_force.hpp"
 #include "proto/coupling_fields.hpp"
 #include "server/assets/scene_checks.hpp"
+#include "server/assets/scene_coupling.hpp"
 
 namespace tandem::server {
 namespace {
 
-constexpr int kMaxLevels = 16, kMaxGoals = 16, kMaxConditions = 16, kMaxPieces = 16, kMaxFigureCorners = 32;
+constexpr std::size_t kMaxFigureCorners = 32;
+/// Shortest time after which a level may repeat, so that its messages do not flood the users.
+constexpr double kMinRepeat_s = 1;
 constexpr std::size_t kMaxTitleBytes = 64, kMaxTextBytes = 200;
 
 using geometry::Vec2;
@@ -53,6 +57,7 @@ class Checker {
       check_unique_name(game.levels(i).name(), names, of_level.in("name"));
       level(game.levels(i), of_level);
     }
+    silhouettes(game, field.in("levels"));
     if (game.players() > static_cast<std::uint32_t>(scene_.tools_size())) {
       field.in("players").refuse("is " + std::to_string(game.players()) + ", and the scene has " +
                                  std::to_string(scene_.tools_size()) + " tools; add tools, or lower it");
@@ -67,8 +72,8 @@ class Checker {
   static void say(const wire::Say& value, const SceneField& field) {
     text(value.text(), kMaxTextBytes, field.in("text"));
   }
-  static void count(int number, int low, int high, const std::string& what, const SceneField& field) {
-    if (number >= low && number <= high) return;
+  static void count(int number, int low, std::size_t high, const std::string& what, const SceneField& field) {
+    if (number >= low && number <= static_cast<int>(high)) return;
     field.refuse("has " + std::to_string(number) + " " + what + "; it must have " + std::to_string(low) + " to " +
                  std::to_string(high));
   }
@@ -84,12 +89,22 @@ class Checker {
     if (name == own) field.refuse("is \"" + name + "\", the body of the condition itself; name another body, or none");
   }
 
+  static void silhouettes(const wire::Game& game, const SceneField& field) {
+    int number = 0;
+    for (const wire::Level& level : game.levels()) {
+      for (const wire::Goal& goal : level.goals()) {
+        number += static_cast<int>(std::ranges::count_if(goal.conditions(), &wire::Condition::has_silhouette));
+      }
+    }
+    count(number, 0, kMaxSilhouettes, "silhouettes together", field);
+  }
+
   void level(const wire::Level& level, const SceneField& field) const {
     text(level.text(), kMaxTextBytes, field.in("text"));
     say(level.started(), field.in("started"));
     say(level.reached(), field.in("reached"));
     say(level.failed(), field.in("failed"));
-    count(level.goals_size(), 1, kMaxGoals, "goals", field.in("goals"));
+    count(level.goals_size(), 1, kMaxGoalsPerLevel, "goals", field.in("goals"));
     std::set<std::string> names;
     for (int i = 0; i < level.goals_size(); ++i) {
       const SceneField of_goal = field.in("goals", static_cast<std::size_t>(i));
@@ -99,8 +114,25 @@ class Checker {
     if (std::ranges::all_of(level.goals(), [](const wire::Goal& goal) { return goal.extra(); })) {
       field.in("goals").refuse("are all extra; at least one must be needed, or the level ends at once");
     }
+    time_limits(level, field);
     level_bodies(level, field);
     coupling(level, field);
+  }
+  static void time_limits(const wire::Level& level, const SceneField& field) {
+    if (level.repeats()) repeat_limit(level.time_limit_s(), field.in("time_limit_s"));
+    for (int i = 0; i < level.goals_size(); ++i) {
+      const wire::Goal& goal = level.goals(i);
+      const SceneField limit = field.in("goals", static_cast<std::size_t>(i)).in("time_limit_s");
+      if (level.repeats() && !goal.extra()) repeat_limit(goal.time_limit_s(), limit);
+      if (level.in_order() && goal.extra() && goal.time_limit_s() == 0 && i + 1 < level.goals_size()) {
+        limit.refuse("is 0; an extra goal of a level in order needs a time limit, or must be the last one");
+      }
+    }
+  }
+  static void repeat_limit(double limit_s, const SceneField& field) {
+    if (limit_s <= 0 || limit_s >= kMinRepeat_s) return;
+    field.refuse("is " + number_text(limit_s) + " s; in a level that repeats it must be 0 (none), or " +
+                 number_text(kMinRepeat_s) + " s or more");
   }
   void level_bodies(const wire::Level& level, const SceneField& field) const {
     for (int i = 0; i < level.bodies_size(); ++i) {
@@ -128,16 +160,27 @@ class Checker {
       const std::string problem = haptics::law_change_problem(*of_scene, *law, scene_.coupling().has_adaptive());
       if (!problem.empty()) field.in("law").refuse("is \"" + level.law() + "\": " + problem);
     }
+    const haptics::CouplingLawInfo& in_force =
+        level.law().empty() ? *of_scene : *haptics::find_coupling_law(level.law());
+    physics::SceneCoupling chosen;
+    chosen.law = in_force.name;
+    chosen.fit = adaptive_fit(scene_.coupling());
+    std::set<std::string> names;
     for (int i = 0; i < level.parameters_size(); ++i) {
       const wire::LevelParameter& parameter = level.parameters(i);
       const SceneField of_parameter = field.in("parameters", static_cast<std::size_t>(i));
       const proto::CouplingField* const known = proto::find_coupling_field(parameter.name());
       if (known == nullptr) {
-        std::string names;
+        std::string listed;
         for (const proto::CouplingField& one : proto::kCouplingFields) {
-          names += (names.empty() ? "" : ", ") + std::string(one.name);
+          listed += (listed.empty() ? "" : ", ") + std::string(one.name);
         }
-        of_parameter.in("name").refuse("is \"" + parameter.name() + "\"; it must be one of " + names);
+        of_parameter.in("name").refuse("is \"" + parameter.name() + "\"; it must be one of " + listed);
+      }
+      check_unique_name(parameter.name(), names, of_parameter.in("name"));
+      if (physics::is_chosen_by_law(chosen, known->value)) {
+        of_parameter.in("name").refuse("is \"" + parameter.name() + "\", which the law " + std::string(in_force.name) +
+                                       " determines; remove it, or set another law of the level");
       }
       of_parameter.in("value").require_within(parameter.value(), known->low, known->high,
                                               "from " + number_text(known->low) + " to " + number_text(known->high));
@@ -148,7 +191,7 @@ class Checker {
     text(goal.text(), kMaxTextBytes, field.in("text"));
     say(goal.reached(), field.in("reached"));
     say(goal.failed(), field.in("failed"));
-    count(goal.conditions_size(), 1, kMaxConditions, "conditions", field.in("conditions"));
+    count(goal.conditions_size(), 1, kMaxConditionsPerGoal, "conditions", field.in("conditions"));
     if (goal.at_least() > static_cast<std::uint32_t>(goal.conditions_size())) {
       field.in("at_least")
           .refuse("is " + std::to_string(goal.at_least()) + ", and the goal has " +
@@ -198,7 +241,7 @@ class Checker {
       const SceneField piece = field.in("pieces", static_cast<std::size_t>(i));
       body(condition.pieces(i).body(), piece.in("body"));
       const std::vector<Vec2> outline =
-          corners(condition.pieces(i).points_m(), static_cast<int>(geometry::kMaxConvexCorners), piece.in("points_m"));
+          corners(condition.pieces(i).points_m(), geometry::kMaxConvexCorners, piece.in("points_m"));
       if (!geometry::is_convex(outline)) {
         piece.in("points_m").refuse("is not convex and counterclockwise; divide the outline into convex ones");
       }
@@ -208,7 +251,7 @@ class Checker {
       field.in("figure_m").refuse("crosses itself, or is clockwise; list its corners counterclockwise");
     }
   }
-  static std::vector<Vec2> corners(const Numbers& numbers, int most, const SceneField& field) {
+  static std::vector<Vec2> corners(const Numbers& numbers, std::size_t most, const SceneField& field) {
     if (numbers.size() % 2 != 0) {
       field.refuse("has " + std::to_string(numbers.size()) + " numbers; it must have x and y of each corner");
     }

@@ -1,10 +1,19 @@
 // The goals of a scene file: defaults and checks.
 #pragma once
 
+#include <cstddef>
+#include <string>
+
 #include "server/assets/scene_field.hpp"
 #include "tandem/scene.pb.h"
 
 namespace tandem::server {
+
+inline constexpr std::size_t kMaxLevels = 16, kMaxGoalsPerLevel = 16, kMaxConditionsPerGoal = 16;
+/// Limit of the silhouettes of all levels together.
+inline constexpr std::size_t kMaxSilhouettes = 32;
+/// Limit of the outlines of one silhouette.
+inline constexpr std::size_t kMaxPieces = 16;
 
 /// Fills in the defaults of a game that are not numbers, or that depend on other fields.
 void complete_goals(wire::Scene& scene);

@@ -36,12 +36,12 @@ Game::Game(const LoadedScene& scene, GamePlan plan) : scene_(scene), plan_(std::
 }
 
 void Game::restart(physics::World& world, std::uint32_t hands) noexcept {
-  const std::uint32_t entries = status_.entries;
-  status_ = GameStatus{};
-  status_.entries = entries;
+  const GameStatus before = std::exchange(status_, GameStatus{});
+  status_.entries = before.entries;
+  status_.step = before.step;
   status_.events_hash = kHashStart;
   read_absent(world);
-  enter(0, world);
+  enter(0, world, hands);
   exchange_bodies(world, hands);
   publish();
 }
@@ -61,14 +61,14 @@ bool Game::resume(const GameStatus& status, physics::World& world) noexcept {
   return true;
 }
 
-void Game::start_level(std::size_t level, physics::World& world) noexcept {
+void Game::start_level(std::size_t level, physics::World& world, std::uint32_t hands) noexcept {
   if (level >= plan_.levels.size()) return;
   if (status_.phase == GamePhase::kWon || status_.phase == GamePhase::kLost) {
     status_.score = status_.level_score = 0;
     status_.steps = 0;
   }
   if (status_.phase != GamePhase::kWaiting) status_.phase = GamePhase::kPlaying;
-  enter(level, world);
+  enter(level, world, hands);
 }
 
 void Game::set_weightless(bool is_weightless, physics::World& world) noexcept {
@@ -77,7 +77,7 @@ void Game::set_weightless(bool is_weightless, physics::World& world) noexcept {
 }
 
 /// Starts a level. The score of an unfinished try is lost.
-void Game::enter(std::size_t number, physics::World& world) noexcept {
+void Game::enter(std::size_t number, physics::World& world, std::uint32_t hands) noexcept {
   status_.level = static_cast<std::uint8_t>(number);
   status_.level_score = 0;
   status_.level_steps = 0;
@@ -88,7 +88,7 @@ void Game::enter(std::size_t number, physics::World& world) noexcept {
   }
   for (SilhouetteFit& fit : fits_) fit.reset();
   apply_level(world);
-  if (level().returns_bodies) return_bodies(world);
+  if (level().returns_bodies) return_bodies(world, hands);
   if (status_.phase == GamePhase::kPlaying) emit(GameEvent::Kind::kLevelStarted);
 }
 
@@ -100,12 +100,13 @@ void Game::read_absent(const physics::World& world) noexcept {
   }
 }
 
-/// Bodies with a hand on them stay where they are, so that no force jumps.
-void Game::return_bodies(physics::World& world) const noexcept {
+/// A body with a hand on it, or with a hand near its start, stays where it is, so that no force jumps.
+void Game::return_bodies(physics::World& world, std::uint32_t hands) const noexcept {
   for (std::uint64_t bits = returnable_ & ~status_.absent; bits != 0; bits &= bits - 1) {
     const auto body = static_cast<std::size_t>(std::countr_zero(bits));
     const BodyId id = body_id_at(body);
-    if (world.hands_on(id) == 0) world.set_body(id, {scene_.world.bodies[body].X_WB, Twist{}});
+    if (world.hands_on(id) != 0 || is_near_hand(world, hands, body)) continue;
+    world.set_body(id, {scene_.world.bodies[body].X_WB, Twist{}});
   }
 }
 
@@ -132,7 +133,7 @@ bool Game::is_near_hand(const physics::World& world, std::uint32_t hands, std::s
   return false;
 }
 
-/// Removes the bodies that the level lacks, and adds those that it has, as soon as no hand feels it.
+/// Removes the bodies that the level lacks and adds those that it has. A change waits until no hand can feel it.
 void Game::exchange_bodies(physics::World& world, std::uint32_t hands) noexcept {
   for (std::uint64_t bits = status_.absent ^ level().absent; bits != 0; bits &= bits - 1) {
     const auto body = static_cast<std::size_t>(std::countr_zero(bits));
@@ -164,9 +165,12 @@ void Game::read_bodies(const physics::World& world, std::uint32_t hands) noexcep
   }
 }
 
-void Game::step(physics::World& world, std::uint32_t hands, Step step) noexcept {
+void Game::begin_step(Step step) noexcept {
   events_.clear();
   status_.step = step;
+}
+
+void Game::step(physics::World& world, std::uint32_t hands) noexcept {
   read_absent(world);
   exchange_bodies(world, hands);
   const bool has_players = static_cast<std::size_t>(std::popcount(hands)) >= plan_.players;
@@ -181,30 +185,40 @@ void Game::step(physics::World& world, std::uint32_t hands, Step step) noexcept 
     ++status_.steps;
     ++status_.level_steps;
     for (std::size_t goal = 0; goal < status_.goals.size(); ++goal) evaluate(goal);
-    end_level(world);
+    end_level(world, hands);
+  } else {
+    interrupt_conditions();
   }
   const std::uint64_t period = std::max<std::uint64_t>(1, scene_.description.step_rate_hz() / kPublishedPerSecond);
-  const bool has_ticked = shown_.steps != status_.steps && step.value % period == 0;
+  const bool has_ticked = shown_.steps != status_.steps && status_.step.value % period == 0;
   if (has_ticked || !events_.empty() || !is_same_but_time(shown_, status_)) publish();
 }
 
-/// Continues the searches of the open goals only.
+/// Continues one search of the open goals, each in turn.
 void Game::advance_fits() noexcept {
+  boost::container::static_vector<std::size_t, kMaxSilhouettes> open;
   for (std::size_t i = 0; i < status_.goals.size(); ++i) {
     if (status_.goals[i].status != GoalStatus::kOpen) continue;
     for (const PlannedCondition& condition : level().goals[i].conditions) {
-      const auto* const silhouette = std::get_if<SilhouetteCondition>(&condition.when);
-      if (silhouette != nullptr) fits_[silhouette->fit].advance(states_, status_.absent);
+      const auto* const silhouette = std::get_if<SilhouetteCondition>(&condition.condition);
+      if (silhouette != nullptr && open.size() < open.capacity()) open.push_back(silhouette->fit);
     }
   }
+  if (!open.empty()) fits_[open[status_.level_steps % open.size()]].advance(states_, status_.absent);
+}
+
+/// While the clock stands, bodies may move unobserved. Conditions and silhouettes are evaluated anew afterwards.
+void Game::interrupt_conditions() noexcept {
+  for (SilhouetteFit& fit : fits_) fit.reset();
+  for (GoalProgress& goal : status_.goals) goal.held_steps = 0;
 }
 
 bool Game::holds(const PlannedCondition& condition) const noexcept {
   BodyStates bodies{states_, holders_, status_.absent};
-  if (const auto* const silhouette = std::get_if<SilhouetteCondition>(&condition.when)) {
+  if (const auto* const silhouette = std::get_if<SilhouetteCondition>(&condition.condition)) {
     bodies.covered = fits_[silhouette->fit].is_covered() ? bit(silhouette->fit) : 0;
   }
-  return server::holds(condition.when, bodies) != condition.is_negated;
+  return server::holds(condition.condition, bodies) != condition.is_negated;
 }
 
 void Game::evaluate(std::size_t goal) noexcept {
@@ -237,7 +251,7 @@ void Game::reach(std::size_t goal) noexcept {
 }
 
 /// Ends the level if it is reached or failed, and the game if its time is over.
-void Game::end_level(physics::World& world) noexcept {
+void Game::end_level(physics::World& world, std::uint32_t hands) noexcept {
   bool is_reached = true, is_failed = false;
   for (std::size_t i = 0; i < status_.goals.size(); ++i) {
     if (level().goals[i].is_extra) continue;
@@ -250,11 +264,11 @@ void Game::end_level(physics::World& world) noexcept {
     emit(GameEvent::Kind::kLevelReached);
     const std::size_t next = status_.level + std::size_t{1};
     if (next == plan_.levels.size()) return finish(GameEvent::Kind::kWon, false);
-    enter(next, world);
+    enter(next, world, hands);
   } else if (is_failed || is_over) {
-    emit(GameEvent::Kind::kLevelFailed, 0, is_over || is_failed);
+    emit(GameEvent::Kind::kLevelFailed, 0, true);
     if (!level().repeats) return finish(GameEvent::Kind::kLost, true);
-    enter(status_.level, world);
+    enter(status_.level, world, hands);
   }
   if (plan_.limit_steps > 0 && status_.steps >= plan_.limit_steps) finish(GameEvent::Kind::kLost, true);
 }
@@ -270,7 +284,7 @@ void Game::emit(GameEvent::Kind kind, std::size_t goal, bool by_time) noexcept {
   hash = mixed(mixed(hash, static_cast<std::uint64_t>(kind)), (std::uint64_t{event.level} << 8U) | event.goal);
   hash = mixed(mixed(hash, std::bit_cast<std::uint64_t>(event.score)), status_.steps);
   if (events_.size() < events_.capacity()) events_.push_back(event);
-  news_.push(event);
+  if (!news_.push(event)) ++events_lost_;
 }
 
 void Game::publish() noexcept {

@@ -34,7 +34,7 @@ struct GoalProgress {
   std::uint64_t held_steps = 0;  ///< since its conditions hold without interruption
 };
 
-/// Everything that a game needs to continue, and that users are shown.
+/// State that a game needs to continue and that is sent to users.
 struct GameStatus {
   GamePhase phase = GamePhase::kWaiting;
   std::uint8_t level = 0;
@@ -77,7 +77,7 @@ struct GameEvent {
 /// Bodies       a body that leaves or returns with a level waits until no hand touches it or is near its place, so that
 ///              no force jumps. A static body waits until no hand is within its bounding sphere.
 /// Thread       room: no allocation, lock or wait. status_mailbox() and next_event() are read by io.
-/// Cost         conditions of the open goals only; at most one placement of a silhouette a step
+/// Cost         conditions of the open goals only; at most one placement of a silhouette a step, in turn for several
 class Game {
  public:
   /// In      scene  has a game; must outlive this
@@ -89,37 +89,43 @@ class Game {
   /// Continues from a stored status. Returns false, and does nothing, if it does not fit this game.
   bool resume(const GameStatus& status, physics::World& world) noexcept;
   /// Starts a level. A level that does not exist is ignored. After the end of a game, the score and the time begin anew.
-  void start_level(std::size_t level, physics::World& world) noexcept;
+  /// In      hands  as for step()
+  void start_level(std::size_t level, physics::World& world, std::uint32_t hands) noexcept;
   /// Switches gravity off or on, in this level and the later ones.
   void set_weightless(bool is_weightless, physics::World& world) noexcept;
-  /// Evaluates one step of the room.
+  /// Begins a step of the room, before its commands: the events of the last step are discarded.
+  void begin_step(Step step) noexcept;
+  /// Evaluates the step of the last begin_step(), after the world's step.
   /// In      hands  bit i: tool i has a user
-  void step(physics::World& world, std::uint32_t hands, Step step) noexcept;
+  void step(physics::World& world, std::uint32_t hands) noexcept;
 
   const GameStatus& status() const noexcept { return status_; }
   bool is_absent(BodyId body) const noexcept { return (status_.absent >> (body.value - 1) & 1U) != 0; }
-  /// Events of the last step.
+  /// Events since the last begin_step().
   std::span<const GameEvent> events() const noexcept { return events_; }
   const GamePlan& plan() const noexcept { return plan_; }
 
   /// Status for users: published when it changes, and ten times a second while the clock runs.
   realtime::Mailbox<GameStatus>& status_mailbox() noexcept { return published_; }
   bool next_event(GameEvent& event) { return news_.pop(event); }
+  /// Returns the number of events that next_event() lacks because 256 were waiting. Room thread.
+  std::uint64_t events_lost() const noexcept { return events_lost_; }
 
  private:
   const PlannedLevel& level() const noexcept { return plan_.levels[status_.level]; }
-  void enter(std::size_t level, physics::World& world) noexcept;
+  void enter(std::size_t level, physics::World& world, std::uint32_t hands) noexcept;
   void apply_level(physics::World& world) noexcept;
   void read_absent(const physics::World& world) noexcept;
-  void return_bodies(physics::World& world) const noexcept;
+  void return_bodies(physics::World& world, std::uint32_t hands) const noexcept;
   void exchange_bodies(physics::World& world, std::uint32_t hands) noexcept;
   bool is_near_hand(const physics::World& world, std::uint32_t hands, std::size_t body) const noexcept;
   void read_bodies(const physics::World& world, std::uint32_t hands) noexcept;
   bool holds(const PlannedCondition& condition) const noexcept;
   void evaluate(std::size_t goal) noexcept;
   void advance_fits() noexcept;
+  void interrupt_conditions() noexcept;
   void reach(std::size_t goal) noexcept;
-  void end_level(physics::World& world) noexcept;
+  void end_level(physics::World& world, std::uint32_t hands) noexcept;
   void finish(GameEvent::Kind kind, bool by_time) noexcept;
   void emit(GameEvent::Kind kind, std::size_t goal = 0, bool by_time = false) noexcept;
   void publish() noexcept;
@@ -136,6 +142,7 @@ class Game {
   boost::container::static_vector<GameEvent, 4 * kMaxGoalsPerLevel> events_;
   realtime::Mailbox<GameStatus> published_;
   realtime::Ring<GameEvent> news_{256};
+  std::uint64_t events_lost_ = 0;
 };
 
 /// Returns whether two statuses differ at most in their times.

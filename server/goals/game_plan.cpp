@@ -160,7 +160,9 @@ class Planner {
   InRegionCondition planned(const wire::InRegion& from) {
     InRegionCondition to;
     to.body = body(from.body());
-    to.balls = from.whole() ? balls_of(scene_.body_shapes[to.body]) : std::vector<BodyBall>{{Vec3::Zero(), 0}};
+    to.balls = from.whole() ? balls_of(scene_.body_shapes[to.body]) : std::vector<BodyBall>{};
+    // The origin represents a body without solid shapes, too.
+    if (to.balls.empty()) to.balls.push_back({Vec3::Zero(), 0});
     to.region.body = frame(from.region().body());
     to.region.X_FR = proto::pose_from_placement(from.region().placement());
     if (from.region().has_sphere()) {

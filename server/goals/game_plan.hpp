@@ -10,15 +10,14 @@
 #include "common/haptics/coupling/laws.hpp"
 #include "common/physics/coupling_in_force.hpp"
 #include "server/assets/scene_file.hpp"
+#include "server/assets/scene_goals.hpp"
 #include "server/goals/conditions.hpp"
 #include "server/goals/silhouette_fit.hpp"
 
 namespace tandem::server {
 
-inline constexpr std::size_t kMaxLevels = 16, kMaxGoalsPerLevel = 16, kMaxConditionsPerGoal = 16, kMaxSilhouettes = 32;
-
 struct PlannedCondition {
-  GoalCondition when;
+  GoalCondition condition;
   bool is_negated = false;
 };
 

@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kRest_m_per_s = 0.02, kRest_rad_per_s = 10 * std::numbers::pi / 180;
 constexpr int kAngles = 24;
-constexpr int kEvery = 100;         ///< steps between two searches
-constexpr double kFirstStep = 0.1;  ///< of the pattern search: a tenth of the figure's size, and 6 degrees
+constexpr int kStepsBetweenSearches = 100;  ///< steps between two searches
+constexpr double kFirstStep = 0.1;          ///< of the pattern search: a tenth of the figure's size, and 6 degrees
 constexpr double kLastStep = 1e-3;
 
 }  // namespace
@@ -27,7 +27,7 @@ void SilhouetteFit::reset() noexcept {
 void SilhouetteFit::advance(std::span<const RigidState> bodies, std::uint64_t absent) noexcept {
   if (!rest(bodies, absent)) return reset();
   if (placements_ < 0) {
-    if (++waited_ >= kEvery) begin(bodies);
+    if (++waited_ >= kStepsBetweenSearches) begin(bodies);
   } else if (placements_ < kAngles) {
     try_start();
   } else {
@@ -42,7 +42,8 @@ bool SilhouetteFit::rest(std::span<const RigidState> bodies, std::uint64_t absen
   });
 }
 
-/// Takes the outlines of the pieces as they are now. A board that is upside down is clockwise from above.
+/// Computes the outlines of the pieces at their present poses. The outline of a board that is upside down is clockwise
+/// from above and is reversed.
 void SilhouetteFit::begin(std::span<const RigidState> bodies) noexcept {
   pieces_area_m2_ = overlap_m2_ = 0;
   Vec2 sum = Vec2::Zero();

@@ -9,12 +9,11 @@
 
 #include "common/base/spatial.hpp"
 #include "common/geometry/polygon.hpp"
+#include "server/assets/scene_goals.hpp"
 
 namespace tandem::server {
 
 using geometry::Vec2;
-
-inline constexpr std::size_t kMaxPieces = 16;
 
 /// A figure on the plane, and the bodies whose outlines must cover it.
 struct SilhouettePlan {

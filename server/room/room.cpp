@@ -119,6 +119,7 @@ void Room::answer(ServerTime now) noexcept {
   finish();
   // Faults of the last step in an empty room concern no user and are discarded.
   if (is_empty()) late_faults_ = 0;
+  if (game_) game_->begin_step(Step{step_.value + 1});
   apply_commands();
   start_anew_when_left();
   TickFaults faults = std::exchange(pending_faults_, 0);
@@ -136,7 +137,7 @@ void Room::finish() noexcept {
   const auto answered = std::exchange(answered_, std::nullopt);
   if (!answered) return;
   late_faults_ = world_.finish();
-  if (game_) game_->step(world_, hands(), step_);
+  if (game_) game_->step(world_, hands());
   for (const BodyId body : world_.returned_bodies()) emit({RoomEvent::Kind::kReturned, UserId{}, body, 0, {}});
   publish_soft_offsets();
   for (RoomWatcher* const watcher : watchers_)
@@ -180,10 +181,10 @@ bool Room::moves(BodyId body) const noexcept {
   return std::ranges::find(moving_bodies_, body) != moving_bodies_.end();
 }
 
-/// Sets a body's pose. A tool that holds the body keeps its pose and gets a new grip, so its coupling force does not
+/// Sets the pose of a body that exists. A tool that holds the body keeps its pose and gets a new grip, so its coupling force does not
 /// jump.
 void Room::place(BodyId body, const Pose& X_WB) noexcept {
-  if (!moves(body) || !is_finite(X_WB) || X_WB.p.norm() > proto::kMaxPositionM) return;
+  if (!moves(body) || world_.is_absent(body) || !is_finite(X_WB) || X_WB.p.norm() > proto::kMaxPositionM) return;
   constexpr double kWholeWay_m = 1e6;
   Twist velocity;
   for (const auto& user : users_) {
@@ -226,7 +227,7 @@ void Room::apply(const RoomCommand& command) noexcept {
     case RoomCommand::Kind::kPlace:
       return place(command.body, world_.body(command.beside).X * command.X_SB);
     case RoomCommand::Kind::kStartLevel:
-      return game_ ? game_->start_level(command.level, world_) : void();
+      return game_ ? game_->start_level(command.level, world_, hands()) : void();
     case RoomCommand::Kind::kSetWeight:
       return game_ ? game_->set_weightless(command.is_weightless, world_) : void();
     case RoomCommand::Kind::kJoin:
@@ -257,7 +258,7 @@ void Room::open_port(User& user) noexcept {
     world_.release(tool);
     world_.set_body(by_scene, before);
   }
-  if (left->held.is_valid()) {
+  if (left->held.is_valid() && !world_.is_absent(left->held)) {
     world_.hold(tool, left->held, left->X_BT);
     user.grab_button = true;
   } else {
@@ -271,7 +272,7 @@ void Room::keep_left_things() noexcept {
     if (!left) continue;
     if (time_done() > kKeptFor) {
       left.reset();
-    } else if (left->held.is_valid()) {
+    } else if (left->held.is_valid() && !world_.is_absent(left->held)) {
       world_.set_body(left->held, {left->state.X * left->X_BT.inverse(), Twist{}});
     }
   }

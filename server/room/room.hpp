@@ -199,8 +199,8 @@ class Room {
   bool is_empty() const noexcept;
   /// Adds `faults` to the report of the next updates. The room loop uses it, e.g. for kFaultOverrun.
   void report(TickFaults faults) { pending_faults_ |= faults; }
-  /// Returns the number of events dropped because 256 were waiting for the io thread.
-  std::uint64_t events_lost() const { return events_lost_; }
+  /// Returns the number of events of the room and of its game that were dropped because 256 were waiting for io.
+  std::uint64_t events_lost() const { return events_lost_ + (game_ ? game_->events_lost() : 0); }
   /// Returns the energy that the passivity controllers have removed from the tools' motion [J].
   double braked_j() const noexcept;
   const physics::World& world() const { return world_; }

@@ -23,7 +23,7 @@ namespace tandem::lab {
 namespace {
 
 /// Largest additional time of a step, median against median.
-constexpr double kMost_us = 3;
+constexpr double kMaxAdditional_us = 3;
 
 struct GoalsBenchOptions {
   std::string scene = "ring";
@@ -74,7 +74,7 @@ int run_goals_bench(const GoalsBenchOptions& options) {
   }
   const double more_us = microseconds(with->took.quantile(0.5)) - microseconds(without->took.quantile(0.5));
   const std::vector<Check> checks{
-      {"goals", "additional time of a step, medians", more_us, Relation::kAtMost, kMost_us, "µs", 2}};
+      {"goals", "additional time of a step, medians", more_us, Relation::kAtMost, kMaxAdditional_us, "µs", 2}};
   if (options.prints_json) {
     std::cout << pretty_json(boost::json::object{{"scene", options.scene},
                                                  {"steps", steps},

@@ -80,6 +80,23 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{R"({"levels": [{"name": "a", "gravity_m_per_s2": [0, 1], "goals": [)" + std::string(kGoal) + "]}]}",
               "game.levels[0].gravity_m_per_s2 has 2 numbers; it must have 3 (x, y, z)"},
         Wrong{
+            R"({"levels": [{"name": "a", "in_order": true, "goals": [{"name": "x", "extra": true,
+                  "conditions": [{"held": {"body": "ball"}}]}, )" +
+                std::string(kGoal) + "]}]}",
+            "game.levels[0].goals[0].time_limit_s is 0; an extra goal of a level in order needs a time limit, or must "
+            "be the last one"},
+        Wrong{R"({"levels": [{"name": "a", "repeats": true, "time_limit_s": 0.5, "goals": [)" + std::string(kGoal) +
+                  "]}]}",
+              "game.levels[0].time_limit_s is 0.5 s; in a level that repeats it must be 0 (none), or 1 s or more"},
+        Wrong{R"({"levels": [{"name": "a", "repeats": true, "goals": [{"name": "g", "time_limit_s": 0.001,
+                  "conditions": [{"held": {"body": "ball"}}]}]}]})",
+              "game.levels[0].goals[0].time_limit_s is 0.001 s; in a level that repeats it must be 0 (none), or 1 s or "
+              "more"},
+        Wrong{R"({"levels": [{"name": "a", "parameters": [{"name": "coupling.force_limit_n", "value": 5},
+                  {"name": "coupling.force_limit_n", "value": 6}], "goals": [)" +
+                  std::string(kGoal) + "]}]}",
+              "game.levels[0].parameters[1].name is \"coupling.force_limit_n\", which is taken; names must be unique"},
+        Wrong{
             game_with_condition(
                 R"({"silhouette": {"pieces": [{"body": "ball", "points_m": [0, 0, 1, 0, 0, 1]}], "figure_m": [0, 0, 0, 1, 1, 0]}})"),
             kCondition + ".silhouette.figure_m crosses itself, or is clockwise; list its corners counterclockwise"},
@@ -93,6 +110,28 @@ INSTANTIATE_TEST_SUITE_P(
             kCondition + ".silhouette.pieces[0].points_m is not convex and counterclockwise; divide the outline into "
                          "convex ones"}));
 
+TEST(SceneGoals, MoreSilhouettesThanTheGameCanSearchAreRefused) {
+  const auto game_with = [](int levels, int conditions) {
+    const std::string one =
+        R"({"silhouette": {"pieces": [{"body": "ball", "points_m": [0, 0, 1, 0, 0, 1]}], "figure_m": [0, 0, 1, 0, 0, 1]}})";
+    std::string all = one;
+    for (int i = 1; i < conditions; ++i) all += "," + one;
+    std::string listed;
+    for (int i = 0; i < levels; ++i) {
+      listed += std::string(i > 0 ? "," : "") + R"({"name": "l)" + std::to_string(i) +
+                R"(", "goals": [{"name": "g", "conditions": [)" + all + "]}]}";
+    }
+    return small_game(R"({"levels": [)" + listed + "]}");
+  };
+  EXPECT_NO_THROW(load_scene_text(game_with(2, 16), "game.json", "/"));
+  try {
+    load_scene_text(game_with(3, 11), "game.json", "/");
+    FAIL() << "accepted";
+  } catch (const SceneError& error) {
+    EXPECT_STREQ(error.what(), "game.json: game.levels has 33 silhouettes together; it must have 0 to 32");
+  }
+}
+
 TEST(SceneGoals, ALawThatCannotReplaceThatOfTheSceneIsRefused) {
   const std::string game = R"({"levels": [{"name": "a", "law": "direct", "goals": [)" + std::string(kGoal) + "]}]}";
   try {
@@ -100,6 +139,25 @@ TEST(SceneGoals, ALawThatCannotReplaceThatOfTheSceneIsRefused) {
     FAIL() << "accepted";
   } catch (const SceneError& error) {
     EXPECT_THAT(error.what(), ::testing::StartsWith("game.json: game.levels[0].law is \"direct\": "));
+  }
+}
+
+TEST(SceneGoals, ACoefficientThatTheLawDeterminesIsRefused) {
+  const auto load = [](const std::string& level) {
+    std::string text = small_game(R"({"levels": [{"name": "a", "goals": [)" + std::string(kGoal) + "]" + level + "}]}");
+    const std::string linear = physics::kLinear;
+    text.replace(text.find(linear), linear.size(), physics::coupling_with("adaptive"));
+    load_scene_text(text, "game.json", "/");
+  };
+  const std::string stiffness = R"(, "parameters": [{"name": "coupling.stiffness_n_per_m", "value": 200}])";
+  EXPECT_NO_THROW(load(R"(, "law": "stable-dynamic")" + stiffness));
+  try {
+    load(stiffness);
+    FAIL() << "accepted";
+  } catch (const SceneError& error) {
+    EXPECT_STREQ(error.what(),
+                 "game.json: game.levels[0].parameters[0].name is \"coupling.stiffness_n_per_m\", which the law "
+                 "adaptive determines; remove it, or set another law of the level");
   }
 }
 
