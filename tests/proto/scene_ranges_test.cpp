@@ -59,7 +59,7 @@ std::string sample_json() {
    "coupling": {"law": "adaptive", "adaptive": {"mass_range_kg": [1, 10000], "stiffness_n_per_m": [100],
      "damping_n_s_per_m": [1], "inertia_range_kg_m2": [1, 10000], "stiffness_n_m_per_rad": [1],
      "damping_n_m_s_per_rad": [0.01]}},
-   "game": {"won": {}, "levels": [{"name": "a", "gravity_m_per_s2": [0, 0, -1], "parameters": [{"name": "coupling.stiffness_n_per_m"}],
+   "game": {"won": {}, "levels": [{"name": "a", "law": "stable-dynamic", "gravity_m_per_s2": [0, 0, -1], "parameters": [{"name": "coupling.stiffness_n_per_m"}],
      "goals": [{"name": "g", "time_limit_s": 1, "conditions": [)" +
          conditions + R"(]}]}]},
    "molecular_field": {}, "limits": {"manipulators": 1, "contact_pairs": 16},

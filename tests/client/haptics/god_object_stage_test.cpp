@@ -61,6 +61,7 @@ struct Rig {
     input.newest = &received;
     input.coupling = law.get();
     input.parameters = &parameters;
+    input.scene = &scene;
     input.proxy_world = &world;
     input.handle.X.p = tool_W;
   }
@@ -93,6 +94,7 @@ struct Rig {
   haptics::CouplingParameters parameters;
   std::unique_ptr<haptics::CouplingLaw> law;
   ReceivedUpdate received;
+  HapticScene scene;
   StageInput input;
   std::unique_ptr<Stage> stage = make_stage({.name = "god-object"});
 };
