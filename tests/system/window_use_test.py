@@ -141,7 +141,9 @@ class ClickThrough(UseTest):
     def test_goes_to_another_room_and_back_in_the_same_window(self):
         with Server("--scene", "two_boxes", "--scene", "free") as server:
             client = self.join(server, "--room", "two_boxes")
-            boxes = self.display.picture().count(is_yellow)
+            deadline = time.monotonic() + PATIENCE_S
+            while not (boxes := self.display.picture().count(is_yellow)) and time.monotonic() < deadline:
+                time.sleep(1)
             self.choose(0, 1)
             server.wait_for_log("anna.*joined room free")
             time.sleep(2)
