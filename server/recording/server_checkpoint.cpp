@@ -112,9 +112,16 @@ void ServerCheckpoint::resume(const wire::ServerCheckpoint& before) {
     if (credential.lost_ms() == 0) credential.set_lost_ms(before.written_ms());
   }
   for (std::size_t i = 0; i < rooms_.size(); ++i) {
-    const double limit_s = rooms_[i]->scene().world.limits.reset_after_s;
+    const double reset_after_s = rooms_[i]->scene().world.limits.reset_after_s;
+    const double limit_s = std::max(reset_after_s, to_seconds(kResumeWithin));
     const auto found = std::ranges::find(before.rooms(), rooms_[i]->name(), &wire::RoomCheckpoint::room);
-    if (found == before.rooms().end() || (limit_s > 0 && age_s > limit_s)) continue;
+    if (found == before.rooms().end()) continue;
+    if (reset_after_s > 0 && age_s > limit_s) {
+      on_news_("room " + rooms_[i]->name() + " starts from its scene: its state is " +
+               std::to_string(std::llround(age_s)) + " s old, and a state is kept for " +
+               std::to_string(std::llround(limit_s)) + " s");
+      continue;
+    }
     const auto state = state_of(*found, rooms_[i]->scene());
     if (!state || (state->bodies.empty() && state->tools.empty() && state->soft_nodes_W.empty())) continue;
     rooms_[i]->resume(*state);

@@ -25,7 +25,8 @@ namespace tandem::server {
 class ServerCheckpoint final : public RoomService {
  public:
   /// Resumes the rooms from the file, and observes their later steps. The stored state of a room is ignored if it is
-  /// older than limits.reset_after_s of the scene, or if it belongs to another scene.
+  /// older than both kResumeWithin and limits.reset_after_s of the scene, or if it belongs to another scene. A
+  /// reset_after_s of 0 keeps the state for ever.
   /// In      folder  must be used by this server only (lock_state() of server/app)
   ///         rooms  must not step before the constructor returns
   ///         audience  public key of the server; empty if it has none, and therefore no credentials

@@ -99,6 +99,10 @@ inline constexpr int kMaxCommandsPerStep = 64;
 /// may have moved anywhere.
 inline constexpr Duration kInputStaleAfter = std::chrono::milliseconds(115);
 
+/// Time after the loss of a connection within which its user may rejoin. The state of a room after a crash is kept for at
+/// least as long.
+inline constexpr Duration kResumeWithin = std::chrono::minutes(15);
+
 /// Time after resume() for which a tool and its held body are reserved for their previous user.
 inline constexpr Duration kKeptFor = std::chrono::seconds(10);
 

@@ -32,9 +32,6 @@
 
 namespace tandem::server {
 
-/// Time after the loss of a connection within which the session may be resumed.
-inline constexpr Duration kResumeWithin = std::chrono::minutes(15);
-
 struct AdmissionSettings {
   secure::KeyId audience{};                ///< id of this server's key
   std::vector<secure::PublicKey> issuers;  ///< keys whose tokens are accepted

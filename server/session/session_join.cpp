@@ -82,9 +82,11 @@ void SessionHub::Impl::join_as_granted(Connection& connection, const wire::Clien
     refuse(wire::ERROR_BAD_VALUE, "coupling_bounds: " + std::string(bad->name) + " must be " +
                                       std::to_string(bad->low) + " to " + std::to_string(bad->high) + ", or absent");
   } else if (!seats->has_place(*role_of(wanted.role()))) {
-    refuse(wire::ERROR_ROOM_FULL,
-           "room " + seats->room().name() + " is full: no free place for " +
-               (has_tool(*role_of(wanted.role())) ? "a manipulator; join as an observer, or wait" : "an observer"));
+    refuse(wire::ERROR_ROOM_FULL, "room " + seats->room().name() + " is full: no free place for " +
+                                      (!has_tool(*role_of(wanted.role())) ? "an observer; wait until a user leaves"
+                                       : seats->has_place(UserRole::kObserver)
+                                           ? "a manipulator; join as an observer, or wait until a user leaves"
+                                           : "a manipulator; wait until a user leaves"));
   } else if (admission && ticket.uses_token() && admission->use_of(ticket) != InvitationLedger::Use::kWritten) {
     hold(connection, message);
   } else {

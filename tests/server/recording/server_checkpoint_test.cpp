@@ -112,5 +112,25 @@ TEST_F(ServerCheckpointTest, WhoWasConnectedLostTheConnectionWhenTheFileWasWritt
   EXPECT_EQ(checkpoint->admission().credentials(1).lost_ms(), 5U);
 }
 
+/// A client tries for 15 minutes to rejoin after a crash. A room that had been reset meanwhile would lose the users'
+/// work although both programs still hold on to it.
+TEST_F(ServerCheckpointTest, AStateIsKeptForAsLongAsClientsRejoin) {
+  {
+    auto checkpoint = open();
+    const test::BenchClient anna = bench.join("ada");
+    bench.step(200);
+    checkpoint->work(LocalTime{});
+    ASSERT_EQ(checkpoint->writes(), 1U);
+  }
+  const std::uint64_t written_ms = unix_ms;
+  unix_ms = written_ms + 14 * 60'000;
+  EXPECT_TRUE(open()->restored(0)) << "scene's reset_after_s is 30 s, and 14 min have passed";
+  news.clear();
+  unix_ms = written_ms + 16 * 60'000;
+  EXPECT_FALSE(open()->restored(0));
+  EXPECT_THAT(news, testing::Contains(testing::AllOf(HasSubstr("room bench starts from its scene"),
+                                                     HasSubstr("960 s old"), HasSubstr("kept for 900 s"))));
+}
+
 }  // namespace
 }  // namespace tandem::server

@@ -130,6 +130,25 @@ TEST(SessionHub, GivesEachManipulatorAToolOfItsOwnAndReusesItAfterALeave) {
   EXPECT_GT(third.joined.user(), second.joined.user()) << "user ids are never used again";
 }
 
+/// The remedy in a refusal must be one that works now.
+TEST(SessionHub, AFullRoomOffersAnObserversPlaceOnlyIfOneIsFree) {
+  test::HubBench bench;
+  for (const char* name : {"ada", "ben"}) ASSERT_NE(bench.join(name).joined.user(), 0U);
+  const auto refusal_of = [&bench](const std::string& name, wire::Role role) {
+    test::BenchClient late = bench.connect();
+    bench.greet(late);
+    bench.send(late, test::HubBench::join_message(name, role));
+    std::string text;
+    for (const wire::ServerControl& message : bench.drain(late)) text += message.error().text();
+    return text;
+  };
+  EXPECT_THAT(refusal_of("cleo", wire::ROLE_MANIPULATOR), HasSubstr("join as an observer, or wait"));
+  ASSERT_NE(bench.join("dora", wire::ROLE_OBSERVER).joined.user(), 0U);
+  EXPECT_THAT(refusal_of("cleo", wire::ROLE_MANIPULATOR),
+              AllOf(HasSubstr("a manipulator; wait"), testing::Not(HasSubstr("observer"))));
+  EXPECT_THAT(refusal_of("eve", wire::ROLE_OBSERVER), HasSubstr("an observer; wait"));
+}
+
 TEST(SessionHub, AUserSeesOthersComeAndGo) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
