@@ -499,7 +499,9 @@ int run_client(const ClientOptions& options, realtime::Output& output) {
   bool has_begun = false;
   if (!options.window.is_open) return ClientRun(options, output, {}).run(has_begun).code;
   check_screenshot(options.window.screenshot);
-  Screen screen({.width = options.window.width, .height = options.window.height});
+  Screen screen({.width = options.window.width,
+                 .height = options.window.height,
+                 .is_for_picture = !options.window.screenshot.empty()});
   const RunEnd end = run_client(options, output, screen, {}, has_begun);
   if (end.next == RunEnd::Next::kQuit) return end.code;
   return run_from_start(has_begun ? options_of_next(options) : options, output, screen, end.next);

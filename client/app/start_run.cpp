@@ -124,7 +124,9 @@ int StartRun::session() {
 
 int run_from_start(const ClientOptions& options, realtime::Output& output) {
   check_screenshot(options.window.screenshot);
-  Screen screen({.width = options.window.width, .height = options.window.height});
+  Screen screen({.width = options.window.width,
+                 .height = options.window.height,
+                 .is_for_picture = !options.window.screenshot.empty()});
   return StartRun(options, output, screen, false).run();
 }
 

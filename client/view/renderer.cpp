@@ -12,7 +12,7 @@
 namespace tandem::client {
 namespace {
 
-constexpr int kShadowPixels = 2048;
+constexpr int kShadowPixels = 2048, kFastShadowPixels = 1024;
 /// Direction to the sun in the world.
 const Vec3 kToSun = Vec3(-0.45, -0.55, 1.0).normalized();
 /// Half width of the floor, in radii of the focus ball.
@@ -127,11 +127,10 @@ Mat4 matrix_of(const Pose& X) {
 /// Depth map of the scene as seen from the sun.
 class ShadowMap {
  public:
-  ShadowMap() {
+  explicit ShadowMap(int pixels) : pixels_(pixels) {
     glGenTextures(1, &texture_);
     glBindTexture(GL_TEXTURE_2D, texture_);
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, kShadowPixels, kShadowPixels, 0, GL_DEPTH_COMPONENT, GL_FLOAT,
-                 nullptr);
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, pixels, pixels, 0, GL_DEPTH_COMPONENT, GL_FLOAT, nullptr);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
@@ -154,12 +153,13 @@ class ShadowMap {
 
   void begin() const {
     glBindFramebuffer(GL_FRAMEBUFFER, frame_);
-    glViewport(0, 0, kShadowPixels, kShadowPixels);
+    glViewport(0, 0, pixels_, pixels_);
     glClear(GL_DEPTH_BUFFER_BIT);
   }
   void bind() const { glBindTexture(GL_TEXTURE_2D, texture_); }
 
  private:
+  int pixels_;
   GLuint texture_ = 0;
   GLuint frame_ = 0;
 };
@@ -167,6 +167,8 @@ class ShadowMap {
 }  // namespace
 
 struct Renderer::Impl {
+  explicit Impl(RenderQuality quality) : is_fast(quality == RenderQuality::kFast) {}
+
   void draw_shadows(const DrawnFrame& frame, const Mat4& sun) const;
   void draw_sky() const;
   void draw_floor(const DrawnFrame& frame, const Mat4& clip, const Mat4& sun, const Camera& camera) const;
@@ -178,12 +180,13 @@ struct Renderer::Impl {
     meshes[thing.mesh]->draw();
   }
 
-  const std::string light = std::string("#version 330 core\n") + kLight;
+  const bool is_fast;
+  const std::string light = std::string("#version 330 core\n") + (is_fast ? "#define FAST\n" : "") + kLight;
   Program things{kThingVertexShader, light + kThingFragmentShader};
   Program shadows{kShadowVertexShader, kShadowFragmentShader};
   Program floor{kFloorVertexShader, light + kFloorFragmentShader};
   Program sky{kSkyVertexShader, kSkyFragmentShader};
-  ShadowMap shadow_map;
+  ShadowMap shadow_map{is_fast ? kFastShadowPixels : kShadowPixels};
   Buffers square_buffers{square()};
   std::vector<std::unique_ptr<Buffers>> meshes;
 };
@@ -245,8 +248,8 @@ void Renderer::Impl::draw_things(const DrawnFrame& frame, const Mat4& clip, cons
   glDisable(GL_CLIP_DISTANCE0);
 }
 
-Renderer::Renderer() : impl_(std::make_unique<Impl>()) {
-  glEnable(GL_MULTISAMPLE);
+Renderer::Renderer(RenderQuality quality) : impl_(std::make_unique<Impl>(quality)) {
+  if (quality == RenderQuality::kFull) glEnable(GL_MULTISAMPLE);
   glDepthFunc(GL_LEQUAL);
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -23,6 +24,10 @@ struct DrawnThing {
   bool is_mark = false;   ///< a mark, drawn in front of all objects and without a shadow
 };
 
+/// kFull: soft edges and shadows. kFast: for rendering on the processor: one sample a pixel, a smaller map of shadows
+/// with one lookup, and a display power of 2 in place of 2.2, which needs no logarithm.
+enum class RenderQuality : std::uint8_t { kFull, kFast };
+
 struct DrawnFrame {
   std::vector<DrawnThing> things;
   Vec3 focus_W = Vec3::Zero();  ///< centre of the ball within which shadows are cast
@@ -36,7 +41,7 @@ struct DrawnFrame {
 class Renderer {
  public:
   /// Fails   std::runtime_error: the driver refuses a shader; the text contains the driver's message
-  Renderer();
+  explicit Renderer(RenderQuality quality);
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;

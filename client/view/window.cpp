@@ -98,7 +98,7 @@ Window::Impl::Impl(WindowSettings window_settings)
   if (settings.remembers) switches = remembered_switches(window_memory_file());
   apply_named(settings.molecules, MoleculeStyle::kShapeNames, switches.molecules.shape);
   apply_named(settings.molecule_colors, MoleculeStyle::kColorNames, switches.molecules.colors);
-  renderer = std::make_unique<Renderer>();
+  renderer = std::make_unique<Renderer>(screen.quality());
   scene = std::make_unique<SceneView>(*renderer);
 }
 

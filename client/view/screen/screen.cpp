@@ -24,6 +24,9 @@ namespace {
 
 constexpr Duration kFramePeriod = std::chrono::microseconds(16'667);
 constexpr Duration kSoftwareFramePeriod = std::chrono::microseconds(33'333);
+/// Longest pause after a frame that was rendered on the processor. The haptic loop and a local server need the same
+/// processors.
+constexpr Duration kMaxPause = std::chrono::milliseconds(80);
 constexpr Duration kDoubleClick = std::chrono::milliseconds(500);
 constexpr double kDoubleClickPixels = 8;
 constexpr std::size_t kMaxKeys = 32, kMaxDropped = 16;
@@ -35,14 +38,13 @@ std::string glfw_problem() {
   return words == nullptr ? "" : std::string(words);
 }
 
-GLFWwindow* open_window(const ScreenSettings& settings) {
-  if (glfwInit() == GLFW_FALSE) {
-    throw std::runtime_error("no window can be opened: no display (" + glfw_problem() + "); add --headless");
-  }
+/// Opens a hidden window with `samples` samples per pixel, and makes its context current.
+GLFWwindow* open_hidden(const ScreenSettings& settings, int samples) {
   glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
   glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
-  glfwWindowHint(GLFW_SAMPLES, 4);
+  glfwWindowHint(GLFW_SAMPLES, samples);
+  glfwWindowHint(GLFW_VISIBLE, GLFW_FALSE);
   glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
   GLFWwindow* const window =
       glfwCreateWindow(settings.width, settings.height, settings.title.c_str(), nullptr, nullptr);
@@ -52,8 +54,6 @@ GLFWwindow* open_window(const ScreenSettings& settings) {
     throw std::runtime_error("no window with OpenGL 3.3 can be opened (" + why + "); add --headless");
   }
   glfwMakeContextCurrent(window);
-  // Frames are paced by FramePacer: a hidden window must not wait for the screen.
-  glfwSwapInterval(0);
   return window;
 }
 
@@ -61,19 +61,40 @@ bool is_software(const std::string& driver) {
   return driver.find("llvmpipe") != std::string::npos || driver.find("softpipe") != std::string::npos;
 }
 
-/// Paces the frames: at most one each period.
+/// The quality is a property of the context, and only a context names the driver. Therefore the first window has one
+/// sample per pixel; if four samples are affordable, the window is opened again.
+std::pair<GLFWwindow*, RenderQuality> open_window(const ScreenSettings& settings) {
+  if (glfwInit() == GLFW_FALSE) {
+    throw std::runtime_error("no window can be opened: no display (" + glfw_problem() + "); add --headless");
+  }
+  GLFWwindow* window = open_hidden(settings, 0);
+  const bool is_fast = is_software(Renderer::driver()) && !settings.is_for_picture;
+  if (!is_fast) {
+    glfwDestroyWindow(window);
+    window = open_hidden(settings, 4);
+  }
+  // Frames are paced by FramePacer: a hidden window must not wait for the screen.
+  glfwSwapInterval(0);
+  glfwShowWindow(window);
+  return {window, is_fast ? RenderQuality::kFast : RenderQuality::kFull};
+}
+
+/// Paces the frames: at most one each period, and on a processor without a graphics card with a pause after each.
 class FramePacer {
  public:
-  void set_period(Duration period) { period_ = period; }
-  /// Waits until the next frame is due.
-  void wait(LocalTime now) {
-    if (next_ > now) std::this_thread::sleep_for(next_ - now);
-    next_ = std::max(next_, now - period_) + period_;
+  explicit FramePacer(RenderQuality quality) : is_fast_(quality == RenderQuality::kFast) {}
+  /// Waits until the next frame is due. The frame begins when the function returns.
+  void wait(const Clock& clock) {
+    const LocalTime ended = clock.now();
+    const Duration pause = is_fast_ ? std::min(ended - begun_, kMaxPause) : Duration{};
+    const LocalTime due = std::max(begun_ + (is_fast_ ? kSoftwareFramePeriod : kFramePeriod), ended + pause);
+    std::this_thread::sleep_for(due - ended);
+    begun_ = clock.now();
   }
 
  private:
-  Duration period_ = kFramePeriod;
-  LocalTime next_{};
+  bool is_fast_;
+  LocalTime begun_{};
 };
 
 /// Detects double clicks by event times instead of frames: at a low frame rate both clicks arrive in one frame.
@@ -107,9 +128,10 @@ struct Screen::Impl {
   static void note_dropped(GLFWwindow* window, int count, const char** files);
   void save_picture();
 
-  GLFWwindow* window;
+  std::pair<GLFWwindow*, RenderQuality> opened;
+  GLFWwindow* window = opened.first;
   SteadyClock clock;
-  FramePacer pacer;
+  FramePacer pacer{opened.second};
   int width = 0;  ///< size of the frame's buffer
   int height = 0;
   std::filesystem::path picture;  ///< file for the next frame; empty: none
@@ -120,7 +142,7 @@ struct Screen::Impl {
   std::array<int, 4> windowed{};  ///< place and size before the full screen
 };
 
-Screen::Impl::Impl(const ScreenSettings& settings) : window(open_window(settings)) {
+Screen::Impl::Impl(const ScreenSettings& settings) : opened(open_window(settings)) {
   float scale = 1, scale_y = 1;
   glfwGetWindowContentScale(window, &scale, &scale_y);
   glfwSetWindowUserPointer(window, this);
@@ -132,7 +154,6 @@ Screen::Impl::Impl(const ScreenSettings& settings) : window(open_window(settings
   apply_style(std::clamp(scale, 0.5F, 4.0F));
   ImGui_ImplGlfw_InitForOpenGL(window, true);
   ImGui_ImplOpenGL3_Init("#version 330 core");
-  if (is_software(Renderer::driver())) pacer.set_period(kSoftwareFramePeriod);
 }
 
 Screen::Impl::~Impl() {
@@ -172,7 +193,7 @@ Screen::Screen(const ScreenSettings& settings) : impl_(std::make_unique<Impl>(se
 Screen::~Screen() = default;
 
 void Screen::begin_frame() {
-  impl_->pacer.wait(impl_->clock.now());
+  impl_->pacer.wait(impl_->clock);
   glfwPollEvents();
   ImGui_ImplOpenGL3_NewFrame();
   ImGui_ImplGlfw_NewFrame();
@@ -199,6 +220,10 @@ int Screen::height() const {
 
 GLFWwindow* Screen::handle() const {
   return impl_->window;
+}
+
+RenderQuality Screen::quality() const {
+  return impl_->opened.second;
 }
 
 void Screen::set_title(const std::string& title) {

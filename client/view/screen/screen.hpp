@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "client/view/renderer.hpp"
+
 struct GLFWwindow;
 
 namespace tandem::client {
@@ -16,6 +18,7 @@ struct ScreenSettings {
   std::string title = "tandem";
   int width = 1280;
   int height = 800;
+  bool is_for_picture = false;  ///< every frame has the full quality, also without a graphics card
 };
 
 /// A frame is: begin_frame(), calls of Dear ImGui and OpenGL, end_frame().
@@ -30,8 +33,8 @@ class Screen {
   Screen(const Screen&) = delete;
   Screen& operator=(const Screen&) = delete;
 
-  /// Waits, so that the rate is at most 60 frames a second (30 without a graphics card). Receives input and begins a
-  /// frame of Dear ImGui.
+  /// Waits until the next frame is due: at most 60 frames a second. Without a graphics card at most 30, with a pause
+  /// after each frame that is as long as the frame took, up to 80 ms. Receives input and begins a frame of Dear ImGui.
   void begin_frame();
   /// Draws the frame of Dear ImGui, saves a requested picture, and shows the frame.
   void end_frame();
@@ -39,6 +42,8 @@ class Screen {
   int width() const;
   int height() const;
   GLFWwindow* handle() const;
+  /// Returns kFast if the driver renders on the processor, unless the window was opened for a picture.
+  RenderQuality quality() const;
   void set_title(const std::string& title);
 
   /// Keys pressed since the last call, including keys pressed and released between two frames.
