@@ -11,6 +11,7 @@ import grammar
 import includes
 import links
 import members
+import messages
 import same_code
 import skips
 import words
@@ -216,6 +217,13 @@ class Words(Tree):
         self.write("lab/cli/run.cpp", 'add("--x", "goes astray");\n')
         self.write("lab/cli/quiet.cpp", "// goes astray\n")
         self.assertEqual(self.found(), ["1: astray", "astray"])
+
+
+class Messages(Tree):
+    def test_a_message_that_no_program_prints_is_found(self):
+        self.write(messages.PAGE, '| message |\n|---|\n| "is full: no place" | a |\n| "never printed" | b |\n| a symptom | c |\n')
+        self.write("server/a.cpp", 'refuse("room is full: "\n    "no place for");\n')
+        self.assertEqual(messages.missing(self.root), ["never printed"])
 
 
 class Links(Tree):
