@@ -3,7 +3,9 @@
 //
 //   ClientIo::send(Command) ──▶ Client::send(ClientCommand) ──▶ ClientSession::send(SessionCommand) ──▶ server
 //
-// A command returns no result. Its effect is visible in the next snapshot, or an event reports it (event.hpp).
+// A command returns no result. Its effect is visible in the next snapshot, or an event reports it (event.hpp). A command
+// that only sends a request to the server writes it in write(); the session performs all other commands by functions of
+// their own (session_commands.cpp).
 #pragma once
 
 #include <cstdint>
@@ -23,9 +25,12 @@ namespace command {
 /// Grabs a body with the user's tool. If the id is invalid, the nearest graspable body within reach is grabbed.
 struct Grab {
   BodyId body;
+  void write(wire::ClientControl& request) const { request.mutable_grab()->set_body(body.value); }
 };
 /// Releases the held body.
-struct Release {};
+struct Release {
+  static void write(wire::ClientControl& request) { request.mutable_release(); }
+};
 /// Sets a coefficient of the room's coupling (names and units: proto/coupling_fields.hpp); operator only.
 struct SetParameter {
   std::string name;
@@ -38,9 +43,12 @@ struct SetLaw {
 /// Ends another user's session. To join again, that user needs a new invitation. Operator only.
 struct Kick {
   UserId user;
+  void write(wire::ClientControl& request) const { request.mutable_kick()->set_user(user.value); }
 };
 /// Resets all movable objects to their start poses; operator only.
-struct ResetRoom {};
+struct ResetRoom {
+  static void write(wire::ClientControl& request) { request.mutable_reset_room(); }
+};
 /// Stores, restores, deletes or renames a pose of the room's two molecules, or starts or cancels a minimisation.
 struct RequestPose {
   wire::AskPose request;
@@ -49,6 +57,7 @@ struct RequestPose {
 /// Points at a place, which is shown to the other users.
 struct Point {
   wire::Point place;
+  void write(wire::ClientControl& request) const { *request.mutable_point() = place; }
 };
 /// Changes to another room of the same server. If that room refuses, the session returns to this room.
 struct ChangeRoom {

@@ -1,4 +1,4 @@
-// Performs the commands of the user. Each command sends at most one request to the server.
+// Performs the commands that do more than send a request (command.hpp). Each sends at most one request to the server.
 #include <utility>
 
 #include "client/session/session_impl.hpp"
@@ -18,14 +18,6 @@ command::RequestPose pose_command(wire::AskPose::Kind kind, std::uint32_t number
 
 void ClientSession::send(const SessionCommand& command, LocalTime now) {
   std::visit([this, now](const auto& each) { impl_->perform(each, now); }, command);
-}
-
-void ClientSession::Impl::perform(const command::Grab& command, LocalTime /*now*/) {
-  request([&](wire::ClientControl& message) { message.mutable_grab()->set_body(command.body.value); });
-}
-
-void ClientSession::Impl::perform(const command::Release& /*command*/, LocalTime /*now*/) {
-  request([](wire::ClientControl& message) { message.mutable_release(); });
 }
 
 void ClientSession::Impl::perform(const command::SetParameter& command, LocalTime /*now*/) {
@@ -51,14 +43,6 @@ void ClientSession::Impl::set(const wire::SetParameter& parameter) {
   if (settings_requested.size() > kRemembered) settings_requested.pop_front();
 }
 
-void ClientSession::Impl::perform(const command::Kick& command, LocalTime /*now*/) {
-  request([&](wire::ClientControl& message) { message.mutable_kick()->set_user(command.user.value); });
-}
-
-void ClientSession::Impl::perform(const command::ResetRoom& /*command*/, LocalTime /*now*/) {
-  request([](wire::ClientControl& message) { message.mutable_reset_room(); });
-}
-
 void ClientSession::Impl::perform(const command::RequestPose& command, LocalTime /*now*/) {
   const bool is_active = status.state == SessionState::kActive;
   request([&](wire::ClientControl& message) { *message.mutable_ask_pose() = command.request; });
@@ -67,10 +51,6 @@ void ClientSession::Impl::perform(const command::RequestPose& command, LocalTime
   // refused below.
   poses.await(last_request, command.tag);
   if (!is_active) refuse_poses(status.why);
-}
-
-void ClientSession::Impl::perform(const command::Point& command, LocalTime /*now*/) {
-  request([&](wire::ClientControl& message) { *message.mutable_point() = command.place; });
 }
 
 void ClientSession::Impl::perform(const command::ChangeRoom& command, LocalTime now) {

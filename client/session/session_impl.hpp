@@ -62,17 +62,17 @@ struct ClientSession::Impl {
   void send_request(wire::ClientControl& message);
 
   // Commands of the user
-  void perform(const command::Grab& command, LocalTime now);
-  void perform(const command::Release& command, LocalTime now);
   void perform(const command::SetParameter& command, LocalTime now);
   void perform(const command::SetLaw& command, LocalTime now);
-  void perform(const command::Kick& command, LocalTime now);
-  void perform(const command::ResetRoom& command, LocalTime now);
   void perform(const command::RequestPose& command, LocalTime now);
-  void perform(const command::Point& command, LocalTime now);
   void perform(const command::ChangeRoom& command, LocalTime now);
   void perform(const command::SetWorkspace& command, LocalTime now);
   void perform(const command::SetNudges& command, LocalTime now);
+  /// Performs a command that is a request to the server and nothing else.
+  template <class Request>
+  void perform(const Request& command, LocalTime /*now*/) {
+    request([&](wire::ClientControl& message) { command.write(message); });
+  }
   void set(const wire::SetParameter& parameter);
   /// Sends a request if the session is active, otherwise does nothing.
   template <class Fill>
