@@ -23,8 +23,8 @@ constexpr std::uint32_t kCountShift = 28;
 constexpr std::uint32_t kSlotMask = (1U << kCountShift) - 1U;
 constexpr std::uint32_t kMaxLeafTriangles = 2;
 constexpr int kBins = 16;
-/// Up to this level, triangles are divided by the cost of a search; below it, into halves of equal count. With 28 bits
-/// for slots, a tree has fewer than 48 + 28 levels of division. A node contains two levels.
+/// Down to this level, triangles are divided where the estimated cost of a search is lowest; below it, into halves of
+/// equal count. With 28 bits for slots, a tree has fewer than 48 + 28 levels of division. A node contains two levels.
 constexpr int kBinnedLevels = 48;
 constexpr int kStackSize = 3 * (48 + 28) / 2 + 8;
 constexpr std::uint32_t kMaxInDisk = 256;  ///< largest number of triangles below a child that gets a disk

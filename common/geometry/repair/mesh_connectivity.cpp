@@ -12,8 +12,8 @@ namespace tandem::geometry {
 namespace {
 
 constexpr int kNoTriangle = -1;
-// If two triangles at an edge enclose a smaller angle than this, they are treated as coincident. Single-precision
-// rounding rotates a triangle by this angle if its height is a hundredth of the mesh's size.
+// Two triangles at an edge are treated as coincident if the angle between them is below this. Single-precision rounding
+// rotates a triangle by this angle if its height is 1/100 of the mesh's size.
 constexpr double kSameAngle_rad = 2e-5;
 
 /// Returns the number of a half-edge: 3 · triangle + side.
