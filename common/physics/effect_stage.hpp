@@ -28,7 +28,7 @@ class EffectStage {
   EffectStage(std::span<const EffectSettings> effects, std::size_t things, std::size_t tools);
 
   bool is_empty() const { return effects_.empty(); }
-  /// Resets the state of the effects for this tool, when its user changes or leaves.
+  /// Resets the effects' state for this tool. Called when the tool's user changes or leaves.
   void forget(std::size_t tool) noexcept;
   /// Adds the effects to `wrench_W` of implicit and external objects. External objects also receive them as applied
   /// wrenches. Allocates nothing.

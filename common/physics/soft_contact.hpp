@@ -12,8 +12,9 @@ namespace tandem::physics {
 ///         to 50 mm and decreases with retraction, but never attracts. If its component in that direction falls below a
 ///         quarter of the force of W₀, all of W is scaled down in proportion. W is zero where that component would
 ///         change sign. Lateral and rotational displacements are clamped to the trust radius. Between one and four
-///         times the trust radius W fades to zero, because T has then left the contact Limit   a body squeezed from two
-///         opposite sides is held weakly, because the test for attraction uses only the net force
+///         times the trust radius W fades to zero, because T has then left the contact
+/// Limit   a body squeezed from two opposite sides is held weakly, because the test for attraction uses only the net
+///         force
 /// Thread  any; no allocation; finite for finite input
 Wrench soft_wrench(const SoftContact& contact, const Pose& X_WT) noexcept;
 

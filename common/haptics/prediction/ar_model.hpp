@@ -1,5 +1,5 @@
-// Autoregressive (AR) models of a force series. They are fitted by one of three methods, and used for prediction and
-// for the selection of the order.
+// Autoregressive (AR) models of a force series, fitted by one of three methods. They predict the series; a comparison
+// of fits selects the order.
 //
 // Letters   x_t  series   φ_i  coefficients   p  order   N  number of samples   V  variance of the one-step error
 //           x̂_{t+1} = m + Σ_{i=1..p} φ_i (x_{t+1−i} − m)      m  mean of the window (0 if differences are modelled)
@@ -35,8 +35,9 @@ struct ArModel {
   double next(std::span<const double> newest_first) const noexcept;
 };
 
-/// Fits φ to `series` (oldest first). If the series has no variance, is too short (N ≤ 2p) or is not finite, returns
-/// order 0 with the mean of its finite samples. The coefficients are always finite and the model is always stable.
+/// Fits φ to `series` (oldest sample first). If the series has no variance, is too short (N ≤ 2p) or is not finite,
+/// returns order 0 with the mean of its finite samples. The coefficients are always finite, and the model is always
+/// stable.
 ///
 /// Model    Yule–Walker: Σ_j φ_j r_|i−j| = r_i, r_k = (1/N) Σ x_t x_{t+k}, by Levinson's recursion
 ///          least squares: min Σ_{t>p} (x_t − Σ φ_i x_{t−i})², normal equations with a ridge of 1e-9 of their trace;
