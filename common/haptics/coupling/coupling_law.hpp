@@ -15,10 +15,10 @@ namespace tandem::haptics {
 struct CouplingState {
   Vec3 d_W = Vec3::Zero();      ///< p_WH − p_WT [m]
   Vec3 theta_W = Vec3::Zero();  ///< rotation vector of the shortest rotation from T to H [rad]
-  Vec3 v_W = Vec3::Zero();   ///< v_WH − w_WH × d − v_WT: velocity of H's point at T, less T's [m/s]
-  Vec3 w_W = Vec3::Zero();   ///< w_WH − w_WT [rad/s]
-  Vec3 v_WH = Vec3::Zero();  ///< velocity of the handle; distinguishes pushing from receding [m/s]
-  Vec3 w_WH = Vec3::Zero();  ///< angular velocity of the handle [rad/s]
+  Vec3 v_W = Vec3::Zero();      ///< v_WH − w_WH × d − v_WT: velocity of H's point at T, less T's [m/s]
+  Vec3 w_W = Vec3::Zero();      ///< w_WH − w_WT [rad/s]
+  Vec3 v_WH = Vec3::Zero();     ///< velocity of the handle; distinguishes pushing from receding [m/s]
+  Vec3 w_WH = Vec3::Zero();     ///< angular velocity of the handle [rad/s]
 };
 
 CouplingState coupling_state(const Pose& X_WH, const Twist& V_WH, const Pose& X_WT, const Twist& V_WT);
