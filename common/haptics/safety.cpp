@@ -15,8 +15,8 @@ namespace {
 // not overflow.
 constexpr double kAbsurdWrench = 1e6;
 // Limits for a handle that is driven by the displayed force. Bodies that a user carries or shakes move along their
-// force at 0.5 m/s at most (our measurement). A device of 0.15 kg that nobody holds reaches 1 m/s within 15 mm under 5
-// N.
+// force at 0.5 m/s at most (our estimate). A device of 0.15 kg that nobody holds reaches 1 m/s within 15 mm under a
+// force of 5 N.
 constexpr double kDriving_n = 1, kDriven_m_per_s = 1;
 // Time constants after a new state ends a silence. The gain continues to fall for about kFallEnds_s. If the wrench
 // rises meanwhile, the rise is displayed with the time constant kShownAgain_s. Therefore neither the force nor its

@@ -1,4 +1,4 @@
-// Bodies made of sample points on planes. Their contacts need no search, and their forces have a closed form.
+// Test scene without contact search: a body made of sample points above planes. Its contact forces have a closed form.
 #pragma once
 
 #include <numbers>

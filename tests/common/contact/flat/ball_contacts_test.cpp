@@ -112,8 +112,8 @@ TEST(BallContacts, LieWhereTheyAreAsDeepAsTheySay) {
       EXPECT_NEAR(contact.depth_m, -contact.p_W.z(), 1e-12);
       EXPECT_LT(contact.p_W.head<2>().norm(), std::sqrt(2 * radius_m * depth_m));
     }
-    // The deepest point is represented by a contact that is shallower by at most 8 µm. Before contact, this is true for
-    // the nearest point.
+    // The first contact represents the deepest point and may be at most 8 µm too shallow. Before contact, the same
+    // bound holds for the nearest point.
     EXPECT_LE(depth_m - on_floor(radius_m, depth_m)[0].depth_m, 8e-6 + 1e-12);
     EXPECT_LE(-depth_m - on_floor(radius_m, -depth_m, 1, 2e-3)[0].depth_m, 8e-6 + 1e-12);
   });
