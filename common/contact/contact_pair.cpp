@@ -18,8 +18,8 @@ constexpr double kFineSpacing_m = 5e-4;
 // it is 10 mm/s.
 constexpr double kPushOut_m = 1e-5;
 
-// Recognises a plane that belongs to the far side of a thin wall: the cosine of the angle between the plane's normal
-// and the sample's gradient is below this value.
+// Recognises a plane on the far side of a thin wall: the cosine of the angle between the plane's normal and the
+// sample's gradient is below this value.
 constexpr double kFarSideCosine = -0.5;
 
 double area_m2(const ContactShape& shape) {

@@ -41,9 +41,10 @@ inline constexpr std::size_t kReducedContacts = 16;
 /// Model   The pressing contacts have a mean and a covariance of position and normal. 16 (or 8) groups start at the
 ///         corners of a fixed pattern, stretched by the root of the covariance. Each contact is shared among all
 ///         groups, most of it to the near ones, and a group is the mean of its shares. The groups' lines of force are
-///         then bent a little until their stiffness is that of all contacts (except for the pitch of screws, which no
-///         force has). Finally their forces are corrected to the net force and moment. Nothing is selected or sorted,
-///         so that each group moves as continuously as the patch does. Contacts that fit into `out` are copied
+///         then bent a little until their stiffness is that of all contacts. (The pitch of a screw cannot be
+///         reproduced, because no force has one.) Finally their forces are corrected to the net force and moment.
+///         Nothing is selected or sorted, so each group moves as continuously as the patch does. Contacts that fit into
+///         `out` are copied
 /// Source  pattern: two-level fractional factorial designs (Box & Hunter, Technometrics 3, 1961). Stretching it by the
 ///         covariance: sigma points of Julier & Uhlmann, "Unscented filtering and nonlinear estimation", Proc. IEEE 92,
 ///         2004. Sharing: fuzzy c-means (Bezdek 1981). The correction of the lines of force is ours

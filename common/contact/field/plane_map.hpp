@@ -67,8 +67,9 @@ class PlaneMap {
   double brick_m_ = 1;
   /// Content of each brick: the common value of its blocks, or kFirstMixed + index in mixed_ if they differ.
   std::vector<std::uint32_t> refs_;
-  /// For a brick whose blocks have the same set of planes: further planes that a query may include, because they are
-  /// nowhere in the brick the farthest ones. For a brick far outside: the planes above which the whole brick lies.
+  /// For a brick with one set of planes: further planes whose distance is nowhere in the brick the largest one. A query
+  /// may include them without an effect on its result. For a brick far outside: the planes above which the whole brick
+  /// lies.
   std::vector<PlaneSet> harmless_;
   std::vector<Blocks> mixed_;  ///< blocks of the bricks whose blocks have different values
   static constexpr std::uint32_t kFirstMixed = 256;

@@ -35,7 +35,7 @@ constexpr double kWholePart = 0.8;
 // convex hull of the points.
 constexpr double kLost_m = 2e-4;
 constexpr double kMaxShift_m = 3e-4;
-// If the points of a node deviate across its longest direction by less than this, the node is a line.
+// Standard deviation of a node's points across its longest direction below which the node is regarded as a line.
 constexpr double kMinDeviation_m = 5e-4;
 // Least half width of a line.
 constexpr double kThinnest_m = 1e-7;

@@ -54,7 +54,7 @@ struct WalkState {
   std::uint32_t query_limit = 0;     ///< limit of work.queries()
   std::uint32_t divide_queries = 0;  ///< remaining queries for dividing sampled nodes
   std::uint32_t divide_points = 0;   ///< points queried by dividing
-  bool may_check_halves = false;     ///< this walk may still check a part for halves to join above planes
+  bool may_check_halves = false;     ///< this walk may still check one part for pairs of nodes to join above planes
 
   // State of the walk in the current part.
   std::uint32_t root = 0;     ///< root of the part

@@ -1,4 +1,3 @@
-// See law_fade.hpp.
 #include "common/haptics/coupling/law_fade.hpp"
 
 #include <algorithm>

@@ -1,4 +1,3 @@
-// See hand_passivity_controller.hpp.
 #include "common/haptics/passivity/hand_passivity_controller.hpp"
 
 #include <algorithm>

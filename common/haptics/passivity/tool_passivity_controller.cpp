@@ -1,4 +1,3 @@
-// See tool_passivity_controller.hpp.
 #include "common/haptics/passivity/tool_passivity_controller.hpp"
 
 #include <algorithm>

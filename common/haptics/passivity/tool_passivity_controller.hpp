@@ -1,6 +1,6 @@
-// Passivity controller of a tool's port, at the server. The tool may supply to the world only the energy that its hand
-// is reported to have put in, and the energy that it took from the world before. For stages whose tool merely follows a
-// delayed pose, the client reports no energy of the hand.
+// Passivity controller of a tool's port, at the server. The tool may supply energy to the world from two sources only:
+// the reported input of its hand, and its earlier output from the world. For stages whose tool merely follows a delayed
+// pose, the client reports no energy of the hand.
 #pragma once
 
 #include <cstdint>

@@ -80,7 +80,7 @@ class GodObject {
   /// Excludes an obstacle from the next update on, or includes it again. Include it only while the ball does not touch
   /// it. Otherwise the ball overlaps the obstacle, with the consequences described at the constructor.
   void set_present(std::size_t obstacle, bool is_present) noexcept;
-  /// Moves the proxy to another position without a path to it.
+  /// Moves the proxy to another position at once, even through obstacles.
   void reset(const Vec3& p_W) noexcept;
 
   const ProxyState& state() const { return state_; }

@@ -1,4 +1,3 @@
-// See wave_line.hpp.
 #include "common/haptics/wave/wave_line.hpp"
 
 #include <algorithm>

@@ -1,4 +1,3 @@
-// See wave_port.hpp.
 #include "common/haptics/wave/wave_port.hpp"
 
 #include <algorithm>

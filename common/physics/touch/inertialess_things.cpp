@@ -29,8 +29,8 @@ Twist twist_to_handle(const Pose& X_WH, const Pose& X_WT, const Vec3& p_WC, doub
 struct InertialessThings::Motion {
   int hands = 0;
   Twist V_WC;                ///< prescribed twist of an object at its handle
-  double mass_kg = 0;        ///< regularisation of a massless object
-  double inertia_kg_m2 = 0;  ///< regularisation of a massless object
+  double mass_kg = 0;        ///< mass that replaces the inertia of a massless object (regularisation)
+  double inertia_kg_m2 = 0;  ///< moment of inertia of the regularisation
   double reach_m = 0;
   Vec3 lever_W = Vec3::Zero();  ///< from the centre to the tool's origin, for an object with one hand
 };

@@ -30,9 +30,9 @@ struct TouchDrag {
 
 /// One rigid object (body or tool) of the world in the current step.
 struct TouchThing {
-  /// kAbsent: not in the world. kImplicit: moved only by this stage. kExternal: moved by FreeBodies; in each step with
-  /// a contact to an implicit object, the stage includes its inertia and applies the contact wrench to it. kStatic:
-  /// does not move.
+  /// Who moves the object. kAbsent: it is not in the world. kImplicit: only this stage moves it. kExternal: FreeBodies
+  /// moves it; if it touches an implicit object, this stage includes its inertia and applies the contact wrench to it.
+  /// kStatic: it does not move.
   enum class Role : std::uint8_t { kAbsent, kImplicit, kExternal, kStatic };
 
   RigidBody* rigid = nullptr;
@@ -41,8 +41,8 @@ struct TouchThing {
   bool makes_implicit = false;  ///< tool, or body held or kept implicit: bodies that it touches become implicit
   std::uint32_t hands = 0;      ///< bit i: this object is tool i, or tool i holds it
   haptics::ToolDynamics dynamics = haptics::ToolDynamics::kWithMass;  ///< used only for implicit objects
-  Wrench wrench_W = {};                                               ///< index of an object that it passes through
-  std::optional<std::size_t> passes_through = {};                     ///< index of a thing that it passes through
+  Wrench wrench_W = {};                                               ///< weight and fields, about the centre of mass
+  std::optional<std::size_t> passes_through = {};                     ///< index of an object that it passes through
   TouchDrag drag = {};                                                ///< used only for a massless object
 
   bool has_inertia() const { return dynamics == haptics::ToolDynamics::kWithMass; }

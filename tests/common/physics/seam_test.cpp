@@ -82,10 +82,9 @@ Surface rods(Random& random) {
   return surface;
 }
 
-/// Without friction, returns the largest lateral difference of simultaneous forces. With friction, sticking depends on
 /// Returns the lateral force that the seam adds. Without friction, it is the largest lateral difference between
 /// simultaneous forces. With friction, sticking depends on the past. The result is then the lateral force on several
-/// shapes minus a limit: the largest lateral force on one shape, or the friction force if that is larger.
+/// shapes minus a limit. The limit is the largest lateral force on one shape, or the friction force if that is larger.
 double sideways_apart_n(const std::vector<Vec3>& one, const std::vector<Vec3>& several, double friction) {
   double usual = 0, most = 0;
   for (const Vec3& f : one) usual = std::max(usual, f.head<2>().norm());

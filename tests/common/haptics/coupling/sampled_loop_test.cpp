@@ -122,8 +122,9 @@ TEST(SpectralRadius, IsTheGrowthOfTheSimulatedLoop) {
     const LoopModel model = random_model(random);
     const double radius = spectral_radius(model);
     unstable += radius >= 1 ? 1 : 0;
-    // If two modes have almost the same radius, they beat by a factor of 2. A nearly double mode also grows with time,
-    // here by a factor of 13000/5000. Over 8000 periods both cause a relative error of 2.1e-4.
+    // Two effects limit the accuracy of the simulation. Two modes of almost the same radius beat by a factor of 2. A
+    // nearly double mode also grows with time, here by a factor of 13000/5000. Over 8000 periods, both together cause a
+    // relative error of 2.1e-4.
     EXPECT_NEAR(simulated_growth(model), radius, 2.1e-4 * radius);
   }
   EXPECT_GT(unstable, 0);
