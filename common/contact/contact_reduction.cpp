@@ -71,7 +71,7 @@ PatchMoments moments_of(std::span<const ContactPoint> contacts, double stiffness
     const Vec3 force = m.stiffness * share * contact.depth_m * contact.normal_W;
     m.wrench_W += Wrench{force, r.cross(force)};
   }
-  // A patch of one point has the radius zero, by which positions could not be divided.
+  // The lower limit prevents a division by zero for a patch of one point.
   m.radius_m = std::max(1e-9, std::sqrt(m.covariance.topLeftCorner<3, 3>().trace()));
   Vec6 unit = Vec6::Ones();
   unit.head<3>() /= m.radius_m;

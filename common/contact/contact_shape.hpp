@@ -34,10 +34,8 @@ struct ContactShape {
   double ball_radius_m = 0;           ///< radius of the shape if it is one ball about the origin of S; 0: no ball
   Rod rod;                            ///< dimensions of the shape if it is a rod or a ball
 
-  double radius_m() const {
-    return std::max(low_S.norm(), high_S.norm());
-  }  ///< upper bound of the distance of points
-     ///< from the origin of S
+  /// Returns an upper bound of the distance of the points from the origin of S.
+  double radius_m() const { return std::max(low_S.norm(), high_S.norm()); }
   std::size_t memory_bytes() const;
   const PointShell& surface_off_planes() const { return off_planes ? *off_planes : shells.surface; }
   /// Computes bounds and `off_planes` from points and field.

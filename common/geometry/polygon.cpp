@@ -53,7 +53,7 @@ bool crosses_itself(std::span<const Vec2> polygon) {
   const std::size_t n = polygon.size();
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = i + 2; j < n; ++j) {
-      if (i == 0 && j == n - 1) continue;  // neighbours
+      if (i == 0 && j == n - 1) continue;  // neighbouring sides meet at a corner and do not cross
       if (do_cross(polygon[i], polygon[i + 1], polygon[j], polygon[(j + 1) % n])) return true;
     }
   }

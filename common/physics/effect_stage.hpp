@@ -50,7 +50,7 @@ class EffectStage {
   std::vector<Effect> effects_;
   std::vector<EffectMemory> memories_;  ///< index: tool · number of effects + effect
   std::vector<TouchDrag> flows_;        ///< fluid around a massless tool in the last step; same index
-  std::vector<int> hands_;              ///< number of couplings of each thing
+  std::vector<int> hands_;              ///< number of couplings of each object
   std::vector<Twist> velocities_;       ///< velocities of the centres, including the effects applied so far
 };
 

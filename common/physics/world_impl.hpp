@@ -78,7 +78,7 @@ struct World::Impl {
   int steps_in(double seconds) const { return static_cast<int>(std::ceil(seconds / step_s())); }
   int adoption_steps() const { return steps_in(kAdoption_s); }
 
-  // Access to bodies, tools and things.
+  // Access to bodies and tools.
   WorldBody* body_of(BodyId id);
   RigidState tool_state(const WorldTool& tool) const;
   std::size_t thing_of(const WorldTool& tool) const;

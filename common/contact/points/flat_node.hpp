@@ -50,7 +50,7 @@ std::array<std::uint32_t, 5> quarters_of(const ShellNode& node);
 
 /// Finds the flat nodes among those with more points than a leaf. All nodes below a flat node are flat, too.
 ///
-/// Out     nodes  ShellNode::flat
+/// Out     nodes  ShellNode::flat is set
 std::vector<FlatNode> find_flat_nodes(std::span<const ShellPoint> points, std::span<ShellNode> nodes);
 
 }  // namespace tandem::contact

@@ -38,8 +38,8 @@ struct CutPart {
   double moved_m = 0;               ///< accumulated motion: upper bound of the approach of the part's points
   double step_motion_m = 0;         ///< motion of the last step, which is included in moved_m
   double query_again_at_m = 0;      ///< least query_again_at_m of the part's nodes
-  double halves_check_at_m = 0;     ///< accumulated motion at the next check for halves to join above planes
-  double halves_check_after_m = 0;  ///< motion between that check and the one after
+  double halves_check_at_m = 0;     ///< accumulated motion at the next check for pairs of nodes to join above planes
+  double halves_check_after_m = 0;  ///< motion between the next check and the check after it
   bool has_open_question = false;   ///< some node was not queried for planes; the next check renews the whole part
   bool waits_for_rest = false;      ///< the next check is postponed until the part is slow or has moved far
   bool has_sampled = false;         ///< true if the part may have sampled nodes (eight points represent all points)

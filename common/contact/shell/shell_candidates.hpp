@@ -67,7 +67,7 @@ class ShellCandidates {
 
   static constexpr std::size_t kParts = 64;
 
-  // Step (shell_candidates.cpp).
+  // One step of the search (shell_candidates.cpp).
   std::size_t cut_limit() const { return 4 * std::size_t{list_.largest_capacity()} + 4 * kParts; }
   SearchLoad load() const;
   bool has_sampled() const;

@@ -57,7 +57,7 @@ class ShapeUnion {
 };
 
 /// Moves the shapes that are near the contacts to the front of `shapes`, in their order, and returns their number. The
-/// entries behind them are no longer valid.
+/// entries behind them become invalid.
 std::size_t keep_near(std::span<PlacedShape> shapes, std::span<const ContactPoint> contacts) noexcept;
 
 }  // namespace tandem::contact

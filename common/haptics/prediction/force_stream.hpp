@@ -49,7 +49,7 @@ struct ForceStreamSettings {
   double error_memory = 7;        ///< number of samples after which an error has decayed to 1/e in the running errors
   double sharpness = 2;           ///< s: a weight is the running mean square error to the power −s
   double jump_factor = 12;        ///< ratio of an error to its running RMS above which it counts as a jump
-  double range_factor = 1.0;      ///< margin of the output's range on each side, as a share of the recent range
+  double range_factor = 1.0;      ///< margin of the output's range on each side, as a fraction of the recent range
   /// Duration of the transition to a corrected forecast (kArSpline). With 0, the curve is C² between samples, but has a
   /// step at each sample that was not predicted exactly. With two ticks or more it is always C², but corrections take
   /// effect later.

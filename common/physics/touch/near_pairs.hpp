@@ -79,7 +79,7 @@ class NearPairs {
   std::vector<std::array<PartName, 2>> neighbours_;
   std::array<std::vector<contact::PlacedShape>, 2> beside_;  ///< for join(): shapes next to A, next to B
   std::vector<FoundThing>
-      found_things_;  ///< each thing at the last look_ahead(); empty if it was not called or found too many pairs
+      found_things_;  ///< each object at the last look_ahead(); empty: not called, or too many pairs
 };
 
 }  // namespace tandem::physics

@@ -77,7 +77,7 @@ struct TouchJoint {
 struct TouchContact {
   std::uint32_t pressing = 0;  ///< number of contact points with a force
   double deepest_m = 0;
-  bool is_reached = false;  ///< makes others implicit, or touches such an object, directly or through others
+  bool is_reached = false;  ///< the object makes others implicit, or touches such an object, directly or not
   std::uint32_t hands = 0;  ///< tools that touch it, directly or through others, or the tool that it is
   Wrench wrench_W;          ///< total contact wrench on the object, about the origin of W
   Twist V_WC;               ///< velocity of its centre in the step, also for a massless object
