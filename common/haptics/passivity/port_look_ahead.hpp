@@ -14,7 +14,7 @@ namespace tandem::haptics {
 ///         translation and rotation; a and α are the largest accelerations. The bound is valid for any direction of the
 ///         next motion
 /// Limits  if the acceleration is larger, the work may exceed the bound for one period, by |F| times the additional
-/// displacement
+///         displacement
 /// Thread  haptic or room: no allocation, no throw
 class PortLookAhead {
  public:

@@ -44,7 +44,7 @@ struct ArModel {
 ///          Burg: reflection coefficients k_m = 2 Σ f b / Σ (f² + b²)
 /// Source   Kay, "Modern Spectral Estimation", 1988, ch. 7; Burg, PhD thesis, Stanford, 1975
 /// Limits  a least-squares fit can be unstable. It is then replaced by φ_i ← φ_i γ^i, which multiplies every root by γ,
-/// with the largest γ for which all roots are within kMaxArRadius. The replaced fit does not have the least error
+///         with the largest γ for which all roots are within kMaxArRadius. The scaled fit does not have the least error
 /// In       order  0 … kMaxArOrder    takes_mean  whether the mean of the series is subtracted first
 /// Cost     O(N p) (Burg, Yule–Walker), O(N p²/2) (least squares); Burg allocates
 /// Thread  any but haptic

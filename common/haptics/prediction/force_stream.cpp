@@ -22,13 +22,13 @@ constexpr double kLargest_n = 1e6;
 /// Minimum age of a forecast when it is scored [periods]. If samples arrive faster than the series' rate, the scores of
 /// younger forecasts would favour hold.
 constexpr double kMinAhead = 0.75;
-/// Errors below this fraction of the recent range are rounding errors and no jumps.
+/// Errors below this fraction of the recent range are rounding errors, not jumps.
 constexpr double kRounding = 1e-9;
 
 /// Ring of the newest samples of six series at uneven times. Values between samples are interpolated linearly.
 ///
 /// Limits  if samples are denser than an eighth of `period`, each replaces the newest one. The ring thus always spans
-/// kCapacity/8 periods. Before the oldest and after the newest sample, the value is that sample's value
+///         kCapacity/8 periods. Before the oldest and after the newest sample, the value is that sample's value
 /// Thread  haptic: no allocation
 class SampleHistory {
  public:

@@ -34,7 +34,7 @@ Wave wave_difference(const Wave& b, const Wave& a) noexcept;
 ///         played time is skipped. The wave keeps its amplitude, but loses a part of its integral. The tool's end
 ///         corrects this loss (drift in WaveToolPort)
 /// Limits  The queue holds at most kMaxWaiting_s. If the sender's clock runs further ahead, the queue is discarded and
-/// playing starts anew. Discarding a queue only removes energy
+///         playing starts anew. Discarding a queue only removes energy
 /// Source  integrals: Niemeyer, Slotine, "Telemanipulation with time delays", Int. J. Robotics Research 23(9), 2004;
 ///         playing and skipping are ours
 /// In      messages with time stamps of the sender's clock. A message that is not newer or not finite is ignored. If
