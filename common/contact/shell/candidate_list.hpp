@@ -49,10 +49,9 @@ class CandidateList {
   std::uint32_t largest_capacity_ = 0;
   std::uint32_t capacity_ = 0;
   std::vector<ShellCandidate> candidates_;
-  std::size_t contacts_ = 0;  ///< number of contacts that the candidates need; at most capacity_
-  std::size_t more_contacts_ =
-      0;                        ///< contacts for the planes of a node after the first; they are added if there is room
-  std::size_t near_count_ = 0;  ///< estimated number of near points; a node above planes counts as its contacts
+  std::size_t contacts_ = 0;       ///< number of contacts that the candidates need; at most capacity_
+  std::size_t more_contacts_ = 0;  ///< contacts for a node's further planes; they are added if there is room
+  std::size_t near_count_ = 0;     ///< estimated number of near points; a node above planes counts as its contacts
 };
 
 }  // namespace tandem::contact
