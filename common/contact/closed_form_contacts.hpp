@@ -1,4 +1,4 @@
-// Contacts of a pair of round shapes that are computed by formula: a ball on a plane, and two thin rods.
+// Contacts computed by formula instead of points: a ball on a plane, and two thin rods.
 #pragma once
 
 #include <array>
@@ -13,9 +13,9 @@ namespace tandem::contact {
 
 /// Finds the closed-form contacts of shape A with shape B, and stores the state that their friction needs.
 ///
-/// Model   See add_ball_on_plane() and RodContacts. A contact consists of a core, which has been pressing all the time,
-///         and a ring around it. The contact's bristle is the mean over both. Area that is added to a contact has no
-///         bristle; a contact that shrinks loses the area that was added last
+/// Model   See add_ball_on_plane() and RodContacts. A contact consists of a core, the area that has pressed since the
+///         contact began, and a ring around it. The contact's bristle (tangential displacement since sticking) is the
+///         mean over both. Added area has no bristle; a contact that shrinks first loses the area that was added last
 /// Thread  one at a time; no allocation
 class ClosedFormContacts {
  public:
@@ -49,20 +49,21 @@ class ClosedFormContacts {
   const ContactShape* ball_ = nullptr;  ///< the shape that is a ball, if the other shape has planes
   double ball_share_ = 1;               ///< fraction of the force that is due to the ball's points
   const FieldPlane* is_on_ = nullptr;   ///< plane of the ball's contacts; null: none
-  const FieldPlane* was_on_ = nullptr;  ///< the same in the step before
+  const FieldPlane* was_on_ = nullptr;  ///< value of is_on_ in the previous step
   bool are_rods_ = false;               ///< both shapes are thin rods
   bool has_rods_ = false;               ///< the last find() found contacts of rods
-  bool had_rods_ = false;               ///< the same in the step before
+  bool had_rods_ = false;               ///< value of has_rods_ in the previous step
   RodContacts rods_;
   std::array<double, kMaxRodContacts> core_areas_m2_ = {};
   std::array<Vec3, kMaxRodContacts> core_leads_W_;  ///< bristle of the core minus bristle of the contact
-  PlaneSet ball_planes_ = 0;  ///< result of the last query, over a box with this centre and half edge
+  PlaneSet ball_planes_ = 0;  ///< result of the last plane query; its box has the centre and half edge below
   Vec3 ball_planes_centre_F_ = Vec3::Zero();
   double ball_planes_reach_m_ = -1;
 };
 
-/// Transfers bristles between contacts that do not correspond. Each pressing contact gets a bristle in proportion to
-/// its depth, which limits its friction. Together they keep the friction force and its moment about the normal.
+/// Transfers bristles between contacts of different kinds, such as points before and closed-form contacts now. Each
+/// pressing contact gets a bristle in proportion to its depth, which limits its friction. Together, the new contacts
+/// keep the friction force and its moment about the normal.
 void share_bristles(std::span<const ContactPoint> before, std::span<ContactPoint> now,
                     const Eigen::Matrix3d& turn) noexcept;
 

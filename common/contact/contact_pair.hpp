@@ -13,8 +13,8 @@
 
 namespace tandem::contact {
 
-/// Number of points that a step may evaluate for a pair; beyond it, neighbouring points are merged. The budget is in
-/// points and not in time, so that a replay degrades identically.
+/// Maximum number of contacts of a pair in a step. If more points are near, neighbouring points are merged. The limit
+/// is a number and not a time, so that a replay degrades in the same way.
 inline constexpr std::uint32_t kContactBudget = 768;
 
 /// Contacts of shape A with shape B, searched in each step. For each far part of the tree over the surface points, a
@@ -36,27 +36,29 @@ class ContactPair {
   bool is_bound() const { return a_ != nullptr && b_ != nullptr; }
 
   /// Finds every surface point that is in contact or has a gap below `band_m`. The bristle (friction state) of a point
-  /// that was in contact before is rotated with B. If more points are near than the budget allows, a point may be found
-  /// late. Its depth_m then grows by 10 µm a step plus its own motion, up to the rigid depth. (Beyond the rigid depth,
-  /// contact is as stiff as the step allows.) These limits end only when the budget suffices again and no point exceeds
-  /// its limit.
+  /// that was in contact in the last step is rotated with B. If more points are near than the budget allows, a point
+  /// may be found late. Its depth_m then grows by 10 µm a step plus its own motion, up to the rigid depth. (Beyond the
+  /// rigid depth, contact is as stiff as the step allows.) This limit of depths ends when the budget suffices again and
+  /// no point exceeds its limit.
   ///
-  /// Model   While the budget suffices, force, moment and stiffness depend on the current poses only. The up to eight
-  ///         points of a leaf are merged if their depths are equal within a micrometre. If a flat face touches a flat
-  ///         face, a few contacts represent the whole face (PlaneContacts). Beyond the budget, points are merged with
-  ///         their net force and moment: first the pressing points of a leaf, then those of larger nodes. A ball on one
-  ///         plane has the few contacts of add_ball_on_plane(). Their force is the limit for infinitely many points.
-  ///         Near an edge, the last millimetre of motion decides whether these contacts or the ball's points are used.
-  ///         Thin rods and balls have the contacts of RodContacts, except for flat ends and their edges
+  /// Model   While the budget suffices, force, moment and stiffness depend on the current poses only. The points of a
+  ///         leaf of the tree (8 at most) are merged if their depths are equal within 1 µm. If a flat face touches a
+  ///         flat face, a few contacts represent the whole face (PlaneContacts). Beyond the budget, points are merged
+  ///         with their net force and moment: first the pressing points of a leaf, then those of larger nodes. A ball
+  ///         on one plane has the few contacts of add_ball_on_plane(). Their force is the limit for infinitely many
+  ///         points. Near an edge of the plane, the ball's points replace them; where they do depends on the last
+  ///         millimetre of motion. Thin rods and balls have the contacts of RodContacts, except for flat ends and their
+  ///         edges
   /// In      band_m  largest gap that is searched. Beyond a field's `band_m()`, depths are as accurate as its sample(),
   ///         which suffices to predict contact in fast motion
   /// Fails   no contact for a pose that is not finite
   ContactWork find(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept;
 
   /// Corrects the contacts of the last find() where other nearby shapes cover the surface of A or B, so that contact is
-  /// with the union. Call it once after each find(), with the same poses.
+  /// with the union of the shapes. Call it once after each find(), with the same poses.
   ///
-  /// In      beside_a, beside_b  other shapes near B, beside A, and other shapes near A, beside B; overwritten
+  /// In      beside_a  other shapes near B that are beside A; overwritten
+  ///         beside_b  other shapes near A that are beside B; overwritten
   void join(const Pose& X_WA, const Pose& X_WB, std::span<PlacedShape> beside_a,
             std::span<PlacedShape> beside_b) noexcept;
 
@@ -84,7 +86,7 @@ class ContactPair {
   const ContactShape* b_ = nullptr;
   std::uint32_t budget_;
   bool is_a_primary_ = true;
-  bool is_mutual_ = false;  ///< both shapes contribute all of their points, not only one of them
+  bool is_mutual_ = false;  ///< both shapes contribute all of their points; false: only the primary shape does
   double plane_share_ = 1;  ///< fraction of the area of a primary point on a flat part of the other shape
   ShellCandidates primary_;
   ShellCandidates other_;
@@ -92,9 +94,9 @@ class ContactPair {
   std::vector<ContactPoint> before_;
   std::size_t first_of_other_ = 0;  ///< index in now_ of the first contact of the second search direction
   std::size_t first_of_other_before_ = 0;
-  double deepest_m_ = 0;  ///< deepest contact of the last find(); infinite: unknown
-  /// True if the last search was coarse, or if limit_depths() reduced the depth of a contact. Depths are then limited
-  /// in the next search too, even if that search is not coarse.
+  double deepest_m_ = 0;  ///< depth of the deepest contact of the last find(); infinite: not known
+  /// True if the last search was coarse, or if limit_depths() reduced the depth of a contact. The next search then
+  /// limits depths even if it is not coarse itself.
   bool is_catching_up_ = false;
   Pose X_BA_before_;
   Eigen::Matrix3d turn_of_b_ = Eigen::Matrix3d::Identity();  ///< rotation of B since the previous find()

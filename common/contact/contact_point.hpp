@@ -7,19 +7,19 @@
 
 namespace tandem::contact {
 
-/// One point of contact between shapes A and B, or of a gap between them.
+/// One point of contact between shapes A and B, or a point with a small gap between them.
 struct ContactPoint {
   Vec3 p_W = Vec3::Zero();        ///< position of the sample on the surface of its shape
   Vec3 normal_W = Vec3::UnitZ();  ///< unit vector out of B towards A: direction of the normal force on A
   double depth_m = 0;             ///< overlap along the normal; negative: a gap
   double area_m2 = 0;
-  /// State of friction: displacement of A relative to B along the surface since the contact began to stick. The solver
-  /// updates it.
+  /// State of friction: tangential displacement of A relative to B since the contact began to stick. The solver updates
+  /// it.
   Vec3 bristle_W = Vec3::Zero();
-  /// Identity of the sample, constant from step to step: index of the point in its shell, or of the first of several
-  /// merged points. kOtherDirection marks points of the shape that is searched second (usually that with the larger
-  /// surface). kClosedForm marks a contact without a sample: a part of a ball, numbered from its deepest point
-  /// outwards, or of a rod (RodContacts).
+  /// Identity of the contact, constant from step to step: the index of its point in the shell, or of the first of
+  /// several merged points. The bit kOtherDirection marks points of the shape that is searched second, usually the one
+  /// with the larger surface. The bit kClosedForm marks a contact without shell points. Such a contact is a part of a
+  /// ball, numbered from the deepest point outwards, or of a rod (RodContacts).
   std::uint32_t id = 0;
   /// Number of shell points, from `id` on, that the contact represents; for a slice of a face, the points whose
   /// friction it inherits.

@@ -13,11 +13,12 @@ constexpr int kMost = static_cast<int>(kReducedContacts);
 // A matrix of at most 16 columns that needs no heap memory.
 using Columns6 = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMost>;
 
-// Number of times that contacts are shared among the groups (shared_out()), and that lines of force are corrected
-// (bend()). On 15 kinds of patches, more rounds changed the result little.
+// Number of rounds of shared_out(), which divides the contacts among the groups, and of bend(), which corrects the
+// lines of force. On 15 kinds of patches, more rounds changed the result little.
 constexpr int kSharings = 2;
 constexpr int kBendings = 3;
-// Squared distance (in units of the patch's radius) below which two groups share a contact nearly evenly.
+// Added to squared distances (in units of the patch's radius) between groups and contacts. Below about this distance,
+// two groups share a contact nearly evenly.
 constexpr float kBlur = 0.05F;
 // Fraction of the trace below which an eigenvalue is regarded as a rounding error.
 constexpr double kEigenRounding = 1e-13;
@@ -70,7 +71,7 @@ PatchMoments moments_of(std::span<const ContactPoint> contacts, double stiffness
     const Vec3 force = m.stiffness * share * contact.depth_m * contact.normal_W;
     m.wrench_W += Wrench{force, r.cross(force)};
   }
-  // A patch of one point has the radius zero, by which positions could not be divided.
+  // The lower limit prevents a division by zero for a patch of one point.
   m.radius_m = std::max(1e-9, std::sqrt(m.covariance.topLeftCorner<3, 3>().trace()));
   Vec6 unit = Vec6::Ones();
   unit.head<3>() /= m.radius_m;

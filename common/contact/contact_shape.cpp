@@ -20,34 +20,34 @@ namespace tandem::contact {
 namespace {
 
 // Ratio of the rigid depth (depth beyond which contact is as stiff as the step allows) to half of the wall thickness. A
-// pressing point must stop before the middle of the wall, beyond which the far side is the nearer one. The ratio is
-// below 1/2, because even a rigid contact yields a little.
+// pressing point must stop before the middle of the wall, because beyond it the far side is nearer. The ratio is below
+// 1/2, because even a rigid contact yields a little.
 constexpr double kRigidShare = 0.4;
 static_assert(kRigidShare * kMaxHalfThickness >= kMaxRigidDepth);
-// Fraction of a surface that may be thinner than the thickness from which the rigid depth is computed. Tips of wedges
-// and spikes have no minimum thickness.
+// Fraction of a surface that is ignored when the thickness for the rigid depth is computed: the thinnest parts. Tips of
+// wedges and spikes have no minimum thickness.
 constexpr double kThinShare = 0.02;
-// Depth, in multiples of the field's error, beyond which a point counts as inside another part of the shape. Such
-// points are omitted.
+// Points inside another part of the shape are omitted. A point is inside if its depth in the field exceeds this
+// multiple of the field's error.
 constexpr double kBuriedErrors = 2;
-// A gradient shorter than this is that of a crease between two faces that are nearer to each other than a cell is long.
+// Gradients shorter than this occur only on creases of the field, between two faces that are less than a cell apart.
 constexpr double kShortGradient = 0.101;
-// Upper limit of the error when coordinates of points are rounded to single precision, as a fraction of the points'
-// spacing.
+// Upper limit of the rounding error of points' coordinates in single precision, as a fraction of the spacing of points.
 constexpr double kRoundingShare = 1e-3;
 
-// A point on a plane is at most kOnPlane_m from it. It is in the plane's interior if the plane equals the field in a
-// box of half size kInsidePlane_m around it.
+// A point is on a plane if its distance from the plane is at most kOnPlane_m. It is in the plane's interior if the
+// plane equals the field in a box of half edge kInsidePlane_m around the point.
 constexpr double kOnPlane_m = 5e-6, kInsidePlane_m = 5e-5;
-// Spacing of points, largest cell and interpolation error of thin round shapes, as multiples of the radius.
+// For thin round shapes, in multiples of the radius: spacing of points, largest cell edge, and interpolation error.
 constexpr double kRoundSpacing = 0.5, kRoundCell = 2, kRoundTolerance = 0.1;
-// Accuracy of the measured half thickness of shapes that may be too thin to hold.
+// Accuracy to which the half thickness of very thin shapes is measured. why_too_thin() compares the half thickness with
+// the thinnest wall that stops a pressing object.
 constexpr double kThinnessError_m = 2e-6;
-// Radius above which round shapes are sampled finely enough by default.
+// Radius up to which round shapes are sampled more finely than by default.
 constexpr double kThinRadius_m = 4e-4;
 
-/// Returns options with points close enough for a round shape of this radius. The deepest position of a contact is then
-/// deeper than the nearest point by at most an eighth of the radius.
+/// Returns options whose points are close enough for a round shape of this radius. Its surface extends beyond the
+/// nearest point by at most an eighth of the radius.
 ContactShapeOptions for_radius(double radius_m, ContactShapeOptions options) {
   if (radius_m > kThinRadius_m) return options;
   options.spacing_m = std::min(options.spacing_m, kRoundSpacing * radius_m);
@@ -111,8 +111,8 @@ bool is_inside_of_plane(const DistanceField& field, const ShellPoint& point) {
   return (field.planes_over(around, queries) >> static_cast<unsigned>(plane - planes.begin()) & 1U) != 0;
 }
 
-/// Returns the distance from a surface point along its inward normal to where the opposite surface becomes the nearer
-/// one; infinite if that exceeds `limit_m`. Walls that meet at an angle are not opposite, however near they are.
+/// Follows the inward normal of a surface point to the depth at which the opposite surface becomes nearer. Returns that
+/// depth, or infinity if it exceeds `limit_m`. Walls that meet at an angle do not count as opposite.
 double half_thickness_at(const DistanceField& field, const ShellPoint& point, double limit_m) {
   const int steps = 24;
   const Vec3 normal = point.normal_S.cast<double>();
@@ -142,7 +142,7 @@ double half_thickness_at(const DistanceField& field, const ShellPoint& point, do
   return std::numeric_limits<double>::infinity();
 }
 
-/// Returns the half thickness of the thin parts. All but the fraction kThinShare of the surface is thicker.
+/// Returns the half thickness that all but the fraction kThinShare of the surface exceeds.
 double thin_half_thickness(const DistanceField& field, const PointShell& shell) {
   const std::size_t most_samples = 20'000;
   const double limit_m = kMaxHalfThickness;
@@ -156,7 +156,7 @@ double thin_half_thickness(const DistanceField& field, const PointShell& shell) 
   return std::min(*thin, limit_m);
 }
 
-/// Combines the points of a solid and of a sheet into one shell. Points inside the combined shape are omitted.
+/// Combines the points of a solid and of a sheet into one shell. Points inside either of them are omitted.
 PointShell joined(const DistanceField& field, const PointShell& solid, const PointShell& sheet) {
   std::vector<ShellPoint> points;
   for (const PointShell* shell : {&solid, &sheet}) {

@@ -17,26 +17,25 @@
 
 namespace tandem::contact {
 
-/// Immutable shape for contact. Bodies of the same shape share it, in all rooms. Server and clients have equal copies.
+/// Immutable shape for contact. All bodies with this shape share one object, in all rooms of a server. Server and
+/// clients have identical copies.
 struct ContactShape {
   std::shared_ptr<const DistanceField> field;
   PointShells shells;
-  /// Surface points that are not in the interior of a flat part of the surface (a plane of the field). On a flat part,
-  /// the other shape's points suffice. Empty if no surface point is in such an interior.
+  /// Surface points without those in the interior of a flat part of the surface (a plane of the field). On a flat part,
+  /// only the points of the other shape are sampled. Empty if no surface point is in such an interior.
   std::optional<PointShell> off_planes;
   Vec3 low_S = Vec3::Zero();  ///< bounding box of the points
   Vec3 high_S = Vec3::Zero();
   /// Rigid depth: depth beyond which contact is as stiff as the step allows. It is less than half of the thickness of
-  /// the shape's thin parts. A pressing point thus stops before the far side of a wall is the nearer one.
+  /// the shape's thin parts, so that a pressing point stops before the far side of a wall is nearer.
   double rigid_depth_m = 5e-4;
   double half_thickness_m = 1.25e-3;  ///< half thickness of the shape's thin parts; kMaxHalfThickness at most
   double ball_radius_m = 0;           ///< radius of the shape if it is one ball about the origin of S; 0: no ball
   Rod rod;                            ///< dimensions of the shape if it is a rod or a ball
 
-  double radius_m() const {
-    return std::max(low_S.norm(), high_S.norm());
-  }  ///< upper bound of the distance of points
-     ///< from the origin of S
+  /// Returns an upper bound of the distance of the points from the origin of S.
+  double radius_m() const { return std::max(low_S.norm(), high_S.norm()); }
   std::size_t memory_bytes() const;
   const PointShell& surface_off_planes() const { return off_planes ? *off_planes : shells.surface; }
   /// Computes bounds and `off_planes` from points and field.
@@ -50,8 +49,8 @@ inline constexpr int kPackingLevel = 12;
 inline constexpr double kMaxRigidDepth = 5e-4;
 /// Limit of the measured half-thickness: where a shape is thicker, contact is rigid at kMaxRigidDepth.
 inline constexpr double kMaxHalfThickness = 1.25e-3;
-/// Minimum of the rigid depth, also for very thin shapes. It is a fifth of the depth to which a hand presses a single
-/// contact.
+/// Minimum of the rigid depth, also for very thin shapes. A hand presses a single contact about five times as deep as
+/// this.
 inline constexpr double kMinRigidDepth = 5e-5;
 
 std::shared_ptr<const ContactShape> make_contact_sphere(double radius_m, const ContactShapeOptions& options = {});
@@ -67,20 +66,20 @@ std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMes
                                                       const ContactShapeOptions& options = {},
                                                       const std::function<void(double)>& progress = {});
 
-/// Serialises a mesh's shape for the disk cache and for clients. Little-endian, versioned, packed. Distances near the
-/// surface are within a thirty-second of the tolerance of the measured ones (1 µm by default), points within a 512th of
-/// the spacing along each axis, normals within 0.1°. The result of make_contact_mesh() is quantised in the same way, so
-/// that server and clients have identical shapes to the bit.
+/// Serialises a mesh's shape for the disk cache and for clients. The bytes are little-endian, versioned and compressed.
+/// Rounding changes distances near the surface by at most 1/32 of the tolerance (1 µm by default). Points change by at
+/// most 1/512 of the spacing along each axis, and normals by at most 0.1°. make_contact_mesh() rounds in the same way,
+/// so server and clients have bitwise identical shapes.
 ///
-/// In      packing_level  level of zstd; 0: not packed
+/// In      packing_level  level of zstd; 0: not compressed
 std::vector<std::uint8_t> contact_asset_bytes(const ContactShape& shape, int packing_level = kPackingLevel);
 /// Reads a shape from the result of contact_asset_bytes(). Returns null if the bytes are not a whole asset of this
 /// version, or if the shape needs more memory than `limit_bytes`. Malicious bytes are safe: reading uses at most four
 /// times `limit_bytes` of memory, and the time to fill it.
 std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint8_t> bytes,
                                                        std::size_t limit_bytes = kMaxShapeBytes);
-/// Serialises the inputs of a mesh's asset (mesh, options and version). A hash of these bytes can be the key of a
-/// cache.
+/// Serialises the inputs from which a mesh's asset is built (mesh, options and version). A hash of these bytes can be
+/// the key of a cache.
 std::vector<std::uint8_t> contact_asset_origin(const geometry::ContactMesh& mesh, const ContactShapeOptions& options);
 /// Version of the asset's bytes. Increment it whenever the same mesh would give different bytes.
 inline constexpr std::uint32_t kContactAssetVersion = 10;

@@ -20,21 +20,22 @@ struct ContactShapeOptions {
 
   // Resolution of the surface points.
   double spacing_m = 4.5e-4;  ///< maximum distance from any point of the surface to the nearest sample
-  /// Edges sharper than this, and their corners, are sampled exactly, at `feature_spacing_m`: a sharp feature could
-  /// otherwise slip through between points.
+  /// Sharp edges, with more than this angle between the normals of their faces, and their corners are sampled exactly,
+  /// at `feature_spacing_m`. A sharp feature could otherwise slip through between the points of the other shape.
   double feature_angle_deg = 25;
   double feature_spacing_m = 2.5e-4;
-  double feature_height_m = 5e-5;  ///< vertices that protrude from the shell by more than this are added to it
+  double feature_height_m = 5e-5;  ///< a vertex protruding from the sampled surface by more than this becomes a point
 #ifndef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
   std::size_t max_points = 400'000;  ///< limit; larger surfaces get a wider spacing, and bumps may add a quarter
 #else
   std::size_t max_points = 1'000;  ///< small limit for fuzzing, where thousands of scenes are built
 #endif
 
-  /// Solids with rods thinner than 0.8 mm get points and cells that suit the rods' radius, on their whole surface.
+  /// If the shape contains rods thinner than 0.8 mm, its whole surface gets points and cells that suit the rods'
+  /// radius.
   bool refines_rods = true;
 
-  /// Thickness of the plate as which an open sheet is treated. The sheet is its middle surface.
+  /// An open sheet is treated as a plate of this thickness, whose middle surface is the sheet.
   double sheet_thickness_m = 1e-3;
 };
 

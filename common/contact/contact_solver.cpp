@@ -1,7 +1,7 @@
-// One step has five parts. load() checks the input and converts it to bodies, couplings and patches with rows.
-// find_islands() groups bodies that touch, since only these must be solved together. solve_island() minimises the
-// potential of an island (ContactIsland: Newton's method), or leaves it in free flight where the numbers allow no
-// solution. solve_unyielding() evaluates contacts between bodies that no force moves. finish() returns velocities,
+// One step of the solver has five parts. load() checks the input and converts it to bodies, couplings and patches with
+// rows. find_islands() groups bodies that touch, since only these must be solved together. solve_island() minimises the
+// potential of an island (ContactIsland: Newton's method). If the result is not finite, the bodies move as in free
+// flight. solve_unyielding() evaluates contacts between bodies that no force moves. finish() returns velocities,
 // wrenches and bristles.
 #include "common/contact/contact_solver.hpp"
 
@@ -15,7 +15,7 @@
 namespace tandem::contact {
 namespace {
 
-/// Island id of contacts between bodies that do not yield (static or prescribed).
+/// Island id of contacts between two bodies that no force moves (static or prescribed).
 constexpr int kUnyielding = -1;
 
 bool is_usable(const SolverBody& body) {
@@ -37,7 +37,7 @@ bool is_usable(const SolverCoupling& coupling) {
          is_amount(coupling.brake_n_s_per_m) && is_amount(coupling.brake_n_m_s_per_rad);
 }
 
-/// Returns a body that does not move if the input is invalid.
+/// Converts a body. If the input is invalid, the result is a body that does not move.
 IslandBody loaded(const SolverBody& in, double step_s) {
   IslandBody body;
   if (in.is_prescribed) {
@@ -82,7 +82,7 @@ struct ContactSolver::Impl {
   void finish(std::span<SolverBody> bodies_out, std::span<const SolverPatch> patches_in, std::span<PatchResult> results,
               std::span<Wrench> tool_wrenches_W) const noexcept;
 
-  /// Returns null for a static body, and for one that is not used.
+  /// Returns the body with this index; null for a static body and for one with invalid input.
   IslandBody* body_of(int index) {
     if (index < 0 || index >= body_count) return nullptr;
     IslandBody& body = bodies[static_cast<std::size_t>(index)];
@@ -215,7 +215,7 @@ void ContactSolver::Impl::use_free_flight(std::span<IslandPatch> touched, std::s
   for (IslandCoupling& coupling : coupled) coupling.is_void = true;
 }
 
-/// Contacts of prescribed bodies with bodies that do not move: the given velocities determine the forces.
+/// Contacts between prescribed and immovable bodies: the given velocities determine the forces.
 void ContactSolver::Impl::solve_unyielding() noexcept {
   for (IslandPatch& patch : of_island(patches, kUnyielding)) {
     patch.on_a_W = rows.evaluate(patch.terms, relative_twist(patch), FrictionLimit::kFollows);

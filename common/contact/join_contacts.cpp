@@ -1,4 +1,4 @@
-// Corrects the contacts of a pair of shapes that have other shapes beside them.
+// Corrects the contacts of a pair of shapes where other shapes cover their surfaces.
 #include <algorithm>
 
 #include "common/contact/contact_pair.hpp"
@@ -31,7 +31,7 @@ void ContactPair::join(const Pose& X_WA, const Pose& X_WB, std::span<PlacedShape
     const bool is_of_a = is_ball ? closed_form_.is_ball_a() : this->is_of_a(contact);
     const ShapeUnion& own = is_of_a ? union_a : union_b;
     const ShapeUnion& other = is_of_a ? union_b : union_a;
-    // Direction out of the shape whose field gave the depth.
+    // Direction out of the shape in whose field the depth was sampled.
     const Vec3 out_W = is_of_a ? contact.normal_W : Vec3(-contact.normal_W);
     const double area_m2 = contact.area_m2;
     if (own.has_others()) {
@@ -49,8 +49,8 @@ void ContactPair::join(const Pose& X_WA, const Pose& X_WB, std::span<PlacedShape
   first_of_other_ = kept_before_other;
 }
 
-// Transfers the bristle (friction state) again for a contact whose normal was changed, because find() discarded the
-// part of the bristle along the old normal.
+// Transfers the bristle (friction state) again to a contact whose normal was changed. find() had removed the component
+// of the bristle along the old normal.
 void ContactPair::carry_bristle_again(std::size_t index, bool is_first_direction) noexcept {
   const std::size_t begin = is_first_direction ? 0 : first_of_other_before_;
   const std::size_t end = is_first_direction ? first_of_other_before_ : before_.size();

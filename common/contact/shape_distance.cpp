@@ -5,7 +5,7 @@
 namespace tandem::contact {
 namespace {
 
-/// The point of a shell that is nearest to the other shape's surface so far.
+/// The point of a shell found so far that is nearest to the other shape's surface.
 struct Nearest {
   double distance_m = 0;
   Vec3 p_S = Vec3::Zero();  ///< position of the point in the frame of its shell
@@ -39,8 +39,8 @@ bool has_deeper(const PointShell& shell, const DistanceField& field, const Pose&
   while (index < shell.nodes.size()) {
     const ShellNode& node = shell.nodes[index];
     const double depth = -field.distance_m(X_FS * node.centre_S.cast<double>());
-    // The node's ball contains its points. If its centre is deeper than `depth_m` by more than its radius, all points
-    // are deeper than `depth_m`.
+    // The node's ball contains its points, and a distance changes at most as fast as the position. If the centre is
+    // deeper than `depth_m` by more than the radius, all points are deeper than `depth_m`.
     if (depth > depth_m + node.radius_m) return true;
     const bool may_be_deeper = depth + node.radius_m > depth_m;
     if (may_be_deeper && node.is_leaf) {
@@ -53,7 +53,7 @@ bool has_deeper(const PointShell& shell, const DistanceField& field, const Pose&
   return false;
 }
 
-/// Returns the gap between the surfaces near a sample, by alternating projections.
+/// Returns the gap between the surfaces near a sample. It projects a point alternately onto both surfaces.
 double refined(const Nearest& from, const DistanceField& own, const DistanceField& other, const Pose& X_OS) noexcept {
   constexpr int kRounds = 8;
   const Pose X_SO = X_OS.inverse();
@@ -70,7 +70,8 @@ double refined(const Nearest& from, const DistanceField& own, const DistanceFiel
   return nearest;
 }
 
-/// Returns whether the box around B's rotated box, along A's axes, is farther than `gap_m` from A's box.
+/// Returns whether two boxes along A's axes, one around A and one around B's rotated box, are farther apart than
+/// `gap_m`.
 bool is_apart(const ContactShape& a, const ContactShape& b, const Pose& X_AB, double gap_m) noexcept {
   const Vec3 centre_a = (a.low_S + a.high_S) / 2;
   const Vec3 centre_b = X_AB * Vec3((b.low_S + b.high_S) / 2);
@@ -96,8 +97,8 @@ bool boxes_are_near(const ContactShape& a, const Pose& X_WA, const ContactShape&
 
 double shape_distance_m(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
                         double limit_m) noexcept {
-  // A sample may lie beside the nearest point of its surface. The search distance is therefore larger by the spacings
-  // of both shells.
+  // A sample may be up to one spacing beside the nearest point of its surface. The search distance is therefore
+  // increased by the spacings of both shells.
   const double reach = limit_m + a.shells.surface.spacing_m + b.shells.surface.spacing_m;
   const Pose X_BA = X_WB.inverse() * X_WA;
   const Pose X_AB = X_BA.inverse();
@@ -107,7 +108,7 @@ double shape_distance_m(const ContactShape& a, const Pose& X_WA, const ContactSh
   Nearest of_b{of_a.distance_m, Vec3::Zero(), false};
   search(b.shells.surface, *a.field, X_AB, of_b);
   if (of_b.is_found) nearest = std::min(nearest, refined(of_b, *b.field, *a.field, X_AB));
-  // One nanometre is allowed for rounding.
+  // The tolerance of 1 nm allows for rounding.
   return nearest <= limit_m + 1e-9 ? std::min(nearest, limit_m) : std::numeric_limits<double>::infinity();
 }
 

@@ -8,11 +8,11 @@ namespace tandem::geometry {
 
 struct OnTriangle {
   Vec3 from_a;  ///< closest point − corner a
-  int feature;  ///< place of that point: 0: face; 1..3: edges ab, bc, ca; 4..6: corners a, b, c
+  int feature;  ///< part that contains this point: 0: face; 1..3: edges ab, bc, ca; 4..6: corners a, b, c
 };
 
-/// Returns the point of the triangle a, a + ab, a + ac that is closest to a + ap, and the feature on which it lies. A
-/// triangle without area is treated as its edges.
+/// Returns the point of the triangle with corners a, a + ab and a + ac that is closest to the point a + ap, and the
+/// feature (face, edge or corner) that contains it. A triangle without area is treated as its three edges.
 ///
 /// Source  Ericson, "Real-Time Collision Detection", 2005, §5.1.5 (Voronoi regions)
 inline OnTriangle closest_on_triangle(const Vec3& ab, const Vec3& ac, const Vec3& ap) noexcept {

@@ -103,7 +103,7 @@ bool read_vertices(std::span<const std::uint8_t> block, const Vec3& low, const V
 std::vector<std::uint8_t> coded_corners(const std::vector<Triangle>& triangles) {
   std::vector<std::int32_t> behind;
   behind.reserve(kColumns * triangles.size());
-  int next = 0;  // first vertex that no earlier triangle used
+  int next = 0;  // lowest index of the vertices that no earlier triangle used
   for (const Triangle& triangle : triangles) {
     for (const int corner : triangle) {
       behind.push_back(next - corner);
@@ -113,7 +113,7 @@ std::vector<std::uint8_t> coded_corners(const std::vector<Triangle>& triangles) 
   return planes_of(behind);
 }
 
-/// Decodes the corners of triangles. Returns false if an index is out of range or a vertex is unused.
+/// Decodes the corners of triangles. Returns false if an index is out of range or if a vertex is in no triangle.
 bool read_corners(std::span<const std::uint8_t> block, int vertices, std::vector<Triangle>& triangles) {
   const std::vector<std::int32_t> behind = values_of(block);
   auto next_number = behind.begin();

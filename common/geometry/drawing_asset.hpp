@@ -14,8 +14,8 @@ namespace tandem::geometry {
 /// Kind of this asset in the list of assets that a server sends.
 inline constexpr const char* kDrawingAssetKind = "drawing";
 inline constexpr std::uint32_t kDrawingAssetVersion = 1;
-/// Maximum numbers of triangles of the coarsest, the middle and the finest level. Each of the two coarser levels is
-/// created only if the mesh has at least twice as many triangles as its limit.
+/// Maximum numbers of triangles of the coarsest, the middle and the finest level. A coarser level is created only if
+/// the mesh has at least twice as many triangles as the limit of that level.
 inline constexpr std::size_t kDrawingLevels[] = {4'000, 60'000, 600'000};
 inline constexpr std::size_t kMaxDrawingTriangles = kDrawingLevels[2];
 inline constexpr std::size_t kMaxDrawingVertices = 3 * kMaxDrawingTriangles;
@@ -27,11 +27,11 @@ std::vector<ShadedMesh> drawing_levels(const TriangleMesh& mesh);
 
 /// Encodes one level of detail.
 ///
-/// Model   Little-endian: "TDRW", version; lowest corner and size of the mesh's bounding box as float32 [m]; numbers of
-///         vertices and triangles; three blocks (packing.hpp); a checksum. Vertices are in the order of their first
-///         use. Block 1: vertices on a grid of 2¹⁶ steps per axis, each stored as its difference from the previous one.
-///         Block 2: normals as octahedral coordinates of one byte each, accurate to 1°. Block 3: each triangle corner
-///         as the index of the first vertex not used yet minus its own index
+/// Model   The bytes are little-endian: "TDRW", version; lowest corner and size of the mesh's bounding box as float32
+///         [m]; numbers of vertices and triangles; three blocks (packing.hpp); a checksum. Vertices are in the order of
+///         their first use. Block 1: vertices on a grid of 2¹⁶ steps per axis, each stored as its difference from the
+///         previous one. Block 2: normals as two octahedral coordinates of one byte each, accurate to 1°. Block 3: each
+///         triangle corner, stored as the lowest unused vertex index minus its own index
 /// Source  normals: Cigolle et al., "A survey of efficient representations for independent unit vectors", JCGT 3(2),
 ///         2014
 /// Fails   std::invalid_argument: no triangle, more than the limits above, an index out of range, or a coordinate that

@@ -24,7 +24,7 @@ struct HalfEdge {
   int side = 0;  ///< side of the triangle, from corner `side` to the next corner
 };
 
-/// All half-edges of a mesh in a fixed order, in which those of the same edge are adjacent.
+/// All half-edges of a mesh, grouped by edge, in an order that depends only on the mesh.
 class EdgeUses {
  public:
   explicit EdgeUses(const TriangleMesh& mesh);
@@ -61,10 +61,10 @@ std::vector<MeshEdge> mesh_edges(const TriangleMesh& mesh);
 std::vector<std::size_t> parts_by_vertices(const TriangleMesh& mesh);
 
 /// Returns the connected regions of the selected triangles, in the order of their first triangles. Two triangles are
-/// connected by an edge if no third triangle uses it and they traverse it in opposite directions. Their orientations
-/// are then consistent.
+/// connected by an edge under two conditions: no third triangle uses the edge, and both traverse it in opposite
+/// directions. The orientations of a region are then consistent.
 ///
-/// In      edges  edge numbers of each triangle, starting at its first corner; the numbering is arbitrary
+/// In      edges  edge numbers of each triangle, starting at its first corner; any numbering of the edges
 std::vector<std::vector<int>> regions_by_edges(const TriangleMesh& mesh,
                                                std::span<const std::array<std::uint32_t, 3>> edges,
                                                const std::vector<bool>& is_one_of_them);

@@ -22,17 +22,17 @@ namespace {
 /// Limit of coordinates. Larger ones would make squared areas overflow in single precision.
 constexpr double kMaxCoordinate_m = 1e12;
 
-// A part with borders counts as a solid with holes if the area that closes them is less than this fraction of its
-// surface. Typical fractions are 1/3 to 1/2 for a cup, 1/10 for a section of pipe that is ten times as long as wide,
-// and 1/1000 for a scan.
+// A part with borders counts as a solid with holes if closing the holes takes less than this fraction of its surface
+// area. Typical fractions are 1/3 to 1/2 for a cup, 1/10 for a section of pipe that is ten times as long as wide, and
+// 1/1000 for a scan.
 constexpr double kHoleShare = 0.05;
-// A part has no space inside if the ratio of its volume to its area^1.5 is below kRoomShare. For an object of the size
-// of a hand this is a thickness of 0.25 µm, the rounding error of two coincident surfaces. If edges are unpaired,
-// kUnpairedRoomShare is used, so that a plate of 10 µm has no space inside either.
+// A part encloses no space if the ratio of its volume to its area^1.5 is below kRoomShare. For a hand-sized object,
+// this is a thickness of 0.25 µm, the rounding error of two coincident surfaces. If edges are unpaired,
+// kUnpairedRoomShare is used instead. A plate of 10 µm then counts as enclosing no space, too.
 constexpr double kRoomShare = 1e-6, kUnpairedRoomShare = 1e-4;
 
-// Maximum number of closed parts whose nesting is determined. All pairs are compared, which takes two seconds if each
-// part contains the next one.
+// Maximum number of closed parts whose nesting is determined. All pairs of parts are compared. In the worst case, where
+// each part contains the next one, this takes two seconds.
 constexpr std::size_t kMaxParts = 5000;
 constexpr int kMaxRounds = 8;
 
@@ -110,8 +110,9 @@ HoleMeasures measured(const TriangleMesh& mesh, const std::vector<int>& loop) {
 bool has_small_holes(const TriangleMesh& mesh, const MeshPart& part, double area_m2) {
   double holes = 0;
   for (const auto& loop : part.borders) {
-    // The area that closes a hole is at most that of a disc with the hole's perimeter, and at most that of the
-    // triangles to the border's centre. The first bound fails for a jagged border or a slit, whose perimeter is long.
+    // Two bounds of the area that closes a hole: a disc with the hole's perimeter, and the triangles to the border's
+    // centre. The smaller one is used. The disc is much too large for a jagged border or a slit, whose perimeter is
+    // long.
     const HoleMeasures hole = measured(mesh, loop);
     holes += std::min(hole.perimeter_m * hole.perimeter_m / (4 * std::numbers::pi), hole.area_m2);
   }
@@ -124,7 +125,7 @@ bool is_solid(const TriangleMesh& mesh, const MeshPart& part) {
   return !has_no_room(measures.between_m3, measures.area_m2) && has_small_holes(mesh, part, measures.area_m2);
 }
 
-/// Determines which closed parts contain each other, and which parts are inside out.
+/// Determines which closed parts lie inside other closed parts, and which parts are inside out.
 class Nesting {
  public:
   Nesting(TriangleMesh& mesh, const std::vector<MeshPart>& parts) : mesh_(mesh), parts_(parts) {
@@ -133,9 +134,9 @@ class Nesting {
     for (std::size_t outer = 0; outer < parts.size(); ++outer) find_inside(outer);
   }
 
-  /// Reverses inside-out parts that no other part contains, together with the parts inside them, so that cavities
-  /// remain cavities.
-  /// Out     number of parts reversed
+  /// Reverses the inside-out parts that no other part contains. The parts inside a reversed part are reversed too, so
+  /// that cavities remain cavities.
+  /// Out     number of inside-out parts that were reversed
   std::size_t turn_inside_out() {
     std::size_t turned = 0;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
@@ -149,12 +150,12 @@ class Nesting {
     return turned;
   }
 
-  /// Returns whether the outermost part around this part is inside out. A part without another one around it is its own
+  /// Returns whether the outermost part around this part is inside out. A part outside of all others is its own
   /// outermost part.
   bool is_inside_out(std::size_t part) const { return measures_[outermost(part)].volume_m3 < 0; }
 
-  /// Returns the number of parts that have the same orientation as the part around them. There is then material inside
-  /// material instead of a cavity.
+  /// Returns the number of parts with the same orientation as the part around them. Such a part is material inside
+  /// material, and not a cavity.
   std::size_t buried() const {
     std::size_t count = 0;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
@@ -180,7 +181,7 @@ class Nesting {
       const auto corner = mesh_.triangles[static_cast<std::size_t>(parts_[inner].triangles.front())][0];
       const double distance = tree->signed_distance_m(mesh_.vertices[static_cast<std::size_t>(corner)]);
       if ((distance < 0) != (out.volume_m3 > 0)) continue;
-      // Among the parts that contain a part, the smallest is stored.
+      // If several parts contain a part, the smallest of them is stored.
       int& container = container_[inner];
       const bool is_closer =
           container == kNone ||
@@ -213,8 +214,8 @@ void close_holes(ContactMesh& result, std::vector<MeshPart>& parts) {
                          counted(result.mesh.triangles.size() - before, "triangle", "triangles"));
 }
 
-/// Closes slits: holes without area, at which a vertex lies on the edge of a triangle that does not use this vertex. No
-/// surface is missing there.
+/// Closes slits: holes without area. At a slit, a vertex lies on the edge of a triangle that does not use this vertex.
+/// No surface is missing there.
 void close_slits(ContactMesh& result, std::vector<MeshPart>& parts) {
   const double widest_m = weld_tolerance_m(result.mesh);
   std::size_t closed = 0;
@@ -229,7 +230,7 @@ void close_slits(ContactMesh& result, std::vector<MeshPart>& parts) {
   if (closed == 0) return;
   result.notes.push_back(counted(closed, "slit", "slits") + " without width closed");
   // The triangles that close slits have no area. Welding removes them and divides the triangles across the slit. The
-  // notes of this welding are discarded, because they would repeat earlier ones.
+  // notes of this welding would repeat earlier ones, so they are discarded.
   std::vector<std::string> repeated;
   weld(result.mesh, repeated);
   parts = connect(result.mesh, repeated);
@@ -276,8 +277,8 @@ bool is_within(const TriangleMesh& mesh, const MeshPart& part, const WindingNumb
   });
 }
 
-/// Moves inside-out solids that are within `others` to `others`. If there are more than kMaxParts solids, all are
-/// moved.
+/// Moves the inside-out solids that lie within `others` from `solids` to `others`. If there are more than kMaxParts
+/// solids, all of them are moved.
 void leave_cavities(TriangleMesh& mesh, std::vector<MeshPart>& solids, std::vector<MeshPart>& others) {
   std::vector<bool> stays(solids.size(), solids.size() > kMaxParts);
   if (solids.size() <= kMaxParts) {
@@ -295,8 +296,8 @@ void leave_cavities(TriangleMesh& mesh, std::vector<MeshPart>& solids, std::vect
 }
 
 /// Moves the parts that are solids on their own from `parts` to the result. Closes their holes, orients them outwards
-/// and reports them. An inside-out solid within unpaired parts is a cavity of these parts and remains in `parts`. If
-/// there are unpaired parts and more than kMaxParts solids, all parts remain.
+/// and reports them. An inside-out solid within unpaired parts is a cavity of these parts and remains in `parts`. All
+/// parts remain if some are unpaired and there are more than kMaxParts solids.
 std::vector<MeshPart> extract_solids(ContactMesh& result, std::vector<MeshPart>& parts) {
   const auto first = std::stable_partition(parts.begin(), parts.end(), [&](const MeshPart& part) {
     return part.is_unpaired || !is_solid(result.mesh, part);
@@ -321,7 +322,7 @@ std::vector<MeshPart> extract_solids(ContactMesh& result, std::vector<MeshPart>&
   return solids;
 }
 
-/// The parts that are not solids on their own, taken together, and the classification of their triangles.
+/// The parts that are not solids on their own, combined in one mesh, and the classification of their triangles.
 struct Enclosed {
   TriangleMesh whole;  ///< mesh of all these parts, one after another
   std::vector<Side> sides;
@@ -337,16 +338,16 @@ Enclosed enclosed_by(const TriangleMesh& mesh, const std::vector<MeshPart>& othe
   enclosed.inner = part_of(enclosed.whole, inner_of(others, enclosed.sides));
   enclosed.surface = part_of(enclosed.whole, those_of(enclosed.sides, Side::kBorder));
   if (enclosed.surface.triangles.empty()) return enclosed;
-  // Without the inner triangles more edges can be paired. The notes of this welding are discarded, because they would
-  // repeat earlier ones.
+  // Without the inner triangles more edges can be paired. The notes of this welding would repeat earlier ones, so they
+  // are discarded.
   std::vector<std::string> repeated;
   weld(enclosed.surface, repeated);
   enclosed.parts = connect(enclosed.surface, repeated);
   return enclosed;
 }
 
-/// Returns, for each part of the surface, whether it encloses no space although its triangles are classified as
-/// borders. Such a part has an opening, or its sides coincide.
+/// Returns for each part of the surface whether it encloses no space although its triangles were classified as borders.
+/// Either the part has an opening, or its two sides coincide.
 std::vector<bool> without_inside(const TriangleMesh& mesh, const std::vector<MeshPart>& solids,
                                  const Enclosed& enclosed) {
   std::vector<bool> are_open;
@@ -362,8 +363,8 @@ std::vector<bool> without_inside(const TriangleMesh& mesh, const std::vector<Mes
   return are_open;
 }
 
-/// Moves parts from `others` to the result if without_inside() is true for most of their border area. These parts are
-/// open.
+/// Moves the open parts from `others` to the result. A part is open if without_inside() is true for most of its border
+/// area.
 std::vector<MeshPart> extract_open(const TriangleMesh& mesh, const std::vector<MeshPart>& solids,
                                    std::vector<MeshPart>& others, const Enclosed& enclosed) {
   const std::vector<bool> are_open = without_inside(mesh, solids, enclosed);
@@ -416,13 +417,13 @@ void keep_as_sheet(ContactMesh& result, const std::vector<MeshPart>& solids, con
   result.mesh = part_of(result.mesh, triangles_of(solids));
 }
 
-/// Divides the parts that are not solids on their own. Triangles with the inside on one side form a solid. Parts with
-/// an opening, and triangles with the outside on both sides, form a sheet.
+/// Divides the parts that are not solids on their own. Triangles with the inside on one side become a solid. Parts with
+/// an opening, and triangles with the outside on both sides, become a sheet.
 void divide_by_winding(ContactMesh& result, const std::vector<MeshPart>& solids, std::vector<MeshPart> others) {
   Enclosed enclosed = enclosed_by(result.mesh, others);
   std::vector<MeshPart> open_parts;
-  // After open parts are removed, other parts may no longer enclose space. The search for open parts is therefore
-  // repeated.
+  // The removal of open parts may open other parts, which enclosed space together with them. The search for open parts
+  // is therefore repeated.
   for (int round = 0; round < kMaxRounds; ++round) {
     std::vector<MeshPart> taken = extract_open(result.mesh, solids, others, enclosed);
     if (taken.empty()) break;
@@ -439,8 +440,8 @@ void divide_by_winding(ContactMesh& result, const std::vector<MeshPart>& solids,
         counted(inner, "triangle inside the solid is left out", "triangles inside the solid are left out"));
   }
   if (!border.empty()) {
-    // Only closed parts are reversed individually. Open parts are closed by inner triangles, so their orientation
-    // relative to these must not change.
+    // Only closed parts are reversed individually. Inner triangles close the open parts, so the orientation of open
+    // parts relative to these triangles must not change.
     std::erase_if(enclosed.parts, std::not_fn(is_closed));
     if (enclosed.parts.size() <= kMaxParts) {
       note_turned(result, Nesting(enclosed.surface, enclosed.parts).turn_inside_out());

@@ -1,6 +1,6 @@
 // Mesh repair. Meshes from files may have seams, holes or flipped patches, or may be inside out. Contact requires a
-// solid with a defined inside, or a sheet. Repair produces one of them and reports its changes, or fails with the
-// reason.
+// solid with a defined inside, or a sheet. Repair makes a solid or a sheet and reports its changes, or fails and
+// reports the reason.
 #pragma once
 
 #include <cstdint>
@@ -15,18 +15,19 @@ namespace tandem::geometry {
 /// kSolid: a closed surface that encloses a volume. kSheet: an open surface, with contact from both sides.
 enum class SurfaceKind : std::uint8_t { kSolid, kSheet };
 
-/// Classification of one part of a mesh, or of several parts that have the same one.
+/// Classification of one part of a mesh, or of several parts with the same classification.
 struct PartReport {
   SurfaceKind kind = SurfaceKind::kSolid;
   std::size_t triangles = 0;
-  std::size_t parts = 1;  ///< number of parts with this classification
+  std::size_t parts = 1;  ///< number of parts that this report describes
   double volume_m3 = 0;   ///< volume of a solid; 0 for a sheet
   std::size_t holes = 0;  ///< for a solid: number of holes that were closed; for a sheet: number of open borders
   std::string why;        ///< reason for the classification, for users
 };
 
 /// A mesh from which contact assets can be built. It is welded, has no degenerate or duplicate triangles, and is
-/// consistently oriented where that is possible. The normals of a solid point outwards, and its small holes are closed.
+/// consistently oriented unless its surface is not orientable. The normals of a solid point outwards, and its small
+/// holes are closed.
 struct ContactMesh {
   TriangleMesh mesh;
   SurfaceKind kind = SurfaceKind::kSolid;
@@ -34,7 +35,7 @@ struct ContactMesh {
   TriangleMesh sheet{};            ///< open parts, if the mesh also has a solid
   /// Triangles that continue the surface inside the solid; they are used only for its winding number
   TriangleMesh inner{};
-  std::vector<PartReport> parts{};  ///< one report for all parts that are classified alike; most triangles first
+  std::vector<PartReport> parts{};  ///< one report for each kind of part, sorted by decreasing number of triangles
 };
 
 /// Reason why a mesh cannot be used for contact, with the remedy.
@@ -44,14 +45,14 @@ class MeshError : public std::runtime_error {
 };
 
 /// Repairs a mesh. If edges are unpaired, the winding number classifies the two sides of each triangle. Inner walls are
-/// then removed, and flipped triangles are reversed. Triangles with the outside on both sides become sheets, and so do
-/// enclosures with an opening.
+/// then removed, and flipped triangles are reversed. Triangles with the outside on both sides become a sheet. Parts
+/// with an opening become a sheet, too.
 ///
 /// Fails   MeshError: no triangle is left, a vertex is not finite, an index is out of range, or there are too many
 ///         parts
 ContactMesh repaired(const TriangleMesh& mesh);
 
-/// Returns one mesh with the triangles of both meshes, which share no vertices.
+/// Returns one mesh with the triangles of both meshes. Vertices at the same position are not merged.
 TriangleMesh joined(TriangleMesh mesh, const TriangleMesh& other);
 /// Returns one mesh with the solid and the sheet.
 TriangleMesh all_of(const ContactMesh& mesh);

@@ -1,4 +1,4 @@
-// Compact encodings for mesh assets: variable-length integers, unit vectors as two numbers, and blocks compressed by
+// Compact encodings for mesh assets: integers of variable length, unit vectors as two numbers, and blocks compressed by
 // zstd.
 #pragma once
 
@@ -17,8 +17,8 @@ void append_number(std::vector<std::uint8_t>& bytes, std::int32_t value);
 /// Reads an integer written by append_number(). A read past the end returns 0 and makes the reader's ok() false.
 std::int32_t pop_number(ByteReader& reader);
 
-/// Splits integers into byte planes: all lowest bytes first, then all second bytes, and so on. Integers of similar size
-/// become more compressible this way.
+/// Splits integers into byte planes: all lowest bytes first, then all second bytes, and so on. Planes of similar
+/// integers compress better than the integers themselves.
 std::vector<std::uint8_t> planes_of(std::span<const std::int32_t> values);
 std::vector<std::int32_t> values_of(std::span<const std::uint8_t> planes);
 
@@ -34,8 +34,8 @@ Vec3 direction_of(double x, double y);
 ///
 /// In      packing_level  compression level of zstd, 1 to 22; 0: not compressed
 void append_block(std::vector<std::uint8_t>& bytes, std::span<const std::uint8_t> raw, int packing_level);
-/// Reads and decompresses the next block. Returns nothing if the block is damaged or longer than `limit_bytes`, which
-/// therefore bounds the allocated memory.
+/// Reads and decompresses the next block. Returns nothing if the block is damaged or longer than `limit_bytes`. The
+/// limit also bounds the allocated memory.
 std::optional<std::vector<std::uint8_t>> read_block(ByteReader& reader, std::size_t limit_bytes);
 
 }  // namespace tandem::geometry

@@ -30,7 +30,7 @@ class PartSides::Cells {
   enum class Kind : std::uint8_t {
     kFace,      ///< the inside is behind the triangle, the outside in front
     kInner,     ///< the inside is on both sides
-    kUncertain  ///< any other case: the winding number must be queried
+    kUncertain  ///< any other case: a query must compute the winding number
   };
 
   Cells(const TriangleMesh& mesh, WindingNumber winding, const TriangleTree& tree, const EdgesOfTriangles& edges,
@@ -65,8 +65,8 @@ class PartSides::Cells {
 
   bool is_inside(const Vec3& p_S) const noexcept { return std::abs(winding_.at(p_S)) > 0.5; }
 
-  /// Returns the kind of the cell at a point. In an open mesh, kInner is replaced by kUncertain, because beside a hole
-  /// the winding number changes without a triangle.
+  /// Returns the kind of the cell at a point. In an open mesh, kUncertain replaces kInner. Beside a hole, the winding
+  /// number passes ½ without a triangle, so two inner sides are not certain.
   Kind at(std::size_t triangle, const Vec3& p_S) const noexcept {
     const Corners corners = corners_of(mesh_, triangle);
     const Vec3 ab = corners[1] - corners[0], ac = corners[2] - corners[0], ap = p_S - corners[0];
@@ -93,9 +93,8 @@ class PartSides::Cells {
 
  private:
   static constexpr double kBeside = 1e-5, kToTheRim = 0.8;
-  /// Cells are divided until they are short enough, in fractions of the mesh's diagonal. Cells up to kFinest are not
-  /// divided. Cells up to kDoubtful are not divided if only a winding number close to ½ (within kDoubt) makes them
-  /// ambiguous.
+  /// Limits of cell sizes, as fractions of the mesh's diagonal. Ambiguous cells are divided until they are at most
+  /// kFinest. Cells up to kDoubtful are not divided if their only ambiguity is a winding number within kDoubt of ½.
   static constexpr double kFinest = 1.0 / 128, kDoubtful = 1.0 / 16;
   static constexpr double kDoubt = 0.2;
   static constexpr std::size_t kRegionSamples = 16;  ///< number of samples in a connected region
@@ -104,7 +103,7 @@ class PartSides::Cells {
     Kind kind = Kind::kUncertain;
     std::uint32_t first_quarter = 0;  ///< index of the first of four quarters; 0: not divided
   };
-  /// A triangle, or a side or corner of one, at which the classification of neighbouring cells may change.
+  /// A triangle, or only its side or corner, at which the classification of neighbouring cells may change.
   struct Obstacle {
     Corners corners;
     int count;
@@ -124,8 +123,8 @@ class PartSides::Cells {
     return is_end;
   }
 
-  /// Classifies a connected region that meets no other triangle, by samples. If the samples differ, each triangle is
-  /// divided into cells.
+  /// Classifies a connected region that meets no other triangle by a few samples. If the samples differ, the region's
+  /// triangles are divided into cells.
   void decide(const std::vector<int>& region) {
     std::array<bool, 3> is_found{};
     Kind kind = Kind::kUncertain;
@@ -187,8 +186,8 @@ class PartSides::Cells {
     bool is_doubtful = false;  ///< a winding number is close to ½ and may cross ½ elsewhere in the cell
   };
 
-  /// Samples the middle of a cell. Points near its corners and the middles of its sides are sampled too, unless
-  /// `at_middle_only` is set and the result is clear.
+  /// Samples the middle of a cell. Points near its corners and the middles of its sides are sampled too, except if
+  /// `at_middle_only` is set and the first result is clear.
   CellSample sample_cell(const Corners& corners, bool at_middle_only) const {
     const Vec3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).stableNormalized();
     const Vec3 step = kBeside * size_m_ * normal;

@@ -1,5 +1,5 @@
-// Classifies the two sides of the triangles of a part that crosses itself or has unpaired edges. Used only by the union
-// of parts.
+// Classifies the two sides of the triangles of a part that crosses itself or has unpaired edges. Used only to compute
+// the union of parts.
 #pragma once
 
 #include <array>
@@ -17,14 +17,14 @@ using EdgesOfTriangles = std::vector<std::array<std::uint32_t, 3>>;
 
 /// Distance below which triangles are treated as touching, as a fraction of the mesh's diagonal.
 inline constexpr double kTouching = 1e-7;
-/// Limit of the work for one mesh, and the work of operations in the same unit. The limit is some seconds. Finding a
-/// triangle near another one costs 1. Testing whether two triangles meet within a cell costs kWorkPerMeeting. A query
-/// of the winding number costs kWorkPerSample.
+/// Limit of the work for one mesh, which takes some seconds, and the work of single operations in the same unit.
+/// Finding a triangle near another one counts as 1. Testing whether two triangles meet within a cell counts as
+/// kWorkPerMeeting. A query of the winding number counts as kWorkPerSample.
 inline constexpr std::size_t kMaxWork = 40'000'000, kWorkPerMeeting = 4, kWorkPerSample = 400;
 
 /// Classifies both sides of every point on the triangles of a mesh as inside or outside. A connected region that meets
-/// no other triangle has one classification. Triangles that meet others or have unpaired edges are divided into cells,
-/// until only a small area is ambiguous.
+/// no other triangle has one classification. Triangles that meet others or have unpaired edges are divided into cells
+/// until only a small area remains ambiguous.
 ///
 /// Thread  any number at the same time; a query allocates nothing
 class PartSides {

@@ -9,7 +9,7 @@ double cross(const Vec2& a, const Vec2& b) noexcept {
   return a.x() * b.y() - a.y() * b.x();
 }
 
-/// Polygon of an intersection. Clipping a triangle or a piece by another one adds at most one corner an edge.
+/// Polygon of an intersection. Each edge of the other polygon adds at most one corner when it clips this polygon.
 using Clipped = boost::container::static_vector<Vec2, 2 * kMaxConvexCorners + 2>;
 
 /// Keeps the part of `polygon` on the left of the line from a to b.
@@ -42,7 +42,7 @@ bool is_ear(const std::vector<Vec2>& polygon, std::size_t i) {
   return true;
 }
 
-/// Returns whether the inner parts of two segments cross.
+/// Returns whether two segments cross between their ends.
 bool do_cross(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) noexcept {
   const double of_c = cross(b - a, c - a), of_d = cross(b - a, d - a);
   const double of_a = cross(d - c, a - c), of_b = cross(d - c, b - c);
@@ -53,7 +53,7 @@ bool crosses_itself(std::span<const Vec2> polygon) {
   const std::size_t n = polygon.size();
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = i + 2; j < n; ++j) {
-      if (i == 0 && j == n - 1) continue;  // neighbours
+      if (i == 0 && j == n - 1) continue;  // neighbouring sides meet at a corner and do not cross
       if (do_cross(polygon[i], polygon[i + 1], polygon[j], polygon[(j + 1) % n])) return true;
     }
   }
@@ -103,7 +103,7 @@ std::vector<Triangle2> triangulate(std::span<const Vec2> polygon) {
   return triangles;
 }
 
-/// Returns whether every corner turns left, and the corners go around once.
+/// A polygon is convex if every corner turns left and the corners go around only once.
 bool is_convex(std::span<const Vec2> polygon) noexcept {
   const std::size_t n = polygon.size();
   int down = 0;

@@ -1,5 +1,5 @@
-// Pseudo-normals of faces, edges and corners. A pseudo-normal gives the correct side for every point to which its
-// feature is the nearest.
+// Pseudo-normals of faces, edges and corners of a mesh. If a feature is the nearest one to a point, the sign of the
+// point's offset along the pseudo-normal tells inside from outside.
 #include <algorithm>
 #include <cmath>
 
@@ -24,8 +24,8 @@ void TriangleTree::sum_corner_normals(const TriangleMesh& mesh) {
 }
 
 void TriangleTree::sum_edge_normals(const TriangleMesh& mesh) {
-  // An edge in a linked list of all edges with the same smaller vertex. A list has about three edges, whatever the size
-  // of the mesh.
+  // Edges are found in linked lists, one list for each vertex. The list of a vertex contains the edges to vertices with
+  // a larger index. It has about three edges, for any size of the mesh.
   struct Edge {
     std::uint32_t larger_vertex;
     std::uint32_t next;  ///< next edge with the same smaller vertex

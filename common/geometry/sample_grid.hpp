@@ -1,4 +1,4 @@
-// Surface samples in a spatial hash, which can be searched while samples are added.
+// Spatial hash of surface samples. Samples can be added between searches.
 #pragma once
 
 #include <cmath>
@@ -10,7 +10,7 @@
 
 namespace tandem::geometry {
 
-/// A candidate for a sample of a point shell.
+/// A point on a surface with its normal: a candidate for a point of a point shell.
 struct SurfaceSample {
   Eigen::Vector3f p_S = Eigen::Vector3f::Zero();
   Eigen::Vector3f normal_S = Eigen::Vector3f::Zero();
@@ -59,8 +59,8 @@ class SampleGrid {
     std::uint32_t first = kNone;  ///< first sample of the cube; kNone: the slot is free
   };
 
-  /// Packs the indices of a cube into one key, with 21 bits for each axis. Distant cubes may get the same key by
-  /// overflow. Their samples then share a list, which only costs time.
+  /// Packs the three indices of a cube into one key of 21 bits for each axis. Distant cubes may get the same key by
+  /// overflow. Their samples then share one list, which takes time but does no harm.
   static std::uint64_t key_of(const Eigen::Vector3f& cube) {
     const auto axis = [](float value) {
       return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(value))) & 0x1FFFFFU;
@@ -70,8 +70,8 @@ class SampleGrid {
 
   static std::size_t slot_of(const std::vector<Slot>& slots, std::uint64_t key) {
     const std::size_t mask = slots.size() - 1;
-    // The high half of the product depends on all bits of the key. The shift makes the low bits, which are used as the
-    // index, depend on them too.
+    // The high half of the product depends on all bits of the key. The low bits are used as the index; the shift makes
+    // them depend on all bits, too.
     const std::uint64_t product = key * 0x9E3779B97F4A7C15U;
     std::size_t at = static_cast<std::size_t>(product >> 32U ^ product >> 48U) & mask;
     while (slots[at].first != kNone && slots[at].key != key) at = (at + 1) & mask;

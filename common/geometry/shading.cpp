@@ -32,7 +32,8 @@ Vec3 area_normal(const TriangleMesh& mesh, const Triangle& corners) {
   return (at(1) - at(0)).cross(at(2) - at(0));
 }
 
-/// Assigns each corner of a face to an output vertex. There is one output vertex per input vertex and smooth surface.
+/// Assigns each corner of a face to an output vertex. An input vertex has one output vertex for each smooth surface
+/// around it.
 class SmoothGroups {
  public:
   explicit SmoothGroups(const TriangleMesh& mesh) : mesh_(mesh), first_(mesh.vertices.size(), -1) {
@@ -119,7 +120,7 @@ TriangleMesh clustered(const TriangleMesh& mesh, const Vec3& origin, double widt
     if (known.insert(made).second) out.triangles.push_back(made);
   }
   for (std::size_t i = 0; i < count; ++i) {
-    // The small diagonal term keeps the vertex close to the mean in directions that no face determines.
+    // The small diagonal term keeps the vertex close to the mean in those directions that no face determines.
     const double trace = normal_matrices[i].trace();
     const Eigen::Matrix3d held = normal_matrices[i] + 1e-3 * trace * Eigen::Matrix3d::Identity();
     const Vec3 away = trace > 0 ? Vec3(held.ldlt().solve(right[i])) : Vec3(0, 0, 0);

@@ -15,7 +15,7 @@ using ShadedMesh = std::pair<TriangleMesh, std::vector<Vec3>>;
 /// Returns the same triangles with vertex normals. Adjacent faces at an angle below 40° are shaded smoothly; a larger
 /// angle is drawn as an edge. A vertex is duplicated for each smooth surface that contains it.
 ///
-/// Model   The faces around a vertex are processed one by one. Each is added to the first group whose area-weighted
+/// Model   The faces around a vertex are processed one by one. Each face joins the first group whose area-weighted mean
 ///         normal differs from the face's normal by less than 40°
 /// In      mesh  triangles without area, or with an index out of range, are omitted
 /// Cost    linear, because a vertex has only few groups that differ by 40°
@@ -24,11 +24,11 @@ ShadedMesh shaded(const TriangleMesh& mesh);
 /// Returns a mesh for drawing with at most `most` triangles, which is neither closed nor manifold. A mesh within the
 /// limit is returned unchanged.
 ///
-/// Model   The vertices in each cell of a grid are merged. The merged vertex minimises Σ A² (n·(x − p))², which is its
-///         error relative to the planes of the faces around it, and is clamped to the cell. Triangles with two corners
-///         in the same cell are removed
-/// Source  Lindstrom, "Out-of-core simplification of large polygonal models", SIGGRAPH 2000, §3. Different from it, the
-///         cells are enlarged until the number of triangles is low enough
+/// Model   All vertices in one cell of a grid are merged. The merged vertex x minimises Σ A² (n·(x − p))², its squared
+///         distance from the planes of the faces around it (area A, normal n, point p). It is clamped to the cell.
+///         Triangles with two corners in the same cell are removed
+/// Source  Lindstrom, "Out-of-core simplification of large polygonal models", SIGGRAPH 2000, §3. In addition, we
+///         enlarge the cells until the number of triangles is low enough
 /// In      mesh  mesh with valid indices
 ///         most  some hundred or more
 /// Out     a mesh in which parts smaller than a cell have lost triangles or are missing

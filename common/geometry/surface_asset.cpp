@@ -39,7 +39,8 @@ std::string problem_of(const TriangleMesh& mesh) {
 std::array<int, 3> read_triangle(ByteReader& reader) {
   std::array<std::uint32_t, 3> corners{};
   reader.array(std::span<std::uint32_t>(corners));
-  // An index beyond the limit is replaced by −1, which is always out of range. A conversion to int could make it valid.
+  // An index beyond the limit becomes −1, which is always out of range. A plain conversion to int could yield a valid
+  // index.
   std::array<int, 3> triangle{};
   std::transform(corners.begin(), corners.end(), triangle.begin(),
                  [](std::uint32_t index) { return index < kMaxSurfaceVertices ? static_cast<int>(index) : -1; });

@@ -1,4 +1,4 @@
-// Encodes the triangles of a shape for clients, which test points against them or draw them.
+// Encodes the triangles of a shape for clients. Clients test points against the triangles or draw them.
 #pragma once
 
 #include <cstddef>
@@ -22,8 +22,9 @@ inline constexpr double kMaxSurfaceReach_m = 1000;
 
 /// Encodes a repaired mesh in single precision, which moves vertices by at most 0.1 µm within 1 m of the origin.
 ///
-/// Model   Little-endian: "TSRF", version, numbers of vertices and triangles; x y z of each vertex as float32 [m];
-///         three indices of each triangle, counter-clockwise when seen from outside; a checksum of all preceding bytes
+/// Model   The bytes are little-endian: "TSRF", version, numbers of vertices and triangles; x y z of each vertex as
+///         float32 [m]; three indices of each triangle, counter-clockwise when seen from outside; a checksum of all
+///         preceding bytes
 /// Fails   std::invalid_argument: no triangle, more triangles or vertices than the limits above, an index out of range,
 ///         or a coordinate that is not finite or too large
 std::vector<std::byte> surface_asset_bytes(const TriangleMesh& mesh);

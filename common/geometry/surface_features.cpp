@@ -5,7 +5,7 @@
 namespace tandem::geometry {
 namespace {
 
-/// Sharp edges, joined into polylines ("lines"). A line ends at corners, or is a closed loop without corners.
+/// Sharp edges, joined into polylines ("lines"). A line ends at corners, or it is a closed loop.
 class SharpLines {
  public:
   SharpLines(const SurfaceTopology& surface, double angle_rad)
@@ -88,7 +88,8 @@ class SharpLines {
   std::vector<bool> is_used_;
 };
 
-/// Accepts a sample, unless an accepted one with a normal in a similar direction is too close.
+/// Set of samples that are not too close to each other. A sample is rejected if an accepted one with a normal in a
+/// similar direction is too close.
 class SparseSamples {
  public:
   explicit SparseSamples(double apart_m) : apart_m_(static_cast<float>(apart_m)), grid_(apart_m) {}

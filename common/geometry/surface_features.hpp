@@ -28,7 +28,7 @@ struct SurfaceTopology {
 };
 
 /// Returns samples on convex edges with an angle above `angle_rad`. Samples are `spacing_m` apart along each line of
-/// edges; there are also samples at its ends, junctions and bends. Concave edges are omitted, because another surface
+/// edges. The line's ends, junctions and bends get samples, too. Concave edges are omitted, because another surface
 /// cannot touch them first.
 ///
 /// Out     samples; two of them with normals in similar directions are at least 0.4 spacings apart

@@ -7,7 +7,8 @@
 namespace tandem::geometry {
 namespace {
 
-// Number of segments of a full circle. The chords are at most R (1 − cos(π/96)) = 0.05 % of R inside the circle.
+// Number of segments of a full circle of radius R. Chords are at most R (1 − cos(π/96)) = 0.05 % of R inside the
+// circle.
 constexpr int kSegments = 96;
 
 /// Corner of a profile, given by its distance from the axis and its height.
@@ -26,8 +27,8 @@ void append_arc(std::vector<ProfilePoint>& profile, double radius_m, double z_m,
   }
 }
 
-/// Revolves a profile about z. The profile goes from the lowest point on the axis to the highest. The mesh differs from
-/// the circle by at most 0.05 % of its radius.
+/// Returns the surface of a profile that is revolved about z. The profile goes from the lowest point on the axis to the
+/// highest. The mesh differs from the exact surface by at most 0.05 % of its radius.
 TriangleMesh revolved(std::span<const ProfilePoint> profile) {
   TriangleMesh mesh;
   const auto add_vertex = [&mesh](const ProfilePoint& point, int segment) {

@@ -16,11 +16,12 @@ namespace tandem::geometry {
 /// the triangle, segments at a slightly larger distance are accepted too. A triangle without area is never crossed.
 bool meets(const std::array<Vec3, 3>& corners, const Vec3& p, const Vec3& q, double tolerance_m) noexcept;
 
-/// Returns whether two triangles cross or touch each other, with the same test for each side.
+/// Returns whether two triangles cross or touch each other. Each side of one triangle is tested against the other
+/// triangle by meets().
 bool meet(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b, double tolerance_m) noexcept;
 
 /// Returns the other triangles of a mesh that one triangle crosses or touches. A triangle that shares a vertex with it
-/// is included only if they also meet elsewhere.
+/// is included only if both also meet elsewhere.
 ///
 /// In      tree   search tree of `mesh`
 ///         near   buffer for the search, reused between calls
@@ -29,8 +30,8 @@ bool meet(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b, double tol
 std::vector<std::size_t> crossing(const TriangleMesh& mesh, const TriangleTree& tree, std::size_t triangle,
                                   double tolerance_m, std::vector<TriangleTree::Near>& near, std::size_t& work);
 
-/// Calls visit(triangle, others) for each of `triangles` in order, where `others` is the result of crossing(), until
-/// `visit` returns false. Neither the calls nor the work depend on the number of threads.
+/// Calls visit(triangle, others) for each of `triangles` in order, until `visit` returns false. `others` is the result
+/// of crossing(). The calls and the counted work do not depend on the number of threads.
 void visit_crossing(const TriangleMesh& mesh, const TriangleTree& tree, std::span<const int> triangles,
                     double tolerance_m, int threads, std::size_t& work,
                     const std::function<bool(std::size_t triangle, std::span<const std::size_t> others)>& visit);

@@ -1,4 +1,4 @@
-// The triangle mesh to which files are loaded, which repair modifies, and from which contact assets are built.
+// The triangle mesh: result of loading a file, input and output of repair, and input of contact assets.
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
-// Exact distance to a mesh. A distance grid makes millions of queries, and most of them are close to the previous one.
-// A query therefore starts with the distance to the triangle found before, and the search only verifies that no
-// triangle is nearer.
+// Exact distance to a mesh. Building a distance grid takes millions of queries, and most of them are close to the
+// previous one. A query therefore starts with the distance to the triangle found before. The search then only verifies
+// that no other triangle is nearer.
 #include "common/geometry/triangle_tree.hpp"
 
 #include <algorithm>
@@ -23,13 +23,13 @@ constexpr std::uint32_t kCountShift = 28;
 constexpr std::uint32_t kSlotMask = (1U << kCountShift) - 1U;
 constexpr std::uint32_t kMaxLeafTriangles = 2;
 constexpr int kBins = 16;
-/// Up to this level, triangles are divided by the cost of a search; below it, into halves of equal count. With 28 bits
-/// for slots, a tree has fewer than 48 + 28 levels of division. A node contains two levels.
+/// Down to this level, triangles are divided where the estimated cost of a search is lowest; below it, into halves of
+/// equal count. With 28 bits for slots, a tree has fewer than 48 + 28 levels of division. A node contains two levels.
 constexpr int kBinnedLevels = 48;
 constexpr int kStackSize = 3 * (48 + 28) / 2 + 8;
-constexpr std::uint32_t kMaxInDisk = 256;  ///< largest number of triangles that are bounded by a disk
+constexpr std::uint32_t kMaxInDisk = 256;  ///< largest number of triangles below a child that gets a disk
 /// Relative margin for rounding errors in single precision. The distance of a node takes about twelve operations with
-/// an error of at most 6e-8 each. In measurements 1e-6 was sufficient; 4e-6 is used for safety.
+/// an error of at most 6e-8 each. In measurements, a margin of 1e-6 sufficed; 4e-6 leaves a reserve.
 constexpr double kRounding = 4e-6;
 constexpr float kFar = 1e15F;
 
@@ -75,8 +75,8 @@ Box box_of(const TriangleMesh& mesh, const std::array<int, 3>& triangle) {
   return box;
 }
 
-/// Finds triangles that satisfy `is_it`, in nodes that satisfy `may_be`, at most as many as the span can hold.
-/// Out     number of triangles; if it exceeds the size of the span, some triangles are missing
+/// Collects triangles that satisfy `is_it`, in nodes that satisfy `may_be`; at most as many as the span can hold.
+/// Out     number of matching triangles; if it exceeds the size of the span, some of them are missing
 template <class Nodes, class Corners, class MayBe, class IsIt>
 std::size_t gather(const Nodes& nodes, std::uint32_t root, const Corners& corners,
                    const std::vector<std::uint32_t>& triangle_of_slot, const MayBe& may_be, const IsIt& is_it,
@@ -110,8 +110,8 @@ std::size_t gather(const Nodes& nodes, std::uint32_t root, const Corners& corner
 }  // namespace
 
 /// A node has up to four children, with links and bounding boxes in single precision, rounded outwards. A child with
-/// few triangles also has a flat disk around the middle of its box. On a fine slanted mesh the boxes extend beyond
-/// their triangles, and the disks prune more of a search above it.
+/// few triangles also has a flat disk around the middle of its box. On a fine slanted mesh, the boxes extend far beyond
+/// their triangles. The disks are tighter, so a search near the mesh can skip more children.
 struct alignas(64) TriangleTree::Node {
   std::array<Four, 3> low = {Four(kFar), Four(kFar), Four(kFar)};
   std::array<Four, 3> high = low;
@@ -142,14 +142,14 @@ struct alignas(64) TriangleTree::Node {
 
 namespace {
 
-/// A search point rounded to single precision, with the rounding error.
+/// A query point rounded to single precision, with its rounding error.
 struct RoundedPlace {
   explicit RoundedPlace(const Vec3& exact_S)
       : p_S(exact_S.cwiseMax(-kFar).cwiseMin(kFar).cast<float>()),
         off_m((exact_S - p_S.matrix().cast<double>()).norm()) {}
 
-  /// Returns the limit of least_squared() for a search within √squared_m2. A node above the limit contains no triangle
-  /// that is nearer.
+  /// Returns the limit of least_squared() in a search within the distance √squared_m2. A node above the limit has no
+  /// triangle within that distance.
   float limit_m2(double squared_m2) const {
     const double limit_m = (1 + kRounding) * (std::sqrt(squared_m2) + off_m);
     return static_cast<float>(std::min(limit_m * limit_m, static_cast<double>(std::numeric_limits<float>::max())));
@@ -165,11 +165,10 @@ struct TriangleTree::Nearest {
   double squared_m2;
   std::uint32_t slot;
   Vec3 from_a_S;  ///< closest point relative to corner a
-  int feature;    ///< place of that point: 0: face; 1..3: edges ab, bc, ca; 4..6: corners a, b, c
+  int feature;    ///< part that contains this point: 0: face; 1..3: edges ab, bc, ca; 4..6: corners a, b, c
 };
 
-/// Divides the triangles recursively, each time at the place for which the surface area heuristic gives the lowest cost
-/// of a search.
+/// Divides the triangles recursively, each time where the surface area heuristic gives the lowest cost of a search.
 struct TriangleTree::Builder {
   std::vector<Box> boxes;  ///< bounding box of each triangle
   std::vector<Eigen::Array3f> centres;
@@ -252,8 +251,8 @@ struct TriangleTree::Builder {
   }
 
   std::uint32_t subtree(std::uint32_t begin, std::uint32_t end, int level) {
-    // Building can be called off. The cost of a node is proportional to its number of triangles, so call-off points are
-    // spread over them. Every subtree with at least kCallOffEvery triangles has such a point.
+    // The user may cancel the construction at call-off points. They are spread evenly over the triangles, because the
+    // cost of a node is proportional to their number. Every subtree with at least kCallOffEvery triangles has one.
     if (begin / kCallOffEvery != end / kCallOffEvery) call_off_point();
     if (end - begin <= kMaxLeafTriangles) return kLeafBit | ((end - begin - 1U) << kCountShift) | begin;
     const std::uint32_t middle = divide(begin, end, level);
@@ -289,7 +288,7 @@ struct TriangleTree::Builder {
     Vec3 normal = Vec3::Zero();
     for (const std::uint32_t triangle : triangles) normal += doubled_area(mesh, triangle);
     if (!(normal.norm() > 0)) return;
-    // The margin makes the normal slightly longer than 1, so that it is at least 1 after rounding to single precision.
+    // The margin makes the normal slightly longer than 1. It is then at least 1 after rounding to single precision.
     normal *= (1 + kRounding / 8) / normal.norm();
     Vec3 middle;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -394,7 +393,7 @@ void TriangleTree::descend(const Vec3& p_S, Nearest& best) const noexcept {
     }
     const Node& node = nodes_[link];
     const Four squared = node.least_squared(p.p_S);
-    // Children are put on the stack in the order of their distances, so that the nearest one is on top.
+    // Children are pushed in the order of decreasing distance, so that the nearest one is on top of the stack.
     const std::size_t before = height;
     for (std::size_t i = 0; i < 4 && node.links[i] != kNone; ++i) {
       const Entry entry{node.links[i], squared[static_cast<Eigen::Index>(i)]};
@@ -457,8 +456,8 @@ std::size_t TriangleTree::within(const Eigen::AlignedBox3d& box_S, std::span<Nea
   return gather(nodes_, root_, corners_, triangle_of_slot_, may_be_in, is_in, found);
 }
 
-/// Separating-axis test: box and line are disjoint if their projections onto the cross product of the line with a
-/// coordinate axis are disjoint.
+/// Separating-axis test. A box and a line are disjoint if their projections are disjoint on the cross product of the
+/// line's direction with some coordinate axis.
 bool TriangleTree::may_cross(const Node& node, Eigen::Index child, const Vec3& p_S, const Vec3& along) noexcept {
   const auto corner = [child](const std::array<Four, 3>& of) { return Vec3(of[0][child], of[1][child], of[2][child]); };
   const Vec3 low = corner(node.low), high = corner(node.high);
@@ -477,7 +476,7 @@ std::size_t TriangleTree::crossed(const Vec3& p_S, const Vec3& along, std::span<
     for (Eigen::Index i = 0; i < 4; ++i) may[i] = may_cross(node, i, p_S, along) ? 1 : 0;
     return may;
   };
-  // A line crosses a triangle if it passes the three sides with the same sign.
+  // A line crosses a triangle if it passes all three sides in the same sense of rotation.
   const auto is_crossed = [&](const std::array<Vec3, 3>& corners) {
     const auto& [a, ab, ac] = corners;
     const Vec3 pa = a - p_S, pb = pa + ab, pc = pa + ac;

@@ -37,19 +37,19 @@ class TriangleTree {
     int triangle = -1;
     Vec3 normal_S = Vec3::Zero();  ///< angle-weighted pseudo-normal of the closest face, edge or corner; not normalised
   };
-  /// Returns the closest point of the surface, if its distance is below `limit_m`.
-  /// In      hint  triangle that is probably near, such as the result of a query nearby; −1: none
+  /// Returns the closest point of the surface; an empty result if its distance is not below `limit_m`.
+  /// In      hint  triangle that is probably near, such as the result for a neighbouring point; −1: none
   Closest closest(const Vec3& p_S, double limit_m = std::numeric_limits<double>::infinity(),
                   int hint = -1) const noexcept;
-  /// Returns the closest point, with a normal that points out of the solid. Overlapping closed parts are treated as
-  /// their union: if several parts contain `p_S`, the result is on the part in which it is deepest. A part that is
-  /// inside out is a cavity of the smallest part around it. If a part crosses itself or has unpaired edges, the winding
-  /// number classifies its sides. Triangles with the inside on both sides are ignored. For a tree not built by
-  /// of_solid() the result is that of closest().
+  /// Returns the closest point of the solid's surface, with a normal that points out of the solid. Overlapping closed
+  /// parts are treated as their union: if several parts contain `p_S`, the result is on the part in which `p_S` is
+  /// deepest. A part that is inside out is a cavity of the smallest part around it. If a part crosses itself or has
+  /// unpaired edges, the winding number classifies its sides. Triangles with the inside on both sides are ignored. For
+  /// a tree that of_solid() did not build, the result is that of closest().
   Closest closest_of_solid(const Vec3& p_S, double limit_m = std::numeric_limits<double>::infinity(),
                            int hint = -1) const noexcept;
-  /// Returns whether the tree treats parts separately: bounding boxes of parts overlap, edges are unpaired, or
-  /// triangles cross others.
+  /// Returns whether the tree treats parts separately: their bounding boxes overlap, edges are unpaired, or triangles
+  /// cross each other.
   bool may_overlap() const { return parts_ != nullptr; }
   /// A triangle of the mesh with the corners a, a + ab, a + ac.
   struct Near {
@@ -59,9 +59,9 @@ class TriangleTree {
   /// Finds triangles within `limit_m` of a point, in no particular order, at most as many as the span can hold.
   /// Out     number of triangles; if it exceeds the size of the span, some triangles are missing
   std::size_t within(const Vec3& p_S, double limit_m, std::span<Near> found) const noexcept;
-  /// Finds triangles whose bounding boxes intersect a box. The result is like that of within() for a point.
+  /// Finds triangles whose bounding boxes intersect a box, with results like those of within() for a point.
   std::size_t within(const Eigen::AlignedBox3d& box_S, std::span<Near> found) const noexcept;
-  /// Finds triangles that the line through `p_S` crosses, on both sides of `p_S`. The result is like that of within().
+  /// Finds triangles that the line through `p_S` crosses, on both sides of `p_S`, with results like those of within().
   /// Triangles parallel to the line are excluded.
   std::size_t crossed(const Vec3& p_S, const Vec3& along, std::span<Near> found) const noexcept;
   /// Returns the signed distance to a solid, which is negative inside.

@@ -10,12 +10,12 @@
 namespace tandem::geometry {
 namespace {
 
-/// Triangles are divided until their sides are below a maximum length. It starts at the longest side and is multiplied
-/// by kShorter in each step. It stays above kShortest times the longest side, and above kLong times the median width of
-/// the triangles.
+/// Triangles are divided into pieces whose sides are below a maximum length. This length starts at the longest side and
+/// is multiplied by kShorter in each step. It stays above kShortest times the longest side, and above kLong times the
+/// median width of the triangles.
 constexpr double kShortest = 1.0 / 64, kShorter = 0.8, kLong = 3;
-/// Maximum number of times that a triangle is halved, more than a side of kShortest requires. If two ends are adjacent
-/// doubles, their middle equals one of them, and only this limit ends the recursion.
+/// Maximum number of times that a triangle is halved; a side of kShortest requires fewer. If the ends of a side are
+/// adjacent doubles, its middle equals one of them. Only this limit then ends the recursion.
 constexpr int kMaxHalvings = 24;
 
 Vec3 centroid(const std::array<Vec3, 3>& corners) {
@@ -60,8 +60,8 @@ void divide(const std::array<Vec3, 3>& corners, double side_m, const Visit& visi
 }  // namespace
 
 /// Node that contains the pieces first … first + count − 1. Its children are the next node in the array and the node
-/// `second`. The integrals are over the surface of its pieces. n is the unit normal, d the vector from middle_S to dA.
-/// far_angle() evaluates them for the vector r from the query point to middle_S.
+/// `second`. The integrals are over the surface of its pieces, with the unit normal n and the vector d from middle_S to
+/// the area element dA. far_angle() evaluates them for the vector r from the query point to middle_S.
 struct WindingNumber::Node {
   Vec3 middle_S = Vec3::Zero();
   Vec3 area_m2 = Vec3::Zero();                         ///< N = ∫ n dA
@@ -77,8 +77,8 @@ struct WindingNumber::Node {
   std::uint32_t next = 0;    ///< index of the next node after this subtree
 };
 
-/// Sum of angles between −π and π. Each angle is given by a point (x, y) in its direction. The points are multiplied as
-/// complex numbers and full turns are counted, so that only one arc tangent is needed.
+/// Sum of angles between −π and π. Each angle is the direction of a point (x, y). The points are multiplied as complex
+/// numbers, and full turns are counted, so that one arc tangent suffices for the whole sum.
 struct WindingNumber::AngleSum {
   double x = 1;
   double y = 0;
@@ -176,8 +176,8 @@ void WindingNumber::build(std::uint32_t first, std::uint32_t count) {
   nodes_[at].next = static_cast<std::uint32_t>(nodes_.size());
 }
 
-/// Adds the moments of a child. The child's middle is at `e` relative to the parent's, so a vector d in the child
-/// becomes d + e in the parent.
+/// Adds the moments of a child. The child's middle is at `e` relative to the parent's middle, so a vector d from the
+/// child's middle is d + e from the parent's.
 void WindingNumber::add_moments(Node& node, const Node& child) {
   const Vec3 e = child.middle_S - node.middle_S;
   const Vec3& n = child.area_m2;
@@ -201,8 +201,8 @@ void WindingNumber::add_moments(Node& node, const Node& child) {
   cubic[9] += 2 * (e.x() * q(1, 2) + e.y() * q(0, 2) + e.z() * q(0, 1));
 }
 
-/// Adds the exact moments of a triangle. If its corners relative to the node's middle are d₀, d₁, d₂: ∫ d dA = A c and
-/// ∫ d dᵀ dA = A (Σ dᵢ dᵢᵀ + 9 c cᵀ) / 12.
+/// Adds the exact moments of a triangle of area A with the centroid c. With its corners d₀, d₁, d₂, all relative to the
+/// node's middle: ∫ d dA = A c and ∫ d dᵀ dA = A (Σ dᵢ dᵢᵀ + 9 c cᵀ) / 12.
 void WindingNumber::add_moments(Node& node, const Piece& piece) {
   const Vec3 area = area_normal(piece.first);
   node.area_m2 += area;
@@ -229,7 +229,8 @@ void WindingNumber::add_moments(Node& node, const Piece& piece) {
   cubic[9] += 2 * (area.x() * spread(1, 2) + area.y() * spread(0, 2) + area.z() * spread(0, 1));
 }
 
-/// Evaluates the series of the solid angle up to second order in d, with the moments N, M, v and S of Node:
+/// Evaluates the series of the solid angle up to second order in d, with the moments N, M, v and S of Node (r: length
+/// of r):
 /// N·r / r³ + tr M / r³ − 3 rᵀM r / r⁵ + ½ (−3 v·r / r⁵ + 15 S(r, r, r) / r⁷).
 double WindingNumber::far_angle(const Node& node, const Vec3& r, double squared) noexcept {
   const double x = r.x(), y = r.y(), z = r.z();
@@ -252,7 +253,8 @@ bool WindingNumber::add_angle(const std::array<Vec3, 3>& corners, const Vec3& p_
   const double x = all + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
   const double y = a.dot(b.cross(c));
   sum.add(x, y);
-  // On a side of the triangle x is 0, and in its interior x is negative. Both are compared with a tolerance.
+  // x is 0 if the point is on a side of the triangle, and negative if it is in the interior. Both tests have a
+  // tolerance.
   return x <= kOnShare * all && std::abs(y) <= kOnShare * all;
 }
 

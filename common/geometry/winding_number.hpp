@@ -14,17 +14,17 @@ namespace tandem::geometry {
 /// Generalised winding number of triangles that mostly face outwards. It is 1 inside a closed surface, 0 outside,
 /// between 0 and 1 near a hole, and larger where solids overlap.
 ///
-/// Model   w(p) = Σ Ω(p) / 4π, where Ω is the solid angle of each triangle. A group of triangles at a distance of more
-///         than kFar times its radius is approximated. Let r be the vector from p to the group's centre c, d the vector
+/// Model   w(p) = Σ Ω(p) / 4π, where Ω is the solid angle of each triangle. A group of triangles is approximated if its
+///         distance exceeds kFar times its radius. Let r be the vector from p to the group's centre c, d the vector
 ///         from c to a point of the group, and n the normal at that point. Then Ω = ∫ F·n dA, where F = (r + d) / |r +
 ///         d|³ is expanded as a series in d up to second order. The coefficients of the series are the moments ∫ n dA,
 ///         ∫ n d dA and ∫ n d d dA of each node
 /// Source  Jacobson, Kavan & Sorkine-Hornung, "Robust inside-outside segmentation using generalized winding numbers",
 ///         2013; Barill et al., "Fast winding numbers for soups and clouds", 2018, eq. 8 to 14; solid angle: Van
 ///         Oosterom & Strackee, "The solid angle of a plane triangle", 1983
-/// Cost    Some microseconds per query; memory of 100 bytes per piece plus its share of the tree. Triangles near the
-///         point are summed one by one, and a long triangle is near to many points. Long triangles are therefore first
-///         divided into pieces, at most kPieces times as many as there are triangles
+/// Cost    Some microseconds per query; memory of 100 bytes per piece, and the nodes of the tree. Triangles near the
+///         point are summed one by one, and a long triangle is near to many points. Long triangles are therefore
+///         divided into pieces first, at most kPieces times as many as there are triangles
 /// Thread  any number at the same time; a query allocates nothing
 class WindingNumber {
  public:
@@ -38,15 +38,15 @@ class WindingNumber {
   /// Returns the winding number at a point, accurate to kTolerance.
   ///
   /// In      excluded_triangle  a triangle to exclude, in whose plane p must lie; −1: none. At the middle of a
-  ///                            triangle, the result is then the winding number of all other triangles
-  /// Out     lies_on  whether p lies on another triangle, or closer to it than about a thousandth of its size. The
-  ///                  contribution of that triangle then depends on rounding
+  ///         triangle, the result is then the winding number of all other triangles
+  /// Out     lies_on  whether p lies on another triangle, or closer to it than about 1/1000 of the triangle's size. The
+  ///         contribution of that triangle then depends on rounding
   double at(const Vec3& p_S, int excluded_triangle = -1, bool* lies_on = nullptr) const noexcept;
 
  private:
   static constexpr double kFar = 2;
   static constexpr std::uint32_t kLeafPieces = 6;
-  /// Meshes with fewer than kMinToDivide triangles are not divided into pieces. Larger ones get at most kPieces times
+  /// Meshes with fewer than kMinToDivide triangles are not divided into pieces. Larger meshes get at most kPieces times
   /// as many pieces as triangles.
   static constexpr std::size_t kPieces = 3, kMinToDivide = 500;
   static constexpr double kOnShare = 1e-3;

@@ -1,4 +1,3 @@
-// See encoder_path.hpp.
 #include "common/haptics/encoder_path.hpp"
 
 namespace tandem::haptics {

@@ -1,4 +1,4 @@
-// Estimated path of a handle between the quantization steps of its encoders.
+// Estimates the path of a handle between the quantization steps of its encoders.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -6,14 +6,14 @@
 namespace tandem::haptics {
 
 /// Smoothest path that is consistent with the reported poses. Work must not be computed along the jumps of the reported
-/// pose: with a spring k whose end is reported in steps δ, each step would seem to give k δ²/2, whatever the true path.
+/// pose. A spring k whose end is reported in steps δ would seem to give k δ²/2 at each step, for any true path.
 ///
 /// Model   p̂_k = q_k + e, with the report q and the estimated velocity v. Each component of e = p̂_{k−1} + v T − q_k
 ///         is clamped to half a step, because the true position lies in this interval. If a report alternates between
-///         two neighbouring values, the path is at rest. With a wider interval the path would lag as the velocity
-///         estimate does, and the lag would appear as work. Rotations are treated in the same way, by rotation vectors.
-///         If the steps are 0, the path equals the reports
-/// Source  ours
+///         two neighbouring values, the path is at rest. In a wider interval, the path could lag as the velocity
+///         estimate does. The lag would appear as work. Rotations are treated in the same way, by rotation vectors. If
+///         the steps are 0, the path equals the reports
+/// Source  our derivation
 /// Thread  haptic: no allocation, no throw
 class EncoderPath {
  public:

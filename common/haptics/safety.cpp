@@ -1,4 +1,5 @@
-// See safety.hpp. One gain is used for ramp, silence and faults, so that no sequence of them causes a step of force.
+// See safety.hpp. A single gain serves start ramp, silence and faults, so that no sequence of them causes a step of
+// force.
 #include "common/haptics/safety.hpp"
 
 #include <algorithm>
@@ -10,25 +11,27 @@
 namespace tandem::haptics {
 namespace {
 
-// A wrench above this limit is treated like NaN. The limit is five orders of magnitude above any device, and sums of
-// such wrenches do not overflow.
+// A wrench above this limit is treated like NaN. The limit is 1e5 times that of any device. Sums of such wrenches do
+// not overflow.
 constexpr double kAbsurdWrench = 1e6;
 // Limits for a handle that is driven by the displayed force. Bodies that a user carries or shakes move along their
-// force at 0.5 m/s at most (ours). A device of 0.15 kg that is not held reaches 1 m/s within 15 mm under 5 N.
+// force at 0.5 m/s at most (our estimate). A device of 0.15 kg that nobody holds reaches 1 m/s within 15 mm under a
+// force of 5 N.
 constexpr double kDriving_n = 1, kDriven_m_per_s = 1;
 // Time constants after a new state ends a silence. The gain continues to fall for about kFallEnds_s. If the wrench
-// rises meanwhile, the rise is displayed with the time constant kShownAgain_s. Thus neither the force nor its slope
-// jumps.
+// rises meanwhile, the rise is displayed with the time constant kShownAgain_s. Therefore neither the force nor its
+// slope jumps.
 constexpr double kFallEnds_s = 0.006;
 constexpr double kShownAgain_s = 0.020;
 constexpr double kSteepestFall_per_s = 60;
-// Limits after a silence, because the first new states may differ much from the last one. The force rises, and a strong
-// force falls, more slowly than a perceptible step (0.3 N/ms). If the computed force has vanished in the meantime, the
-// displayed force decays within 15 ms. A gap that is nearly a silence is treated in the same way.
+// Limits after a silence, because the first new states may differ much from the last one. Both a rise of the force and
+// the fall of a strong force are slower than a perceptible step (0.3 N/ms). If the computed force has vanished in the
+// meantime, the displayed force decays within 15 ms. A gap that is almost as long as a silence is treated in the same
+// way.
 constexpr double kReturns_s = 0.5, kReturn_n_per_s = 280, kSteepestFall_n_per_s = 250, kRelease_s = 0.015;
 constexpr Duration kAlmost{std::chrono::milliseconds(15)};
-// Rate at which the force falls when the clutch is pressed: 0.1 N/ms is not perceived as a step. The torque falls at a
-// similar rate.
+// Rate at which the force falls when the clutch is pressed. Users do not perceive 0.1 N/ms as a step. The torque falls
+// at a similar rate.
 constexpr double kClutchFall_n_per_s = 100, kClutchFall_n_m_per_s = 5;
 constexpr Duration kSilencePromise{std::chrono::milliseconds(150)};
 constexpr Duration kFaultPromise{std::chrono::milliseconds(20)};
@@ -70,8 +73,8 @@ bool is_plausible(const Wrench& wrench) {
          wrench.t.cwiseAbs().maxCoeff() < kAbsurdWrench;
 }
 
-/// Returns true if the handle moves along the displayed force faster than kDriven_m_per_s. A user can move it that
-/// fast, but not in the direction of such a force.
+/// Returns true if the handle moves along the displayed force faster than kDriven_m_per_s. A user can move the handle
+/// at that speed, but not in the direction of such a force.
 bool is_driven_off(const Vec3& handle_v, const Vec3& force_on_hand) {
   const double force_n = force_on_hand.norm();
   return force_n >= kDriving_n && handle_v.dot(force_on_hand) > kDriven_m_per_s * force_n;
@@ -103,7 +106,7 @@ SafetyChain::SafetyChain(const SafetySettings& settings)
 
 Wrench SafetyChain::apply(LocalTime now, const SafetyInput& input) noexcept {
   const double since_s = advance_time(now);
-  // The ramp and the slew limit advance by at most one period; a late tick counts as exactly one.
+  // The ramp and the slew limit advance by at most one period per tick. A late tick counts as exactly one period.
   const double period_s = to_seconds(settings_.tick);
   const bool is_late = since_s > period_s + to_seconds(settings_.late_tick);
   const double elapsed_s = is_late ? period_s : since_s;
@@ -116,7 +119,7 @@ Wrench SafetyChain::apply(LocalTime now, const SafetyInput& input) noexcept {
   update_gain(input, elapsed_s, rise_s);
 
   const double share = gain_ < gain_before ? gain_ / gain_before : 1.0;
-  // When the clutch is pressed or released, the handle's speed jumps, and with it the damper force. The computed wrench
+  // When the clutch is pressed or released, the handle's speed jumps, and the damper force with it. The computed wrench
   // is therefore ignored until the decay has ended, even if the button has been released in the meantime.
   const bool is_clutched = (latched_ & kSafetyClutched) != 0;
   const bool is_usable =
@@ -125,8 +128,8 @@ Wrench SafetyChain::apply(LocalTime now, const SafetyInput& input) noexcept {
   shown_force_ = risen(shown_force_, rise_s);
   shown_torque_ = risen(shown_torque_, rise_s);
   const Wrench target{input.wrench.f * (gain_ * shown_force_), input.wrench.t * (gain_ * shown_torque_)};
-  // Without a usable wrench the last one is scaled with the gain. There is no step, and the result is zero when the
-  // gain is zero.
+  // Without a usable wrench, the last displayed wrench is scaled with the gain. It thus falls without a step, and is
+  // zero when the gain is zero.
   Wrench out = is_usable ? slewed(target, rise_s) : displayed_ * share;
   if (share < 1) {
     out.f = clamped_to_length(out.f, displayed_.f.norm() * share);
@@ -158,7 +161,7 @@ double SafetyChain::advance_time(LocalTime now) noexcept {
 SafetyFaults SafetyChain::present_faults(const SafetyInput& input) const noexcept {
   SafetyFaults faults = 0;
   if (!is_plausible(input.wrench)) faults |= kSafetyNotFinite;
-  // This comparison also counts a NaN speed as too fast.
+  // The comparison is negated so that a NaN speed also counts as too fast.
   if (!(input.handle_speed_m_per_s <= settings_.speed_limit_m_per_s)) faults |= kSafetyTooFast;
   if (is_driven_off(input.handle_v, displayed_.f)) faults |= kSafetyTooFast;
   if (!input.sample_is_valid) faults |= kSafetyInvalidSample;
@@ -170,7 +173,7 @@ SafetyFaults SafetyChain::present_faults(const SafetyInput& input) const noexcep
 void SafetyChain::update_gain(const SafetyInput& input, double elapsed_s, double rise_s) noexcept {
   const double gain_before = gain_;
   const double silence = silence_gain(input.state_age);
-  // A fault that ends during the decay still decays to zero. The latch is cleared only when the device has displayed
+  // A fault that ends during the decay still decays to zero. Its latch is cleared only after the device has displayed
   // zero.
   if (is_quiet() && faults_ == 0) latched_ = 0;
   if (latched_ != 0 || !input.has_state || !input.is_displaying) {
@@ -184,8 +187,8 @@ void SafetyChain::update_gain(const SafetyInput& input, double elapsed_s, double
   returning_s_ = is_gap ? kReturns_s : std::max(0.0, returning_s_ - elapsed_s);
   if (is_gap) silent_force_n_ = displayed_.f.norm();
   fall_per_s_ *= std::exp(-elapsed_s / kFallEnds_s);
-  // The silence gain falls more slowly than this bound. After a stall of the loop the bound spreads the fall over
-  // several ticks.
+  // Usually the gain of a silence falls more slowly than this bound. After a stall of the loop, the bound spreads the
+  // fall over several ticks.
   const double least = gain_before - elapsed_s / to_seconds(settings_.fault_decay);
   gain_ = std::max(std::min(gain_, silence), least);
   if (gain_ <= 0) {
@@ -194,7 +197,7 @@ void SafetyChain::update_gain(const SafetyInput& input, double elapsed_s, double
     fall_per_s_ = std::clamp((gain_before - gain_) / elapsed_s, 0.0, kSteepestFall_per_s);
   }
   faults_ |= latched_;
-  // If nothing is to be displayed, a missing state does not count as silence; an old state does.
+  // If no force is to be displayed, a missing state does not count as silence. A state that is too old does.
   const bool is_silent = (input.is_displaying && !input.has_state) || silence < 1;
   if (is_silent) faults_ |= kSafetySilence;
   if (!input.is_displaying) faults_ |= kSafetyNotDisplaying;
@@ -215,7 +218,7 @@ double SafetyChain::release_step(const SafetyInput& input, double elapsed_s) con
 double SafetyChain::silence_gain(Duration state_age) const noexcept {
   const double left_s = to_seconds(settings_.silence_zero - state_age);
   const double left = std::clamp(left_s / to_seconds(settings_.silence_zero - settings_.silence_start), 0.0, 1.0);
-  // The slope is zero at both ends, so that a silence that has only begun is hardly felt.
+  // The slope is zero at both ends, so that the user hardly feels a silence that has only begun.
   return left * left * left * (10 - 15 * left + 6 * left * left);
 }
 

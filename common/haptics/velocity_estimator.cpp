@@ -6,7 +6,7 @@
 namespace tandem::haptics {
 namespace {
 
-/// Samples in the window, relative to the newest sample and newest first, for translation or rotation.
+/// Positions or rotations of the samples in the window, relative to the newest sample. The newest is first.
 struct History {
   std::array<Vec3, VelocityEstimator::kMaxSamples> x;
   std::array<double, VelocityEstimator::kMaxSamples> age_s;  ///< age of each sample in x, ≥ 0
@@ -28,8 +28,9 @@ bool lies_on(const History& history, std::size_t window, const Vec3& mean, doubl
   return true;
 }
 
-// Fits lines by least squares over growing windows until a sample deviates from the line. A quantized position has an
-// error of at most half a step. The fit has an error of the same size, except at the ends of short windows.
+// Fits lines by least squares over growing windows until a sample deviates from the line. Quantization causes an error
+// of at most half a step. The fit has an error of the same size, except at the ends of short windows, where it is
+// larger.
 Line longest_line(const History& history, double step, std::size_t most) {
   Line line;
   if (history.count < 2) return line;

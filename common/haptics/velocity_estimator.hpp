@@ -1,5 +1,5 @@
-// Estimates the velocity of a handle whose position is quantized. A step of 0.03 mm in one period would give 30 mm/s of
-// noise.
+// Estimates the velocity of a handle whose position is quantized. A difference over one period would be too noisy: a
+// step of 0.03 mm in 1 ms appears as 30 mm/s.
 #pragma once
 
 #include <array>
@@ -11,7 +11,8 @@
 namespace tandem::haptics {
 
 /// First-order adaptive windowing: uses the longest window in which the positions lie on a line within their
-/// resolution. The window is long at rest (little noise) and short when the direction of motion changes (little delay).
+/// resolution. The window is long at rest (little noise), and short when the direction of motion changes (little
+/// delay).
 ///
 /// Source  Janabi-Sharifi, Hayward, Chen, "Discrete-time adaptive windowing for velocity estimation", IEEE T-CST
 ///         8(6), 2000

@@ -1,4 +1,4 @@
-// Coupling of a scene: the law, its coefficients, and the coefficients that currently apply to one tool.
+// Coupling of a scene: the law and its coefficients. Also computes the coefficients that currently apply to one tool.
 #pragma once
 
 #include <optional>
@@ -10,15 +10,15 @@
 
 namespace tandem::physics {
 
-/// Coupling of a scene in the form that the world uses. A copy does not allocate.
+/// Coupling of a scene in the form that the world uses. Copying it does not allocate.
 struct SceneCoupling {
   std::string_view law = haptics::kDefaultCouplingLaw;  ///< one of the names in coupling_laws()
   haptics::CouplingParameters parameters;
-  std::optional<haptics::AdaptiveFit> fit;  ///< fit for the adaptive law; not used with any other law
+  std::optional<haptics::AdaptiveFit> fit;  ///< fit of the coefficients for the adaptive law; unused with any other law
   haptics::ToolDynamics dynamics = haptics::ToolDynamics::kWithMass;
 };
 
-/// Mass that a coupling moves: the tool's, or that of the held body.
+/// Mass that a coupling moves: the mass of the tool, or of the body that the tool holds.
 struct MovedMass {
   double mass_kg = 0;
   double inertia_kg_m2 = 0;  ///< mean of the principal moments of inertia
@@ -32,9 +32,9 @@ inline MovedMass moved_mass(const MassProperties& mass, bool is_held_body) noexc
 }
 
 /// Returns the coefficients that apply to a tool. With the adaptive law they depend on the moved mass. A massless tool
-/// has no damping, because damping would keep it away from the equilibrium of spring and contact.
+/// has no damping: it moves to the equilibrium of spring and contact in each step, and damping would prevent that.
 haptics::CouplingParameters coupling_in_force(const SceneCoupling& coupling, const MovedMass& moved) noexcept;
-/// Returns whether the law determines this coefficient, so that it cannot be set.
+/// Returns whether the law determines this coefficient. Such a coefficient cannot be set by the user.
 bool is_chosen_by_law(const SceneCoupling& coupling, double haptics::CouplingParameters::*coefficient) noexcept;
 
 }  // namespace tandem::physics

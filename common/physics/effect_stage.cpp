@@ -5,8 +5,8 @@
 namespace tandem::physics {
 namespace {
 
-/// Limit of the damping of a fluid around a massless tool, as a share of m/h of the owner. The reaction on the owner
-/// acts one step late. Up to this limit it slows the owner without reversing its motion.
+/// Limit of the damping of a fluid around a massless tool, as a fraction of m/h of the effect's owner (mass m, step h).
+/// The reaction on the owner acts one step late. Up to this limit it slows the owner without reversing its motion.
 constexpr double kLateShare = 0.25;
 
 bool can_move(const TouchThing& thing) {
@@ -23,7 +23,7 @@ double bound_of(const Eigen::Matrix3d& matrix) {
   return matrix.cwiseAbs().rowwise().sum().maxCoeff();
 }
 
-/// Mobility of a thing: acceleration per force at a point, and per torque.
+/// Mobility of an object: acceleration per force at a point, and angular acceleration per torque.
 struct Mobility {
   Eigen::Matrix3d linear = Eigen::Matrix3d::Zero();   ///< [1/kg]
   Eigen::Matrix3d angular = Eigen::Matrix3d::Zero();  ///< [1/(kg m²)]
@@ -39,7 +39,7 @@ Mobility mobility_at(const TouchThing& thing, const Vec3& p_W) {
   return {linear + cross.transpose() * inverse_inertia * cross, inverse_inertia};
 }
 
-/// Returns the mobility of a massless tool. A force f moves it by f/k within the step, as it would move a mass k h².
+/// Returns the mobility of a massless tool. A force f moves it by f/k within the step h, as it would move a mass k h².
 Mobility mobility_of(const Joint& tether, double step_s) {
   constexpr double kLeast = 1e-9;  // lower limit, used if a stiffness is zero
   const double squared = step_s * step_s;
@@ -47,7 +47,7 @@ Mobility mobility_of(const Joint& tether, double step_s) {
           Eigen::Matrix3d::Identity() / std::max(kLeast, tether.stiffness_n_m_per_rad * squared)};
 }
 
-/// Returns the velocity of the thing's point at `p_W`, given the velocity of its centre.
+/// Returns the velocity of the object's point at `p_W`, given the velocity of the object's centre.
 Twist velocity_at(const Twist& V_WC, const TouchThing& thing, const Vec3& p_W) {
   return {V_WC.v + V_WC.w.cross(p_W - thing.rigid->centre_W()), V_WC.w};
 }
@@ -134,7 +134,7 @@ void EffectStage::apply_one(double time_s, double step_s, std::size_t index, std
   if (owner) push(step_s, things[*owner], *owner, -on_tool_W, p_WT);
 }
 
-/// Applies the reaction of the last step's fluid to the owner, and then computes the fluid of this step.
+/// Applies the reaction of the fluid of the last step to the effect's owner. Then computes the fluid of this step.
 void EffectStage::flow_round(const Meeting& meeting, const EffectInput& input, std::span<TouchThing> things,
                              TouchDrag& flow) noexcept {
   const EffectSettings& settings = meeting.effect.settings();

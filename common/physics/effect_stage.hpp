@@ -12,24 +12,25 @@ namespace tandem::physics {
 /// Applies effects as external wrenches on tools, and the opposite wrenches on the bodies that own the effects.
 ///
 /// Effects are applied one after another, each with the velocities that result from the previous ones. Overlapping
-/// dampers therefore slow a tool as one damper would and never reverse its motion. Contact forces are those of the last
-/// step. The effects of a body do not act on a tool that holds this body. If several tools hold a body, each applies an
-/// equal share of the effect.
+/// dampers therefore slow a tool as one damper would, and never reverse its motion. Contact forces are those of the
+/// last step. The effects of a body do not act on a tool that holds this body. If several tools hold a body, each
+/// transmits an equal part of an effect to it.
 ///
-/// A massless tool is displaced against the spring of its coupling; for an effect this corresponds to a mass of k h².
-/// Fluids around such a tool are included in the solution of TouchStage (TouchDrag). A wrench computed from the
-/// velocity of the last step would be unstable for b ≥ k h/2.
+/// A massless tool is displaced against the spring k of its coupling; for an effect, this corresponds to a mass of k h²
+/// (step h). TouchStage includes fluids around such a tool in its solution (TouchDrag). A drag computed from the
+/// velocity of the last step would be unstable for a damping b ≥ k h/2.
 ///
-/// Third law: the forces on tool and owner have the same line of action, through the tool's origin. For a massless tool
-/// in a fluid, the reaction on the owner is known, and acts, one step later.
+/// Third law: the forces on the tool and on the effect's owner have the same line of action, through the tool's origin.
+/// For a massless tool in a fluid, the reaction on the owner acts one step late, because it is known only after the
+/// solution.
 class EffectStage {
  public:
   EffectStage(std::span<const EffectSettings> effects, std::size_t things, std::size_t tools);
 
   bool is_empty() const { return effects_.empty(); }
-  /// Resets the state of the effects for this tool, when its user changes or leaves.
+  /// Resets the effects' state for this tool. Called when the tool's user changes or leaves.
   void forget(std::size_t tool) noexcept;
-  /// Adds the effects to `wrench_W` of implicit and external things. External things also receive them as applied
+  /// Adds the effects to `wrench_W` of implicit and external objects. External objects also receive them as applied
   /// wrenches. Allocates nothing.
   /// In      things  bodies first, in the order of the scene
   ///         tools   couplings of the tools that are coupled to a hand
@@ -49,8 +50,8 @@ class EffectStage {
   std::vector<Effect> effects_;
   std::vector<EffectMemory> memories_;  ///< index: tool · number of effects + effect
   std::vector<TouchDrag> flows_;        ///< fluid around a massless tool in the last step; same index
-  std::vector<int> hands_;              ///< number of couplings of each thing
-  std::vector<Twist> velocities_;       ///< velocities of the things' centres, including the effects applied so far
+  std::vector<int> hands_;              ///< number of couplings of each object
+  std::vector<Twist> velocities_;       ///< velocities of the centres, including the effects applied so far
 };
 
 }  // namespace tandem::physics

@@ -9,8 +9,8 @@ namespace tandem::physics {
 namespace {
 
 constexpr double kKt_kcal_per_mol = docking::kThermalEnergy_kcal_per_mol;
-/// Assumed relative growth of a repulsive energy per Å of overlap, above the knee. For r^−12 at 3 Å it is 4/Å; it is
-/// larger if an attraction is subtracted. Our choice.
+/// Assumed relative growth of a repulsive energy per Å of overlap, above the knee. For a repulsion r^−12 at 3 Å it is
+/// 4/Å, and more if an attraction is subtracted. We chose a value that covers both.
 constexpr double kSteepness_per_angstrom = 8;
 constexpr double kMinScale = 1e-12;
 
@@ -25,8 +25,8 @@ double knee(const WorldDescription& world) {
   return world.molecular_zero_kt > 0 ? std::max(knee, zero_end(world) + kKt_kcal_per_mol) : knee;
 }
 
-/// Returns the width of the knee. With it a force that grows by kSteepness_per_angstrom is limited to about a quarter
-/// of the force limit.
+/// Returns the width of the knee. With this width, a force that grows by kSteepness_per_angstrom is limited to about a
+/// quarter of the force limit.
 double knee_width(const WorldDescription& world) {
   const double newtons = std::max(kMinScale, world.newtons_per_kcal_per_mol_angstrom);
   return kKneeOfLimit * world.molecular_force_limit_n / (kSteepness_per_angstrom * newtons);
@@ -48,8 +48,8 @@ double felt_energy_kcal_per_mol(const WorldDescription& world, double energy_kca
   double felt = energy_kcal_per_mol;
   if (world.molecular_zero_kt > 0) {
     const double u = std::max(0.0, (energy_kcal_per_mol - zero_end(world)) / kKt_kcal_per_mol);
-    // The transition of one kT reduces the displayed energy by half a kT. In the zero area it has the constant value
-    // zero_end() plus this half.
+    // The zero area ends with a transition over one kT, which reduces the displayed energy by half a kT. Within the
+    // zero area, the displayed energy has the constant value zero_end() plus this half.
     felt = zero_end(world) + kKt_kcal_per_mol * (u < 1 ? 0.5 + u * u * u * (1 - u / 2) : u);
   }
   const double above = energy_kcal_per_mol - knee(world);
@@ -63,7 +63,7 @@ double soft_limit(double magnitude, double limit) {
   return limit - (limit - knee) * std::exp(-(magnitude - knee) / (limit - knee));
 }
 
-/// Two bodies that both have a molecule.
+/// Two bodies that both have a molecule, with the field between these molecules.
 struct MolecularForces::Pair {
   std::size_t a = 0;
   std::size_t b = 0;
@@ -106,7 +106,7 @@ double MolecularForces::energy_j() const {
 bool MolecularForces::add_pair(Pair& pair, std::span<const Pose> X_WB, std::span<Wrench> wrenches_W) noexcept {
   const Pose X_AB = X_WB[pair.a].inverse() * X_WB[pair.b];
   const docking::FieldResult result = pair.field.evaluate({X_AB.p / world_->metres_per_angstrom, X_AB.q});
-  // The field is not finite if atoms coincide. The previous energy is used, and no force acts.
+  // The field is not finite if atoms coincide. In this case the pair keeps its previous energy and has no force.
   if (!std::isfinite(result.energy_kj_per_mol()) || !is_finite(result.force_on_b) || !is_finite(result.torque_on_b)) {
     return true;
   }

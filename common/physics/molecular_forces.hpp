@@ -1,4 +1,5 @@
-// Molecular field between the world's bodies. Converts between N, m and the field's units kJ/mol, Å.
+// Molecular field between the world's bodies. Converts between the world's units (N, m) and those of the field (kJ/mol,
+// Å).
 #pragma once
 
 #include <span>
@@ -8,29 +9,31 @@
 
 namespace tandem::physics {
 
-/// Limits `magnitude` smoothly. It is unchanged up to half of `limit` and then approaches `limit`. The function is once
-/// continuously differentiable, so the user feels no edge.
+/// Limits `magnitude` smoothly. It is unchanged up to half of `limit`, and then approaches `limit`. The function has a
+/// continuous derivative, so the user feels no edge.
 double soft_limit(double magnitude, double limit);
 
-/// Returns the share s(E) of a pair's force and torque that is displayed. It depends only on the pair's energy, so the
+/// Returns the displayed fraction s(E) of a pair's force and torque. It depends only on the energy of the pair, so the
 /// field remains conservative.
 ///
-/// Model   s = z · 1/√(1 + x²). z is 0 in the zero area, the energies up to E_min + n kT, and rises to 1 over one
-///         further kT as 3u² − 2u³. Without a zero area z is 1. Above the knee x = (E − E_knee)/w, below it 0. For a
-///         repulsion r^−12 the force grows with the energy. The width w is chosen so that s times this force approaches
-///         about a quarter of the force limit. The displayed energy then grows as the logarithm of the overlap
-/// Source  ours. If the share depended on the pose in any other way, closed paths would create energy
+/// Model   s = z · 1/√(1 + x²). In the zero area, at energies up to E_min + n kT, z is 0. It rises to 1 over one
+///         further kT as 3u² − 2u³. Without a zero area z is 1. Above the knee x = (E − E_knee)/w, below it x is 0. The
+///         force of a repulsion r^−12 grows with its energy. The width w is chosen such that s times this force
+///         approaches about a quarter of the force limit. The displayed energy then grows as the logarithm of the
+///         overlap
+/// Source  our derivation. If s depended on the pose other than through the energy, closed paths would create energy
 double felt_share(const WorldDescription& world, double energy_kcal_per_mol);
-/// Returns the displayed energy ∫ s dE. It is 0 for distant molecules, unless their energy lies in the zero area or
+/// Returns the displayed energy ∫ s dE. It is 0 for molecules far apart, unless their energy is in the zero area or
 /// above the knee.
 double felt_energy_kcal_per_mol(const WorldDescription& world, double energy_kcal_per_mol);
 
 /// Molecular forces between all pairs of bodies that have a molecule.
 ///
-/// Model   x [m] = S_x · x [Å], f [N] = s(E) · S_f · f [kcal/mol/Å], τ [N·m] = s(E) · S_f · S_x · τ [kcal/mol]. L is
-///         the mean radius of gyration of the pair. If √(|f|² + (|τ_a|² + |τ_b|²)/(2L²)) exceeds half of the scene's
-///         force limit, f and τ are scaled down by the same factor. Directions are unchanged and the third law holds,
-///         but in this range the field is not conservative.
+/// Model   x [m] = S_x · x [Å], f [N] = s(E) · S_f · f [kcal/mol/Å], τ [N·m] = s(E) · S_f · S_x · τ [kcal/mol], with
+///         the scene's scales S_x and S_f, and s of felt_share(). L is the mean radius of gyration of the pair. If
+///         √(|f|² + (|τ_a|² + |τ_b|²)/(2L²)) exceeds half of the scene's force limit, f and τ are scaled down by the
+///         same factor. Directions are unchanged and the third law holds, but in this range the field is not
+///         conservative.
 class MolecularForces {
  public:
   /// In      world  must outlive this object

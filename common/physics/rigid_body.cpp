@@ -6,12 +6,13 @@
 namespace tandem::physics {
 namespace {
 
-/// Maximum rotation in a substep of free rotation. At 78 rad/s and 1 kHz the error of the attitude is then 1° after 10
-/// s.
+/// Maximum rotation in a substep of free rotation. At 78 rad/s and a step of 1 ms, the error of the attitude is then 1°
+/// after 10 s.
 constexpr double kMidpointTurn_rad = 0.02;
-/// Each iteration multiplies the error by about 0.01, the rotation in half a substep.
+/// Number of iterations of the midpoint rule. Each one multiplies the error by about 0.01, the rotation in half a
+/// substep.
 constexpr int kMidpointIterations = 4;
-/// Sufficient because limit_speed() limits the rotation in a step to 0.5 rad.
+/// Maximum number of substeps. It suffices, because limit_speed() limits the rotation in a step to 0.5 rad.
 constexpr int kMaxSubsteps = 32;
 
 /// Returns the angular velocity for an angular momentum L: ω = R I⁻¹ Rᵀ L.
@@ -99,7 +100,7 @@ void RigidBody::damp(double step_s, double extra_per_s) {
 bool RigidBody::limit_speed(double limit_m_per_s, double step_s) {
   const double speed = V_WC_.v.norm();
   const double turn = V_WC_.w.norm();
-  // The rotation in a step is limited to 0.5 rad, up to which its integration is accurate.
+  // The rotation in a step is limited to 0.5 rad. Up to this angle its integration is accurate.
   const double turn_limit = std::min(limit_m_per_s / radius_m_, 0.5 / step_s);
   if (speed > limit_m_per_s) V_WC_.v *= limit_m_per_s / speed;
   if (turn > turn_limit) V_WC_.w *= turn_limit / turn;

@@ -33,16 +33,16 @@ class RigidBody {
   void set_centre(const Pose& X_WC, const Twist& V_WC);
   /// Velocity of the body's point that is currently at `p_W`.
   Vec3 velocity_at_W(const Vec3& p_W) const { return V_WC_.v + V_WC_.w.cross(p_W - X_WC_.p); }
-  /// Applies `wrench_W`, about the point `p_W`, in the next step.
+  /// Adds a wrench about the point `p_W` that acts in the next step.
   void apply_wrench(const Wrench& wrench_W, const Vec3& p_W);
   /// Sum of the wrenches applied since the last step, about the centre of mass.
   const Wrench& applied_W() const { return applied_W_; }
 
-  /// Damps the velocity with the body's damping rates plus `extra_per_s`. The decay is exponential and therefore stable
-  /// at any rate.
+  /// Damps the velocity with the body's damping rates plus `extra_per_s`. The decay is computed as an exponential and
+  /// is therefore stable at any rate.
   void damp(double step_s, double extra_per_s);
-  /// Limits the speed of the centre of mass, and the speed by rotation at the bounding radius. Returns true if one
-  /// exceeded the limit.
+  /// Limits the speed of the centre of mass, and the speed that rotation causes at the bounding radius. Returns true if
+  /// one of them exceeded the limit.
   bool limit_speed(double limit_m_per_s, double step_s);
   bool is_finite() const { return tandem::is_finite(X_WC_) && tandem::is_finite(V_WC_); }
   const Vec3& centre_W() const { return X_WC_.p; }
@@ -52,9 +52,10 @@ class RigidBody {
   Twist acceleration_W(const Wrench& wrench_W) const;
   /// Weight about the centre of mass: m g, or zero for a body without gravity.
   Wrench weight_W(const Vec3& gravity_m_per_s2) const;
-  /// Moves the body by a step with the velocity `V_WC` of its centre from the solver, and clears the applied wrenches.
+  /// Moves the body by a step with the velocity `V_WC` of its centre, as computed by the solver, and clears the applied
+  /// wrenches.
   ///
-  /// Model   the angular momentum of `V_WC.w` in the present attitude is constant during the step. The attitude follows
+  /// Model   The angular momentum of `V_WC.w` in the present attitude is constant during the step. The attitude follows
   ///         from Euler's equations by the implicit midpoint rule, in substeps of at most 0.02 rad. The new velocity
   ///         has the same angular momentum in the new attitude. A free top therefore precesses, and its energy is
   ///         conserved.
@@ -62,8 +63,8 @@ class RigidBody {
   void advance(const Twist& V_WC, double step_s);
   /// Moves the body by a step with exactly this velocity, and clears the applied wrenches. Used for prescribed motion.
   void move(const Twist& V_WC, double step_s);
-  /// Displaces the body by a small `by_W`, which rotates about the centre of mass, and adds `dv` to the velocity of the
-  /// centre.
+  /// Displaces the body by the small displacement `by_W`, whose rotation is about the centre of mass. Adds `dv` to the
+  /// velocity of the centre.
   void shift(const Pose& by_W, const Twist& dv);
   /// Kinetic energy plus, for a body with gravity, potential energy in `gravity_m_per_s2`.
   double mechanical_energy_j(const Vec3& gravity_m_per_s2) const;

@@ -5,11 +5,12 @@
 namespace tandem::physics {
 namespace {
 
-/// Lateral distance at which the wrench has faded to zero, in trust radii.
+/// Lateral distance at which the wrench has faded to zero, as a multiple of the trust radius.
 constexpr double kFadeEnd = 4;
-/// Share of the initial force, along its direction, below which the whole wrench is scaled down.
+/// Fraction of the initial force. If the force along the initial direction falls below it, the whole wrench is scaled
+/// down.
 constexpr double kReleaseShare = 0.25;
-/// Change of depth beyond which the force does not grow further.
+/// Largest change of depth that changes the force.
 constexpr double kDeepest_m = 0.05;
 
 }  // namespace

@@ -1,18 +1,18 @@
-// Wrench of soft bodies on a rigid thing between two soft steps, linearised and limited in range.
+// Wrench of soft bodies on a rigid object between two steps of the soft bodies. It is linearised and limited in range.
 #pragma once
 
 #include "common/base/touch_exchange.hpp"
 
 namespace tandem::physics {
 
-/// Returns the wrench of the soft bodies on the rigid thing T, about its origin, for T at `X_WT`.
+/// Returns the wrench of the soft bodies on the rigid object T, about the origin of T, for T at `X_WT`.
 ///
-/// Model   W = W₀ − K (X − X₀), where W₀, K and X₀ are the wrench, the stiffness and T's pose at the last soft step; W
+/// Model   W = W₀ − K (X − X₀), where W₀, K and X₀ are the wrench, the stiffness and T's pose at the last soft step. W
 ///         is continuous everywhere. Along the force of W₀ the contact is a spring. The force increases with depth up
 ///         to 50 mm and decreases with retraction, but never attracts. If its component in that direction falls below a
 ///         quarter of the force of W₀, all of W is scaled down in proportion. W is zero where that component would
 ///         change sign. Lateral and rotational displacements are clamped to the trust radius. Between one and four
-///         times the trust radius W fades to zero, because T is then no longer in contact
+///         times the trust radius W fades to zero, because T has then left the contact
 /// Limit   a body squeezed from two opposite sides is held weakly, because the test for attraction uses only the net
 ///         force
 /// Thread  any; no allocation; finite for finite input

@@ -1,4 +1,4 @@
-// Coupling of one user's handle to a tool, and the work done through it.
+// Coupling of one user's handle to a tool, and the work that is done through this coupling.
 #pragma once
 
 #include <string_view>
@@ -9,31 +9,31 @@
 
 namespace tandem::physics {
 
-/// Lever arm of the brake: its rotational damping is the translational damping times the lever arm squared. The value
-/// is about the extent of a grip.
+/// Lever arm of the brake, about the extent of a grip. The rotational damping of the brake is its translational damping
+/// times the square of this arm.
 inline constexpr double kBrakeLever_m = 0.03;
 
-/// Coupling of a handle to a tool. In each step coupling() is called before the solver, and settle() with the solver's
-/// result.
+/// Coupling of a handle to a tool. In each step, coupling() is called before the solver, and settle() afterwards with
+/// the solver's result.
 ///
-/// Model   work of a step = F_k · (x_{k+1} − x_k) + τ_k · θ_{k,k+1}, with the mean wrench of the step about T. Positive
-///         and negative work are summed separately. Both sums never decrease, so a lost update does no harm
+/// Model   work of step k = F_k · (x_{k+1} − x_k) + τ_k · θ_{k,k+1}, with the mean wrench (F, τ) of the step about the
+///         tool's origin. Positive and negative work are summed separately. Neither sum ever decreases. A receiver
+///         therefore needs only the latest values, and lost messages do no harm
 class ToolHand {
  public:
   /// In      law  a name known to find_coupling_law()
   ToolHand(std::string_view law, const haptics::CouplingParameters& coupling)
       : fade_(*haptics::find_coupling_law(law), coupling) {}
 
-  /// Sets a new target of law and coefficients; advance() fades to it (LawFade).
+  /// Sets a new law and new coefficients as a target. advance() fades from the present ones to the target (LawFade).
   void set_coupling(const haptics::CouplingLawInfo& law, const haptics::CouplingParameters& coupling) noexcept {
     fade_.fade_to(law, coupling);
   }
   void advance(double step_s) noexcept;
-  /// Resets the state for a new user and sets the coefficients without a fade. There is no handle, and the sums of work
-  /// are zero.
+  /// Resets the state for a new user: no handle, sums of work zero. Sets the coefficients without a fade.
   void reset(const haptics::CouplingParameters& coupling) noexcept;
   void set_handle(const RigidState& handle) noexcept;
-  /// Couples the tool to its present pose, at rest, until the next set_handle().
+  /// Couples the tool to its present pose, as a target at rest, until the next set_handle().
   void anchor_at(const Pose& X_WT) noexcept;
   /// Ends the coupling to a handle or pose.
   void release() noexcept;
@@ -43,7 +43,7 @@ class ToolHand {
 
   bool has_handle() const { return has_handle_; }
   bool pulls() const { return pulls_; }
-  /// Dynamics of a tool that holds nothing, as given by the law.
+  /// Dynamics that the law requires for a tool that holds nothing.
   haptics::ToolDynamics dynamics() const { return fade_.law().tool_dynamics(); }
   /// Coefficients that currently apply.
   const haptics::CouplingParameters& parameters() const { return fade_.parameters(); }
@@ -61,16 +61,16 @@ class ToolHand {
             brake_n_s_per_m_,
             brake_n_s_per_m_ * kBrakeLever_m * kBrakeLever_m};
   }
-  /// Equivalent spring without damping, for a tool at `X_WT`: its stiffness is force over displacement. Valid only
-  /// while pulls().
+  /// Returns the equivalent spring without damping for a tool at `X_WT`. Its stiffness is force divided by
+  /// displacement. Valid only while pulls().
   Joint tether(const Pose& X_WT) const noexcept;
-  /// Elastic energy stored in the coupling: the integral of the static force over the displacement to a tool at `X_WT`.
+  /// Elastic energy stored in the coupling to a tool at `X_WT`: the integral of the static force over the displacement.
   double stored_energy_j(const Pose& X_WT) const noexcept;
   /// Adds the work of a step in which the tool moved from `X_WT_before`. `on_tool_W` is the coupling's wrench about the
   /// tool's origin.
   void settle(const Pose& X_WT_before, const RigidState& tool, const Wrench& on_tool_W) noexcept;
-  /// Returns whether force or torque of the last step was near its limit: beyond half of the range in which the
-  /// saturation bends.
+  /// Returns whether the force or torque of the last step was saturated: more than halfway through the range in which
+  /// the saturation curve bends.
   bool is_saturated() const noexcept;
 
   /// Wrench of the last step on the hand, about the handle (reaction_on_hand()); zero without a handle.
@@ -82,7 +82,7 @@ class ToolHand {
   haptics::LawFade fade_;
   double brake_n_s_per_m_ = 0;
   bool pulls_ = false;
-  bool has_handle_ = false;  ///< whether the target is a handle; otherwise it is a previous pose of the tool
+  bool has_handle_ = false;  ///< true: the target is a handle; false: it is an earlier pose of the tool
   RigidState target_;
   Wrench wrench_on_tool_W_;
   Wrench wrench_on_hand_W_;

@@ -1,4 +1,4 @@
-// Contact geometry of a body: shapes that are prepared for contact search.
+// Contact geometry of a body: the shapes in which the contact search finds contacts.
 #pragma once
 
 #include <memory>

@@ -11,9 +11,10 @@
 namespace tandem::physics {
 namespace {
 
-/// A body is at rest if it was slower than both limits for kRest_s.
+/// A body is at rest if it was slower than both speed limits for kRest_s.
 constexpr double kRest_m_per_s = 2e-5, kRest_rad_per_s = 5e-4, kRest_s = 0.5;
-/// Slower impacts do not bounce. Gravity adds only 0.01 m/s in a step, so a resting contact remains below the limit.
+/// Impacts at a lower speed do not bounce. Gravity adds only 0.01 m/s in a step, so a resting contact stays below the
+/// limit.
 constexpr double kBounce_m_per_s = 0.05;
 
 /// Returns the twist about the origin of W, the reference point of contact wrenches.
@@ -26,8 +27,8 @@ double power_w(const Wrench& on_a_W, const Twist& a, const Twist& b) {
   return on_a_W.f.dot(a.v - b.v) + on_a_W.t.dot(a.w - b.w);
 }
 
-/// Returns the power of `wrench_W` with the acceleration that it causes on a body: the rate of change of the relative
-/// velocity along the wrench, times the magnitude of the wrench.
+/// Returns how strongly a wrench changes the velocity that it works on. The result is the power of `wrench_W` with the
+/// acceleration that it causes on the body.
 double yield_of(const RigidBody& body, const Wrench& wrench_W) {
   if (body.is_static()) return 0;
   const Wrench at_centre_W{wrench_W.f, wrench_W.t - body.centre_W().cross(wrench_W.f)};
@@ -48,7 +49,7 @@ class UntouchedBodies final : public FreeBodies {
   struct Body {
     const BodyDescription* description = nullptr;
     JointLaw anchor = {};
-    RigidBody* rigid = nullptr;  ///< null: not stepped by this object
+    RigidBody* rigid = nullptr;  ///< null: another component steps the body
     RigidState last = {};        ///< state after the last step
     Twist before = {};           ///< twist about the origin of W before the step
     double still_s = 0;
@@ -60,12 +61,12 @@ class UntouchedBodies final : public FreeBodies {
     bool is_disturbed() const;
     RigidState now() const { return {rigid->centre_pose(), rigid->velocity_of_centre_W()}; }
   };
-  /// Contact of a pair of bodies from its beginning to the end of the compression.
+  /// Contact of a pair of bodies, from its beginning to the end of its compression phase.
   struct Impact {
     std::size_t a = 0, b = 0;
     double met_m_per_s = 0;  ///< speed of approach before the contact; 0: too slow to bounce
     Wrench impulse_on_a_W = {};
-    bool is_new = true;  ///< until the end of the first step, whose patches determine the speed of approach
+    bool is_new = true;  ///< true in the first step, whose patches determine the speed of approach
     bool is_pressing = false;
     bool is_over = false;
   };
@@ -120,7 +121,7 @@ void UntouchedBodies::add(std::size_t index, RigidBody& rigid) {
   wake(index);
 }
 
-/// A static body belongs to no group, so its removal wakes all bodies that may rest on it.
+/// Wakes the bodies that the removed body touched. A static body belongs to no group, so its removal wakes all bodies.
 void UntouchedBodies::remove(std::size_t index) {
   if (bodies_[index].rigid->is_static()) {
     wake_all();
@@ -180,8 +181,8 @@ void UntouchedBodies::describe() {
     TouchThing& thing = things_[i];
     thing = {body.rigid, &body.description->touch, Role::kAbsent, false, 0};
     if (body.rigid == nullptr) continue;
-    // A sleeping body takes part in the solution with its inertia. Its weight is omitted, because its support carries
-    // it. The wrench of a contact wakes the body.
+    // A sleeping body is part of the solution with its inertia. Its weight is omitted, because its support carries the
+    // weight. The wrench of a contact wakes the body.
     thing.role = body.rigid->is_static() ? Role::kStatic : body.is_asleep ? Role::kExternal : Role::kImplicit;
     if (has_restitution_ && !body.rigid->is_static()) body.before = twist_at_origin(*body.rigid);
     if (!body.is_awake()) continue;
@@ -191,7 +192,7 @@ void UntouchedBodies::describe() {
   }
 }
 
-/// Groups the bodies that are in contact. The number of a group is the lowest index of its bodies.
+/// Groups the bodies that are in contact. The number of a group is the lowest index of the bodies in it.
 void UntouchedBodies::join_groups() {
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     if (bodies_[i].is_awake()) bodies_[i].group = i;
@@ -246,7 +247,7 @@ void UntouchedBodies::follow_impacts(double step_s) {
   }
 }
 
-/// Returns the speed of approach along the impulse of all patches of the pair, or 0 if it is too slow to bounce.
+/// Returns the speed of approach along the impulse of all patches of the pair; 0 if it is too slow for a bounce.
 double UntouchedBodies::speed_of_approach(const Impact& impact) const {
   const Wrench& impulse_W = impact.impulse_on_a_W;
   const double size = impulse_W.f.norm();
@@ -257,7 +258,7 @@ double UntouchedBodies::speed_of_approach(const Impact& impact) const {
 
 void UntouchedBodies::press(std::size_t a, std::size_t b, const contact::PatchResult& result, double step_s) {
   if (restitution(a, b) <= 0) return;
-  // The order of a pair changes when one of its bodies wakes.
+  // The two bodies of a pair may be in reverse order, because the order changes when one of them wakes.
   const auto is_its = [a, b](const Impact& impact) {
     return (impact.a == a && impact.b == b) || (impact.a == b && impact.b == a);
   };
@@ -281,7 +282,7 @@ void UntouchedBodies::bounce(Impact& impact, double step_s) {
   RigidBody& b = *bodies_[impact.b].rigid;
   const double parting = power_w(impulse_W, twist_at_origin(a), twist_at_origin(b)) / size;
   const double wanted = restitution(impact.a, impact.b) * impact.met_m_per_s;
-  // While the bodies approach each other faster than this, the compression continues.
+  // While the bodies still approach each other faster than this, the compression continues.
   if (parting < -kBounce_m_per_s / 2) return;
   impact.is_over = true;
   const double yield = yield_of(a, impulse_W) + yield_of(b, impulse_W);

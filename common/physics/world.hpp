@@ -17,7 +17,7 @@
 
 namespace tandem::physics {
 
-/// Result of a grab. kBusy is returned only by the room (Room).
+/// Result of a grab. Only the server's room returns kBusy.
 enum class GrabResult { kGrabbed, kUnknownBody, kNotGraspable, kOutOfReach, kAlreadyHolding, kBusy };
 
 /// State of one user's tool after a step.
@@ -32,7 +32,7 @@ struct ToolState {
   double energy_from_world_j = 0;  ///< sum of the work drawn from the world, ≥ 0
 };
 
-/// Time of a change of gravity: the weight of a held body of 1 kg changes by 0.03 N/ms.
+/// Duration of a change of gravity. During the change, the weight of a held body of 1 kg changes by 0.03 N/ms.
 inline constexpr double kGravityRamp_s = 0.3;
 
 /// Contacts of a tool in the last step.
@@ -46,19 +46,19 @@ struct TouchSummary {
 /// A simulated scene.
 ///
 /// Each tool is a weightless rigid body, coupled to its user's handle by the scene's coupling law. With some laws
-/// (ToolDynamics) it is massless and in equilibrium between coupling and contact, or it is placed at the handle. While
-/// a tool holds a body, the two move as one. The coupling then acts on the body at the tool's grip; the tool does not
-/// collide and adds no mass. Several tools may hold the same body. If a tool releases a body while it is inside that
-/// body, it passes through the body until the two have separated. A body that is held by a tool from the start of the
-/// scene remains at rest until a tool takes or touches it.
+/// (ToolDynamics) the tool is massless and in equilibrium between coupling and contact, or it is placed at the handle.
+/// While a tool holds a body, both move as one. The coupling then acts on the body at the tool's grip; the tool does
+/// not collide and adds no mass. Several tools may hold the same body. If a tool is inside a body when it releases this
+/// body, it passes through the body until both have separated. A body that a tool holds from the start of the scene
+/// remains at rest until any tool takes or touches it.
 ///
-/// Tools, held bodies and the bodies that they touch are stepped by the implicit solver of common/contact
-/// (touch/touch_stage.hpp). It solves coupling, anchors, contact and friction together. Light tools and stiff couplings
-/// or surfaces therefore do not make it unstable. FreeBodies steps the bodies that no tool touches. Soft bodies have a
-/// step rate of their own.
+/// The implicit solver of common/contact (touch/touch_stage.hpp) steps tools, held bodies and the bodies that they
+/// touch. It solves coupling, anchors, contact and friction together. Light tools and stiff couplings or surfaces
+/// therefore do not make the step unstable. FreeBodies steps the bodies that no tool touches. Soft bodies have their
+/// own step rate.
 ///
-/// Deterministic: on the same machine the same calls in the same order give bit-identical results. Tools and bodies are
-/// identified by their index in the description. A tool index must be valid; a body id may be invalid.
+/// Deterministic: on the same machine, the same calls in the same order give bit-identical results. Tools and bodies
+/// are identified by their index in the description. A tool index must be valid; a body id may be invalid.
 ///
 /// Thread  one thread at a time: the room's, or the client's haptic loop
 class World {
@@ -72,100 +72,102 @@ class World {
   /// Replaces this world by another one. References to this object remain valid.
   World& operator=(World&& other) noexcept;
 
-  /// Activates a tool at its start pose, and attaches the body that it holds from the start. The body is moved to its
-  /// start pose unless another tool holds it; in that case the tool is placed at its grip on the body.
+  /// Activates a tool at its start pose and attaches the body that it holds from the start. The body is moved to its
+  /// start pose. If another tool holds the body, the tool is placed at its grip on the body instead.
   /// In      takes_its_body  false: the tool starts without a body, and no body is moved
   void activate_tool(std::size_t tool, bool takes_its_body = true);
   /// Deactivates a tool and releases the body that it holds.
   void deactivate_tool(std::size_t tool);
   /// Sets the newest state of the user's handle. The tool is coupled to it until clear_handle().
   void set_handle(std::size_t tool, const RigidState& handle);
-  /// Ends the coupling to the handle until the next set_handle(). A free tool drifts and is damped; a held body is
-  /// softly coupled to its present pose.
+  /// Ends the coupling to the handle until the next set_handle(). A tool that holds nothing then drifts and is damped.
+  /// A held body is softly coupled to its present pose.
   void clear_handle(std::size_t tool);
 
   /// Grabs a body. If `body` is invalid, grabs the nearest graspable body within reach.
   GrabResult grab(std::size_t tool, BodyId body);
-  /// Attaches a body with the grip `X_BT`. The distance from tool to body is not checked: the caller decides, for
-  /// example from the server's state. A body held before is released. Ignored for an unknown or static body and for an
+  /// Attaches a body with the grip `X_BT`. The caller decides, for example from the server's state, so the distance
+  /// from tool to body is not checked. A body held before is released. Ignored for an unknown or static body and for an
   /// inactive tool.
   void hold(std::size_t tool, BodyId body, const Pose& X_BT);
-  /// Moves the grip on the held body towards `X_BT`, by at most `most_m` and 10 rad per metre of `most_m`. The local
+  /// Moves the grip on the held body towards `X_BT`, by at most `most_m` and 10 rad per metre of `most_m`. A client's
   /// grip thus approaches the server's grip without a jerk.
   void move_grip(std::size_t tool, const Pose& X_BT, double most_m);
   void release(std::size_t tool);
 
-  /// Sets a new target for the coupling's law and coefficients; LawFade fades to it from the next step on. Coefficients
-  /// that the law determines for a tool are not changed (coupling_in_force()). Ignored if a coefficient is negative or
-  /// not finite, or if the law cannot replace the scene's law (are_exchangeable()).
+  /// Sets a new law and new coefficients as the target of the coupling; LawFade fades to it from the next step on.
+  /// Coefficients that the law determines for a tool are not changed (coupling_in_force()). Ignored if a coefficient is
+  /// negative or not finite, or if the law cannot replace the scene's law (are_exchangeable()).
   void set_coupling(const haptics::CouplingLawInfo& law, const haptics::CouplingParameters& parameters);
   /// Sets new coefficients for the present law.
   void set_coupling(const haptics::CouplingParameters& parameters);
-  /// Sets the limits of the user's device for the coupling of this tool (rendered_coupling()). They apply until the
-  /// tool is deactivated. Ignored if a limit is negative or NaN.
+  /// Sets upper limits that the user's device requires for the coupling of this tool (rendered_coupling()). They apply
+  /// until the tool is deactivated. Ignored if a limit is negative or NaN.
   void set_coupling_bounds(std::size_t tool, const haptics::CouplingParameters& bounds);
   /// Coefficients that currently apply to the tool.
   const haptics::CouplingParameters& coupling(std::size_t tool) const;
 
-  /// Adds a brake to the tool's coupling: a damping of the velocity in the world, and of the rotation with the lever
-  /// arm kBrakeLever_m. At rest a brake has no force, so a held body remains held. A tool at its handle
+  /// Adds a brake to the tool's coupling: damping of its velocity in the world, and of its rotation with the lever arm
+  /// kBrakeLever_m. A brake has no force at rest, so a held body remains held. A tool at its handle
   /// (ToolDynamics::kAtHandle) is not braked. Ignored if negative or not finite.
   void brake(std::size_t tool, double n_s_per_m);
 
-  /// Excludes a body from motion, contact and field until restore_body(), set_body() or hold(). Tools that hold it release
-  /// it.
+  /// Excludes a body from motion, contact and field until restore_body(), set_body() or hold(). Tools that hold the
+  /// body release it.
   void remove_body(BodyId body);
-  /// Ends the exclusion of a body at its present state.
+  /// Ends the exclusion of a body. The body continues from its present state.
   void restore_body(BodyId body);
   bool is_absent(BodyId body) const;
-  /// Sets the gravity of rigid bodies. Bodies in the touch stage approach it at a constant rate within kGravityRamp_s, so
-  /// that the weight of a held body does not jump. Other bodies have it at once. Soft bodies keep the gravity of the
-  /// description. Ignored if not finite.
+  /// Sets the gravity of rigid bodies. Bodies in the touch stage approach it at a constant rate within kGravityRamp_s,
+  /// so that the weight of a held body does not jump. Other bodies have the new gravity at once. Soft bodies keep the
+  /// gravity of the description. Ignored if not finite.
   void set_gravity(const Vec3& m_per_s2);
-  /// Sets the gravity of all rigid bodies without a ramp, for a world that continues another one. Ignored if not finite.
+  /// Sets the gravity of all rigid bodies without a ramp, for a world that continues another world. Ignored if not
+  /// finite.
   void jump_gravity(const Vec3& m_per_s2);
   /// Returns the present gravity of bodies in the touch stage [m/s²].
   Vec3 gravity() const;
-  /// Sets the state of a body, or of a tool that holds nothing, for example to the server's state. Ignored if not
-  /// finite.
+  /// Sets the state of a body, or of a tool that holds nothing, for example to the server's state. Ignored if the state
+  /// is not finite.
   void set_body(BodyId body, const RigidState& state);
   void set_tool(std::size_t tool, const RigidState& state);
-  /// Applies a small correction between steps, which is not included in any energy sum. The displacement `by_W` rotates
-  /// about the centre of mass; `dv` is added to the velocity of the centre. Ignored for a tool that holds a body,
-  /// because it moves with the body.
+  /// Applies a small correction between steps; no energy sum includes it. The displacement `by_W` rotates about the
+  /// centre of mass; `dv` is added to the velocity of the centre. Ignored for a tool that holds a body, because the
+  /// tool moves with the body.
   void shift_body(BodyId body, const Pose& by_W, const Twist& dv);
   void shift_tool(std::size_t tool, const Pose& by_W, const Twist& dv);
-  /// Leaves the body in the touch stage for at least this time; with 0, only while it is held or touched.
+  /// Keeps the body in the touch stage for at least this time. With 0, the body is there only while it is held or
+  /// touched.
   void keep_implicit(BodyId body, double seconds);
-  /// Sets the contact of the tool, or of its held body, with soft bodies, until the next call. For worlds that do not
-  /// simulate the soft bodies.
+  /// Sets the contact with soft bodies of the tool, or of its held body, until the next call. For worlds that do not
+  /// simulate the soft bodies themselves.
   void set_soft_contact(std::size_t tool, const SoftContact& contact);
 
   /// Advances by step_s: calls answer(), then finish(). Does not throw; faults are returned as bits.
   TickFaults step() noexcept;
-  /// First part of a step: moves implicit bodies and tools, and thereby computes everything that the users feel. Until
+  /// First part of a step: moves implicit bodies and tools, and computes everything that the users feel. Until
   /// finish(), body() extrapolates external bodies (see the README) with their previous velocity, without the contacts
   /// of this step. Call finish() before any other non-const function.
   TickFaults answer() noexcept;
   /// Second part of a step. Does nothing if answer() was not called before.
   TickFaults finish() noexcept;
-  /// Searches contacts and field of the next step in idle time after a step, from the present poses. The step repeats
-  /// the search if a thing has changed its pose or moves farther than predicted. Afterwards contact_points_W() returns
-  /// no points.
+  /// Searches contacts and field of the next step in idle time, from the present poses. The step repeats the search if
+  /// a body or tool has changed its pose or moves farther than predicted. Afterwards contact_points_W() returns no
+  /// points.
   void look_ahead() noexcept;
-  /// Runs several steps without look_ahead() and returns the processor time of the fastest. The minimum is nearly
+  /// Runs several steps without look_ahead() and returns the processor time of the fastest one. This minimum is nearly
   /// independent of other load.
   Duration quickest_step() noexcept;
 
-  /// Bodies that the last step returned to their start poses, at rest. Possible reasons: a request, a state that is not
+  /// Bodies that the last step returned to their start poses, at rest. Reasons are a request, a state that is not
   /// finite, or a position beyond limits.bounds_m while no tool holds the body.
   std::span<const BodyId> returned_bodies() const noexcept;
   /// Requests that the next step returns each moving body to its start pose, at rest. Tools release their bodies,
-  /// except bodies that they hold from the start.
+  /// except bodies that they hold from the start of the scene.
   void return_all() noexcept;
   /// Nodes of a soft body after the last step, for display.
   std::span<const Vec3> soft_nodes_W(std::size_t soft_body) const;
-  /// Sets the nodes of a soft body, at rest. Only before the first step, and only in a world with soft bodies.
+  /// Sets the nodes of a soft body, at rest. Allowed only before the first step, and only in a world with soft bodies.
   /// Fails   throws std::invalid_argument for a wrong number of nodes
   void set_soft_nodes(std::size_t soft_body, std::span<const Vec3> nodes_W);
   ToolState tool(std::size_t tool) const;
@@ -173,29 +175,29 @@ class World {
   TouchSummary touch(std::size_t tool) const;
   /// Linearised contact of the tool, or of its held body, with soft bodies; a trust radius of 0 means no contact.
   const SoftContact& soft_contact(std::size_t tool) const noexcept;
-  /// Writes contact points of the tool, or of its held body, in the last step: as many as fit, distributed over all.
-  /// Returns their number.
+  /// Writes contact points of the tool, or of its held body, in the last step. If not all fit, the written ones are
+  /// spread over all. Returns their number.
   std::size_t contact_points_W(std::size_t tool, std::span<Vec3> out) const noexcept;
   /// Mean contact normal of a free tool with a body in the last step: a unit vector out of the body, or zero without
   /// contact.
   Vec3 pressing_normal_W(std::size_t tool, BodyId body) const;
-  /// Bit i is set if tool i holds the body or was in contact with it in the last step, directly or through other moving
-  /// bodies. Returns 0 for a static body.
+  /// Returns a set of tools: bit i is set if tool i holds the body, or was in contact with it in the last step,
+  /// directly or through other moving bodies. Returns 0 for a static body.
   std::uint32_t hands_on(BodyId body) const;
   /// State of a body. For an unknown id, returns a state at rest at the origin.
   RigidState body(BodyId id) const;
   /// Molecular energy of the whole scene at the start of the last step; 0 if there are no molecules.
   double field_energy_kj_per_mol() const;
-  double field_energy_j() const;  ///< displayed share of the molecular energy, in joules of the world
+  double field_energy_j() const;  ///< displayed part of the molecular energy, in joules of the world
   /// Energy stored in the world [J]. It is the sum of the kinetic and gravitational energy of moving bodies and tools,
-  /// the energy of anchors and current couplings, and the displayed molecular energy. The molecular part ignores the
-  /// limit of the force, and the energy of contacts is not included.
+  /// the energy of anchors and present couplings, and the displayed molecular energy. The molecular part ignores the
+  /// limit of the force. The energy of contacts is not included.
   /// In      without_hands  bit i: the coupling of tool i is excluded
   double stored_energy_j(std::uint32_t without_hands = 0) const;
   /// Energy stored in a tool's coupling [J].
   double coupling_energy_j(std::size_t tool) const;
-  /// Energy of a tool [J]: kinetic energy if the tool has mass and holds nothing, plus the energy stored in its
-  /// coupling.
+  /// Energy of a tool [J]: the energy stored in its coupling, plus the kinetic energy of a tool that has mass and holds
+  /// nothing.
   double energy_of_tool_j(std::size_t tool) const;
 
  private:

@@ -23,7 +23,7 @@ struct WorldLimits {
   std::uint32_t contact_points = 768;    ///< limit for each pair of shapes in a step
   std::size_t contact_pairs = 64;        ///< limit on the pairs of shapes that are close to each other
   std::uint32_t atom_pairs = 2'500'000;  ///< limit on the atom pairs of the molecular field in a step
-  double bounds_m = 10;                  ///< a free body returns to its start beyond this distance from the origin
+  double bounds_m = 10;                  ///< a free body farther than this from the origin returns to its start
   double reset_after_s = 30;             ///< time after which an empty room is reset; 0: never
 };
 
@@ -33,7 +33,7 @@ struct BodyDescription {
   BodyTraits traits;
   Pose X_WB;                                          ///< start pose
   bool is_graspable = false;                          ///< possible only for a body with a mass
-  std::shared_ptr<const docking::Molecule> molecule;  ///< its origin is the centre of mass; null: no molecular field
+  std::shared_ptr<const docking::Molecule> molecule;  ///< origin: the centre of mass; null: no molecular field
   std::optional<Joint> anchor;                        ///< joint to the start pose; possible only for a body with a mass
 };
 
@@ -45,7 +45,7 @@ struct ToolDescription {
   std::optional<std::size_t> holds_body;  ///< index of the body that the tool holds from the start
 };
 
-/// Share of the molecular force limit at which the displayed force has its knee.
+/// Fraction of the molecular force limit at which the displayed force has its knee (felt_share()).
 inline constexpr double kKneeOfLimit = 0.25;
 
 /// Description of a world. It does not change while the world runs.
@@ -56,15 +56,16 @@ struct WorldDescription {
   std::vector<BodyDescription> bodies;  ///< body_id_at(i) is the id of bodies[i]
   std::vector<ToolDescription> tools;
   SceneCoupling coupling;
-  // Scales from molecular quantities to those of the world; work is scaled consistently (MolecularForces).
+  // Scales from molecular quantities to those of the world; work is scaled consistently with length and force
+  // (MolecularForces).
   double metres_per_angstrom = 0.01;                ///< S_x
   double newtons_per_kcal_per_mol_angstrom = 0.03;  ///< S_f
   double molecular_force_limit_n = 20;              ///< smooth limit on the molecular force between two bodies
   docking::FieldModel field_model;
-  // Share of the molecular field that is displayed (felt_share()).
+  // Fraction of the molecular field that is displayed (felt_share()).
   double molecular_zero_kt = 0;               ///< height of the zero area above the minimum [kT]; 0: no zero area
   double molecular_minimum_kcal_per_mol = 0;  ///< lowest energy of two molecules
-  double molecular_knee_kcal_per_mol = 0;     ///< energy above which less than the full force is displayed
+  double molecular_knee_kcal_per_mol = 0;     ///< knee: above this energy, less than the full force is displayed
   std::vector<EffectSettings> effects;
 };
 

@@ -1,4 +1,4 @@
-// Energy stored in the world [J], for tests, reports and passivity control.
+// Computes the energy stored in the world [J], for tests, reports and passivity control.
 #include "common/physics/world_impl.hpp"
 
 namespace tandem::physics {

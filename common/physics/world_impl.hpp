@@ -26,12 +26,12 @@ struct WorldBody {
   const BodyDescription* description = nullptr;
   JointLaw anchor = {};    ///< anchor given in the description
   int hands = 0;           ///< number of tools that hold the body
-  int adopted = 0;         ///< remaining number of steps in the touch stage after the last contact
-  int kept = 0;            ///< remaining number of steps in the touch stage by keep_implicit()
-  bool is_absent = false;  ///< whether the body is excluded; then it is neither free nor in the touch stage
-  bool waits = false;      ///< held at its start pose for the tool that holds it from the start
+  int adopted = 0;         ///< remaining steps in the touch stage after the last contact
+  int kept = 0;            ///< remaining steps in the touch stage that keep_implicit() requires
+  bool is_absent = false;  ///< true: the body is excluded, neither free nor in the touch stage
+  bool waits = false;      ///< kept at its start pose for the tool that holds it from the start
 
-  /// Returns whether the body stays in the touch stage, so that bodies that it touches become implicit as well.
+  /// Returns whether the body stays in the touch stage, where bodies that it touches become implicit as well.
   bool makes_implicit() const { return hands > 0 || kept > 0; }
   /// Returns whether FreeBodies moves the body.
   bool is_free() const { return !is_absent && !makes_implicit() && adopted == 0; }
@@ -57,19 +57,19 @@ struct WorldTool {
   RigidState start() const { return {description->X_WT, Twist{}}; }
 };
 
-/// Time for which a body remains in the touch stage after its last contact with a tool. Without it, a bouncing contact
+/// Time for which a body remains in the touch stage after its last contact with a tool. Otherwise a bouncing contact
 /// (tapping, sliding) would move the body between the two solvers at every bounce.
 inline constexpr double kAdoption_s = 0.25;
 
-/// A pose that compares unequal to every pose.
+/// A pose that is unequal to every pose, also to itself, because its position is NaN.
 inline const Pose kNowhere{Vec3::Constant(std::numeric_limits<double>::quiet_NaN()), Quat::Identity()};
 
-/// Returns the bit of a tool in a set of hands. There are at most as many tools as users.
+/// Returns the bit of a tool in a set of tools. There are at most as many tools as users.
 inline std::uint32_t bit_of(std::size_t tool) {
   return tool < 32 ? std::uint32_t{1} << tool : 0;
 }
 
-// Order of the members: members that refer to bodies are declared after them, so that they are destroyed first.
+// Members that refer to bodies are declared after the bodies, so that they are destroyed first.
 struct World::Impl {
   Impl(std::shared_ptr<const WorldDescription> world, std::unique_ptr<FreeBodies> free_bodies,
        std::unique_ptr<SoftBodies> soft_bodies);
@@ -78,14 +78,14 @@ struct World::Impl {
   int steps_in(double seconds) const { return static_cast<int>(std::ceil(seconds / step_s())); }
   int adoption_steps() const { return steps_in(kAdoption_s); }
 
-  // Access to bodies, tools and things.
+  // Access to bodies and tools.
   WorldBody* body_of(BodyId id);
   RigidState tool_state(const WorldTool& tool) const;
   std::size_t thing_of(const WorldTool& tool) const;
   std::size_t soft_index_of(std::size_t thing) const;
   std::uint32_t holders_of(std::size_t body) const;
-  /// Calls `change` on the body. If the body then belongs to the other stage, moves it between free bodies and touch
-  /// stage.
+  /// Calls `change` on the body. If the change moves the body to the other stage (free bodies or touch stage),
+  /// transfers it.
   template <class Change>
   void change_owner(WorldBody& body, const Change& change);
 
@@ -123,7 +123,7 @@ struct World::Impl {
 
   std::shared_ptr<const WorldDescription> scene;
   Vec3 gravity;            ///< current gravity of the touch stage [m/s²]
-  Vec3 gravity_target;     ///< gravity at the end of the ramp, and of free bodies
+  Vec3 gravity_target;     ///< gravity of free bodies, and of the touch stage at the end of the ramp
   int gravity_steps = 0;   ///< remaining steps of the ramp
   SceneCoupling coupling;  ///< current coupling of the scene
   std::vector<WorldBody> bodies;
@@ -137,13 +137,13 @@ struct World::Impl {
   std::vector<TouchThing> things;  ///< bodies, then tools
   std::vector<TouchCoupling> pulls;
   std::vector<TouchJoint> touch_joints;  ///< anchors of the bodies
-  /// Poses of the tools, then of the bodies. An empty entry (an absent object) takes no part in soft contact.
+  /// Poses of the tools, then of the bodies; empty for an absent object, which has no soft contact.
   std::vector<std::optional<Pose>> soft_tools;
   TouchStage touch;
   std::unique_ptr<SoftBodies> soft;  ///< null if there are no soft bodies
   EffectStage effects;
-  std::vector<BodyId> returned_bodies;  ///< bodies that the last step returned to their starts
-  bool puts_all_back = false;           ///< whether the next step returns all bodies to their starts
+  std::vector<BodyId> returned_bodies;  ///< bodies that the last step returned to their start poses
+  bool puts_all_back = false;           ///< whether the next step returns all bodies to their start poses
   bool is_answered = false;             ///< whether answer() was called and finish() was not
   std::uint64_t steps_done = 0;
   std::unique_ptr<FreeBodies> free;

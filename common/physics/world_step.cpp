@@ -1,4 +1,4 @@
-// One step of the world: passes the things to the touch stage and the other solvers, and stores their results.
+// One step of the world: passes bodies and tools to the touch stage and the other solvers, and stores the results.
 #include <algorithm>
 #include <chrono>
 #include <utility>
@@ -11,12 +11,12 @@ namespace {
 
 /// Damping of a tool without a handle. Our choice: the tool comes to rest in a quarter of a second, without a jerk.
 constexpr double kIdleDamping_per_s = 20;
-/// Distance at which the molecules of absent bodies are placed, so that they have no force on others.
+/// Distance from the origin at which the molecules of absent bodies are placed, so that they have no force on others.
 constexpr double kOutOfReach_m = 1e6;
 
 }  // namespace
 
-/// The last result is reused if the poses of all molecules are unchanged.
+/// Computes the molecular field. If the poses of all molecules are unchanged, the last result is kept.
 void World::Impl::find_field() noexcept {
   bool is_found = true;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -61,7 +61,8 @@ void World::Impl::damp_and_ramp() noexcept {
   }
 }
 
-/// The wrench of an external thing contains weight and field, too, so that the stage can predict its motion.
+/// Describes bodies and tools to the touch stage. For an external object, the wrench contains weight and field too, so
+/// that the stage can predict its motion.
 void World::Impl::describe_things() noexcept {
   using Role = TouchThing::Role;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -81,7 +82,7 @@ void World::Impl::describe_things() noexcept {
     const Role role = tool.is_free() ? Role::kImplicit : Role::kAbsent;
     things[bodies.size() + i] = {&tool.rigid, &tool.description->touch, role, true,
                                  bit_of(i),   tool.hand.dynamics(),     {},   tool.passes_through};
-    // A body held by a massless tool has its usual mass. A body held by a tool at its handle has a prescribed motion.
+    // A body held by a massless tool keeps its own mass. A body held by a tool at its handle has a prescribed motion.
     if (tool.held && tool.hand.dynamics() == haptics::ToolDynamics::kAtHandle)
       things[*tool.held].dynamics = tool.hand.dynamics();
   }
@@ -95,8 +96,8 @@ void World::Impl::describe_joints() noexcept {
   }
 }
 
-/// The wrench is evaluated at the present poses. This explicit step is stable because the stiffness of soft bodies is
-/// low.
+/// Adds the wrenches of soft bodies, evaluated at the present poses. This explicit step is stable because the stiffness
+/// of soft bodies is low.
 void World::Impl::add_soft_wrenches() noexcept {
   const auto add = [](TouchThing& thing, const SoftContact& contact) {
     if (thing.role != TouchThing::Role::kImplicit && thing.role != TouchThing::Role::kExternal) return;
@@ -115,8 +116,8 @@ void World::Impl::add_soft_wrenches() noexcept {
   }
 }
 
-/// Applies the effects to the tools in `pulls`, which have a coupling. A tool without a coupling would be carried away
-/// by a constant force.
+/// Applies the effects to the tools in `pulls`, which have a coupling. Tools without a coupling are omitted, because a
+/// constant force would carry them away.
 void World::Impl::add_effects() noexcept {
   for (std::size_t i = 0; i < tools.size(); ++i) {
     if (!tools[i].hand.pulls()) effects.forget(i);
@@ -154,8 +155,8 @@ TickFaults World::Impl::step_touch() noexcept {
   return touch.step(step_s(), things, pulls, touch_joints);
 }
 
-/// Updates which bodies belong to the touch stage. From the next step on it contains the bodies that a tool touches
-/// directly or through others. A body that was not touched for a while becomes free again.
+/// Updates which bodies belong to the touch stage. From the next step on, it contains the bodies that a tool touches
+/// directly or through others. A body that no tool has touched for a while becomes free again.
 void World::Impl::adopt() noexcept {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     WorldBody& body = bodies[i];
@@ -177,7 +178,8 @@ TickFaults World::Impl::settle_hands() noexcept {
   return faults;
 }
 
-/// Holds bodies at their start poses until they are first taken or touched: weight and field do not move them.
+/// Holds waiting bodies at their start poses until a tool first takes or touches them. Weight and field do not move
+/// them.
 void World::Impl::keep_waiting() noexcept {
   for (WorldBody& body : bodies) {
     body.waits = body.waits && body.is_free();
@@ -197,7 +199,7 @@ TickFaults World::Impl::limit_or_restore(std::size_t index) noexcept {
   const bool is_requested = puts_all_back && body.hands == 0;
   if (is_finite && !is_outside && !is_requested) return limit_speed(body.rigid);
   returned_bodies.push_back(body_id_at(index));
-  // Removing and adding the body clears its contacts, which may contain values that are not finite.
+  // The body is removed and added again, because its contacts may contain values that are not finite. This clears them.
   if (body.is_free()) free->remove(index);
   body.rigid.set_state(body.start());
   if (body.is_free()) free->add(index, body.rigid);
@@ -236,7 +238,7 @@ TickFaults World::step() noexcept {
   return faults | finish();
 }
 
-/// With soft bodies answer() executes the whole step, because the users feel soft bodies, too.
+/// If there are soft bodies, answer() executes the whole step, because the users feel soft bodies, too.
 TickFaults World::answer() noexcept {
   TickFaults faults = finish();
   faults |= impl_->apply_field();
@@ -272,7 +274,7 @@ Duration World::quickest_step() noexcept {
   constexpr int kSteps = 10;
   Duration quickest = std::chrono::hours(1);
   for (int i = 0; i < kSteps; ++i) {
-    // This forces an evaluation of the field, which is otherwise skipped for unchanged poses.
+    // Unequal poses force an evaluation of the field, which unchanged poses would skip.
     for (Pose& X_WB : impl_->poses) X_WB = kNowhere;
     const Duration begin = processor_time();
     step();

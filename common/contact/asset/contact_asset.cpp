@@ -1,4 +1,4 @@
-// Writes and reads the serialised shape of a mesh: a grid of distances, and two shells of points.
+// Writes and reads the asset bytes of a mesh's contact shape: a distance grid and two point shells.
 #include <memory>
 #include <span>
 #include <stdexcept>

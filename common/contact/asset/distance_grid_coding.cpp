@@ -14,13 +14,13 @@
 namespace tandem::contact {
 namespace {
 
-/// Valid ranges of numbers in a file: the edge of a brick is a micrometre to a kilometre, and coordinates are at most a
-/// thousand kilometres. Values outside these ranges are refused.
+/// Valid ranges of lengths in a file [m]: the edge of a brick is 1 µm to 1 km, and a coordinate is at most 1,000 km.
+/// Values outside these ranges are refused.
 constexpr double kSmallest = 1e-6;
 constexpr double kMaxBrick = 1e3;
 constexpr double kWorld = 1e6;
 constexpr std::uint32_t kMaxBricksAlong = 1U << 16U;
-/// Number of levels at which samples are coded: the corners of a brick, then four levels of midpoints.
+/// Number of coding passes over a brick's samples: one for the brick's corners, then four for midpoints.
 constexpr int kDepths = 5;
 constexpr double kMaxCorner = 1 << 28;
 
@@ -77,7 +77,7 @@ BrickLattice DistanceGrid::lattice() const {
 }
 
 /// Copies the levels and samples of the bricks from the lattice into the grid.
-/// Out     false: there are more samples than a grid can hold
+/// Out     false if there are more samples than a grid can hold
 bool DistanceGrid::set_lattice(const BrickLattice& lattice) {
   std::vector<std::uint8_t> levels(brick_total(), 0);
   std::size_t count = 0;
@@ -195,7 +195,8 @@ std::unique_ptr<DistanceGrid> DistanceGrid::read(std::span<const std::uint8_t>& 
     if (level > 0) sample_count += samples_of(level - 1U);
   }
   if (sample_count * sizeof(std::int16_t) > limit_bytes - lattice_bytes) return nullptr;
-  // Limits of the decompressed size, so that a malicious file cannot fill the memory. Most coded numbers take one byte.
+  // Limits of the decompressed size, so that a malicious file cannot exhaust the memory. Most coded numbers take one
+  // byte.
   constexpr std::size_t kMaxNumberBytes = 5;
   constexpr std::size_t kBytesPerSample = 3;
   const bool is_read = grid->set_levels(*levels, sample_count) &&

@@ -1,5 +1,5 @@
-// Writes and reads a shell as differences of consecutive points in whole steps. The tree follows from the points'
-// order.
+// Writes and reads a point shell: each point is coded as its difference from the previous point, in whole steps. The
+// tree over the points is not stored, because the order of the points determines it.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,15 +15,15 @@ namespace {
 
 constexpr double kMaxCoordinate = 1e4;
 constexpr double kMaxArea_m2 = 1e8;
-// Number of quantization steps in a spacing (for positions), and in its square (for areas).
+// Number of quantization steps: of positions in one spacing, and of areas in the square of the spacing.
 constexpr double kPlaceSteps = 256;
 constexpr double kAreaSteps = 1024;
-// Number of steps along half an edge of the square to which the octahedron of directions is unfolded. Neighbouring
-// directions differ by at most an eleventh of a degree.
+// Normals are mapped to an octahedron that is unfolded to a square. This is the number of steps along half an edge of
+// the square. Neighbouring directions differ by at most 1/11 of a degree.
 constexpr int kNormalSteps = 1024;
 constexpr std::size_t kNumbers = 6;
 
-/// A point in whole steps: position, normal, area.
+/// One point in whole steps: three numbers for the position, two for the normal, one for the area.
 using Steps = std::array<std::int32_t, kNumbers>;
 
 std::array<std::int32_t, 2> steps_of(const Eigen::Vector3f& normal) {
@@ -41,7 +41,8 @@ Eigen::Vector3f normal_of(std::int32_t u, std::int32_t v) {
       .cast<float>();
 }
 
-/// Converts points to steps, in their order. The rounding error of an area is added to the next area.
+/// Converts a sequence of points to steps. The rounding error of each area is carried to the next point's area, so that
+/// the total area is kept.
 class Coder {
  public:
   explicit Coder(double spacing_m) : place_m_(spacing_m / kPlaceSteps), area_m2_(spacing_m * spacing_m / kAreaSteps) {}

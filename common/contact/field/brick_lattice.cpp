@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kCorners = kBrickHalves;  ///< length of a brick's edge between two corners, in half cells
 
-/// Returns the mean of the two, four or eight samples around a position in the middle between them.
+/// Predicts a sample: the mean of the two, four or eight coarser samples around the position.
 int predicted_at(const Brick& brick, const Halves& at, int half_step) {
   std::array<int, 3> reach{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -104,9 +104,9 @@ void BrickLattice::match_border(Brick& brick) {
   }
 }
 
-/// Returns the owner of a position on the border of `brick`: the coarsest brick there, or the first of equally coarse
-/// ones.
-/// Out     at_owner  the position relative to the owner; not set if `brick` is the owner
+/// Returns the brick that codes the sample at a position on the border of `brick`: the coarsest brick there, or the
+/// first of equally coarse ones.
+/// Out     at_owner  the position relative to that owner; not set if `brick` is the owner
 const Brick* BrickLattice::owner_of(const Brick& brick, const Halves& at, Halves& at_owner) const {
   const auto position = position_of(brick.index);
   const Brick* owner = &brick;
@@ -117,7 +117,8 @@ const Brick* BrickLattice::owner_of(const Brick& brick, const Halves& at, Halves
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if ((i >> axis & 1) == 0) continue;
       const bool is_low = at[axis] == 0;
-      // In unsigned arithmetic, an index of −1 becomes a large number and is therefore outside of the lattice, too.
+      // An index of −1 wraps around to the largest unsigned number, which is outside of the lattice and therefore
+      // rejected.
       beside[axis] += is_low ? ~0U : 1U;
       at_beside[axis] = is_low ? kBrickHalves : 0;
       is_present = is_present && (is_low || at[axis] == kBrickHalves) && beside[axis] < along_[axis];

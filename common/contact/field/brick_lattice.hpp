@@ -1,5 +1,5 @@
-// Bricks of a distance grid with shared borders, and the coding of their samples as few small numbers. Private to
-// construction, writing and reading of grids.
+// Bricks of a distance grid, with shared borders, and the coding of their samples as small numbers. Used only to build,
+// write and read grids.
 #pragma once
 
 #include <algorithm>
@@ -15,10 +15,10 @@ namespace tandem::contact {
 
 /// Quantization of samples: each is coded as its difference from the mean of its coarser neighbours, in steps.
 ///
-/// Model   For a sample s with the prediction p, the coded number is r = round((s − p) / d), and its coded value is
+/// Model   For a sample s with the prediction p, the coded number is r = round((s − p) / d). The decoded sample is
 ///         s' = p + r d, where d = max(step, |p| / 128). The error is at most step/2 near the surface, and 0.4 % of the
-///         distance far from it. p is computed from coded values s', so errors do not accumulate, and coding a second
-///         time changes nothing.
+///         distance far from it. p is computed from decoded samples s', so errors do not accumulate. Coding decoded
+///         samples again changes nothing.
 /// Source  after the lifting scheme: Sweldens, "The lifting scheme: a construction of second generation wavelets",
 ///         1998, with linear prediction and without update
 struct SampleCoding {
@@ -33,7 +33,7 @@ struct SampleCoding {
   }
 };
 
-/// Codes or decodes one sample. Returns r: computed from the sample when coding, read when decoding.
+/// Function that codes or decodes one sample and returns r. A coder computes r from the sample; a decoder reads r.
 ///
 /// In      depth      0 for the corners of a brick, 1 for the midpoints between them, …
 ///         predicted  in quanta
@@ -54,9 +54,9 @@ class BrickLattice {
   /// Appends a brick; bricks must be added in the order of their indices.
   void add(Brick&& brick);
 
-  /// Replaces all samples by their coded values, the coarsest bricks first. A position that several bricks share
-  /// belongs to the coarsest of them (the owner), or to the first of equally coarse ones. The others interpolate from
-  /// the owner there and code nothing.
+  /// Replaces all samples by their decoded values, the coarsest bricks first. If several bricks share a position, the
+  /// coarsest of them (or the first of equally coarse ones) owns its sample. The other bricks interpolate from the
+  /// owner there and code nothing.
   ///
   /// In      corner_quanta  returns the predicted sample at a corner of the lattice
   void code(const SampleCoding& coding, const std::function<int(std::size_t corner)>& corner_quanta,
@@ -67,7 +67,7 @@ class BrickLattice {
  private:
   void code_brick(Brick& brick, const SampleCoding& coding, const std::function<int(std::size_t corner)>& corner_quanta,
                   const CodeSample& code_sample);
-  /// Interpolates the border samples that belong to another brick from that brick, and marks them in `is_known_`.
+  /// Sets the border samples that another brick owns, by interpolation in that brick, and marks them in `is_known_`.
   void match_border(Brick& brick);
   const Brick* owner_of(const Brick& brick, const Halves& at, Halves& at_owner) const;
   std::size_t corner_of(const Brick& brick, const Halves& at) const;

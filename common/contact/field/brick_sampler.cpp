@@ -16,7 +16,8 @@ class BrickSampler {
     is_bad_.fill(true);
   }
 
-  /// Samples from the coarsest level on, until a level is accurate enough. Returns that level.
+  /// Samples the brick from the coarsest level to finer ones, until interpolation is accurate enough. Returns that
+  /// level.
   std::uint32_t refine(std::uint32_t levels, double tolerance_m) {
     std::uint32_t level = 0;
     while (has_bad_cells(step_of(level), tolerance_m) && level + 1 < levels) sample(++level);
@@ -63,7 +64,7 @@ class BrickSampler {
     const int cells = kBrickHalves / step;
     return static_cast<std::size_t>((along(at[2]) * cells + along(at[1])) * cells + along(at[0]));
   }
-  /// Returns whether one of the up to eight cells around a position is bad: interpolation in it is not accurate enough.
+  /// Returns whether any of the up to eight cells around a position is bad, that is, interpolates inaccurately.
   bool is_at_bad_cell(const Halves& at, int step) const {
     for (int i = 0; i < 8; ++i) {
       Halves in_cell = at;
@@ -86,9 +87,8 @@ class BrickSampler {
     });
   }
 
-  /// Tests the cells of a level within the bad cells of the previous level, and marks those that are bad. The test
-  /// points are the middles of cells, and the middles of faces on the brick's border, where finer neighbours will
-  /// interpolate.
+  /// Tests the cells of a level that lie in bad cells of the previous level, and marks the bad ones. The test points
+  /// are the middles of cells and, on the brick's border, of faces: finer neighbours will interpolate there.
   bool has_bad_cells(int step, double tolerance_m) {
     const std::array<bool, kMaxCells> was_bad = is_bad_;
     is_bad_.fill(false);
@@ -109,7 +109,8 @@ class BrickSampler {
   }
 
   bool is_bad_at(const Halves& at, int step, double tolerance_m) {
-    // Half of the cell's diagonal. An interpolated distance errs by at most this, and the cell extends as far.
+    // Half of the cell's diagonal: upper bound of the error of an interpolated distance, and of the distance from the
+    // cell's middle to any of its points.
     const double reach_m = 0.5 * std::sqrt(3.0) * step * half_m_;
     const double interpolated_m = guess(at, step);
     if (std::abs(interpolated_m) > band_m_ + 2 * reach_m) return false;
@@ -119,7 +120,7 @@ class BrickSampler {
       tests_.push_back({{small(at[0]), small(at[1]), small(at[2])}, exact_m});
     }
     const double error_m = std::abs(interpolated_m - exact_m);
-    // If the error exceeds the bound of interpolation, one of these distances has the wrong sign.
+    // A larger error than this bound is impossible for distances with correct signs, so one of them has the wrong sign.
     const bool is_contradiction = error_m > kRounding * reach_m;
     is_contradictory_ = is_contradictory_ || is_contradiction;
     const bool is_bad = is_contradiction || (std::abs(exact_m) <= band_m_ + reach_m && error_m > tolerance_m);
@@ -133,8 +134,8 @@ class BrickSampler {
     return is_bad;
   }
 
-  /// Marks a bad cell. If its error is as large as that of a crease, its neighbours are marked, too. The crease may
-  /// cross them without an error in their middles.
+  /// Marks a bad cell. If its error is as large as that of a crease (where two surfaces are equally near), its
+  /// neighbours are marked too. The crease may cross a neighbour without causing an error in its middle.
   void mark_bad(const Halves& at, int step, bool with_neighbours) {
     is_bad_[cell_of(at, step)] = true;
     if (!with_neighbours) return;
@@ -147,7 +148,7 @@ class BrickSampler {
     }
   }
 
-  /// Corrects wrong signs at the finest level.
+  /// Corrects wrong signs of distances at the finest level.
   void resolve_signs(double tolerance_m) {
     const int step = 2;
     settle_signs(known_m_, {kEdge, kEdge, kEdge}, kRounding * step * half_m_ + 2 * tolerance_m);

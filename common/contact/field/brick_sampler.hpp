@@ -1,4 +1,4 @@
-// Samples of the distance to a mesh in one brick of a grid. Private to the construction of grids.
+// Samples the distance to a mesh in one brick of a grid. Used only to build grids.
 #pragma once
 
 #include <algorithm>
@@ -14,8 +14,8 @@
 namespace tandem::contact {
 
 inline constexpr int kBrickCells = 4;    ///< cells of the coarsest level along a brick's edge
-inline constexpr int kFinestCells = 16;  ///< cells of the finest level; positions in bricks are multiples of these
-/// Tolerance for lengths that are equal in exact arithmetic: the longer one is at most this factor times the other.
+inline constexpr int kFinestCells = 16;  ///< cells of the finest level along a brick's edge
+/// Tolerance for two lengths that are equal in exact arithmetic: rounding may make their ratio at most this large.
 inline constexpr double kRounding = 1.001;
 /// Largest magnitude of a sample, in quanta.
 inline constexpr double kSampleSteps = std::numeric_limits<std::int16_t>::max();
@@ -26,14 +26,16 @@ inline constexpr double kSampleSteps = std::numeric_limits<std::int16_t>::max();
 using ExactDistance = std::function<double(const Vec3& p_S, int& hint)>;
 
 /// Corrects wrong signs of distances. A wrong pseudo-normal at a flaw of the mesh (a tiny fold) would otherwise
-/// exchange inside and outside in the space around it. Two neighbours whose distances sum to more than their separation
-/// are on the same side of the surface. All points connected in this way get the sign of their majority.
+/// exchange inside and outside in the space around it. If the distances of two neighbouring points sum to more than
+/// their separation, both are on the same side of the surface. All points connected in this way get the sign of their
+/// majority.
 ///
 /// In      distances_m  on a lattice of `along` points, x fastest
 ///         apart_m      separation of neighbours plus the error of their distances
 void settle_signs(std::span<float> distances_m, const std::array<std::size_t, 3>& along, double apart_m);
 
-/// Position in a brick in half cells of the finest level: includes the middle of every cell, face and edge.
+/// Position in a brick, in half cells of the finest level. The middles of all cells, faces and edges are such
+/// positions.
 using Halves = std::array<int, 3>;
 inline constexpr int kBrickHalves = 2 * kFinestCells;
 
@@ -58,7 +60,7 @@ inline constexpr int step_of(std::uint32_t level) {
   return kBrickHalves / (kBrickCells << level);
 }
 
-/// A position at which the exact distance was computed, to measure the error of interpolation.
+/// A test position with its exact distance. The error of interpolation is measured there.
 struct TestPoint {
   std::array<std::uint8_t, 3> at;  ///< position in the brick, in half cells
   float distance_m;
@@ -83,12 +85,12 @@ struct Brick {
   }
 };
 
-/// Samples `brick`, whose low corner is at `low_S`, at the coarsest sufficient level. Refines where interpolation is
-/// not accurate enough in the middle of a cell. Elsewhere the finer samples are interpolated from the coarser ones, so
-/// that exact distances are computed only where the surface bends.
+/// Samples `brick`, whose low corner is at `low_S`, at the coarsest sufficient level. The samples are refined where
+/// interpolation is not accurate enough in the middle of a cell. Elsewhere the finer samples are interpolated from the
+/// coarser ones, so exact distances are computed only where the surface is curved.
 ///
-/// In      brick  hint
-/// Out     brick  level, samples in quanta, tests
+/// In      brick  hint is set
+/// Out     brick  level, samples (in quanta) and tests are set
 void sample_brick(const ExactDistance& exact, const Vec3& low_S, double brick_m, double band_m, double tolerance_m,
                   double quantum_m, std::uint32_t levels, Brick& brick);
 

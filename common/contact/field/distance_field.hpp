@@ -1,5 +1,5 @@
-// Signed distance of a point to a shape's surface, and the outward direction: the only query that contact makes to a
-// shape.
+// Signed distance from a shape's surface to a point, with the outward direction. Contact uses a shape only through this
+// query.
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@ namespace tandem::contact {
 
 struct DistanceSample {
   double distance_m = 0;  ///< negative for a point inside the shape
-  /// Gradient of the distance, out of the shape. Its length is about 1, less on a crease (where two sides are equally
-  /// near), and never 0.
+  /// Gradient of the distance, pointing out of the shape. Its length is about 1. It is less on a crease (where two
+  /// sides are equally near), and never 0.
   Vec3 gradient = Vec3::UnitZ();
 };
 
@@ -77,9 +77,9 @@ class DistanceField {
   /// Returns the planes of the shape's flat parts, kMaxPlanes at most. They live as long as the field.
   virtual std::span<const FieldPlane> planes() const noexcept { return {}; }
   /// Returns the planes that replace the field in a box: those of a face, or of faces that meet at a convex edge or
-  /// corner. Wherever the field's distance is not positive, it equals the largest of the distances to the planes. Where
-  /// the latter is positive, the field's distance is positive too, and not less. Both hold within the rounding of
-  /// samples. There are at most six planes. The set is empty if no such planes exist or if that is unknown.
+  /// corner. There are at most six; the set is empty if no such planes are known. Where the field's distance is not
+  /// positive, the largest distance to the planes equals it. Where that largest distance is positive, the field's
+  /// distance is at least as large. Both hold within the rounding of samples.
   ///
   /// Out     queries  incremented by the number of table entries read
   virtual PlaneSet planes_over(const OrientedBox& /*box_S*/, std::size_t& queries) const noexcept {

@@ -14,7 +14,7 @@
 namespace tandem::contact {
 namespace {
 
-// Range of lengths of a gradient that is used unchanged. Shorter gradients occur on creases.
+// Gradients with a length in this range are used unchanged. Shorter ones occur on creases.
 constexpr double kMinGradient = 0.1;
 constexpr double kMaxGradient = 2.0;
 
@@ -58,12 +58,13 @@ double value(const Cell<T>& cell) {
   return mix(along_y(cell.at), along_y(cell.at + cell.plane), cell.z);
 }
 
-/// A value and its slope. Scalars are used, since loading a vector right after storing its parts would stall.
+/// A value and its slope. They are scalars, because loading a vector right after storing its parts would stall the
+/// processor.
 struct Slope {
   double value, x, y, z;
 };
 
-/// Interpolates the value and its slope, which is per length of a cell.
+/// Interpolates the value and its slope. The unit of the slope is value per edge of a cell.
 template <typename T>
 Slope value_and_slope(const Cell<T>& cell) {
   const auto& [at, row, plane, x, y, z] = cell;
@@ -195,8 +196,8 @@ inline DistanceSample DistanceGrid::sample_brick(const Place& place, std::uint32
   const double x = slope.x * per_cell;
   const double y = slope.y * per_cell;
   const double z = slope.z * per_cell;
-  // The slope vanishes where two sides are equally far. The slope of the coarse lattice is used instead, since it still
-  // points outwards.
+  // The slope vanishes where two sides are equally near. It is replaced by the slope of the coarse lattice of corners,
+  // which points outwards there too.
   if (!is_usable(x * x + y * y + z * z)) [[unlikely]]
     return {slope.value * quantum_m_, kMinGradient * sample_corners(place).gradient.normalized()};
   return {slope.value * quantum_m_, {x, y, z}};
@@ -208,7 +209,8 @@ DistanceSample DistanceGrid::sample(const Vec3& p_S) const noexcept {
   return sample_brick(place, ref_at(place));
 }
 
-// Samples all points that are in bricks with samples. Points that get a NaN distance must be sampled one by one.
+// Samples all points that lie in bricks with samples. The other points get a NaN distance and must be sampled one by
+// one.
 void DistanceGrid::sample_cells(const EightPlaces& p_S, std::size_t count, EightSamples& samples) const noexcept {
   const auto along = [this](std::size_t axis) { return static_cast<std::int32_t>(bricks_[axis]); };
   const GridCells cells{origin_S_,    bricks_per_m_,  quantum_m_, {along(0), along(1), along(2)},
@@ -264,8 +266,8 @@ std::size_t DistanceGrid::memory_bytes() const {
          samples_.capacity() * sizeof(samples_[0]) + planes_.memory_bytes();
 }
 
-/// Sets the references of all bricks.
-/// In      levels  for each brick: 0 without samples, else level + 1
+/// Computes the references of all bricks from their levels.
+/// In      levels  for each brick: 0 if it has no samples, else level + 1
 /// Out     false if the bricks do not have `sample_count` samples in total, or too many
 bool DistanceGrid::set_levels(std::span<const std::uint8_t> levels, std::size_t sample_count) {
   refs_.resize(levels.size());

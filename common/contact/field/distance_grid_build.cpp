@@ -1,5 +1,5 @@
-// Samples the distance to a mesh: chooses bricks and their resolution, and matches their borders. Each brick is sampled
-// independently, so threads share no data and their number does not affect the result.
+// Builds a distance grid from a mesh: chooses bricks and their resolution, samples them, and matches their borders.
+// Each brick is sampled independently. Threads therefore share no data, and their number does not affect the result.
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -20,15 +20,15 @@ namespace {
 
 /// Quantization step of distances near the surface, as a fraction of the tolerance.
 constexpr double kCodingShare = 1.0 / 16;
-/// Number of bricks from which the memory of a grid is estimated, and the margin by which cells are widened if it is
-/// too much.
+/// Number of sampled bricks from which the memory of a grid is estimated, and the safety factor when cells are widened
+/// because the estimate exceeds the limit.
 constexpr std::size_t kBricksToExpectBy = 500;
 constexpr double kWidenFor = 1.05;
 /// Number of quantization steps in a brick's edge, for the distances at its corners.
 constexpr double kCornerSteps = 512;
 
-/// Returns a function for the distance to a mesh: the signed distance to a solid, the distance to the plate around a
-/// sheet, or the smaller of both. The function refers to the trees.
+/// Returns a function that computes the distance to a mesh: the signed distance to a solid, the distance to the plate
+/// around a sheet, or the smaller of both. The function keeps references to the trees.
 ///
 /// In      sheet  sheet beside a solid; null if there is none
 ExactDistance exact_distance(const geometry::TriangleTree& tree, geometry::SurfaceKind kind,
@@ -40,7 +40,7 @@ ExactDistance exact_distance(const geometry::TriangleTree& tree, geometry::Surfa
     if (!is_solid) return closest.distance_m - half_thickness_m;
     const bool is_inside = (p_S - closest.point_S).dot(closest.normal_S) < 0;
     const double distance_m = is_inside ? -closest.distance_m : closest.distance_m;
-    // The plate is nearer only if the distance to its middle is below this value.
+    // The plate is nearer only if the distance to the sheet, the plate's middle, is below this value.
     const double reach_m = distance_m + half_thickness_m;
     if (sheet == nullptr || reach_m <= 0) return distance_m;
     return std::min(distance_m, sheet->closest(p_S, reach_m).distance_m - half_thickness_m);
@@ -131,8 +131,8 @@ void DistanceGridBuilder::lay_lattice(const geometry::ContactMesh& mesh) {
   grid.brick_m_ = kBrickCells * options_.cell_m;
   grid.bricks_per_m_ = 1.0 / grid.brick_m_;
   grid.band_m_ = options_.band_m;
-  // Bound of all sampled distances: the middle of a brick is within the band plus half of its diagonal, and a sample is
-  // within another half diagonal of the middle.
+  // Bound of all sampled distances: the middle of a sampled brick is within the band plus half of the brick's diagonal,
+  // and a sample is within another half diagonal of the middle.
   grid.quantum_m_ = (grid.band_m_ + grid.brick_m_ * std::sqrt(3.0)) / kSampleSteps;
   // The margin is the band and one more brick, so that the border of the lattice is outside and not near the surface.
   const double margin = grid.band_m_ + grid.brick_m_;
@@ -216,7 +216,7 @@ void DistanceGridBuilder::sample_bricks() {
   in_parallel(lattice_.bricks.size(), 0.2, 0.97, [&](std::size_t i) { sample(lattice_.bricks[i]); });
 }
 
-/// Rounds the samples to their coded values, which are those that each receiver decodes.
+/// Rounds the samples to the values that a receiver decodes.
 void DistanceGridBuilder::code_samples() {
   const SampleCoding coding{grid_->sample_step_};
   lattice_.code(
@@ -255,7 +255,7 @@ std::unique_ptr<DistanceGrid> DistanceGrid::build(const geometry::ContactMesh& m
     const double excess =
         builder.lay_out(mesh.kind == geometry::SurfaceKind::kSolid) / static_cast<double>(options.max_grid_bytes);
     if (excess > 1) {
-      // The number of bricks is proportional to the area divided by the square of their edge.
+      // The number of bricks is proportional to the surface area divided by the square of a brick's edge.
       const double wider = std::sqrt(kWidenFor * excess);
       fitting.cell_m *= wider;
       fitting.tolerance_m *= wider;

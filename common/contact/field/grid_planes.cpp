@@ -15,28 +15,30 @@ namespace tandem::contact {
 namespace {
 
 // Largest difference of a sample from the distance to a plane, before and after fitting, in quantization steps of
-// samples near the surface. Half a step is rounding, and another half occurs where a brick follows the border of a
+// samples near the surface. Rounding causes half a step. Another half occurs where a brick follows the border of a
 // coarser one.
 constexpr double kGuessSteps = 3;
 constexpr double kFittedSteps = 1.25;
 // Additional tolerance as a fraction of the distance, because samples far from the surface are rounded to 1/128 of it.
 constexpr double kGuessShare = 0.01;
 constexpr double kFittedShare = 0.005;
-// Least number of samples for a fit. With fewer samples, the plane of the shell's points is as accurate.
+// Least number of samples for a fit. With fewer samples, the plane estimated from the shell's points is as accurate.
 constexpr double kMinSamples = 64;
-// Error of samples along sharp edges where bricks of different resolution meet. The planes are more accurate there.
+// Largest error of samples at sharp edges where bricks of different resolution meet. The planes are more accurate
+// there.
 constexpr double kEdge_m = 1e-4;
-// Limit of the number of bricks. Planes need 12 bytes for each brick, and the time to fill them.
+// Limit of the number of bricks of a grid with planes. Planes need 12 bytes for each brick, and the time to fill them.
 constexpr std::size_t kMaxBricksWithPlanes = std::size_t{1} << 20U;
-// Limit of the number of computed distances to planes, which take a few seconds. Later blocks get no planes.
+// Limit of the number of computed distances to planes; as many take a few seconds. Blocks beyond the limit get no
+// planes.
 constexpr std::int64_t kMaxDistances = 500'000'000;
 // Least distance of a block that counts as outside.
 constexpr double kOutside_m = 3e-4;
 // Depth beyond which a sample need not match any plane, because contact becomes rigid long before.
 constexpr double kInside_m = 2 * PlaneMap::kDeep_m;
 
-/// Least-squares fit of a plane to samples. The fit corrects the plane's normal and offset by the mean residual errors
-/// of the samples.
+/// Least-squares fit of a plane to samples. It corrects the normal and offset of an approximate plane, such that the
+/// residual errors of the samples become least.
 struct Fit {
   Eigen::Matrix4d squares = Eigen::Matrix4d::Zero();
   Eigen::Vector4d rest = Eigen::Vector4d::Zero();
@@ -46,7 +48,7 @@ struct Fit {
     squares += a * a.transpose();
     rest += rest_m * a;
   }
-  /// In      origin  reference point of the positions given to add()
+  /// In      origin  reference point of the positions passed to add()
   FieldPlane corrected(const FieldPlane& plane, const Vec3& origin) const {
     const double count = squares(3, 3);
     if (count < kMinSamples) return plane;
@@ -60,8 +62,8 @@ struct Fit {
     fitted.offset_m = plane.offset_m + change[3] - change.head<3>().dot(origin);
     const double length = fitted.normal.norm();
     if (!(std::abs(length - 1) < 0.1)) return plane;
-    // After the fit, the normal's length may differ from 1 by a rounding error. Normal and offset are both divided by
-    // the length, which does not move the plane.
+    // The fitted normal is not exactly of unit length. Dividing normal and offset by its length does not move the
+    // plane.
     return {fitted.normal / length, fitted.offset_m / length};
   }
 };
@@ -130,7 +132,7 @@ class DistanceGrid::PlaneFinder {
     }
   }
 
-  /// Calls visit for planes that may be near a brick.
+  /// Calls visit(i) for the index of each plane that may be near a brick.
   template <typename Visit>
   void for_planes(const Vec3& low_S, const Visit& visit) const {
     const Vec3 middle = low_S + Vec3::Constant(grid_.brick_m_ / 2);
@@ -149,7 +151,7 @@ class DistanceGrid::PlaneFinder {
     }
   }
 
-  /// Returns whether visit(p_S, sample) is true for all samples in some blocks and on their sides. If cells are larger
+  /// Returns whether visit(p_S, sample) is true for all samples in some blocks and on their faces. If cells are larger
   /// than blocks, the samples of the surrounding cells are used.
   template <typename Visit>
   bool for_samples(const Vec3& low_S, std::uint32_t ref, const Blocks& blocks, const Visit& visit) const {
@@ -197,7 +199,8 @@ class DistanceGrid::PlaneFinder {
     return far_index(least_m, most_m);
   }
 
-  /// Returns the common index in PlaneMap for some blocks: that of the planes that match all their samples, if any.
+  /// Returns the index in PlaneMap that some blocks share: the index of the planes that match all their samples, if
+  /// any.
   std::uint8_t index_of(PlaneMap& map, const Vec3& low_S, std::uint32_t ref, const Blocks& blocks) {
     if (distances_left_ < 0) return PlaneMap::kNone;
     PlaneSet set = 0;
@@ -206,7 +209,7 @@ class DistanceGrid::PlaneFinder {
       distances_left_ -= static_cast<std::int64_t>(planes_.size());
       bool is_found = false;
       // Outside of an edge, the distance to the shape is larger than the distance to each plane. If no single plane
-      // matches, all planes with a positive distance are therefore tried together.
+      // matches there, all planes with a positive distance are tried together.
       PlaneSet beyond = set;
       for_planes(low_S, [&](std::size_t i) {
         const PlaneSet wider = set | PlaneSet{1} << i;
@@ -236,7 +239,8 @@ class DistanceGrid::PlaneFinder {
     return far_index(least_m, most_m);
   }
 
-  /// Returns whether a sample equals the largest distance to the planes. Outside of an edge it may be larger.
+  /// Returns whether a sample equals the largest distance to the planes. Outside of an edge, a larger sample matches
+  /// too.
   bool matches(PlaneSet set, const Vec3& p_S, double sample_m) {
     distances_left_ -= 1 + std::popcount(set);
     const double largest = largest_m(planes_, set, p_S);

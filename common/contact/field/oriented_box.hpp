@@ -1,4 +1,4 @@
-// Boxes of any orientation, and the planes of a set that can be the largest in distance within a box.
+// Boxes of any orientation, and the selection of planes that can be the farthest within a box.
 #pragma once
 
 #include <span>
@@ -17,14 +17,14 @@ struct OrientedBox {
   OrientedBox moved(const Eigen::Matrix3d& R_FB, const Vec3& p_FB) const {
     return {R_FB * centre + p_FB, R_FB * axes, half_m};
   }
-  /// Returns the largest n·p over the box minus n·p at its centre.
+  /// Returns the maximum of n·p over the box minus n·p at its centre.
   double reach_m(const Vec3& normal) const { return (axes.transpose() * normal).cwiseAbs().dot(half_m); }
 };
 
-/// Returns the largest distance to the planes of a set; minus infinity for an empty set.
+/// Returns the maximum of the signed distances from a set of planes to a point; minus infinity for an empty set.
 double largest_m(std::span<const FieldPlane> planes, PlaneSet set, const Vec3& p);
 
-/// Returns the planes of a set whose distance may be the largest one somewhere in a box.
+/// Returns the planes of a set that have the largest signed distance at some point of a box.
 PlaneSet largest_over(std::span<const FieldPlane> planes, PlaneSet set, const OrientedBox& box);
 
 }  // namespace tandem::contact

@@ -11,15 +11,15 @@
 namespace tandem::contact {
 namespace {
 
-// Maximum number of bricks whose blocks have different sets of planes. They need 32 MB.
+// Maximum number of bricks whose blocks have different sets of planes. As many need 32 MB.
 constexpr std::size_t kMaxMixed = std::size_t{1} << 16U;
-// Two distances to planes count as equal if they differ by at most this.
+// Two signed distances to planes count as equal if they differ by at most this.
 constexpr double kSameDistance_m = 5e-6;
-// Maximum number of bricks and blocks that a query may read. It bounds the cost of a traversal of the tree over the
-// points. Nodes that would need more are divided.
+// Maximum number of bricks and blocks that a query may read, as a bound of the cost of walking the tree over the
+// points. A query that would read more returns no planes; the search then divides its node.
 constexpr std::size_t kMaxPlaneMapQueries = 512;
 
-/// Calls visit(p) for the corners of a box until it returns false. Returns whether visit() was true for all of them.
+/// Calls visit(p) for the corners of a box until it returns false. Returns whether visit(p) was true for all corners.
 template <typename Visit>
 bool for_corners(const Vec3& middle, const Eigen::Matrix3d& half_edges, const Visit& visit) {
   for (const double z : {-1.0, 1.0}) {
@@ -42,8 +42,7 @@ struct PlaneMap::Range {
               ///< axes
   std::array<std::int64_t, 3> begin, end;
 
-  /// Calls visit(x, y, z, middle) for the cubes until it returns false. Returns whether visit() was true for all of
-  /// them.
+  /// Calls visit(x, y, z, middle) for the cubes until it returns false. Returns whether visit() was true for all cubes.
   template <typename Visit>
   bool all_of(const OrientedBox& box, const Visit& visit) const {
     const Vec3 step = edge_m * box.axes.row(0).transpose();
@@ -126,8 +125,8 @@ bool PlaneMap::is_largest(PlaneSet all, std::uint8_t index, const Vec3& middle, 
   return is_below(all & ~sets_[index], sets_[index], middle, edge_m);
 }
 
-// Checks is_largest() at one point. Returns false if the check fails there, and true also where one point does not
-// suffice for a check.
+// Checks is_largest() at one point. Returns false if the check fails there. Returns true if it succeeds, or if one
+// point cannot decide.
 bool PlaneMap::is_largest_at(PlaneSet all, std::uint8_t index, const Vec3& p_S) const noexcept {
   if (index <= kInside || (all & ~sets_[index]) == 0) return true;
   return largest_m(planes_, all & ~sets_[index], p_S) <= largest_m(planes_, sets_[index], p_S) + kSameDistance_m;
@@ -139,7 +138,7 @@ std::size_t PlaneMap::memory_bytes() const {
          harmless_.capacity() * sizeof(PlaneSet);
 }
 
-// Returns the range of cubes that may intersect a box. Where the box extends beyond the lattice, the range ends at the
+// Returns the range of cubes that may intersect a box. The range is limited to the lattice, so a box beyond it gets the
 // cubes of the lattice's border.
 PlaneMap::Range PlaneMap::range_of(const OrientedBox& box_S, double edge_m) const noexcept {
   Range range{edge_m, origin_S_, box_S.half_m + edge_m / 2 * box_S.axes.cwiseAbs().colwise().sum().transpose(), {}, {}};
@@ -173,8 +172,8 @@ std::uint8_t PlaneMap::at(const Vec3& p_S) const noexcept {
                 block(scaled[0] - static_cast<double>(x))];
 }
 
-/// Calls of_brick(brick) for each brick in a box whose blocks have a common index, and of_block(index, middle) for the
-/// blocks of other bricks, until one returns false. Returns whether all were true.
+/// Visits the bricks in a box until a visit returns false. Calls of_brick(brick) for a brick whose blocks share one
+/// index, and of_block(index, middle) for each block of other bricks. Returns whether all visits returned true.
 template <typename OfBrick, typename OfBlock>
 bool PlaneMap::for_blocks(const OrientedBox& box_S, const OfBrick& of_brick, const OfBlock& of_block) const noexcept {
   const Range bricks = range_of(box_S, brick_m_);
@@ -196,9 +195,9 @@ bool PlaneMap::for_blocks(const OrientedBox& box_S, const OfBrick& of_brick, con
   });
 }
 
-// Returns whether the largest distance to the planes is nowhere below 0 in a box along the axes. Between the corners it
-// may be less than at each of them, for example if a thin wall passes between them. The test therefore uses the least
-// value of the distance to one plane, or of the mean of two distances.
+// Returns whether the largest distance to the planes is nowhere negative in a box along the axes. It is not enough to
+// test the corners, since a thin wall may pass between them. The test therefore looks for one plane, or the mean of two
+// planes, whose least distance over the box is not negative.
 bool PlaneMap::is_above_some(PlaneSet set, const Vec3& middle, const Vec3& half_m) const noexcept {
   for (PlaneSet rest = set; rest != 0; rest &= rest - 1) {
     const FieldPlane& plane = planes_[static_cast<std::size_t>(std::countr_zero(rest))];
@@ -213,15 +212,15 @@ bool PlaneMap::is_above_some(PlaneSet set, const Vec3& middle, const Vec3& half_
   return false;
 }
 
-// Returns whether all of a cube is deeper than any contact. The corners suffice, because the largest distance to planes
-// is convex.
+// Returns whether a whole cube is deeper than any contact. The corners suffice for the test, because the largest
+// distance to planes is a convex function.
 bool PlaneMap::is_deep(PlaneSet set, const Vec3& middle, double edge_m) const noexcept {
   return for_corners(middle, edge_m / 2 * Eigen::Matrix3d::Identity(),
                      [&](const Vec3& p_S) { return largest_m(planes_, set, p_S) <= -kDeep_m; });
 }
 
-// Returns whether the planes are right for the part of a box beyond the lattice. There is no surface, so the largest
-// distance to the planes must nowhere be below 0.
+// Returns whether the planes are right for the part of a box beyond the lattice. No surface is there, so the largest
+// distance to the planes must nowhere be negative.
 bool PlaneMap::is_right_beyond(PlaneSet set, const OrientedBox& box_S) const noexcept {
   const Vec3 reach = box_S.axes.cwiseAbs() * box_S.half_m;
   for (int i = 0; i < 3; ++i) {
@@ -239,7 +238,7 @@ bool PlaneMap::is_right_beyond(PlaneSet set, const OrientedBox& box_S) const noe
   return true;
 }
 
-// Returns whether, for each plane of `others`, some plane of `set` has at least its distance everywhere in a cube.
+// Returns whether each plane of `others` is, everywhere in a cube, at most as distant as some plane of `set`.
 bool PlaneMap::is_below(PlaneSet others, PlaneSet set, const Vec3& middle, double edge_m) const noexcept {
   for (; others != 0; others &= others - 1) {
     const FieldPlane& other = planes_[static_cast<std::size_t>(std::countr_zero(others))];
@@ -267,8 +266,8 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S, std::size_t& queries) c
     return all == before || std::popcount(all) <= kMaxInBox;
   };
   const Eigen::Matrix3d half_edges = box_S.axes * box_S.half_m.asDiagonal();
-  // The corners are checked first, because most boxes that extend beyond the planes' region, or meet a concave edge,
-  // are rejected there.
+  // The corners are checked first, because they reject most boxes that extend beyond the planes' region or meet a
+  // concave edge.
   std::array<std::uint8_t, 9> at_corners;
   std::size_t corners = 0;
   const auto add_corner = [&](const Vec3& p_S) { return add_planes_at(at_corners[corners++] = at(p_S)); };
@@ -276,8 +275,8 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S, std::size_t& queries) c
   corners = 1;
   const auto is_right_at = [&](const Vec3& p_S) { return is_largest_at(all, at_corners[corners++], p_S); };
   if (!is_largest_at(all, at_corners[0], box_S.centre) || !for_corners(box_S.centre, half_edges, is_right_at)) return 0;
-  // The largest distance to these planes must equal the field's everywhere, also in blocks that have only some of the
-  // planes. A block outside of the shape may be above a plane that is found later, so it is checked again when the set
+  // The largest distance to these planes must equal the field everywhere, also in blocks with only some of the planes.
+  // A block outside of the shape may be above a plane that is found later. Such a block is checked again after the set
   // has grown.
   bool is_below_outside = false;
   const auto is_right = [&](std::uint8_t index, const Vec3& middle, double edge_m) {

@@ -11,8 +11,8 @@
 
 namespace tandem::contact {
 
-/// Stores for each block of a lattice the planes whose largest distance equals the field in it, if there are any. A
-/// brick of the lattice has eight blocks along each edge.
+/// Stores for each block of a lattice the planes whose largest distance equals the field in the block, if such planes
+/// exist. A brick of the lattice has eight blocks along each edge.
 ///
 /// Thread  any, at the same time
 class PlaneMap {
@@ -21,8 +21,8 @@ class PlaneMap {
   /// Special values of a block; larger values are indices of sets of planes.
   static constexpr std::uint8_t kNone = 0;
   static constexpr std::uint8_t kOutside = 1;  ///< the block is far outside of all surfaces
-  static constexpr std::uint8_t kInside = 2;   ///< the block is deeper in the shape than any contact
-  static constexpr double kDeep_m = 1e-3;      ///< depth that no contact reaches, since it becomes rigid long before
+  static constexpr std::uint8_t kInside = 2;   ///< the block is deeper inside the shape than any contact
+  static constexpr double kDeep_m = 1e-3;      ///< depth that no contact reaches: contact becomes rigid at 0.5 mm
   using Blocks = std::array<std::uint8_t, std::size_t{kBlocks} * kBlocks * kBlocks>;
   /// Largest number of planes of a block: the three that meet in a corner.
   static constexpr int kMaxInBlock = 3;
@@ -35,7 +35,7 @@ class PlaneMap {
 
   /// Returns the index of a set of planes, and stores the set if it is new. Returns kNone if there are too many sets.
   std::uint8_t index_of(PlaneSet set);
-  /// Stores the blocks of a brick. Call it once for each brick that is not kNone, in any order.
+  /// Stores the blocks of a brick. Call it once for each brick that has a block other than kNone, in any order.
   void set(std::size_t brick, const Blocks& blocks);
 
   std::span<const FieldPlane> planes() const { return planes_; }
@@ -65,10 +65,11 @@ class PlaneMap {
   Vec3 origin_S_ = Vec3::Zero();
   std::array<std::uint32_t, 3> bricks_ = {0, 0, 0};
   double brick_m_ = 1;
-  /// Content of each brick: the value of its blocks if it is the same for all, else kFirstMixed + index in mixed_.
+  /// Content of each brick: the common value of its blocks, or kFirstMixed + index in mixed_ if they differ.
   std::vector<std::uint32_t> refs_;
-  /// For each brick whose blocks have the same set of planes: further planes whose distance is nowhere in the brick the
-  /// largest one, so a query may include them. For each brick far outside: the planes above which the whole brick lies.
+  /// For a brick with one set of planes: further planes whose distance is nowhere in the brick the largest one. A query
+  /// may include them without an effect on its result. For a brick far outside: the planes above which the whole brick
+  /// lies.
   std::vector<PlaneSet> harmless_;
   std::vector<Blocks> mixed_;  ///< blocks of the bricks whose blocks have different values
   static constexpr std::uint32_t kFirstMixed = 256;

@@ -12,27 +12,27 @@
 namespace tandem::contact {
 namespace {
 
-// Borders between the slices of the pressing part, as fractions of the depth from the deepest point. With this value of
-// kInner, the moment of friction about the normal is exact.
+// Borders between the slices of the pressing cap, as fractions of its depth from the deepest point. This value of
+// kInner makes the moment of friction about the normal exact.
 constexpr double kInner = 0.14288946;
 constexpr double kMiddle = 0.65;
-// Slices of the part that does not press: thickness of the first one, and ratio of the thicknesses of successive ones.
-// Both are the same as in plane_contacts.cpp.
+// Slices of the part that does not press: thickness of the first slice, and ratio of the thicknesses of successive
+// ones. Both values equal those in plane_contacts.cpp.
 constexpr double kFirstSlice_m = 1.6e-5;
 constexpr double kNextSlice = 4;
 constexpr int kGapSlices = 4;
-// Index of the slice that gets four contacts on a ring while nothing presses. They are where the pairs of contacts
-// appear once the ball presses.
+// Index of the slice that gets four contacts on a ring while nothing presses. When the ball presses, its pairs of
+// contacts appear at the same positions.
 constexpr int kWideSlice = 2;
-// Largest depth as a fraction of the radius. At a larger depth, the solid below the plane may be thinner than the ball.
+// Largest depth as a fraction of the radius. A deeper ball might reach through the solid below the plane.
 constexpr double kMaxDepth = 0.5;
 
-/// Returns the height above the lowest point of a ball up to which its surface is within the band.
+/// Returns the height above the ball's lowest point up to which its surface is within the band.
 double cap_height_m(double radius_m, double depth_m, double band_m) {
   return std::min(depth_m + band_m, radius_m);
 }
 
-/// Returns two tangents, which depend on the normal only.
+/// Returns two tangents of a plane. They depend on its normal only, so they do not turn with the ball.
 std::array<Vec3, 2> tangents_of(const Vec3& normal) {
   int least = 0;
   normal.cwiseAbs().minCoeff(&least);
@@ -61,8 +61,8 @@ const FieldPlane* plane_below_ball(const DistanceField& field, PlaneSet planes, 
   box.centre = centre_F - (radius_m - cap_m / 2) * nearest->normal;
   const double half_m = std::sqrt(cap_m * (2 * radius_m - cap_m));
   box.half_m = Vec3(half_m, half_m, cap_m / 2);
-  // In an inexact field, a ball beside an edge may pass the tests above although it does not touch this plane alone:
-  // over the cap, the distance to another plane may be larger.
+  // In a sampled field, a ball beside an edge may pass the tests above although it touches another plane too. The
+  // largest distance over the whole cap must therefore be that of this plane.
   const PlaneSet nearest_alone = PlaneSet{1} << static_cast<unsigned>(nearest - all.data());
   return largest_over(all, planes, box) == nearest_alone ? nearest : nullptr;
 }
@@ -77,7 +77,8 @@ void add_ball_on_plane(const FieldPlane& plane, const Pose& X_WF, const Vec3& ce
   const Vec3 normal_W = R_WF * plane.normal;
   const Vec3 centre_W = R_WF * centre_F + X_WF.p;
   std::uint32_t id = ContactPoint::kClosedForm;
-  // Adds a contact for the part of the sphere between two heights above the lowest point, with its area times `share`.
+  // Adds a contact for the part of the sphere between two heights above its lowest point. Its area is multiplied by
+  // `share`.
   const auto add = [&](double begin_m, double end_m, double share, const Vec3& aside_W) {
     const std::uint32_t own_id = id++;
     if (!(end_m > begin_m)) return;

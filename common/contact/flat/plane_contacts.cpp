@@ -21,14 +21,14 @@ namespace {
 // Points whose depths differ by at most this may always be merged. The value is a few times the rounding error of
 // points and distances.
 constexpr double kSpan_m = 5e-6;
-// If all points press, or none does, depths may differ more: in addition by this fraction of the least depth or gap.
-// For pressing points the difference is at most kMaxSpan_m. The merged contact is less deep than the deepest point by a
-// few tenths of the difference.
+// If all points press, or none does, the allowed difference grows by this fraction of the least depth or gap. For
+// pressing points it is at most kMaxSpan_m. The merged contact is less deep than the deepest point by a few tenths of
+// the difference.
 constexpr double kSpanShare = 0.5;
 constexpr double kMaxSpan_m = 5e-5;
 // A part with less than this fraction of the node's area gets no contact.
 constexpr double kMinShare = 1e-9;
-// Least cosine of normals that may be merged: they differ by at most 0.01 rad.
+// Least cosine between the normals of contacts that may be merged: the normals differ by at most 0.01 rad.
 constexpr double kAlikeCosine = 1 - 5e-5;
 
 /// Returns whether points with depths from `low` to `high` may be merged.
@@ -73,8 +73,8 @@ struct Mean {
   }
 };
 
-/// Four points with the moments of an area. Each has a quarter of the area. They are at mean ± s₁ ± s₂, where s₁ and s₂
-/// are the columns of the Cholesky factor of the covariance.
+/// Four points that have the moments of an area, each with a quarter of the area. They are at mean ± s₁ ± s₂, where s₁
+/// and s₂ are the columns of the Cholesky factor of the covariance.
 struct Four {
   double area;
   std::array<double, 4> u, v;
@@ -84,7 +84,7 @@ struct Four {
     const double uu = std::max(0.0, moments(1, 1) / area - mean_u * mean_u);
     const double uv = moments(2, 1) / area - mean_u * mean_v;
     const double vv = std::max(0.0, moments(2, 2) / area - mean_v * mean_v);
-    // The Cholesky factor follows the covariance continuously.
+    // The Cholesky factor is a continuous function of the covariance; eigenvectors are not.
     const double along = std::sqrt(uu);
     const double shear = along > 0 ? std::clamp(uv / along, -std::sqrt(vv), std::sqrt(vv)) : 0;
     const double across = std::sqrt(std::max(0.0, vv - shear * shear));
@@ -96,7 +96,7 @@ struct Four {
   }
 };
 
-/// A plane of the other shape's field below a node, in the frame P of the node's points.
+/// A plane of the other shape's field that is below a node, in the frame P of the node's points.
 struct Below {
   Vec3 normal_W, normal_P;
   double offset_m;
@@ -121,9 +121,10 @@ class NodeContacts {
     }
   }
 
-  /// Selects the planes whose distance may be the largest one in this box. The largest one at its middle comes first.
+  /// Selects the planes that may have the largest distance somewhere in this box. The first plane is the one with the
+  /// largest distance at the box's middle.
   ///
-  /// Out     least and largest depth
+  /// Out     least and largest depth of the box
   std::pair<double, double> depth_range(const OrientedBox& box) {
     planes_ = all_;
     const auto first = std::ranges::max_element(planes_, std::less{},
@@ -149,8 +150,8 @@ class NodeContacts {
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) add_point(i, i, i + 1, 1);
   }
 
-  /// Adds `count` points, which share the node's area. They are evenly spaced in memory, except that the deepest point
-  /// is one of them.
+  /// Adds `count` points, which divide the node's area among them. One of them is the deepest point; the others are
+  /// evenly spaced in the order of the shell.
   void add_some_points(const ShellNode& node, std::uint32_t count) {
     const auto index_of = [&](std::uint32_t k) {
       return node.first + static_cast<std::uint32_t>(std::uint64_t{k} * node.count / count);
@@ -165,7 +166,7 @@ class NodeContacts {
     for (std::uint32_t k = 0; k < count; ++k) add_point(chosen(k), index_of(k), index_of(k + 1), scale);
   }
 
-  /// Adds the four contacts of a node above one plane. Either all of the node presses, or nothing does.
+  /// Adds the four contacts of a node above one plane. The node must press as a whole, or not at all.
   void add_whole(const ShellNode& node, const FlatNode& flat) {
     const auto quarters = quarters_of(node);
     const Vec3 mean = flat.mean_S.cast<double>();
@@ -177,12 +178,12 @@ class NodeContacts {
     }
   }
 
-  /// Adds the parts of a polygon. For each plane there is the part where that plane is the nearest, divided into a
-  /// pressing part and one that does not press.
+  /// Adds the parts of a polygon. Each plane has the part of the polygon where it is the nearest plane. That part is
+  /// divided into a pressing piece and one that does not press.
   ///
-  /// In      is_sliced  true: parts that do not press, or will soon be rigid, are cut into slices of depth, so that the
-  ///         contact of the deepest slice is nearly as deep as the part. Any other part becomes four contacts
-  /// Out     false if there would be more contacts than the node has points (ids), or than there is room for
+  /// In      is_sliced  true: pieces that do not press, or will soon be rigid, are cut into slices of depth, so that
+  ///         the contact of the deepest slice is nearly as deep as the piece. Any other piece becomes four contacts
+  /// Out     false if there would be more contacts than ids (points of the node), or than `room`
   bool add_parts(const ShellNode& node, const FlatNode& flat, std::size_t room, bool is_sliced) {
     const Polygon whole = corners_of(flat);
     const AreaMoments sum = moments_of(whole);
@@ -210,8 +211,8 @@ class NodeContacts {
         cut(polygon, is_gap ? DepthSlope(-slopes[i]) : slopes[i]);
         if (is_gap) cut(polygon, below(slopes[i], search_.band_m));
         for (std::size_t k = 0; k < slopes.size(); ++k) {
-          // Beyond an edge of the other shape, a plane continues but the surface does not. The polygon is cut off
-          // there.
+          // Beyond an edge of the other shape, its plane continues but its surface does not. The polygon is cut off at
+          // the edge.
           if (k != i) cut(polygon, is_gap ? slopes[k] : DepthSlope(slopes[k] - slopes[i]));
         }
         if (is_empty(polygon)) continue;
@@ -251,13 +252,13 @@ class NodeContacts {
     return deepest;
   }
 
-  /// Adds point i, with `scale` times its area. It represents the points from `first` to before `end`.
+  /// Adds point i, with `scale` times its area. The contact represents the points in [first, end).
   void add_point(std::uint32_t i, std::uint32_t first, std::uint32_t end, double scale) {
     const ShellPoint& point = search_.shell.points[i];
     const Vec3 p_P = point.p_S.cast<double>();
     const auto [largest, largest_m] = largest_at(p_P);
     const auto is_above = [&p_P](const Below& plane) { return plane.distance_m(p_P) > 0; };
-    // Beyond an edge of the other shape, the point is above two planes, and there is no surface to press on.
+    // Beyond an edge of the other shape, the point is above two planes, and no surface is below it.
     if (largest_m <= 0 || std::ranges::count_if(planes_, is_above) < 2)
       add(*largest, p_P, largest_m, scale * point.area_m2, first, end);
   }
@@ -273,7 +274,7 @@ class NodeContacts {
     const Vec3 across = flat.across_S.cast<double>();
     const auto quarters = quarters_of(node);
     // Each contact keeps its id from step to step, while slices appear and vanish. Slices that press on the nearest
-    // plane have the first ids, and all other parts the last ones. The largest slice has the ids between them.
+    // plane have the first ids, and all other parts the last ones. The largest slice gets the ids in between.
     const auto first_other = static_cast<std::uint32_t>(std::max<std::size_t>(1, first_slices_));
     for (std::size_t k = 0; k < 4; ++k) {
       const auto append_part = [&](std::uint32_t part, std::uint32_t first, std::uint32_t end) {
@@ -291,12 +292,12 @@ class NodeContacts {
     }
   }
 
-  // Thickness of the first slice, which begins at the deepest position. Four contacts in a strip are less deep than
-  // that position by a fifth of the slice.
+  // Thickness of the first slice, which begins at the deepest position. For a strip, its four contacts are too shallow
+  // by a fifth of the slice.
   static constexpr double kFirstSlice_m = 1.6e-5;
   static constexpr double kNextSlice = 4;
-  // Fraction of the rigid depth (depth beyond which contact is as stiff as the step allows). Up to this depth, force
-  // remains linear in the depth during a step.
+  // Limit of the linear range as a fraction of the rigid depth (depth beyond which contact is as stiff as the step
+  // allows). Deeper parts are cut into slices, because a step may carry them beyond the rigid depth.
   static constexpr double kLinear = 0.5;
 
   bool add_slices(const Below& plane, const DepthSlope& slope, Polygon rest, double slice_m, double density,
@@ -339,10 +340,10 @@ class NodeContacts {
   std::size_t first_slices_ = 0;  ///< number of parts that press on the nearest plane
 };
 
-/// Merges pressing contacts into one, and the others into a second, if their depths and normals are similar. The result
-/// has the force and moment of all, and the same stiffness except for rotations about the contact.
+/// Merges all pressing contacts into one, and all others into a second, if their depths and normals are similar. The
+/// result has the same force and moment, and the same stiffness except for rotations about the contact.
 ///
-/// In      begin  index of the first contact to merge: the contacts are neighbours in a shell, in their order
+/// In      begin  index of the first contact to merge; the contacts are consecutive points of a shell
 ///         must   true: contacts are merged even if they are not similar
 void merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, double rigid_depth_m, bool must) noexcept {
   if (contacts.size() < begin + 2) return;
@@ -351,7 +352,7 @@ void merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, doub
   const auto may_merge = [&](const Mean& side) {
     return !(side.area > 0) || (side.is_flat && is_alike(side.low, side.high, rigid_depth_m));
   };
-  // Contacts with a gap may differ more in depth if they have less area than the pressing ones.
+  // Contacts with a gap are allowed more difference in depth if they have less area than the pressing ones.
   const bool has_little_gap = sides[1].is_flat && sides[1].area <= sides[0].area;
   if (!must && !(may_merge(sides[0]) && (has_little_gap || may_merge(sides[1])))) return;
   const std::uint32_t first = contacts[begin].id;
@@ -359,7 +360,7 @@ void merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, doub
   const std::uint32_t end = last + contacts.back().count;
   const bool has_both = sides[0].area > 0 && sides[1].area > 0;
   contacts.resize(begin);
-  // If a pressing contact and one with a gap remain, the latter gets the id of the last point.
+  // If both a pressing contact and one with a gap remain, the latter gets the id of the last point.
   if (sides[0].area > 0) contacts.push_back(sides[0].contact(first, has_both ? last : end));
   if (sides[1].area > 0) contacts.push_back(sides[1].contact(has_both ? last : first, end));
 }
@@ -377,8 +378,7 @@ void PlaneContacts::add(std::uint32_t root, PlaneSet planes, std::vector<Contact
     const auto [low, high] = node_contacts.depth_range(flat.box_S());
     const std::uint32_t child = i + 1;
     i = node.next;
-    // This node may use all room except the reserve for later nodes. Room that it does not use is left to the later
-    // nodes.
+    // This node may use all room except the reserve for later nodes. Later nodes may use what this node leaves.
     room += least_contacts_of(node);
     more -= std::min(more, more_of(node));
     if (high <= -band_m) continue;

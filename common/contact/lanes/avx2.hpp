@@ -1,10 +1,10 @@
-// Selects one of the two kernels of each kind (lanes.hpp).
+// Selects between the portable and the AVX2 version of each kernel (lanes.hpp).
 #pragma once
 
 namespace tandem::contact {
 
-/// Whether the kernels for AVX2 are used: by default if the processor has it. A test may set it while nothing else
-/// runs.
+/// Whether the AVX2 versions of the kernels are used; by default, if the processor supports AVX2. A test may change the
+/// value while no other thread runs a kernel.
 inline bool& uses_avx2() {
 #if defined(__x86_64__)
   static bool uses = __builtin_cpu_supports("avx2") != 0;

@@ -1,6 +1,6 @@
-// Vectors of four numbers. A kernel is compiled twice from one text (twice.inc), for any processor and for those with
-// AVX2. Both versions have the same operations in the same order, none of them contracted, so that results do not
-// depend on the processor.
+// Vectors of four numbers ("lanes"). Each kernel is compiled twice from one text (twice.inc): for any processor and for
+// AVX2. Both versions have the same operations in the same order, and none is contracted (fused multiply-add). Results
+// therefore do not depend on the processor.
 #pragma once
 
 #include <cmath>

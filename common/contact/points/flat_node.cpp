@@ -15,20 +15,20 @@
 namespace tandem::contact {
 namespace {
 
-// Limit of the number of points. It bounds the work that received bytes can cause. Shapes that are sampled here have
-// fewer points.
+// Limit of the number of points, because it bounds the work that received bytes can cause. Shapes sampled by this
+// program have fewer points.
 constexpr std::size_t kMaxPoints = 600'000;
 // Nodes with fewer points than this use the axes of the flat part that contains them.
 constexpr std::uint32_t kMinPart = 128;
 
 // Returns whether the points are certainly not on one plane. The smallest eigenvalue of their covariance is at least
-// its determinant divided by the square of half its trace.
+// the determinant divided by the square of half the trace.
 bool is_surely_bent(const Moments& moments) {
   const double half_trace = moments.covariance.trace() / 2;
   return moments.covariance.determinant() > kFlat_m * kFlat_m * half_trace * half_trace;
 }
 
-/// In      of_part  axes of the flat part that contains the node; if empty, they are determined here
+/// In      of_part  axes of the flat part that contains the node; if empty, they are computed and stored
 std::optional<FlatNode> flat_node_of(std::span<const ShellPoint> points, const ShellNode& node,
                                      std::optional<Eigen::Matrix3d>& of_part) {
   const Moments moments = moments_of(points);
@@ -40,7 +40,8 @@ std::optional<FlatNode> flat_node_of(std::span<const ShellPoint> points, const S
     of_part = axes_of_rectangle(points, moments.covariance);
   }
   if (auto rectangle = rectangle_of(points, node, moments, box_along(points, *of_part))) return rectangle;
-  // Points on one plane may belong to several flat parts with different axes. A large node therefore gets its own axes.
+  // Points on one plane may belong to several flat parts with different axes. A large node therefore tries its own
+  // axes.
   if (must_be && node.count >= kMinPart) {
     const Eigen::Matrix3d own = axes_of_rectangle(points, moments.covariance);
     if (auto rectangle = rectangle_of(points, node, moments, box_along(points, own))) {
@@ -75,7 +76,7 @@ std::array<std::uint32_t, 5> quarters_of(const ShellNode& node) {
 std::vector<FlatNode> find_flat_nodes(std::span<const ShellPoint> points, std::span<ShellNode> nodes) {
   std::vector<FlatNode> found;
   if (points.size() > kMaxPoints) return found;
-  std::size_t flat_end = 0;  // index after the last node below the last flat one
+  std::size_t flat_end = 0;  // index after the last node below the most recent flat node
   std::optional<Eigen::Matrix3d> axes;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     ShellNode& node = nodes[i];

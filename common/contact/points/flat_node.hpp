@@ -38,19 +38,19 @@ struct FlatNode {
   std::array<Eigen::Vector2f, kMaxFlatCorners> corners_m = {};
 
   bool is_polygon() const { return corner_count > 0; }
-  /// Returns whether the four points at mean ± deviations are in the box. If a few points lie far from many others, one
-  /// of the four may be beyond all points.
+  /// Returns whether the four points at mean ± deviations are in the box. If a few points are far from all others, one
+  /// of the four may be outside of the box.
   bool has_four_inside() const;
   OrientedBox box_S() const;
 };
 
-/// Borders of four consecutive ranges of a node's points, one for each of its four points. The tree divides the node
-/// and its halves there, so that each of the four represents the points nearest to it.
+/// Returns the borders of four consecutive ranges of a node's points, one for each of the four points that represent
+/// it. The borders are those of the tree's divisions, so each of the four represents the points nearest to it.
 std::array<std::uint32_t, 5> quarters_of(const ShellNode& node);
 
 /// Finds the flat nodes among those with more points than a leaf. All nodes below a flat node are flat, too.
 ///
-/// Out     nodes  ShellNode::flat
+/// Out     nodes  ShellNode::flat is set
 std::vector<FlatNode> find_flat_nodes(std::span<const ShellPoint> points, std::span<ShellNode> nodes);
 
 }  // namespace tandem::contact

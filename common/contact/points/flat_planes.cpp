@@ -10,7 +10,7 @@ namespace tandem::contact {
 namespace {
 
 constexpr float kMinArea_m2 = 4e-6F;
-// Only this number of flat nodes is used, the largest first. The limit bounds the work that a received shape can cause.
+// Only the largest flat nodes are used, up to this number. The limit bounds the work that a received shape can cause.
 constexpr std::size_t kMaxNodes = 1024;
 // Two nodes are on one plane if two conditions hold. The mean of one is within kSamePlane_m of the plane of the other,
 // and the sine of the angle between their normals is below kSameNormalSine.
@@ -66,7 +66,7 @@ std::vector<FieldPlane> planes_of(const PointShell& surface) {
     const Vec3 out = node->mean.normal_S.cast<double>();
     Vec3 normal = flat.along_S.cast<double>().cross(flat.across_S.cast<double>());
     if (normal.dot(out) < 0) normal = -normal;
-    // Points of an edge lie on a plane, too, but their normals differ from that of the plane.
+    // Points of a sharp edge may lie on a plane too, but their normals differ from the plane's normal.
     if (normal.dot(out) < kFacing || flat.half_m.head<2>().minCoeff() < kMinHalf_m) continue;
     const Vec3 mean = flat.mean_S.cast<double>();
     auto plane = std::ranges::find_if(planes, [&](const OnePlane& other) { return other.has(mean, normal); });

@@ -16,17 +16,18 @@
 namespace tandem::contact {
 namespace {
 
-// Distance outside the surface that a point of a polygon may have: samples of a field err by up to a tenth of a
-// millimetre at sharp edges.
+// Distance by which a point of a polygon may be outside of the field's surface. Samples of a field err by up to 0.1 mm
+// at sharp edges.
 constexpr double kBeyond_m = 1.1e-4;
-// Criteria for points that cover a polygon evenly: least number of points (smaller nodes use single points), then the
-// tolerances of half sides and deviations of a rectangle, and of the areas of cells.
+// Criteria for points that cover a polygon evenly. kMinPolygon: least number of points; smaller nodes use single
+// points. kUneven: relative tolerance of the mean and deviations of a rectangle. kUnevenCell and kUnevenSmallCell:
+// relative tolerance of the area in a cell, for nodes with at least kManyPoints points and for smaller ones.
 constexpr std::size_t kMinPolygon = 33;
 constexpr double kUneven = 0.06;
 constexpr double kUnevenCell = 0.3;
 constexpr double kUnevenSmallCell = 0.75;
 constexpr std::size_t kManyPoints = 256;
-// Size of parts in spacings of points. Each part of this size must contain a point, or it is a hole.
+// Edge of the parts into which a polygon is divided, in spacings of points. A whole part without a point is a hole.
 constexpr double kPart = 2;
 // A part counts as a whole part if at least this fraction of it is inside the polygon.
 constexpr double kWholePart = 0.8;
@@ -34,15 +35,15 @@ constexpr double kWholePart = 0.8;
 // convex hull of the points.
 constexpr double kLost_m = 2e-4;
 constexpr double kMaxShift_m = 3e-4;
-// A node is regarded as a line if the deviation of its points across is smaller than this.
+// Standard deviation of a node's points across its longest direction below which the node is regarded as a line.
 constexpr double kMinDeviation_m = 5e-4;
 // Least half width of a line.
 constexpr double kThinnest_m = 1e-7;
 // Rounding error of a box's size in single precision, for a shape that extends 10 cm from the origin.
 constexpr float kPointRounding_m = 2e-8F;
 
-/// Returns the index of the cell of a box that contains a point, for this number of cells along each side. A line has
-/// one cell across.
+/// Returns the index of the cell of a box that contains a point. `cells` has the number of cells along each side. A
+/// line has one cell across.
 std::size_t cell_of(const ShellPoint& point, const OrientedBox& box, const Eigen::Array2i& cells) {
   const Vec3 off = box.axes.transpose() * (point.p_S.cast<double>() - box.centre);
   const auto cell = [&](int i) {
@@ -52,8 +53,8 @@ std::size_t cell_of(const ShellPoint& point, const OrientedBox& box, const Eigen
   return static_cast<std::size_t>(cell(1) * cells[0] + cell(0));
 }
 
-/// Calls visit(index, share) for each cell of a box, with the fraction of the cell that is inside a polygon. The
-/// polygon is relative to the box's middle.
+/// Calls visit(index, share) for each cell of a box, where `share` is the fraction of the cell inside a polygon. The
+/// polygon's coordinates are relative to the box's middle.
 template <typename Visit>
 void for_cells(const Polygon& polygon, const OrientedBox& box, const Eigen::Array2i& cells, const Visit& visit) {
   const Eigen::Vector2d half_m = box.half_m.head<2>().cwiseMax(kThinnest_m);
@@ -73,14 +74,15 @@ void for_cells(const Polygon& polygon, const OrientedBox& box, const Eigen::Arra
   }
 }
 
-/// Returns whether each small part of a polygon has a point. Rejects polygons with a hole or a missing side.
+/// Returns whether each whole part of a polygon contains a point. Rejects polygons with a hole or with a side that the
+/// points do not reach.
 bool has_no_hole(std::span<const ShellPoint> points, const OrientedBox& box, const Polygon& polygon) {
   if (box.half_m.head<2>().minCoeff() <= kFlat_m) return true;  // the node is a line, which has no holes
   const auto count = static_cast<double>(points.size());
   const double part_m = kPart * std::sqrt(moments_of(polygon)(0, 0) / count);
   const auto parts_along = [&](int axis) { return std::max(1.0, std::floor(2 * box.half_m[axis] / part_m)); };
   const Eigen::Array2d parts(parts_along(0), parts_along(1));
-  // If a polygon is narrow, it has fewer points than parts, and parts without points are no holes.
+  // A narrow polygon would have more parts than points. Its empty parts would not be holes, so it is rejected.
   if (!(parts.prod() * moments_of(polygon)(0, 0) <= count * 4 * box.half_m[0] * box.half_m[1])) return false;
   std::vector<bool> is_empty(static_cast<std::size_t>(parts.prod()), true);
   for (const ShellPoint& point : points) is_empty[cell_of(point, box, parts.cast<int>())] = false;
@@ -90,11 +92,11 @@ bool has_no_hole(std::span<const ShellPoint> points, const OrientedBox& box, con
   return !has_hole;
 }
 
-/// Returns whether each cell of a polygon has its share of the points' area.
+/// Returns whether each cell of a polygon has as much of the points' area as its own area requires.
 bool has_even_cells(std::span<const ShellPoint> points, const Moments& moments, const OrientedBox& box,
                     const Polygon& polygon) {
-  // The axes may have been found for points on a line. They may then not be those of the points' plane, and the box is
-  // too thick.
+  // The axes may have been found for points on a line. For other points of the node they may not lie in the plane; the
+  // box is then too thick.
   if (points.size() < kMinPolygon || box.half_m[2] > 2 * kFlat_m) return false;
   constexpr int kCells = 4;  // number of cells along each side; an empty cell rejects the polygon
   Eigen::Array2i cells(kCells, kCells);
@@ -126,8 +128,8 @@ bool has_moments_of(const Moments& moments, const OrientedBox& box) {
   return true;
 }
 
-/// Returns whether a polygon extends outside of the field's surface. This is checked at points on its sides and between
-/// these and its mean.
+/// Returns whether a polygon extends outside of the field's surface. The check samples points on its sides, and between
+/// its sides and its mean.
 bool reaches_beyond(const FlatNode& flat, const DistanceField& field) {
   constexpr double kStep_m = 1.5e-3;
   constexpr int kMinSteps = 4, kMaxSteps = 32, kRounds = 3;
@@ -148,8 +150,8 @@ bool reaches_beyond(const FlatNode& flat, const DistanceField& field) {
   return false;
 }
 
-/// Chooses the order and signs of the axes for which the four points at mean ± deviations are nearest to the means of
-/// the node's quarters (quarters_of()).
+/// Chooses the order and signs of the axes. Each of the four points at mean ± deviations shall be as near as possible
+/// to the mean of the quarter of points that it represents (quarters_of()).
 void direct_axes(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments, Vec3& deviations,
                  Eigen::Matrix3d& axes) {
   const auto quarters = quarters_of(node);
@@ -284,8 +286,8 @@ std::optional<FlatNode> polygon_of(std::span<const ShellPoint> points, const She
   const Eigen::Matrix2d turn = (Eigen::Matrix2d() << along.x(), -along.y(), along.y(), along.x()).finished();
   axes.leftCols<2>() = (axes.leftCols<2>() * turn).eval();
   for (Eigen::Vector2d& corner : polygon) corner = (turn.transpose() * corner).eval();
-  // The polygon is adapted to the points' mean and covariance. A side of the hull passes through the outermost points
-  // of the node. It is thus moved about halfway to the next points outside the node.
+  // The polygon is changed to have the points' mean and covariance. The sides of the hull pass through the outermost
+  // points of the node. They thus move about halfway to the next points outside the node.
   const AreaMoments sum = moments_of(polygon);
   const Eigen::Matrix2d covariance = (axes.transpose() * moments.covariance * axes).topLeftCorner<2, 2>();
   const Eigen::LLT<Eigen::Matrix2d> from(covariance_of(sum)), to(covariance);
@@ -320,7 +322,7 @@ void drop_polygons_off(const DistanceField& field, PointShell& shell) {
     if (!flat.is_polygon() || !reaches_beyond(flat, field)) continue;
     const auto points = std::span<const ShellPoint>(shell.points).subspan(node.first, node.count);
     const Moments moments = moments_of(points);
-    // If a corner of a rectangle is cut off, the points may be a polygon without that corner.
+    // If the surface lacks a corner of the rectangle, the points may form a polygon without that corner.
     const std::optional<FlatNode> polygon = polygon_of(points, node, moments);
     flat = polygon && !reaches_beyond(*polygon, field) ? *polygon : node_as_it_is(points, node, moments);
   }

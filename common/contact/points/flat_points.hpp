@@ -1,4 +1,4 @@
-// Functions for points that lie on one plane: their moments and axes, and the convex polygon that they cover.
+// Functions for points that lie on one plane: moments, axes, and the convex polygon that the points cover.
 #pragma once
 
 #include <optional>
@@ -14,7 +14,7 @@ struct PointShell;
 /// Largest distance of points from their common plane. Points are rounded to less than 1 µm along each axis.
 inline constexpr double kFlat_m = 3e-6;
 
-/// Area-weighted moments of points; the sums are taken about the first point.
+/// Area-weighted moments of points. The sums are computed relative to the first point, to reduce rounding.
 struct Moments {
   double area_m2 = 0;
   Vec3 mean = Vec3::Zero();
@@ -26,18 +26,19 @@ Moments moments_of(std::span<const ShellPoint> points);
 /// Returns the smallest box around the points whose edges are parallel to the columns of `axes`.
 OrientedBox box_along(std::span<const ShellPoint> points, const Eigen::Matrix3d& axes);
 
-/// Returns the rectangle of `box`, if the points cover it evenly. Their mean and covariance must be the rectangle's,
-/// and each of its cells must have its share of the area. Each part twice as wide as the points' spacing must contain a
-/// point.
+/// Returns the rectangle of `box` if the points cover it evenly, else nothing. The mean and covariance of the points
+/// must be the rectangle's, and each of its cells must have its part of the area. Each part of the rectangle, two
+/// spacings of points wide, must contain a point.
 std::optional<FlatNode> rectangle_of(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments,
                                      const OrientedBox& box);
-/// Returns a convex polygon with the mean and covariance of the points, if they cover one evenly.
+/// Returns a convex polygon with the mean and covariance of the points if they cover it evenly, else nothing.
 std::optional<FlatNode> polygon_of(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments);
 /// Returns a flat node without a polygon, from the moments of its points.
 FlatNode node_as_it_is(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments);
 
 /// Removes polygons that extend beyond the surface of `field` by more than 0.11 mm; their nodes remain flat nodes. The
-/// points alone cannot show this, because the corner of a rectangle may be as far from them as their spacing.
+/// points alone do not suffice for this test: a corner of a rectangle may be as far from the nearest point as the
+/// spacing.
 void drop_polygons_off(const DistanceField& field, PointShell& shell);
 
 }  // namespace tandem::contact

@@ -9,7 +9,7 @@ namespace tandem::contact {
 namespace {
 
 // Number of rounds that move a ball's centre towards the farthest point, by 1/2, 1/3, … of the distance. The radius is
-// then within a few per cent of the smallest (Bădoiu & Clarkson, "Smaller core-sets for balls", 2003).
+// then within a few per cent of the smallest one (Bădoiu & Clarkson, "Smaller core-sets for balls", 2003).
 constexpr int kBallRounds = 8;
 // Points within this distance of a plane may be represented by their mean.
 constexpr double kFlatBulge_m = 1e-5;
@@ -43,9 +43,9 @@ Ball small_ball(std::span<const ShellPoint> points, const Vec3& start) {
   return best;
 }
 
-/// Returns `mean` if the points are on a plane, else the point nearest to `mean`. The mean of points on a bent surface
-/// is not on that surface. The mean of the rim of a hole, for example, would press on a peg that does not touch the
-/// rim.
+/// Returns `mean` if the points are on a plane, else the point nearest to `mean`. The mean of points on a curved
+/// surface is not on that surface. For example, the mean of the rim of a hole is inside the hole, and would press on a
+/// peg that does not touch the rim.
 Eigen::Vector3f on_surface(std::span<const ShellPoint> points, const Vec3& mean, const Vec3& normal) {
   double bulge_m = 0;
   double nearest_m = std::numeric_limits<double>::infinity();
@@ -77,8 +77,8 @@ ShellPoint merged(std::span<const ShellPoint> points) {
   return {on_surface(points, position / area, direction.cast<double>()), direction, static_cast<float>(area)};
 }
 
-/// Builds the tree by halving the points in memory order. Nodes are divided at borders of flat parts if they contain
-/// any.
+/// Builds the tree by halving the points in memory order. A node that contains a border of a flat part is divided
+/// there.
 class TreeBuilder {
  public:
   explicit TreeBuilder(PointShell& shell) : shell_(shell), borders_(borders_of_parts(shell.points)) {}

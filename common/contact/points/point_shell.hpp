@@ -1,5 +1,5 @@
-// A surface represented by points. Contact is found by sampling the distance field of the other shape of a pair at
-// these points.
+// A surface represented by points. The contact search samples these points in the distance field of the other shape of
+// a pair.
 #pragma once
 
 #include <cstdint>
@@ -22,17 +22,17 @@ struct ShellPoint {
   float area_m2 = 0;
 };
 
-/// A node of the tree: a ball around points first … first + count − 1. The nodes below it contain the same points.
+/// A node of the tree: a ball around the points first … first + count − 1. Its children contain the same points.
 struct ShellNode {
   Eigen::Vector3f centre_S = Eigen::Vector3f::Zero();
   float radius_m = 0;
   std::uint32_t first = 0;
   std::uint32_t count = 0;
-  std::uint32_t next = 0;         ///< index of the next node when this subtree is skipped; node + 1 is the first child
+  std::uint32_t next = 0;         ///< index of the node after this subtree; node + 1 is the first child
   std::uint32_t flat = kNotFlat;  ///< index in PointShell::flat_nodes
   bool is_leaf = false;
-  /// All points of the node merged into one, at their mean or at the point nearest to it, with their total area. It is
-  /// used where work must be bounded.
+  /// All points of the node merged into one, at their mean or at the point nearest to it, with their total area. The
+  /// search uses it instead of the points if its work would exceed a limit.
   ShellPoint mean;
 
   static constexpr std::uint32_t kNotFlat = 0xffffffff;
@@ -48,22 +48,23 @@ struct PointShell {
   std::vector<FlatNode> flat_nodes;
   double spacing_m = 0;  ///< maximum distance from any point of the surface to the nearest shell point
 
-  /// Builds the tree over `points`, which it sorts.
+  /// Sorts `points` and builds the tree over them.
   static PointShell make(std::vector<ShellPoint> points, double spacing_m);
 
-  /// Builds the same tree over points that are in its order already.
+  /// Builds the same tree over points that are already in its order.
   static PointShell in_order(std::vector<ShellPoint> points, double spacing_m);
 
   double area_m2() const;
   std::size_t memory_bytes() const;
-  /// Writes the points with the resolution of contact_asset_bytes(); the tree follows from them.
+  /// Writes the points with the resolution of contact_asset_bytes(). The tree is not written, since the points
+  /// determine it.
   void write(std::vector<std::uint8_t>& bytes, int packing_level) const;
   /// Reads bytes that write() wrote. Returns nothing for any other bytes, or if the shell needs more memory than
   /// `limit_bytes`. Counts and numbers are checked.
   static std::optional<PointShell> read(std::span<const std::uint8_t>& bytes, std::size_t limit_bytes);
 };
 
-/// Both shells of a shape's surface.
+/// The two shells of a shape's surface.
 struct PointShells {
   PointShell surface;   ///< the whole surface, including the features
   PointShell features;  ///< points on sharp edges, corners and small bumps only; may be empty
@@ -74,8 +75,8 @@ struct ContactShapeOptions;
 /// Samples the surface of a mesh. The same mesh always gives the same points.
 PointShells sample_surface(const geometry::ContactMesh& mesh, const ContactShapeOptions& options,
                            const std::function<void(double)>& progress);
-/// Samples the surface of a primitive. `outline` is its tessellation, and `field` has its exact distance. Points of the
-/// tessellation are projected onto the field's surface.
+/// Samples the surface of a primitive. `outline` is the primitive's tessellation, and `field` its exact distance field.
+/// Samples of the tessellation are projected onto the field's surface.
 PointShells sample_surface(const geometry::TriangleMesh& outline, const DistanceField& field,
                            const ContactShapeOptions& options);
 

@@ -10,10 +10,10 @@
 namespace tandem::contact {
 namespace {
 
-// A corner within this distance of the line between its neighbours is removed.
+// A corner is removed if its distance from the line between its neighbours is at most this.
 constexpr double kNoCorner_m = 2e-5;
 
-/// Returns twice the area of a triangle, positive if it is anticlockwise.
+/// Returns twice the area of the triangle a, b, c; positive if the corners are anticlockwise.
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
   const Eigen::Vector2d to_b = b - a, to_c = c - a;
   return to_b.x() * to_c.y() - to_b.y() * to_c.x();
@@ -25,7 +25,7 @@ double height(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::V
   return length > 0 ? -cross(a, c, b) / length : (b - a).norm();
 }
 
-// Convex hull after Andrew, "Another efficient algorithm for convex hulls in two dimensions", 1979.
+// Computes the convex hull after Andrew, "Another efficient algorithm for convex hulls in two dimensions", 1979.
 std::vector<Eigen::Vector2d> hull_of(std::span<const Eigen::Vector2d> places) {
   std::vector<Eigen::Vector2d> sorted(places.begin(), places.end());
   std::ranges::sort(sorted,
@@ -37,7 +37,7 @@ std::vector<Eigen::Vector2d> hull_of(std::span<const Eigen::Vector2d> places) {
       while (hull.size() >= begin + 2 && cross(hull[hull.size() - 2], hull.back(), p) <= 0) hull.pop_back();
       hull.push_back(p);
     }
-    hull.pop_back();  // this last corner is also the first corner of the other half of the hull
+    hull.pop_back();  // the last corner is the first corner of the other half of the hull
     std::ranges::reverse(sorted);
   }
   return hull;
@@ -50,8 +50,8 @@ struct Simpler {
   Eigen::Vector2d next;  ///< new position of the corner after the removed one
 };
 
-/// Returns the change that alters the outline least. Either a corner is removed, or a side, whose neighbours are then
-/// extended until they meet in one corner.
+/// Returns the simplification that changes the outline least. It removes a corner, or a side; the two neighbours of a
+/// removed side are extended until they meet in one corner.
 Simpler simplest_change(const std::vector<Eigen::Vector2d>& corners) {
   Simpler best;
   const std::size_t count = corners.size();
@@ -109,9 +109,9 @@ Polygon polygon_in_places(std::span<const Eigen::Vector2d> places, double lost_m
   return {left.begin(), left.end()};
 }
 
-// Returns the direction of the smallest rectangle. Since one side of that rectangle is along a side of the polygon, it
-// is sufficient to try all sides (Freeman & Shapira, "Determining the minimum-area encasing rectangle for an arbitrary
-// closed curve", 1975).
+// Returns the direction of a side of the smallest rectangle around the polygon. That rectangle has one side along a
+// side of the polygon, so only these directions are tried (Freeman & Shapira, "Determining the minimum-area encasing
+// rectangle for an arbitrary closed curve", 1975).
 Eigen::Vector2d axis_of_box(const Polygon& polygon) {
   Eigen::Vector2d best = Eigen::Vector2d::UnitX();
   double least = std::numeric_limits<double>::infinity();
@@ -141,8 +141,8 @@ void cut(Polygon& polygon, const DepthSlope& slope) {
   Polygon left;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const std::size_t next = i + 1 == polygon.size() ? 0 : i + 1;
-    // A cut of a convex polygon adds one corner at most. If rounding has made the polygon non-convex, the omitted part
-    // is as small as the rounding error.
+    // A cut of a convex polygon adds at most one corner. If rounding has made the polygon non-convex, there may be
+    // more. The omitted corners change it by no more than a rounding error.
     if (left.size() + 2 > left.capacity()) break;
     if (above_m[i] <= 0) left.push_back(polygon[i]);
     if ((above_m[i] <= 0) == (above_m[next] <= 0)) continue;

@@ -11,31 +11,31 @@
 namespace tandem::contact {
 namespace {
 
-// Least separation of samples, in spacings. A value nearer to 1 gives fewer samples, but filling the last gaps then
-// takes longer.
+// Least separation of samples, in spacings. A value closer to 1 gives fewer samples but takes longer to fill the last
+// gaps.
 constexpr double kSeparation = 0.9;
-// Upper bound of the mean number of samples in a square whose side is the least separation. In a maximal set of samples
-// the mean is 0.70, the density at which random discs jam.
+// Upper bound of the mean number of samples in a square whose side is the least separation. A maximal set of random
+// samples has 0.70, the jamming density of random sequential discs.
 constexpr double kSamplesPerSquare = 0.75;
 // Longest side, in spacings, of a patch: a part of a triangle whose pieces are compared with one set of samples. The
-// corners of a patch are within 2/3 of that side from its centroid, since no median is longer than the longest side.
+// corners of a patch are within 2/3 of that side from its centroid, because no median is longer than the longest side.
 constexpr float kPatch = 1.5F;
 constexpr double kPatchReach = 1 + 2 * kPatch / 3;
-// Factor of the spacing, so that rounding of the single-precision coordinates opens no gap.
+// Factor of the spacing that leaves a margin for the rounding of single-precision coordinates, so that no gap opens.
 constexpr double kReachRounding = 1 - 1e-4;
 
-// Maximum number of halvings. After these, a piece of a patch is narrower than 1/30 of a spacing, and covered unless
-// single precision cannot divide it; then it counts as covered. Halving the longest side n times leaves at most
-// √3 · 2^(−n/2) of it.
+// Maximum number of halvings. Halving the longest side n times leaves at most √3 · 2^(−n/2) of it. After 14 halvings, a
+// piece of a patch is narrower than 1/30 of a spacing. It is then covered, unless it is too small to be divided in
+// single precision; such a piece counts as covered.
 constexpr int kMaxHalvings = 14;
 
-// Smallest limit of points that is used. If the limit were lower, no spacing would be wide enough for the corners of a
-// simple body.
+// Smallest limit of the number of points that is used. With a lower limit, no spacing would be wide enough for the
+// corners of a simple body.
 constexpr std::size_t kFewestPoints = 1000;
 
 using Corners = std::array<Eigen::Vector3f, 3>;
 
-/// A piece of a triangle. Its longest side is the one that is halved.
+/// A piece of a triangle. Pieces are halved across their longest side.
 struct Piece {
   Corners corner;
   int longest = 0;
@@ -79,8 +79,8 @@ bool is_compatible(const geometry::SurfaceSample& sample, const Eigen::Vector3f&
   return sample.normal_S.dot(normal) > 0;
 }
 
-/// Cuts a long and narrow triangle across, into pieces whose length is about the larger of `longest` and their width.
-/// Halving alone would make many more pieces, each nearly as narrow as the triangle.
+/// Cuts a long and narrow triangle across its length. The pieces are about as long as the larger of `longest` and their
+/// width. Halving alone would make many more pieces, each nearly as narrow as the triangle.
 void append_slices(const Piece& triangle, float longest, std::vector<Piece>& pieces) {
   const float length = std::sqrt(triangle.longest_squared);
   const float height = 2 * triangle.area() / length;
@@ -105,12 +105,11 @@ void append_slices(const Piece& triangle, float longest, std::vector<Piece>& pie
   }
 }
 
-/// Calls visit(patch) with pieces of the triangle that are no longer than `longest`.
+/// Divides a triangle into pieces that are no longer than `longest`, and calls visit(piece) for each.
 template <typename Visit>
 void visit_patches(const Piece& triangle, float longest, std::vector<Piece>& stack, Visit&& visit) {
   append_slices(triangle, longest, stack);
-  // This number of halvings is sufficient, see kMaxHalvings. More halvings would not help if rounding keeps a piece too
-  // long.
+  // This number of halvings suffices, see kMaxHalvings. If rounding keeps a piece longer, more halvings would not help.
   const float ratio = std::max(1.0F, std::sqrt(triangle.longest_squared) / longest);
   const int most_halvings = 3 + static_cast<int>(std::ceil(2 * std::log2(ratio)));
   while (!stack.empty()) {
@@ -135,7 +134,8 @@ class Spreader {
 
   geometry::SampleGrid& grid() { return grid_; }
 
-  /// Out     false: more than `max_samples` would be needed
+  /// Samples the surface until it is covered.
+  /// Out     false if more than `max_samples` samples would be needed
   bool cover(const std::function<void(double)>& progress) {
     const std::size_t count = surface_.mesh.triangles.size();
     for (std::size_t i = 0; i < count; ++i) {
@@ -149,8 +149,9 @@ class Spreader {
     return true;
   }
 
-  /// Adds features that protrude by more than `height_m`: vertices, and points of long edges. As many as fit are added,
-  /// the highest first. A feature is omitted if another feature that protrudes as far is nearer than `apart_m`.
+  /// Adds features that protrude by more than `height_m`: vertices, and points of long edges. The highest ones are
+  /// added first, until the limit of samples is reached. A feature is omitted if another feature that protrudes as far
+  /// is nearer than `apart_m`.
   void add_bumps(std::size_t sharp_count, double height_m, double apart_m) {
     sharp_count_ = sharp_count;
     smooth_end_ = grid_.samples().size();
@@ -226,9 +227,9 @@ class Spreader {
   }
 
   /// Returns by how much a point protrudes along its normal: the larger of two heights. The first is the height above
-  /// all samples within one spacing. Without a sample at the point, a flat body would be found in contact too late. The
-  /// second is the height above most samples about one spacing away. Without a sample at the point, it could enter
-  /// between the samples of another body.
+  /// all samples within one spacing. If it were ignored, contact with a flat body would be found too late. The second
+  /// is the height above three quarters of the samples about one spacing away. If it were ignored, the point could
+  /// enter between the samples of another body.
   float height_of(const geometry::SurfaceSample& point) {
     const float ring_inside = 0.5F * reach_;
     const float ring_outside = 1.25F * reach_;
@@ -280,15 +281,16 @@ class Spreader {
   std::size_t max_samples_;
   geometry::SampleGrid grid_;
   std::vector<Piece> stack_;
-  std::vector<Eigen::Vector3f> near_;  // samples that can cover the current patch
+  std::vector<Eigen::Vector3f> near_;  // samples that may cover the current patch
   std::vector<float> ring_drops_;
-  std::size_t sharp_count_ = 0;     // end of the sharp features, the first samples
-  std::size_t smooth_end_ = 0;      // start of the bumps, the last samples
-  Random random_{0x7368656C6CULL};  // a constant seed, so that the same mesh always gives the same samples
+  std::size_t sharp_count_ = 0;     // number of sharp features; they are the first samples
+  std::size_t smooth_end_ = 0;      // start of the bumps; they are the last samples
+  Random random_{0x7368656C6CULL};  // constant seed: the same mesh always gives the same samples
 };
 
-/// Divides the area of a covered surface among its samples. Each piece belongs to the nearest sample that faces the
-/// same way. For each sample on a sharp edge or corner, samples of the faces beside it are appended.
+/// Divides the area of a covered surface among its samples. Each piece of the surface belongs to the nearest sample
+/// that faces the same way. For each sample on a sharp edge or corner, further samples are appended on the adjoining
+/// faces.
 class Shares {
  public:
   /// In      sharp_count  number of leading `samples` on sharp edges and corners
@@ -315,13 +317,14 @@ class Shares {
   }
 
  private:
-  // Maximum side length, in spacings, of the pieces of the surface. Each piece is assigned to its nearest sample.
+  // Longest side, in spacings, of the pieces into which the surface is divided. Each piece is assigned to its nearest
+  // sample.
   static constexpr float kGrain = 0.25F;
-  // Fraction of its area that a sharp sample keeps. With this value, a box on its edge presses like an elastic
-  // foundation of its faces.
+  // Fraction of its area that a sample on a sharp edge keeps. With this value, a box pressed down on an edge has the
+  // force of an elastic foundation on its faces.
   static constexpr double kEdgeShare = 0.15;
-  // Cosines of the angle between two normals. Above kSameSide, two faces belong to the same side of a sample. Below
-  // kSharp, the sample between two sides is sharp.
+  // Cosines of the angle between two normals. Two faces with a larger cosine than kSameSide are one side of a sample. A
+  // sample is sharp if two of its sides have a smaller cosine than kSharp.
   static constexpr float kSameSide = 0.98F, kSharp = 0.5F;
 
   struct Owner {
@@ -335,9 +338,9 @@ class Shares {
     Vec3 moment = Vec3::Zero();  ///< first moment of the area
   };
 
-  /// Moves most of a sharp sample's area to a new sample in the middle of each side. If all of the area stayed at the
-  /// edge, the areas of all faces would press even if only one face is in contact. At a tilted edge, they would press
-  /// too early.
+  /// Moves most of a sharp sample's area to new samples, one in the middle of each side. If all of the area stayed at
+  /// the edge, the areas of all its faces would press even if only one face is in contact. If the edge is tilted, they
+  /// would press too early.
   void add_sides(std::size_t index, SpreadSamples& spread) {
     if (!is_sharp(sides_[index])) return;
     double all_m2 = 0;
@@ -398,7 +401,7 @@ class Shares {
     side->moment += piece.area() * piece.centroid().cast<double>();
   }
 
-  /// Gives each sample that owns no area half of the area of its nearest neighbour, so that each sample has a force.
+  /// Gives half of the area of the nearest neighbour to each sample without area, so that each sample has a force.
   void give_to_the_empty() {
     const auto samples = grid_.samples();
     for (std::size_t i = 0; i < areas_.size(); ++i) {
@@ -429,7 +432,7 @@ class Shares {
 
 SpreadSamples spread_samples(const geometry::SurfaceTopology& surface, const ContactShapeOptions& options,
                              const std::function<void(double)>& progress) {
-  // Features have the spacing of the options, unless they alone would need more than half of the points.
+  // Feature samples have the spacing of the options, unless they alone would need more than half of all points.
   double feature_spacing = options.feature_spacing_m;
   const double feature_angle_rad = options.feature_angle_deg * std::numbers::pi / 180;
   const std::size_t max_points = std::max(options.max_points, kFewestPoints);

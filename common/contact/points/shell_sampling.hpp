@@ -1,4 +1,4 @@
-// Spreads samples over a surface, each with its share of the area. They later become the points of a shell.
+// Spreads samples over a surface and divides the surface's area among them. The samples become the points of a shell.
 #pragma once
 
 #include <functional>
@@ -17,12 +17,13 @@ struct SpreadSamples {
   double spacing_m = 0;          ///< maximum distance from any point of the surface to the nearest sample
 };
 
-/// Covers `surface`: each of its points is within `spacing_m` of a sample that faces the same way.
+/// Spreads samples over `surface` such that each point of it is within `spacing_m` of a sample that faces the same way.
 ///
 /// Model   Sharp edges are sampled first. Then random points (darts) are drawn in pieces of the triangles. A dart
 ///         becomes a sample if no other sample is nearer than 0.9 spacings. A piece is halved until the ball around one
-///         sample contains all of it. That proves coverage exactly, since balls are convex. Finally, features that
-///         protrude between the samples are added.
+///         sample, with the radius of a spacing, contains all corners of the piece. The ball then contains the whole
+///         piece, since balls are convex, so the coverage is proven. Finally, features that protrude between the
+///         samples are added.
 /// Source  after White, Cline & Egbert, "Poisson disk point sets by hierarchical dart throwing", 2007; the stopping
 ///         criterion by covering balls and the application of the method to surfaces are ours
 SpreadSamples spread_samples(const geometry::SurfaceTopology& surface, const ContactShapeOptions& options,

@@ -1,5 +1,5 @@
-// Converts spread samples to the shells of a shape. A solid's samples are used directly. A sheet gets points on both
-// sides and around its rim, a primitive on its exact surface.
+// Converts spread samples to the shells of a shape. A solid's samples are used directly. The samples of a sheet become
+// points on both sides of a plate and around its rim. The samples of a primitive are moved to its exact surface.
 #include <numbers>
 
 #include "common/contact/contact_shape_options.hpp"
@@ -11,16 +11,17 @@
 namespace tandem::contact {
 namespace {
 
-// Limit of a primitive's points. Primitives are sampled when a scene is loaded. A table 0.5 m wide with this many
-// points takes 0.3 s.
+// Limit of the number of points of a primitive. Primitives are sampled when a scene is loaded. Sampling a table 0.5 m
+// wide with this many points takes 0.3 s.
 constexpr std::size_t kPrimitivePoints = 20'000;
-// Factor of the spacing on a tessellation, which is slightly smaller than its round shape. Points that are moved out to
-// the surface also move apart.
+// Factor of the spacing on a tessellation, which is slightly smaller than its round primitive. Points that are moved
+// outwards to the primitive's surface also move apart.
 constexpr double kOutlineMargin = 0.998;
-// Factor of the spacing on the middle of a sheet, because the outer side of a bent sheet is wider than its middle.
+// Factor of the spacing on the middle surface of a sheet. The outer side of a bent sheet is longer than its middle
+// surface.
 constexpr double kSheetDensity = 0.8;
 
-/// A point for the shells.
+/// A sampled point with the mark whether it also belongs to the shell of features.
 struct Candidate {
   ShellPoint point;
   bool is_feature = false;
@@ -47,7 +48,7 @@ std::vector<Candidate> candidates_of(const SpreadSamples& spread) {
   return candidates;
 }
 
-/// Samples the surface of a plate whose middle surface is the sheet. Its thickness is options.sheet_thickness_m.
+/// Samples the surface of a plate whose middle surface is the sheet. The plate is options.sheet_thickness_m thick.
 class PlateSampler {
  public:
   PlateSampler(const geometry::SurfaceTopology& sheet, const ContactShapeOptions& options)
@@ -62,7 +63,7 @@ class PlateSampler {
     }
   }
 
-  /// Adds half a tube around the border, and a part of a tube along folds, on their outer side.
+  /// Adds half a tube around the border. Adds a part of a tube along each fold, on the outer side of the fold.
   void add_tubes() {
     for (const geometry::MeshEdge& edge : sheet_.edges) {
       const Vec3 axis = (sheet_.vertex(edge.b) - sheet_.vertex(edge.a)).normalized();
@@ -76,7 +77,8 @@ class PlateSampler {
     }
   }
 
-  /// Adds the part of a ball around each vertex of the rim that is nearer to the vertex than to the rest of the sheet.
+  /// For each vertex of the rim, adds the part of a ball around it that is nearer to the vertex than to the rest of the
+  /// sheet.
   void add_caps() {
     std::vector<std::vector<Vec3>> rays(sheet_.mesh.vertices.size());
     std::vector<bool> is_rim(sheet_.mesh.vertices.size(), false);
@@ -94,7 +96,7 @@ class PlateSampler {
     }
   }
 
-  /// Returns the candidates without those that are inside another part of the plate.
+  /// Returns the candidates that are not inside another part of the plate.
   std::vector<Candidate> visible() const {
     const geometry::TriangleTree tree(sheet_.mesh);
     std::vector<Candidate> visible;
@@ -128,7 +130,7 @@ class PlateSampler {
   }
 
   void add_cap(const Vec3& p, const std::vector<Vec3>& rays) {
-    // The directions are on a Fibonacci lattice, with one direction for each square of the step on the ball.
+    // The directions are a Fibonacci lattice. The ball gets one direction for each step² of its area.
     const double golden_rad = std::numbers::pi * (3 - std::sqrt(5.0));
     const double ball = 4 * std::numbers::pi * radius_m_ * radius_m_;
     const int count = std::clamp(static_cast<int>(std::ceil(ball / (step_m_ * step_m_))), 16, 1024);
@@ -154,8 +156,8 @@ PointShells plate_shells(const geometry::ContactMesh& mesh, const ContactShapeOp
   ContactShapeOptions middle = options;
   middle.spacing_m *= kSheetDensity;
   middle.max_points /= 2;
-  // Folds and spikes of the middle are not sampled as features. On the plate they are round, and tubes and caps sample
-  // them.
+  // Folds and spikes of the middle surface are not sampled as features. They are round on the plate, where tubes and
+  // caps sample them.
   middle.feature_angle_deg = 180;
   middle.feature_height_m = std::numeric_limits<double>::infinity();
   const SpreadSamples spread = spread_samples(sheet, middle, progress);
@@ -166,8 +168,8 @@ PointShells plate_shells(const geometry::ContactMesh& mesh, const ContactShapeOp
   return shells_of(plate.visible(), spread.spacing_m / kSheetDensity);
 }
 
-/// Moves a point to the surface. A point of a feature is first moved outwards, because the edge is the nearest part of
-/// the surface from there.
+/// Moves a point to the surface. A point of a feature is first moved outwards, so that its nearest point on the surface
+/// is on the edge.
 void project_to_surface(const DistanceField& field, double out_m, Candidate& candidate) {
   ShellPoint& point = candidate.point;
   Vec3 p = point.p_S.cast<double>();
@@ -193,7 +195,7 @@ PointShells sample_surface(const geometry::TriangleMesh& outline, const Distance
   ContactShapeOptions spread_under = options;
   spread_under.spacing_m *= kOutlineMargin;
   spread_under.max_points = std::min(spread_under.max_points, kPrimitivePoints);
-  // A primitive has no bumps. With a wide spacing, all corners of its tessellation would count as bumps. Sampling a
+  // A primitive has no bumps. With a wide spacing, all corners of its tessellation would count as bumps; sampling a
   // ball of 10 m then took 10 s.
   spread_under.feature_height_m = std::numeric_limits<double>::infinity();
   const SpreadSamples spread = spread_samples(surface, spread_under, {});

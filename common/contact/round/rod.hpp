@@ -13,7 +13,7 @@ struct Rod {
   bool has_round_ends = true;
 
   bool is_valid() const { return radius_m > 0; }
-  /// Contacts of two thin rods are computed by formula (RodContacts); thicker rods use points.
+  /// Returns whether RodContacts computes the contacts with another thin rod by formula. Thicker rods use points.
   bool is_thin() const { return is_valid() && radius_m <= kThinRod_m; }
 };
 

@@ -12,27 +12,27 @@
 namespace tandem::contact {
 namespace {
 
-/// Gauss-Legendre quadrature on [−1, 1].
+/// Positions and weights of the Gauss-Legendre quadrature with five points on [−1, 1].
 constexpr std::array kGaussPlaces = {-0.9061798459386640, -0.5384693101056831, 0.0, 0.5384693101056831,
                                      0.9061798459386640};
 constexpr std::array kGaussWeights = {0.2369268850561891, 0.4786286704993665, 0.5688888888888889, 0.4786286704993665,
                                       0.2369268850561891};
-// A strip of the overlap is divided across into a middle part and a rest on both sides. kMiddleShare is the middle
-// part's fraction of the width. The mean depths are in units of the depth in the strip's middle.
+// A strip of the overlap is divided across its width into a middle part and a rest on both sides. kMiddleShare is the
+// middle part's fraction of the width. The mean depths of both are in units of the depth in the strip's middle.
 constexpr double kMiddleShare = 0.2;
 constexpr double kMiddleDepth = 1 - kMiddleShare * kMiddleShare / 3;
 constexpr double kRestDepth = (2.0 / 3 - kMiddleShare * kMiddleDepth) / (1 - kMiddleShare);
 constexpr double kRestAside = (1 + kMiddleShare) / 2;
 // Thickness of the deepest slice of a round end, as a fraction of the depth.
 constexpr double kFirstSlice = 0.05;
-// A contact with a gap has the area of a round end's slice of this depth.
+// A contact with a gap has as much area as a slice of this depth of a round end.
 constexpr double kGapSlice_m = 1.6e-5;
-// Sine of the angle below which axes count as parallel and have no common normal.
+// Axes count as parallel, without a common normal, if the sine of the angle between them is below this.
 constexpr double kParallelSine = 1e-3;
-// Least curvature of the depth along A's axis, in 1/m. The quadratic formula thus always has two roots. The value
-// changes the depth by 10 pm in 0.1 m.
+// Least curvature of the depth along A's axis, in 1/m. It ensures that the quadratic equation has two roots. It changes
+// the depth by 10 pm at 0.1 m.
 constexpr double kMinBend_per_m = 1e-9;
-// If the component of the normal along a rod's axis exceeds this at a flat end, contact is with the edge of that end.
+// If the component of the normal along a rod's axis exceeds this at a flat end, the edge of that end is in contact.
 constexpr double kEdgeSlope = 0.1;
 
 /// Returns 0 below `low`, 1 above `high`, linear in between.
@@ -51,7 +51,7 @@ struct PlacedRod {
 
   Vec3 at(double along_m) const { return centre_W + along_m * axis_W; }
   bool is_ball() const { return half_m == 0; }
-  /// Returns the position along the axis of the point nearest to p.
+  /// Returns the position along the axis that is nearest to p.
   double foot_m(const Vec3& p_W) const { return std::clamp(axis_W.dot(p_W - centre_W), -half_m, half_m); }
   /// Returns the direction out of the rod along its axis at an end; zero if `along_m` is between the ends.
   Vec3 outward_W(double along_m) const {
@@ -86,7 +86,7 @@ struct NearestOfAxes {
   bool is_between_ends = false;   ///< whether both points are between the ends; way_W is then along the common normal
 };
 
-/// Contact of a rod's end with the other rod, if the end is round.
+/// Contact of a rod's round end with another rod.
 struct End {
   End(const PlacedRod& own, double along_m, const PlacedRod& other) : outward_W(own.outward_W(along_m)) {
     const Vec3 p_W = own.at(along_m);
@@ -103,7 +103,7 @@ struct End {
   }
 
   /// Returns the fraction of the contact patch that is on the round end of a rod. The middle of the patch is `beyond_m`
-  /// past the start of that end.
+  /// past the position where that end begins.
   double round_share(const PlacedRod& rod, double beyond_m) const {
     const double patch_m = std::sqrt(2 * rod.radius_m * std::max(depth_m, 0.0));
     return rod_ramp(beyond_m, -patch_m, patch_m);
@@ -156,7 +156,7 @@ class RodWriter {
     }
   }
 
-  /// Adds the contacts of the rod's two ends; a ball has one.
+  /// Adds the contacts of the rod's two ends; a ball has only one end.
   void add_ends(bool is_a) {
     const PlacedRod& own = is_a ? a_ : b_;
     const PlacedRod& other = is_a ? b_ : a_;
@@ -175,7 +175,7 @@ class RodWriter {
         id_ += is_near ? 1 : 2;
         continue;
       }
-      // If two round ends touch each other, both rods would add the same contact. It is added for A only.
+      // If two round ends touch each other, the contact is the same for both rods. It is added for A only.
       const double share = (own.has_round_ends ? end.own_share : 0) * (is_a ? 1 : 1 - round_share_of(other, end));
       const double side_m = own.radius_m * std::sqrt(other.radius_m / sum_m_);
       const double ball_m = own.radius_m * other.radius_m / sum_m_;
@@ -208,10 +208,10 @@ class RodWriter {
     return std::sqrt(2 * a_.radius_m * b_.radius_m / sum_m_ * std::max(depth_m, 0.0));
   }
 
-  /// Returns the length by which a strip at an end of B extends beyond that end.
+  /// Returns the length by which the strip at an end of B extends beyond that end.
   double overhang_m(double depth_m) const { return half_width_m(depth_m) * sine_; }
 
-  /// Returns the range of A's axis, relative to the nearest point, that presses and is beside B.
+  /// Returns the range of A's axis that presses and is beside B, as positions relative to the nearest point.
   std::optional<std::array<double, 2>> pressing_range_m() {
     if (a_.is_ball() || b_.is_ball()) return std::nullopt;
     depth_ = depth_along_a();
@@ -233,7 +233,7 @@ class RodWriter {
       low_m = std::max(low_m, std::min(one_end_m, other_end_m));
       high_m = std::min(high_m, std::max(one_end_m, other_end_m));
     }
-    // Where A has a round end, the contact of that end replaces the strips beyond it.
+    // If A has a round end there, the contact of that end replaces the strips beyond the end.
     side_share_ = 1;
     if (std::abs(nearest_.on_a_m) == a_.half_m && a_.has_round_ends) {
       const double slope = -normal_W_.dot(a_.outward_W(nearest_.on_a_m));
@@ -258,7 +258,7 @@ class RodWriter {
   }
 
   /// Appends a contact.
-  /// In      place_W  middle of the overlap
+  /// In      place_W  middle of the overlap; the contact is on the surface of A or B
   void add(const Vec3& place_W, const Vec3& normal_W, double depth_m, double area_m2) {
     const std::uint32_t id = id_++;
     if (!(area_m2 > 0)) return;
@@ -287,7 +287,7 @@ class RodWriter {
   std::uint32_t id_ = ContactPoint::kClosedForm;
 };
 
-/// Returns whether the other rod touches a flat end of this rod or the edge of that end, and not only its side.
+/// Returns whether the other rod touches a flat end of this rod, or the edge of that end.
 ///
 /// In      along_m  nearest point on this rod's axis
 ///         out_W    unit vector from that point to the other rod
@@ -320,8 +320,8 @@ bool RodContacts::find(const Rod& rod_a, const Pose& X_WA, const Rod& rod_b, con
     const bool had_side = side_W != Vec3::Zero();
     const double side = common_W.dot(had_side ? side_W : normal_W);
     const Vec3 kept_W = side < 0 ? Vec3(-common_W) : common_W;
-    // If A is beyond B's axis by more than the sum of the radii, A was placed there and did not pass through B. Its
-    // side then changes.
+    // If A is beyond B's axis by more than the sum of the radii, A was placed there and did not pass through B. The
+    // stored side is then replaced.
     if (kept_W.dot(nearest.way_W) > -sum_m) normal_W = kept_W;
     side_B_ = X_WB.q.conjugate() * normal_W;
   } else {

@@ -13,26 +13,28 @@ namespace tandem::contact {
 namespace {
 
 constexpr std::size_t kPlaces = 4000;
-// Fraction of the points on rods at which the rod may be thinner than the resulting radius.
+// The result is the radius that at least 1 − kThinnerShare of the points on rods reach or exceed.
 constexpr double kThinnerShare = 0.1;
-// Least fraction of all points that must be on rods. If fewer points are, they are on the tips of spikes.
+// Least fraction of all points that must be on rods. If fewer points are, they are regarded as tips of spikes.
 constexpr double kTipShare = 0.005;
 constexpr int kShrinks = 12;
-// A ball is inside if the distance of its centre from the surface is at least this fraction of its radius.
+// A ball counts as an inner ball if its centre is at least this fraction of its radius from the surface.
 constexpr double kFits = 0.98;
-// Distance from a ball's centre along a tangent, in radii, at which the solid has ended if it is a rod.
+// Distance from a ball's centre along a tangent, in radii. On a rod, the solid ends nearer than this.
 constexpr double kBeside = 1.3;
 constexpr int kTangents = 8;
-// Steps of a low-discrepancy sequence in the unit square: powers of the plastic number's inverse.
+// Step of a low-discrepancy sequence in the unit square: powers of the inverse of the plastic number 1.3247.
 constexpr double kStepU = 0.7548776662466927, kStepV = 0.5698402909980532;
 
-/// Returns the radius of the largest inner ball that touches the surface at p; infinite if it exceeds `limit_m`.
+/// Returns the radius of the largest ball inside the solid that touches the surface at p; infinite if it exceeds
+/// `limit_m`.
 double inner_radius_m(const geometry::TriangleTree& tree, const Vec3& p, const Vec3& normal, double limit_m) {
   double radius_m = limit_m;
   for (int i = 0; i < kShrinks; ++i) {
     const auto closest = tree.closest(p - radius_m * normal, radius_m);
     if (!(closest.distance_m < kFits * radius_m)) break;
-    // The next, smaller ball touches the surface at p and passes through the point closest to the centre.
+    // The next, smaller ball touches the surface at p and passes through the surface point closest to this ball's
+    // centre.
     const Vec3 across = p - closest.point_S;
     const double height_m = normal.dot(across);
     if (!(height_m > 0)) return std::numeric_limits<double>::infinity();
@@ -41,7 +43,8 @@ double inner_radius_m(const geometry::TriangleTree& tree, const Vec3& p, const V
   return radius_m < kFits * limit_m ? radius_m : std::numeric_limits<double>::infinity();
 }
 
-/// Returns whether the point is on a rod: along some tangent of the surface, the solid ends at both sides of the ball.
+/// Returns whether a point is on a rod: along some tangent of the surface, the solid ends on both sides of the inner
+/// ball.
 bool is_on_rod(const geometry::TriangleTree& tree, const Vec3& centre, const Vec3& normal, double radius_m) {
   const Vec3 u = normal.unitOrthogonal(), v = normal.cross(u);
   for (int i = 0; i < kTangents; ++i) {

@@ -1,4 +1,4 @@
-// Candidates of a step, and the room that their contacts need.
+// Candidates that a step of the search finds, and the number of contacts that they need.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace tandem::contact {
 
-/// Candidates of a step in the order of the shell. The sum of the contacts that they need is limited.
+/// Candidates of a step in the order of the shell. The number of contacts that they need together is limited.
 ///
 /// Thread  one at a time; no allocation after construction
 class CandidateList {
@@ -19,14 +19,14 @@ class CandidateList {
   /// In      capacity  largest capacity of bind()
   explicit CandidateList(std::uint32_t capacity);
 
-  /// In      capacity  limit of the contacts that the candidates need; values below 2 count as 2
+  /// In      capacity  limit of the number of contacts that the candidates need; values below 2 count as 2
   void bind(const PointShell& shell, std::uint32_t capacity) noexcept;
   void clear() noexcept;
 
   /// Adds the near points of a leaf. Returns false if there is no room for their contacts.
   ///
-  /// In      is_fine  whether near points remain single candidates
-  ///         must     if not is_fine: whether points are merged even if that loses force
+  /// In      is_fine  true: each near point is a separate candidate
+  ///         must     if not is_fine: true: points are merged even if force is lost
   bool add(const LeafSamples& leaf, double band_m, bool is_fine, double rigid_depth_m, bool must) noexcept;
   /// Adds a node above planes. Returns false if there is no room for its contacts.
   bool add_planes(std::uint32_t node, PlaneSet planes) noexcept;
@@ -49,10 +49,9 @@ class CandidateList {
   std::uint32_t largest_capacity_ = 0;
   std::uint32_t capacity_ = 0;
   std::vector<ShellCandidate> candidates_;
-  std::size_t contacts_ = 0;  ///< contacts that the candidates need; at most capacity_
-  std::size_t more_contacts_ =
-      0;                        ///< contacts for the planes of a node after the first; they are added if there is room
-  std::size_t near_count_ = 0;  ///< estimated number of near points; a node above planes counts as its contacts
+  std::size_t contacts_ = 0;       ///< number of contacts that the candidates need; at most capacity_
+  std::size_t more_contacts_ = 0;  ///< contacts for a node's further planes; they are added if there is room
+  std::size_t near_count_ = 0;     ///< estimated number of near points; a node above planes counts as its contacts
 };
 
 }  // namespace tandem::contact

@@ -1,4 +1,4 @@
-// Points of a leaf sampled in the other shape's field at one pose, and the candidates made from them.
+// Samples the points of a leaf in the other shape's field at one pose, and makes candidates from them.
 #pragma once
 
 #include <algorithm>
@@ -14,24 +14,23 @@
 
 namespace tandem::contact {
 
-/// For each sampled point of a leaf: additional motion, beyond the leaf's bound, until the point must be sampled again.
-/// The unit is kLagStep_m, rounded down. The largest value also represents all larger lags.
+/// For each point of a leaf: additional motion, beyond the leaf's bound, after which the point must be sampled again.
+/// The unit is kLagStep_m, rounded down. The largest value stands for all larger lags.
 using LeafLags = std::array<std::uint8_t, kShellLeafPoints>;
 inline constexpr double kLagStep_m = 8e-6;
 
 /// Lipschitz bound of an interpolated grid. Each of its three partial derivatives is at most about 1, so its gradient
 /// may be up to about √3 long. The gradient of an exact distance has length 1.
 inline constexpr double kSteepest = 1.75;
-/// Allowance for rounding in a field.
+/// Tolerance for rounding errors in a field's distances.
 inline constexpr double kRounding_m = 3e-8;
 
-/// Samples up to kShellLeafPoints points of a node (frame P) in a field (frame F): all points of a leaf, or some of a
-/// larger node, each with its share of the node's area.
+/// Samples up to kShellLeafPoints points of a node (frame P) in a field (frame F). These are all points of a leaf, or
+/// some points of a larger node, which then represent the area of the node.
 class LeafSamples {
  public:
-  /// In      lags, up_to_m  points with a lag above up_to_m are far and not sampled
-  ///         rigid_depth_m  rigid depth of the contact, which must be reachable also in a thin wall that the field
-  ///         hardly resolves
+  /// In      lags, up_to_m  points with a lag above up_to_m are far away and not sampled
+  ///         rigid_depth_m  rigid depth of the contact. The corrected depth in a thin wall may reach it
   LeafSamples(const PointShell& shell, const ShellNode& node, const DistanceField& field, const Eigen::Matrix3d& R_FP,
               const Vec3& p_FP, const LeafLags& lags, double up_to_m, double rigid_depth_m) noexcept;
 
@@ -41,28 +40,28 @@ class LeafSamples {
   std::size_t size() const { return size_; }
   std::uint32_t queries() const { return queries_; }
   double distance_m(std::size_t k) const { return samples_(static_cast<Eigen::Index>(k), 0); }
-  /// Returns the accumulated motion at which a point may be as near as the least band.
+  /// Returns the accumulated motion at which some point of the leaf may have come as near as the least band.
   ///
-  /// In      moved_m    accumulated motion now
-  ///         before_m  bound of the points that were not sampled, to which `lags` are relative
-  /// Out     lags      lag of each point
+  /// In      moved_m   accumulated motion now
+  ///         before_m  bound of the points that were not sampled; `lags` are relative to it
+  /// Out     lags      lag of each point, relative to the result
   double query_again_at_m(double moved_m, double least_band_m, double before_m, LeafLags& lags) const;
   /// Returns the estimated number of points of the node that are nearer than the band.
   std::size_t near_count(double band_m) const;
 
-  /// Adds each near point as a candidate. If all points are near, equally deep and have the same gradient, adds one
-  /// candidate for all.
+  /// Adds each near point as a candidate. If all points are near, equally deep and have the same gradient, one
+  /// candidate represents them all.
   void add_points(double band_m, std::vector<ShellCandidate>& candidates) const;
   /// Adds one candidate for the pressing points, with their force and moment, and one for the near points that do not
-  /// press. Pressing points stay single candidates where merging would lose force: around an edge, or where only some
-  /// points are beyond `rigid_depth_m`.
+  /// press. Pressing points are not merged where force would be lost: around an edge, or where only some points are
+  /// beyond `rigid_depth_m`.
   ///
-  /// In      must  true: merge the points even in these cases
+  /// In      must  true: points are merged even where force is lost
   void add_joined(double band_m, double rigid_depth_m, bool must, std::vector<ShellCandidate>& candidates) const;
 
  private:
-  /// Returns the mean of the points from `low_m` to below `high_m`, weighted by their forces where they press. Area 0:
-  /// no such point. The mean gradient is shorter than 1 where the points' gradients differ.
+  /// Returns the mean of the points with distances in [low_m, high_m), weighted by their forces if they press. The area
+  /// is 0 if there is no such point. If the gradients of the points differ, the mean gradient is shorter than 1.
   ShellCandidate mean_of(double low_m, double high_m) const;
   static std::uint32_t first_of(const ShellNode& node, std::size_t size, std::size_t k) {
     return node.first + static_cast<std::uint32_t>(size == node.count ? k : k * node.count / kShellLeafPoints);

@@ -1,4 +1,4 @@
-// Choice of the level of a shell's tree at which candidates are made. The decisions depend on measured numbers alone.
+// Chooses the level of a shell's tree at which candidates are made. The decisions depend only on measured numbers.
 #pragma once
 
 #include <algorithm>
@@ -12,9 +12,9 @@ namespace tandem::contact {
 
 /// State of the level policy.
 ///
-/// LevelPolicy stores two flags beside the phase. `is_divided_trial_` records that a level whose nodes are divided
-/// began as a trial, because the next interval of trials depends on it. `tries_when_divided_` is set after a failed
-/// trial if nodes remain to be divided; the next trial then begins as soon as none remains.
+/// LevelPolicy stores two flags beside the phase. `is_divided_trial_` records that the current level began as a trial,
+/// also after its nodes were divided; the next interval of trials depends on it. `tries_when_divided_` is set after a
+/// failed trial if nodes remain to be divided. The next trial then begins as soon as all are divided.
 enum class SearchPhase : std::uint8_t {
   kFirstCut,  ///< no step has ended since bind(), so no bound exists yet
   kFine,      ///< all near points are single candidates
@@ -32,17 +32,17 @@ struct SearchLoad {
   double band_m = 0;
 };
 
-/// Decides in each step which level of the tree is walked, and with how many queries.
+/// Decides in each step at which level the tree is walked, and how many queries the walk may make.
 ///
-/// Model   States and transitions of SEARCH.md. Level kFineLevel has single points. At level n ≥ 0 a leaf has at most
-///         8 × 2ⁿ points if it is far, and 8 × 2^max(0, n − 4) if it may press. The level becomes coarser after a walk
-///         that had no room or too many queries. It becomes finer by trials
+/// Model   States and transitions as in SEARCH.md. At kFineLevel, candidates are single points. At level n ≥ 0, a leaf
+///         has at most 8 × 2ⁿ points if it is far, and 8 × 2^max(0, n − 4) if it may press. The level becomes coarser
+///         after a walk with too many contacts or queries. It becomes finer by trials
 /// Thread  any; no allocation
 class LevelPolicy {
  public:
   static constexpr int kFineLevel = -1;
 
-  /// Starts with a first cut at the finest level.
+  /// Begins at the finest level, with a first cut.
   ///
   /// In      capacity     largest number of contacts of the search
   ///         cut_limit    largest number of entries of the cut
@@ -59,8 +59,7 @@ class LevelPolicy {
   SearchPhase phase() const { return phase_; }
   bool is_fine() const { return level_ == kFineLevel; }
   bool is_first_cut() const { return phase_ == SearchPhase::kFirstCut; }
-  /// Returns whether the search cannot become coarser: at the coarsest level, without divided nodes that could be
-  /// joined.
+  /// Returns whether the search cannot become coarser: the level is the coarsest, and no divided nodes could be joined.
   bool is_coarsest() const { return level_ == coarsest_level_ && phase_ != SearchPhase::kDividing; }
   /// Returns whether each part is a single leaf, until it is divided.
   bool is_coarsest_level() const { return level_ == coarsest_level_; }
@@ -76,36 +75,37 @@ class LevelPolicy {
   std::uint32_t walk_queries(double band_m) const;
   /// Returns the limit of the table entries of the field that new plane queries of a step may read.
   std::size_t plane_queries(double band_m) const;
-  /// Returns the number of queries that a step may use for dividing sampled nodes. Dividing is needed because a finer
-  /// level may require too many queries for a single step, although its contacts would fit.
+  /// Returns the number of queries that a step may use to divide sampled nodes. If a finer level needs too many queries
+  /// for one step, dividing spreads them over several steps.
   std::uint32_t queries_to_divide(const SearchLoad& load) const;
-  /// Returns whether far nodes are joined in this walk. If true, the interval until the next joining starts.
+  /// Returns whether far nodes are joined in this walk. If so, the interval until the next joining begins.
   bool begins_to_join_far(std::size_t cut_size) noexcept;
 
   /// Returns whether the last steps had too many queries.
   bool is_too_dense() const { return dense_steps_ > kSearch.max_dense_steps; }
-  /// Returns whether a finer level is tried now.
+  /// Returns whether a trial of a finer level starts now.
   ///
-  /// In      is_dividing  sampled nodes are divided in this step; a finer level would query all of them at once
+  /// In      is_dividing  true: sampled nodes are divided in this step, whereas a finer level would query all of them
+  ///         at once
   bool may_be_finer(const SearchLoad& load, bool is_dividing) const;
   /// Returns the level of the next trial.
   int finer_level(const SearchLoad& load) const;
-  /// Returns the level that follows a walk without room. It is the same level if divided nodes must be joined first.
+  /// Returns the level after a walk without room. The level stays the same if divided nodes must be joined first.
   int next_coarser_level(const SearchLoad& load) noexcept;
-  /// Returns whether pairs of divided nodes are joined first. This is so at the coarsest level if the last steps had
-  /// too many queries.
+  /// Returns whether pairs of divided nodes are joined before the level changes. This happens at the coarsest level if
+  /// the last steps had too many queries.
   bool joins_pairs_first() const { return phase_ == SearchPhase::kDividing && is_too_dense() && is_coarsest_level(); }
-  /// Postpones the next trial. The interval doubles after a trial that did not last. It remains the same after an
-  /// overflow that dividing caused, so that the next trial is not earlier.
+  /// Postpones the next trial. The interval doubles if the level of the last trial did not last. It remains the same if
+  /// dividing caused the lack of room.
   void postpone_trial() noexcept;
 
-  /// Begins a level. If it is the current level, its divided nodes have been joined.
+  /// Begins a level. If it is the current level, all divided nodes of the level have been joined.
   void set_level(int level) noexcept;
   /// Marks the level that was just set as a trial.
   void begin_trial() noexcept;
   /// Doubles the interval of trials.
   void fail_trial() noexcept;
-  /// Returns to the level before a failed trial. It no longer counts as a trial, even if it began as one.
+  /// Returns to the state before a failed trial. The restored level does not count as a trial, even if it began as one.
   ///
   /// In      has_sampled  whether the cut has sampled nodes
   void restore(const LevelPolicy& before, bool has_sampled) noexcept;
@@ -119,8 +119,8 @@ class LevelPolicy {
     const int doublings = nearest_m > kSearch.may_press_m ? level : std::max(0, level - kSearch.finer_where_pressed);
     return kShellLeafPoints << static_cast<unsigned>(doublings);
   }
-  /// Returns whether a level has the same leaves near the surface as level 0. This is so if the band is so narrow that
-  /// all points within it may press.
+  /// Returns whether a level has the same leaves near the surface as level 0: the band is so narrow that all points
+  /// within it may press.
   static bool acts_as_level_0(int level, double band_m) {
     return level > 0 && level <= kSearch.finer_where_pressed && band_m <= kSearch.may_press_m;
   }

@@ -1,4 +1,4 @@
-// Result of querying a node of the cut: its children, a leaf, or a node above planes.
+// Queries nodes of the cut. A queried node is replaced by its children, or becomes a leaf or a node above planes.
 #include <algorithm>
 #include <bit>
 #include <limits>
@@ -8,7 +8,7 @@
 
 namespace tandem::contact {
 
-// Queries a node and, as far as needed, the nodes below it. Returns false if there is no room.
+// Queries a node and, where necessary, the nodes below it. Returns false if the cut or the list of candidates is full.
 bool ShellCandidates::open(std::uint32_t root, double root_nearest_m, double moved_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   const std::uint32_t end = nodes[root].next;
@@ -18,7 +18,7 @@ bool ShellCandidates::open(std::uint32_t root, double root_nearest_m, double mov
     if (walk_.work.queries() > walk_.query_limit) return false;
     const double nearest = i == root ? root_nearest_m : nearest_m(node);
     const bool is_far = nearest > band_m, is_small = node.count <= levels_.leaf_points(nearest);
-    // At any level, a flat node above planes needs only a few contacts, even if it is larger than a leaf.
+    // A flat node above planes needs only a few contacts. At any level, it may therefore be larger than a leaf.
     const bool may_be_flat = !is_far && node.count > std::min(levels_.leaf_points(nearest), kSearch.planes_above);
     const CutNode above = may_be_flat ? planes_.planes_below(i, moved_m, motion_) : CutNode{};
     if (is_far) {
@@ -37,10 +37,10 @@ bool ShellCandidates::open(std::uint32_t root, double root_nearest_m, double mov
   return true;
 }
 
-// Samples those points of a leaf that may be near. Bounds of the other points still hold.
+// Samples the points of a leaf that may be near. The other points are skipped, because their bounds still hold.
 bool ShellCandidates::open_leaf(const CutNode& entry, double moved_m, double band_m) noexcept {
   const ShellNode& node = shell_->nodes[entry.node];
-  // If a leaf has more points than at level 0, eight samples are enough as long as none of its points can press.
+  // If a leaf has more points than at level 0, eight samples suffice as long as none of its points can press.
   double divided_at_m = std::numeric_limits<double>::infinity();
   if (!node.is_leaf && node.count > levels_.leaf_points(0)) {
     const double nearest = nearest_m(node);
@@ -77,7 +77,8 @@ bool ShellCandidates::open_children(std::uint32_t root, double moved_m, double b
   return has_room;
 }
 
-// Adds a node above planes, or a far node if the planes are beyond the band. Returns false if there is no room.
+// Adds a node above planes as a candidate, or keeps it as a far node if the planes are beyond the band. Returns false
+// if there is no room.
 bool ShellCandidates::open_planes(const CutNode& above, double moved_m, double band_m) noexcept {
   const OrientedBox box_F =
       shell_->flat_nodes[shell_->nodes[above.node].flat].box_S().moved(motion_.R_FP(), motion_.p_FP());
@@ -96,8 +97,8 @@ bool ShellCandidates::open_planes(const CutNode& above, double moved_m, double b
          append({.node = above.node, .query_again_at_m = at_m, .planes = above.planes});
 }
 
-// Joins the last two entries of the cut if they are the halves of a node above planes, and repeats this with the joined
-// node. Returns false if there is no room.
+// If the last two entries of the cut are the halves of a node above planes, replaces them by that node. Repeats this
+// with the joined node. Returns false if there is no room.
 bool ShellCandidates::join_above_planes(double moved_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   while (cut_.size() > 1) {

@@ -12,8 +12,8 @@
 
 namespace tandem::contact {
 
-/// Stores the planes below nodes, and the motion up to which each result is valid. A plane query of a grid takes
-/// microseconds, so the number of table entries that a step may read for new queries is limited.
+/// Stores the planes below nodes, and the accumulated motion up to which each result is valid. A plane query of a grid
+/// takes microseconds. The number of table entries that new queries of a step may read is therefore limited.
 ///
 /// Thread  one at a time; no allocation after construction
 class PlaneCache {
@@ -21,7 +21,7 @@ class PlaneCache {
   PlaneCache();
 
   void bind(const PointShell& shell, const DistanceField& field) noexcept;
-  /// Discards all results. This is needed when the accumulated motion restarts at zero.
+  /// Discards all results. Required when the accumulated motion restarts at zero.
   void clear() noexcept;
   void begin_step() noexcept { queries_ = 0; }
   /// Sets the limit of the table entries that new queries of this step may read.
@@ -30,7 +30,7 @@ class PlaneCache {
   /// Returns whether some node of the part was not queried because of the limit.
   bool has_open_question() const { return has_open_question_; }
 
-  /// Returns the planes below a node. They are valid for all positions that the node may reach until its next query.
+  /// Returns the planes below a node. They are valid for all positions that the node can reach before its next query.
   /// The set is empty if the node is above no plane or was not queried.
   ///
   /// In      moved_m  accumulated motion of the node's part
@@ -41,7 +41,7 @@ class PlaneCache {
 
   const PointShell* shell_ = nullptr;
   const DistanceField* field_ = nullptr;
-  std::vector<CutNode> answers_;  ///< results; the slot is the node index modulo kAnswers
+  std::vector<CutNode> answers_;  ///< results; the slot of a node is its index modulo kAnswers
   std::size_t queries_ = 0;       ///< table entries read in this step
   std::size_t max_queries_ = 0;
   bool has_open_question_ = false;

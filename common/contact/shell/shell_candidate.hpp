@@ -1,4 +1,4 @@
-// Result of the search in a shell, and the number of contacts for which each candidate needs room.
+// Result of the search in a shell, and the number of contacts that each candidate needs.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace tandem::contact {
 
-/// Work that a search did.
+/// Amount of work that a search did: numbers of queried nodes and points.
 struct ContactWork {
   std::uint32_t nodes = 0;
   std::uint32_t points = 0;
@@ -43,7 +43,7 @@ struct ShellCandidate {
 inline constexpr std::uint32_t kSmallNode = 32;
 inline constexpr std::size_t kMaxNodeContacts = 8;
 inline constexpr std::size_t kLeafContacts = 2;
-/// Returns the number of contacts for which a node above planes needs room.
+/// Returns the number of contacts that a node above planes needs at least.
 inline std::size_t least_contacts_of(const ShellNode& node) {
   return node.count > kSmallNode ? kMaxNodeContacts : kLeafContacts;
 }

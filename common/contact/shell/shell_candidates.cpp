@@ -1,4 +1,4 @@
-// Step of the search: motion since the last step, and the level at which the cut is walked.
+// One step of the search: accumulates the motion since the last step and chooses the level at which the cut is walked.
 #include "common/contact/shell/shell_candidates.hpp"
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace tandem::contact {
 
 ShellCandidates::ShellCandidates(std::uint32_t capacity) : list_(capacity) {
   for (auto* parts : {&parts_, &kept_.parts}) parts->reserve(kParts + 1);
-  // Finer levels are tried only where there is room.
+  // A trial of a finer level stores the old cut. Trials start only if the cut uses at most half of the limit.
   kept_.cut.reserve(cut_limit() / 2);
   cut_.reserve(cut_limit());
   old_cut_.reserve(cut_limit());
@@ -29,7 +29,7 @@ void ShellCandidates::bind(const PointShell& shell, const ContactShape& points, 
   least_band_m_ = std::numeric_limits<double>::infinity();
   has_rested_ = false;
   divided_up_to_ = 0;
-  // At the coarsest level, a part that is not divided gives two candidates.
+  // At the coarsest level, each part that is not divided gives two candidates.
   divide(std::clamp<std::size_t>(list_.capacity() / 4, 1, kParts));
   std::uint32_t most_points = 0;
   for (const CutPart& part : parts_) most_points = std::max(most_points, shell_->nodes[part.node].count);
@@ -70,7 +70,7 @@ ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   if (shell_ == nullptr || shell_->nodes.empty() || motion_.is_out_of_reach(X_FP, band_m)) return work;
   work.is_coarse = !levels_.is_fine();
   const bool is_at_rest = !levels_.is_first_cut() && band_m == band_m_ && is_same(X_FP, motion_.X_FP());
-  // At rest, one step is still searched. It measures how many queries a step needs without motion, which decides
+  // At rest, one more step is searched. It measures how many queries a step needs without motion. That number decides
   // whether a finer level may be tried.
   const bool has_rested = std::exchange(has_rested_, is_at_rest) || levels_.is_fine();
   if (is_at_rest && has_rested) {
@@ -102,7 +102,7 @@ void ShellCandidates::move(const Pose& X_FP) noexcept {
   if (!do_answers_hold) planes_.clear();
 }
 
-// Restarts the accumulated motion of a part at zero, so that single precision remains sufficient for the bounds.
+// Restarts the accumulated motion of a part at zero, so that the bounds fit into single precision.
 void ShellCandidates::restart_motion(CutPart& part) noexcept {
   for (CutNode& entry : std::span(cut_).subspan(part.begin, part.count)) {
     entry.query_again_at_m = rounded_down(entry.query_again_at_m - part.moved_m);
@@ -112,8 +112,8 @@ void ShellCandidates::restart_motion(CutPart& part) noexcept {
   part.moved_m = 0;
 }
 
-// Bounds of points were computed for the narrowest band so far. If the band becomes narrower, they may fail in a steep
-// field. The difference of the bands therefore counts as motion.
+// Adapts the bounds to a narrower band. Bounds of points were computed for the narrowest band so far. In a steep field
+// they may fail for a narrower one, so the difference of the bands counts as motion.
 void ShellCandidates::allow_band(double band_m) noexcept {
   band_m_ = band_m;
   if (band_m >= least_band_m_) return;
@@ -123,9 +123,9 @@ void ShellCandidates::allow_band(double band_m) noexcept {
   least_band_m_ = band_m;
 }
 
-// For shapes that are far apart, comparing poses is enough in later steps.
+// Stores the gap between shapes that are far apart, so that later steps only compare poses.
 void ShellCandidates::remember_gap() noexcept {
-  // Above level 0, only some points of a leaf are sampled, so the distance to the nearest point is unknown.
+  // Above level 0, only some points of a leaf are sampled, so the distance of the nearest point is not measured.
   if (!list_.all().empty() || levels_.level() > 0) return motion_.set_gap(-1);
   double gap_m = std::numeric_limits<double>::infinity();
   for (const CutPart& part : parts_) gap_m = std::min(gap_m, part.query_again_at_m - part.moved_m);
@@ -140,7 +140,7 @@ SearchLoad ShellCandidates::load() const {
           .band_m = band_m_};
 }
 
-// Returns whether some part may have sampled nodes, of which eight points represent all points.
+// Returns whether some part may have sampled nodes (whose eight sampled points represent all points).
 bool ShellCandidates::has_sampled() const {
   return std::ranges::any_of(parts_, &CutPart::has_sampled);
 }
@@ -150,8 +150,8 @@ std::uint32_t ShellCandidates::queries_to_divide() const {
   return queries > 0 && has_sampled() ? queries : 0;
 }
 
-// Walks the cut. The level changes before the walk if the measurements of the last walk require it. If a walk has no
-// room, the step walks again at a coarser level.
+// Walks the cut. The level changes before the walk if the measurements of the last walk require it. If the walk has too
+// many contacts or queries, the step walks again at a coarser level.
 void ShellCandidates::search(double band_m) noexcept {
   bool is_postponed = false;
   const auto switch_to_coarser = [&] {
@@ -175,8 +175,8 @@ void ShellCandidates::begin_coarser() noexcept {
   change_level(level);
 }
 
-// Tries a finer level. Returns false if the walk at that level had no room. The previous result is then restored. If
-// the previous result was too large to be stored, a coarser level begins instead.
+// Tries a finer level. If the walk at that level has no room, restores the previous cut and returns false. If that cut
+// was too large to be stored, a coarser level begins instead.
 bool ShellCandidates::has_room_finer(double band_m) noexcept {
   const bool is_kept = keep_cut();
   change_level(levels_.finer_level(load()));

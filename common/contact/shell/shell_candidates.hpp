@@ -1,6 +1,6 @@
 // Finds the points of a shell that are near the surface of another shape, or inside it, at a pose. A traversal of the
-// whole tree over the shell costs much more time than a step has. The search therefore stores the cut through the tree
-// at which the last step ended. It queries only those nodes that may have come near since.
+// whole tree over the shell takes much longer than a step. The search therefore stores the cut through the tree at
+// which the last step ended. It queries only those nodes that may have come near since.
 #pragma once
 
 #include <cstdint>
@@ -22,15 +22,15 @@ struct ContactShape;
 
 /// Finds the points of a shell (frame P) near the surface of a field (frame F), or inside it.
 ///
-/// Model   The search stores a cut through the tree: nodes that together contain each point once. Each of its nodes has
-///         a lower bound of the distances of its points: distance(centre) − radius, or the sampled distances of a
-///         leaf's points. A node is queried again only when the shell and the field have moved against each other by
-///         its bound. If more points are near than the capacity allows, the pressing points of a leaf are merged into
-///         one candidate. It has their force and moment. The other near points are merged into a second candidate. If
-///         there still are too many, larger nodes become leaves, of which only eight points are sampled. Nodes that
-///         cannot press become larger first, then those that may
-/// Source  after Verlet, "Computer experiments on classical fluids I", Phys. Rev. 159, 1967, for the margin for motion
-///         (the skin of a neighbour list). The cut, the bound of the motion and the larger leaves are ours
+/// Model   The search stores a cut through the tree: nodes that together contain each point once. Each node of the cut
+///         has a lower bound of the distances of its points: distance(centre) − radius, or for a leaf the sampled
+///         distances. A node is queried again only when the shell has moved relative to the field by that bound. If
+///         more points are near than the capacity allows, the pressing points of a leaf are merged into one candidate
+///         with their force and moment. The other near points are merged into a second candidate. If there still are
+///         too many, larger nodes become leaves, of which only eight points are sampled. Nodes that cannot press become
+///         larger first, then those that may press
+/// Source  after Verlet, "Computer experiments on classical fluids I", Phys. Rev. 159, 1967: the skin of a neighbour
+///         list is a margin for motion. The cut, the bound of the motion and the larger leaves are ours
 /// Thread  one at a time; no allocation after construction
 class ShellCandidates {
  public:
@@ -48,16 +48,16 @@ class ShellCandidates {
   /// Candidates in the order of the shell; no point of the shell is in two of them.
   std::span<const ShellCandidate> candidates() const { return list_.all(); }
   const PointShell& shell() const { return *shell_; }
-  /// Returns the number of further contacts for which there is room. Of the capacity, each node above planes takes
-  /// least_contacts_of(), and each other candidate takes one.
+  /// Returns the number of further contacts that fit. A node above planes uses least_contacts_of() of the capacity, any
+  /// other candidate uses one.
   std::size_t room() const { return list_.capacity() - list_.contacts(); }
-  /// Returns the number of additional contacts needed to represent every plane below the nodes.
+  /// Returns the number of additional contacts with which the nodes would represent every plane below them.
   std::size_t more_contacts() const { return list_.more_contacts(); }
 
  private:
   class Ahead;
 
-  /// Result of the level before a trial, which returns if the trial has no room.
+  /// State of the level before a trial. It is restored if the trial has no room.
   struct KeptCut {
     LevelPolicy levels;
     std::vector<CutPart> parts;
@@ -67,7 +67,7 @@ class ShellCandidates {
 
   static constexpr std::size_t kParts = 64;
 
-  // Step (shell_candidates.cpp).
+  // One step of the search (shell_candidates.cpp).
   std::size_t cut_limit() const { return 4 * std::size_t{list_.largest_capacity()} + 4 * kParts; }
   SearchLoad load() const;
   bool has_sampled() const;
@@ -123,7 +123,7 @@ class ShellCandidates {
   KeptCut kept_;
   std::size_t divided_up_to_ = 0;  ///< part where the next step continues to divide nodes
   std::uint32_t walk_points_ = 0;  ///< points that the last complete walk queried, without those of dividing
-  bool has_rested_ = false;        ///< the last step had the same pose as the one before
+  bool has_rested_ = false;        ///< the last step had the same pose as the step before it
   double band_m_ = 0;              ///< band of the last step
   double least_band_m_ = 0;        ///< least band of all steps
 };

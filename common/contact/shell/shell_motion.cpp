@@ -7,8 +7,8 @@
 namespace tandem::contact {
 namespace {
 
-// Returns the radius of a ball around the shape, centred at the middle of its box. The box contains the shape's points.
-// The surface extends beyond it by less than one spacing, which is added.
+// Returns the radius of a ball around the shape, centred at the middle of its box. The box contains the shell's points.
+// The surface may extend beyond the box by less than one spacing, which is added.
 double radius_of(const ContactShape& shape) {
   return (shape.high_S - shape.low_S).norm() / 2 + shape.shells.surface.spacing_m;
 }

@@ -10,17 +10,16 @@ struct ContactShape;
 
 /// Pose of the points in the field's frame, the motion of the last step, and the gap of shapes that are far apart.
 ///
-/// Model   The motion of the points in the field's frame, and the motion of the solid in the points' frame, both bound
-///         the change of each distance; the smaller one is used. The second is small if a small tool turns above a
-///         large table. A rotation by the quaternion q moves a point at distance r from the centre by at most 2
-///         |vec(q)| r
+/// Model   Two motions bound the change of each distance: that of the points in the field's frame, and that of the
+///         solid in the points' frame. The smaller one is used. The second is small if a small tool turns above a large
+///         table. A rotation by the quaternion q moves a point at distance r from the centre by at most 2 |vec(q)| r
 /// Thread  one at a time; no allocation
 class ShellMotion {
  public:
   /// In      solid  shape that owns the field
   void bind(const ContactShape& points, const ContactShape& solid) noexcept;
 
-  /// Sets the pose of this step; moved_m() is the motion since the last call.
+  /// Sets the pose of this step. moved_m() then returns the motion since the previous call.
   void move(const Pose& X_FP) noexcept;
   /// Returns an upper bound of the change of the distances of a node's points in the last move().
   double moved_m(const ShellNode& node) const noexcept;
@@ -45,7 +44,7 @@ class ShellMotion {
   Pose X_FP_;
   Eigen::Matrix3d R_FP_ = Eigen::Matrix3d::Identity();
 
-  // Last move().
+  // Motion of the last move().
   Eigen::Matrix3d turn_ = Eigen::Matrix3d::Zero();  ///< change of R_FP
   Vec3 shift_ = Vec3::Zero();                       ///< change of p_FP
   double turned_ = 0;         ///< upper bound of the motion by rotation, divided by the distance from the centre

@@ -1,4 +1,4 @@
-// Walk along the cut: entries whose bounds hold are copied, the others are queried.
+// Walk along the cut: entries whose bounds hold are copied, all other entries are queried.
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -8,8 +8,8 @@
 
 namespace tandem::contact {
 
-// Traverses the cut once and queries the nodes whose bounds no longer hold. Returns false if there is no room for all
-// nodes or candidates, or if the limit of queries is exceeded.
+// Traverses the cut once and queries the nodes whose bounds do not hold. Returns false if the cut or the list of
+// candidates is full, or if the limit of queries is exceeded.
 bool ShellCandidates::walk(double band_m) noexcept {
   walk_.divide_queries = queries_to_divide();
   walk_.divide_points = 0;
@@ -37,7 +37,7 @@ bool ShellCandidates::walk(double band_m) noexcept {
   return true;
 }
 
-/// Batches the distance queries of the next nodes of the cut by eight, so that their memory accesses overlap.
+/// Computes the distances of the next eight inner nodes of the cut together, so that their memory accesses overlap.
 class ShellCandidates::Ahead {
  public:
   Ahead(const ShellCandidates& search, std::span<const CutNode> entries, double moved_m, double band_m)
@@ -128,16 +128,17 @@ bool ShellCandidates::walk_part(CutPart& part, double band_m) noexcept {
   return true;
 }
 
-// Decides when the part is checked again for halves to join above planes.
+// Decides when the part is checked again for pairs of nodes to join above planes.
 //
-// In      was_worth_it  the walk left a fifth fewer entries
+// In      was_worth_it  this walk reduced the entries by a fifth
 void ShellCandidates::plan_halves_check(CutPart& part, bool is_due, bool was_worth_it) noexcept {
   const bool is_slow = part.step_motion_m < kSearch.slow_m;
   if (planes_.has_open_question() && levels_.is_new_level()) {
     part.has_open_question = true;
     part.halves_check_at_m = part.moved_m;
   } else if (is_due && planes_.has_open_question()) {
-    // In slow motion, valid results accumulate from step to step; in fast motion the check would never complete.
+    // In slow motion, valid results accumulate from step to step until the check is complete. In fast motion, results
+    // become invalid too soon, so the check is postponed.
     part.waits_for_rest = !is_slow;
     part.halves_check_at_m = part.moved_m + (is_slow ? 0 : share_of(part.node) * kSearch.max_halves_check_motion_m);
   } else if (is_due) {
@@ -162,7 +163,7 @@ bool ShellCandidates::keep(const CutNode& entry, double moved_m, double band_m) 
   while (!cut_.empty() && entry.planes == 0 && at_m > known_at_m && node != walk_.root) {
     const CutNode& before = cut_.back();
     if (!(before.query_again_at_m > known_at_m) || before.planes != 0 || before.node <= walk_.root) break;
-    // Nodes that dividing has just opened are not joined again.
+    // The nodes that dividing has opened in this walk are not joined again.
     if (walk_.divides_part && (is_sampled || before.is_sampled)) break;
     const std::uint32_t parent = before.node - 1;
     if (nodes[before.node].next != node || nodes[parent].is_leaf || nodes[parent].next != nodes[node].next) break;

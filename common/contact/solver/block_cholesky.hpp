@@ -11,7 +11,8 @@
 namespace tandem::contact {
 
 /// A symmetric positive definite matrix of n × n blocks, factored in place. Blocks that were never accessed are zero
-/// and cost nothing. Eigen's own factorisations allocate temporaries once a matrix is too large for the stack.
+/// and are skipped. Eigen's own factorisations are not used, because they allocate memory for matrices too large for
+/// the stack.
 class BlockCholesky {
  public:
   explicit BlockCholesky(std::size_t capacity);

@@ -1,6 +1,6 @@
-// Newton's method on one island. Each iteration computes the residual M (V − V*) − h Σ wrenches (evaluate), its
-// derivative (assemble) and the step that would zero it (BlockCholesky). It takes the part of that step that lowers the
-// potential (search_line).
+// Newton's method on one island. Each iteration computes the residual M (V − V*) − h Σ wrenches (evaluate()) and its
+// derivative (assemble()). BlockCholesky computes the step that would zero the residual. The line search
+// (search_line()) takes the part of that step that lowers the potential.
 #include "common/contact/solver/contact_island.hpp"
 
 #include <algorithm>
@@ -9,25 +9,25 @@
 namespace tandem::contact {
 namespace {
 
-/// Newton's method ends when the residual velocity is below this, in the norm of the kinetic energy. The remaining
-/// residual is not corrected in later steps. At 1 kHz it is an error of the acceleration of 1e-8 m/s². Rounding errors
-/// are smaller.
+/// Newton's method ends when the residual velocity is below this, in the norm of the kinetic energy. Later steps do not
+/// correct the remaining residual. At 1 kHz, it is an error of the acceleration of 1e-8 m/s². Rounding errors are
+/// smaller.
 constexpr double kTolerance_m_per_s = 1e-11;
-/// Number of iterations in which friction limits follow the normal forces. By then, both have usually converged to a
-/// few parts in a thousand.
+/// Number of iterations in which friction limits follow the normal forces. After these, both have usually converged to
+/// a few parts in a thousand.
 constexpr std::uint32_t kFollowingIterations = 4;
 /// Maximum number of times that an island is solved again with new friction limits.
 constexpr std::uint32_t kRounds = 3;
-/// Number of iterations after which couplings are replaced by their linearisation. Without it, convergence has become
-/// unlikely by then.
+/// Number of iterations after which couplings are linearised. Up to then, most islands have converged with exact
+/// couplings.
 constexpr std::uint32_t kExactIterations = 12;
 /// The line search ends when the slope of the potential is at most this fraction of the slope at its start.
 constexpr double kSlopeLeft = 0.1;
 constexpr int kLineSearchSteps = 12;
-/// Ratio of the hard floor's stiffness to the island's mass / h². A contact that arrives at 1 m/s presses the floor in
-/// by h · 1 m/s / (1 + kHardness), which is 0.09 mm at 1 kHz.
+/// Ratio of the hard floor's stiffness to the island's mass / h², with the step h. A contact that arrives at 1 m/s
+/// penetrates the floor by h · 1 m/s / (1 + kHardness), which is 0.09 mm at 1 kHz.
 constexpr double kHardness = 10;
-/// Depth to which the forces on the island at the start of a step may press one contact into the hard floor.
+/// Depth to which the forces on the island at the start of a step may press one contact into the hard floor [m].
 constexpr double kHardGive_m = 2e-5;
 
 Twist twist_of(const Vec6& v) {
@@ -38,7 +38,7 @@ Vec6 vector_of(const Wrench& w) {
   return (Vec6() << w.f, w.t).finished();
 }
 
-/// Returns the twist of the body's point at `about_W`; zero for null, which stands for the static world.
+/// Returns the twist of the body's point at `about_W`. Null represents the static world, whose twist is zero.
 Twist twist_at(const IslandBody* body, const Vec3& about_W) {
   if (body == nullptr) return {};
   const Vec3 w = body->velocity.tail<3>();
@@ -99,8 +99,8 @@ void ContactIsland::begin(double step_s, std::span<IslandBody* const> bodies, st
   set_hardness();
 }
 
-// Computes the stiffness of the hard floor. In the worst case the inertia of the whole island and all forces on it act
-// on one contact of its lightest body.
+// Computes the stiffness of the hard floor. It suffices for the worst case: the inertia of the whole island and all
+// forces on it act on one contact of its lightest body.
 void ContactIsland::set_hardness() noexcept {
   double push_n = 0;
   for (const IslandBody* body : bodies_) push_n += body->push_n;
@@ -111,11 +111,11 @@ void ContactIsland::set_hardness() noexcept {
   for (IslandPatch& patch : patches_) patch.terms.hard_n_per_m = hard_n_per_m;
 }
 
-// In the first iterations, friction limits follow the normal forces. This is the desired solution, but without a
-// potential, so convergence is not certain. Most steps end there. Otherwise the friction limits reached so far are kept
-// and, if necessary, couplings are linearised; this always converges. Normal forces of an early iterate may be many
-// times those of the solution, for example when sliding bodies collide. Therefore the island is then solved again with
-// the friction limits of the solution found.
+// Solves the island. In the first iterations, friction limits follow the normal forces. The desired solution has such
+// limits, but without a potential the convergence is not certain. Most steps end there. Otherwise the friction limits
+// reached so far are kept and, if necessary, couplings are linearised; this always converges. Normal forces of an early
+// iterate may be many times those of the solution, for example when sliding bodies collide. The island is then solved
+// again with the friction limits of the solution found.
 bool ContactIsland::solve(std::uint32_t iterations) noexcept {
   friction_ = FrictionLimit::kFollows;
   evaluate();
@@ -203,8 +203,8 @@ void ContactIsland::add_patch(const IslandPatch& patch) noexcept {
   }
 }
 
-// The slope of the potential increases along the line, because the potential is convex. Regula falsi finds the zero of
-// the slope in a bracket. A full step is accepted if its slope is small or negative.
+// Searches along the Newton step. The slope of the potential increases along the line, because the potential is convex.
+// Regula falsi finds the zero of the slope in a bracket. A full step is accepted if its slope is small or negative.
 bool ContactIsland::search_line(double slope) noexcept {
   for (std::size_t k = 0; k < bodies_.size(); ++k) start_[k] = bodies_[k]->velocity;
   const double enough = -kSlopeLeft * slope;

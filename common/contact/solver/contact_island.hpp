@@ -1,4 +1,4 @@
-// Optimisation inside the contact solver: solves all bodies of one island together.
+// The optimisation inside the contact solver: solves all bodies of one island together.
 #pragma once
 
 #include <span>
@@ -27,8 +27,8 @@ struct IslandBody {
   Vec6 momentum(const Vec6& v) const;
   /// Returns the energy norm of the residual: twice the kinetic energy of the velocity that the residual would cause.
   double residual_energy() const;
-  /// Returns a force whose size corresponds to a wrench. A torque is converted to the force that has this moment at a
-  /// lever of the radius of gyration.
+  /// Returns the magnitude of a wrench as a force. A torque is converted to the force with the same moment at a lever
+  /// of the radius of gyration.
   double force_of(const Wrench& wrench) const;
 };
 
@@ -39,7 +39,7 @@ struct IslandPatch {
   int island = 0;
   std::size_t index = 0;  ///< index among the caller's patches
   Wrench on_a_W;          ///< wrench on A, about terms.about_W
-  bool is_void = false;   ///< whether the forces of the patch must not be used
+  bool is_void = false;   ///< whether the forces of the patch are invalid and reported as zero
 
   bool moves_a() const { return a != nullptr && a->is_moving; }
   bool moves_b() const { return b != nullptr && b->is_moving; }
@@ -61,7 +61,8 @@ class ContactIsland {
  public:
   ContactIsland(std::size_t bodies, ContactRows& rows);
 
-  /// Selects the island to solve and sets the stiffness of its patches' hard floor. The patches must have their rows.
+  /// Selects the island to solve, and computes the stiffness of the hard floor of its patches. The patches must have
+  /// rows.
   void begin(double step_s, std::span<IslandBody* const> bodies, std::span<IslandPatch> patches,
              std::span<IslandCoupling> couplings) noexcept;
   /// Runs Newton's method from the bodies' velocities. Returns false if it has not converged within `iterations`.

@@ -1,5 +1,5 @@
-// Computes the forces of hundreds of contacts between two bodies in a step: the inner loops of the contact solver. A
-// row holds four contacts, with the four values of each quantity in one vector of the processor.
+// Computes the forces of the contacts between two bodies: the inner loops of the contact solver, with hundreds of
+// contacts in a step. A row holds four contacts; each quantity is a vector of their four values.
 #pragma once
 
 #include <span>
@@ -26,34 +26,34 @@ struct PatchTerms {
   std::size_t first = 0;
   std::size_t end = 0;
 
-  /// Returns the factor of the closing speed in the normal force. The step counts because the force depends on the
-  /// depth at the end of the step.
+  /// Returns the factor of the closing speed in the normal force. It includes the step, because the force depends on
+  /// the depth at the end of the step.
   double lag_s() const { return step_s + dissipation_s; }
 };
 
-/// Friction limit: μ times the normal force of this evaluation (kFollows), or of the last evaluation with kFollows
-/// (kKept). Forces have a potential in the velocities only while the limit is kept.
+/// Limit of the friction: μ times the normal force of this evaluation (kFollows), or μ times that of the last
+/// evaluation with kFollows (kKept). Only with a kept limit, forces have a potential in the velocities.
 enum class FrictionLimit : std::uint8_t { kFollows, kKept };
 
 /// Forces of contacts at trial velocities, and their derivatives. Twists are those of A relative to B; wrenches act on
 /// A.
 ///
-/// Model   With n out of B, w = stiffness · area, δ the depth at the start, u = −n·v the closing speed, h the step,
-///         τ the dissipation, ρ the rigid depth:
+/// Model   With n out of B, w = stiffness · area, δ the depth at the start, u = −n·v the closing speed, h the step, τ
+///         the dissipation, ρ the rigid depth, (x)₊ = max(x, 0):
 ///         f_n = w (min(δ, ρ) + (h + τ) u)₊ + w_hard (min(δ − ρ, h·0.2 m/s) + h u)₊.
 ///         This is a soft layer with a Kelvin-Voigt damper, evaluated at the end of the step, and a hard floor under
-///         it. Over a gap the layer's δ is multiplied by (h + τ)/h, so that the damper begins where the surfaces meet.
+///         it. For a gap, the layer's δ is multiplied by (h + τ)/h, so that the damper begins where the surfaces meet.
 ///         The floor separates overlapping bodies at 0.2 m/s at most, and the layer at ρ/(h + τ) at most, so that they
-///         are not thrown apart.
-///         Friction is −k_t z clamped to length μ f_n, with z = s + r (h + τ) v_t, k_t = 0.8 w, and s the bristle.
-///         While the contact sticks, friction is thus a spring, and a body at rest does not creep. The factor r =
-///         f_n/(w ρ), limited to 1 to 100, makes friction stiffer for a contact on the hard floor, in proportion to its
-///         normal force. After the step s ← s + r h v_t, at most μ f_n / k_t long.
-///         Both forces are dissipative. f_n h u is at least the increase of the layer's energy ½ w δ², for either sign
-///         of u. The clamp, a projection on a ball, is monotone. While r is constant, friction therefore takes at least
-///         the increase of the energy stored in s. When r falls to 1, s may return 0.6 μ² w ρ² more (8 µJ for a tip of
-///         1 mm).
-/// Source  our derivation; 0.8 is Mindlin's k_t / k_n of two elastic spheres, 2 (1 − ν)/(2 − ν), at ν = 0.3 to 0.35
+///         are not thrown apart. Friction is −k_t z clamped to length μ f_n, with z = s + r (h + τ) v_t, k_t = 0.8 w,
+///         the bristle s and the tangential velocity v_t. While the contact sticks, friction is thus a spring, and a
+///         body at rest does not creep. The factor r = f_n/(w ρ), limited to 1 to 100, makes friction stiffer for a
+///         contact on the hard floor, in proportion to its normal force. After the step, the bristle is s + r h v_t, at
+///         most μ f_n / k_t long. Both forces are dissipative. f_n h u is at least the increase of the layer's energy ½
+///         w δ², for either sign of u. The clamp, a projection on a ball, is monotone. While r is constant, friction
+///         therefore dissipates at least the increase of the energy stored in s. When r falls to 1, s may return 0.6 μ²
+///         w ρ² more (8 µJ for a tip of 1 mm).
+/// Source  our derivation; 0.8 is Mindlin's ratio k_t / k_n of two elastic spheres, 2 (1 − ν)/(2 − ν), for a Poisson's
+///         ratio ν of 0.3 to 0.35
 class ContactRows {
  public:
   ContactRows(std::size_t contacts, std::size_t patches);
@@ -61,7 +61,8 @@ class ContactRows {
 
   void clear() noexcept { used_ = 0; }
   /// Appends rows for these contacts and stores their range in `terms`. Returns false if there is no room. Invalid
-  /// contacts, such as those with a number that is not finite, have no force; their number is added to `ill`.
+  /// contacts (a number is not finite, the area is not positive, or the normal is no unit vector) have no force; `ill`
+  /// counts them.
   bool append(std::span<const ContactPoint> contacts, PatchTerms& terms, std::uint32_t& ill) noexcept;
 
   /// Returns the wrench on A for this twist of A relative to B, both about terms.about_W.
@@ -71,7 +72,7 @@ class ContactRows {
 
   /// Updates the bristles (tangential displacements) of `contacts` with the twist of the last evaluate().
   ///
-  /// Out     all fields except the wrench
+  /// Out     all fields of the result except the wrench
   PatchResult finish(const PatchTerms& terms, std::span<ContactPoint> contacts) const noexcept;
 
  private:

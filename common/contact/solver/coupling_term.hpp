@@ -8,13 +8,14 @@ namespace tandem::contact {
 
 /// The coupling of one step as a function of the body's twist.
 ///
-/// Model   The tool T is fixed to the body: at the end of the step r' = exp(h ω) r, p_WT = p_WC + h v + r', v_WT = v +
-///         ω × r'. Its wrench (f, τ) about T is (f, τ + r' × f) about C. The handle keeps its last received pose and
-///         velocity, since its motion during the step is not known yet. The derivative is −Tᵀ (h K_d + B_v) T with T =
-///         [1, −[r']×], and −(h K_θ + B_ω) of the rotation. It omits the rotation of the lever r' and of the rotation
-///         vector, because no symmetric positive matrix contains them; the wrench is exact nevertheless. If that does
-///         not converge, for example when a hand's pose jumps by a radian, linearise() replaces the law by its wrench
-///         and derivative for the rest of the step.
+/// Model   The tool T is fixed to the body. At the end of the step, with r from C to T at its start: r' = exp(h ω) r,
+///         p_WT = p_WC + h v + r', v_WT = v + ω × r'. The coupling's wrench (f, τ) about T is (f, τ + r' × f) about C.
+///         The handle H keeps its last received pose and velocity, since its motion during the step is not known yet.
+///         The derivative is −Tᵀ (h K_d + B_v) T with T = [1, −[r']×], and −(h K_θ + B_ω) for the rotation (K:
+///         stiffness, B: damping of the law). It omits the rotation of the lever r' and of the rotation vector, because
+///         no symmetric positive matrix contains them; the wrench is exact nevertheless. The iteration may then fail to
+///         converge, for example when a hand's pose jumps by a radian. For this case, linearise() replaces the law by
+///         its wrench and derivative for the rest of the step.
 class CouplingTerm {
  public:
   CouplingTerm() = default;
@@ -40,7 +41,7 @@ class CouplingTerm {
   Vec3 r_W_ = Vec3::Zero();  ///< vector from C to the tool's origin at the start of the step
   double step_s_ = 0;
 
-  Vec3 lever_W_ = Vec3::Zero();  ///< the same vector at the end of the step, r'
+  Vec3 lever_W_ = Vec3::Zero();  ///< vector from C to the tool's origin at the end of the step, r'
   haptics::CouplingState state_;
   Wrench on_tool_W_;
 

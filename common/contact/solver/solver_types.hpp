@@ -18,9 +18,9 @@ struct SolverBody {
   Vec3 p_WC = Vec3::Zero();
   Twist V_WC;       ///< velocity of C
   Wrench wrench_W;  ///< external wrench (weight, fields) about C
-  /// If true, the body moves with V_WC regardless of forces: mass, inertia and wrench_W are not used. For its contacts
-  /// with static or other prescribed bodies the rigid depth is ignored, because no force could end the overlap. The
-  /// soft layer then extends to any depth.
+  /// If true, the body moves with V_WC regardless of forces: mass, inertia and wrench_W are not used. Contacts with
+  /// static or other prescribed bodies then ignore the rigid depth, because no force could end the overlap. Their soft
+  /// layer extends to any depth.
   bool is_prescribed = false;
 };
 
@@ -31,7 +31,7 @@ struct SolverCoupling {
   Pose X_WH;
   Twist V_WH;
   Pose X_WT;  ///< pose of the tool, which is fixed to the body
-  /// Damping of the tool's absolute velocity, in addition to the law's damping. It is a part of the coupling.
+  /// Brake: damping of the tool's absolute velocity, in addition to the law's damping of the relative velocity.
   double brake_n_s_per_m = 0;
   double brake_n_m_s_per_rad = 0;
 };

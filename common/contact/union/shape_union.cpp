@@ -10,18 +10,18 @@
 namespace tandem::contact {
 namespace {
 
-// Length of the transition between covered and free surface: the larger of kBlend_m and a multiple of the fields'
-// errors.
+// Length of the transition between covered and free surface [m]: the larger of kBlend_m and kBlendErrors times the sum
+// of the fields' errors.
 constexpr double kBlend_m = 2e-5, kBlendErrors = 2;
 // Distances inward from a covered face at which the search looks for another face that is nearer, in the order of the
-// search. For exact fields, the shortest comes first. Grids round off their edges by up to a cell, so for them a medium
-// distance comes first.
+// search. Exact fields are searched from the shortest distance. Grids round off their edges by up to a cell, so a
+// medium distance comes first.
 constexpr std::array<double, 5> kExactWays_m = {6e-5, 1.2e-4, 2.5e-4, 5e-4, 1e-3};
 constexpr std::array<double, 5> kGridWays_m = {5e-4, 2.5e-4, 1e-3, 1.2e-4, 6e-5};
-// Maximum number of covered faces that the search for a way out of a shape avoids in succession.
+// Maximum number of covered faces that the search for a way out of a shape passes over in succession.
 constexpr int kMaxTurns = 4;
-// A contact inside several shapes shares its area among them in proportion to its depth in each. Depths count up to
-// this value.
+// The area of a contact inside several shapes is divided among them in proportion to its depth in each. Depths above
+// this value count as this value.
 constexpr double kShared_m = 1e-5;
 
 /// Returns 0 below `low`, 1 above `high`, linear in between.
@@ -36,7 +36,7 @@ struct ShapeSample {
   double error_m = 0;
 };
 
-/// Samples a shape. If a sampled field has planes at the point, they are used, because samples round off edges.
+/// Samples a shape. If a sampled field has planes at the point, they are used instead, because samples round off edges.
 ShapeSample sample_shape(const PlacedShape& placed, const Vec3& p_W) {
   const DistanceField& field = *placed.shape->field;
   const Vec3 p_S = placed.X_WS.inverse() * p_W;
@@ -60,7 +60,7 @@ double blend_m(const PlacedShape& a, const PlacedShape& b, const Vec3& p_W) {
   return std::max(kBlend_m, kBlendErrors * (sample_shape(a, p_W).error_m + sample_shape(b, p_W).error_m));
 }
 
-/// Returns the degree, 0 to 1, to which `other` covers a surface point q. `out_W` is the normal of the surface there.
+/// Returns the degree, 0 to 1, to which `other` covers a surface point q. `out_W` is the normal of the surface at q.
 double exit_cover(const PlacedShape& other, const Vec3& q_W, const Vec3& out_W, double blend) {
   const double at = distance_m(other, q_W) / blend;
   if (at >= 1) return 0;
@@ -107,8 +107,9 @@ ShapeUnion::Cover ShapeUnion::cover_of(const PlacedShape& leaving, const Vec3& q
   return most;
 }
 
-// Returns the displacement that moves p out of a shape through a face that no other shape covers; nothing if none is
-// found. The depth below a flat face is linear in the position, so the sample farther inside also gives the depth of p.
+// Returns the displacement that moves p out of a shape through a face that no other shape covers; nothing if there is
+// none. The depth below a flat face is linear in the position. A sample farther inside therefore also gives the depth
+// of p.
 std::optional<Vec3> ShapeUnion::way_out(const PlacedShape& shape, const Vec3& p_W, Vec3 inward_W) const noexcept {
   const auto& ways_m = shape.shape->field->error_m() > 0 ? kGridWays_m : kExactWays_m;
   Vec3 from_W = p_W;
@@ -125,13 +126,13 @@ std::optional<Vec3> ShapeUnion::way_out(const PlacedShape& shape, const Vec3& p_
       Vec3 out_W = depth_m * inside.gradient_W;
       const ShapeSample beyond = sample_shape(shape, p_W + out_W);
       if (beyond.distance_m > 0) out_W -= beyond.distance_m * beyond.gradient_W;
-      // At a corner of several covered faces, the surface point beside the corner may be covered by no other shape,
-      // although the point below the sample farther inside is covered. Therefore both points must be free.
+      // At a corner of several covered faces, two points must be free: the surface point below the sample farther
+      // inside, and the point to which p would move. One of them may be covered while the other is not.
       const Vec3 foot_W = at_W - inside.distance_m * inside.gradient_W;
       if (cover_of(shape, foot_W, inside.gradient_W).share < 0.5 &&
           cover_of(shape, p_W + out_W, inside.gradient_W).share < 0.5)
         return out_W;
-      // If the way out is covered, the next turn starts from the sample that is deepest below the covered face.
+      // If this way out is covered, the next turn starts from the sample that is deepest below the covered face.
       if (covered_W && (-inside.distance_m < deepest_m || (-inside.distance_m == deepest_m && way_m < deepest_way_m)))
         continue;
       deepest_m = -inside.distance_m;
@@ -169,16 +170,16 @@ void ShapeUnion::correct_depth(ContactPoint& contact, const Vec3& out_W) const n
       }
     }
   }
-  // The contact's point is inside several shapes at once, and each of these shapes has a contact there. Each contact
-  // keeps its share of the area.
+  // The contact's point is inside several shapes at once, and each of these shapes has its own contact there. The area
+  // is divided among these contacts.
   const double own = std::min(way_W.norm(), kShared_m);
   double all = own;
   for (const PlacedShape& other : others_) all += std::clamp(-distance_m(other, p_W), 0.0, kShared_m);
   contact.area_m2 *= own / all;
 }
 
-// Reduces the area of a contact with a gap if another shape is nearer to the point and covers the surface there. Where
-// two shapes join, the edge of the farther shape is no obstacle.
+// Reduces the area of a contact with a gap if another shape is nearer to the point and covers the surface there. At the
+// joint of two shapes, the edge of the farther shape is then no obstacle.
 void ShapeUnion::correct_gap(ContactPoint& contact, const Vec3& out_W) const noexcept {
   const double gap_m = -contact.depth_m;
   if (!(gap_m > 0)) return;

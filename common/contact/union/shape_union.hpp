@@ -1,4 +1,4 @@
-// Contact with the union of shapes: a surface that another shape covers gives no contact.
+// Contact with the union of shapes: surface that another shape covers has no contact.
 #pragma once
 
 #include <optional>
@@ -10,8 +10,8 @@ namespace tandem::contact {
 
 struct ContactPoint;
 
-/// Shapes farther than this from a contact do not change it: twice the largest rigid depth (depth beyond which contact
-/// is as stiff as the step allows).
+/// Distance from a contact beyond which other shapes do not change it: twice the largest rigid depth (depth beyond
+/// which contact is as stiff as the step allows).
 inline constexpr double kUnionReach_m = 2 * kMaxRigidDepth;
 
 /// A shape with its pose in the world.
@@ -20,13 +20,13 @@ struct PlacedShape {
   Pose X_WS;
 };
 
-/// Union of one shape of a pair and the shapes beside it that are near the other shape of the pair.
+/// Union of one shape of a pair with its neighbours: shapes beside it that are near the other shape of the pair.
 ///
 /// Model   A pressing contact pushes its point p by depth × normal to a point q of the shape's surface. If another
 ///         shape covers q, that surface is inside the union. The contact is then resolved along the shorter of two
 ///         displacements: out of the same shape through another face, or through q and out of the covering shape. Both
-///         are found from samples farther inside, where the covered face is not the nearest one, and are exact for flat
-///         faces. In a transition 2e-5 m wide (more for meshes) between covered and free surface, both results are
+///         are found from samples farther inside, where the covered face is not the nearest one. For flat faces they
+///         are exact. In a transition 20 µm wide (more for meshes) between covered and free surface, both results are
 ///         interpolated, so that forces do not jump.
 /// Thread  any; no allocation
 class ShapeUnion {
@@ -35,14 +35,14 @@ class ShapeUnion {
 
   bool has_others() const { return !others_.empty(); }
 
-  /// Corrects a contact whose depth and normal come from the field of this pair's shape (`own`).
+  /// Corrects a contact whose depth and normal come from the field of this union's own shape.
   ///
   /// In      out_W  unit vector out of that shape
   /// Out     depth, normal and area of the contact
   void correct_depth(ContactPoint& contact, const Vec3& out_W) const noexcept;
 
-  /// Returns the degree to which other shapes cover this pair's shape at a surface point, 0 to 1. An edge that is flush
-  /// with the surface of another shape counts as covered.
+  /// Returns the degree, 0 to 1, to which other shapes cover this union's own shape at a surface point. An edge that is
+  /// flush with the surface of another shape counts as covered.
   double covered_share(const Vec3& p_W, const Vec3& normal_W) const noexcept;
 
  private:
@@ -56,8 +56,8 @@ class ShapeUnion {
   std::span<const PlacedShape> others_;
 };
 
-/// Copies those of `shapes` that are near the contacts to its front, in their order. Returns their number. The entries
-/// behind them are no longer valid.
+/// Moves the shapes that are near the contacts to the front of `shapes`, in their order, and returns their number. The
+/// entries behind them become invalid.
 std::size_t keep_near(std::span<PlacedShape> shapes, std::span<const ContactPoint> contacts) noexcept;
 
 }  // namespace tandem::contact

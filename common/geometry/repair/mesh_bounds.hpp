@@ -1,5 +1,5 @@
-// Bounding box of a mesh, checked so that its size can be used as a divisor. A mesh from a file may be a single point,
-// or so large that numbers overflow.
+// Bounding box of a mesh, checked so that its size is a safe divisor. A mesh from a file may be a single point, or so
+// large that numbers overflow.
 #pragma once
 
 #include <Eigen/Geometry>

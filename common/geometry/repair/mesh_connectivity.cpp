@@ -12,8 +12,8 @@ namespace tandem::geometry {
 namespace {
 
 constexpr int kNoTriangle = -1;
-// If two triangles at an edge enclose a smaller angle than this, they are treated as coincident. Single-precision
-// rounding rotates a triangle by this angle if its height is a hundredth of the mesh's size.
+// Two triangles at an edge are treated as coincident if the angle between them is below this. Single-precision rounding
+// rotates a triangle by this angle if its height is 1/100 of the mesh's size.
 constexpr double kSameAngle_rad = 2e-5;
 
 /// Returns the number of a half-edge: 3 · triangle + side.
@@ -21,7 +21,7 @@ int number_of(const HalfEdge& half) {
   return 3 * half.triangle + half.side;
 }
 
-/// Orientation of a triangle relative to the first triangle of its part: the same, or opposite.
+/// Orientation of a triangle relative to the first triangle of its part: equal or opposite.
 enum class Turning : std::uint8_t { kUnknown, kAlong, kAgainst };
 
 class Connector {
@@ -44,7 +44,7 @@ class Connector {
     }
   }
 
-  /// Gives each fan of triangles around a vertex a separate vertex. Returns the number of vertices added.
+  /// Gives each fan of connected triangles around a vertex a vertex of its own. Returns the number of vertices added.
   std::size_t separate_fans() {
     std::vector<int> root(partner_.size());
     std::iota(root.begin(), root.end(), 0);
@@ -88,7 +88,7 @@ class Connector {
       const auto& triangles = parts.back().triangles;
       const auto is_turned = [this](int t) { return turning_[static_cast<std::size_t>(t)] == Turning::kAgainst; };
       const auto count = std::count_if(triangles.begin(), triangles.end(), is_turned);
-      // The smaller set of triangles is reversed: those marked kAgainst, or the others.
+      // The smaller set of triangles is reversed, which may be those marked kAgainst or all others.
       const bool is_minority = 2 * static_cast<std::size_t>(count) <= triangles.size();
       for (const int t : triangles) {
         if (is_turned(t) != is_minority) continue;
@@ -120,8 +120,8 @@ class Connector {
     }
     for (const int first : halves) {
       std::vector<int> loop;
-      // At a border, each vertex has one fan of triangles, so only one border edge starts there. The walk therefore
-      // ends where it began.
+      // At a border, each vertex has one fan of triangles, so only one border edge starts there. The walk along the
+      // border therefore ends at its start.
       for (int half = first; half != kNoTriangle;) {
         int& leaving = border_from[static_cast<std::size_t>(vertex_at(half))];
         if (leaving == kNoTriangle) break;
@@ -144,20 +144,20 @@ class Connector {
     partner_[static_cast<std::size_t>(number_of(b))] = number_of(a);
   }
 
-  /// A triangle at an edge, as seen along the edge: the edge is a point, and the triangle a line from that point.
+  /// A triangle as seen along one of its edges: the edge is a point, and the triangle a line that starts at this point.
   struct Spoke {
     double angle_rad;
     bool runs_along;
     HalfEdge half;
   };
 
-  /// Orders coincident spokes such that the directions of their triangles alternate. Their order would otherwise depend
+  /// Orders coincident spokes such that the directions of their triangles alternate. Otherwise their order would depend
   /// on rounding.
   /// In      spokes  sorted by angle
-  /// Out     whether the directions alternate all around the edge
+  /// Out     true if the directions alternate all around the edge
   static bool alternate(std::vector<Spoke>& spokes) {
-    // The loop starts at a gap between spokes, not within a group of coincident ones. If all spokes coincide, it starts
-    // anywhere.
+    // The loop starts after a gap between spokes, and not within a group of coincident ones. If all spokes coincide,
+    // any start will do.
     std::size_t start = 0;
     while (start < spokes.size() && !is_gap(spokes, start)) ++start;
     std::rotate(spokes.begin(), spokes.begin() + static_cast<std::ptrdiff_t>(start % spokes.size()), spokes.end());

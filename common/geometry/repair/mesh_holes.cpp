@@ -8,7 +8,7 @@ namespace tandem::geometry {
 namespace {
 
 // Maximum length of a loop that is closed by ear clipping, whose cost is quadratic in the length. A longer loop is
-// closed by a fan of triangles around its centre.
+// closed by a fan of triangles around the loop's centre.
 constexpr std::size_t kMaxClipped = 1000;
 
 class HoleCloser {

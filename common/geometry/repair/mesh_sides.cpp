@@ -22,34 +22,34 @@ constexpr std::size_t kMinRaysOfPart = 8, kMaxRaysOfPart = 256, kMaxRays = 2000;
 constexpr std::size_t kMinForThreads = 5000;
 constexpr std::size_t kMaxThreads = 16;
 
-// Distance from a triangle of the sample points on both of its sides, as a fraction of the diagonal. It is 20 times the
-// gap that single precision leaves between coplanar triangles, and a tenth of the thickness of a thin wall.
+// Distance of sample points from both sides of a triangle, as a fraction of the mesh's diagonal. It is 20 times the gap
+// that single precision leaves between coplanar triangles, and a tenth of the thickness of a thin wall.
 constexpr double kStepShare = 2e-6;
 
-// A classification is clear if the winding number differs by less than this from the exact value for a border, the
+// Tolerance of a clear classification: largest difference of the winding number from the exact value for a border, the
 // inside or the outside.
 constexpr double kUnclear = 0.1;
 
 /// Classifies a triangle by the mean of the winding numbers on its two sides. This mean equals the winding number of
-/// all other triangles at this place, because the triangle itself makes the winding number jump by 1. The mean is ½ for
-/// a border of a solid, or −½ if the solid is inside out. It is 0 outside, and 1 or more inside. If the jump is 2, the
-/// solid or the triangle exists twice; for a border the mean is then 1 or ½.
+/// all other triangles there, because the triangle itself makes the winding number jump by 1. The mean is ½ for a
+/// border of a solid, or −½ if the solid is inside out. It is 0 outside, and 1 or more inside. If the jump is 2, the
+/// solid or the triangle exists twice; the mean for a border is then 1 or ½.
 Side side_of(double half_way, double jump = 1) {
   const double others = std::abs(half_way);
   if (others < 0.25) return Side::kOutside;
   return others < std::max(1.0, std::abs(jump)) / 2 + 0.25 ? Side::kBorder : Side::kInside;
 }
 
-/// Returns whether a mean winding number is close to the value for a border, the inside or the outside. It is between
-/// these values near a wall that lacks the faces of one side.
+/// Returns whether a mean winding number is close to the value for a border, the inside or the outside. Near a wall
+/// that lacks the faces of one side, it is between these values.
 bool is_clear(double half_way) {
   const double others = std::abs(half_way);
   return others > 1 - kUnclear || others < kUnclear || std::abs(others - 0.5) < kUnclear;
 }
 
-/// Classifies triangles by the winding number of all other triangles at their middle. If another triangle lies there,
-/// this number depends on rounding. In that case the winding numbers of all triangles at a small distance on both sides
-/// are used.
+/// Classifies triangles by the winding number of all other triangles at their middle. If another triangle lies at that
+/// point, this number depends on rounding. The classification then uses the winding numbers of all triangles at a small
+/// distance on both sides.
 class SideClassifier {
  public:
   explicit SideClassifier(const TriangleMesh& mesh)
@@ -69,8 +69,9 @@ class SideClassifier {
     }
     const Side side = side_beside(middle, normal);
     if (side == Side::kBorder) return side;
-    // The other triangle may cover only a part of this one, so several points are sampled. One border among them is
-    // sufficient. A missing border triangle would leave a hole, but a superfluous one is inside and cannot be felt.
+    // The other triangle may cover only a part of this one, so several points are sampled. One border among them
+    // suffices. A border triangle that is missing would leave a hole, but one that is superfluous lies inside and
+    // cannot be felt.
     for (const Vec3& corner : corners) {
       if (side_beside((middle + corner) / 2, normal) == Side::kBorder) return Side::kBorder;
     }
@@ -88,9 +89,9 @@ class SideClassifier {
     return (high - low).norm();
   }
 
-  /// Returns whether a triangle whose middle is inside extends to the border. Another closed part may cross such a
-  /// triangle. The winding number is then that of a border in the middle of at least one of sixteen equal subtriangles.
-  /// Near an open surface this test is not reliable, because the winding number can have any value there.
+  /// Returns whether a triangle whose middle is inside extends to the border, because another closed part crosses it.
+  /// The test looks for the winding number of a border in the middles of sixteen equal subtriangles. It is not reliable
+  /// near an open surface, where the winding number can have any value.
   bool comes_out(std::size_t triangle, const std::array<Vec3, 3>& corners) const {
     constexpr int kAlong = 4;
     const Vec3 u = (corners[1] - corners[0]) / kAlong, v = (corners[2] - corners[0]) / kAlong;
@@ -118,7 +119,7 @@ class SideClassifier {
   double step_m_;
 };
 
-/// Classifies triangles of a mesh. Returns for each one whether the result is certain.
+/// Classifies some triangles of a mesh. Returns for each of them whether the result is certain.
 std::vector<char> classify(const TriangleMesh& mesh, const std::vector<std::size_t>& triangles,
                            std::vector<Side>& sides) {
   const SideClassifier classifier(mesh);
@@ -133,7 +134,7 @@ std::vector<char> classify(const TriangleMesh& mesh, const std::vector<std::size
   return is_sure;
 }
 
-/// Tests rays that start at a surface along its normals.
+/// Tests rays that start at a surface in the directions of its normals, to find openings of enclosures.
 class Rays {
  public:
   explicit Rays(const TriangleMesh& all) : winding_(all), tree_(all) {
@@ -189,7 +190,8 @@ std::vector<Side> sides_of(const TriangleMesh& mesh) {
   std::vector<std::size_t> all(sides.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   const std::vector<char> is_sure = classify(mesh, all, sides);
-  // When the uncertain triangles are classified again, triangles that are certainly no border are excluded.
+  // In the second pass, uncertain triangles are classified again. Triangles that are certainly no border are excluded
+  // from the mesh of that pass.
   TriangleMesh rest{mesh.vertices, {}};
   std::vector<std::size_t> unsure, unsure_in_rest;
   for (const std::size_t t : all) {
@@ -248,7 +250,7 @@ std::vector<double> open_shares(const TriangleMesh& surface, const std::vector<M
       const auto chosen = std::ranges::lower_bound(area_up_to_m2, at_m2) - area_up_to_m2.begin();
       const auto t = static_cast<std::size_t>(part.triangles[static_cast<std::size_t>(chosen)]);
       const auto [a, b, c] = corners_of(surface, t);
-      // Different points are used if a triangle is sampled more than once.
+      // A triangle that is sampled more than once gets a different point each time.
       const double u = std::fmod(0.5 + 0.618 * static_cast<double>(k), 1),
                    v = std::fmod(0.5 + 0.755 * static_cast<double>(k), 1);
       const Vec3 p = a + (u + v > 1 ? 1 - u : u) * (b - a) + (u + v > 1 ? 1 - v : v) * (c - a);

@@ -8,26 +8,26 @@
 
 namespace tandem::geometry {
 
-/// Classification of a triangle. kBorder: the inside is on one side only. kInside or kOutside: it is on both sides, or
-/// on neither.
+/// Classification of a triangle. kBorder: the inside is on one side only. kInside: it is on both sides. kOutside: it is
+/// on neither side.
 enum class Side : std::uint8_t { kBorder, kInside, kOutside };
 
-/// Classifies each triangle by the winding number of all others. If a triangle coincides with another one, the winding
-/// numbers at a small distance on both sides are used.
+/// Classifies each triangle by the winding number of all other triangles. If a triangle coincides with another one, the
+/// winding numbers at a small distance on both sides are used instead.
 ///
 /// Cost    a few microseconds per triangle; all processors are used
 std::vector<Side> sides_of(const TriangleMesh& mesh);
 
 std::vector<int> those_of(const std::vector<Side>& sides, Side side);
 
-/// Returns the inner triangles of the parts that also have border triangles.
+/// Returns the inner triangles of those parts that have border triangles, too.
 ///
 /// In      sides  sides of the triangles of all parts, one part after another
 /// Out     indices into `sides`
 std::vector<int> inner_of(const std::vector<MeshPart>& parts, const std::vector<Side>& sides);
 
-/// Returns, for each part of a surface, the fraction of its area from which a straight ray leaves the inside without
-/// crossing a triangle. It is estimated by a few hundred rays. For closed parts it is 0.
+/// Returns, for each part of a surface, the fraction of its area from which a straight ray can leave the inside without
+/// crossing a triangle. The fraction is estimated by a few hundred rays. It is 0 for closed parts.
 ///
 /// In      all  all triangles that define the inside, including those of the parts
 std::vector<double> open_shares(const TriangleMesh& surface, const std::vector<MeshPart>& parts,

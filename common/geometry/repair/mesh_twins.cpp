@@ -13,24 +13,25 @@
 namespace tandem::geometry {
 namespace {
 
-// Maximum number of rounds. In each round one layer of duplicates is removed. Adjacent patches may then merge into
-// larger ones, which are duplicates as well.
+// Maximum number of rounds. Each round removes one layer of duplicates. Adjacent patches may then merge into larger
+// patches, which may be duplicates as well.
 constexpr int kMaxRounds = 8;
-// A patch ends at an edge at which the surface folds back, so that its two sides enclose an angle below 45°.
+// A patch ends at an edge where the surface folds back, with an angle below 45° between its two sides.
 constexpr double kMaxFoldCosine = 0.707;
-// Patches with more border edges than this are not compared by their borders, only by whether they cover each other.
+// Limit of border edges up to which patches are compared by their borders. Longer patches are compared only by whether
+// they cover each other.
 constexpr std::size_t kMaxCorners = 64;
-// Maximum distance between two triangulations of a twisted polygon, as a fraction of the square root of its area. It
-// applies if all edges of the polygon have other triangles too, because then the two are probably duplicates. Without
-// other triangles they may also be a thin solid.
+// Maximum distance between two triangulations of a twisted polygon, as a fraction of the square root of its area. The
+// full distance is allowed if all edges of the polygon have further triangles: the two triangulations are then probably
+// duplicates. Without further triangles they may also be a thin solid.
 constexpr double kTwistShare = 0.25;
-// Relative difference of the areas of coincident pieces that single precision may cause.
+// Largest relative difference of the areas of coincident pieces: the rounding error of single precision.
 constexpr double kAreaShare = 1e-5;
-// Maximum number of candidates that are compared with a patch. There are usually few.
+// Maximum number of candidates that are compared with a patch. Usually there are few.
 constexpr std::size_t kMaxCandidates = 16;
 constexpr std::size_t kMaxOverlaps = 20'000'000;
-// An asymmetric direction. Two corners of a man-made shape hardly ever have the same coordinate along it, so the
-// extreme corners of a patch are unique.
+// An asymmetric direction. Corners of man-made shapes hardly ever have equal coordinates along it, so the extreme
+// corners of a patch are unique.
 const Vec3 kAlong(0.5381947, 0.3017251, 0.7869843);
 
 struct Patch {
@@ -217,8 +218,8 @@ class Comparer {
     return common_area_m2(smaller, larger, normal);
   }
 
-  /// Returns whether the middles of the triangles of `a`, and the middles of their sides, are close to `b`. The corners
-  /// need no test, because both patches have the same ones.
+  /// Returns whether `b` is close to the middles of the triangles of `a` and to the middles of their sides. Both
+  /// patches have the same corners, so these need no test.
   bool is_near(const Patch& a, const Patch& b, double most_m) const {
     const auto lies_at = [&](const Vec3& p) {
       return std::ranges::any_of(b.triangles, [&](int t) {
@@ -236,7 +237,8 @@ class Comparer {
   double tolerance_m_;
 };
 
-/// Marks patches that duplicate an earlier one. Candidates are adjacent in `order` and satisfy `is_alike`.
+/// Marks each patch that duplicates an earlier one. `order` places candidates for a patch next to it; these satisfy
+/// `is_alike`.
 template <typename Alike, typename Twins>
 void mark_twins(std::span<const std::size_t> order, Alike is_alike, Twins are_twins, std::vector<bool>& is_twin) {
   for (std::size_t i = 0; i < order.size(); ++i) {

@@ -8,11 +8,11 @@
 namespace tandem::geometry {
 
 /// Removes duplicate patches: sets of triangles that cover the same piece of surface, in any orientation and
-/// triangulation. The first one is kept. Example: if a quad occurs twice with opposite orientations and is divided
-/// along different diagonals, two of its four triangles are kept.
+/// triangulation. The first patch is kept. For example, a quad may occur twice with opposite orientations and different
+/// diagonals; two of its four triangles are then kept.
 ///
-/// Model   A patch is a set of triangles connected by edges that have exactly two triangles and do not fold back. Two
-///         patches are duplicates in two cases. First: their borders consist of the same edges, and they are close to
+/// Model   A patch is a set of triangles connected by edges that have exactly two triangles and do not fold back.
+///         Patches are duplicates in two cases. First: their borders consist of the same edges, and they are close to
 ///         each other (this includes twisted polygons of up to 64 corners). Second: they have the same area, and each
 ///         one covers the other, flat piece by flat piece
 /// In      mesh         welded mesh without two triangles that have the same three corners

@@ -12,20 +12,20 @@
 namespace tandem::geometry {
 namespace {
 
-// Fractions of the bounding box's diagonal. kWeldShare: distance up to which vertices are merged. kFlatShare: height
-// below which a triangle counts as flat.
+// Lengths as fractions of the bounding box's diagonal. kWeldShare: distance up to which vertices are merged.
+// kFlatShare: height below which a triangle counts as flat.
 constexpr double kWeldShare = 1e-7;
 constexpr double kFlatShare = 1e-9;
 // Maximum number of rounds that remove flat triangles. Dividing the neighbour of a flat triangle may create another
-// flat one. If such a chain is longer than this, a gap remains.
+// flat triangle. If such a chain is longer than this number, a gap remains.
 constexpr int kFlatRounds = 8;
-// Limit of the number of probes per vertex. If vertices are more than 64 tolerances apart, two or three are needed.
+// Limit of the number of probes per vertex. Vertices that are more than 64 tolerances apart need two or three.
 constexpr std::size_t kMaxProbesEach = 200;
 constexpr std::size_t kMinMaxProbes = 10'000'000;
 constexpr double kFarthestCube = 0x1p62;
 
-/// Spatial hash of the places found so far. The cubes are much wider than the tolerance, so most queries visit only one
-/// cube.
+/// Spatial hash of the positions found so far. The cubes are much wider than the tolerance, so most queries visit only
+/// one cube.
 class Places {
  public:
   Places(double tolerance_m, std::size_t most)
@@ -33,8 +33,8 @@ class Places {
         slots_(std::bit_ceil(2 * most + 2), -1),
         max_probes_(kMinMaxProbes + kMaxProbesEach * most) {}
 
-  /// Returns the index of the first place within the tolerance of `p`. If there is none, adds `p` and returns its
-  /// index.
+  /// Returns the index of the first position within the tolerance of `p`. If there is none, adds `p` and returns the
+  /// index of `p`.
   int index_of(const Vec3& p) {
     for (int corner = 0; corner < 8; ++corner) {
       const Vec3 side((corner & 1) != 0 ? 1 : -1, (corner & 2) != 0 ? 1 : -1, (corner & 4) != 0 ? 1 : -1);
@@ -57,8 +57,8 @@ class Places {
   std::uint64_t key_of(const Vec3& p) const {
     std::uint64_t key = 0;
     for (const double value : p) {
-      // Beyond this limit, cubes would be narrower than the spacing of doubles. All places farther out share the
-      // outermost cube.
+      // Beyond this limit, cubes would be narrower than the spacing of doubles. All positions farther out are therefore
+      // in the outermost cube.
       const double cubes = std::clamp(value / (64 * tolerance_m_), -kFarthestCube, kFarthestCube);
       const auto cube = static_cast<std::int64_t>(std::floor(cubes));
       key = key * 0x9E3779B97F4A7C15U + static_cast<std::uint64_t>(cube);
@@ -97,7 +97,7 @@ std::size_t drop_collapsed(TriangleMesh& mesh) {
   return std::erase_if(mesh.triangles, [](const auto& triangle) { return !has_three_corners(triangle); });
 }
 
-/// Removes triangles that have the same three corners as an earlier one, in any orientation.
+/// Removes triangles with the same three corners as an earlier triangle, in any orientation.
 std::size_t drop_twins(TriangleMesh& mesh) {
   struct Entry {
     std::array<int, 3> corners;
@@ -119,7 +119,7 @@ std::size_t drop_twins(TriangleMesh& mesh) {
   return drop_collapsed(mesh);
 }
 
-/// Longest side of a triangle, and whether its height is below the tolerance for flat triangles.
+/// Longest side of a triangle, and whether the triangle is flat (its height is below the tolerance).
 struct Flatness {
   int longest = 0;
   bool is_flat = false;
@@ -164,7 +164,7 @@ std::size_t drop_flat_once(TriangleMesh& mesh, double tolerance_m) {
       if (uses.size() == 2) {
         const HalfEdge& other = uses[1 - i];
         const auto beyond = static_cast<std::size_t>(other.triangle);
-        if (is_changed[beyond]) continue;  // the neighbour changed in this round; left to the next one
+        if (is_changed[beyond]) continue;  // the neighbour changed in this round; the next round divides it
         const auto& corners = before[beyond];
         const int from = corners[static_cast<std::size_t>(other.side)];
         const int to = corners[static_cast<std::size_t>((other.side + 1) % 3)];
@@ -197,7 +197,7 @@ std::size_t drop_flat(TriangleMesh& mesh, double tolerance_m) {
   return first;
 }
 
-/// Removes vertices that no triangle uses; the order of the others is preserved.
+/// Removes vertices that no triangle uses. The order of the remaining vertices is preserved.
 void drop_unused_vertices(TriangleMesh& mesh) {
   std::vector<int> index_of(mesh.vertices.size(), -1);
   for (const auto& triangle : mesh.triangles) {

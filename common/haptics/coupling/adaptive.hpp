@@ -14,8 +14,7 @@ struct Cubic {
 };
 
 /// Limits on the entries and the results of a fit. They are checked when a fit is read from a device profile or a
-/// scene. The limits on the results equal those on the coefficients that server and client accept from each other
-/// (proto/coupling_fields.hpp).
+/// scene. Server and client accept coefficients from each other within the same limits (proto/coupling_fields.hpp).
 inline constexpr double kMaxFitMass_kg = 1e4;
 inline constexpr double kMaxFitInertia_kg_m2 = 1e4;
 inline constexpr double kMaxFitPolynomial = 1e15;  ///< limit on the magnitude of a polynomial coefficient
@@ -23,8 +22,8 @@ inline constexpr double kMaxFitStiffness_n_per_m = 1e5;
 inline constexpr double kMaxFitDamping_n_s_per_m = 1e4;
 inline constexpr double kMaxFitStiffness_n_m_per_rad = 1e4;
 inline constexpr double kMaxFitDamping_n_m_s_per_rad = 1e3;
-/// Number of intervals into which a range is divided to check its cubic. Our choice: a cubic has at most two turning
-/// points, so 64 intervals resolve it.
+/// Number of intervals into which a range is divided to check its cubic. A cubic has at most two turning points, so we
+/// consider 64 intervals sufficient.
 inline constexpr int kFitSamples = 64;
 
 /// Result of the calibration of one device (tandem-lab calibrate). A mass or inertia outside the calibrated range is
@@ -40,9 +39,9 @@ struct AdaptiveFit {
   Cubic damping_n_m_s_per_rad;  ///< function of the stiffness [N·m/rad]
 };
 
-/// Returns `base` with stiffness and damping replaced by the fit's values for a tool of this mass and (mean principal)
-/// moment of inertia. If the fit has no rotational range (inertia_high is 0), rotational stiffness and damping are left
-/// unchanged.
+/// Returns `base` with stiffness and damping replaced by the fit's values for a tool of this mass and moment of inertia
+/// (mean of the principal moments). If the fit has no rotational range (inertia_high is 0), rotational stiffness and
+/// damping are unchanged.
 ///
 /// Source  Hou, PhD thesis, NTU, 2014, eqs. 5.1–5.16
 CouplingParameters adapted(const AdaptiveFit& fit, double mass_kg, double inertia_kg_m2,

@@ -1,6 +1,6 @@
-// Virtual coupling: spring and damper between the device handle (H) and the tool (T) that touches the world. Both ends
-// of the network use the same law: the server pulls the tool to the delayed handle, the client pulls the handle to the
-// delayed tool.
+// Virtual coupling: spring and damper between the device handle (H) and the tool (T) that touches the world. The same
+// law acts at both ends of the network. At the server, it pulls the tool to the delayed handle; at the client, it pulls
+// the handle to the delayed tool.
 #pragma once
 
 #include <cstdint>
@@ -15,15 +15,15 @@ namespace tandem::haptics {
 struct CouplingState {
   Vec3 d_W = Vec3::Zero();      ///< p_WH − p_WT [m]
   Vec3 theta_W = Vec3::Zero();  ///< rotation vector of the shortest rotation from T to H [rad]
-  Vec3 v_W = Vec3::Zero();   ///< v_WH − w_WH × d − v_WT: velocity, relative to T, of the handle's point at T [m/s]
-  Vec3 w_W = Vec3::Zero();   ///< w_WH − w_WT [rad/s]
-  Vec3 v_WH = Vec3::Zero();  ///< velocity of the handle; laws use it to distinguish pushing from receding [m/s]
-  Vec3 w_WH = Vec3::Zero();  ///< angular velocity of the handle [rad/s]
+  Vec3 v_W = Vec3::Zero();      ///< v_WH − w_WH × d − v_WT: velocity of H's point at T, less T's [m/s]
+  Vec3 w_W = Vec3::Zero();      ///< w_WH − w_WT [rad/s]
+  Vec3 v_WH = Vec3::Zero();     ///< velocity of the handle; distinguishes pushing from receding [m/s]
+  Vec3 w_WH = Vec3::Zero();     ///< angular velocity of the handle [rad/s]
 };
 
 CouplingState coupling_state(const Pose& X_WH, const Twist& V_WH, const Pose& X_WT, const Twist& V_WT);
 
-/// Coefficients shared by the laws. The limits apply to the total wrench, on the hand and on the tool alike.
+/// Coefficients that all laws use. The limits apply to the total wrench, on the hand and on the tool alike.
 struct CouplingParameters {
   double stiffness_n_per_m = 300.0;  ///< k_t: stiffness of linear laws; curved laws use d_max = F_max / k_t
   double damping_n_s_per_m = 3.0;
@@ -31,7 +31,7 @@ struct CouplingParameters {
   double damping_n_m_s_per_rad = 0.003;
   double force_limit_n = 6.5;        ///< F_max: upper bound of the coupling force's magnitude
   double torque_limit_n_m = 0.3;     ///< T_max: upper bound of the coupling torque's magnitude
-  double saturation_softness = 0.2;  ///< ε of saturated(): share of the limit where the force bends, 0 (corner) to 1
+  double saturation_softness = 0.2;  ///< ε of saturated(): fraction of the limit where the force bends, 0 (corner) to 1
   double curve_sharpness = 1.0;      ///< c of the stable dynamic curve, 0.1 to 10
 
   bool operator==(const CouplingParameters&) const = default;
@@ -46,7 +46,7 @@ struct CouplingGradient {
   Eigen::Matrix3d torque_by_w = Eigen::Matrix3d::Zero();      ///< ∂τ/∂ω [N·m·s/rad]
 };
 
-/// Dynamics of the tool that a law assumes.
+/// Dynamics of the tool for which a law is made.
 enum class ToolDynamics : std::uint8_t {
   kWithMass,  ///< a rigid body with mass, weight and velocity
   kMassless,  ///< no mass and no weight: in each step the tool is at equilibrium between coupling and contact
@@ -77,19 +77,20 @@ struct CouplingWrenches {
   Wrench on_hand_W;  ///< about the handle's origin
 };
 
-/// Returns the wrench on the hand, given the coupling's wrench on the tool. `d_W` points from the tool's origin to the
-/// handle's.
+/// Returns the wrench on the hand that belongs to a wrench of the coupling on the tool. `d_W` points from the tool's
+/// origin to the handle's origin.
 inline Wrench reaction_on_hand(const Wrench& on_tool_W, const Vec3& d_W) noexcept {
   return {-on_tool_W.f, d_W.cross(on_tool_W.f) - on_tool_W.t};
 }
 
 /// Returns the wrenches of `law` on both ends. Their forces sum to zero, and so do their moments about any one point.
 ///
-/// Model   on tool (f, τ) about T, on hand (−f, −τ + d × f) about H. The power of both,
+/// Model   on the tool (f, τ) about T; on the hand (−f, −τ + d × f) about H. The power of both wrenches,
 ///         f·v_T + τ·ω_T − f·v_H − (τ − d × f)·ω_H = −f·(v_H − ω_H × d − v_T) − τ·(ω_H − ω_T),
-///         is −f·v − τ·ω with CouplingState's v, ω: exactly the power that a spring and damper store and dissipate
-/// Source  our derivation. The lever acts on the hand's side: wherever the handle is, only the coupling's torque turns
-///         the tool.
+///         is −f·v − τ·ω with v, ω of CouplingState. This is exactly the power that a spring and damper store and
+///         dissipate
+/// Source  our derivation. The moment of the lever d acts on the hand. The tool is thus turned by the coupling's torque
+///         only, wherever the handle is
 CouplingWrenches coupling_wrenches(const CouplingLaw& law, const Pose& X_WH, const Twist& V_WH, const Pose& X_WT,
                                    const Twist& V_WT) noexcept;
 

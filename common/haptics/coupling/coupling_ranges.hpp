@@ -1,6 +1,6 @@
 // Accepted range of each coupling coefficient that is received or read from a file. Within these ranges arithmetic does
-// not overflow. They are wide enough for scenes from nanometres to rooms after workspace scaling. They do not protect
-// the user's hand; the limits of the device do.
+// not overflow. They allow scenes from nanometres to rooms, after workspace scaling. They do not protect the user's
+// hand: the limits of the device do that.
 #pragma once
 
 #include <array>
@@ -27,8 +27,8 @@ inline constexpr std::array<CouplingRange, 8> kCouplingRanges{{
     {&CouplingParameters::curve_sharpness, 0.1, 10},
 }};
 
-/// Returns whether the coefficients are finite and not negative, so that the laws can compute with them. Coefficients
-/// from a network or a file must also lie within kCouplingRanges.
+/// Returns whether the coefficients are finite and not negative, as the laws require. Coefficients from a network or a
+/// file must lie within kCouplingRanges, too.
 inline bool is_usable(const CouplingParameters& parameters) {
   for (const CouplingRange& range : kCouplingRanges) {
     const double value = parameters.*range.value;

@@ -1,4 +1,3 @@
-// See law_fade.hpp.
 #include "common/haptics/coupling/law_fade.hpp"
 
 #include <algorithm>
@@ -19,7 +18,7 @@ LawFade::LawFade(const CouplingLawInfo& law, const CouplingParameters& parameter
   jump_to(law, parameters);
 }
 
-/// Returns this object's instance of a law in the catalog. The constructor creates all instances.
+/// Returns the instance of a law that the constructor has created for this object.
 CouplingLaw* LawFade::made(const CouplingLawInfo& law) const noexcept {
   return laws_[static_cast<std::size_t>(&law - coupling_laws().data())].get();
 }

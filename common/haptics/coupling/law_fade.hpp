@@ -1,5 +1,5 @@
-// Cross-fade between two coupling laws: a change while the coupling is stretched causes no step of force. Server and
-// client use the same fade, and the same ramp of coefficients (coupling_ramp.hpp).
+// Cross-fade between two coupling laws. With it, a change while the coupling is stretched causes no step of force.
+// Server and client use the same fade, and the same ramp of coefficients (coupling_ramp.hpp).
 #pragma once
 
 #include <memory>
@@ -10,16 +10,16 @@
 
 namespace tandem::haptics {
 
-/// Duration of a change of law. Our choice: if the forces of both laws differ by 18 N, the force changes by 0.06 N/ms.
+/// Duration of a change of law. We chose it for a difference of 18 N between both laws: the force changes by 0.06 N/ms.
 inline constexpr double kLawFade_s = 0.3;
 
-/// Coupling whose law and coefficients follow a target. If only coefficients change, CouplingRamp is used.
+/// Coupling whose law and coefficients change gradually to a target. If only coefficients change, CouplingRamp is used.
 ///
 /// Model   f = (1 − s) f_old + s f_new, s = min(1, t / 300 ms). The old law keeps its coefficients; the new law has its
-///         target coefficients from the start. Each force is bounded by its own law, so the mixture is never steeper
-///         than the steeper law and never stronger than the stronger one. The gradient is mixed in the same way and has
-///         no negative eigenvalue. The change of the stored energy comes from the change of the law, as with
-///         CouplingRamp. If a law is requested during a fade, its fade starts when the current one ends
+///         target coefficients from the start. Each law bounds its own force, so the mixture is never steeper than the
+///         steeper law and never stronger than the stronger one. The gradient is mixed in the same way and has no
+///         negative eigenvalue. The change of the law changes the stored energy, as with CouplingRamp. If a law is
+///         requested during a fade, its fade starts when the current one ends
 /// Source  our derivation
 /// Thread  haptic and room: no allocation, no throw after construction
 class LawFade final : private CouplingLaw {
@@ -32,7 +32,7 @@ class LawFade final : private CouplingLaw {
   void jump_to(const CouplingLawInfo& law, const CouplingParameters& parameters) noexcept;
   void advance(double step_s) noexcept;
 
-  /// Current law, or the mixture during a fade; valid until the next call that changes this object.
+  /// Current law, or the mixture during a fade. The reference is valid until the next call that changes this object.
   const CouplingLaw& law() const noexcept { return share_ < 1 ? static_cast<const CouplingLaw&>(*this) : *to_; }
   /// Current coefficients, valid as long as law(). During a fade they change linearly from the old law's to the new
   /// law's.
@@ -56,7 +56,7 @@ class LawFade final : private CouplingLaw {
   const CouplingLawInfo* current_;  ///< law of to_
   CouplingLaw* from_;
   CouplingLaw* to_;
-  double share_ = 1;    ///< share of to_ in the mixture
+  double share_ = 1;    ///< weight of to_ in the mixture
   CouplingRamp ramp_;   ///< coefficients of to_
   CouplingRamp shown_;  ///< coefficients returned by parameters()
 };

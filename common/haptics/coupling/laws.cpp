@@ -1,4 +1,5 @@
-// The coupling laws: the common damper and limit, one elastic curve for each law, and the catalog.
+// The coupling laws: the damper and saturation that they have in common, one elastic curve for each law, and the
+// catalog.
 #include "common/haptics/coupling/laws.hpp"
 
 #include <algorithm>
@@ -32,7 +33,8 @@ namespace {
 //       0 ┼─‾──__-‾──────────┬────── x
 //         0                 L/k
 
-/// Exponent above which a curve equals its limit in double precision. Squares of larger exponents could overflow.
+/// Exponents above this are not computed: the curve then equals its limit in double precision. Squares of larger
+/// exponents could overflow.
 constexpr double kSpent = 700;
 
 /// Model   f = k x
@@ -41,9 +43,9 @@ RadialStiffness linear_curve(const CouplingChannel& channel, double /*displaceme
   return {channel.stiffness, channel.stiffness};
 }
 
-/// Curve of the quasi-static approximation. While the handle pushes, the slope is largest at zero displacement and the
-/// force approaches the limit. While it recedes, the law is a linear spring, so that a surface does not hold the tool
-/// back. The force jumps between the two, and receding returns more energy than pushing stored.
+/// Curve of the quasi-static approximation (QSA). While the handle pushes, the slope is largest at zero displacement
+/// and the force approaches the limit. While the handle recedes, the law is a linear spring, so that a surface does not
+/// hold the tool back. The force jumps between both curves, and receding returns more energy than pushing stored.
 ///
 /// Model   pushing: f = L (1 − e^(−u)), slope k at 0; receding: f = k x
 /// Source  Hou, PhD thesis, NTU, 2014, eqs. 3.10–3.14, after Wan, McNeely, "Quasi-static approximation for 6
@@ -60,15 +62,15 @@ RadialStiffness qsa_curve(const CouplingChannel& channel, double displacement, b
   return {channel.stiffness * (-std::expm1(-u) / u), channel.stiffness * std::exp(-u)};
 }
 
-/// Single-valued curve. It is flat at zero displacement, so that the jitter of a light tool is not felt; then it is
-/// steep, and finally it approaches the limit.
+/// Single-valued curve. It is flat at zero displacement, so that the user does not feel the jitter of a light tool.
+/// Then it becomes steep, and finally it approaches the limit.
 ///
 /// Model   f = L (1 − e^(−c u²)): slope 0 at 0; largest slope √(2c/e) k = 0.86 √c k at u = 1/√(2c); f = 0.63 L at u =
 ///         1/√c
 /// Source  Hou, PhD thesis, NTU, 2014, eqs. 4.3, 4.7. The printed formula has a single 2, read here as the exponent of
 ///         u. As a factor of u it would not give the flat beginning that the text describes. If it were both, c would
-///         be 2. In the thesis the force recedes along k x (literal_stable_dynamic_curve()), which creates energy. Ours
-///         uses one curve in both directions and is passive
+///         be 2. In the thesis, the receding force follows k x (literal_stable_dynamic_curve()), which creates energy.
+///         We use one curve in both directions, which is passive
 RadialStiffness stable_dynamic_curve(const CouplingChannel& channel, double displacement,
                                      bool /*is_pushing*/) noexcept {
   const double u = channel.stiffness * displacement / channel.limit;
@@ -79,7 +81,7 @@ RadialStiffness stable_dynamic_curve(const CouplingChannel& channel, double disp
           2 * channel.sharpness * u * channel.stiffness * std::exp(-exponent)};
 }
 
-/// Curve as printed in the thesis: receding along a linear spring.
+/// Curve as printed in the thesis: while the handle recedes, the force is that of a linear spring.
 ///
 /// Source  Hou, PhD thesis, NTU, 2014, eqs. 4.4, 4.5
 RadialStiffness literal_stable_dynamic_curve(const CouplingChannel& channel, double displacement,
@@ -102,7 +104,7 @@ double usable(double coefficient) noexcept {
   return std::isfinite(coefficient) ? std::max(coefficient, 0.0) : 0.0;
 }
 
-/// Derivatives of a force or torque by displacement and velocity.
+/// Derivatives of a force or torque with respect to displacement and velocity.
 struct Slopes {
   Eigen::Matrix3d by_displacement = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d by_velocity = Eigen::Matrix3d::Zero();
@@ -128,8 +130,8 @@ class RadialLaw final : public CouplingLaw {
   }
   std::string_view name() const noexcept override { return name_; }
   ToolDynamics tool_dynamics() const noexcept override { return tool_; }
-  /// Sets the coefficients. A negative or non-finite coefficient is replaced by 0, because a polynomial fit may be
-  /// negative.
+  /// Sets the coefficients. A negative or non-finite coefficient is replaced by 0, since a polynomial fit may return
+  /// one.
   void set_parameters(const CouplingParameters& parameters) noexcept override;
   Wrench wrench_on_tool_W(const CouplingState& state) const noexcept override;
   CouplingGradient gradient(const CouplingState& state) const noexcept override;
@@ -183,16 +185,17 @@ Slopes RadialLaw::slopes(const CouplingChannel& channel, const Vec3& displacemen
   const RadialStiffness stiffness = elastic_(channel, d.length, is_pushing);
   const Vec3 sum = stiffness.secant * displacement + channel.damping * velocity;
   const Eigen::Matrix3d bend = saturation_gradient(sum, channel.limit, channel.softness);
-  // For a linear curve the square root would only add rounding errors.
+  // For a linear curve, the square root of the stiffness matrix would only add rounding errors.
   if (stiffness.slope == stiffness.secant) return {stiffness.secant * bend, channel.damping * bend};
   const Eigen::Matrix3d root = radial_gradient(d.direction, {std::sqrt(stiffness.secant), std::sqrt(stiffness.slope)});
   return {root * bend * root, channel.damping * bend};
 }
 
-/// No coupling: the tool is at the handle, and the contact wrench is displayed directly. The caller saturates that
-/// wrench with the same limits and softness.
+/// No coupling: the tool is at the handle, and the contact wrench is displayed directly. The caller saturates the
+/// contact wrench with the same limits and softness as a coupling.
 ///
-/// Source  "direct rendering" in Hou, PhD thesis, NTU, 2014, ch. 2, which argues against it; here it is the baseline
+/// Source  "direct rendering" in Hou, PhD thesis, NTU, 2014, ch. 2. The thesis argues against it; it serves as the
+///         baseline of comparisons
 class DirectRendering final : public CouplingLaw {
  public:
   explicit DirectRendering(const CouplingLawInfo& info) noexcept : name_(info.name) {}
@@ -206,8 +209,8 @@ class DirectRendering final : public CouplingLaw {
   std::string_view name_;
 };
 
-/// Catalog of all laws. The adaptive law is the linear law with a different name, so that a scene can select it. The
-/// caller computes its coefficients with adapted() (adaptive.hpp), because a law has no mass parameter.
+/// Catalog of all laws. The adaptive law is the linear law with another name, so that a scene can select it. A law has
+/// no mass parameter, so the caller computes its coefficients with adapted() (adaptive.hpp).
 constexpr std::array kLaws{
     CouplingLawInfo{kDefaultCouplingLaw, true, ToolDynamics::kWithMass,
                     "f = F_max (1 - exp(-c (d/d_max)^2)) + b v, d_max = F_max/k, one curve both ways",

@@ -2,9 +2,9 @@
 // table. A law consists of an elastic curve and an entry in the catalog, both in laws.cpp.
 //
 // All laws except "direct" add a damper, b (v_H − v_T), and saturate the total force at F_max (saturation.hpp).
-// Rotation is treated in the same way. "Passive": the elastic part is the gradient of a convex potential and the damper
-// opposes motion, so the law creates no energy in continuous time. For the sampled case see haptics/passivity.
-// "Active": the law can create energy; a test shows how much.
+// Rotation is treated in the same way. "Passive" laws: the elastic part is the gradient of a convex potential and the
+// damper opposes motion. Such a law creates no energy in continuous time; haptics/passivity treats the sampled case.
+// "Active" laws can create energy; a test shows how much.
 #pragma once
 
 #include <memory>
@@ -27,8 +27,8 @@ struct CouplingLawInfo {
   std::string_view model;  ///< equation in one line, with the letters of CouplingParameters; rotation has the same form
   std::string_view source;
   std::string_view limits;  ///< weaknesses of the law
-  /// Elastic curve: secant and slope of the force at a displacement ≥ 0; null if the law has no coupling. `is_pushing`:
-  /// the handle stands still or moves away from the tool, d·v_WH ≥ 0 (for rotation θ·ω_WH ≥ 0).
+  /// Elastic curve: secant and slope of the force at a displacement ≥ 0; null if the law has no coupling. `is_pushing`
+  /// means that the handle rests or moves away from the tool: d·v_WH ≥ 0 (for rotation θ·ω_WH ≥ 0).
   RadialStiffness (*elastic)(const CouplingChannel& channel, double displacement, bool is_pushing) noexcept = nullptr;
   /// Largest slope of the elastic curve, as a multiple of the stiffness.
   double (*steepest)(const CouplingParameters& parameters) noexcept = nullptr;
@@ -48,8 +48,8 @@ std::unique_ptr<CouplingLaw> make_coupling_law(std::string_view name, const Coup
 /// Returns "stable-dynamic, spring-damper, …" for messages.
 std::string listed_coupling_law_names();
 
-/// Returns whether one law may replace the other while a user is coupled to the tool: both must assume a tool with
-/// mass. Any other change would move the tool, and with it the hand, by a step.
+/// Returns whether one law may replace the other while a user is coupled to the tool: both must be made for a tool with
+/// mass. Any other change would move the tool by a step, and the hand with it.
 constexpr bool are_exchangeable(const CouplingLawInfo& a, const CouplingLawInfo& b) noexcept {
   return a.tool == ToolDynamics::kWithMass && b.tool == ToolDynamics::kWithMass;
 }

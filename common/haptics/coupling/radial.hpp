@@ -1,5 +1,5 @@
 // Radial forces: an elastic curve or a saturation maps the length of a vector to a magnitude along the same direction.
-// This file has what they share: a length that does not overflow, and the derivative of such a force.
+// This file has their common functions: a length that does not overflow, and the derivative of such a force.
 #pragma once
 
 #include "common/base/spatial.hpp"

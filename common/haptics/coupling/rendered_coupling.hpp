@@ -1,5 +1,5 @@
-// Clamps the coupling of a scene to the limits of a device. The result is used for the displayed coupling, for the tool
-// at the server, and for the stability check.
+// Clamps the coupling of a scene to the limits of a device. Display, tool at the server, and stability check all use
+// the clamped coupling.
 #pragma once
 
 #include <limits>
@@ -10,7 +10,7 @@
 
 namespace tandem::haptics {
 
-/// Bounds of a device that has no limits.
+/// Coupling bounds for a device without limits: all infinite.
 inline constexpr CouplingParameters kNoCouplingBounds = [] {
   constexpr double kAnything = std::numeric_limits<double>::infinity();
   return CouplingParameters{kAnything, kAnything, kAnything, kAnything, kAnything, kAnything, kAnything, kAnything};
@@ -21,8 +21,8 @@ inline constexpr CouplingParameters kNoCouplingBounds = [] {
 CouplingParameters coupling_bounds_in_world(const CouplingParameters& device_bounds,
                                             const WorkspaceMapping& workspace) noexcept;
 
-/// Returns `requested` with each coefficient clamped to its bound; both are given in the world. The bound on stiffness
-/// applies to the steepest slope of the law's force. The function is idempotent.
+/// Returns `requested` with each coefficient clamped to its bound, both in world units. The bound on stiffness applies
+/// to the steepest slope of the law's force. Clamping a result again does not change it.
 ///
 /// Thread  any: no allocation, no throw
 CouplingParameters rendered_coupling(std::string_view law, const CouplingParameters& requested,

@@ -22,7 +22,7 @@ bool is_usable(const LoopModel& m) {
          m.velocity_window <= kMaxPeriodsBack && m.delay_periods <= kMaxPeriodsBack;
 }
 
-/// Motion of hand and device over one period: (x, v) at its end = state · (x, v) at its start + force · F.
+/// Motion of hand and device over one period: (x, v) at the end = state · (x, v) at the start + force · F.
 struct HandStep {
   Eigen::Matrix2d state;
   Eigen::Vector2d force;
@@ -39,9 +39,9 @@ HandStep hand_step(const LoopModel& m) {
   return {step.topLeftCorner<2, 2>(), step.topRightCorner<2, 1>()};
 }
 
-/// State of the loop: z = (x, x_{−1} − x, …, x_{−L} − x, position of the tool, v, u), with position x and velocity v of
-/// the hand, and y and u of the tool. If the coupling has a spring, the tool's position is stored as y − x, because the
-/// spring force depends on y only through this difference. Otherwise it is stored as y.
+/// State of the loop: z = (x, x_{−1} − x, …, x_{−L} − x, position of the tool, v, u). x and v are position and velocity
+/// of the hand, y and u those of the tool. If the coupling has a spring, the tool's position is stored as y − x,
+/// because the spring force depends on y only through this difference. Otherwise it is stored as y.
 class LoopState {
  public:
   explicit LoopState(const LoopModel& m)
@@ -51,7 +51,7 @@ class LoopState {
   int tool_index() const { return back_ + 1; }
   bool is_tool_relative() const { return is_tool_relative_; }
 
-  /// The quantities of the loop, as linear functions of z.
+  /// Row vectors that give the quantities of the loop as linear functions of z.
   Eigen::RowVectorXd x(int periods_ago = 0) const { return periods_ago == 0 ? unit(0) : unit(0) + unit(periods_ago); }
   Eigen::RowVectorXd y() const { return is_tool_relative_ ? unit(0) + unit(tool_index()) : unit(tool_index()); }
   Eigen::RowVectorXd v() const { return unit(back_ + 2); }
@@ -68,7 +68,7 @@ Eigen::MatrixXd transition(const LoopModel& m, const LoopState& z) {
   const Eigen::RowVectorXd handle = z.x(m.delay_periods);
   const Eigen::RowVectorXd handle_velocity =
       (handle - z.x(m.delay_periods + m.velocity_window)) / (m.velocity_window * T);
-  // m (u⁺ − u)/T = k (x_h − y⁺) + b (v_h − u⁺) − k_c y⁺ with y⁺ = y + T u⁺, solved for u⁺.
+  // Implicit Euler for the tool: m (u⁺ − u)/T = k (x_h − y⁺) + b (v_h − u⁺) − k_c y⁺ with y⁺ = y + T u⁺, solved for u⁺.
   const double resistance = m.tool_mass + T * m.damping + T * T * (m.stiffness + m.contact_stiffness);
   const Eigen::RowVectorXd push =
       m.stiffness * (handle - z.y()) + m.damping * handle_velocity - m.contact_stiffness * z.y();
@@ -97,7 +97,7 @@ Eigen::MatrixXd without_state(const Eigen::MatrixXd& a, int index) {
   return result;
 }
 
-// Removes the states on which no other state depends. Each of them has the eigenvalue 1.
+// Removes the states that influence no other state. Each of them has the eigenvalue 1.
 Eigen::MatrixXd felt_transition(const LoopModel& m) {
   const LoopState z(m);
   Eigen::MatrixXd a = transition(m, z);
@@ -107,8 +107,8 @@ Eigen::MatrixXd felt_transition(const LoopModel& m) {
   return a;
 }
 
-// Returns true if a common motion of hand and tool is undamped. The coupling's forces on both are opposite, so it
-// conserves their momentum.
+// Returns true if a common motion of hand and tool is undamped. The coupling exerts opposite forces on both, so it
+// conserves their total momentum.
 bool can_glide(const LoopModel& m) {
   return !(m.hand_stiffness > 0) && !(m.contact_stiffness > 0) && !(m.device_damping + m.hand_damping > 0);
 }

@@ -6,7 +6,7 @@
 
 namespace tandem::haptics {
 
-/// Loop in one translational direction. For a rotational one read inertia, N·m/rad and N·m·s/rad.
+/// Loop in one translational direction. For a rotational direction, read the units as kg·m², N·m/rad and N·m·s/rad.
 struct LoopModel {
   double period_s = 0.001;
   double stiffness = 300;        ///< stiffness of the coupling, the steepest slope of its law [N/m]
@@ -14,7 +14,7 @@ struct LoopModel {
   double tool_mass = 0.1;        ///< [kg]; 0: massless tool
   double device_mass = 0.1;      ///< [kg]
   double device_damping = 0.0;   ///< damping of the mechanism [N·s/m]
-  double hand_mass = 0.3;        ///< [kg]; if hand mass, stiffness and damping are all 0, no hand holds the device
+  double hand_mass = 0.3;        ///< [kg]; nobody holds the device if hand mass, stiffness and damping are all 0
   double hand_stiffness = 200;   ///< [N/m]
   double hand_damping = 5.8;     ///< [N·s/m]
   double contact_stiffness = 0;  ///< stiffness of the tool's contact [N/m]; 0: no contact
@@ -23,17 +23,17 @@ struct LoopModel {
 };
 
 /// Returns the spectral radius: the largest magnitude of an eigenvalue of the loop's transition matrix over one period.
-/// The loop is stable if it is below 1.
+/// The loop is stable if the result is below 1.
 ///
-/// Model   hand and device are one mass, integrated exactly under a force held over the period (matrix exponential). In
-///         each period the handle is at x_{k−d} with the velocity (x_{k−d} − x_{k−d−n}) / (n T). The tool's state at
-///         the end of the period follows from coupling and contact by implicit Euler, as in the contact solver. The
-///         hand receives the negative coupling force of the tool until the next period.
-///         Neutral states are excluded: the position of a free device whose tool touches nothing, and, without
-///         friction, the common motion of device and tool at constant speed. Both have the eigenvalue 1 and are
-///         harmless.
+/// Model   Hand and device are one mass, integrated exactly under a force held over the period T (matrix exponential).
+///         In period k the handle is at x_{k−d} with the velocity (x_{k−d} − x_{k−d−n}) / (n T), for a delay of d
+///         periods and a velocity window of n. The tool's state at the end of the period follows from coupling and
+///         contact by implicit Euler, as in the contact solver. The hand receives the negative coupling force of the
+///         tool until the next period. Neutral states are excluded: the position of a free device whose tool touches
+///         nothing and, without friction, the common motion of device and tool at constant speed. Both have the
+///         eigenvalue 1 and are harmless
 /// Source  our derivation
-/// Out     0 if stiffness and damping are both 0, because then there is no loop
+/// Out     0 if stiffness and damping are both 0, because no loop exists
 /// Fails   returns infinity for a model that is not finite, has a negative entry or no mass, or uses samples older than
 ///         64 periods
 /// Cost    cubic in window + delay; 5 µs at window 1 without delay, 1 ms at window 20 (any thread but haptic:

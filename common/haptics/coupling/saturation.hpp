@@ -1,5 +1,5 @@
-// Smooth saturation of a coupling force: small forces are unchanged, large ones approach the limit, and there is no
-// corner.
+// Smooth saturation of a coupling force: small forces are unchanged, large ones approach the limit, without a corner in
+// the curve.
 #pragma once
 
 #include "common/base/spatial.hpp"

@@ -14,8 +14,9 @@ namespace tandem::haptics {
 namespace {
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-/// Stiffness of a contact that practically fixes the tool, for translation [N/m] and at a lever arm of 5 cm for
-/// rotation [N·m/rad] (ours). Both are values in the world. At the device they are scaled as the coupling is.
+/// Stiffness of a contact that practically fixes the tool, for translation [N/m] and for rotation [N·m/rad] (our
+/// choice; the rotational value is the contact at a lever arm of 5 cm). Both are world values. At the device they are
+/// scaled like the coupling.
 constexpr double kStiffContact = 1e6;
 constexpr double kStiffContactRotation = 2500;
 
@@ -27,7 +28,7 @@ constexpr std::array kHands{
     CheckedHand{"firm grip", "ours: five times as stiff, damping ratio 0.4", 0.5, 18, 1000, 6e-4, 0.039, 4},
 };
 
-/// The set-up to be checked; the search for a remedy changes its numbers.
+/// The set-up to be checked. The search for a remedy changes its numbers.
 struct Setup {
   CouplingParameters parameters;
   double tool_mass_kg = 0;
@@ -120,7 +121,7 @@ bool is_stable(const Axis& axis, const Setup& setup) {
   });
 }
 
-/// Rounds to three digits towards the safe side, so that the value is short to enter.
+/// Rounds to three significant digits towards the safe side, so that the value is short to enter.
 double rounded(double value, bool is_up) {
   if (!(value > 0)) return value;
   const double unit = std::pow(10, std::floor(std::log10(value)) - 2);
@@ -130,7 +131,7 @@ double rounded(double value, bool is_up) {
 
 using Holds = std::function<bool(const Setup&)>;
 
-/// Returns the acceptable value nearest to `bad` on one side; empty if 20 halvings or doublings find none.
+/// Returns the acceptable value nearest to `bad`, above or below it; empty if 20 halvings or doublings find none.
 std::optional<double> nearest_good(double bad, bool is_up, const std::function<bool(double)>& is_good) {
   const double factor = is_up ? 2 : 0.5;
   double good = bad * factor;
@@ -174,12 +175,12 @@ void name_remedy(StabilityFinding& finding, const char* parameter, double value,
   finding.remedy = remedy;
 }
 
-// If a remedy is below this share of the requested stiffness, it would be a different coupling; the damping is then the
-// problem.
+// Smallest remedy as a fraction of the requested stiffness. A lower stiffness would be a different coupling; in this
+// case the damping is the problem.
 constexpr double kMinPartOfStiffness = 0.02;
 
-/// Fills in parameter, value and remedy of a finding by reducing the stiffness or the damping. Returns the remedy as
-/// text; empty if neither is sufficient.
+/// Searches for a smaller stiffness or damping with which the check passes, and stores parameter, value and remedy in
+/// the finding. Returns the remedy as text; empty if neither suffices.
 std::string find_smaller(const Axis& axis, const Setup& setup, const Holds& holds, StabilityFinding& finding) {
   const double stiffness = setup.parameters.*axis.stiffness;
   const double damping = setup.parameters.*axis.damping;
@@ -195,8 +196,8 @@ std::string find_smaller(const Axis& axis, const Setup& setup, const Holds& hold
   return {};
 }
 
-// Finds a softer spring with matching damping. A damping of k T dissipates twice the energy that sampling creates with
-// k.
+// Searches for a softer spring with matching damping. A damping of k T dissipates twice the energy that sampling of the
+// spring k creates.
 std::string find_softer_pair(const Axis& axis, Setup setup, const Holds& holds, StabilityFinding& finding) {
   const double stiffness = setup.parameters.*axis.stiffness;
   const double damping = setup.parameters.*axis.damping;
@@ -220,7 +221,7 @@ std::string find_stable(const Axis& axis, const Setup& setup, StabilityFinding& 
   const Holds holds = [&axis](const Setup& changed) { return is_stable(axis, changed); };
   if (std::string text = find_smaller(axis, setup, holds, finding); !text.empty()) return text;
   const double damping = setup.parameters.*axis.damping;
-  // Without damping the search begins far below k T/2, the damping that compensates sampling.
+  // Without damping, the search begins far below k T/2, the damping that compensates sampling.
   const double least = 1e-3 * setup.device.period_s * setup.parameters.*axis.stiffness * setup.slope_factor;
   if (const auto more = nearest_good(setup, axis.damping, std::max(damping, least), true, holds)) {
     name_remedy(finding, axis.damping_name, damping, *more);
@@ -249,7 +250,7 @@ std::optional<StabilityFinding> find_bad_number(const Axis& axis, const Setup& s
   return std::nullopt;
 }
 
-/// Returns the parameter's name and value, and also the scene's value if it differs.
+/// Returns a text with the parameter's name and value, and with the scene's value if it differs.
 std::string name_value(const Axis& axis, const Setup& setup, StabilityFinding& finding) {
   if (finding.parameter == axis.stiffness_name) finding.value = setup.requested.*axis.stiffness;
   if (finding.parameter == axis.damping_name) finding.value = setup.requested.*axis.damping;
@@ -276,7 +277,7 @@ std::optional<StabilityFinding> find_instability(const Axis& axis, const Setup& 
   return finding;
 }
 
-/// Returns T/2 · Re{(1 − e^(−jθ)) H} / (1 − cos θ) for the loop with its tool; H = force / handle position.
+/// Returns T/2 · Re{(1 − e^(−jθ)) H} / (1 − cos θ) for the loop with its tool, where H is force per handle position.
 double needed_at(const LoopModel& m, double theta) {
   const std::complex<double> back = std::polar(1.0, -theta);  // z⁻¹
   const std::complex<double> rate = (1.0 - back) / m.period_s;
@@ -289,7 +290,7 @@ double needed_at(const LoopModel& m, double theta) {
   return m.period_s / 2 * ((1.0 - back) * (on_tool_held - coupling * tool)).real() / (1 - std::cos(theta));
 }
 
-/// Returns the damping that the mechanism needs: the larger of Colgate and Schenkel's bound for the coupling alone and
+/// Returns the damping that the mechanism needs: the largest of Colgate and Schenkel's bound for the coupling alone and
 /// the bounds with movable tools.
 double needed_damping(const Axis& axis, const Setup& setup) {
   constexpr int kFrequencies = 256;

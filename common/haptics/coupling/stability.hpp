@@ -1,5 +1,5 @@
-// Stability check of a coupling on a device, with a remedy. For each direction and each assumed hand it evaluates the
-// exact discrete loop (sampled_loop.hpp).
+// Stability check of a coupling on a device, with a remedy for the user. For each direction and each assumed hand, it
+// evaluates the exact discrete loop (sampled_loop.hpp).
 #pragma once
 
 #include <cstdint>
@@ -28,9 +28,9 @@ struct CheckedHand {
 /// Returns all assumed hands; the first, "nobody", stands for a device that is not held.
 std::span<const CheckedHand> checked_hands() noexcept;
 
-/// Properties of a device that enter the loop, from its profile.
+/// Properties of a device that influence the loop, from the device's profile.
 struct LoopDevice {
-  /// [kg]; 0: the hand's mass includes the device's. Then the loop without a hand and the device's damping are not
+  /// [kg]; 0: the hand's mass includes the device's mass. The loop without a hand and the device's damping are then not
   /// checked.
   double mass_kg = 0.1;
   double damping_n_s_per_m = 0;
@@ -41,10 +41,10 @@ struct LoopDevice {
   bool is_rotation_verified = true;
   double period_s = 0.001;
   int velocity_window = 1;             ///< number of periods over which the handle's velocity is estimated
-  int rotational_velocity_window = 1;  ///< the same for rotation, whose resolution differs
+  int rotational_velocity_window = 1;  ///< window for rotation, whose resolution differs
   int delay_periods = 0;
-  /// Stiffness at the device [N/m] for a stiffness of 1 N/m in the world; it differs from 1 if the workspace scales
-  /// motion or force (WorkspaceMapping). The rotational scale is the same for N·m/rad.
+  /// Stiffness at the device [N/m] for a stiffness of 1 N/m in the world. It differs from 1 if the workspace scales
+  /// motion or force (WorkspaceMapping). The rotational scale applies to N·m/rad.
   double coupling_scale = 1;
   double rotational_coupling_scale = 1;
 };
@@ -73,17 +73,17 @@ struct StabilityFinding {
   double value = 0;           ///< value of the parameter in the scene
   double rendered_value = 0;  ///< value rendered on this device; this value was checked
   double remedy = 0;          ///< value with which the check passes; NaN if none was found
-  /// Damping of the coupling that is needed in addition if the stiffness `remedy` alone does not pass; NaN otherwise.
+  /// Damping that is needed in addition to the stiffness `remedy`; NaN if the stiffness alone suffices.
   double remedy_damping = std::numeric_limits<double>::quiet_NaN();
   double spectral_radius = 0;  ///< largest spectral radius of the checked loops
   std::string text;            ///< one line: the problem, its reason, and the remedy
 };
 
 /// Checks a coupling on a device. The verdict is kUnstable if the spectral radius of any checked loop is ≥ 1. The
-/// remedy is the largest stable stiffness. If that is below 2 % of the present stiffness, the remedy is the nearest
+/// remedy is the largest stable stiffness. If it is below 2 % of the present stiffness, the remedy is the nearest
 /// stable damping; if there is none, a pair of stiffness and damping. The verdict is kNotPassive if the device's
-/// mechanical damping is below k T (½ + d) + |b|, with d periods of delay. Then some hand can extract energy from the
-/// coupling.
+/// mechanical damping is below k T (½ + d) + |b|, with stiffness k, damping b, period T and d periods of delay. Some
+/// hand can then extract energy from the coupling.
 ///
 /// Source  Colgate, Schenkel, "Passivity of a class of sampled-data systems: application to haptic interfaces", J.
 ///         Robotic Systems 14(1), 1997: b > T/2 · max_ω Re{(1 − e^(−jωT)) H(e^(jωT))} / (1 − cos ωT), which for a
@@ -91,8 +91,8 @@ struct StabilityFinding {
 ///         gives sin((d + ½) ωT) / sin(½ ωT) ≤ 2 d + 1 times K T/2, and the damper ≤ |B| for any window. This holds for
 ///         a tool that is held fast. A movable tool lighter than about k T² can need more, so the condition is also
 ///         evaluated with the tool of the loop, at 256 frequencies
-/// In      requested  coupling in the scene, if the device renders a weaker one: the text names both; null if both are
-///         equal
+/// In      requested  coupling in the scene, if the device renders a weaker one. The text then names both. Null if both
+///         are equal
 /// Out     empty if the coupling is stable and passive; otherwise at most one finding each for translation and rotation
 /// Cost    1 to 50 ms, depending on the velocity window and the search for a remedy; is_stable_coupling() is faster
 std::vector<StabilityFinding> check_coupling(const CouplingParameters& parameters, double tool_mass_kg,

@@ -1,4 +1,3 @@
-// See coupling_passivity_controller.hpp.
 #include "common/haptics/passivity/coupling_passivity_controller.hpp"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // Passivity controller of a coupling whose tool is stepped in the same loop as the hand, as in the lab's hand rig.
-// Sampling creates energy: a spring whose force is held over a period returns more energy than it received. The client
+// Sampling creates energy: a spring whose force is held over a period returns more energy than it received. A client
 // cannot use this controller: its tool is stepped at the server, so the work on the tool is known too late.
 #pragma once
 
@@ -11,13 +11,12 @@ namespace tandem::haptics {
 /// Time-domain passivity observer and controller of the port between hand and tool.
 ///
 /// Model   energy balance E_k = −Σ F_j·(x_{j+1} − x_j) − Σ τ_j·θ_{j,j+1} + (energy returned by the tool beyond its
-///         earlier input). F and τ are the displayed and held wrench. The wrench is scaled down so that E_k + initial
-///         credit covers m, the bound of PortLookAhead. While the balance suffices, which is nearly always, the wrench
-///         is unchanged.
-///         Proof: in any step the hand takes at most E + initial credit, and a passive tool returns only energy that it
-///         received before. Starting from rest, the hand therefore never receives more than the initial credit.
-///         The work on the tool is not subtracted. If it were, a hand whose force is scaled down would be charged for
-///         work that it could not do, and the force would never return.
+///         earlier input). F and τ are the displayed and held force and torque. The wrench is scaled down such that E_k
+///         + initial credit covers m, the bound of PortLookAhead. While the balance suffices, which is nearly always,
+///         the wrench is unchanged. Proof: in any step the hand takes at most E + initial credit, and a passive tool
+///         returns only energy that it received before. Starting from rest, the hand therefore never receives more than
+///         the initial credit. The work on the tool is not subtracted. Otherwise a hand whose force is scaled down
+///         would be charged for work that it could not do, and the force would never return
 /// Source  Hannaford, Ryu, "Time-domain passivity control of haptic interfaces", IEEE T-RA 18(1), 2002. Their
 ///         controller uses past energy and adds damping; ours uses a bound one step ahead and scales the wrench
 /// Limits  Valid only if work_on_tool_j belongs to the same period: no delay and no network between hand and tool.
@@ -39,7 +38,7 @@ class CouplingPassivityController {
   void reset() noexcept { *this = CouplingPassivityController(); }
 
   double balance_j() const { return balance_j_; }
-  /// Sum over all ticks of the withheld energy: the bound of the coming work less the permitted part.
+  /// Sum over all ticks of the withheld energy: the bound of the coming work minus the permitted part.
   double withheld_j() const { return withheld_j_; }
 
  private:

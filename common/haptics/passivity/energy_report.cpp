@@ -1,4 +1,3 @@
-// See energy_report.hpp.
 #include "common/haptics/passivity/energy_report.hpp"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// Energy reports of a peer as non-decreasing sums. A lost report does no harm, and the harm of a false report is
-// bounded.
+// Reads energy reports of a peer, which are non-decreasing sums. A lost report does no harm, and a false report does
+// only bounded harm.
 #pragma once
 
 #include <cstdint>
@@ -10,23 +10,24 @@ namespace tandem::haptics {
 /// Reads two running sums of a peer, one for each direction of energy flow. Returns the net change since the last
 /// report.
 ///
-/// Fails   A report is dropped entirely and counted if a number is negative, not finite or smaller than before. The
-///         mean inflow is limited to `max_power_w`, with a burst of one second: reports that arrive together are
-///         accepted in full within the burst, but false reports cannot accumulate faster. If the peer's possible work
-///         is known, it limits the inflow as well. Inflow above either limit is discarded. Outflow is accepted in full.
+/// Fails   A report is rejected as a whole and counted if a number is negative, not finite or smaller than before. The
+///         mean inflow is limited to `max_power_w`, with a burst of one second. Reports that arrive together are thus
+///         accepted in full within the burst, but false reports cannot accumulate faster. If an upper bound of the
+///         peer's work is known, it limits the inflow as well. Inflow above either limit is discarded. Outflow is
+///         accepted in full.
 /// Thread  haptic or room: no allocation, no throw
 class EnergyReport {
  public:
-  /// Ten times the power of a hand that exerts 6.5 N at 0.3 m/s.
+  /// Default limit of the mean inflow: ten times the power of a hand that exerts 6.5 N at 0.3 m/s.
   static constexpr double kMaxPower_w = 20.0;
   explicit EnergyReport(double max_power_w = kMaxPower_w) : max_power_w_(max_power_w) {}
 
   /// Returns inflow less outflow since the last report [J]. The first report only sets the reference.
-  /// In      could_do_j  upper bound of the inflow since the last report. An unclaimed remainder may be claimed later,
-  ///         up to kMaxUnclaimed_j
+  /// In      could_do_j  upper bound of the inflow since the last report. A part that is not claimed may be claimed
+  ///         later, up to kMaxUnclaimed_j
   double accept(double in_j, double out_j, double elapsed_s,
                 double could_do_j = std::numeric_limits<double>::infinity()) noexcept;
-  /// Upper bound of the unclaimed work. A client that smooths its measured motion reports the work some milliseconds
+  /// Upper bound of the unclaimed work. A client that smooths its measured motion reports its work some milliseconds
   /// late.
   static constexpr double kMaxUnclaimed_j = 0.1;
   std::uint64_t dropped() const noexcept { return dropped_; }
@@ -36,7 +37,7 @@ class EnergyReport {
 
   double max_power_w_;
   bool has_report_ = false;
-  double unused_s_ = kMaxAtOnce_s;  ///< time for which max_power_w_ has not been used
+  double unused_s_ = kMaxAtOnce_s;  ///< time for which max_power_w_ has not been used, at most the burst
   double in_j_ = 0;
   double out_j_ = 0;
   double unclaimed_j_ = kMaxUnclaimed_j;

@@ -1,4 +1,3 @@
-// See hand_passivity_controller.hpp.
 #include "common/haptics/passivity/hand_passivity_controller.hpp"
 
 #include <algorithm>
@@ -9,8 +8,8 @@
 namespace tandem::haptics {
 namespace {
 
-/// Adds `net_j` to the output of a source that is `below_peak_j` below its maximum. Returns the increase of the
-/// maximum.
+/// Adds `net_j` to the net output of a source whose output is `below_peak_j` below its maximum so far. Returns the
+/// increase of the maximum.
 double rise_above_peak_j(double& below_peak_j, double net_j) noexcept {
   below_peak_j -= net_j;
   const double risen_j = std::max(0.0, -below_peak_j);
@@ -57,8 +56,8 @@ void HandPassivityController::end_period(const Pose& X_WH, double period_s) noex
     const double work_j = held_work_j(displayed_, port_.pose(), X_WH);
     add_to_balance(work_j > 0 ? -share * work_j : -work_j);
     exchanged_j_ += std::abs(work_j);
-    // This is the work that the hand would have done against the part of the wrench that later safety stages removed.
-    // The energy that the world stored for it may be returned.
+    // Later safety stages removed a part of the wrench. Against this part the hand would have done work, for which the
+    // world has stored energy. This energy may be returned, so it is added to the balance.
     add_to_balance(std::max(0.0, -held_work_j(left_out_later_, port_.pose(), X_WH)));
     withheld_j_ += std::max(0.0, held_work_j(withheld_, port_.pose(), X_WH));
   }

@@ -1,4 +1,3 @@
-// See port_look_ahead.hpp.
 #include "common/haptics/passivity/port_look_ahead.hpp"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// Common part of the passivity controllers: an estimate of the work in the coming period at a port, and the gain for
-// which an energy balance covers that work.
+// Common functions of the passivity controllers: an estimate of the work in the coming period at a port, and the gain
+// with which an energy balance covers that work.
 #pragma once
 
 #include <cmath>
@@ -13,8 +13,8 @@ namespace tandem::haptics {
 /// Model   m = |F| (δ + a T²) + |τ| (δ_θ + α T²). F, τ are held for the period T; δ and δ_θ are the last period's
 ///         translation and rotation; a and α are the largest accelerations. The bound is valid for any direction of the
 ///         next motion
-/// Limits  if the acceleration is larger, the port exceeds the bound by |F| times the additional displacement, for one
-///         period
+/// Limits  if the acceleration is larger, the work may exceed the bound for one period, by |F| times the additional
+///         displacement
 /// Thread  haptic or room: no allocation, no throw
 class PortLookAhead {
  public:
@@ -22,8 +22,8 @@ class PortLookAhead {
   static constexpr double kMaxAcceleration_m_per_s2 = 100;
   static constexpr double kMaxAcceleration_rad_per_s2 = 5000;
 
-  /// Ends a period with the port at `X_W`. The next period is expected to repeat the motion of this one. If the period
-  /// took too long, it is expected to repeat only the fraction `share` of that motion.
+  /// Ends a period with the port at `X_W`. The next period is expected to repeat the motion of this one. After a period
+  /// that took too long, only the fraction `share` of the motion is expected.
   void move_to(const Pose& X_W, double share = 1) noexcept;
   /// Reports an unknown pose. The motion up to the next move_to() is ignored.
   void lose_pose() noexcept { has_pose_ = false; }
@@ -34,7 +34,7 @@ class PortLookAhead {
   double moved_m(double lever_m) const noexcept { return std::hypot(step_m_, lever_m * turn_rad_); }
   /// Bound of the work in the coming period; not finite if norms overflow.
   double max_work_j(const Wrench& held_W, double period_s) const noexcept;
-  /// Work in the coming period if the port moves on as in the last one; negative if the port takes energy in.
+  /// Work in the coming period if the port repeats its last motion; negative if the port receives energy.
   double expected_work_j(const Wrench& held_W) const noexcept {
     return held_W.f.dot(moved_m_) + held_W.t.dot(turned_rad_);
   }

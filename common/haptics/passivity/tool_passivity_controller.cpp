@@ -1,4 +1,3 @@
-// See tool_passivity_controller.hpp.
 #include "common/haptics/passivity/tool_passivity_controller.hpp"
 
 #include <algorithm>
@@ -11,7 +10,7 @@ constexpr double kRise_s = 0.002;
 constexpr double kFall_s = 0.05;
 /// Time after a contact during which the tool still counts as touching, so that a bouncing contact stays braked.
 constexpr double kIdle_s = 0.1;
-/// A weaker brake is set to zero, because it is not perceptible: 0.01 N at 0.1 m/s.
+/// A weaker brake is set to zero, because a user cannot perceive it: 0.01 N at 0.1 m/s.
 constexpr double kNoBrake_n_s_per_m = 0.1;
 
 double max_brake_n_s_per_m(double missing_j) noexcept {

@@ -1,6 +1,6 @@
-// Passivity controller of a tool's port, at the server. The tool may supply to the world only the reported energy input
-// of its hand and the energy that it took from the world before. If a stage's tool merely follows a delayed pose, the
-// client reports no energy of the hand.
+// Passivity controller of a tool's port, at the server. The tool may supply energy to the world from two sources only:
+// the reported input of its hand, and its earlier output from the world. For stages whose tool merely follows a delayed
+// pose, the client reports no energy of the hand.
 #pragma once
 
 #include <cstdint>
@@ -12,23 +12,23 @@
 
 namespace tandem::haptics {
 
-/// Brakes the bodies that a user's coupling moves, with a damping that dissipates the energy missing for the next step.
+/// Brakes the bodies that a user's coupling moves. The damping dissipates the energy that the balance lacks for the
+/// next step.
 ///
 /// Model   energy balance E = (Σ from_hand − Σ to_hand, as reported) − (Σ into_world − Σ from_world, as measured, after
 ///         the brake). The missing energy is D = max(0, n max(0, m) − E − initial credit), where m is the work of the
-///         coming step if the tool moves on as before. D is dissipated within kPayBack_s by the brake b = D /
-///         (kPayBack_s u²). u is the tool's speed including its rotation at kLever_m, at least kSlow_m_per_s. The brake
-///         changes gradually.
-///         b is at most kGentleBrake_n_s_per_m while the missing energy is at most kGentleUpTo_j. This limit rises
-///         linearly to kFirmBrake_n_s_per_m at the minimum balance. A firm brake shakes a body that two users squeeze
-///         between them, so it is used only if much energy is missing.
-///         The room applies b to all bodies that act for the user (World::brake()). A brake has no effect at rest, so a
-///         held or pressed body stays in place. If the client's model is too light, its hand does too little work; the
-///         body then feels heavier, but is not dropped.
-///         Pose and energy travel in one message, so the delay alone makes no balance negative: the tool responds to a
-///         handle pose whose energy arrived with it. If inputs pass through a playout buffer, so do their energies.
-///         A negative balance recovers at kLeakRate_w and is bounded by kMinBalance_j. E falls while the hand receives
-///         back energy that it supplied; limiting this is the task of HandPassivityController.
+///         coming step if the tool repeats its last motion, and n is kStepsAhead. The brake b = D / (kPayBack_s u²)
+///         dissipates D within kPayBack_s. u is the tool's speed including its rotation at kLever_m, at least
+///         kSlow_m_per_s. The brake changes gradually. b is at most kGentleBrake_n_s_per_m while the missing energy is
+///         at most kGentleUpTo_j. With more missing energy, this limit rises linearly, up to kFirmBrake_n_s_per_m at
+///         the minimum balance. A firm brake shakes a body that two users squeeze between them, so it is used only if
+///         much energy is missing. The room applies b to all bodies that act for the user (World::brake()). A brake has
+///         no effect at rest, so a held or pressed body stays where it is. If the client's model is too light, its hand
+///         does too little work; the body then feels heavier, but is not dropped. Pose and energy travel in one
+///         message, so the delay alone makes no balance negative: the tool responds to a handle pose whose energy
+///         arrived with it. If inputs pass through a playout buffer, so do their energies. A negative balance recovers
+///         at kLeakRate_w and is bounded by kMinBalance_j. E falls while the hand receives back energy that it
+///         supplied; HandPassivityController limits this energy
 /// Limits  m uses the wrench of the last step. A wrench that grows within a step (first contact) exceeds the balance
 ///         once and is braked afterwards. A pull of 6 N without any energy supply creeps at 3 mm/s when the balance is
 ///         at its minimum. Energy dissipated on the hand's side stays in the balance, up to kMaxBalance_j.
@@ -37,8 +37,8 @@ namespace tandem::haptics {
 class ToolPassivityController {
  public:
   static constexpr double kInitialCredit_j = 5e-3;  ///< energy that the coupling may store before the first report
-  /// Recovery rate of a negative balance. Without it a stopped tool could not recover, because its hand feels no force
-  /// and thus does no work.
+  /// Recovery rate of a negative balance. Without recovery, a stopped tool would remain stopped: its hand feels no
+  /// force and thus does no work.
   static constexpr double kLeakRate_w = 2e-3;
   static constexpr double kMinBalance_j = -0.05;
   static constexpr double kMaxBalance_j = 2.0;
@@ -56,16 +56,16 @@ class ToolPassivityController {
                      double could_do_j = std::numeric_limits<double>::infinity()) noexcept;
   /// Ends a step.
   /// In      on_tool_W  wrench of the coupling and its brake on the tool
-  ///         net_into_world_j  running sum of this user's net input; computed by the server and therefore trusted
+  ///         net_into_world_j  running sum of this user's net energy input; the server computes it, so it is trusted
   void stepped(const Pose& X_WT, const Wrench& on_tool_W, double net_into_world_j) noexcept;
   /// Returns the brake of the coming step [N·s/m], 0 to kFirmBrake_n_s_per_m.
   /// In      acts  whether the tool touches or holds something. If not, the tool supplies no energy to the world. A
-  ///         brake would then dissipate nothing and only hold the tool back in the air
+  ///         brake would then only hold the tool back in the air
   double brake_n_s_per_m(double step_s, bool acts = true) noexcept;
-  /// Handles a jump of the handle: its pose changed, relative to its last pose or to the tool, without a path along
-  /// which the hand could have done work. Clears a negative balance and credits the energy stored in the coupling.
+  /// Handles a jump of the handle's pose. There is no path of the jump along which the hand could have done work.
+  /// Clears a negative balance and credits the energy stored in the coupling.
   void restart_handle(double stored_j) noexcept;
-  /// Starts with a new user, or with a new session of the same user.
+  /// Restarts for a new user, or for a new session of the same user.
   void reset() noexcept { *this = ToolPassivityController(); }
 
   double balance_j() const noexcept { return balance_j_; }

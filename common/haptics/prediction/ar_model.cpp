@@ -8,9 +8,9 @@
 namespace tandem::haptics {
 namespace {
 
-/// Relative ridge that makes the normal equations of a noise-free series solvable. Our choice.
+/// Relative ridge that makes the normal equations of a noise-free series solvable (our choice).
 constexpr double kRidge = 1e-9;
-/// Relative variation below which a series counts as constant, because smaller variations are rounding errors.
+/// Relative variation below which a series counts as constant. Smaller variations are rounding errors.
 constexpr double kMinVariation = 1e-12;
 
 double mean_of_finite(std::span<const double> series) {
@@ -181,7 +181,7 @@ bool levinson(std::span<const double> r, std::span<double> phi, double& error_va
     for (std::size_t i = 0; i < m; ++i) k -= phi[i] * r[m - i];
     k /= error_variance;
     if (!(std::abs(k) < 1)) return false;
-    // φ_i and φ_{m−1−i} depend on each other, so each pair is updated together.
+    // φ_i and φ_{m−1−i} depend on each other's old value, so each pair is updated together.
     for (std::size_t i = 0; i < m / 2; ++i) {
       const double a = phi[i], b = phi[m - 1 - i];
       phi[i] = a - k * b;

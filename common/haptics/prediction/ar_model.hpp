@@ -1,5 +1,5 @@
-// Autoregressive (AR) models of a force series. They are fitted by one of three methods, and used for prediction and
-// for the selection of the order.
+// Autoregressive (AR) models of a force series, fitted by one of three methods. They predict the series; a comparison
+// of fits selects the order.
 //
 // Letters   x_t  series   φ_i  coefficients   p  order   N  number of samples   V  variance of the one-step error
 //           x̂_{t+1} = m + Σ_{i=1..p} φ_i (x_{t+1−i} − m)      m  mean of the window (0 if differences are modelled)
@@ -35,15 +35,16 @@ struct ArModel {
   double next(std::span<const double> newest_first) const noexcept;
 };
 
-/// Fits φ to `series` (oldest first). If the series has no variance, is too short (N ≤ 2p) or is not finite, returns
-/// order 0 with the mean of its finite samples. The coefficients are always finite and the model is always stable.
+/// Fits φ to `series` (oldest sample first). If the series has no variance, is too short (N ≤ 2p) or is not finite,
+/// returns order 0 with the mean of its finite samples. The coefficients are always finite, and the model is always
+/// stable.
 ///
 /// Model    Yule–Walker: Σ_j φ_j r_|i−j| = r_i, r_k = (1/N) Σ x_t x_{t+k}, by Levinson's recursion
 ///          least squares: min Σ_{t>p} (x_t − Σ φ_i x_{t−i})², normal equations with a ridge of 1e-9 of their trace;
 ///          Burg: reflection coefficients k_m = 2 Σ f b / Σ (f² + b²)
 /// Source   Kay, "Modern Spectral Estimation", 1988, ch. 7; Burg, PhD thesis, Stanford, 1975
 /// Limits  a least-squares fit can be unstable. It is then replaced by φ_i ← φ_i γ^i, which multiplies every root by γ,
-///         with the largest γ for which all roots are within kMaxArRadius. This scaled fit is no longer optimal.
+///         with the largest γ for which all roots are within kMaxArRadius. The scaled fit does not have the least error
 /// In       order  0 … kMaxArOrder    takes_mean  whether the mean of the series is subtracted first
 /// Cost     O(N p) (Burg, Yule–Walker), O(N p²/2) (least squares); Burg allocates
 /// Thread  any but haptic

@@ -1,5 +1,5 @@
-// One axis of a force stream: the forecasts by hold, by linear extrapolation and by the model, their recent errors, and
-// the displayed curve.
+// One axis of a force stream: three forecasts (hold, linear extrapolation, AR model), their recent errors, and the
+// displayed curve.
 #pragma once
 
 #include <array>
@@ -12,8 +12,8 @@
 
 namespace tandem::haptics {
 
-/// Running mean square with exponential forgetting over `memory` values. Until so many values were added, it is the
-/// plain mean.
+/// Running mean square with exponential forgetting over `memory` values. As long as fewer values were added, it is
+/// their plain mean.
 class RunningSquare {
  public:
   void add(double error, double memory) noexcept {
@@ -35,7 +35,7 @@ struct ForecastBounds {
   double clamp(double value) const noexcept { return value < low ? low : value > high ? high : value; }
 };
 
-/// Forecast of one axis: a weighted mixture of the candidates hold, linear and model, displayed as a smooth curve.
+/// Forecast of one axis: a weighted mixture of three candidates (hold, linear, model), displayed as a smooth curve.
 ///
 /// Thread  haptic: no allocation, no throw
 class AxisForecast {
@@ -44,7 +44,7 @@ class AxisForecast {
   /// In      steps  number of periods in a forecast, 3 … kMaxSteps
   void configure(const ForceStreamSettings& settings, std::size_t steps) noexcept;
 
-  /// Stores the present forecast for the next calls of error() and score().
+  /// Stores the present forecast, to which later calls of error() and score() refer.
   void remember() noexcept { scored_ = now_; }
   /// Error of the stored mixture, `periods` after its newest sample.
   double error(double actual, double periods) const noexcept { return actual - at(scored_.blend, periods, steps_); }
@@ -60,8 +60,8 @@ class AxisForecast {
   void predict(std::span<const double> lags, const ArModel* model, const ForecastBounds& bounds) noexcept;
   double model_weight() const noexcept { return weights_[kModel]; }
 
-  /// Returns the value to display `periods` after the newest sample, by the method in the settings. The first call
-  /// after predict() starts the transition of the spline from the displayed curve to the new forecast.
+  /// Returns the value to display `periods` after the newest sample, by the method in the settings. With a spline, the
+  /// first call after predict() starts the transition from the displayed curve to the new forecast.
   double show(double periods) noexcept;
   /// Moves the time origin of the curve to a new sample, `periods` after the previous one.
   void shift(double periods) noexcept;
@@ -87,7 +87,7 @@ class AxisForecast {
   /// Displayed curve: a forecast plus the remaining difference from the previously displayed curve.
   struct Curve {
     Forecast forecast;
-    double from = 0;  ///< time of `forecast`'s newest sample, in periods after that of now_
+    double from = 0;  ///< time of the newest sample of `forecast`, in periods after that of now_
     CurvePoint difference;
     double turned = 0;  ///< time at which the difference began to fade out
     double shown = 0;   ///< time of the last displayed value

@@ -1,5 +1,5 @@
 // Displays at 1 kHz a wrench that is received late and at irregular intervals. Each of the six axes is a separate
-// series. It is extrapolated over the age of its newest sample.
+// series, which is extrapolated over the age of its newest sample.
 //
 //   haptic thread                                       io thread
 //   push(sample) ─▶ ring of raw samples ─▶ series at 200 Hz ──mailbox──▶ fit(): six AR models
@@ -7,8 +7,8 @@
 //   at(now) ◀─ curve over the predicted periods ◀───────coefficients──mailbox──┘
 //
 // The fit runs on another thread, because it costs a hundred times the budget of a tick. It may finish late or never.
-// Hold and linear extrapolation are used as long as there is no model. They are also used on each axis on which the
-// model has larger running errors.
+// Without a model, hold and linear extrapolation are used. They also replace the model on each axis where its running
+// errors are larger.
 #pragma once
 
 #include <cstdint>
@@ -49,9 +49,10 @@ struct ForceStreamSettings {
   double error_memory = 7;        ///< number of samples after which an error has decayed to 1/e in the running errors
   double sharpness = 2;           ///< s: a weight is the running mean square error to the power −s
   double jump_factor = 12;        ///< ratio of an error to its running RMS above which it counts as a jump
-  double range_factor = 1.0;      ///< margin of the output's range on each side, as a share of the recent range
-  /// Duration of the transition to a corrected forecast (kArSpline). With 0 the curve is C² between samples, but steps
-  /// at a sample that was not predicted. With two ticks or more it is always C², but corrections take effect later.
+  double range_factor = 1.0;      ///< margin of the output's range on each side, as a fraction of the recent range
+  /// Duration of the transition to a corrected forecast (kArSpline). With 0, the curve is C² between samples, but has a
+  /// step at each sample that was not predicted exactly. With two ticks or more it is always C², but corrections take
+  /// effect later.
   Duration blend{0};
   Duration longest_horizon{from_seconds(0.1)};  ///< maximum age up to which a sample is extrapolated
 };
@@ -70,9 +71,9 @@ struct ForceStreamFigures {
 };
 
 /// Extrapolates a stream of wrenches.
-/// Fails   at() returns zero before the first sample. A sample that is not finite or not newer is dropped and counted.
+/// Fails   at() returns zero before the first sample. A sample that is not finite or not newer is rejected and counted.
 ///         The output is always finite and within the recent range, widened by range_factor
-/// Cost    push and at: O(p) for each axis; push after a gap appends at most `window` samples, however long the gap. No
+/// Cost    push and at: O(p) for each axis; push after a gap of any length appends at most `window` samples. No
 ///         allocation, no lock. fit: see `tandem-lab reproduce prediction`
 /// Thread  push, at, reset, adopt, figures: haptic. fit_pending, fit: io (one thread).
 class ForceStream {
@@ -87,7 +88,8 @@ class ForceStream {
   ///         this time. Must increase from sample to sample
   ///         contact_changed  whether contacts appeared or vanished since the previous sample
   void push(LocalTime sampled_at, const Wrench& wrench, bool contact_changed = false) noexcept;
-  /// Returns the wrench at `now`. It is not const, because the spline continues from the last displayed point.
+  /// Returns the wrench at `now`. The function is not const: it stores the displayed point, from which the spline
+  /// continues.
   Wrench at(LocalTime now) noexcept;
   /// Discards samples and coefficients.
   void reset() noexcept;
@@ -99,7 +101,7 @@ class ForceStream {
 
   /// Returns whether a window of samples is ready to be fitted.
   bool fit_pending() noexcept;
-  /// Fits the newest window that is ready, if any, and publishes the models. Returns true if it did.
+  /// Fits the newest window that is ready and publishes the models. Returns false if no window was ready.
   bool fit() noexcept;
 
  private:

@@ -12,8 +12,8 @@ struct Prior {
   double fast;
   double slow;
 };
-/// Prior of c_fast and c_slow for horizons of 0, 0.1 … 0.5 s. It is the least-squares fit to minimum-jerk movements of
-/// 0.4 to 2 s with pauses of up to 0.5 s.
+/// Prior of c_fast and c_slow for horizons of 0, 0.1 … 0.5 s: the least-squares fit to minimum-jerk movements of 0.4 to
+/// 2 s with pauses of up to 0.5 s.
 constexpr std::array<Prior, 6> kPriors{
     {{1.30, -0.36}, {1.34, -0.50}, {1.27, -0.54}, {1.13, -0.51}, {1.00, -0.45}, {0.87, -0.39}}};
 constexpr Prior kCautiousPrior{0.9, -0.4};
@@ -28,8 +28,8 @@ Prior prior_of(double horizon_s, double caution) {
   return between(between(kPriors[i], kPriors[i + 1], place - static_cast<double>(i)), kCautiousPrior, caution);
 }
 
-/// Weights of the prior and of the initial score, as the duration [s] of observed typical displacements with the same
-/// weight.
+/// Weights of the prior and of the initial score. The unit is the duration of observed typical displacements that has
+/// the same weight [s].
 constexpr double kPriorWorth_s = 2;
 constexpr double kScoreWorth_s = 0.05;
 

@@ -1,4 +1,4 @@
-// Forecast of a trajectory over the delay after which its samples are received.
+// Forecast of a trajectory whose samples arrive with a delay.
 #pragma once
 
 #include <array>
@@ -10,22 +10,22 @@
 
 namespace tandem::haptics {
 
-/// Returns the fraction of the distance to its input by which a first-order low pass advances in one period.
+/// Returns the fraction of the distance to its input that a first-order low pass covers in one period.
 inline double low_pass_part(double corner_hz, double period_s) noexcept {
   return 1 - std::exp(-2 * std::numbers::pi * corner_hz * period_s);
 }
 
-/// Extrapolates a trajectory over its age, from its past motion and from the motion of a body that it may follow.
+/// Extrapolates a trajectory over the age of its samples, from its past motion and from the motion of a body that it
+/// may follow.
 ///
 /// Model   x̂(t) − x(t−H) = g Σ c_i φ_i(t) over the horizon H. The features φ are H times the velocity after a low pass
 ///         of kFast_hz, H times the velocity after a low pass of kSlow_hz, and the displacement of the body that x may
 ///         follow. This is a direct autoregression over the whole horizon: the displacement of x since t−H is regressed
 ///         on the features at t−H. The squares have an exponential memory of kMemory_s and weight large displacements
-///         more than tremor. The prior is not forgotten. It contains the best coefficients for minimum-jerk movements
-///         of 0.4 to 2 s.
-///         g is the slope of the observed displacements over the recently forecast ones, clamped to 0 … 1, times
-///         kMaxShare. The error is therefore never much larger than that of holding x(t−H). If the forecast acts back
-///         on x, `caution` blends the prior to one about half as large.
+///         more than tremor. The prior has a constant weight. It contains the best coefficients for minimum-jerk
+///         movements of 0.4 to 2 s. g is the slope of the observed displacements over the recently forecast ones,
+///         clamped to 0 … 1, times kMaxShare. The error is therefore never much larger than that of holding x(t−H). If
+///         the forecast acts back on x, `caution` blends the prior to one that is about half as large
 /// Limits  a movement that begins or ends within H is not predicted: at an acceleration a, the error is up to a H²/2
 /// Source  direct multi-step forecasts: Marcellino, Stock, Watson, "A comparison of direct and iterated multistep AR
 ///         methods", J. Econometrics 135, 2006; ridge regression. The features and the numbers are ours
@@ -37,10 +37,10 @@ class TrajectoryForecast {
   static constexpr double kSlow_hz = 0.7;
   static constexpr double kMemory_s = 3;
   static constexpr double kScoreMemory_s = 1;
-  /// Upper bound of g. If a hand is predicted too far ahead, it drags other hands along and creates energy. If a hand
-  /// lags, it dissipates energy, but tilts an object that two users squeeze. In measurements with 0.8, close to this
-  /// value, 2 of 66 fast carries created 4 mJ in this way. With 1 most of them do, and the displayed steps of a ligand
-  /// that snaps in are twice as large.
+  /// Upper bound of g. If the prediction of a hand is too far ahead, it drags other hands along and creates energy. If
+  /// it lags, it dissipates energy, but tilts an object that two users squeeze. In measurements with 0.8, close to this
+  /// value, 2 of 66 fast carries created 4 mJ in this way. With 1, most of them do, and the displayed force steps of a
+  /// ligand that snaps in are twice as large.
   static constexpr double kMaxShare = 0.83;
 
   struct Way {
@@ -49,12 +49,12 @@ class TrajectoryForecast {
   };
 
   /// In      typical_way  typical displacement over one horizon, in units of x; weights the prior and the score
-  ///         prior_along  coefficient of the body that x may follow, before that body's motion has been observed
+  ///         prior_along  initial coefficient of the body that x may follow, used before its motion has been observed
   TrajectoryForecast(double typical_way, double prior_along) : typical_way_(typical_way), prior_along_(prior_along) {}
 
   /// Adds a sample and returns the forecast. Called once a period.
   /// In      known  x(t − horizon_s)
-  ///         along  displacement since t − horizon_s and present velocity of the body that x may follow
+  ///         along  the body that x may follow: displacement since t − horizon_s, and present velocity
   ///         caution  0: the forecast does not influence x … 1: the forecast acts back on x
   /// Out     x̂(t) − x(t − horizon_s), and the velocity of x̂
   Way step(const Vec3& known, double horizon_s, const Way& along, double caution, double period_s) noexcept;

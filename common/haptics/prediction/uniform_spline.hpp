@@ -1,4 +1,5 @@
-// Twice differentiable curves for a smooth continuation: a B-spline segment and a difference that fades out.
+// Twice differentiable curves for a smooth continuation of a displayed value: a B-spline segment, and a difference that
+// fades out.
 #pragma once
 
 #include <array>
@@ -34,10 +35,10 @@ inline CurvePoint uniform_cubic(const std::array<double, 4>& c, double u) {
           v * c[0] + (3 * u - 2) * c[1] + (1 - 3 * u) * c[2] + u * c[3]};
 }
 
-/// Returns what remains, at s = 0 … 1, of a difference that fades out smoothly. At s = 0 its value and its derivatives
-/// by s are unchanged. For s ≥ 1 all are zero.
+/// Returns the remainder, at s = 0 … 1, of a difference that fades out smoothly. At s = 0, the value and its first two
+/// derivatives by s are those of the difference. For s ≥ 1, all three are zero.
 ///
-/// Model    the quintic polynomial that satisfies these six conditions
+/// Model   the quintic polynomial that satisfies these six conditions
 inline CurvePoint faded(const CurvePoint& d, double s) {
   if (s <= 0) return d;
   if (s >= 1) return {};

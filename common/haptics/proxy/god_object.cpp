@@ -11,24 +11,27 @@ namespace tandem::haptics {
 namespace {
 
 constexpr std::size_t kMaxPieces = 2048;
-/// Maximum number of planes added in a step; at the end at most three of them are active.
+/// Maximum number of planes added in a step. At most three of them are active in the end.
 constexpr int kMaxPlanes = 32;
-/// Depth below a plane up to which a point counts as above it. The rounding error of coordinates within 10 km is 1e-12.
+/// Depth below a plane up to which a point counts as above it. For comparison, the rounding error of coordinates within
+/// 10 km is 1e-12 m.
 constexpr double kSlack_m = 1e-9;
-/// A step shorter than kSettled_m ends the update; it corresponds to 1 mN at 1 N/mm. Shading converges geometrically,
-/// so a step below kSettledShare of the first one ends the update as well; the next update continues.
+/// An update ends when a step is shorter than kSettled_m, which corresponds to 1 mN at 1 N/mm. With shading, steps
+/// shrink geometrically. The update then also ends when a step is below kSettledShare of the first one; the next update
+/// continues.
 constexpr double kSettled_m = 1e-6;
 constexpr double kSettledShare = 0.1;
 /// Initial reach of an update during contact: a little more than the longest step of the last update, and at least the
-/// motion of a hand at 0.1 m/s in a tick. A larger reach includes more triangles in every step.
+/// motion of a hand at 0.1 m/s in a tick. A larger reach would include more triangles in every step.
 constexpr double kTravelReserve = 1.25;
 constexpr double kMinReach_m = 1e-4;
 constexpr double kReachGrowth = 2;
-/// Cosine of the largest angle by which shading may turn the normal. A normal beyond it would belong to another side.
+/// Cosine of the largest angle by which shading may turn the normal. A normal turned further would belong to another
+/// side.
 constexpr double kMinShadingCosine = 0.5;
-/// Bounds of a step's relaxation factor during shading: see relaxation_of(). A step is lengthened only if it has nearly
-/// the direction of the previous one (kStraightCosine). The values minimise the ticks with kProxyHeldBack on the bunny,
-/// pressed 5 mm deep.
+/// Bounds of a step's relaxation factor during shading, see relaxation_of(). A step is lengthened only if it has nearly
+/// the direction of the previous step (kStraightCosine). We chose the values with the fewest ticks with kProxyHeldBack
+/// for the bunny, pressed 5 mm deep.
 constexpr double kMinRelaxation = 0.1;
 constexpr double kMaxRelaxation = 5;
 constexpr double kStraightCosine = 0.8;
@@ -137,8 +140,8 @@ void GodObject::gather(const Vec3& goal_W, std::uint8_t& faults) noexcept {
     if (reach <= 0) faults |= kProxyTooDense;
     reach_m_ = std::min(reach_m_, reach);
   }
-  // Reduces the reach until all pieces fit into pieces_. If there are too many pieces at any reach, the proxy cannot
-  // move.
+  // Reduces the reach until all pieces fit into pieces_. If even the smallest reach gives too many pieces, the proxy
+  // cannot move.
   for (int attempt = 0; attempt < 8; ++attempt, reach_m_ /= 4) {
     piece_count_ = 0;
     bool fits = true;
@@ -151,8 +154,8 @@ void GodObject::gather(const Vec3& goal_W, std::uint8_t& faults) noexcept {
   reach_m_ = 0;
 }
 
-/// `is_begun` means that pieces_ is unchanged since the last call. Its active planes are then likely to be active
-/// again.
+/// Finds the point above all planes that is nearest to the goal. If `is_begun`, pieces_ is unchanged since the last
+/// call, and its active planes are likely to be active again. They are then added first.
 void GodObject::project(const Vec3& goal_W, bool is_begun) noexcept {
   const PlaneProjection last = planes_;
   planes_.start(goal_W);
@@ -169,14 +172,14 @@ void GodObject::project(const Vec3& goal_W, bool is_begun) noexcept {
   }
 }
 
-/// Returns the nearest piece whose planes are violated. The planes of touched pieces often keep the ball above
-/// neighbouring pieces as well. The planes of those neighbours would stop a ball beside them half-way to the common
-/// edge.
+/// Returns the nearest piece whose planes are violated. Planes are added from the nearest piece outwards, because the
+/// planes of touched pieces often keep the ball above neighbouring pieces, too. The neighbours' own planes would stop a
+/// ball beside them half-way to the common edge.
 int GodObject::nearest_violated() const noexcept {
   const Vec3& x = planes_.point();
   const double fraction = allowed_fraction(x);
   int nearest = -1;
-  // A piece farther away than the length of the segment of motion cannot be touched.
+  // A piece farther away than the motion is long cannot be touched.
   double nearest_m = settings_.radius_m + fraction * longest_way_m(x);
   for (std::size_t i = 0; i < piece_count_; ++i) {
     const NearPiece& piece = pieces_[i];
@@ -194,8 +197,8 @@ int GodObject::nearest_violated() const noexcept {
   return nearest;
 }
 
-/// Returns true if an active plane separates the piece from the segment of motion: the piece is below the plane, both
-/// ends of the segment are above it.
+/// Returns true if an active plane separates the piece from the segment of motion. The piece is then below the plane,
+/// and both ends of the segment are above it.
 bool GodObject::is_kept_by_active(const NearPiece& piece, const Vec3& at_W) const noexcept {
   const ObstacleTrack& track = track_of(piece);
   for (const PlaneProjection::Active& active : planes_.active()) {
@@ -207,8 +210,8 @@ bool GodObject::is_kept_by_active(const NearPiece& piece, const Vec3& at_W) cons
   return false;
 }
 
-/// Returns the fraction of the segments to the target that lies within the known surroundings of the obstacles'
-/// positions.
+/// Returns the fraction of the motion to the target that is allowed. The motion must stay within the reach for which
+/// pieces were collected around the positions relative to the obstacles.
 double GodObject::allowed_fraction(const Vec3& target_W) const noexcept {
   double squared = 0;
   for (const ObstacleTrack& track : tracks_) {
@@ -223,8 +226,8 @@ double GodObject::longest_way_m(const Vec3& target_W) const noexcept {
   return std::sqrt(squared);
 }
 
-/// Returns the collision-free fraction of the segments to the target. This check is needed because friction may have
-/// moved the target away from the point found by project(), and because the number of planes is limited.
+/// Returns the fraction of the motion to the target that is free of collisions. Two reasons require this check.
+/// Friction may have moved the target away from the point found by project(), and the number of planes is limited.
 double GodObject::unblocked_fraction(const Vec3& target_W, double fraction) const noexcept {
   double free = fraction;
   const double reach_m = settings_.radius_m + fraction * longest_way_m(target_W);
@@ -238,7 +241,7 @@ double GodObject::unblocked_fraction(const Vec3& target_W, double fraction) cons
       const double end = side.height_m(at_W);
       if (end >= -kSlack_m) return free;
       const double begin = side.height_m(place_W);
-      // A ball that overlaps the piece is below its plane at both ends; it may move if it rises.
+      // A ball that overlaps the piece is below its plane at both ends of the motion. It may move if it rises.
       if (begin < 0) return end >= begin ? free : 0.0;
       return free * begin / (begin - end);
     };
@@ -282,7 +285,8 @@ Vec3 GodObject::with_friction(const Vec3& goal_W) noexcept {
     has_slipped_ = true;
     return x;
   }
-  // Displacement, within the active planes, back to the position to which the touched body has carried the proxy.
+  // Displacement from x, within the active planes, back to the position to which the touched body has carried the
+  // proxy.
   Vec3 back = track_of(piece_of(*heaviest)).place_W() - x;
   std::array<Vec3, 3> axes;
   for (std::size_t i = 0; i < active.size(); ++i) {
@@ -298,8 +302,8 @@ Vec3 GodObject::with_friction(const Vec3& goal_W) noexcept {
   return x + back * (depth * sliding / length);
 }
 
-/// Returns the relaxation factor for the next step. With shading the goal moves with the proxy, so the steps shrink
-/// geometrically. On some surfaces they keep their direction; if the surface is concave and the goal is deep, they
+/// Returns the relaxation factor for the next step. With shading, the goal moves with the proxy, so the steps shrink
+/// geometrically. On some surfaces the steps keep their direction. If the surface is concave and the goal is deep, they
 /// alternate. The factor follows from two successive steps.
 ///
 /// Source  Irons & Tuck, "A version of the Aitken accelerator for computer iteration", 1969
@@ -315,7 +319,7 @@ double GodObject::relaxation_of(const Vec3& move) const noexcept {
   return is_straight && aitken > 0 ? std::min(aitken, is_last ? 1.0 : kMaxRelaxation) : std::min(1.0, relaxation_);
 }
 
-/// Lengthens a step by moving the goal instead of the target, so that the target stays above the planes.
+/// Lengthens a step. The goal is moved instead of the target, so that the target stays above the planes.
 Vec3 GodObject::lengthened(const Vec3& pulled_to_W, const Vec3& target_W) noexcept {
   const Vec3 farther_W = pulled_to_W + (relaxation_ - 1) * (target_W - tracks_.front().place_W());
   project(farther_W, true);
@@ -325,7 +329,8 @@ Vec3 GodObject::lengthened(const Vec3& pulled_to_W, const Vec3& target_W) noexce
   return target_W;
 }
 
-/// Moves the positions for all obstacles by the same fraction of their segments, so that equal positions remain equal.
+/// Moves the proxy's positions relative to all obstacles by the same fraction of their motions, so that equal positions
+/// remain equal.
 double GodObject::move_towards(const Vec3& target_W, double fraction) noexcept {
   unhindered_W_ = target_W;
   const double share = fraction * std::min(1.0, relaxation_);
@@ -339,8 +344,8 @@ double GodObject::move_towards(const Vec3& target_W, double fraction) noexcept {
   return moved;
 }
 
-/// Returns the proxy's position. While bodies squeeze the proxy, its positions for the obstacles differ; the one that
-/// is held back most is used.
+/// Returns the proxy's position. While bodies squeeze the proxy, its positions relative to the obstacles differ. The
+/// result is the one that is held back most.
 Vec3 GodObject::held_place_W() const noexcept {
   Vec3 place_W = unhindered_W_;
   double farthest = -1;

@@ -1,5 +1,5 @@
 // Three-degree-of-freedom contact with a point tool. The hand's point may penetrate obstacles. The proxy, a small ball
-// connected to it by a spring, never does. The user feels the force of that spring.
+// connected to that point by a spring, never does. The user feels the force of that spring.
 //
 //      goal (hand)                 1. Obstacles move and carry the proxy's position along.
 //        x                         2. Every convex piece (triangle, primitive) within reach of that position gives a
@@ -30,7 +30,7 @@ struct GodObjectSettings {
 /// Bit mask of the faults of an update.
 enum ProxyFault : std::uint8_t {
   kProxyBadInput = 1,  ///< the goal or a pose was not finite: the last valid pose is used; a bad goal gives no force
-  kProxyHeldBack = 2,  ///< not yet at its target (squeezed, or too far for one update); continued in later updates
+  kProxyHeldBack = 2,  ///< not yet at its target (squeezed, or too far for one update); later updates continue
   kProxyTooDense = 4,  ///< too many triangles nearby: the proxy stops. Use a coarser mesh or a smaller ball
 };
 
@@ -47,9 +47,9 @@ struct ProxyState {
 /// Ball of finite size that follows the hand's point as closely as obstacles permit.
 ///
 /// Model   min |p − g| over the positions p that the ball can reach, with the goal g. Friction: p stays while the pull
-///         g − p is inside the friction cone of μ_s about the load; otherwise p slides until the pull is on the cone of
-///         μ_d. Shading: the goal is shifted along the surface by |load| (m/(m·n) − n). The pull is thereby turned from
-///         the load's direction n to the interpolated normal m
+///         g − p is inside the friction cone of the static coefficient μ_s about the load. Otherwise p slides until the
+///         pull is on the cone of the dynamic coefficient μ_d. Shading: the goal is shifted along the surface by |load|
+///         (m/(m·n) − n). This turns the pull from the load's direction n to the interpolated normal m
 /// Source  Zilles & Salisbury, "A constraint-based god-object method for haptic display", IROS 1995 (the constrained
 ///         minimum); Ruspini, Kolarov, Khatib, "The haptic display of complex graphical environments", SIGGRAPH 1997
 ///         (finite radius, shading in two passes: first a goal from smooth normals, then the true surface); Harwin &
@@ -63,10 +63,11 @@ struct ProxyState {
 class GodObject {
  public:
   static constexpr std::size_t kMaxObstacles = 64;
-  /// Maximum number of steps in an update. Sliding over a mesh needs two or three; a jump of the hand may need several
+  /// Maximum number of steps in an update. Sliding over a mesh needs two or three. A jump of the hand may need several
   /// updates.
   static constexpr std::size_t kMaxSteps = 4;
-  /// Loss of clearance by rounding: the ball's centre is never nearer to a surface than its radius minus this value.
+  /// Loss of clearance by rounding: the distance from the ball's centre to a surface is at least the radius minus this
+  /// value.
   static constexpr double kTolerance_m = 1e-8;
 
   /// In      p_W  initial position of the proxy, free of obstacles. A ball that overlaps a primitive is moved outside
@@ -77,14 +78,14 @@ class GodObject {
   /// Performs one tick. `motions` is in the order of the obstacles; obstacles without an entry do not move.
   const ProxyState& update(const Vec3& goal_W, std::span<const RigidState> motions = {}) noexcept;
   /// Excludes an obstacle from the next update on, or includes it again. Include it only while the ball does not touch
-  /// it. Otherwise the ball starts with an overlap, as described at the constructor.
+  /// it. Otherwise the ball overlaps the obstacle, with the consequences described at the constructor.
   void set_present(std::size_t obstacle, bool is_present) noexcept;
-  /// Moves the proxy to another position without a path to it.
+  /// Moves the proxy to another position at once, even through obstacles.
   void reset(const Vec3& p_W) noexcept;
 
   const ProxyState& state() const { return state_; }
-  /// Corners of the proxy's polyline path in the last update; the last corner is its position. Relative to a moving
-  /// obstacle the path has a different shape, but is also free.
+  /// Corners of the proxy's path in the last update, a polyline that ends at the present position. Relative to a moving
+  /// obstacle the path has a different shape, but it is free of collisions, too.
   std::span<const Vec3> way_W() const { return {way_W_.data(), way_count_}; }
   const GodObjectSettings& settings() const { return settings_; }
 
@@ -129,22 +130,23 @@ class GodObject {
   double taken_ = 1;               ///< fraction of the segment to its target that the last step covered
   bool was_sticking_ = false;
   bool has_slipped_ = false;
-  Vec3 unhindered_W_ = Vec3::Zero();  ///< position of the proxy if there were no obstacles
+  Vec3 unhindered_W_ = Vec3::Zero();  ///< position that the proxy would have without obstacles
 };
 
-/// Distance between hand and proxy at which the damper has its full coefficient. Our choice: a hand at 0.1 m/s reaches
-/// it in 5 ms.
+/// Distance between hand and proxy at which the damper has its full coefficient. At this value (our choice), a hand at
+/// 0.1 m/s reaches it in 5 ms.
 inline constexpr double kFullDamping_m = 5e-4;
 
 /// Returns the force on the hand: the law's spring between goal and proxy, plus its damper. The damper acts along the
 /// pull only and relative to the touched surface, so that sliding is not damped. The force is zero without contact. It
-/// never pulls the hand into the obstacle: if the hand leaves so fast that the damper outweighs the spring, it is zero.
+/// never pulls the hand into the obstacle: if the hand leaves so fast that the damper outweighs the spring, the force
+/// is zero.
 ///
 /// Model   force on the tool: f = law(d = goal − p, v = w u u·(v_hand − v_surface)), u = d/|d|, w = min(1,
 ///         |d|/kFullDamping_m). Force on the hand: −f if f·u > 0, otherwise 0. The factor w makes the force zero where
 ///         contact begins and ends
 /// Source  the factor w follows Hunt & Crossley, "Coefficient of restitution interpreted as damping in vibroimpact", J.
-///         Appl. Mech. 1975, whose damping grows with depth. Theirs grows without bound, ours up to the law's damping
+///         Appl. Mech. 1975, whose damping grows with depth without bound. Our damping grows up to the law's damping
 /// In      v_WH  velocity of the hand's point [m/s]
 Vec3 proxy_force_on_hand_W(const ProxyState& state, const CouplingLaw& law, const Vec3& v_WH) noexcept;
 

@@ -12,15 +12,15 @@
 namespace tandem::haptics {
 namespace {
 
-/// Limits of the margin with which triangles are cached. With the smaller one, a hand at 0.1 m/s queries the tree about
-/// every fifth tick.
+/// Limits of the margin with which triangles are cached. With the smaller margin, a hand at 0.1 m/s queries the tree
+/// about every fifth tick.
 constexpr double kMinMargin_m = 3e-4;
 constexpr double kMaxMargin_m = 7e-4;
-/// Margin below which a region counts as having too many triangles.
+/// Margin below which a region counts as too dense in triangles.
 constexpr double kNoMargin_m = 1e-5;
 /// Distance by which a ball that overlaps a mesh leaves it in every step.
 constexpr double kRecovery_m = 1e-6;
-/// Depth below a face's plane up to which a point counts as above it, because of rounding; compare kSlack_m in
+/// Depth below a face's plane up to which a point counts as above it, to allow for rounding; compare kSlack_m in
 /// god_object.cpp.
 constexpr double kFaceSlack_m = 2e-9;
 /// Distance from the world's origin beyond which double precision is coarser than kFaceSlack_m.
@@ -76,7 +76,7 @@ double ObstacleTrack::prepare(const Vec3& goal_W, double radius_m, double step_m
   if (!obstacle_.mesh || !is_present_) return std::numeric_limits<double>::infinity();
   const auto reach = [&] { return known_radius_m_ - (place_B_ - known_centre_B_).norm() - radius_m; };
   const double wanted_m = (goal_W - place_W_).norm();
-  // The cache is renewed when its remaining reach is below half of its initial reach; the new search then reaches
+  // The cache is renewed when its remaining reach is below half of its initial reach. The new search then reaches
   // farther.
   if (known_radius_m_ < 0 || reach() < std::min({step_m, wanted_m, (known_radius_m_ - radius_m) / 2})) {
     if (!refresh(place_B_, radius_m, wanted_m, step_m)) return 0;
@@ -84,7 +84,7 @@ double ObstacleTrack::prepare(const Vec3& goal_W, double radius_m, double step_m
   return std::max(reach(), 0.0);
 }
 
-/// Copies a triangle from the search result, which is in the CPU cache; the rest of the mesh is not.
+/// Copies a triangle from the search result. The result is in the processor's cache; other data of the mesh is not.
 ObstacleTrack::Candidate ObstacleTrack::candidate_of(const geometry::TriangleTree::Near& near) noexcept {
   Candidate candidate{near.a, near.ab, near.ac, near.ab.cross(near.ac).stableNormalized(), {}, 0, near.triangle};
   const Vec3 middle = (near.ab + near.ac) / 3;

@@ -1,4 +1,4 @@
-// One obstacle of the proxy: the proxy's last position relative to it, and its pieces near the proxy.
+// One obstacle of the proxy, with the proxy's last position relative to it, and its pieces near the proxy.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@ namespace tandem::haptics {
 
 /// Obstacle that a proxy can touch: a mesh, or a convex primitive with an exact distance field.
 struct ProxyObstacle {
-  std::shared_ptr<const ProxyMesh> mesh;                 ///< or null
-  std::shared_ptr<const contact::ExactField> primitive;  ///< or null; exactly one of the two is set
+  std::shared_ptr<const ProxyMesh> mesh;                 ///< null if the obstacle is a primitive
+  std::shared_ptr<const contact::ExactField> primitive;  ///< null if the obstacle is a mesh
   double static_friction = 0;                            ///< Coulomb's coefficient μ_s, at least dynamic_friction
   double dynamic_friction = 0;                           ///< μ_d ≥ 0
   Pose X_WB;                                             ///< pose until the first motion is received
@@ -33,7 +33,7 @@ struct NearPiece {
   bool is_clear(const Vec3& p, double slack_m) const {
     return closest.height_m(p) >= -slack_m || (has_face && face.height_m(p) >= -slack_m);
   }
-  /// Returns the half-space in which `p` is higher.
+  /// Returns whichever of both planes `p` is higher above.
   const AllowedSide& higher_side(const Vec3& p) const {
     return has_face && face.height_m(p) > closest.height_m(p) ? face : closest;
   }
@@ -48,10 +48,10 @@ class ObstacleTrack {
   /// Fails   throws std::invalid_argument: neither mesh nor primitive, or both; invalid friction; invalid pose
   ObstacleTrack(ProxyObstacle obstacle, int index);
 
-  /// Sets pose and twist; the twist is used only for damping. Returns false for an invalid pose; the obstacle then does
-  /// not move.
+  /// Sets the obstacle's pose and twist; the twist is used only for damping. Returns false for an invalid pose. The
+  /// obstacle then keeps its pose.
   bool move_to(const RigidState& motion) noexcept;
-  /// Includes or excludes the obstacle. While it is excluded it does not hold the proxy back, but the caller must still
+  /// Includes or excludes the obstacle. An excluded obstacle does not hold the proxy back, but the caller must still
   /// update the stored position.
   void set_present(bool is_present) noexcept { is_present_ = is_present; }
   bool is_present() const { return is_present_; }
@@ -59,14 +59,15 @@ class ObstacleTrack {
   void set_place_W(const Vec3& p_W) noexcept;
 
   /// Caches all triangles that a ball of `radius_m` can meet within `step_m` on its path to the goal.
-  /// Out     permitted distance; below `step_m` if a region has more than kMaxCandidates triangles
+  /// Out     permitted distance; it is below `step_m` if a region has more than kMaxCandidates triangles
   double prepare(const Vec3& goal_W, double radius_m, double step_m) noexcept;
   /// Appends the pieces that a ball can meet within `step_m` (at most the result of prepare()), up to the size of
   /// `pieces`.
   /// Out     false if `pieces` is too small
   bool gather(double radius_m, double step_m, std::span<NearPiece> pieces, std::size_t& count) const noexcept;
 
-  /// Returns whether a ball above the plane `side` cannot touch the triangle of `piece`, which is then entirely below.
+  /// Returns whether a ball above the plane `side` cannot touch the triangle of `piece`, because the triangle is
+  /// entirely below that plane.
   bool is_below(const NearPiece& piece, const AllowedSide& side, double radius_m) const noexcept;
   /// Returns the normal of the smooth surface that the triangles approximate, at the piece's closest point. It points
   /// to the proxy's side.

@@ -3,9 +3,11 @@
 namespace tandem::haptics {
 namespace {
 
-/// Depth below a plane up to which a point counts as on it: the rounding error of sums of coordinates up to 100 m.
+/// Depth below a plane up to which a point counts as on the plane: the rounding error of sums of coordinates up to 100
+/// m.
 constexpr double kOnPlane_m = 1e-11;
-/// Gram determinants, by number of planes, below which the planes count as parallel; for two planes this is 1e-6 rad.
+/// Gram determinants, indexed by the number of planes, below which the planes count as parallel. For two planes, the
+/// value corresponds to 1e-6 rad.
 constexpr std::array<double, 4> kMinDeterminant{0, 0, 1e-12, 1e-16};
 
 /// Solves G λ = r for the first `count` rows of a symmetric G with ones on its diagonal.
@@ -37,7 +39,7 @@ bool PlaneProjection::add(const AllowedSide& side, int tag) noexcept {
   std::array<Active, 4> planes;
   planes[0] = {side, tag, 0};
   for (std::size_t i = 0; i < count_; ++i) planes[i + 1] = active_[i];
-  // The added plane (bit 0) is always active. If four planes fix a point, three of them suffice.
+  // The added plane (bit 0) is always active. If four planes fix a point, three of them suffice to fix it.
   for (unsigned chosen = 1; chosen < (1U << total); chosen += 2) {
     if (chosen != 0b1111U && try_set({planes.data(), total}, chosen)) return true;
   }

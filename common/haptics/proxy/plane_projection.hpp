@@ -1,4 +1,4 @@
-// Finds the point above several planes that is nearest to a goal: the optimisation in every step of the proxy.
+// Finds the point above several planes that is nearest to a goal. Every step of the proxy solves this optimisation.
 #pragma once
 
 #include <array>
@@ -20,15 +20,15 @@ struct AllowedSide {
 ///
 /// Model   min |x − g|² subject to n_i·x ≥ o_i; x = g + Σ λ_i n_i with at most three active planes and λ_i ≥ 0
 /// Source  Zilles & Salisbury, "A constraint-based god-object method for haptic display", IROS 1995, with the same
-///         three Lagrange multipliers. Ours: adding a violated plane always moves x away from the goal. The new active
-///         planes are among the old ones and the added one (an LP-type problem; Matoušek, Sharir, Welzl 1996). Seven
-///         cases therefore suffice, no set of planes repeats, and the algorithm terminates.
+///         three Lagrange multipliers. The proof of termination is ours: adding a violated plane always moves x away
+///         from the goal. The new active planes are among the old ones and the added one (an LP-type problem; Matoušek,
+///         Sharir, Welzl 1996). Seven cases therefore suffice, no set of planes repeats, and the algorithm terminates.
 class PlaneProjection {
  public:
   struct Active {
     AllowedSide side;
     int tag = 0;        ///< identifier chosen by the caller
-    double load_m = 0;  ///< λ: share of the goal's pull that this plane carries
+    double load_m = 0;  ///< λ: part of the goal's pull that this plane carries
   };
 
   void start(const Vec3& goal) noexcept {
@@ -36,8 +36,8 @@ class PlaneProjection {
     point_ = goal;
     count_ = 0;
   }
-  /// Adds a plane. Returns false and changes nothing if no point, or only one within rounding errors, is above this
-  /// plane and the active ones.
+  /// Adds a plane. Returns false and changes nothing if no point is above this plane and the active ones, or only a
+  /// point within rounding errors.
   bool add(const AllowedSide& side, int tag) noexcept;
 
   const Vec3& goal() const { return goal_; }

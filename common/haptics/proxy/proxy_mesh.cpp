@@ -10,10 +10,10 @@
 namespace tandem::haptics {
 namespace {
 
-/// Doubled area up to which a triangle has no usable normal; it is that of a triangle with sides of a micrometre.
+/// Triangles with at most this doubled area have no usable normal. It is the area of a square micrometre.
 constexpr double kMinDoubledArea_m2 = 1e-12;
-/// Largest angle between neighbouring triangles that are shaded as one smooth surface. Beyond it the common edge can be
-/// felt.
+/// Largest angle between neighbouring triangles that are shaded as one smooth surface. At larger angles, the user feels
+/// the common edge.
 constexpr double kCrease_rad = 0.7;
 
 geometry::TriangleMesh checked(const geometry::TriangleMesh& mesh) {
@@ -80,7 +80,7 @@ Vec3 smooth_normal(const geometry::TriangleMesh& mesh, const std::vector<Vec3>& 
   for (std::size_t at = fans.first[v]; at < fans.first[v + 1]; ++at) {
     const std::size_t other = fans.triangles[at];
     const double cosine = flat[other].dot(flat[triangle]);
-    // A neighbour with the opposite orientation counts as the same surface seen from the back.
+    // A neighbour with the opposite orientation counts as the same surface, seen from its back.
     if (std::abs(cosine) < crease_cosine) continue;
     sum += std::copysign(angle_at(mesh, mesh.triangles[other], vertex), cosine) * flat[other];
   }

@@ -1,5 +1,5 @@
-// Wave variables: velocity and force are combined into two waves, one in each direction, whose squares are power. A
-// line that only delays the waves returns no more energy than it received, for any delay.
+// Wave variables. Velocity and force are combined into two waves, one in each direction; half the square of a wave is
+// its power. A line that only delays the waves returns no more energy than it received, for any delay.
 #pragma once
 
 #include <cmath>
@@ -10,9 +10,9 @@ namespace tandem::haptics {
 
 /// Impedance of the transmission line between hand and tool: ratio of force to velocity in a wave.
 struct WaveImpedance {
-  /// b. Until the first returning wave arrives, the hand feels b as damping. A higher b feels stiffer.
+  /// b. Until the first returning wave arrives, the hand feels b as damping. A line with higher b feels stiffer.
   double linear_n_s_per_m = 10.0;
-  double angular_n_m_s_per_rad = 0.01;  ///< the same for rotation
+  double angular_n_m_s_per_rad = 0.01;  ///< b for rotation
 
   bool operator==(const WaveImpedance&) const = default;
 };
@@ -31,8 +31,8 @@ inline double squared(const Wave& a) {
   return a.f.squaredNorm() + a.t.squaredNorm();
 }
 
-/// Converts between waves and power variables: the velocity `V` of the line, and the wrench `F` of the hand's side on
-/// the tool's side.
+/// Converts between waves and power variables. These are the velocity `V` of the line, and the wrench `F` of the hand's
+/// side on the tool's side.
 ///
 /// Model   towards the tool u = (b V + F) / √(2b), towards the hand v = (b V − F) / √(2b); ½u² − ½v² = F·V.
 ///         Inverse: V = (u + v) / √(2b), F = √(b/2) (u − v).

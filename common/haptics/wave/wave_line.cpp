@@ -1,4 +1,3 @@
-// See wave_line.hpp.
 #include "common/haptics/wave/wave_line.hpp"
 
 #include <algorithm>
@@ -66,7 +65,7 @@ Wave WavePlayer::play(double period_s) noexcept {
   return filtered_;
 }
 
-// Returns the mean of the queued wave over the period. Time that the queue does not cover counts as 0.
+// Returns the mean of the queued wave over the period. The wave counts as 0 where the queue is too short.
 Wave WavePlayer::next(double period_s) noexcept {
   const double skipped_s = std::min(surplus_s_, settings_.skipped_share * period_s);
   surplus_s_ -= skipped_s;

@@ -1,4 +1,3 @@
-// See wave_port.hpp.
 #include "common/haptics/wave/wave_port.hpp"
 
 #include <algorithm>
@@ -29,14 +28,14 @@ Wave WaveAccount::settle(const Wave& in, const Wave& out, double work_j, double 
 
 Wrench WaveHandPort::tick(const Pose& X_WH, double period_s) noexcept {
   if (!is_finite(X_WH) || !is_period(period_s)) {
-    // The motion of the hand until the next pose is unknown, and no force acts on it meanwhile.
+    // The motion of the hand until its next valid pose is unknown, so it receives no force until then.
     lose_hand();
     return displayed_ = {};
   }
   end_period(X_WH, period_s);
   in_ = player_.play(period_s);
-  // Given V and the incoming wave, the wrench of the hand on the line is b V − √(2b) in; the hand receives the
-  // opposite.
+  // For the velocity V and the incoming wave, the wrench of the hand on the line is b V − √(2b) in. The hand receives
+  // the opposite wrench.
   const WaveImpedance& b = impedance_;
   displayed_ = {std::sqrt(2 * b.linear_n_s_per_m) * in_.f - b.linear_n_s_per_m * velocity_.v,
                 std::sqrt(2 * b.angular_n_m_s_per_rad) * in_.t - b.angular_n_m_s_per_rad * velocity_.w};
@@ -67,7 +66,7 @@ void WaveHandPort::set_displayed(const Wrench& on_hand_W) noexcept {
 
 const Pose& WaveToolPort::move(const Pose& X_WH_hand, const CouplingParameters& coupling, double period_s) noexcept {
   if (!is_finite(X_WH_hand) || !is_period(period_s)) {
-    // The handle rests in this step. The wave and the motion of the last step are already in the balance.
+    // The handle rests in this step. The balance already contains the wave and the motion of the last step.
     in_ = {};
     velocity_ = {};
     X_before_ = X_;

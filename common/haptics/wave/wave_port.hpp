@@ -1,5 +1,6 @@
-// The two ends of a wave line. One converts waves to a force on a hand. The other converts them to the motion of a
-// virtual handle that pulls the tool. Each end has an energy balance, so that sampling creates no energy either.
+// The two ends of a wave line. The hand's end converts waves to a force on a hand. The tool's end converts them to the
+// motion of a virtual handle that pulls the tool. Each end has an energy balance, so that sampling does not create
+// energy.
 #pragma once
 
 #include "common/haptics/coupling/coupling_law.hpp"
@@ -8,10 +9,10 @@
 
 namespace tandem::haptics {
 
-/// Energy balance of a port: energy of arriving waves and work done on the port, less energy of leaving waves and work
+/// Energy balance of a port: energy of arriving waves and work done on the port, minus energy of leaving waves and work
 /// done by the port.
 ///
-/// Model   E += ½|in|² T − work − ½|out|² T. `out` is scaled down so that E ≥ 0. If E is negative even without `out`,
+/// Model   E += ½|in|² T − work − ½|out|² T. `out` is scaled down such that E ≥ 0. If E is negative even without `out`,
 ///         nothing is sent until E is positive again. E is clamped to an upper limit, so that dissipated energy is not
 ///         returned.
 class WaveAccount {
@@ -28,9 +29,9 @@ class WaveAccount {
 
 /// The hand's end of the line. tick() is called once a tick.
 ///
-/// Model   wrench on the hand: √(2b) v − b V, the newest wave v from the tool and the line's impedance b. Wave to the
-///         tool: u = √(2b) V − v of the last period, with the mean velocity V. WaveAccount scales u according to the
-///         work of the displayed wrench on the hand in that period
+/// Model   wrench on the hand: √(2b) v − b V, with the newest wave v from the tool and the line's impedance b. Wave to
+///         the tool: u = √(2b) V − v of the last period, with the mean velocity V. WaveAccount scales u according to
+///         the work of the displayed wrench on the hand in that period
 /// Thread  haptic: no allocation, no throw; output finite for any input
 class WaveHandPort {
  public:
@@ -68,10 +69,10 @@ class WaveHandPort {
 /// called before the coupling is evaluated and settle() after it.
 ///
 /// Model   V = (√(2b) u − F + B V_before) / (b + K T + B): the response of the impedance b to the wave u and the
-///         coupling's wrench F. It is implicit in the coupling's stiffness K and damping B, so that no coupling is too
-///         stiff for the step. Wave to the hand: v = (b V − F') / √(2b) with the new wrench F', scaled by WaveAccount.
-///         Drift (from clipped, lost or scaled waves): (X_target − X) / τ_d is added to V, as far as the balance covers
-///         it.
+///         coupling's wrench F. The step is implicit in the coupling's stiffness K and damping B, so that no coupling
+///         is too stiff for it. Wave to the hand: v = (b V − F') / √(2b) with the new wrench F', scaled by WaveAccount.
+///         To correct the drift that clipped, lost or scaled waves cause, (X_target − X) / τ_d is added to V, as far as
+///         the balance covers it.
 /// Source  Niemeyer, Slotine 1991 and 2004, as in wave.hpp and wave_line.hpp; implicit step and balance are ours
 /// Thread  room: no allocation, no throw; output finite for any input
 class WaveToolPort {
@@ -82,7 +83,7 @@ class WaveToolPort {
   void receive(Duration sender_time, const Wave& sum) noexcept { player_.receive(sender_time, sum); }
   /// Returns the virtual handle's pose at the end of the coming step. `X_WH_hand` is the newest pose of the real
   /// handle. The virtual handle starts at the first pose received.
-  /// In      coupling  stiffness and damping, at rest, of the coupling that pulls the tool
+  /// In      coupling  stiffness and damping of the coupling that pulls the tool, at zero displacement
   const Pose& move(const Pose& X_WH_hand, const CouplingParameters& coupling, double period_s) noexcept;
   const Twist& velocity() const noexcept { return velocity_; }
   /// Ends the step. `on_tool_W` is the wrench of the coupling in that step, about the handle's origin.

@@ -5,17 +5,17 @@
 
 namespace tandem::physics {
 
-/// State of a tool relative to the owner O of an effect at the start of a step, in the axes of O.
+/// State of a tool relative to the owner O of an effect (a body or the world) at the start of a step, in the axes of O.
 struct EffectInput {
   double time_s = 0;  ///< time since the scene started
   double step_s = 1e-3;
   Vec3 p_OT = Vec3::Zero();
-  Twist V_OT;                    ///< velocity of the tool's origin relative to the owner's point at the same position
+  Twist V_OT;                    ///< velocity of the tool's origin relative to the owner's point there
   double mass_kg = 0.05;         ///< effective mass for a force between tool and owner, minimum over directions
   double inertia_kg_m2 = 1e-5;   ///< effective inertia for a torque, minimum over directions
   double normal_force_n = 0;     ///< normal force of the tool on the owner in the last step
   Vec3 normal_O = Vec3::Zero();  ///< unit vector out of the owner; zero if there is no contact
-  bool is_massless = false;      ///< whether the tool is in equilibrium after each step; mass_kg is then k h²
+  bool is_massless = false;      ///< true: the tool moves to its equilibrium in each step; mass_kg is then k h²
 };
 
 /// State that an effect stores for one tool.
@@ -29,16 +29,15 @@ struct EffectMemory {
 /// One effect of a scene.
 ///
 /// Model   see README.md. E is the effect's frame; p, v are position and velocity of the tool's origin. The strength w
-///         is 1 inside the region and falls to 0 over fade_m outside of it (once continuously differentiable). With
-///         `in_contact` it also rises with the normal force, up to full_contact_n. Finally force and torque are
-///         clamped; their directions do not change. The force acts at the tool's origin, so its work is the work at the
-///         origin.
-///         Sampling: the force is held for a step. A velocity-dependent force is limited to the force that stops the
-///         tool within the step. A position-dependent force is evaluated half a step ahead (a whole step for stick-
-///         slip). Its stiffness is at most m/(2h²). A massless tool is in equilibrium between its spring k and the
-///         force of the previous step, x ← x_H + f/k. Its force is not evaluated ahead. With m = k h² the change in
-///         each iteration is less than half of the previous change. The statements on energy then hold for any mass,
-///         and forces at rest are exact.
+///         is 1 inside the region and falls to 0 over fade_m outside of it, with a continuous derivative. With
+///         `in_contact` it also rises with the normal force, up to full_contact_n. Finally, force and torque are
+///         clamped without a change of direction. The force acts at the tool's origin, so its work is the work at the
+///         origin. Sampling: the force is held for a step h. A velocity-dependent force is limited to the force that
+///         stops the tool within the step. A position-dependent force is evaluated half a step ahead (a whole step for
+///         stick-slip). Its stiffness is at most m/(2h²). A massless tool is in equilibrium between the spring k of its
+///         coupling and the force of the previous step, x ← x_H + f/k, with the handle's position x_H. Its force is not
+///         evaluated ahead. With m = k h² the change in each iteration is less than half of the previous change. The
+///         statements on energy then hold for any mass, and forces at rest are exact.
 /// Source  sampled springs: Colgate, Schenkel, "Passivity of a class of sampled-data systems", 1997 (b ≥ kT/2); the
 ///         rest is our derivation
 /// Thread  one thread at a time, that of the room; no allocation, no throw
@@ -50,13 +49,13 @@ class Effect {
   const EffectSettings& settings() const { return settings_; }
 
   /// Returns the wrench on the tool about its origin for the coming step, in the axes of O. The owner receives the
-  /// opposite.
-  /// Fails   if an input is not finite, returns zero and clears `memory`
+  /// opposite wrench.
+  /// Fails   if an input is not finite: returns zero and clears `memory`
   Wrench wrench_on_tool_O(const EffectInput& input, EffectMemory& memory) const noexcept;
 
   bool is_viscous() const { return std::holds_alternative<Viscosity>(settings_.model); }
-  /// Returns the local damping of a fluid, without any limit. It is for solvers that use the velocity at the end of the
-  /// step, which a massless tool requires. Returns zero for other kinds of effects and for an input that is not finite.
+  /// Returns the local damping of a fluid, without any limit; zero for other kinds of effects and for an input that is
+  /// not finite. It is for solvers that use the velocity at the end of the step, as is necessary for a massless tool.
   Viscosity damping(const EffectInput& input) const noexcept;
 
  private:

@@ -30,7 +30,7 @@ struct Magnet {
   Vec3 core_size_m = Vec3::Zero();  ///< full edge lengths of the core block; 0 0 0 for a point
 };
 
-/// Vibration that is continuous, or that starts and decays at each entry of the region.
+/// Vibration. It is continuous, or it starts anew and decays whenever the tool enters the region.
 struct Vibration {
   double frequency_hz = 100;
   double amplitude_n = 0.5;
@@ -45,7 +45,7 @@ struct Texture {
   double period_y_m = 0;     ///< wavelength along y; 0: no waves along y, so the surface has grooves
 };
 
-/// Sticks to an anchor like a spring, breaks away, and sticks again.
+/// Friction that sticks to an anchor like a spring, breaks away, and sticks again.
 struct StickSlip {
   double stiffness_n_per_m = 500;  ///< must be above 0
   double breakaway_force_n = 1;    ///< largest holding force; must be above 0
@@ -75,16 +75,16 @@ struct EffectSettings {
   EffectRegion region;          ///< region in which the effect has its full strength
   double fade_m = 0.005;        ///< distance outside the region over which the strength falls to 0
   bool in_contact = false;      ///< whether the effect acts only while the tool touches the owner
-  double full_contact_n = 0.2;  ///< normal force at which the strength is full; below it the effect is weaker
+  double full_contact_n = 0.2;  ///< normal force at which the strength is full; with less force it is smaller
   double force_limit_n = 5;
   double torque_limit_n_m = 0.1;
   EffectModel model;
 };
 
-/// Checks `settings` for values with which the model cannot be computed, and for contradictions.
+/// Checks `settings` for contradictions, and for values with which the model cannot be computed.
 ///
-/// Out     the first problem, such as "magnet.range_m is 0; it must be more than 0 and finite", with the field's name
-///         in scene files; empty if there is none
+/// Out     the first problem, such as "magnet.range_m is 0; it must be more than 0 and finite", with the name of the
+///         field in scene files; empty if there is no problem
 std::string find_problem(const EffectSettings& settings);
 
 }  // namespace tandem::physics

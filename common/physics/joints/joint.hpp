@@ -1,4 +1,4 @@
-// Springs and dampers that are not coupled to a hand: anchors of bodies to their start poses.
+// Springs and dampers of anchors: these couple a body to its start pose, and not to a hand.
 #pragma once
 
 #include <cmath>
@@ -9,7 +9,8 @@ namespace tandem::physics {
 
 /// Spring and damper between two frames, separate for translation and rotation, without a force limit.
 ///
-/// Model   f = k_t d + b_t v, τ = k_r θ + b_r ω, with the letters of CouplingState
+/// Model   f = k_t d + b_t v, τ = k_r θ + b_r ω, with the displacement d, velocity v, rotation θ and angular velocity ω
+///         of CouplingState
 struct Joint {
   double stiffness_n_per_m = 0;
   double damping_n_s_per_m = 0;
@@ -19,14 +20,14 @@ struct Joint {
   bool operator==(const Joint&) const = default;
 };
 
-/// Returns the energy ½ k_t d² + ½ k_r θ² of a joint between a body at `X` and `X_target`.
+/// Returns the energy ½ k_t d² + ½ k_r θ² of a joint that pulls a body at the pose `X` to `X_target`.
 inline double stored_energy_j(const Joint& joint, const Pose& X_target, const Pose& X) noexcept {
   return 0.5 * joint.stiffness_n_per_m * (X_target.p - X.p).squaredNorm() +
          0.5 * joint.stiffness_n_m_per_rad * rotation_vector(X_target.q * X.q.conjugate()).squaredNorm();
 }
 
-/// A joint in the form of a coupling law for the implicit solver. It is linear and not saturated, so its gradient is
-/// exact.
+/// A joint in the form of a coupling law for the implicit solver. The law is linear and never saturates, so its
+/// gradient is exact.
 class JointLaw final : public haptics::CouplingLaw {
  public:
   void set(const Joint& joint) noexcept { joint_ = joint; }

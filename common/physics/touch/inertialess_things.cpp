@@ -7,11 +7,11 @@
 namespace tandem::physics {
 namespace {
 
-/// Regularisation of a massless tool: its inertial resistance within a step, as a share of the spring's resistance. The
-/// final pose has a relative error of about this share. Our choice; it bounds the condition number of the solver's
-/// matrix.
+/// Regularisation of a massless tool: its inertial resistance within a step, as a fraction of the spring's resistance.
+/// The final pose has a relative error of about this fraction. We chose it to bound the condition number of the
+/// solver's matrix.
 constexpr double kRegularisation = 1e-4;
-/// Regularisation if there is no spring. At 1 kHz, moving it by 1 mm in a step takes 1e-6 N.
+/// Regularisation without a spring. At this mass and 1 kHz, moving the tool by 1 mm in a step takes 1e-6 N.
 constexpr double kMinRegularisation_kg = 1e-9;
 /// Minimum radius of gyration of the regularisation; equal to kToolGyrationRadius_m.
 constexpr double kGyration_m = 0.015;
@@ -25,14 +25,14 @@ Twist twist_to_handle(const Pose& X_WH, const Pose& X_WT, const Vec3& p_WC, doub
 
 }  // namespace
 
-/// Motion of a thing without inertia, computed from its couplings and joints.
+/// Motion of an object without inertia, computed from its couplings and joints.
 struct InertialessThings::Motion {
   int hands = 0;
-  Twist V_WC;                ///< prescribed twist of a thing at its handle
-  double mass_kg = 0;        ///< regularisation of a massless thing
-  double inertia_kg_m2 = 0;  ///< regularisation of a massless thing
+  Twist V_WC;                ///< prescribed twist of an object at its handle
+  double mass_kg = 0;        ///< mass that replaces the inertia of a massless object (regularisation)
+  double inertia_kg_m2 = 0;  ///< moment of inertia of the regularisation
   double reach_m = 0;
-  Vec3 lever_W = Vec3::Zero();  ///< from the centre to the tool's origin, for a thing with one hand
+  Vec3 lever_W = Vec3::Zero();  ///< from the centre to the tool's origin, for an object with one hand
 };
 
 InertialessThings::InertialessThings(std::size_t things, std::size_t tools, double speed_m_per_s)
@@ -70,10 +70,10 @@ void InertialessThings::add_coupling(double step_s, const TouchThing& thing, con
                                      Motion& motion) noexcept {
   const Vec3 p_WC = thing.rigid->centre_W();
   const Twist V_WC = twist_to_handle(coupling.hand->target_pose(), coupling.X_WT, p_WC, step_s);
-  // If several hands hold the thing, it moves by their mean.
+  // An object that several hands hold moves by the mean of their motions.
   motion.V_WC.v += V_WC.v / motion.hands;
   motion.V_WC.w += V_WC.w / motion.hands;
-  // The factor 2 is needed because a massless tool may slide along an obstacle by the full distance to its handle
+  // The factor 2 allows for sliding: a massless tool may slide along an obstacle by the full distance to its handle
   // without stretching its spring.
   motion.reach_m += 2 * step_s * (V_WC.v.norm() + 2 * thing.model->radius_m * V_WC.w.norm());
   motion.lever_W = coupling.X_WT.p - p_WC;
@@ -83,7 +83,7 @@ void InertialessThings::add_coupling(double step_s, const TouchThing& thing, con
   motion.inertia_kg_m2 += squared * spring.stiffness_n_m_per_rad;
 }
 
-/// Adds the effect of a joint on a massless thing.
+/// Adds the motion that a joint causes on a massless object.
 void InertialessThings::add_joint(double step_s, const TouchThing& thing, const TouchJoint& joint,
                                   Motion& motion) noexcept {
   const Vec3 p_WC = thing.rigid->centre_W();
@@ -97,12 +97,13 @@ void InertialessThings::add_joint(double step_s, const TouchThing& thing, const 
   motion.inertia_kg_m2 = std::max(motion.inertia_kg_m2, squared * joint.law->joint().stiffness_n_m_per_rad);
 }
 
-/// Adds to the reach of the couplings the motion by external wrenches, which stretch the spring, and by a fluid.
+/// Adds two motions to the reach of the couplings: by external wrenches, which stretch the spring, and by a moving
+/// fluid.
 double InertialessThings::reach_m(double step_s, const TouchThing& thing, std::size_t index) const noexcept {
   const Motion& motion = motions_[index];
   const Vec3& f = thing.wrench_W.f;
   const Vec3 about_tool_W = thing.wrench_W.t - motion.lever_W.cross(f);
-  // The factor 2 is needed because a nonlinear law yields more than its initial slope predicts.
+  // The factor 2 allows for a nonlinear law, which yields more than its initial slope predicts.
   const double squared = 2 * kRegularisation * step_s * step_s;
   const double moved_m = squared * f.norm() / motion.mass_kg;
   const double turned_rad = squared * about_tool_W.norm() / motion.inertia_kg_m2;
@@ -138,7 +139,8 @@ void InertialessThings::add_drags(std::span<const TouchThing> things, std::span<
   }
 }
 
-/// The hand carries the load on a thing at its handle, up to the limits of its coupling.
+/// An object at its handle is not part of the solution. Its hand carries the load on it, up to the limits of the
+/// coupling.
 void InertialessThings::show_contacts(double step_s, std::span<const TouchThing> things,
                                       std::span<const TouchContact> felt, std::span<TouchCoupling> couplings,
                                       std::span<TouchJoint> joints) const noexcept {

@@ -1,4 +1,4 @@
-// Tools without inertia, as two kinds of coupling laws assume them. Private to the touch stage.
+// Tools without inertia, which two kinds of coupling laws require. Private to the touch stage.
 #pragma once
 
 #include <span>
@@ -9,32 +9,32 @@
 
 namespace tandem::physics {
 
-/// Handles the implicit things without inertia in the touch stage (TouchThing::dynamics): massless things, and things
-/// at their handle. In each step every function is called once, in the order of declaration.
+/// Handles the implicit objects without inertia in the touch stage (TouchThing::dynamics): massless objects, and
+/// objects at their handle. In each step every function is called once, in the order of declaration.
 ///
-/// Model   kMassless: the thing moves to the equilibrium of its coupling, its contacts and wrench_W, and has no
-///         velocity afterwards. In the solver it has a small mass, the regularisation, whose effect on the result is
-///         negligible. A fluid around the thing is one more coupling.
-///         kAtHandle: the thing is moved to the pose of its coupling, or to the mean pose of several couplings. Each
-///         hand receives an equal share of the load on the thing.
+/// Model   kMassless: the object moves to the equilibrium of its coupling, its contacts and wrench_W, and has no
+///         velocity afterwards. In the solver it has a small mass (the regularisation), whose effect on the result is
+///         negligible. A fluid around the object is one more coupling. kAtHandle: the object is moved to the pose of
+///         its coupling, or to the mean pose of several couplings. Each hand receives an equal part of the load on the
+///         object.
 /// Source  our derivation
 class InertialessThings {
  public:
   InertialessThings(std::size_t things, std::size_t tools, double speed_m_per_s);
   ~InertialessThings();
 
-  /// Computes the displacement of each such thing by its couplings and joints. The speed of a thing at its handle is
-  /// limited before contacts are searched, so that they are those of its final pose.
+  /// Computes the displacement of each object without inertia by its couplings and joints. Limits the speed of an
+  /// object at its handle before contacts are searched. The contacts are then those of its final pose.
   TickFaults follow(double step_s, std::span<const TouchThing> things, std::span<const TouchCoupling> couplings,
                     std::span<const TouchJoint> joints) noexcept;
-  /// Returns the limit of this thing's motion in the step.
+  /// Returns the upper limit of this object's motion in the step.
   double reach_m(double step_s, const TouchThing& thing, std::size_t index) const noexcept;
-  /// Replaces the thing's inertia in the solver by the regularisation or by the prescribed motion.
+  /// Replaces the object's inertia in the solver by the regularisation or by the prescribed motion.
   void describe(const TouchThing& thing, std::size_t index, contact::SolverBody& body) const noexcept;
-  /// Adds the fluids around massless things as couplings.
+  /// Adds the fluids around massless objects as couplings.
   void add_drags(std::span<const TouchThing> things, std::span<const int> body_of_thing,
                  std::vector<contact::SolverCoupling>& couplings) noexcept;
-  /// Computes the wrenches of hands and joints on things at their handle, which are not part of the solution.
+  /// Computes the wrenches of hands and joints on objects at their handle. These wrenches are not part of the solution.
   void show_contacts(double step_s, std::span<const TouchThing> things, std::span<const TouchContact> felt,
                      std::span<TouchCoupling> couplings, std::span<TouchJoint> joints) const noexcept;
 
@@ -47,7 +47,7 @@ class InertialessThings {
                  std::span<const TouchJoint> joints) const noexcept;
 
   double speed_m_per_s_;
-  std::vector<Motion> motions_;  ///< one entry for each thing
+  std::vector<Motion> motions_;  ///< one entry for each object
   std::vector<std::unique_ptr<haptics::CouplingLaw>> drag_laws_;
 };
 

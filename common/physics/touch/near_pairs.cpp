@@ -9,10 +9,10 @@
 namespace tandem::physics {
 namespace {
 
-/// Minimum search distance between shapes, also used at rest.
+/// Minimum search distance between shapes; also applies at rest.
 constexpr double kMinBand_m = 5e-5;
 
-/// Maximum number of close pairs of shapes from which those to be searched are chosen.
+/// Maximum number of close pairs of shapes that are compared when there are too many to search all of them.
 constexpr std::size_t kMaxNear = 4096;
 
 }  // namespace
@@ -20,7 +20,7 @@ constexpr std::size_t kMaxNear = 4096;
 struct NearPairs::Near {
   std::uint16_t thing_a = 0, part_a = 0, thing_b = 0, part_b = 0;
   double band_m = 0;
-  Pair* pair = nullptr;  ///< null if the pair was not close before
+  Pair* pair = nullptr;  ///< null if the pair was not close in the last step
 
   double deepest_m() const { return pair == nullptr ? 0 : pair->deepest_m; }
   void turn() {
@@ -29,7 +29,7 @@ struct NearPairs::Near {
   }
 };
 
-/// State of a thing at the time of look_ahead(), with its predicted reach.
+/// State of an object at the time of look_ahead(), with its predicted reach.
 struct NearPairs::FoundThing {
   const TouchModel* model = nullptr;
   TouchThing::Role role = TouchThing::Role::kAbsent;
@@ -70,7 +70,8 @@ TickFaults NearPairs::find(std::span<const TouchThing> things, std::span<const d
   return is_found ? TickFaults{0} : search(things, reach_m);
 }
 
-/// If there are too many pairs, the result is discarded, because only the step may choose among them.
+/// If there are too many pairs, the result is discarded. A choice among them depends on depths, which only the step
+/// has.
 void NearPairs::look_ahead(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept {
   found_things_.clear();
   if (search(things, reach_m) != 0) return;
@@ -99,11 +100,11 @@ TickFaults NearPairs::search(std::span<const TouchThing> things, std::span<const
     if (things[a].role != TouchThing::Role::kImplicit || !things[a].model->can_be_touched()) continue;
     for (std::size_t b = 0; b < things.size(); ++b) {
       const TouchThing& other = things[b];
-      // Two implicit things form a single pair, so the second order is skipped.
+      // Two implicit objects form one pair, so the pair in reverse order is skipped.
       const bool is_met_later = other.role == TouchThing::Role::kImplicit && b <= a;
       if (other.role == TouchThing::Role::kAbsent || is_met_later || !other.model->can_be_touched()) continue;
       if (things[a].passes_through == b || other.passes_through == a) continue;
-      // The factor 1.5 is needed because a contact can push a neighbouring thing within the step.
+      // The factor 1.5 allows for contacts that push a neighbouring object within the step.
       const double band = std::max(kMinBand_m, 1.5 * (reach_m[a] + reach_m[b]));
       has_room = add(things, a, b, band) && has_room;
     }
@@ -140,9 +141,9 @@ bool NearPairs::add(std::span<const TouchThing> things, std::size_t a, std::size
   return true;
 }
 
-/// Assigns to each close pair the Pair object that it used before. If one of its things has become implicit or external
-/// since then, that object may have them in reverse order. This order is then used, so that the friction state is
-/// preserved.
+/// Assigns to each close pair the Pair object that it used before. That object may have the two objects in reverse
+/// order, if the role of one has since changed to implicit or external. Its order is then kept, so that the friction
+/// state is preserved.
 void NearPairs::match(std::span<const TouchThing> things) noexcept {
   const auto used = std::span(pairs_).first(end_);
   for (Near& near : near_) {
@@ -160,7 +161,7 @@ void NearPairs::match(std::span<const TouchThing> things) noexcept {
   }
 }
 
-/// Chooses the pairs with the deepest contact, followed by those that were close before.
+/// Chooses the pairs with the deepest contact first, then those that were close in the last step.
 TickFaults NearPairs::choose_nearest() noexcept {
   if (near_.size() <= pairs_.size()) return 0;
   const auto is_before = [](const Near& x, const Near& y) {
@@ -203,7 +204,8 @@ void NearPairs::bind(std::span<const TouchThing> things) noexcept {
   }
 }
 
-/// Collects the other shapes close to A, which are adjacent to B, and those close to B, which are adjacent to A.
+/// Collects two lists of neighbouring shapes: shapes beside B that are close to A, and shapes beside A that are close
+/// to B.
 void NearPairs::join(std::span<const TouchThing> things, Pair& pair) noexcept {
   if (neighbours_.size() < 2 || pair.contacts.contacts().empty()) return;
   for (auto& shapes : beside_) shapes.clear();

@@ -1,4 +1,4 @@
-// Broad phase: finds pairs of shapes of the world's things that are close to each other. Private to the touch stage.
+// Broad phase: finds the pairs of shapes of tools and bodies that are close to each other. Private to the touch stage.
 #pragma once
 
 #include <array>
@@ -13,24 +13,24 @@
 
 namespace tandem::physics {
 
-/// Pairs of close shapes, of which at least one belongs to an implicit thing. As long as a pair is close, its friction
-/// state is preserved. look_ahead() searches for the next step in idle time. Its result is used only if things and
-/// poses are unchanged, and if no thing moves farther than predicted.
+/// Pairs of close shapes, at least one of which belongs to an implicit object. As long as a pair is close, its friction
+/// state is preserved. look_ahead() searches for the next step in idle time. The step uses its result only if objects
+/// and poses are unchanged, and if no object moves farther than predicted.
 class NearPairs {
  public:
-  /// Shape part_a of thing_a and shape part_b of thing_b. At least one of the things is implicit. Their order does not
-  /// change while the pair is close. A static thing is always the second one.
+  /// Shape part_a of thing_a and shape part_b of thing_b. At least one of the two objects is implicit. Their order does
+  /// not change while the pair is close. A static object is always the second one.
   struct Pair {
     explicit Pair(std::uint32_t budget) : contacts(budget) {}
-    /// Returns the contacts at these poses. The first call uses the result of find_ahead() if that is valid; otherwise
-    /// the contacts are searched.
+    /// Returns the contacts at these poses. The first call after find_ahead() uses its result if the poses and the
+    /// search distance are unchanged. Otherwise the contacts are searched.
     contact::ContactWork find(const Pose& X_WSa, const Pose& X_WSb) noexcept;
-    /// Searches contacts in advance for the next find().
+    /// Searches contacts in idle time, as a result for the next find().
     void find_ahead(const Pose& X_WSa, const Pose& X_WSb) noexcept;
 
     contact::ContactPair contacts;
     std::uint16_t thing_a = 0, part_a = 0, thing_b = 0, part_b = 0;
-    double band_m = 0;     ///< contacts are searched where the surfaces are closer than this
+    double band_m = 0;     ///< search distance: contacts are searched where the gap is below this
     double deepest_m = 0;  ///< depth of the deepest contact in the last step, set by the stage; 0: no force
     bool is_used = false;
     bool is_near = false;
@@ -45,21 +45,21 @@ class NearPairs {
   ~NearPairs();
 
   /// Finds the close pairs. If there are too many, pairs with the deepest contact have priority, followed by pairs that
-  /// were close before; kFaultContactCoarse is returned.
+  /// were close in the last step. In this case kFaultContactCoarse is returned.
   ///
-  /// In      reach_m  limit of each thing's motion in this step
+  /// In      reach_m  upper limit of each object's motion in this step
   TickFaults find(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept;
-  /// Searches in advance for the next find(), with these limits of motion.
+  /// Searches in idle time for the next find(), with these limits of motion.
   void look_ahead(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept;
   /// Close pairs in a fixed order.
   std::span<Pair* const> near() const { return chosen_; }
-  /// Corrects the contacts of `pair` where the surface of one of its shapes is covered by other close shapes.
+  /// Corrects the contacts of `pair` where other close shapes cover the surface of one of its shapes.
   void join(std::span<const TouchThing> things, Pair& pair) noexcept;
 
  private:
   struct Near;
   struct FoundThing;
-  /// Index of a thing and index of one of its shapes.
+  /// Index of an object and index of one of its shapes.
   using PartName = std::pair<std::uint16_t, std::uint16_t>;
 
   TickFaults search(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept;
@@ -79,7 +79,7 @@ class NearPairs {
   std::vector<std::array<PartName, 2>> neighbours_;
   std::array<std::vector<contact::PlacedShape>, 2> beside_;  ///< for join(): shapes next to A, next to B
   std::vector<FoundThing>
-      found_things_;  ///< each thing at the last look_ahead(); empty if it was not called or found too many pairs
+      found_things_;  ///< each object at the last look_ahead(); empty: not called, or too many pairs
 };
 
 }  // namespace tandem::physics

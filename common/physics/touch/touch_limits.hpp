@@ -9,7 +9,7 @@
 namespace tandem::physics {
 
 /// Returns the capacities for all bodies of `world` and these tools. The capacity for pairs of shapes (0.7 MB each) is
-/// the number of pairs that can be close at the same time, up to the scene's limit.
+/// the largest number of pairs that can be close at the same time, up to the scene's limit.
 TouchStage::Limits touch_limits(const WorldDescription& world, std::span<const ToolDescription> tools);
 
 }  // namespace tandem::physics

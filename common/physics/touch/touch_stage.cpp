@@ -1,5 +1,5 @@
-// A step of the touch stage: predicts each thing's reach, finds the close pairs and their contacts, and solves for all
-// contacts and couplings together. The results are written to the things and their couplings.
+// One step of the touch stage. It predicts each object's reach and finds the close pairs and their contacts. Then it
+// solves for all contacts and couplings together, and writes the results to the objects and couplings.
 #include "common/physics/touch/touch_stage.hpp"
 
 #include <algorithm>
@@ -11,8 +11,8 @@ namespace {
 /// Capacity of the solver: number of contact points of all pairs in a step.
 constexpr std::size_t kMaxRows = 65536;
 
-/// Predicted reach of a thing in the next step: kLikelyReach times the last reach, plus the displacement by this
-/// acceleration. If a thing moves farther, its contacts are searched again.
+/// Predicted reach of an object in the next step: kLikelyReach times the last reach, plus the displacement by this
+/// acceleration. If an object moves farther, its contacts are searched again.
 constexpr double kLikelyReach = 1.25, kLikelyPush_m_per_s2 = 10;
 
 /// Returns the wrench of a law on the frame X_WT of `rigid` in its present state, about the centre of mass.
@@ -93,7 +93,7 @@ TickFaults TouchStage::step(double step_s, std::span<TouchThing> things, std::sp
   return faults;
 }
 
-/// The search is skipped if any thing is at its handle, because its next pose is unknown.
+/// The search is omitted if any object is at its handle, because the next pose of that object is unknown.
 void TouchStage::look_ahead(double step_s, std::span<const TouchThing> things) noexcept {
   for (contact::SolverPatch& patch : patches_) patch.contacts = {};
   const auto jumps = [](const TouchThing& thing) {
@@ -109,7 +109,7 @@ void TouchStage::look_ahead(double step_s, std::span<const TouchThing> things) n
   }
 }
 
-// The reach follows from the present velocity and from the velocity gained from the wrenches.
+// The reach follows from the present velocity, and from the velocity that the wrenches add in this step.
 void TouchStage::predict_reach(double step_s, std::span<const TouchThing> things,
                                std::span<const TouchCoupling> couplings, std::span<const TouchJoint> joints) noexcept {
   std::fill(gained_.begin(), gained_.end(), Twist{});
@@ -132,7 +132,7 @@ void TouchStage::predict_reach(double step_s, std::span<const TouchThing> things
     const RigidBody& rigid = *things[i].rigid;
     gain(step_s, things[i].wrench_W, rigid, gained_[i]);
     const Twist& V = rigid.velocity_of_centre_W();
-    // A contact may cancel the gained velocity, so the larger of both speeds is used.
+    // A contact may cancel the added velocity, so the larger of both speeds is used.
     const double linear = std::max(V.v.norm(), (V.v + gained_[i].v).norm());
     const double angular = std::max(V.w.norm(), (V.w + gained_[i].w).norm());
     reach_m_[i] = step_s * std::min(linear + rigid.radius_m() * angular, limits_.speed_m_per_s);
@@ -172,7 +172,7 @@ TickFaults TouchStage::find_contacts(std::span<const TouchThing> things) noexcep
   return faults;
 }
 
-/// With its first contact an external thing becomes a body of the solver.
+/// An external object becomes a body of the solver with its first contact.
 void TouchStage::add_patch(std::span<const TouchThing> things, NearPairs::Pair& near) noexcept {
   const TouchThing& a = things[near.thing_a];
   const TouchThing& b = things[near.thing_b];
@@ -193,8 +193,8 @@ void TouchStage::add_patch(std::span<const TouchThing> things, NearPairs::Pair& 
   patch_things_.push_back({near.thing_a, near.thing_b});
 }
 
-/// Excludes couplings and joints of things at their handle (InertialessThings::show_contacts()), and joints of external
-/// things without contact.
+/// Adds the couplings and joints that are part of the solution. Excluded are those of objects at their handle (see
+/// InertialessThings::show_contacts()), and joints of external objects without contact.
 void TouchStage::add_couplings(std::span<const TouchThing> things, std::span<TouchCoupling> couplings,
                                std::span<TouchJoint> joints) noexcept {
   couplings_.clear();
@@ -246,7 +246,8 @@ void TouchStage::feel() noexcept {
   }
 }
 
-/// Propagates the flag and the hands from things that make others implicit, until nothing changes. Chains are short.
+/// Propagates is_reached and the set of hands through contacts, starting from objects that make others implicit, until
+/// nothing changes. Chains of contacts are short.
 void TouchStage::find_reached(std::span<const TouchThing> things) noexcept {
   for (std::size_t i = 0; i < things.size(); ++i) {
     if (things[i].role != TouchThing::Role::kImplicit) continue;

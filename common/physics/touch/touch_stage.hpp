@@ -1,5 +1,5 @@
-// Part of a step that moves tools, held bodies and touched bodies together, with the implicit solver of common/contact.
-// Private to the world.
+// Moves tools, held bodies and touched bodies together in a step, with the implicit solver of common/contact. Private
+// to the world.
 #pragma once
 
 #include <array>
@@ -17,8 +17,8 @@ namespace tandem::physics {
 
 /// Computes contact and coupling of one step.
 ///
-/// Third law: a contact between an implicit and an external thing has one wrench, which acts on the external thing with
-/// the opposite sign. It acts there as an external force (RigidBody::apply_wrench()).
+/// Third law: a contact between an implicit and an external object has one wrench. The external object receives it with
+/// the opposite sign, as an external force (RigidBody::apply_wrench()).
 class TouchStage {
  public:
   struct Limits {
@@ -31,17 +31,18 @@ class TouchStage {
   };
   explicit TouchStage(const Limits& limits);
 
-  /// Moves the implicit things by `step_s` and applies the contact wrenches to the external things. Allocates nothing.
+  /// Moves the implicit objects by `step_s`, and applies the contact wrenches to the external objects. Allocates
+  /// nothing.
   TickFaults step(double step_s, std::span<TouchThing> things, std::span<TouchCoupling> couplings,
                   std::span<TouchJoint> joints) noexcept;
 
-  /// Searches the contacts of the next step in idle time after a step, from the present poses and a predicted reach.
-  /// This reach is longer than that of a step, so more contacts without a force are found. Contacts carry state from
-  /// one search to the next. If the result is not used, this state passes through one more search. Afterwards
+  /// Searches the contacts of the next step in idle time, from the present poses and a predicted reach. This reach is
+  /// longer than that of a step, so the search also finds more contacts without a force. Contacts store state from one
+  /// search to the next. If the result is not used, their state passes through one more search. Afterwards
   /// pressed_points_W() returns no points.
   void look_ahead(double step_s, std::span<const TouchThing> things) noexcept;
 
-  /// Contacts of an implicit thing in the last step.
+  /// Contacts of an implicit object in the last step.
   const TouchContact& contact(std::size_t thing) const { return felt_[thing]; }
   /// Returns the contact of `thing` with `other` in the last step. Cost: linear in the number of close pairs.
   TouchBetween between(std::size_t thing, std::size_t other) const noexcept;
@@ -52,7 +53,8 @@ class TouchStage {
       if (results_[i].pressing > 0) use(patch_things_[i][0], patch_things_[i][1], results_[i]);
     }
   }
-  /// Writes points of `thing` with a contact force, in W: as many as fit, distributed over all. Returns their number.
+  /// Writes positions in W of contact points of `thing` with a force. If not all fit, the written ones are spread over
+  /// all. Returns their number.
   std::size_t pressed_points_W(std::size_t thing, std::span<Vec3> out) const noexcept;
 
  private:
@@ -77,17 +79,17 @@ class TouchStage {
   InertialessThings inertialess_;
   NearPairs pairs_;
   std::vector<TouchContact> felt_;
-  std::vector<Twist> gained_;       ///< velocity that each thing gains in this step from couplings, weight and fields
-  std::vector<double> reach_m_;     ///< limit of each thing's motion in this step
-  std::vector<int> body_of_thing_;  ///< index of the thing's body in the solver, or kStaticBody
+  std::vector<Twist> gained_;       ///< velocity that each object gains in this step from couplings, weight, fields
+  std::vector<double> reach_m_;     ///< upper limit of each object's motion in this step
+  std::vector<int> body_of_thing_;  ///< index of the object's body in the solver, or kStaticBody
   std::vector<std::size_t> thing_of_body_;
   std::vector<contact::SolverBody> bodies_;
   std::vector<contact::SolverCoupling> couplings_;  ///< couplings of hands, then joints, then fluids
-  std::vector<Wrench*> answers_;                    ///< destinations of the resulting wrenches of hands and joints
+  std::vector<Wrench*> answers_;                    ///< where the resulting wrenches of hands and joints are written
   std::vector<Wrench> tool_wrenches_;
   std::vector<contact::SolverPatch> patches_;
   std::vector<NearPairs::Pair*> patch_pairs_;             ///< invalid after look_ahead(), which may reuse a pair
-  std::vector<std::array<std::size_t, 2>> patch_things_;  ///< the things of shapes A and B
+  std::vector<std::array<std::size_t, 2>> patch_things_;  ///< the objects of shapes A and B
   std::vector<Vec3> patch_normals_W_;                     ///< sum of the contact normals, weighted by depth and area
   std::vector<contact::PatchResult> results_;
   contact::ContactSolver solver_;

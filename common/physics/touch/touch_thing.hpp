@@ -1,4 +1,5 @@
-// Inputs and outputs of the touch stage in each step. Private to the world.
+// Inputs and outputs of the touch stage in each step. A "thing" is a rigid object: a body or a tool. Private to the
+// world.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +14,8 @@
 
 namespace tandem::physics {
 
-/// Fluid around a massless thing, at the thing's origin. Its drag is part of the solution, because the thing has no
-/// velocity at the start of a step.
+/// Fluid around a massless object, at the object's origin. Its drag is part of the solution, because a massless object
+/// has no velocity at the start of a step.
 struct TouchDrag {
   Viscosity fluid{0, 0};
   Twist V_W;  ///< velocity of the fluid
@@ -27,22 +28,22 @@ struct TouchDrag {
   void add(const TouchDrag& more) noexcept;
 };
 
-/// One rigid thing of the world in the current step.
+/// One rigid object (body or tool) of the world in the current step.
 struct TouchThing {
-  /// kAbsent: not in the world. kImplicit: moved only by this stage. kExternal: moved by FreeBodies. When an implicit
-  /// thing first touches it, the stage includes its inertia for that step, and applies the wrench of the contacts to
-  /// it. kStatic: does not move.
+  /// Who moves the object. kAbsent: it is not in the world. kImplicit: only this stage moves it. kExternal: FreeBodies
+  /// moves it; if it touches an implicit object, this stage includes its inertia and applies the contact wrench to it.
+  /// kStatic: it does not move.
   enum class Role : std::uint8_t { kAbsent, kImplicit, kExternal, kStatic };
 
   RigidBody* rigid = nullptr;
   const TouchModel* model = nullptr;
   Role role = Role::kAbsent;
-  bool makes_implicit = false;  ///< a tool or a body held or kept implicit: bodies that it touches become implicit
-  std::uint32_t hands = 0;      ///< bit i: the thing is tool i, or tool i holds it
-  haptics::ToolDynamics dynamics = haptics::ToolDynamics::kWithMass;  ///< used only for implicit things
+  bool makes_implicit = false;  ///< tool, or body held or kept implicit: bodies that it touches become implicit
+  std::uint32_t hands = 0;      ///< bit i: this object is tool i, or tool i holds it
+  haptics::ToolDynamics dynamics = haptics::ToolDynamics::kWithMass;  ///< used only for implicit objects
   Wrench wrench_W = {};                                               ///< weight and fields, about the centre of mass
-  std::optional<std::size_t> passes_through = {};                     ///< index of a thing that it passes through
-  TouchDrag drag = {};                                                ///< used only for a massless thing
+  std::optional<std::size_t> passes_through = {};                     ///< index of an object that it passes through
+  TouchDrag drag = {};                                                ///< used only for a massless object
 
   bool has_inertia() const { return dynamics == haptics::ToolDynamics::kWithMass; }
   bool is_massless() const { return dynamics == haptics::ToolDynamics::kMassless; }
@@ -59,37 +60,37 @@ struct TouchCoupling {
   Wrench wrench_W;
 };
 
-/// A joint, such as an anchor. `wrench_W` is an output of the stage: the wrench on the thing, about the origin of the
+/// A joint, such as an anchor. `wrench_W` is an output of the stage: the wrench on the object, about the origin of the
 /// joint's frame, at the end of the step.
 struct TouchJoint {
   std::size_t thing = 0;
   const JointLaw* law = nullptr;
   RigidState target;
-  Pose X_WT;               ///< joint frame, fixed to the thing
-  Wrench wrench_W = {};    ///< also zero for an external thing without contact
-  bool is_solved = false;  ///< whether the joint was part of the solution; false for an external thing without contact
+  Pose X_WT;               ///< joint frame, fixed to the object
+  Wrench wrench_W = {};    ///< zero, too, for an external object without contact
+  bool is_solved = false;  ///< true: the joint was part of the solution; false: external object without contact
 
   contact::SolverCoupling coupling(int body) const { return {body, law, target.X, target.V, X_WT}; }
 };
 
-/// Contacts of an implicit thing in the last step.
+/// Contacts of an implicit object in the last step.
 struct TouchContact {
   std::uint32_t pressing = 0;  ///< number of contact points with a force
   double deepest_m = 0;
-  bool is_reached = false;  ///< makes others implicit, or is in contact with such a thing, directly or through others
-  std::uint32_t hands = 0;  ///< bits of the tools that touch it directly or through others, or of the tool that it is
-  Wrench wrench_W;          ///< total contact wrench on the thing, about the origin of W
-  Twist V_WC;               ///< velocity of its centre in the step, also for a massless thing
+  bool is_reached = false;  ///< the object makes others implicit, or touches such an object, directly or not
+  std::uint32_t hands = 0;  ///< tools that touch it, directly or through others, or the tool that it is
+  Wrench wrench_W;          ///< total contact wrench on the object, about the origin of W
+  Twist V_WC;               ///< velocity of its centre in the step, also for a massless object
 };
 
-/// Contact between two things in the last step.
+/// Contact between two objects in the last step.
 struct TouchBetween {
   double normal_force_n = 0;     ///< sum of the magnitudes of the normal forces
-  Vec3 normal_W = Vec3::Zero();  ///< mean normal, a unit vector out of the second thing; zero if there is no contact
+  Vec3 normal_W = Vec3::Zero();  ///< mean normal, a unit vector out of the second object; zero: no contact
 };
 
-/// Limits the motion of a thing to the distance within which contacts were searched. Scaling the motion down is safe,
-/// because it remains on the solved path. Returns true if the motion was scaled down.
+/// Limits the motion of an object to the distance within which contacts were searched. Scaling the motion down is safe,
+/// because the shortened motion remains on the solved path. Returns true if the motion was scaled down.
 bool limit_motion(Twist& V_WC, double radius_m, double speed_m_per_s) noexcept;
 
 }  // namespace tandem::physics

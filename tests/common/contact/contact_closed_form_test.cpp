@@ -1,4 +1,5 @@
-// Compares the contact solver with closed forms: resting depths, contact forces and the onset of slip.
+// Compares the contact solver with closed forms: resting depths, contact forces and the onset of slip. A wrong
+// stiffness, area or friction coefficient in the solver would show here.
 #include <gtest/gtest.h>
 
 #include "tests/common/contact/touch_scene.hpp"
@@ -85,7 +86,7 @@ TEST(ContactSolver, ABoxSinksByItsLoadOverStiffnessAndArea) {
     scene.X_WB.p.z() = 0.005;
     scene.load_W.f.z() = -3;
     scene.run(1);
-    // The lowest rows of points on the side faces are also below the floor, so their areas count, too.
+    // Points of the side faces in their lowest rows are also below the floor, so their areas count, too.
     double area_m2 = 0;
     for (const SurfaceSample& sample : scene.samples) area_m2 += sample.p_B.z() < -0.004999 ? sample.area_m2 : 0;
     const double expected_m = 3 / (stiffness_n_per_m3 * area_m2);
@@ -101,7 +102,7 @@ TEST(ContactSolver, WhatPressesHarderThanTheSoftLayerHoldsRestsOnTheRigidDepth) 
   scene.inertia_B = box_inertia(scene.mass_kg, size_m);
   scene.samples = box_samples(size_m, 8);
   scene.planes = {{}};
-  scene.stiffness_n_per_m3 = 1e7;  // 10 N on an area of 1 cm² would cause a depth of 1 cm
+  scene.stiffness_n_per_m3 = 1e7;  // soft: 10 N on an area of 1 cm² would cause a depth of 1 cm
   scene.X_WB.p.z() = 0.005;
   scene.load_W.f.z() = -10;
   scene.run(0.5);
@@ -165,7 +166,7 @@ TEST(ContactSolver, APushedBoxHoldsUntilFrictionTimesLoadAndSlipsBeyond) {
   for (const double part : {0.98, 1.02}) {
     TouchScene scene = box_on_slope(solver, 0, 0.5);
     scene.gravity_m_per_s2 = 0;
-    // The tangential force acts at the height of the floor, so that the box does not tip.
+    // The tangential force acts at the height of the floor. Otherwise the box could tip before it slides.
     scene.load_W = {{part * 0.5 * 4, 0, -4}, Vec3(0, 0, -0.002).cross(Vec3(part * 0.5 * 4, 0, 0))};
     scene.run(0.3);
     const double before = scene.X_WB.p.x();

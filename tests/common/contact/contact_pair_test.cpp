@@ -30,7 +30,7 @@ std::map<std::uint32_t, double> depths(std::span<const ContactPoint> contacts) {
   return by_id;
 }
 
-// Adds the depth of each point of the shell that lies in the search band, by the point's id.
+// For each point of the shell in the search band, stores the depth by the point's id.
 void add_all_depths(const PointShell& shell, const DistanceField& field, const Pose& X_FP, std::uint32_t id_bits,
                     std::map<std::uint32_t, double>& by_id) {
   for (std::uint32_t i = 0; i < shell.points.size(); ++i) {
@@ -58,8 +58,8 @@ double deepest_m(std::span<const ContactPoint> contacts) {
   return deepest;
 }
 
-// A random path of a body over the surface of a 4 cm box and into the box. It is smooth, except for a jump in every
-// 97th step.
+// A random path of a body over the surface of a 4 cm box and into the box. The path is smooth, except for a jump in
+// every 97th step.
 class Wander {
  public:
   explicit Wander(unsigned seed) : random_(seed) {}
@@ -100,7 +100,7 @@ TEST(ContactPair, FindsEveryPointThatACheckOfAllPointsFinds) {
     add_all_depths(box.shells.surface, *sphere.field, X_BA.inverse(), ContactPoint::kOtherDirection, all);
     const auto contacts = depths(pair.contacts());
     ASSERT_EQ(contacts.size(), pair.contacts().size()) << "an id was there twice";
-    // Rounding decides whether points at the limit of the band are found, so these points are not compared.
+    // Points at the limit of the band are not compared, because rounding decides whether they are found.
     for (const auto& [id, depth] : all) {
       if (depth > -kBand_m + 1e-9) {
         ASSERT_TRUE(contacts.contains(id)) << "step " << i << ", depth " << depth;
@@ -221,7 +221,8 @@ TEST(ContactPair, SmallToolMayTurnOnALargeTable) {
   double work = 0;
   double first_work = 0;
   for (int i = 0; i < 100; ++i) {
-    // The tool is far from the table's origin. When it rotates, the points of the table move far in the tool's frame.
+    // The tool is far from the table's origin. When it rotates, the table's points move far in the tool's frame. A
+    // search that bounds the motion only in that frame would query everything again.
     const Pose X_WA{Vec3(0.2, 0.1, 0.0199), quaternion_of(Vec3(0, 0, 2e-3 * i))};
     (i == 0 ? first_work : work) += queries(pair.find(X_WA, {}, kBand_m));
     ASSERT_NEAR(deepest_m(pair.contacts()), 1e-4, 2e-5);
@@ -259,7 +260,8 @@ TEST(ContactPair, OverBudgetAFaceKeepsItsForceAndMoment) {
 }
 
 TEST(ContactPair, OverBudgetTheDeepestPlaceIsStillFound) {
-  // The sphere is deep inside the box. All of its points are deeper than the band, so most of them must be merged.
+  // The sphere is deep inside the box. All of its points are deeper than the band, so the search must merge most of
+  // them.
   const ContactShape sphere = sphere_shape(0.01, 24'000);
   const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
   ContactPair all(40'000);
@@ -278,7 +280,7 @@ TEST(ContactPair, OverBudgetTheDeepestPlaceIsStillFound) {
   }
 }
 
-// Returns the number of leaves that have a point deeper than `depth_m`, and the number of such points.
+// Returns the number of leaves with a point deeper than `depth_m`, and the number of such points.
 std::pair<std::size_t, std::size_t> count_deep(const PointShell& shell, const DistanceField& field, const Pose& X_FP,
                                                double depth_m) {
   std::size_t leaves = 0;
@@ -312,10 +314,12 @@ TEST(ContactPair, ParallelSurfacesTakeLeavesForPoints) {
       const auto pressing = std::count_if(pair.contacts().begin(), pair.contacts().end(),
                                           [](const ContactPoint& contact) { return contact.depth_m > 9e-5; });
       EXPECT_GT(of_block.second + of_table.second, 4800U);
-      // Leaves of the table that extend beyond the edge of the block are not flat, so they need several contacts.
+      // Some leaves of the table extend beyond the edge of the block. They are not flat there, so they need several
+      // contacts.
       EXPECT_LT(pressing, 1.3 * (of_block.first + of_table.first)) << "more than one a leaf";
     }
-    // The tilt is below 10 mrad. Beyond it the far side would lift off, and the force would not be linear in the tilt.
+    // The tilt is below 10 mrad. With more tilt, the far side would lift off, and the force would not be linear in the
+    // tilt.
     const ContactWrench net = contact_wrench(pair.contacts(), 5e9, X_WA.p);
     const double moment_n_m = stiffness_n_per_m * tilt_rad * 0.02 * 0.02 / 12;
     EXPECT_NEAR(net.on_a_W.f.z(), stiffness_n_per_m * 1e-4, 0.02 * stiffness_n_per_m * 1e-4) << tilt_rad;
@@ -389,7 +393,7 @@ TEST(ContactPair, BristlesTurnWithBAndStayTangential) {
   const Pose X_WB{Vec3(0.3, 0, 0), quaternion_of(Vec3(0.2, -0.4, 0.3))};
   pair.find(X_WB * X_BA, X_WB, kBand_m);
   for (const ContactPoint& contact : pair.contacts()) {
-    // The sphere's surface curves away from the points of the box, so each point has another normal.
+    // The sphere's surface curves away from the points of the box, so each point has a different normal.
     const Vec3 turned_W = X_WB.q * Vec3(1e-5, 2e-5, 0);
     const Vec3 tangential_W = turned_W - contact.normal_W * contact.normal_W.dot(turned_W);
     EXPECT_LT((contact.bristle_W - tangential_W).norm(), 1e-15);
@@ -418,8 +422,8 @@ TEST(ContactPair, BristlesSurviveWhenPointsAreMerged) {
   const ContactShape table = box_shape(Vec3(0.5, 0.5, 0.02), 4e-3);
   ContactPair pair(2048);
   pair.bind(&block, &table);
-  // While the box is tilted, only an edge is in contact, and the budget suffices for its points. It does not suffice
-  // for the points of the flat face.
+  // The tilted box touches with an edge only, and the budget suffices for the points of the edge. It does not suffice
+  // for the points of the flat face. The change to merged points must not lose the bristles.
   const Pose X_tilted{Vec3(0, 0, 0.0205), quaternion_of(Vec3(0, 0.3, 0))};
   const Pose X_flat{Vec3(0, 0, 0.0149), Quat::Identity()};
   EXPECT_FALSE(pair.find(X_tilted, {}, kBand_m).is_coarse);

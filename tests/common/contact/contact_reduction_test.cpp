@@ -69,7 +69,7 @@ Patch on_sphere(Numbers& random) {
   return patch;
 }
 
-// Contacts on the two walls of a groove with a random angle; a random fraction of them is on the first wall.
+// Returns contacts on the two walls of a groove with a random angle. A random fraction of them is on the first wall.
 Patch in_groove(Numbers& random) {
   Patch patch;
   const double length = random.between(0.3, 2);
@@ -131,8 +131,8 @@ Middle middle_of(const Patch& patch) {
   return middle;
 }
 
-// Scales the derivative so that all entries are forces per displacement: a rotation counts as its displacement at
-// `radius_m`.
+// Converts all entries of the derivative to forces per displacement. A rotation counts as its displacement at the
+// distance `radius_m`.
 Mat6 in_units_of(double radius_m, const Mat6& derivative) {
   Vec6 unit;
   unit << Vec3::Ones(), Vec3::Constant(1 / radius_m);
@@ -146,7 +146,7 @@ double wrench_error(const Wrench& a, const Wrench& b, const Middle& middle) {
 struct Kind {
   std::string name;
   Patch (*make)(Numbers&);
-  double derivative_error;  ///< slightly above the largest error in 2,000 random patches
+  double derivative_error;  ///< limit; slightly above the largest error in 2,000 random patches
 };
 
 class Reduction : public testing::TestWithParam<Kind> {};
@@ -211,7 +211,7 @@ void move(std::vector<ReducedContact>& contacts, const Vec3& about, const Vec3& 
   }
 }
 
-// Computes the derivative of `wrench`, a function of translation and rotation, by central differences.
+// Computes the derivative of `wrench` by central differences. `wrench` is a function of translation and rotation.
 Mat6 differences(const std::function<Wrench(const Vec3&, const Vec3&)>& wrench) {
   Mat6 derivative;
   constexpr double kStep = 1e-6;
@@ -231,7 +231,8 @@ TEST(ContactWrench, DerivativeIsThatOfFiniteDifferences) {
     Patch patch;
     std::vector<ReducedContact> reduced;
     for (int i = 0; i < 20; ++i) {
-      // The depths are large, so that the contribution of the forces to the derivative is significant.
+      // The large depths make the contribution of the forces to the derivative significant. Its omission would be
+      // detected.
       patch.push_back(contact_at(random.vector(0.01), random.vector(1), random.between(1e-3, 5e-3)));
       reduced.push_back({random.vector(0.01), random.vector(1).normalized(), random.vector(5), 1e3});
     }
@@ -260,8 +261,8 @@ TEST(ContactWrench, WhatDoesNotPressHasNone) {
   EXPECT_EQ(net.derivative, Mat6::Zero());
 }
 
-// Contacts of a sphere that rolls into a groove. Its points enter and leave the contact, first on one wall, then on
-// both.
+// Returns the contacts of a sphere that rolls into a groove. Its points enter and leave the contact, first on one wall,
+// then on both.
 Patch rolling(double way) {
   Patch patch;
   constexpr int kPoints = 8000;
@@ -309,7 +310,8 @@ TEST(ContactReduction, ChangesNoMoreAtOnceThanThePatchDoes) {
     few_before = few;
     all_before = all;
   }
-  // If one of n neighbouring points enters or leaves, their mean moves by about 1/n.
+  // If one of n neighbouring points enters or leaves, their mean moves by about 1/n of their spread. A larger step
+  // would be a discontinuity of the reduction.
   EXPECT_LT(farthest, 0.2);
 }
 

@@ -45,7 +45,7 @@ Vec6 vector_of(const Wrench& wrench) {
 TEST(ContactRows, DerivativeIsThatOfTheWrenchStickingSlippingAndHard) {
   constexpr std::uint64_t kSeed = 5;
   Random random(kSeed);
-  for (const double friction : {0.0, 0.05, 0.5, 50.0}) {  // first all contacts slip, at last all stick
+  for (const double friction : {0.0, 0.05, 0.5, 50.0}) {  // with 0 all contacts slip, with 50 all stick
     for (int draw = 0; draw < 50; ++draw) {
       const std::vector<ContactPoint> contacts = random_contacts(random, 1 + draw % 3);
       ContactRows rows(contacts.size(), 1);
@@ -57,8 +57,8 @@ TEST(ContactRows, DerivativeIsThatOfTheWrenchStickingSlippingAndHard) {
       rows.evaluate(terms, twist, FrictionLimit::kKept);
       const Mat6 derivative = rows.derivative(terms);
       for (int k = 0; k < 6; ++k) {
-        // Step of the finite differences. It is much smaller than 1e-4 m/s, the width of the transition at a kink of
-        // the force. Only one draw in several thousand is near a kink.
+        // Step of the finite differences [m/s]. The transition at a kink of the force is 1e-4 m/s wide, so only one
+        // draw in several thousand is affected by a kink.
         constexpr double kDifference = 1e-7;
         const auto wrench = [&](double by) {
           Twist moved = twist;

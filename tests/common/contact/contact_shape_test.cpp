@@ -19,7 +19,8 @@ geometry::ContactMesh mesh_box(const Vec3& size_m) {
   return {geometry::tessellated_box(size_m), geometry::SurfaceKind::kSolid, {}};
 }
 
-/// Reads all data of a shape that the contact search uses. Returns a sum, so that the compiler cannot remove the reads.
+/// Reads all data of a shape that the contact search uses, so that a sanitizer or a crash detects invalid data. Returns
+/// a sum, so that the compiler cannot remove the reads.
 double used(const ContactShape& shape, Random& random) {
   double sum = shape.rigid_depth_m;
   for (int i = 0; i < 50; ++i) {
@@ -42,7 +43,7 @@ void seal(std::vector<std::uint8_t>& bytes) {
 }
 
 TEST(ContactShape, IsRigidBeforeThePressingSideSeesTheFarSide) {
-  // A wall of 2 mm and a foil of 0.4 mm, each as a primitive and as a mesh.
+  // Two subjects: a wall of 2 mm and a foil of 0.4 mm, each as a primitive and as a mesh.
   const Vec3 wall(0.02, 0.02, 2e-3);
   const Vec3 foil(0.02, 0.02, 4e-4);
   EXPECT_NEAR(make_contact_box(wall)->rigid_depth_m, 4e-4, 1e-9);
@@ -63,13 +64,12 @@ TEST(ContactShape, BoundsItsPoints) {
 }
 
 TEST(ContactShape, HasItsPointsOnTheSurfaceOfItsField) {
-  // Tests a solid and a bent sheet. The surface of a sheet is that of the plate that surrounds it.
+  // Two subjects: a solid and a bent sheet. The surface of a sheet is that of the plate around it.
   const geometry::ContactMesh roof{
       height_field(0.02, 20, [](double x, double) { return 0.5 * std::abs(x); }), geometry::SurfaceKind::kSheet, {}};
   for (const geometry::ContactMesh& mesh : {mesh_box(Vec3(0.01, 0.008, 0.006)), roof}) {
     const auto shape = make_contact_mesh(mesh);
-    // In the grid, a crease is rounded by a fraction of a cell. The tolerance is therefore larger than for smooth
-    // surfaces.
+    // The grid rounds a crease by a fraction of a cell. The tolerance is therefore larger than for smooth surfaces.
     const double tolerance_m = 1e-4;
     double sum = 0;
     for (const ShellPoint& point : shape->shells.surface.points) {
@@ -94,7 +94,8 @@ TEST(ContactShape, RefusesAMeshWhereSinglePrecisionIsTooCoarse) {
     for (Vec3& vertex : mesh.mesh.vertices) vertex.x() += distance_m;
     return mesh;
   };
-  // At 5 m from the origin, points are rounded by up to 0.3 µm, far less than their spacing of 450 µm.
+  // At 5 m from the origin, points are rounded by up to 0.3 µm. This is far less than their spacing of 450 µm, so the
+  // mesh is accepted.
   EXPECT_NE(make_contact_mesh(cube_at(5)), nullptr);
   try {
     make_contact_mesh(cube_at(700));
@@ -118,8 +119,8 @@ TEST(ContactShape, ReportsProgressUpToOne) {
 class ContactAsset : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    // The shape has only 3 mm, so that thousands of damaged copies are tested quickly. It is not compressed. Otherwise
-    // most changed bytes would already be detected by the decompression.
+    // The shape measures only 3 mm, so that thousands of damaged copies are tested quickly. It is not compressed,
+    // because decompression would already detect most damaged bytes.
     asset = contact_asset_bytes(*make_contact_mesh(mesh_box(Vec3(3e-3, 3e-3, 2e-3))), 0);
   }
   static inline std::vector<std::uint8_t> asset;
@@ -142,7 +143,8 @@ TEST_F(ContactAsset, IsTheSameShapeAgain) {
 TEST_F(ContactAsset, IsNotReadWhenTorn) {
   for (std::size_t size = 0; size < asset.size(); size += 1 + asset.size() / 500) {
     EXPECT_FALSE(contact_shape_from(std::span(asset).first(size))) << size;
-    // Tests the same truncated bytes with a valid checksum.
+    // The same truncated bytes are tested with a valid checksum. The reader's other checks must then detect the
+    // truncation.
     std::vector<std::uint8_t> cut(asset.begin(), asset.begin() + static_cast<std::ptrdiff_t>(size));
     if (cut.size() < sizeof(std::uint64_t)) continue;
     seal(cut);
@@ -167,7 +169,7 @@ TEST_F(ContactAsset, SurvivesHostileBytes) {
     std::vector<std::uint8_t> hostile = asset;
     const std::uint32_t changes = 1 + random.next_u32() % 4;
     for (std::uint32_t k = 0; k < changes; ++k) {
-      // Half of the changes affect the headers, which contain the counts.
+      // Half of the changes affect the headers, because a wrong count there is the most dangerous damage.
       const std::size_t range = random.uniform() < 0.5 ? 256 : hostile.size();
       hostile[random.next_u32() % range] = static_cast<std::uint8_t>(random.next_u32());
     }
@@ -189,7 +191,7 @@ TEST_F(ContactAsset, IsTheSameShapePacked) {
   EXPECT_EQ(contact_asset_bytes(*contact_shape_from(packed), 0), asset);
 }
 
-// A few kilobytes may declare gigabytes of zeros, or may decompress to many megabytes.
+// Malicious bytes: a few kilobytes may declare gigabytes of zeros, or decompress to many megabytes.
 TEST_F(ContactAsset, TakesNoMoreMemoryThanAllowed) {
   const auto shape = contact_shape_from(asset);
   EXPECT_TRUE(contact_shape_from(asset, shape->memory_bytes()));
@@ -201,7 +203,7 @@ TEST_F(ContactAsset, TakesNoMoreMemoryThanAllowed) {
   std::span<const std::uint8_t> rest(bomb);
   ByteReader reader(rest);
   EXPECT_FALSE(geometry::read_block(reader, std::size_t{1} << 20U));
-  // This block declares fewer bytes than it decompresses to.
+  // This block declares a smaller size than that of its decompressed data.
   const std::uint32_t stated = 1000;
   std::memcpy(bomb.data(), &stated, sizeof(stated));
   rest = bomb;
@@ -212,7 +214,8 @@ TEST_F(ContactAsset, IsOnlyMadeOfMeshes) {
   EXPECT_THROW(contact_asset_bytes(*make_contact_sphere(0.005)), std::invalid_argument);
 }
 
-// The bytes of an origin have no prescribed format. They only have to differ if any input of the asset differs.
+// The bytes of an origin have no prescribed format. If any input of the asset differs, they must differ; otherwise a
+// cache would return the wrong asset.
 TEST_F(ContactAsset, ItsOriginTellsApartAllThatItsBytesDependOn) {
   const geometry::ContactMesh mesh = mesh_box(Vec3(3e-3, 3e-3, 2e-3));
   std::vector<std::vector<std::uint8_t>> origins{contact_asset_origin(mesh, {})};

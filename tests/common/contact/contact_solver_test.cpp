@@ -70,7 +70,7 @@ TEST(ContactSolver, BodiesThatTouchKeepTheirTotalMomentum) {
     ASSERT_LT((now.linear - old.linear).norm(), 1e-9) << "seed " << kSeed << " draw " << draw;
     ASSERT_LT((now.angular - old.angular).norm(), 1e-10) << "seed " << kSeed << " draw " << draw;
     // The reported wrenches must explain the change of velocity of each body. Body b receives the opposite of the
-    // wrench on a.
+    // wrench on body a.
     const Vec3 on_second = -kStep_s * results[0].on_a_W.f;
     ASSERT_LT((2 * (bodies[1].V_WC.v - before[1].V_WC.v) - on_second).norm(), 1e-9);
     const Vec3 about_centre = results[1].on_a_W.t - bodies[2].p_WC.cross(results[1].on_a_W.f);
@@ -112,7 +112,7 @@ std::vector<ContactPoint> square(double height_m, double depth_m) {
 
 TEST(ContactSolver, AHeavyBodyDoesNotDriveALightOneThroughTheFloor) {
   ContactSolver solver({});
-  // A body of 2 kg lies on a body of 5 g, which lies on the floor. Both are 1 cm high.
+  // A body of 2 kg lies on a body of 5 g, which lies on the floor. Both bodies are 1 cm high.
   std::vector<SolverBody> bodies(2);
   bodies[0] = {0.005, box_inertia(0.005, {0.01, 0.01, 0.01}), {0, 0, 0.005}, {}, {}};
   bodies[1] = {2, box_inertia(2, {0.01, 0.01, 0.01}), {0, 0, 0.016}, {{0, 0, -1}}, {}};
@@ -169,7 +169,7 @@ TEST(ContactSolver, ABodyThatApproachesFeelsNothingBeforeItTouches) {
 
 class WrongInput : public testing::Test {
  protected:
-  /// Runs one step of a valid body on a floor together with the invalid input.
+  /// Runs one step of a valid body on a floor together with the invalid input, which must not affect the body.
   void step_good_body() {
     step(SolverCoupling{0, law_.get(), {}, {}, {{0, 0, 0.005}, Quat::Identity()}},
          SolverPatch{0, kStaticBody, contacts_});
@@ -215,7 +215,7 @@ TEST_F(WrongInput, ABodyThatIsNotFiniteStandsStill) {
 TEST_F(WrongInput, AnInertiaThatNoBodyHasIsRefused) {
   bodies_[0].inertia_W(1, 1) = -1e-6;
   step_good_body();
-  EXPECT_EQ(report_.left_out, 3U);  // the body, its coupling and its patch
+  EXPECT_EQ(report_.left_out, 3U);  // the body, its coupling and its patch are not used
   EXPECT_EQ(bodies_[0].V_WC.v.norm(), 0);
 }
 
@@ -317,8 +317,8 @@ TEST(ContactSolver, GivesTheSameBitsAgain) {
 
 class Prescribed : public testing::Test {
  protected:
-  /// Runs one step with a square of contacts between the prescribed body, which descends at `speed_m_per_s`, and the
-  /// body `other`.
+  /// Runs one step with a square of contacts between two bodies: the prescribed body, which descends at
+  /// `speed_m_per_s`, and the body `other`.
   PatchResult step(std::vector<SolverBody>& bodies, int other, double depth_m, double speed_m_per_s) {
     std::vector<ContactPoint> contacts = square(0, depth_m);
     bodies[0].is_prescribed = true;
@@ -365,7 +365,7 @@ TEST_F(Prescribed, PushesABodyThatMovesByTheReactionOfWhatItFeels) {
 TEST_F(Prescribed, IsRefusedWhenItIsToGoNowhereFinite) {
   std::vector<SolverBody> bodies(1);
   step(bodies, kStaticBody, 1e-4, kNan);
-  EXPECT_EQ(report_.left_out, 2U);  // the body and its patch
+  EXPECT_EQ(report_.left_out, 2U);  // the body and its patch are not used
   EXPECT_TRUE(is_finite(bodies[0].V_WC));
 }
 

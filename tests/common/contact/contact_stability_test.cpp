@@ -1,4 +1,4 @@
-// Tests for instabilities that a user would feel: vibration, spontaneous bouncing, energy gain, and falling through a
+// Tests for instabilities that a user would feel: vibration, spontaneous bouncing, energy gain, and passing through a
 // surface.
 #include <gtest/gtest.h>
 
@@ -107,8 +107,8 @@ TEST(ContactSolver, WhatStartsInsideComesOutSlowly) {
       TouchScene scene = ball(solver, mass_kg, 1000);
       scene.stiffness_n_per_m3 = stiffness_n_per_m3;
       scene.X_WB.p.z() = 0.002;
-      // The fastest allowed recovery is the larger of ρ / (h + τ) and 0.2 m/s, the recovery speed of the floor (see
-      // ContactRows).
+      // The solver allows two speeds of recovery (ContactRows): ρ / (h + τ) in the layer and 0.2 m/s in the floor. No
+      // ball may be faster than the larger of both.
       const double fastest = std::max(scene.rigid_depth_m / (kStep_s + scene.dissipation_s), 0.2);
       for (int i = 0; i < 200; ++i) {
         scene.step();
@@ -128,8 +128,8 @@ TEST(ContactSolver, AJumpOfTheHandDoesNotPullTheToolThroughAWall) {
       c.force_limit_n = limit_n;
       const auto law = haptics::make_coupling_law("spring-damper", c);
       TouchScene scene = ball(solver, mass_kg, 500);
-      // Each face of the wall acts on the points that are nearer to it. If the ball passed the middle of the wall, the
-      // other face would push it out at the back.
+      // Each face of the wall acts on the points that are nearer to this face. If the ball passed the middle of the
+      // wall, the second face would push it out at the back.
       scene.planes = {{Vec3::UnitZ(), 0, 1e-3}, {-Vec3::UnitZ(), 2e-3, 1e-3}};
       scene.law = law.get();
       scene.X_WB.p.z() = 0.0052;
@@ -181,7 +181,7 @@ TEST(ContactSolver, ADroppedBallComesToRestAndNeverGainsEnergy) {
   }
   EXPECT_LT(most_j, 1e-9);
   EXPECT_LT(std::abs(scene.V_WB.v.z()), 1e-6);
-  EXPECT_LT(scene.speed_m_per_s(), 1e-3);  // it may roll slowly, because its points are not exactly on a sphere
+  EXPECT_LT(scene.speed_m_per_s(), 1e-3);  // slow rolling is allowed, because the points are not exactly on a sphere
 }
 
 TEST(ContactSolver, ADroppedTiltedBoxComesToRestOnAFace) {

@@ -1,4 +1,4 @@
-// Falling bodies must come to rest and gain no energy from their contacts.
+// Falling bodies must come to rest, and contacts must not add energy to them.
 #include <gtest/gtest.h>
 
 #include "tests/common/contact/test_meshes.hpp"
@@ -45,8 +45,8 @@ Course course_of(const Drop& drop, double seconds) {
   return course;
 }
 
-// Largest relative energy gain. The solver uses the contact planes and lever arms of the start of a step, so a rotation
-// within the step causes an error of second order.
+// Largest allowed energy gain, relative to the energy lost. The solver uses the contact planes and lever arms at the
+// start of a step, so a rotation within the step causes an error of second order.
 constexpr double kShareGained = 1e-5;
 
 TEST(Drop, ABoxComesToRestAndNeverGainsEnergy) {
@@ -68,7 +68,7 @@ TEST(Drop, ABallComesToRestAndNeverGainsEnergy) {
   for (const ShapePointer& ball : balls) {
     const Course course = course_of({ball, 0.1, sphere_inertia(0.1, 0.01), {{0, 0, 0.03}, Quat::Identity()}}, 1.5);
     EXPECT_LT(course.risen_j, kShareGained * course.fallen_j);
-    // The ball may continue to roll slowly: its points deviate from a sphere, and packed normals have errors of 0.1°.
+    // The ball may continue to roll slowly: its points deviate from a sphere, and coded normals have errors of 0.1°.
     EXPECT_LT(course.speed_m_per_s, 8e-3);
     EXPECT_GT(course.fallen_j, 0.01);
   }

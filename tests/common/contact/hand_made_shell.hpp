@@ -1,4 +1,4 @@
-// Shapes whose points are given explicitly, so that tests of the contact search do not depend on the sampling of
+// Shapes with explicitly given points. Tests of the contact search that use them do not depend on the sampling of
 // surfaces.
 #pragma once
 
@@ -88,7 +88,7 @@ inline ContactShape box_shape(const Vec3& size_m, double spacing_m = 4.5e-4) {
                          PointShell::make(box_edge_points(size_m, spacing_m), spacing_m));
 }
 
-/// Returns the same shape without flat nodes, so that each of its points is a contact.
+/// Returns the same shape without flat nodes. Each of its points is then a contact of its own.
 inline ContactShape without_flat_parts(ContactShape shape) {
   shape.shells.surface.flat_nodes.clear();
   for (ShellNode& node : shape.shells.surface.nodes) node.flat = ShellNode::kNotFlat;

@@ -1,4 +1,4 @@
-// Mesh modifications and measurements for the tests of repair and sampling.
+// Mesh modifications and measurements for tests of mesh repair and of surface sampling.
 #pragma once
 
 #include "common/base/random.hpp"
@@ -27,7 +27,7 @@ inline double enclosed_m3(const geometry::TriangleMesh& mesh) {
   return sum;
 }
 
-/// Returns true if every edge has exactly two triangles, which run along it in opposite directions.
+/// Returns true if every edge has exactly two triangles that traverse it in opposite directions.
 inline bool is_closed(const geometry::TriangleMesh& mesh) {
   const geometry::EdgeUses edges(mesh);
   for (std::size_t edge = 0; edge < edges.edge_count(); ++edge) {
@@ -37,7 +37,7 @@ inline bool is_closed(const geometry::TriangleMesh& mesh) {
   return true;
 }
 
-/// A rectangle in the plane z = 0, made of a grid of squares. Each vertex is then raised to height(x, y).
+/// Returns a square in the plane z = 0, divided into a grid of squares. Each vertex is raised to height(x, y).
 template <typename Height>
 geometry::TriangleMesh height_field(double size_m, int squares, Height&& height) {
   geometry::TriangleMesh mesh;
@@ -65,7 +65,7 @@ struct SurfacePoint {
   Vec3 normal = Vec3::Zero();
 };
 
-/// Returns a random point on the triangle `triangle`, with uniform distribution.
+/// Returns a random point on one triangle, with uniform distribution.
 inline SurfacePoint random_point(const geometry::TriangleMesh& mesh, std::size_t triangle, Random& random) {
   const auto& corner = mesh.triangles[triangle];
   double u = random.uniform();

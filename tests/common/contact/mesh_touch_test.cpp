@@ -1,4 +1,4 @@
-// Tests that small details of realistic meshes with many triangles are felt.
+// Tests that users feel small details of realistic meshes with many triangles.
 #include <gtest/gtest.h>
 
 #include <tuple>
@@ -13,13 +13,13 @@
 namespace tandem::contact {
 namespace {
 
-/// A plate of 100 × 100 mm with 1 million triangles. It has a ridge along y that is `ridge_m` high and 0.3 mm wide at
+/// A plate of 100 × 100 mm with one million triangles. It has a ridge along y that is `ridge_m` high and 0.3 mm wide at
 /// its foot.
 geometry::TriangleMesh ridged_plate(double ridge_m) {
   const double foot_m = 1.5e-4;
   geometry::TriangleMesh mesh =
       height_field(0.1, 708, [&](double x, double) { return ridge_m * std::max(0.0, 1 - std::abs(x) / foot_m); });
-  // A bottom and sides make the plate a solid: a fan of triangles joins the border to the centre of the bottom.
+  // A bottom and sides make the plate a solid: a fan of triangles joins its border to the centre of the bottom.
   const int row = 709;
   const int below = static_cast<int>(mesh.vertices.size());
   mesh.vertices.emplace_back(0, 0, -0.01);
@@ -35,7 +35,8 @@ geometry::TriangleMesh ridged_plate(double ridge_m) {
 }
 
 TEST(MeshTouch, ARidgeOfThreeTenthsOfAMillimetreOnAMillionTrianglesLiftsASlidingBall) {
-  // The squares of the plate are 0.14 mm wide, so the crest of the ridge must lie on a grid line.
+  // The squares of the plate are 0.14 mm wide, so the crest of the ridge must be on a grid line. Otherwise the ridge
+  // would be lower than 0.3 mm.
   geometry::TriangleMesh mesh = ridged_plate(3e-4);
   double crest_m = 0;
   for (const Vec3& vertex : mesh.vertices) crest_m = std::max(crest_m, vertex.z());
@@ -65,13 +66,13 @@ TEST(MeshTouch, ARidgeOfThreeTenthsOfAMillimetreOnAMillionTrianglesLiftsASliding
     most_n = std::max(most_n, std::abs(rig.tool_wrench_W.f.z() - flat_n));
   }
   EXPECT_GT(rig.X_WB.p.x(), 0.004);
-  // The ball rolls over the crest, which it penetrates by less than the rigid depth.
+  // The ball rolls over the crest. It penetrates the crest by less than the rigid depth.
   EXPECT_NEAR(crest_m, 3e-4, 1e-9);
   EXPECT_GT(highest_m - flat_m, 0.5 * crest_m);
   EXPECT_GT(most_n, 0.5 * crest_m * 1000);
 }
 
-/// Compares the reported derivative with finite differences of the search, with lengths in units of 5 cm.
+/// Compares the reported derivative with finite differences of the search. Lengths are in units of 5 cm.
 TEST(TouchDerivative, IsThatOfTheSearchForTwoBunnies) {
   TANDEM_NEEDS_FILES(kBunnyFile);
   const geometry::TriangleMesh mesh = bunny_mesh(0.1);
@@ -132,7 +133,7 @@ TEST(Drop, ABunnyComesToRestAndNeverGainsEnergy) {
   EXPECT_LT(rig.speed_m_per_s(), 5e-3);
 }
 
-/// State after a ball made of triangles has fallen on another one and rolled off.
+/// Returns the state after a ball made of triangles has fallen on another ball and rolled off.
 std::tuple<Pose, Vec3, double> after_a_fall(const ShapePointer& ball) {
   ContactSolver solver({});
   TouchRig rig(solver);

@@ -1,4 +1,5 @@
-// Tests a standard task of haptic assembly: a peg in a hole with small clearance.
+// Tests a standard task of haptic assembly: a peg in a hole with small clearance. Contacts on opposite sides must
+// neither jam the peg nor make it vibrate.
 #include <gtest/gtest.h>
 
 #include "tests/common/contact/test_meshes.hpp"
@@ -7,7 +8,7 @@
 namespace tandem::contact {
 namespace {
 
-constexpr double kClearance_m = 1e-4;  // clearance on each side
+constexpr double kClearance_m = 1e-4;  // gap on each side of the peg
 constexpr double kPeg_m = 0.02;
 constexpr double kPegLength_m = 0.06;
 constexpr double kMouth_m = 0.04;  // height of the block; the hole extends down to z = 0
@@ -81,7 +82,7 @@ class Peg {
 
 void expect_goes_in_and_out(bool is_mesh) {
   Peg peg(is_mesh);
-  // From the mouth of the hole on, the handle is displaced by three times the clearance and rotated by 0.5°.
+  // At the mouth of the hole, the handle is displaced by three times the clearance and rotated by 0.5°.
   peg.rig.X_WH.p += Vec3(3e-4, -3e-4, 0);
   peg.rig.X_WH.q = quaternion_of(Vec3(1, 1, 0.3).normalized() * 0.5 * std::numbers::pi / 180);
   peg.lead_to(kPegLength_m / 2 - 0.005);

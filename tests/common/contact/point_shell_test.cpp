@@ -18,7 +18,7 @@ namespace tandem::contact {
 namespace {
 
 /// Returns the distance from `p` to the nearest point of the shell that faces the same way, found with the shell's
-/// tree. The result is at most 2 mm, which is larger than the bounds of all tests here.
+/// tree. The result is limited to 2 mm, which is larger than the bounds of all tests in this file.
 double distance_to_shell(const PointShell& shell, const Vec3& p, const Vec3& normal) {
   double least = 2e-3;
   for (std::uint32_t i = 0; i < shell.nodes.size();) {
@@ -61,8 +61,8 @@ struct Subject {
 };
 
 std::vector<Subject> subjects() {
-  // Contains a cube, a plate thinner than the spacing, a rod of long narrow triangles, a finely divided ball, and a
-  // wavy open surface.
+  // The subjects are a cube, a plate thinner than the spacing, a rod of long narrow triangles, a finely divided ball,
+  // and a wavy open surface.
   return {{"cube", geometry::tessellated_box(Vec3::Constant(0.02))},
           {"thin plate", geometry::tessellated_box(Vec3(0.03, 0.02, 2e-4))},
           {"rod", geometry::tessellated_cylinder(0.002, 0.1)},
@@ -85,7 +85,8 @@ TEST(PointShell, SharesTheWholeSurfaceAmongItsPoints) {
     EXPECT_NEAR(shell.area_m2() / area_m2(subject.mesh), 1, 1e-5) << subject.name;
     for (const ShellPoint& point : shell.points) {
       ASSERT_GT(point.area_m2, 0) << subject.name;
-      // The surface nearest to a point lies in the ball around this point whose radius is the spacing.
+      // The surface assigned to a point is within a ball around the point, with the spacing as radius. A larger area
+      // would be an error of the division.
       ASSERT_LT(point.area_m2, 2 * std::numbers::pi * 4.5e-4 * 4.5e-4) << subject.name;
       ASSERT_NEAR(point.normal_S.norm(), 1, 1e-5) << subject.name;
     }
@@ -99,8 +100,8 @@ TEST(PointShell, SpreadsItsPointsApart) {
       ASSERT_GT((shell.points[i].p_S - shell.points[k].p_S).norm(), 0.89F * 4.5e-4F);
     }
   }
-  // The densest random packing of discs has 0.70 discs per square of their diameter. The larger bound accounts for the
-  // finite size of the sphere.
+  // The densest random packing of discs has 0.70 discs per square of their diameter. The bound is larger because of the
+  // finite size of the sphere. More points would waste search time.
   EXPECT_LT(static_cast<double>(shell.points.size()), 0.8 * shell.area_m2() / std::pow(0.9 * 4.5e-4, 2));
 }
 
@@ -129,7 +130,7 @@ TEST(PointShell, SamplesCornersExactlyAndEdgesFinely) {
   const double half = 0.01;
   const PointShell features =
       sample_surface(solid(geometry::tessellated_box(Vec3::Constant(2 * half))), {}, {}).features;
-  // Each of the 12 edges has 80 intervals. The 8 corners are counted once.
+  // Each of the 12 edges has 80 intervals, that is 79 inner points. The 8 corners are counted once.
   EXPECT_EQ(features.points.size(), 12U * 79 + 8);
   Random random(5);
   for (int i = 0; i < 1000; ++i) {
@@ -149,7 +150,8 @@ TEST(PointShell, FindsNoEdgesInAFineRoundSurface) {
 }
 
 TEST(PointShell, FindsEdgesThatPointOutOnly) {
-  // A trough has protruding rims. Its bottom cannot touch any other shape first.
+  // A trough has protruding rims, which need feature points. Its bottom needs none, because no other shape can touch it
+  // first.
   const auto trough = height_field(0.02, 40, [](double x, double) { return std::abs(x) < 4.9e-3 ? -2e-3 : 0.0; });
   const PointShell features = sample_surface(solid(trough), {}, {}).features;
   ASSERT_FALSE(features.points.empty());
@@ -157,8 +159,8 @@ TEST(PointShell, FindsEdgesThatPointOutOnly) {
 }
 
 TEST(PointShell, CatchesARidgeNarrowerThanItsSpacing) {
-  // The ridge is 0.3 mm high and falls to half its height 0.1 mm from the crest. Its folds are too gentle for a sharp
-  // edge.
+  // The ridge is 0.3 mm high. It falls to half of its height 0.1 mm from the crest. Its folds are too gentle to count
+  // as a sharp edge.
   const double height = 3e-4;
   const auto crest_x = [](double y) { return 2e-4 * std::sin(2000 * y); };
   const auto ridge =
@@ -193,7 +195,7 @@ TEST(PointShell, MeetsEveryPlaneWhereTheBunnyDoes) {
     EXPECT_LT(mesh_reach - shell_reach, 1e-4);
   }
   EXPECT_LE(worst_gap_m(mesh.mesh, shells.surface, 30'000), 4.5e-4);
-  // This is a small number compared with the 34,835 vertices, because most folds of the mesh are gentle.
+  // The limit is small compared with the 34,835 vertices, because most folds of the mesh are gentle.
   EXPECT_LT(shells.features.points.size(), 7000U);
 }
 
@@ -230,7 +232,7 @@ TEST(PointShell, OutlinesAPlateAroundASheet) {
     const Vec3 on_plate = foot(p) + 5e-4 * normal;
     ASSERT_LE(distance_to_shell(shell, on_plate, normal), shell.spacing_m) << on_plate.transpose();
   }
-  // The expected area consists of two sides, half a tube around the rim, and a quarter of a ball at each corner.
+  // The expected area is that of two sides, half a tube around the rim, and a quarter of a ball at each corner.
   const double rim = std::numbers::pi * 5e-4;
   EXPECT_NEAR(shell.area_m2(), 8 * half * half + 8 * half * rim + 4 * rim * 5e-4, 0.02 * shell.area_m2());
 }
@@ -342,7 +344,8 @@ TEST(PointShell, RefusesNumbersOutOfRange) {
 }
 
 TEST(PointShell, EndsWhereSinglePrecisionCannotDivideASurface) {
-  // At 700 m and at 70 km the resolution of single precision is 60 µm and 8 mm, so sample points coincide.
+  // At 700 m and at 70 km, the resolution of single precision is 60 µm and 8 mm, so sample points coincide. A sampler
+  // without a limit of halvings would not end.
   for (const double distance_m : {700.0, 7e4}) {
     geometry::ContactMesh mesh{geometry::tessellated_box(Vec3::Constant(0.005)), geometry::SurfaceKind::kSolid, {}};
     for (Vec3& vertex : mesh.mesh.vertices) vertex.x() += distance_m;

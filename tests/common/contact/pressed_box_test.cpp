@@ -1,4 +1,5 @@
-// Presses a box on a floor, flat and tilted about an edge. The forces are compared with integrals over its surface.
+// Presses a box on a floor, flat and tilted about an edge, and compares the forces with integrals over its surface.
+// Wrong areas of points at edges would show here.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,14 +18,15 @@ namespace {
 constexpr double kStiffness = 5e9;
 constexpr double kEdge_m = 0.02;
 constexpr double kDegree = std::numbers::pi / 180;
-// Additional tolerance [N] for a wedge that is shorter than two point spacings, because it has only few points.
+// Additional tolerance [N] for a wedge that is shorter than two spacings of points, because only few points represent
+// it.
 constexpr double kFewPoints_n = 0.07;
-// Mean error of sampled distances, by which the force is uncertain.
+// Mean error of sampled distances [m], which limits the accuracy of the force.
 constexpr double kDistance_m = 3e-7;
 
 /// Force and torque, per metre along y, of an elastic foundation with the stiffness kStiffness on a tilted box. The
-/// box's lowest edge is at x = 0 and `depth_m` below the floor; its bottom rises along x by `tilt`. The torque is about
-/// that edge at the height of the floor.
+/// box's lowest edge is at x = 0, `depth_m` below the floor; its bottom rises along x by the angle `tilt`. The torque
+/// is about this edge at the height of the floor.
 struct Pressed {
   double f_x = 0, f_z = 0;
   double t_y = 0;
@@ -58,8 +60,8 @@ void expect_pressed(const ContactShape& box, const ContactShape& floor, double f
   for (const double tilt_deg : {0.0, 0.1, 1.0, 10.0}) {
     for (const double depth_m : {2e-5, 5e-5, 1e-4, 2e-4}) {
       const double tilt = tilt_deg * kDegree;
-      // The box is tilted about y, so that its bottom rises along x from the lowest edge. It is then rotated about z at
-      // a point on the floor.
+      // The box is tilted about y, so that its bottom rises along x from the lowest edge. It is then rotated about z
+      // around a point on the floor.
       const Quat turn = quaternion_of({0, 0, 0.4}), lean = quaternion_of({0, -tilt, 0});
       const Vec3 edge_W(0.0013, -0.0021, floor_top_m - depth_m);
       const Pose X_WA{edge_W + turn * (lean * Vec3(kEdge_m / 2, 0, kEdge_m / 2)), turn * lean};

@@ -37,8 +37,8 @@ Vec3 random_point(Random& random, double size_m) {
 }
 
 TEST(PrimitiveFields, AgreeWithTheDistanceToTheirTessellation) {
-  // Largest distance of the tessellation from the arc: R (1 − cos(π/96)) around the axis, and as much again along an
-  // arc.
+  // Largest distance of the tessellation from the exact surface: R (1 − cos(π/96)) around the axis, and as much again
+  // along an arc.
   const double chord = 2 * kRadius * 5.4e-4;
   for (const Primitive& primitive : primitives()) {
     const geometry::TriangleTree tree(primitive.outline);
@@ -67,11 +67,12 @@ TEST(PrimitiveFields, HaveTheGradientOfTheirDistance) {
         difference[axis] =
             (primitive.field->distance_m(p + offset) - primitive.field->distance_m(p - offset)) / (2 * step);
       }
-      // On creases inside the shape two sides are equally near, so the length of the difference quotient is below 1.
+      // On creases inside the shape, two sides are equally near. The length of the difference quotient is below 1
+      // there; these points are skipped.
       if (difference.norm() < 1 - 1e-4) continue;
       ++checked;
-      // The second derivative is at most 1 / r, with r the distance to the axis or edge. The third derivative is at
-      // most 1 / r².
+      // The second derivative of a distance is at most 1/r, where r is the distance to the axis or edge. The third
+      // derivative is at most 1/r². The difference quotient is therefore this accurate.
       EXPECT_LT((sample.gradient - difference).norm(), 1e-4) << primitive.name << " at " << p.transpose();
     }
     EXPECT_GT(checked, 4900) << primitive.name;

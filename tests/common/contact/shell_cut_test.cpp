@@ -1,5 +1,5 @@
-// Tests the cut through the tree that the search keeps from step to step. After motion, it must be as fine, and as
-// small, as a new cut.
+// Tests the cut through the tree that the search stores from step to step. After motion, the cut must be as fine and as
+// small as a new cut. Otherwise contacts would be missed, or the cost would grow with the length of the path.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -43,7 +43,7 @@ TEST(ShellCut, AFaceIsOneAgainWhereALineWasPassed) {
   const ContactShape block = box_shape(Vec3(0.02, 0.02, 0.02));
   ContactShape table = box_shape(table_m, 4e-3);
   table.field = std::make_shared<LinedTable>(table_m);
-  // With a flat face, each eight points share one contact. With a tilted face, each point is a contact.
+  // If the face is flat, eight points share one contact. If it is tilted, each point is a contact.
   for (const double tilt_rad : {0.0, 2e-3}) {
     const auto at = [&](double x_m) { return Pose{Vec3(x_m, 0, 0.02 - 2e-5), quaternion_of(Vec3(tilt_rad, 0, 0))}; };
     ContactPair pair(2048);
@@ -97,8 +97,8 @@ TEST(ShellCut, PlanesFartherThanTheBandAreNoContacts) {
   EXPECT_FALSE(pair.contacts().empty());
 }
 
-// Squares of points lie across the edge of a table, each in another plane. Each square is above two planes, but the
-// budget suffices for the contacts with one plane per square.
+// Squares of points lie across the edge of a table, each in another plane. Each square is above two planes. The budget
+// suffices for the contacts with one plane per square, so no square may be omitted.
 TEST(ShellCut, NodesAboveSeveralPlanesFitWhereEachHasRoomForOne) {
   constexpr int kSquares = 24;
   const Vec3 table_m(0.02, 0.4, 0.02);
@@ -144,8 +144,8 @@ TEST(ShellCut, IsFineSoonAfterAHardLanding) {
 }
 
 TEST(ShellCut, APointThatNoSampleStoodForIsFound) {
-  // While the whole face is in contact, the search samples only some points of a large node. After the block was tilted
-  // onto a corner, the corner's point must be found although it was not sampled before.
+  // While the whole face is in contact, the search samples only some points of a large node. Then the block is tilted
+  // onto a corner. The corner's point must be found, although the search had not sampled it before.
   const ContactShape block = without_flat_parts(box_shape(Vec3(0.04, 0.04, 0.04)));
   const ContactShape table = box_shape(Vec3(0.4, 0.1, 0.02), 4e-3);
   ContactPair pair(64), all(40'000);

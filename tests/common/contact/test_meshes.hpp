@@ -1,4 +1,4 @@
-// Meshes with a known distance function, and one typical scanned mesh.
+// Meshes with known distance functions, and the Stanford bunny as a typical scanned mesh.
 #pragma once
 
 #include <array>
@@ -55,8 +55,8 @@ inline geometry::TriangleMesh box_mesh(const Vec3& size_m, const Vec3& centre_S 
   return mesh;
 }
 
-/// A square block that extends from z = 0 upwards and is centred at `middle`. A square through hole is centred at x = y
-/// = 0.
+/// A square block that extends from z = 0 upwards and is centred at `middle`. It has a square through hole, centred at
+/// x = y = 0.
 inline geometry::TriangleMesh block_with_hole_mesh(double hole_m, double outer_m, double height_m,
                                                    const Vec3& middle = Vec3::Zero()) {
   geometry::TriangleMesh mesh;
@@ -67,8 +67,8 @@ inline geometry::TriangleMesh block_with_hole_mesh(double hole_m, double outer_m
       }
     }
   }
-  // There are four rings of four corners: inner low from 0, inner high from 4, outer low from 8, outer high from 12.
-  // Each face joins two rings.
+  // The vertices form four rings of four corners: inner low from index 0, inner high from 4, outer low from 8, outer
+  // high from 12. Each face joins two rings.
   for (int i = 0; i < 4; ++i) {
     const int next = (i + 1) % 4;
     for (const auto& [from, to] : {std::pair(8, 12), std::pair(12, 4), std::pair(4, 0), std::pair(0, 8)}) {
@@ -79,7 +79,7 @@ inline geometry::TriangleMesh block_with_hole_mesh(double hole_m, double outer_m
   return mesh;
 }
 
-/// An octahedron whose faces are subdivided `times` times, with its vertices on the sphere. It has 8 · 4^`times`
+/// An octahedron whose faces are subdivided `times` times, with all vertices moved to the sphere. It has 8 · 4^`times`
 /// triangles.
 inline geometry::TriangleMesh sphere_mesh(double radius_m, int times) {
   geometry::TriangleMesh mesh;

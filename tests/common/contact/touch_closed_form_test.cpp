@@ -1,4 +1,4 @@
-// Tests search and solver with shapes whose contact has a closed form.
+// Tests the search and the solver together, with shapes whose contact has a closed form.
 #include <gtest/gtest.h>
 
 #include "common/contact/contact_reduction.hpp"
@@ -43,13 +43,14 @@ void expect_depth_and_direction(const Touch& touch, const std::string& what) {
   EXPECT_LT(angle_between(force, touch.direction_W), touch.angle_rad) << what;
 }
 
-/// Rotations that move the lattice of samples relative to the curved surface.
+/// Rotations of the subjects. They move the lattice of samples relative to the curved surface, so that errors of the
+/// lattice do not stay hidden.
 const std::vector<Vec3>& turns() {
   static const std::vector<Vec3> all = {{0, 0, 0}, {0.3, 0, 0}, {0, 1.1, 0.4}, {1, 2, 3}, {-0.7, 0.9, 0.2}};
   return all;
 }
 
-/// Returns the force on a ball that is `depth_m` below a plane: ∫ k (d − r²/2R) 2πr dr over its cap.
+/// Returns the force of a plane on a ball that penetrates it by `depth_m`: ∫ k (d − r²/2R) 2πr dr over the cap.
 double cap_force_n(double radius_m, double depth_m) {
   return kTouchClosedFormStiffness * std::numbers::pi * radius_m * depth_m * depth_m;
 }
@@ -82,14 +83,14 @@ TEST(TouchClosedForm, ABallOnAPlaneIsPushedAlongItsNormalByStiffnessTimesPiRadiu
 TEST(TouchClosedForm, ABallOfTrianglesIsAsGoodAsTheFormula) {
   const double radius_m = 0.02;
   geometry::TriangleMesh mesh = sphere_mesh(radius_m, 6);
-  // The facets lie inside the sphere through their corners, so the mesh is scaled to the volume of the sphere.
+  // The facets are inside the sphere through their corners. The mesh is therefore scaled to the volume of the sphere.
   const double larger = radius_m / std::cbrt(enclosed_m3(mesh) * 0.75 / std::numbers::pi);
   for (Vec3& vertex : mesh.vertices) vertex *= larger;
   // After scaling, the centre of a facet is as far inside the sphere as its corners are outside.
   const double edge_rad = std::numbers::pi / 2 / 64;
   const double facet_error_m = radius_m * edge_rad * edge_rad / 4;
   const ShapePointer ball = solid_of(mesh);
-  // The floor's points query the ball's grid. Its cells of 0.8 mm cause an interpolation error on a surface that is
+  // The floor's points sample the ball's grid. Its cells of 0.8 mm cause an interpolation error, because the surface is
   // curved in two directions.
   const double interpolation_error_m = 2 * 8e-4 * 8e-4 / (8 * radius_m);
   expect_ball_on_floor(ball, make_contact_box({0.4, 0.4, 0.05}), 0.025, facet_error_m, "large floor");
@@ -110,7 +111,7 @@ geometry::TriangleMesh tube_mesh(double bore_m, double outer_m, double length_m)
       mesh.vertices.push_back(outer_m * out + z * Vec3::UnitZ());
     }
   }
-  // Each angle has four corners of the cross-section: bore low, outer low, bore high, outer high.
+  // Each angle has four vertices of the cross-section: bore low, outer low, bore high, outer high.
   for (int i = 0; i < kBoreCorners; ++i) {
     const int a = 4 * i;
     const int b = 4 * ((i + 1) % kBoreCorners);
@@ -152,9 +153,9 @@ TEST(TouchClosedForm, AnEdgeOnAPlaneIsPushedAlongThePlanesNormal) {
       const auto above = [&](double top_m) { return Pose{{0, 0, top_m + reach_m - depth_m}, q}; };
       expect_depth_and_direction({box, large, above(0.025), Vec3::UnitZ(), depth_m}, what + ", box");
       expect_depth_and_direction({mesh_box, large, above(0.025), Vec3::UnitZ(), depth_m}, what + ", mesh");
-      // The floor's points are pushed out of the nearest face of the box, which is not perpendicular to the floor.
-      // Their lateral forces do not exceed those of the box's points. In a wedge of 50 µm there are only few points,
-      // which leaves some hundredths of a newton.
+      // The floor's points are pushed out through the nearest face of the box, which is not perpendicular to the floor.
+      // Their lateral forces do not exceed those of the box's points. A wedge of 50 µm has only few points, which
+      // leaves an error of some hundredths of a newton.
       const double angle = (depth_m < 1e-4 ? 4.5 : 1.5) * kOneDegree;
       expect_depth_and_direction({mesh_box, mesh_floor, above(0.005), Vec3::UnitZ(), depth_m, angle},
                                  what + ", two meshes");
@@ -162,7 +163,7 @@ TEST(TouchClosedForm, AnEdgeOnAPlaneIsPushedAlongThePlanesNormal) {
   }
 }
 
-/// Derivative from central differences of the search itself: A is moved by ± 1 µm and rotated by ± 10 µrad.
+/// Returns the derivative from central differences of the search: A is displaced by ± 1 µm and rotated by ± 10 µrad.
 Mat6 searched_derivative(const ContactShape& a, const ContactShape& b, const Pose& X_WA) {
   Mat6 derivative;
   for (int axis = 0; axis < 6; ++axis) {
@@ -181,7 +182,7 @@ Mat6 searched_derivative(const ContactShape& a, const ContactShape& b, const Pos
   return derivative;
 }
 
-/// Returns the relative error of the derivative, with lengths in units of `unit_m`.
+/// Returns the relative error of the reported derivative, with lengths in units of `unit_m`.
 double derivative_error(const ContactShape& a, const ContactShape& b, const Pose& X_WA, double unit_m,
                         const Vec3& moved_along = Vec3::Ones()) {
   Vec6 scale;
@@ -202,8 +203,8 @@ TEST(TouchDerivative, IsThatOfTheSearchForABallAndAnEdgeOnAPlane) {
     for (const double depth_m : {1e-4, 3e-4}) {
       EXPECT_LT(derivative_error(*ball, *below, {{0, 0, 0.045 - depth_m}, q}, 0.02), 0.1) << depth_m;
       const double edge_m = 0.025 + 0.01 * std::sqrt(2.0) - depth_m;
-      // If an edge moves sideways or rotates, the pressed region of the floor moves with it. The depths of the floor's
-      // points then also change because of the crease, which the derivative of a single contact does not include.
+      // If an edge moves sideways or rotates, the pressed region of the floor moves with it. Because of the crease, the
+      // depths of the floor's points then change. The derivative of a single contact does not include this change.
       const Vec3 moved_along = below == floor ? Vec3(Vec3::Ones()) : Vec3(1, 0, 1);
       EXPECT_LT(derivative_error(*box, *below, {{0, 0, edge_m}, q}, 0.02, moved_along), below == floor ? 0.1 : 0.2)
           << depth_m;

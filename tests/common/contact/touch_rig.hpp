@@ -1,5 +1,5 @@
-// One body made of real shapes among fixed obstacles. Search and solver run as in the server, so the whole of
-// common/contact is tested.
+// Test rig: one body with a real contact shape among fixed obstacles. Search and solver run as in the server, so that
+// tests cover all of common/contact.
 #pragma once
 
 #include <deque>
@@ -19,7 +19,7 @@ inline ShapePointer solid_of(const geometry::TriangleMesh& mesh) {
   return make_contact_mesh(geometry::repaired(mesh));
 }
 
-/// Returns a coupling that is critically damped for this body. The default stiffness is 300 N/m.
+/// Returns a coupling that is critically damped for this body. Its default stiffness is 300 N/m.
 inline haptics::CouplingParameters critical_coupling(double mass_kg, double inertia_kg_m2,
                                                      double stiffness_n_per_m = 300) {
   haptics::CouplingParameters c;
@@ -83,7 +83,7 @@ class TouchRig {
     for (int i = 0; i < static_cast<int>(std::lround(seconds / kStep_s)); ++i) step();
   }
 
-  /// Runs the search without a step of the solver.
+  /// Runs the contact search, but no step of the solver.
   void find(double band_m) {
     is_coarse = false;
     for (Obstacle& obstacle : obstacles_) {
@@ -122,7 +122,7 @@ class TouchRig {
 
   Eigen::Matrix3d inertia_W() const { return X_WB.q * inertia_B * X_WB.q.conjugate().toRotationMatrix(); }
 
-  /// Returns the search distance, computed as in common/physics/touch/touch_stage.cpp.
+  /// Returns the search distance [m], computed as in common/physics/touch/touch_stage.cpp.
   double band_m() const {
     const double gained = (coupling_force_n + mass_kg * gravity_m_per_s2) / mass_kg * kStep_s;
     const double speed = V_WB.v.norm() + V_WB.w.norm() * 2 * shape->radius_m() + gained;

@@ -1,4 +1,4 @@
-// Bodies made of sample points on planes. Their contacts need no search, and their forces have a closed form.
+// Test scene without contact search: a body made of sample points above planes. Its contact forces have a closed form.
 #pragma once
 
 #include <numbers>
@@ -21,7 +21,7 @@ struct SurfaceSample {
 struct Plane {
   Vec3 normal_W = Vec3::UnitZ();
   double offset_m = 0;
-  double thickness_m = 1;  ///< points deeper than this have passed through the solid and get no force
+  double thickness_m = 1;  ///< deeper points have passed through the solid and get no force
 };
 
 /// Returns points that are evenly distributed on a sphere by the golden angle.
@@ -36,7 +36,7 @@ inline std::vector<SurfaceSample> sphere_samples(double radius_m, int count) {
   return samples;
 }
 
-/// Returns the points of a lattice on each face, including its border. The trapezoidal rule assigns the areas.
+/// Returns the points of a lattice on each face of a box, including the borders. Areas follow the trapezoidal rule.
 inline std::vector<SurfaceSample> box_samples(const Vec3& size_m, int across) {
   std::vector<SurfaceSample> samples;
   for (int axis = 0; axis < 3; ++axis) {
@@ -67,7 +67,7 @@ inline Eigen::Matrix3d box_inertia(double mass_kg, const Vec3& size_m) {
   return Vec3(s.y() + s.z(), s.z() + s.x(), s.x() + s.y()).asDiagonal();
 }
 
-/// One body of sample points on planes, optionally held by a coupling. The body's origin is its centre of mass.
+/// One body made of sample points above planes, optionally held by a coupling. The body's origin is its centre of mass.
 class TouchScene {
  public:
   double mass_kg = 0.05;

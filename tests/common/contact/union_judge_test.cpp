@@ -1,5 +1,5 @@
-// Tests distances to solids that overlap, intersect themselves or have unpaired edges. The reference sums solid angles
-// and tests all triangles.
+// Tests distances to solids that overlap, intersect themselves or have unpaired edges. An independent reference sums
+// solid angles and tests all triangles, without a tree.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -61,8 +61,8 @@ double distance_to_triangle_m(const Triangle& triangle, const Vec3& p) {
   return std::min({distance_to_segment_m(p, a, b), distance_to_segment_m(p, b, c), distance_to_segment_m(p, c, a)});
 }
 
-/// Returns true if the segment from `p` to `q` crosses the triangle. Then its ends are on different sides of the
-/// triangle, and it passes all three edges on the same side.
+/// Returns true if the segment from `p` to `q` crosses the triangle. Its ends are then on different sides of the
+/// triangle, and it passes all three edges in the same sense of rotation.
 bool pierces(const Vec3& p, const Vec3& q, const Triangle& t) {
   constexpr double kRounding = 1e-18;
   const auto volume = [](const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
@@ -87,10 +87,10 @@ struct Range {
   double most_m = std::numeric_limits<double>::infinity();
 };
 
-/// Reference for one closed or nearly closed surface. Points with a winding number above ½ are inside. Triangles are a
-/// part of the border unless they have the inside on both sides. Crossing triangles are subdivided, so the distance to
-/// the border is known as a range. It extends from the nearest piece that may belong to the border to the nearest piece
-/// that certainly does.
+/// Reference for one closed or nearly closed surface. Points with a winding number above ½ are inside. A triangle is a
+/// part of the border unless the inside is on both of its sides. Crossing triangles are subdivided, so the distance to
+/// the border is known as a range. The range extends from the nearest piece that may belong to the border to the
+/// nearest piece that certainly does.
 class Judge {
  public:
   explicit Judge(const TriangleMesh& mesh) : surface_(triangles_of(mesh)) {
@@ -136,8 +136,8 @@ class Judge {
     const double edge_m = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
     int inner = 0, border = 0;
     if (crossing.empty()) {
-      // Several sample points per triangle detect triangles that lie on the surface without crossing it, and triangles
-      // beside a hole.
+      // Two kinds of triangles need several sample points: those that lie on another triangle without crossing it, and
+      // those beside a hole.
       constexpr int kSamples = 3;
       for (int i = 0; i <= kSamples; ++i) {
         for (int k = 0; k <= kSamples - i && (inner == 0 || border == 0); ++k) {
@@ -163,8 +163,8 @@ class Judge {
   std::vector<Piece> pieces_;
 };
 
-/// Expected distance to a union of solids. Outside it is the distance to the nearest solid, inside it is the depth in
-/// the deepest one.
+/// Expected distance to a union of solids. Outside, it is the distance to the nearest solid. Inside, it is the depth in
+/// the solid in which the point is deepest.
 class UnionJudge {
  public:
   explicit UnionJudge(const std::vector<TriangleMesh>& solids) {
@@ -178,14 +178,14 @@ class UnionJudge {
       const Range range = judge.to_border(p);
       outside = {std::min(outside.least_m, range.least_m), std::min(outside.most_m, range.most_m)};
       if (std::abs(judge.winding(p)) <= 0.5) continue;
-      // The tested tree also subdivides triangles. Its distance to the border may differ by up to the size of a piece.
+      // The tested tree also subdivides triangles. Its distance to the border may differ by the size of a piece.
       const double piece_m = judge.is_divided() ? kDividedM : 0;
       inside = {std::min(inside.least_m, -range.most_m - piece_m), std::min(inside.most_m, -range.least_m + piece_m)};
     }
     return inside.least_m < 0 ? inside : outside;
   }
-  /// Returns true if the winding number is clearly above or below ½. Beside a hole, the number passes ½ where there is
-  /// no triangle, and a rounding error of the tree could change the side.
+  /// Returns true if the winding number is clearly above or below ½. Beside a hole, the number passes ½ without a
+  /// triangle. A rounding error of the tree could then change the side.
   bool is_sure(const Vec3& p) const {
     return std::ranges::none_of(judges_, [&](const Judge& judge) {
       return std::abs(std::abs(judge.winding(p)) - 0.5) < 2 * geometry::WindingNumber::kTolerance;
@@ -219,7 +219,8 @@ TriangleMesh without_triangles(TriangleMesh mesh, std::vector<std::ptrdiff_t> tr
   return mesh;
 }
 
-/// A box with two faces that are divided at the midpoint of an edge, while the adjacent faces are not.
+/// A box with two faces that are divided at the midpoint of an edge. The adjacent faces are not divided there
+/// (T-junctions).
 TriangleMesh box_with_t_junctions(const Vec3& size_m) {
   TriangleMesh mesh = box_mesh(size_m);
   for (const std::size_t triangle : {2U, 10U}) {
@@ -268,7 +269,7 @@ TriangleMesh needle(Random& random) {
 struct Case {
   std::string name;
   TriangleMesh mesh;
-  std::vector<TriangleMesh> solids;  ///< the solids whose union the mesh represents
+  std::vector<TriangleMesh> solids;  ///< solids whose union the mesh represents
 };
 
 Case together(const std::string& name, const TriangleMesh& mesh) {
@@ -303,7 +304,7 @@ std::vector<Case> whole_cases(std::uint64_t seed) {
           apart("needles", needles(seed))};
 }
 
-/// Meshes of several pieces that are closed only together, meshes with an inner wall, and open meshes.
+/// Meshes of several pieces that are closed only in combination, meshes with an inner wall, and open meshes.
 std::vector<Case> unpaired_cases(std::uint64_t seed) {
   const TriangleMesh ball = sphere_mesh(0.01, 2);
   const TriangleMesh holed = without_triangles(ball, {100, 40, 41, 7}),

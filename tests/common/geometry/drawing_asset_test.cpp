@@ -1,4 +1,4 @@
-// Tests drawings of shapes for windows: normals, decimation, and their encoding as bytes.
+// Tests the drawings that windows show: vertex normals, decimation, and their encoding as bytes.
 #include "common/geometry/drawing_asset.hpp"
 
 #include <gmock/gmock.h>
@@ -79,8 +79,8 @@ TEST(Decimation, KeepsTheShapeWithinACellAndTheLimit) {
     const TriangleMesh few = decimated(fine, most);
     EXPECT_LE(few.triangles.size(), most);
     EXPECT_GE(few.triangles.size(), std::min<std::size_t>(most / 4, 1500));
-    // The ball has a radius of 50 mm and an area of 0.0314 m². If each cell has two triangles, its edge is sqrt(0.0628
-    // / most).
+    // The ball has a radius of 50 mm and an area of 0.0314 m². With two triangles for each cell, the edge of a cell is
+    // sqrt(0.0628 / most). A vertex may leave the sphere by at most one cell.
     const double cell_m = 1.15 * 1.15 * std::sqrt(0.0628 / static_cast<double>(most));
     for (const Vec3& vertex : few.vertices) EXPECT_NEAR(vertex.norm(), 0.05, cell_m) << most;
   }
@@ -156,7 +156,8 @@ TEST(DrawingAsset, NoByteOfItCanChangeUnseen) {
   }
 }
 
-/// Hostile bytes with a valid checksum must give either nothing or a mesh in which all vertex indices are valid.
+/// Hostile bytes with a valid checksum must give either nothing or a mesh whose vertex indices are all valid. An
+/// invalid index would crash the window.
 TEST(DrawingAsset, OfHostileBytesIsNothingOrAWholeMesh) {
   const std::vector<std::byte> bytes = drawing_asset_bytes(shaded(ball(4)));
   std::mt19937_64 random(test::test_seed(7));

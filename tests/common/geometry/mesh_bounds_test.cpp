@@ -1,4 +1,5 @@
-// Tests that a mesh of any size, also an empty one, has a size by which one can divide, or is refused with a message.
+// A mesh of any size must either have a size that is a safe divisor, or be refused with a message. This includes an
+// empty mesh.
 #include "common/geometry/repair/mesh_bounds.hpp"
 
 #include <gmock/gmock.h>
@@ -46,7 +47,7 @@ TEST(MeshBounds, SaysWhatHasNoSizeAndWhere) {
   EXPECT_THAT(size_error(far), HasSubstr("vertex 1 is at"));
 }
 
-/// Scales a mesh to a length, as loading of a scene does, and repairs it. Returns nothing if the mesh is refused.
+/// Scales a mesh to a length, as when a scene is loaded, and repairs it. Returns nothing if the mesh is refused.
 std::optional<ContactMesh> made_ready(TriangleMesh mesh, double largest_size_m) {
   try {
     const Eigen::AlignedBox3d box = mesh_bounds(mesh);

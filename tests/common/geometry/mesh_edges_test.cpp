@@ -27,7 +27,8 @@ std::vector<std::vector<int>> regions(const TriangleMesh& mesh, const std::vecto
   return regions_by_edges(mesh, edges_of(mesh), is_one_of_them);
 }
 
-// A strip of four triangles, a strip of two, and a single triangle. All of them meet at the edge from 2 to 4.
+// Returns a strip of four triangles, a strip of two, and a single triangle, which all meet at the edge from vertex 2 to
+// 4.
 TriangleMesh strips() {
   TriangleMesh mesh;
   mesh.triangles = {{0, 1, 2}, {2, 1, 3}, {4, 3, 5}, {2, 3, 4}, {2, 4, 6}, {6, 4, 8}, {4, 2, 7}};

@@ -21,7 +21,7 @@ using ::testing::IsEmpty;
 const Vec3 kCube = Vec3::Constant(0.02);
 constexpr double kCubeVolume = 8e-6;
 
-/// Returns the mesh with three separate vertices for each triangle, as in an STL file.
+/// Returns the mesh with three vertices of its own for each triangle, as in an STL file.
 TriangleMesh soup_of(const TriangleMesh& mesh) {
   TriangleMesh soup;
   for (const auto& triangle : mesh.triangles) {
@@ -51,7 +51,7 @@ TEST(MeshRepair, LeavesAGoodMeshAsItIs) {
 
 TEST(MeshRepair, MakesASolidOfLooseTriangles) {
   TriangleMesh soup = soup_of(tessellated_box(kCube));
-  // Adds deviations that are as small as the rounding of single precision.
+  // The vertices deviate by as little as the rounding error of single precision. They must be merged nevertheless.
   Random random(1);
   for (Vec3& p : soup.vertices) p += Vec3(random.uniform(), random.uniform(), random.uniform()) * 1e-9;
   const ContactMesh result = repaired(soup);
@@ -100,7 +100,8 @@ TEST(MeshRepair, TurnsOnlyThePartThatIsInsideOut) {
 TEST(MeshRepair, ClosesTheHolesOfAScan) {
   const TriangleMesh whole = tessellated_sphere(0.01);
   TriangleMesh mesh = whole;
-  // Removes the triangles around one vertex, which leaves a hole with many corners, and one more triangle.
+  // All triangles around one vertex are removed, which leaves a hole with many corners. One more triangle is removed
+  // elsewhere.
   const int vertex = mesh.triangles[4000][0];
   const auto removed = std::erase_if(
       mesh.triangles, [vertex](const auto& t) { return t[0] == vertex || t[1] == vertex || t[2] == vertex; });
@@ -114,7 +115,8 @@ TEST(MeshRepair, ClosesTheHolesOfAScan) {
 }
 
 TEST(MeshRepair, ClosesADentedHoleWithoutOverlap) {
-  // The border of the missing top is not convex. A fan of triangles from any corner would extend beyond the outline.
+  // The border of the missing top is not convex. A fan of triangles from any of its corners would extend beyond the
+  // outline.
   const std::vector<Vec3> outline = {{0, 0, 0}, {4, 0, 0}, {4, 4, 0}, {2, 1, 0}, {0, 4, 0}};
   TriangleMesh mesh;
   const auto n = static_cast<int>(outline.size());
@@ -130,7 +132,7 @@ TEST(MeshRepair, ClosesADentedHoleWithoutOverlap) {
   const ContactMesh result = repaired(mesh);
   ASSERT_EQ(result.kind, SurfaceKind::kSolid);
   EXPECT_TRUE(contact::is_closed(result.mesh));
-  // The area inside the outline is 16 − 6. If triangles overlapped, the area would be larger.
+  // The area inside the outline is 16 − 6 mm². If triangles overlapped, their area would be larger.
   EXPECT_NEAR(area_m2(result.mesh) - area_m2(mesh), 10e-6, 1e-12);
   EXPECT_NEAR(contact::enclosed_m3(result.mesh), 400e-9, 1e-15);
 }
@@ -143,8 +145,8 @@ TEST(MeshRepair, CallsOpenSurfacesSheets) {
 }
 
 TEST(MeshRepair, ClosesASlitWhereAVertexLiesOnAnEdge) {
-  // One triangle of the side −z is divided at the midpoint of an edge, but its neighbour across that edge is not. This
-  // leaves a slit of zero width.
+  // One triangle of the side −z is divided at the midpoint of an edge. Its neighbour across that edge is not divided
+  // there, which leaves a slit of zero width.
   TriangleMesh mesh = tessellated_box(kCube);
   const auto middle = static_cast<int>(mesh.vertices.size());
   mesh.vertices.push_back((mesh.vertices[0] + mesh.vertices[2]) / 2);
@@ -159,8 +161,9 @@ TEST(MeshRepair, ClosesASlitWhereAVertexLiesOnAnEdge) {
 }
 
 TEST(MeshRepair, ClosesALongNarrowCrack) {
-  // The mesh is that of the previous test, but the new vertex is 20 µm off the edge. A disc with the length of the
-  // crack as its diameter would have 5 % of the cube's area.
+  // The mesh is that of the previous test, but the new vertex is 20 µm beside the edge. A disc with the length of the
+  // crack as its diameter would have 5 % of the cube's area. If that disc were the only bound of the hole's area, the
+  // cube would count as open.
   TriangleMesh mesh = tessellated_box(kCube);
   const auto middle = static_cast<int>(mesh.vertices.size());
   const Vec3 inward = -((mesh.vertices[0] + mesh.vertices[2]) / 2).normalized();
@@ -244,7 +247,7 @@ TEST(MeshRepair, LeavesOutAWallInsideASolid) {
   EXPECT_THAT(result.notes, Contains("1 triangle inside the solid is left out"));
 }
 
-/// The box contains a single-layer wall. Beside the wall the winding number is wrong by up to ½.
+/// The box contains a single-layer wall. Beside the wall, the winding number is wrong by up to ½.
 TEST(MeshRepair, LeavesOutAWallThatDividesASolid) {
   TriangleMesh mesh = tessellated_box(kCube);
   mesh.triangles.insert(mesh.triangles.end(), {{0, 1, 7}, {0, 7, 6}});
@@ -256,7 +259,8 @@ TEST(MeshRepair, LeavesOutAWallThatDividesASolid) {
   EXPECT_THAT(result.notes, Contains("2 triangles inside the solid are left out"));
 }
 
-/// A valid part stays unchanged except that its hole is closed. Only the wall in the other part has unpaired edges.
+/// A part without errors stays unchanged except that its hole is closed. Only the wall in the other part has unpaired
+/// edges.
 TEST(MeshRepair, TakesPartsForSolidsBesideOneThatDoesNotPairUp) {
   TriangleMesh mesh = tessellated_box(kCube);
   mesh.triangles.insert(mesh.triangles.end(), {{0, 1, 7}, {0, 7, 6}});
@@ -272,7 +276,8 @@ TEST(MeshRepair, TakesPartsForSolidsBesideOneThatDoesNotPairUp) {
   EXPECT_EQ(result.parts[1].why, "enclosed, by the winding number");
 }
 
-/// The box has a fin, so its edges are not all paired. Inside it is a smaller box that faces inwards.
+/// Because of its fin, the box has edges that cannot be paired. Inside the box is a smaller box that faces inwards: a
+/// cavity.
 TEST(MeshRepair, KeepsTheCavityOfAPartThatDoesNotPairUp) {
   TriangleMesh mesh = tessellated_box(kCube);
   mesh.vertices.emplace_back(0, 0, 0.05);
@@ -284,7 +289,8 @@ TEST(MeshRepair, KeepsTheCavityOfAPartThatDoesNotPairUp) {
   EXPECT_NEAR(contact::enclosed_m3(result.mesh), 7.0 / 8 * kCubeVolume, 1e-15);
 }
 
-/// A flat part has no volume that would determine its orientation. Therefore the test uses random rotations.
+/// A flat part has no volume that would determine its orientation, so its side depends on rounding. The test therefore
+/// uses random rotations.
 TEST(MeshRepair, TakesALidForPartOfTheBoxThatItCloses) {
   TriangleMesh open = tessellated_box(kCube), lid = open;
   const auto is_top = [&](const auto& t) {
@@ -297,7 +303,7 @@ TEST(MeshRepair, TakesALidForPartOfTheBoxThatItCloses) {
   for (int i = 0; i < 20; ++i) {
     const Quat q = Quat(random.normal(), random.normal(), random.normal(), random.normal()).normalized();
     TriangleMesh mesh = open;
-    // The gap is larger than the tolerance for merging vertices.
+    // The gap is wider than the tolerance for merging vertices, so the lid stays a separate part.
     contact::append(mesh, lid, Vec3(0, 0, 1e-5));
     for (Vec3& p : mesh.vertices) p = q * p;
     const ContactMesh result = repaired(mesh);
@@ -307,7 +313,7 @@ TEST(MeshRepair, TakesALidForPartOfTheBoxThatItCloses) {
   }
 }
 
-/// A box with a fin, as in many files: three triangles share an edge.
+/// A box with a fin, as in many files, where three triangles share an edge.
 TEST(MeshRepair, TakesAFinOnASolidForASheet) {
   TriangleMesh mesh = tessellated_box(kCube);
   mesh.vertices.emplace_back(0, 0, 0.05);
@@ -317,8 +323,8 @@ TEST(MeshRepair, TakesAFinOnASolidForASheet) {
   EXPECT_EQ(result.sheet.triangles.size(), 1U);
 }
 
-/// An open box with a fin, so its edges are not all paired. In its opening the winding number is ½ although there is no
-/// surface.
+/// An open box with a fin, so not all of its edges can be paired. In its opening the winding number is ½ although no
+/// surface is there.
 TriangleMesh open_box_with_fin() {
   TriangleMesh mesh = tessellated_box(kCube);
   std::erase_if(mesh.triangles, [&](const auto& t) {
@@ -333,7 +339,7 @@ TEST(MeshRepair, TakesWhatEndsInTheOpenForASheet) {
   const ContactMesh result = repaired(open_box_with_fin());
   EXPECT_EQ(result.kind, SurfaceKind::kSheet);
   EXPECT_EQ(result.mesh.triangles.size(), 11U);
-  // The open box lies beside a valid solid and a solid with a fin. Both must remain unchanged.
+  // The open box is beside a valid solid and a solid with a fin. Both must remain unchanged.
   TriangleMesh mesh = open_box_with_fin();
   contact::append(mesh, tessellated_box(kCube), 2 * kCube);
   TriangleMesh finned = tessellated_box(kCube);
@@ -348,7 +354,7 @@ TEST(MeshRepair, TakesWhatEndsInTheOpenForASheet) {
   EXPECT_TRUE(three.inner.triangles.empty());
 }
 
-/// One of 110 triangles is missing, so almost every ray from inside hits the surface.
+/// Every 110th triangle is missing. The holes are so small that almost every ray from inside meets the surface.
 TEST(MeshRepair, LeavesASolidWithSmallHolesAndAFinASolid) {
   TriangleMesh mesh = tessellated_sphere(0.02);
   const std::size_t all = mesh.triangles.size();
@@ -363,7 +369,7 @@ TEST(MeshRepair, LeavesASolidWithSmallHolesAndAFinASolid) {
   EXPECT_EQ(result.sheet.triangles.size(), 1U);
 }
 
-/// Two faces with the same border are a micrometre apart, and have a fin.
+/// Two faces with the same border are one micrometre apart. A fin makes their edges unpaired.
 TEST(MeshRepair, TakesWhatLiesOnItselfAndDoesNotPairUpForASheet) {
   const auto pillow_with_fin = [](double dent_m) {
     TriangleMesh mesh;
@@ -429,7 +435,7 @@ TEST(MeshRepair, DropsTwinsAndTrianglesWithoutArea) {
 
 TEST(MeshRepair, LeavesNoGapWhereAFlatTriangleWas) {
   // One triangle of the side −z is divided at the midpoint of an edge, but its neighbour across that edge is not. A
-  // degenerate triangle fills the slit.
+  // degenerate triangle fills the slit between them. Removing it must not open the slit.
   TriangleMesh mesh = tessellated_box(kCube);
   const auto middle = static_cast<int>(mesh.vertices.size());
   mesh.vertices.push_back((mesh.vertices[0] + mesh.vertices[2]) / 2);
@@ -473,7 +479,7 @@ TEST(MeshRepair, RefusesACrowdOfVerticesBesideSomethingFarAway) {
   TriangleMesh mesh;
   mesh.vertices = {Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY()};
   mesh.triangles = {{0, 1, 2}};
-  // A cube of 30³ vertices with a spacing of two tolerances.
+  // A cube of 30³ vertices with a spacing of two tolerances. Most vertices are then close to many others.
   for (int i = 0; i < 27'000; ++i) {
     const int row = i / 30 % 30, layer = i / 900;
     mesh.vertices.push_back(3e-7 * Vec3(i % 30, row, layer));

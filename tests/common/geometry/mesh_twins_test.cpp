@@ -19,13 +19,13 @@ using contact::append;
 
 using Face = std::vector<int>;
 
-/// Polygonal faces before they are divided into triangles.
+/// Polygonal faces, which add_cut() divides into triangles.
 struct Faces {
   std::vector<Vec3> vertices;
   std::vector<Face> faces;
 };
 
-/// Adds each face as a fan of triangles from its corner `from`. If `is_reversed`, the faces have the opposite
+/// Adds each face as a fan of triangles from the face's corner `from`. If `is_reversed`, the faces have the opposite
 /// orientation.
 void add_cut(TriangleMesh& mesh, const Faces& faces, std::size_t from, bool is_reversed) {
   mesh.vertices = faces.vertices;
@@ -51,7 +51,7 @@ TriangleMesh twice(const Faces& faces, std::size_t from, bool is_reversed) {
   return mesh;
 }
 
-/// A box with n × n quadrilaterals per side.
+/// Returns a box with n × n quadrilaterals on each side.
 Faces box(int n, const Vec3& size_m = Vec3(0.04, 0.03, 0.02), const Vec3& low_S = Vec3::Zero()) {
   Faces faces;
   for (int axis = 0; axis < 3; ++axis) {
@@ -76,7 +76,7 @@ Faces box(int n, const Vec3& size_m = Vec3(0.04, 0.03, 0.02), const Vec3& low_S 
   return faces;
 }
 
-/// A torus of twisted quadrilaterals.
+/// Returns a torus of twisted quadrilaterals.
 Faces torus() {
   constexpr int kAround = 24;
   constexpr int kAcross = 12;
@@ -140,7 +140,7 @@ std::vector<Case> cases() {
     const std::string way = is_reversed ? ", reversed" : ", same way";
     all.push_back({"box" + way, twice(box(1), 1, is_reversed), kBox});
     all.push_back({"fine box" + way, twice(box(4), 1, is_reversed), kBox});
-    // A twisted quadrilateral may be divided along either diagonal, which changes the volume slightly.
+    // A twisted quadrilateral may be divided along either diagonal, so its volume is known only approximately.
     all.push_back({"torus" + way, twice(torus(), 1, is_reversed), contact::enclosed_m3(cut(torus())), 0.01});
     for (const int n : {5, 24, 64}) {
       const double volume = contact::enclosed_m3(cut(prism(n)));
@@ -160,7 +160,7 @@ std::vector<Case> cases() {
     append(lidded, lid);
     all.push_back({"box with its top twice" + way, lidded, kBox});
   }
-  // An edge of the smaller face lies in the interior of the larger face.
+  // One edge of the smaller face lies in the interior of the larger face.
   TriangleMesh joined = cut(box(1));
   append(joined, cut(box(1, Vec3(0.02, 0.03, 0.01), Vec3(0.04, 0, 0))));
   all.push_back({"boxes that share part of a face", joined, kBox + 0.02 * 0.03 * 0.01});
@@ -172,7 +172,7 @@ std::vector<Case> cases() {
   return all;
 }
 
-/// Returns the mesh as read from a file in single precision: rotated, moved, scaled, and in random order.
+/// Returns the mesh as if it were read from a file in single precision: rotated, moved, scaled, and in random order.
 TriangleMesh varied(const TriangleMesh& mesh, double scale, Random& random) {
   const auto number = [&] { return random.uniform() - 0.5; };
   const Quat turn = Quat(number(), number(), number(), number()).normalized();
@@ -216,8 +216,8 @@ TEST(MeshTwins, AreTakenOutHoweverTheMeshIsScaledTurnedMovedAndOrdered) {
 }
 
 TEST(MeshSides, LeaveFacesThatOthersLieOnWhereTheyAre) {
-  // Because of the inner wall, the code must evaluate each triangle. Two more triangles lie on faces of the box, one in
-  // each orientation.
+  // The inner wall has unpaired edges, so each triangle must be classified by the winding number. Two more triangles
+  // lie on faces of the box, one in each orientation.
   TriangleMesh mesh = cut(box(2));
   Faces wall;
   for (const double y : {0.0, 0.015, 0.03}) {
@@ -240,7 +240,7 @@ TEST(MeshSides, LeaveFacesThatOthersLieOnWhereTheyAre) {
   }
 }
 
-/// Two faces with the same border; one of them has a dent of `dent_m`.
+/// Returns two faces with the same border. One of them has a dent that is `dent_m` deep.
 TriangleMesh pillow(double dent_m) {
   TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {0.1, 0, 0}, {0.1, 0.1, 0}, {0, 0.1, 0}, {0.05, 0.05, dent_m}};
@@ -257,7 +257,8 @@ TEST(MeshTwins, AreNoThinSolids) {
 }
 
 TEST(MeshTwins, AreNoPartsOfLargerFaces) {
-  // A small box stands on a large one. Without its floor the small box would be open.
+  // A small box stands on a large one. Its floor lies on the larger face but is no duplicate of it. Without its floor,
+  // the small box would be open.
   TriangleMesh mesh = cut(box(1));
   append(mesh, cut(box(1, Vec3(0.01, 0.01, 0.01), Vec3(0.01, 0.01, 0.02))));
   EXPECT_EQ(drop_twin_patches(mesh, 1e-8), 0U);

@@ -36,7 +36,7 @@ TEST(Polygon, TwoUnitSquaresShiftedByAQuarterShareThreeQuarters) {
   EXPECT_EQ(common_area(a, apart), 0);
 }
 
-/// The reference counts points of a fine grid inside both polygons.
+/// Compares with a reference that counts points of a fine grid inside both polygons.
 TEST(Polygon, CommonAreaOfRandomPolygonsIsThatOfAGrid) {
   std::mt19937_64 random(test::test_seed(65));
   std::uniform_real_distribution<double> place(-0.5, 0.5), size(0.3, 1), turn(0, 6.3);
@@ -53,7 +53,7 @@ TEST(Polygon, CommonAreaOfRandomPolygonsIsThatOfAGrid) {
         inside += contains(a, p) && contains(b, p) ? 1 : 0;
       }
     }
-    // A cell on the border counts wrongly by at most its area; the border of the intersection is at most 2π long.
+    // A cell on the border is counted wrongly by at most its area. The border of the intersection is at most 2π long.
     const double tolerance = 2 * std::numbers::pi * kCell;
     EXPECT_NEAR(common_area(a, b), inside * kCell * kCell, tolerance) << trial;
   }
@@ -93,7 +93,7 @@ TEST(Polygon, OnlyCounterclockwiseConvexPolygonsAreConvex) {
   EXPECT_TRUE(is_convex(std::vector<Vec2>{{0, 0}, {1, 0}, {1, 1}, {0, 1}}));
   EXPECT_FALSE(is_convex(std::vector<Vec2>{{0, 1}, {1, 1}, {1, 0}, {0, 0}}));
   EXPECT_FALSE(is_convex(std::vector<Vec2>{{0, 0}, {2, 0}, {1, 0.5}, {2, 2}}));
-  // A pentagram turns left at every corner, but goes around twice.
+  // A pentagram turns left at every corner, but its corners go around twice, so it is not convex.
   std::vector<Vec2> pentagram;
   for (int i = 0; i < 5; ++i)
     pentagram.emplace_back(std::cos(4 * std::numbers::pi * i / 5), std::sin(4 * std::numbers::pi * i / 5));

@@ -1,4 +1,4 @@
-// Surface assets must be read exactly as written, and all other bytes must be refused.
+// Surface assets must be read exactly as written. All other bytes must be refused.
 #include "common/geometry/surface_asset.hpp"
 
 #include <gmock/gmock.h>
@@ -19,7 +19,8 @@ TriangleMesh box() {
   return tessellated_box(Vec3(0.03, 0.02, 0.01));
 }
 
-/// Bytes of the current version with one changed number and a valid checksum, as a hostile server could send.
+/// Returns bytes of the current version with one changed number and a valid checksum, as a hostile server could send
+/// them.
 template <class T>
 std::vector<std::byte> forged(std::vector<std::byte> bytes, std::size_t at, T value) {
   std::memcpy(bytes.data() + at, &value, sizeof value);

@@ -31,7 +31,7 @@ Visits visits(const TriangleMesh& mesh, int threads, std::size_t most) {
   return found;
 }
 
-// Two intersecting balls. Each has more triangles than one batch of visit_crossing().
+// Two intersecting balls. Each ball has more triangles than visit_crossing() processes in one batch.
 TriangleMesh crossing_balls() {
   TriangleMesh other = contact::sphere_mesh(0.02, 4);
   for (Vec3& vertex : other.vertices) vertex += Vec3(0.013, 0.003, 0.001);
@@ -49,7 +49,7 @@ TEST(VisitCrossing, FindsForEachInTurnWhatTryingAllFinds) {
     if (i % 10 != 0 && others.empty()) continue;
     std::vector<std::size_t> expected;
     for (std::size_t other = 0; other < mesh.triangles.size(); ++other) {
-      // Triangles of the same ball do not count: they share vertices or do not touch.
+      // Only triangles of different balls count. Triangles of the same ball share vertices or do not touch.
       const bool is_of_other_ball = (other < mesh.triangles.size() / 2) != (triangle < mesh.triangles.size() / 2);
       if (is_of_other_ball && meet(corners_of(mesh, triangle), corners_of(mesh, other), kTolerance_m))
         expected.push_back(other);

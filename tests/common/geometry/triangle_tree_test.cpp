@@ -24,8 +24,8 @@ double distance_to_segment_m(const Vec3& p, const Vec3& a, const Vec3& b) {
   return (p - a - along * (b - a)).norm();
 }
 
-/// Returns the distance to a triangle by another algorithm than the tree's. If the foot of the perpendicular is inside
-/// all three sides, the result is the height above the plane. Otherwise it is the distance to the nearest side.
+/// Returns the distance to a triangle by a different algorithm from the tree's. If the foot of the perpendicular is
+/// inside all three sides, the result is the height above the plane. Otherwise it is the distance to the nearest side.
 double distance_to_triangle_m(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 normal = (b - a).cross(c - a).normalized();
   const auto is_inside = [&](const Vec3& from, const Vec3& to) { return normal.cross(to - from).dot(p - from) >= 0; };
@@ -84,7 +84,8 @@ TEST(TriangleTree, FindsTheDistanceThatTryingEveryTriangleFinds) {
   }
 }
 
-// The tree stores boxes and discs in single precision. Their rounding errors must not hide a triangle.
+// The tree stores boxes and discs in single precision. Far from the origin, their rounding errors must not hide a
+// triangle.
 TEST(TriangleTree, FindsThatFarFromTheOriginAndFromFarAwayToo) {
   Random random(kTriangleTreeSeed);
   TriangleMesh mesh = rough_sphere(random);
@@ -102,8 +103,8 @@ TEST(TriangleTree, FindsThatFarFromTheOriginAndFromFarAwayToo) {
   EXPECT_EQ(tree.closest(Vec3(1e200, 0, 0)).triangle, -1) << "no number says how far that is";
 }
 
-// Near the centre of a ball all triangles have almost the same distance. The differences are below the resolution of
-// single precision.
+// Near the centre of a ball, all triangles have almost the same distance. The differences are below the resolution of
+// single precision. The tree must find the nearest triangle nevertheless.
 TEST(TriangleTree, FindsTheNearestOfManyThatAreNearlyAsNear) {
   Random random(kTriangleTreeSeed);
   for (const double radius_m : {1e-3, 0.02, 1.0}) {
@@ -138,8 +139,8 @@ TEST(TriangleTree, SeesNothingBeyondTheLimit) {
   EXPECT_NEAR(tree.closest(p, 0.0051).distance_m, 0.005, 1e-15);
 }
 
-/// Checks `query`, which fills a span and returns the number of triangles found. If the span is too short, it must
-/// return more than the size of the span.
+/// Checks `query`, which fills a span and returns the number of triangles found. If the span is too short, the returned
+/// number must exceed the size of the span.
 template <class Query>
 std::size_t expect_finds(const std::vector<int>& expected, std::span<TriangleTree::Near> found, const Query& query) {
   const std::size_t count = query(found);
@@ -176,7 +177,7 @@ TEST(TriangleTree, FindsAllTrianglesWithinADistanceAndSaysWhenThereAreMore) {
   }
 }
 
-/// Returns true if a line crosses a triangle. This is computed in the plane perpendicular to the line.
+/// Returns true if a line crosses a triangle. The reference works in the plane perpendicular to the line.
 bool is_crossed(const TriangleMesh& mesh, std::size_t triangle, const Vec3& p, const Vec3& along) {
   const Vec3 right = along.unitOrthogonal(), up = along.cross(right);
   std::array<double, 3> turns{};
@@ -274,7 +275,7 @@ TEST(TriangleTree, AQueryAllocatesNothing) {
   EXPECT_EQ(test::allocation_count(), before) << sum;
 }
 
-/// An axis-aligned box; if `flipped`, its triangles face inwards.
+/// Adds an axis-aligned box. If `flipped`, its triangles face inwards.
 void add_box(TriangleMesh& mesh, const Vec3& centre, const Vec3& size_m, bool flipped = false) {
   const TriangleMesh box = tessellated_box(size_m);
   const int first = static_cast<int>(mesh.vertices.size());
@@ -284,7 +285,7 @@ void add_box(TriangleMesh& mesh, const Vec3& centre, const Vec3& size_m, bool fl
   }
 }
 
-// A cross of two bars, where no corner of one bar is inside the other, a post through both, and a separate bar.
+// The mesh is a cross of two bars (no corner of one bar is inside the other), a post through both, and a separate bar.
 TEST(TriangleTree, SolidsThatOverlapAreTheirUnion) {
   const std::array<std::array<Vec3, 2>, 4> boxes{{{Vec3(0, 0, 0), Vec3(0.1, 0.02, 0.02)},
                                                   {Vec3(0.01, 0, 0.001), Vec3(0.02, 0.1, 0.014)},
@@ -308,7 +309,7 @@ TEST(TriangleTree, SolidsThatOverlapAreTheirUnion) {
   EXPECT_GT(inside, 500);
 }
 
-// A hollow box contains another box in its cavity, which protrudes through the wall.
+// A hollow box contains another box in its cavity. The inner box protrudes through the wall into the outside.
 TEST(TriangleTree, WhatIsTurnedInsideOutIsACavity) {
   TriangleMesh mesh;
   add_box(mesh, Vec3::Zero(), Vec3::Constant(0.06));
@@ -325,7 +326,8 @@ TEST(TriangleTree, WhatIsTurnedInsideOutIsACavity) {
   }
 }
 
-/// A bar of square section along a path in the plane z = 0 with right-angled turns. Its ends are closed.
+/// Returns a bar of square section along a path in the plane z = 0 with right-angled turns. The ends of the bar are
+/// closed.
 TriangleMesh bent_bar(const std::vector<Vec3>& way, double half_m) {
   TriangleMesh mesh;
   const auto left = [&](std::size_t from) { return Vec3(Vec3::UnitZ().cross(way[from + 1] - way[from]).normalized()); };
@@ -349,8 +351,8 @@ TriangleMesh bent_bar(const std::vector<Vec3>& way, double half_m) {
   return mesh;
 }
 
-// In the fine mesh, triangles that cross no others are classified by regions. In the coarse mesh each triangle crosses
-// another.
+// In the fine mesh, some triangles cross no others and are classified by regions. In the coarse mesh, each triangle
+// crosses another one.
 TEST(TriangleTree, APartThatGoesThroughItselfIsSolidThere) {
   constexpr double kHalf_m = 0.004;
   const std::vector<Vec3> way{{-0.03, 0, 0}, {0.03, 0, 0}, {0.03, 0.03, 0}, {0, 0.03, 0}, {0, -0.03, 0}};
@@ -365,7 +367,7 @@ TEST(TriangleTree, APartThatGoesThroughItselfIsSolidThere) {
       const Vec3 p = random_place(random, 0.035).cwiseProduct(Vec3(1, 1, 0.3));
       double expected_m = std::numeric_limits<double>::infinity();
       for (std::size_t k = 0; k + 1 < way.size(); ++k) {
-        // The segment is extended at a turn, but not at an end of the bar.
+        // The segment is longer by half the bar's width at a turn, but not at an end of the bar.
         const Vec3 along = (way[k + 1] - way[k]).normalized();
         const Vec3 from = way[k] - (k > 0 ? kHalf_m : 0) * along;
         const Vec3 to = way[k + 1] + (k + 2 < way.size() ? kHalf_m : 0) * along;
@@ -383,8 +385,8 @@ TEST(TriangleTree, APartThatGoesThroughItselfIsSolidThere) {
   }
 }
 
-// A bar passes through a block, and the midpoint of each side of the bar is inside the block. Each part contains a
-// wall, so it is classified by the winding number.
+// A bar passes through a block; the midpoint of each side of the bar is inside the block. Each part contains a wall, so
+// the winding number classifies its triangles. A classification by midpoints alone would remove the bar.
 TEST(TriangleTree, APartThatComesOutOfASolidIsFeltThere) {
   const Vec3 block_m(0.06, 0.04, 0.04), bar_m(0.006, 0.08, 0.01), bar_at(0.011, 0.001, 0.002);
   TriangleMesh mesh;

@@ -1,5 +1,5 @@
-// Compares the fast winding number with the sum of solid angles, and checks its values for surfaces that do not enclose
-// a simple solid.
+// Compares the fast winding number with the sum of solid angles. Also checks its values for surfaces that do not
+// enclose a simple solid.
 #include "common/geometry/winding_number.hpp"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ void add(TriangleMesh& mesh, const TriangleMesh& other, const Vec3& by) {
   }
 }
 
-/// A torus of 2 n² triangles. If `missing` is above 0, this fraction of the triangles is left out.
+/// Returns a torus of 2 n² triangles. The fraction `missing` of its triangles is omitted.
 TriangleMesh torus(int n, double missing, Random& random) {
   TriangleMesh mesh;
   for (int i = 0; i < n; ++i) {
@@ -88,7 +88,8 @@ TEST(WindingNumber, IsTheSumForTrianglesOfVeryDifferentSizes) {
   }
 }
 
-/// The strips are as long as the tube, so each strip is close to the whole tube.
+/// The strips are as long as the tube. Each strip is therefore near to many points, where the approximation does not
+/// apply.
 TEST(WindingNumber, IsTheSumForATubeOfLongStrips) {
   constexpr int kStrips = 400;
   TriangleMesh mesh;
@@ -113,7 +114,8 @@ TEST(WindingNumber, IsTheSumForATubeOfLongStrips) {
   }
 }
 
-// There is no floating-point number between adjacent vertices, so their midpoint equals one of them.
+// There is no floating-point number between adjacent vertices, so the midpoint of a side equals one of its ends.
+// Without a limit, dividing such triangles would not end.
 TEST(WindingNumber, OfTrianglesWithoutPlaceBetweenTheirCornersEnds) {
   constexpr int kSide = 30;
   constexpr double kFar_m = 1e9, kLeast_m = 1.1920928955078125e-07;  // distance between adjacent double-precision
@@ -134,8 +136,8 @@ TEST(WindingNumber, OfTrianglesWithoutPlaceBetweenTheirCornersEnds) {
   EXPECT_TRUE(std::isfinite(WindingNumber(mesh).at(Vec3(kFar_m, kFar_m, 1))));
 }
 
-// Seen from a point on a triangle, the solid angles of the other triangles add up to half of the full solid angle. The
-// result may be exactly ½.
+// As seen from a point on a triangle, the solid angles of all other triangles add up to half of the full solid angle.
+// Because of rounding, the result is only nearly ½.
 TEST(WindingNumber, IsAHalfInTheMiddleOfATriangleThatDoesNotCount) {
   for (const double size_m : {0.02, 0.03, 0.04, 0.1}) {
     const TriangleMesh mesh = tessellated_box(Vec3(size_m, 0.02, 0.02));

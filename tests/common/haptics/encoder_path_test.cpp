@@ -1,5 +1,5 @@
-// Tests the work along the encoder path. For a hand on a spring, it must equal the work along the true path; encoder
-// steps must have no effect.
+// Tests the work along the encoder path. For a hand on a spring, it must equal the work along the true path. Encoder
+// steps must not appear as work.
 #include "common/haptics/encoder_path.hpp"
 
 #include <gtest/gtest.h>
@@ -20,10 +20,11 @@ double stepped(double value, double step) {
   return step * std::round(value / step);
 }
 
-/// Errors for a handle that moves ± 20 mm at 1 Hz on a spring of 500 N/m. The force depends on the reported position.
+/// Errors for a handle that moves ± 20 mm at 1 Hz on a spring of 500 N/m. The force is computed from the reported
+/// position.
 struct Swing {
   double path_error_j = 0;    ///< largest |Σ F·Δp − Σ F·Δx|, with p on the path and x the true position
-  double report_error_j = 0;  ///< the same error for the reported position
+  double report_error_j = 0;  ///< same error, with the reported position in place of p
   double farthest_m = 0;      ///< largest distance of the path from the true position
 };
 

@@ -1,5 +1,5 @@
-// If a device is not held, its own force accelerates it, and the safety chain must set the force to zero. A fast hand
-// must not trigger this.
+// Tests a device that nobody holds. Its own force accelerates it, so the safety chain must set the force to zero. A
+// hand that moves fast must not have this effect.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -30,7 +30,7 @@ struct Rig {
   Wrench out;
 };
 
-/// Models a released device as a mass on which only the displayed force acts.
+/// A released device is modelled as a mass on which only the displayed force acts.
 TEST(SafetyDrivenOff, AHandleThatNobodyHoldsIsLetGoWithinTwentyMillisecondsOfRunningOffAndReArmed) {
   for (const double mass_kg : {0.035, 0.15, 0.35}) {
     Rig rig;

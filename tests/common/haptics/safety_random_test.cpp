@@ -1,4 +1,4 @@
-// Tests the guarantees of the safety chain with random input. The seed TANDEM_TEST_SEED is printed on failure.
+// Tests the guarantees of the safety chain with random input. A failure prints the seed; TANDEM_TEST_SEED repeats it.
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace tandem::haptics {
 namespace {
 
 constexpr Duration kTick{std::chrono::milliseconds(1)};
-// Bound of the rounding error of a few operations on numbers of order 10.
+// Bound of the rounding error of a few operations on numbers of the order of 10.
 constexpr double kRounding = 1e-12;
 
 std::uint64_t test_seed() {
@@ -21,7 +21,8 @@ std::uint64_t test_seed() {
   return text != nullptr ? std::strtoull(text, nullptr, 10) : 20240517;
 }
 
-/// Arbitrary input: NaN, infinite and very large components, periods without states, lost samples, extreme speeds.
+/// Random input of any kind: NaN, infinite and very large components, periods without states, lost samples, extreme
+/// speeds.
 class RandomInput {
  public:
   explicit RandomInput(std::uint64_t seed) : random_(seed) {}
@@ -82,7 +83,7 @@ TEST(Safety, AnyInputGivesFiniteOutputWithinTheSlewLimitExceptWhileDecaying) {
     const Wrench out = chain.apply(now, input);
     ASSERT_TRUE(is_finite(out)) << "tick " << i;
     const double dt_s = to_seconds(gap);
-    // Ticks may be 60 ms apart, so a decay may end up to 60 ms later than its 20 ms.
+    // Ticks may be 60 ms apart, so a decay of 20 ms may end up to 60 ms late.
     const bool is_decaying = ((chain.faults() | faults_before) & ~(kSafetyRamping | kSafetySlewed)) != 0 ||
                              since_rearm <= std::chrono::milliseconds(80);
     if (!is_decaying) {

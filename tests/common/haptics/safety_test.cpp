@@ -1,4 +1,4 @@
-// Tests each guarantee of the safety chain.
+// Tests each guarantee of the safety chain with inputs that could break it.
 #include "common/haptics/safety.hpp"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace tandem::haptics {
 namespace {
 
 constexpr Duration kSafetyTick{std::chrono::milliseconds(1)};
-// Bound of the rounding error of a few operations on numbers of order 10.
+// Bound of the rounding error of a few operations on numbers of the order of 10.
 constexpr double kSafetyRounding = 1e-12;
 
 SafetyInput good_input(const Vec3& force_n = Vec3(0, 0, 3)) {
@@ -51,8 +51,8 @@ struct SafetyRig {
   Wrench out;
 };
 
-// A slew rate below that of any device. A force of 3 N would need 3 s to change at this rate, so a faster decay can
-// only be caused by the gain.
+// Settings with a slew rate below that of any device. At this rate, a change of 3 N takes 3 s. If the force decays
+// faster, the gain must have caused it.
 SafetySettings slow_slew() {
   SafetySettings settings;
   settings.slew_n_per_s = 1.0;
@@ -193,8 +193,8 @@ TEST(Safety, StateAfterSilenceIsRampedInFromZero) {
   EXPECT_NEAR(rig.out.f.z(), 1.5, 1e-9);
 }
 
-/// The force rises by 5 N/s during a short period without states. When states arrive again, the withheld force must not
-/// return abruptly.
+/// A short period without states, during which the computed force rises by 5 N/s. When states arrive again, the
+/// withheld force must not return abruptly.
 class ShortSilence : public testing::TestWithParam<int> {};
 
 TEST_P(ShortSilence, BeginsAndEndsWithoutStepOrCorner) {
@@ -353,7 +353,7 @@ TEST(Safety, ClutchFadesTheForceThatWasDisplayedWhateverIsComputedAndEvenIfItBou
       input.is_clutched = i <= pressed_ticks;
       const double before_n = rig.out.f.z();
       rig.tick(input);
-      // The displayed 3 N fade by at most 0.1 N per millisecond.
+      // The displayed force of 3 N must fade by at most 0.1 N per millisecond.
       ASSERT_LE(std::abs(rig.out.f.z() - before_n), 0.1 + kSafetyRounding) << i << " ms, of " << pressed_ticks;
       ASSERT_TRUE(i > 30 || rig.out.f.z() >= 0) << i << " ms, of " << pressed_ticks;
       ASSERT_TRUE(i < 35 || i > pressed_ticks || rig.out.f.isZero(0));
@@ -391,8 +391,8 @@ TEST(Safety, FaultIsNotOverBeforeTheDeviceHasTakenAZero) {
   EXPECT_NEAR(rig.out.f.z(), 1.5, 1e-9) << "ramped in";
 }
 
-/// The loop stalls for the first parameter in milliseconds, then ticks regularly. If the second parameter is true, the
-/// states are as old as the stall.
+/// A stall of the loop, after which it ticks regularly. The first parameter is the duration of the stall [ms]. If the
+/// second is true, the states are as old as the stall.
 class Stall : public testing::TestWithParam<std::tuple<int, bool>> {};
 
 TEST_P(Stall, LetsTheForceGoInStepsThenRampsItIn) {
@@ -403,7 +403,7 @@ TEST_P(Stall, LetsTheForceGoInStepsThenRampsItIn) {
   double before_n = rig.out.f.z(), rose_n = 0;
   int zero_at = 0;
   for (int k = 1; k <= 600; ++k) {
-    // After a stall the computed force may be arbitrary, so it is 30 N at first.
+    // After a stall, the computed force may have any value, so it is 30 N at first.
     SafetyInput input = good_input(Vec3(0, 0, k < 20 ? 30 : 6));
     if (state_is_old && k < 30) input.state_age = std::chrono::milliseconds(stall_ms + k);
     rig.tick(input);

@@ -45,8 +45,8 @@ TEST(VelocityEstimator, OfExactPositionsIsTheLastPeriodsDifference) {
 }
 
 TEST(VelocityEstimator, OfSteadyMotionIsWithinWhatTheResolutionLeavesOpen) {
-  // A line is fitted to a full window of 20 periods, with errors of up to half an encoder step. The error of its slope
-  // is at most Σ|t_i − t̄| step/2 / Σ(t_i − t̄)² = 110 step/2 / (770 T).
+  // A line is fitted to a full window of 20 periods, with position errors of up to half an encoder step. Its slope errs
+  // by at most Σ|t_i − t̄| step/2 / Σ(t_i − t̄)² = 110 step/2 / (770 T).
   const double bound = 110 * kVelocityEstimatorStep / 2 / (770 * kVelocityEstimatorPeriod);
   for (const double speed : {0.0, 0.001, 0.003, 0.01, 0.037, 0.1, 0.3, 1.0}) {
     VelocityEstimator estimator = quantised();
@@ -87,7 +87,7 @@ TEST(VelocityEstimator, IsQuietAtRestOnTheEdgeOfAStep) {
     square += speed * speed;
     largest = std::max(largest, std::abs(speed));
   }
-  // Independent errors of ±step/2 in the window cause a standard deviation of step/2 / (T √770) = 0.54 mm/s.
+  // Independent errors of ±step/2 in the window give the slope a standard deviation of step/2 / (T √770) = 0.54 mm/s.
   const double deviation = kVelocityEstimatorStep / 2 / (kVelocityEstimatorPeriod * std::sqrt(770.0));
   EXPECT_NEAR(std::sqrt(square / (kTicks - 20)), deviation, 0.15 * deviation) << "seed 11";
   EXPECT_LT(largest, 110 * kVelocityEstimatorStep / 2 / (770 * kVelocityEstimatorPeriod) + 1e-12);
@@ -101,18 +101,18 @@ TEST(VelocityEstimator, FollowsASuddenStartWithinItsStatedDelay) {
     const double t = k * kVelocityEstimatorPeriod;
     const double found =
         estimator.add(tick(100 + k), at_x(rounded(acceleration * t * t / 2, kVelocityEstimatorStep))).v.x();
-    // Expected: the velocity one delay ago, with a tolerance for the encoder resolution at both ends of the window.
+    // The expected value is the velocity one delay ago. The tolerance allows for the encoder's resolution at both ends
+    // of the window.
     const double delay = to_seconds(estimator.linear_delay());
     const double then = acceleration * std::max(0.0, t - delay);
     ASSERT_NEAR(found, then, 1.5 * kVelocityEstimatorStep / (2 * delay) + acceleration * kVelocityEstimatorPeriod) << k;
   }
-  // The window must shrink to √(12 step / a) or less. Within a long window the motion would deviate by 4 mm from a
-  // line.
+  // The window must shrink to √(12 step / a) or less. In a long window, the motion would deviate from a line by 4 mm.
   EXPECT_LE(estimator.linear_delay(), Duration(milliseconds(3)));
 }
 
-/// Returns the lag of `late` relative to `now`: the time shift with the largest correlation over whole periods, to a
-/// fraction of a sample.
+/// Returns the lag of `late` relative to `now`: the time shift with the largest correlation over whole periods. It is
+/// interpolated to a fraction of a sample.
 double lag_of(const std::vector<double>& now, const std::vector<double>& late) {
   const auto correlation = [&](int shift) {
     double sum = 0;
@@ -140,7 +140,8 @@ TEST(VelocityEstimator, IsAsLateAsItSays) {
         found.push_back(
             estimator.add(tick(k), at_x(rounded(amplitude * std::sin(omega * t), kVelocityEstimatorStep))).v.x());
         real.push_back(amplitude * omega * std::cos(omega * t));
-        // The lag matters most where the velocity changes fast, so the delay is weighted by the slope of the velocity.
+        // The lag is most visible where the velocity changes fast. The delay is therefore weighted by the slope of the
+        // velocity.
         const double slope = std::abs(std::sin(omega * t));
         delay += slope * slope * to_seconds(estimator.linear_delay());
         weight += slope * slope;

@@ -1,4 +1,4 @@
-// Bodies on springs to their initial pose. Both stages must apply the same spring.
+// Tests bodies on springs to their start pose. The two stages that move bodies must apply the same spring.
 #include <gtest/gtest.h>
 
 #include "tests/common/physics/world_support.hpp"
@@ -16,7 +16,7 @@ WorldDescription anchored(const Joint& anchor, double mass_kg = kMass_kg) {
   return world;
 }
 
-/// The stage that integrates the body: the stage of untouched bodies or the touch stage.
+/// The stage that moves the body: the stage of untouched bodies, or the touch stage.
 enum class Owner { kUntouched, kTouchStage };
 
 class Anchor : public ::testing::TestWithParam<Owner> {
@@ -40,7 +40,7 @@ TEST_P(Anchor, MovesABodyByImplicitEulersRecurrence) {
         (kMass_kg + kStep_s * (anchor.damping_n_s_per_m + kStep_s * anchor.stiffness_n_per_m));
     x += kStep_s * v;
     ASSERT_EQ(world.step(), 0U);
-    // The solver may leave this residual in the equation of each step (see ContactIsland).
+    // Tolerance: residual that the solver may leave in the equation of each step (see ContactIsland).
     ASSERT_NEAR(world.body(kBody).X.p.x() - kStart.x(), x, 1e-9) << "step " << i;
     ASSERT_NEAR(world.body(kBody).V.v.x(), v, 1e-7) << "step " << i;
   }
@@ -82,7 +82,8 @@ TEST_P(Anchor, LetsABodySagByWeightOverStiffness) {
   EXPECT_NEAR(world.body(kBody).X.p.z() - kStart.z(), -kMass_kg * 9.81 / 500, 1e-9);
 }
 
-/// This must hold for any values. The body is displaced, rotated and thrown, and its centre of mass is eccentric.
+/// The energy must not grow for any values. The body is displaced, rotated and thrown, and its centre of mass is not at
+/// its origin.
 TEST_P(Anchor, NeverHoldsMoreEnergyThanItWasGiven) {
   for (const double mass_kg : {1e-3, 0.3, 100.0}) {
     for (const Joint& anchor : {Joint{1e5, 0, 1e4, 0}, Joint{1e5, 1e4, 1e4, 1e3}, Joint{10, 0, 0.01, 0},
@@ -110,7 +111,7 @@ INSTANTIATE_TEST_SUITE_P(OfBothOwners, Anchor, ::testing::Values(Owner::kUntouch
 
 TEST(AnchorTouch, AToolFeelsAnAnchoredBodyAsSpringsInARow) {
   WorldDescription description = anchored({300, 20, 5, 0.05});
-  // The tool is at the centre of the cube's left face and presses the cube to the right.
+  // The tool is in front of the centre of the cube's left face and presses the cube to the right.
   const double left = kStart.x() - kCubeEdge_m / 2 - kBallRadius_m;
   description.tools[0].X_WT.p = {left - 1e-3, kStart.y(), kStart.z()};
   World world = server_world(description);
@@ -120,7 +121,8 @@ TEST(AnchorTouch, AToolFeelsAnAnchoredBodyAsSpringsInARow) {
   const double moved_m = world.body(kBody).X.p.x() - kStart.x();
   const double force_n = -world.tool(0).wrench_on_hand_W.f.x();
   EXPECT_NEAR(300 * moved_m, force_n, 1e-6);
-  // Both springs have 300 N/m, and the surfaces are much stiffer.
+  // Coupling and anchor have 300 N/m each, and the surfaces are much stiffer. Springs in series share the displacement
+  // of 20 mm.
   EXPECT_NEAR(force_n, 300 * 0.02 / 2, 0.03);
 }
 

@@ -1,4 +1,4 @@
-// Tests bodies on springs in a scene, for both stages that can integrate them.
+// Tests bodies on springs in a scene, in both stages that can move them.
 #include <gtest/gtest.h>
 
 #include "common/physics/untouched_bodies.hpp"
@@ -12,8 +12,8 @@ namespace {
 constexpr BodyId kBlock{1};
 constexpr double kMass_kg = 0.2;
 
-/// A world with a block of 4 cm at the origin, on an anchor. `more` defines further bodies; `external` receives the
-/// indices of the untouched bodies.
+/// Returns a world with a block of 4 cm at the origin, on an anchor. `more` is JSON of further bodies. `external`
+/// receives the indices of the untouched bodies.
 World world_with_block(ExternalBodies& external, const std::string& anchor, const std::string& more = "",
                        const std::string& rest = "") {
   const std::string block =
@@ -41,7 +41,8 @@ TEST(AnchoredBody, HangsByWeightOverStiffness) {
 }
 
 TEST(AnchoredBody, StandsOnATableAsStiffAsTheAnchorMayBe) {
-  // The top of the table is 5 mm above the lower side of the block, so contact and spring act against each other.
+  // The top of the table is 5 mm above the lower side of the block, so contact and spring push against each other. A
+  // solver that alternates between both would oscillate.
   ExternalBodies external;
   World world = world_with_block(external, R"("stiffness_n_per_m": 1e5, "damping_n_s_per_m": 1e4)",
                                  R"(, {"name": "table", "shapes": [{"box": {"size_m": [1, 1, 0.1]}}],

@@ -1,4 +1,4 @@
-// Tests bodies that leave the scene, and ids that do not exist.
+// Tests bodies that leave the scene, and ids of bodies that do not exist.
 #include <gtest/gtest.h>
 
 #include "tests/common/physics/world_support.hpp"
@@ -8,7 +8,7 @@ namespace {
 
 constexpr BodyId kA{1};
 
-/// A cube without support, 0.5 m below the upper limit of a scene with bounds of 1 m.
+/// Returns a cube without support, 0.5 m below the upper limit of a scene with bounds of 1 m.
 WorldDescription falling() {
   WorldDescription description = world_of({cube({0, 0, 0.5}, 0.3)}, {ball_tool({0, 0, 0.6})});
   description.gravity_m_per_s2 = {0, 0, -9.81};
@@ -88,7 +88,7 @@ TEST(RemovedBody, IsMovedByNobodyUntilItsPoseIsKnown) {
   EXPECT_EQ(external, (ExternalBodies{0, 1, 2}));
   run(world, 500);
   EXPECT_NEAR(world.body(fallen).X.p.z(), 0.02, 1e-3) << "on the table";
-  // A body that a tool holds leaves the tool.
+  // If a body is removed while a tool holds it, the tool must release it.
   world.activate_tool(0);
   world.hold(0, held, Pose{});
   world.set_handle(0, at({0.1, 0, 0.02}));

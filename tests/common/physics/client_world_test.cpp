@@ -1,5 +1,5 @@
-// Tests functions of a world that only clients use: bodies that follow the server, small corrections, hands on a body,
-// and energies.
+// Tests functions of a world that only clients use: bodies that follow the server, small corrections, the set of tools
+// that touch a body, and energies.
 #include <gtest/gtest.h>
 
 #include "common/haptics/coupling/coupling_law.hpp"
@@ -93,19 +93,19 @@ TEST(ClientWorld, AToolHoldsABodyOutOfReachWhenSomebodyElseDecidedThat) {
   EXPECT_EQ(world.hands_on(kClientWorldA), 0U);
 }
 
-/// Two adjacent cubes have one tool at their left end, a third cube is below another tool, and a third tool is far
+/// One tool touches the left end of two adjacent cubes, a second tool is above a third cube, and a third tool is far
 /// away.
 TEST(HandsOn, PassThroughWhatMovesAndThroughNothingElse) {
   const double gap = 1e-5;
   WorldDescription description =
       world_of({cube({0, 0, 0.02}, 0.3), cube({kCubeEdge_m + gap, 0, 0.02}, 0.3), table(), cube({0.3, 0, 0.02}, 0.3)},
                {ball_tool({-0.03, 0, 0.02}), ball_tool({0.3, 0, 0.05}), ball_tool({0, 0, 2})});
-  // Damping keeps a pushed body in contact with the tool.
+  // Damping keeps a pushed body in contact with its tool.
   for (BodyDescription& body : description.bodies) body.traits.linear_damping_per_s = 50;
   World world = client_world(description);
   for (const std::size_t tool : {0U, 1U, 2U}) world.activate_tool(tool);
   for (int i = 0; i < 500; ++i) {
-    // All cubes lie on the table. The table does not move, so it must not connect them.
+    // All cubes lie on the table. The table does not move, so contact through it must not count.
     world.set_handle(0, at({-0.03 + 5e-5 * i, 0, 0.02}));
     world.set_handle(1, at({0.3, 0, 0.04}));
     world.set_handle(2, at({0, 0, 2}));
@@ -191,7 +191,7 @@ TEST(StoredEnergy, HasTheFieldsForceAsItsSlope) {
     const std::array<Pose, 2> poses{Pose{}, {{x_m, 0, 0}, Quat::Identity()}};
     std::array<Wrench, 2> wrenches{};
     ASSERT_FALSE(forces.add_wrenches(poses, wrenches));
-    // The difference is wide enough that the single precision of the field has no effect.
+    // The step of the difference is so wide that the single precision of the field has no effect.
     const double slope = (energy_at(x_m + 3e-5) - energy_at(x_m - 3e-5)) / 6e-5;
     EXPECT_NEAR(wrenches[1].f.x(), -slope, 1e-3 * std::abs(slope) + 5e-6) << x_m;
   }

@@ -1,5 +1,5 @@
-// Tests laws that change the tool's dynamics, in a running world. They have guarantees for tool, hand and touched
-// bodies.
+// Tests coupling laws that change the tool's dynamics, in a running world. Each law has guarantees for tool, hand and
+// touched bodies.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -37,7 +37,7 @@ std::string ball_at(double z, const std::string& name = "t") {
   return R"({"name": ")" + name + R"(", "placement": {"position_m": [0, 0, )" + std::to_string(z) + "]}}";
 }
 
-constexpr double kRadius_m = 0.005;  // radius of the ball that represents a tool without shapes
+constexpr double kRadius_m = 0.005;  // radius of the ball that is the default shape of a tool
 
 TEST(World, AToolIsPulledNoHarderThanItsUsersDeviceBearsUntilHeLeaves) {
   World world(server::make_server_world(
@@ -69,8 +69,8 @@ const haptics::CouplingLawInfo& named(std::string_view name) {
   return *haptics::find_coupling_law(name);
 }
 
-/// Two tools that are pressed 8 mm into a block; the device of the second one has a limit of 150 N/m. The law is set
-/// before both are activated.
+/// Returns a world with two tools that are pressed 8 mm into a block. The device of the second user has a limit of 150
+/// N/m. The law is set before both tools are activated.
 std::unique_ptr<World> pressed(std::string_view law_from_the_start, std::string_view of_scene = haptics::kAdaptiveLaw) {
   const std::string beside = R"({"name": "u", "placement": {"position_m": [0.05, 0, 0.005]}})";
   std::unique_ptr<World> pressed(
@@ -148,13 +148,13 @@ TEST(MasslessTool, IsAtTheHandleAfterAStepHoweverItMoves) {
   World world(server::make_server_world(load_parts({.coupling = law("qsa-static")})));
   world.activate_tool(0);
   for (int i = 0; i < 300; ++i) {
-    // The speed is at most 0.6 m/s and reverses every 50 ms.
+    // The speed of the handle is at most 0.6 m/s and reverses every 50 ms.
     const RigidState handle =
         at({0.01 * std::sin(60 * i * kCouplingStep_s), 0, 2}, {0.6 * std::cos(60 * i * kCouplingStep_s), 0, 0});
     world.set_handle(0, handle);
     EXPECT_EQ(world.step(), 0U);
-    // In the solver, a small mass replaces the tool's mass of zero. It causes an error of a ten-thousandth of the
-    // handle's motion in a step. That motion is up to 0.6 mm.
+    // In the solver, a massless tool has a small mass. It causes an error of 1e-4 of the handle's motion in a step,
+    // which is up to 0.6 mm.
     ASSERT_LT((world.tool(0).tool.X.p - handle.X.p).norm(), 1e-7) << i;
     ASSERT_LT(world.tool(0).wrench_on_hand_W.f.norm(), 300 * 1e-7) << i;
   }
@@ -170,14 +170,14 @@ TEST(MasslessTool, PressedOnABoxRestsInAStepWhereCouplingAndContactBalance) {
   world.set_handle(0, at({0, 0, kRadius_m - inside_m}));
   EXPECT_EQ(world.step(), 0U);
   const double first_n = world.tool(0).wrench_on_hand_W.f.z(), first_z = world.tool(0).tool.X.p.z();
-  // The closed form for pushing also applies to a handle at rest.
+  // A handle at rest counts as pushing, so the closed form for pushing applies.
   const double stretch_m = first_z - (kRadius_m - inside_m);
   const double d_max = 6.5 / 300;
   EXPECT_NEAR(first_n, 6.5 * (1 - std::exp(-stretch_m / d_max)), 1e-4);
   EXPECT_NEAR(first_n, world.touch(0).force_n, 1e-4) << "nothing is left for inertia";
   for (int i = 0; i < 500; ++i) {
     EXPECT_EQ(world.step(), 0U);
-    // The damper of the contact needs a second step, then the tool is at rest.
+    // Because of the damper of the contact, the tool moves in the second step, too. Then it is at rest.
     ASSERT_NEAR(world.tool(0).wrench_on_hand_W.f.z(), first_n, 0.02 * first_n) << i;
   }
   EXPECT_NEAR(world.tool(0).wrench_on_hand_W.f.z(), world.touch(0).force_n, 1e-6);
@@ -215,7 +215,7 @@ TEST(MasslessTool, LeavesTheBodyThatItHoldsItsMass) {
   EXPECT_LT((impulse + kCouplingStep_s * world.tool(0).wrench_on_hand_W.f).norm(), 1e-12);
 }
 
-/// A cube of 1 cm that is pressed on a block. Both are soft, and have 5e6 N/m³ in series.
+/// A cube of 1 cm that is pressed on a block. Both are soft; their surfaces in series have 5e6 N/m³.
 std::string flat_tool(double z) {
   return R"({"name": "t", "shapes": [{"box": {"size_m": [0.01, 0.01, 0.01]}}], "contact_stiffness_n_per_m3": 1e7,
              "placement": {"position_m": [0, 0, )" +
@@ -232,8 +232,8 @@ TEST(DirectRendering, ShowsTheContactsStiffnessAtTheHandlesPose) {
     world.set_handle(0, at({0, 0, 0.005 - depth_m}));
     run_coupled(world, 3);
     EXPECT_NEAR(world.tool(0).tool.X.p.z(), 0.005 - depth_m, 1e-12) << "the tool is where the handle is";
-    // The force is the sum over face and sides, because each part of the surface inside the block presses in proportion
-    // to its depth.
+    // The expected force includes the sides of the cube: each part of the surface inside the block presses in
+    // proportion to its depth.
     const double expected_n = 5e6 * (1e-4 * depth_m + 0.04 * depth_m * depth_m / 2);
     EXPECT_NEAR(world.tool(0).wrench_on_hand_W.f.z(), expected_n, 0.02 * expected_n);
     EXPECT_LT(world.tool(0).wrench_on_hand_W.f.head<2>().norm(), 1e-3);
@@ -271,7 +271,7 @@ TEST(DirectRendering, PushesAFreeBodyWithWhatTheHandFeels) {
     given -= kCouplingStep_s * world.tool(0).wrench_on_hand_W.f;
   }
   EXPECT_GT(world.body(BodyId{1}).V.v.x(), 0.05);
-  // The solver may leave this residual in the equation of each step (see ContactIsland).
+  // Tolerance: residual that the solver may leave in the equation of each step (see ContactIsland).
   EXPECT_LT((0.3 * world.body(BodyId{1}).V.v - given).norm(), 300 * 1e-11 * 0.3);
 }
 
@@ -293,7 +293,7 @@ TEST(DirectRendering, AHeldBodyIsAtTheHandleAndItsWeightIsShared) {
   }
 }
 
-/// The stiffness of the thesis with a different damping.
+/// Returns an adaptive fit with the stiffness of the thesis and a different damping.
 std::string fit(const std::string& damping_n_s_per_m) {
   return R"(, "adaptive": {"mass_range_kg": [0.05, 0.2], "stiffness_n_per_m": [16.21, 116.53],
                            "damping_n_s_per_m": [)" +
@@ -343,7 +343,7 @@ TEST(AdaptiveCoupling, FollowsWhatIsGrabbedAndReleasedWithoutAStepOfForce) {
   world.release(0);
   watch();
   EXPECT_NEAR(force_n(), fitted_n_per_m(0.05) * stretch_m, 0.01);
-  // The ramp alone changes the force by a hundredth of the total per step. The bound is twice as large, because the
+  // The ramp alone changes the force by 1/100 of the total in each step. The bound is twice as large, because the
   // damper reacts to the settling contact.
   EXPECT_LT(largest_step_n, 0.02 * (fitted_n_per_m(mass_kg) - fitted_n_per_m(0.05)) * stretch_m);
 }

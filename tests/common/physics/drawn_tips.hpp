@@ -1,4 +1,4 @@
-// A tool tip that presses on a surface while the hand moves it along the surface.
+// Support for tests in which a tool tip presses on a surface while the hand moves it along the surface.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ inline ShapePointer mesh_of(const geometry::TriangleMesh& mesh) {
   return contact::make_contact_mesh(geometry::repaired(mesh));
 }
 
-/// Returns a box from a cache by size, because building a mesh takes longer than running a scene.
+/// Returns a box. Boxes are cached by size, because building a mesh takes longer than running a scene.
 inline ShapePointer box_of(const Vec3& size_m, bool is_mesh) {
   static std::map<std::tuple<double, double, double, bool>, ShapePointer> made;
   ShapePointer& shape = made[{size_m.x(), size_m.y(), size_m.z(), is_mesh}];
@@ -91,7 +91,7 @@ struct Draw {
   int hold_steps = 0;         ///< number of steps for which the hand rests at the end
 };
 
-/// Returns the forces on the hand in frame U while the tip is moved along the surface.
+/// Moves the tip along the surface. Returns the forces on the hand in each step, in frame U.
 inline std::vector<Vec3> drawn(const Parts& surface, const Tip& tip, const Draw& draw) {
   std::vector<BodyDescription> bodies;
   const auto add = [&](const Parts& parts) {

@@ -1,4 +1,4 @@
-// Tests tips on flat surfaces. Without friction no lateral force may act on a pin, for any triangulation of a mesh.
+// Tests tips on flat surfaces. Without friction, no lateral force may act on a pin, for any triangulation of a mesh.
 // With friction, a tip of any size must stick up to Coulomb's limit.
 #include <gtest/gtest.h>
 
@@ -11,12 +11,13 @@
 namespace tandem::physics {
 namespace {
 
-// In 329 of 330 scenes the lateral force was at most 0.02 N. It was 0.026 N where the plane of a face is not detected
-// over the whole face.
+// Limits of the lateral force and of the change of the force in a step [N]. In 329 of 330 scenes the lateral force was
+// at most 0.02 N. It was 0.026 N in a scene where the plane of a face is not detected over the whole face.
 constexpr double kMostDrag_n = 0.03, kMostStep_n = 0.3;
 constexpr double kPlateWidth_m = 0.04;
 
-/// A surface with a flat top: `cells`² quadrilaterals with randomly placed inner corners, split along either diagonal.
+/// A surface with a flat top: `cells`² quadrilaterals with randomly placed inner corners, each split along a random
+/// diagonal.
 ///
 /// In      thickness_m  0 for an open sheet
 geometry::TriangleMesh flat_mesh(Random& random, int cells, double thickness_m) {
@@ -81,7 +82,8 @@ void expect_no_drag(std::uint64_t usual_seed, std::uint64_t usual_scenes) {
     draw.to_U = middle + way;
     const std::vector<Vec3> forces = drawn(surface, tip, draw);
     double drag_n = 0, step_n = 0;
-    // At first the damper of the coupling moves the tip along the surface. This decays within some tenths of a second.
+    // At the start, the damper of the coupling moves the tip along the surface. This motion decays within some tenths
+    // of a second, so the first half is skipped.
     for (std::size_t i = forces.size() / 2; i < forces.size(); ++i) {
       drag_n = std::max(drag_n, forces[i].head<2>().norm());
       step_n = std::max(step_n, (forces[i] - forces[i - 1]).norm());
@@ -107,7 +109,8 @@ void expect_sticking(std::uint64_t usual_seed, std::uint64_t usual_scenes) {
     const Parts surface = {{box_of(size_m, is_mesh), at_place({0, 0, -size_m.z() / 2})}};
     const Tip tip = tip_of(random);
     Draw draw;
-    // While the hand moves, the damper of the coupling adds a pull of 0.2 N.
+    // The pressing force has a lower limit, because the damper of the coupling adds a pull of 0.2 N while the hand
+    // moves.
     draw.press_n = random.uniform(2, 5);
     draw.friction = friction;
     draw.X_WU = at_place({0.1, 0.05, 0.2}, quaternion_of(Vec3(random.normal(), random.normal(), random.normal())));
@@ -117,7 +120,7 @@ void expect_sticking(std::uint64_t usual_seed, std::uint64_t usual_scenes) {
     draw.to_U = draw.from_U + wanted_n / kStiffness_n_per_m * Vec3(std::cos(angle), std::sin(angle), 0);
     const double share = drawn(surface, tip, draw).back().head<2>().norm() / wanted_n;
     least = std::min(least, share);
-    // A tip yields slightly before it sticks. In 320 scenes the smallest share was 0.67, for a box of 1 mm.
+    // A tip yields slightly before it sticks. In 320 scenes the smallest fraction was 0.67, for a box of 1 mm.
     EXPECT_GT(share, 0.6) << "scene " << scene << ": " << tip.name << (is_mesh ? " on a mesh" : " on a box")
                           << ", pressing with " << draw.press_n << " N";
   }

@@ -18,7 +18,7 @@ constexpr double kStiffness = 300;
 constexpr const char* kCoupling =
     R"({"law": "spring-damper", "stiffness_n_per_m": 300, "damping_n_s_per_m": 5, "force_limit_n": 100})";
 constexpr const char* kToolAtOrigin = R"({"name": "t"})";
-/// A body far below the tools.
+/// A body far below the tools, because a scene needs at least one body.
 constexpr const char* kGround =
     R"({"name": "ground", "shapes": [{"box": {"size_m": [1, 1, 0.1]}}], "placement": {"position_m": [0, 0, -9]}})";
 
@@ -32,7 +32,7 @@ World world_in(const std::string& effect) {
       {.bodies = kGround, .tools = kToolAtOrigin, .coupling = kCoupling, .rest = R"("effects": [)" + effect + "]"}));
 }
 
-/// A body of 4 cm without weight at `x_m` that carries `effect`.
+/// Returns a weightless body of 4 cm at `x_m` that owns `effect`.
 std::string floating_body(const std::string& name, double x_m, double mass_kg, const std::string& effect) {
   return R"({"name": ")" + name + R"(", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "gravity": false,
              "graspable": true, "mass_kg": )" +
@@ -53,7 +53,8 @@ TEST(EffectStage, ATubOfFluidDragsAToolBehindTheHandByItsClosedForm) {
     world.set_handle(0, resting_at({kSpeed * kEffectStep_s * i, 0, 0}, {kSpeed, 0, 0}));
     ASSERT_EQ(world.step(), 0U);
   }
-  // In the steady state k (x_hand − x_tool) = b v, because the damper of the coupling has no relative velocity.
+  // In the steady state k (x_hand − x_tool) = b v. The damper of the coupling has no force, because hand and tool have
+  // the same velocity.
   const ToolState tool = world.tool(0);
   EXPECT_NEAR(kSpeed - tool.tool.X.p.x(), 6 * kSpeed / kStiffness, 1e-6);
   EXPECT_NEAR(tool.wrench_on_hand_W.f.x(), -6 * kSpeed, 1e-4);
@@ -95,7 +96,8 @@ TEST(EffectStage, AMagnetHoldsAToolAgainstTheHandUpToItsPeak) {
   World world = world_in(R"({"magnet": {"peak_force_n": 2, "range_m": 0.03}})");
   world.activate_tool(0);
   hold(world, 0, {0.006, 0, 0}, 3000);
-  // At equilibrium k_m (1 − s²)² x = k (x_hand − x), with k_m = 2/(0.2862 · 0.03).
+  // At equilibrium k_m (1 − s²)² x = k (x_hand − x), with the magnet's stiffness k_m = 2/(0.2862 · 0.03) and s =
+  // x/range.
   const double x = world.tool(0).tool.X.p.x(), s2 = std::pow(x / 0.03, 2);
   EXPECT_NEAR(2 / (16 / (25 * std::sqrt(5.0)) * 0.03) * (1 - s2) * (1 - s2) * x, kStiffness * (0.006 - x), 1e-6);
   EXPECT_LT(x, 0.0036);
@@ -121,8 +123,8 @@ TEST(EffectStage, VibrationReachesTheHandAtItsFrequencyAndNoOther) {
     force.push_back(world.tool(0).wrench_on_hand_W.f.z());
   }
   const double amplitude_n = amplitude_at(force, 80);
-  // The mass of the tool attenuates the vibration at the hand. For 50 g the factor |k + i b ω| / |k − m ω² + i b ω| is
-  // 0.20.
+  // The mass m of the tool attenuates the vibration at the hand. For 50 g the factor |k + i b ω| / |k − m ω² + i b ω|
+  // is 0.20.
   EXPECT_NEAR(amplitude_n, 0.20 * 0.8, 0.01 * 0.8);
   for (const double hz : {20, 40, 79, 81, 120, 160, 240}) EXPECT_LT(amplitude_at(force, hz), 0.01 * amplitude_n) << hz;
 }
@@ -166,8 +168,8 @@ TEST(EffectStage, AGratingIsFeltAtItsPeriodAndAPadSticks) {
     }
     return force;
   };
-  // At 0.03 m/s a period of 3 mm gives 10 Hz. The tool is pressed with 1.2 N, so the force of the slope is 1.2 N · 0.1
-  // mm · 2π/3 mm = 0.25 N.
+  // A period of 3 mm at 0.03 m/s gives 10 Hz. The tool is pressed with 1.2 N, so the amplitude of the force is 1.2 N ·
+  // 0.1 mm · 2π/3 mm = 0.25 N.
   const auto grating = swept(R"({"texture": {"height_m": 0.0001, "period_x_m": 0.003}})");
   EXPECT_NEAR(amplitude_at(grating, 10), 0.25, 0.05);
   EXPECT_LT(amplitude_at(grating, 7), 0.02);
@@ -178,7 +180,7 @@ TEST(EffectStage, AGratingIsFeltAtItsPeriodAndAPadSticks) {
 
 constexpr const char* kMassless = R"({"law": "qsa-static", "stiffness_n_per_m": 300, "force_limit_n": 6.5})";
 
-/// Returns the largest motion of the tool per step, after the hand has rested at `hand` for two seconds.
+/// Lets the hand rest at `hand` for two seconds. Returns the largest motion of the tool per step after that.
 double unrest_m(World& world, const Vec3& hand) {
   hold(world, 0, hand, 2000);
   double largest = 0;
@@ -190,7 +192,7 @@ double unrest_m(World& world, const Vec3& hand) {
   return largest;
 }
 
-// Each effect is stiffer than the coupling, so the iteration x ← x_H + f(x)/k alone would diverge.
+// Each effect is stiffer than the coupling. The plain iteration x ← x_H + f(x)/k would therefore diverge.
 TEST(EffectStage, NothingStiffMakesAMasslessToolChatter) {
   const std::string magnet = R"({"magnet": {"peak_force_n": 3, "range_m": 0.01}})";
   const std::string stick = R"({"stick_slip": {"stiffness_n_per_m": 100000, "breakaway_force_n": 2}})";
@@ -289,7 +291,7 @@ TEST(EffectStage, ABodyInTwoHandsFeelsAnEffectOnce) {
   }
 }
 
-// The rotational stiffness is large, because the field rotates with its body.
+// The coupling has a large rotational stiffness, because the field rotates with the body that owns it.
 TEST(EffectStage, AnEffectTravelsWithItsBody) {
   const std::string body = floating_body(
       "carrier", 0.3, 0.2, R"({"sphere": {"radius_m": 0.06}, "constant_field": {"force_n": [0, 0.9, 0]}})");
@@ -310,7 +312,7 @@ TEST(EffectStage, AnEffectTravelsWithItsBody) {
   }
   hold(world, 0, Vec3::Zero(), 4000);
   EXPECT_NEAR(world.tool(0).tool.X.p.y(), 0.9 / kStiffness, 1e-6);
-  // The reaction force pushes the carrier, and therefore the other hand.
+  // The reaction pushes the carrier, and thus the hand that holds the carrier.
   EXPECT_NEAR(world.tool(1).tool.X.p.y(), -0.9 / kStiffness, 1e-5);
   EXPECT_NEAR(world.tool(1).wrench_on_hand_W.f.y(), -0.9, 1e-3) << "a body's own effects spare who holds it";
 }
@@ -357,7 +359,7 @@ TEST(EffectStage, ShippedSceneStepsWithoutAFaultOrAnAllocationAndTwiceAlike) {
     TickFaults faults = 0;
     std::uint64_t allocations = 0;
     for (int i = 0; i < 6000; ++i) {
-      // One hand moves down onto the plates and across their edges. The other moves through the bath and the wind.
+      // One hand moves down onto the plates and across their edges. The other hand moves through the bath and the wind.
       const double t = kEffectStep_s * i;
       const Vec3 left(-0.2 + 0.05 * std::max(0.0, t - 1), 0, std::max(0.007, 0.05 - 0.045 * t));
       const Vec3 right(0.2 - 0.02 * t, -0.05 * t, 0.05);

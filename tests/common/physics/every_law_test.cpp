@@ -1,4 +1,4 @@
-// No law of the catalog may destabilise a room.
+// No coupling law of the catalog may destabilise a room.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -43,13 +43,13 @@ TEST_P(EveryLaw, MovesThePegForTwoSecondsWithoutAFault) {
       server::make_server_world(server::load_scene_text(shipped_with_law("peg_in_hole", GetParam()), "peg", ".")));
   for (const std::size_t tool : {0U, 1U}) world.activate_tool(tool);
   for (int i = 0; i < 2000; ++i) {
-    // The handles move across to the hole and down onto the block beside it, with a tremor of 10 Hz.
+    // The handles move sideways to the hole and down onto the block beside it, with a tremor of 10 Hz.
     const double across = 1e-4 * std::min(i, 1000), down = 1e-4 * std::max(0, i - 1000);
     const Vec3 offset(across, 3e-4 * std::sin(0.0628 * i), -down);
     world.set_handle(0, at(Vec3(-0.04, -0.01, 0.12) + offset));
     world.set_handle(1, at(Vec3(-0.04, 0.01, 0.12) + offset));
     const TickFaults faults = world.step();
-    // With a soft or a rigid law, the peg may be pressed so deep into the block that it exceeds the contact budget.
+    // With a soft or a rigid law, the peg may be pressed so deep into the block that the contact budget is exceeded.
     ASSERT_EQ(faults & ~static_cast<TickFaults>(kFaultCouplingSaturated | kFaultContactCoarse), 0U) << "step " << i;
     for (const std::size_t tool : {0U, 1U}) {
       const Wrench wrench = world.tool(tool).wrench_on_hand_W;
@@ -60,7 +60,7 @@ TEST_P(EveryLaw, MovesThePegForTwoSecondsWithoutAFault) {
   EXPECT_GT(world.body(BodyId{3}).X.p.x(), 0.0) << "the peg came along";
 }
 
-/// A scene with a tool of default shape (a ball), 20 mm above the top of a block at z = 0.
+/// Returns a scene with a tool of the default shape (a ball), 20 mm above a block whose top is z = 0.
 std::shared_ptr<const server::LoadedScene> ball_over_block(const std::string& law) {
   const std::string block = R"({"name": "block", "shapes": [{"box": {"size_m": [0.2, 0.2, 0.1]}}],
                                 "placement": {"position_m": [0, 0, -0.05]}})";
@@ -75,7 +75,7 @@ TEST_P(EveryLaw, PressesABallOnABlockForTwoSecondsWithoutAFault) {
   for (int i = 0; i < 2000; ++i) {
     const double x = 0.02 * std::sin(0.003 * i), z = 0.008 + 0.008 * std::cos(0.01 * i);
     world.set_handle(0, at({x, 0, z}, {0.06 * std::cos(0.003 * i), 0, -0.08 * std::sin(0.01 * i)}));
-    // Only the rigid law presses the ball into the block up to its centre, which exceeds the contact budget.
+    // Only the rigid law presses the ball into the block up to the ball's centre, which exceeds the contact budget.
     const auto coarse = GetParam() == "direct" ? static_cast<TickFaults>(kFaultContactCoarse) : TickFaults{0};
     ASSERT_EQ(world.step() & ~static_cast<TickFaults>(kFaultCouplingSaturated | coarse), 0U) << "step " << i;
     ASSERT_LE(world.tool(0).wrench_on_hand_W.f.norm(), 6.5 + 1e-9) << i;
@@ -89,7 +89,7 @@ TEST_P(EveryLaw, IsBrakedToAStandstillAndLetGoAgainWithoutAFault) {
     world.brake(0, 2000 * std::clamp(0.5 + std::sin(0.02 * i), 0.0, 1.0));
     const double z = 0.002 + 1e-4 * std::max(0, 180 - i);
     world.set_handle(0, at({0.02 * std::sin(0.003 * i), 0, z}, {0.06 * std::cos(0.003 * i), 0, i < 180 ? -0.1 : 0}));
-    // When a tool without mass is released, it may exceed the speed limit for one step.
+    // A massless tool may exceed the speed limit for one step when the brake is released.
     ASSERT_EQ(world.step() & ~static_cast<TickFaults>(kFaultCouplingSaturated | kFaultSpeedLimited), 0U)
         << "step " << i;
     ASSERT_TRUE(is_finite(world.tool(0).tool.X)) << i;

@@ -1,4 +1,4 @@
-// Records which bodies a world leaves to its external engine.
+// Records which bodies a world leaves to its FreeBodies component.
 #pragma once
 
 #include <memory>
@@ -8,10 +8,10 @@
 
 namespace tandem::physics {
 
-/// Indices of the bodies that the world's FreeBodies integrate. The touch stage integrates the others.
+/// Indices of the bodies that the world's FreeBodies move. The touch stage moves all others.
 using ExternalBodies = std::set<std::size_t>;
 
-/// Wraps `engine`: forwards all calls to it and keeps `external` up to date. `external` must outlive the result.
+/// Wraps `engine`: forwards all calls to it, and updates `external`. `external` must outlive the result.
 inline std::unique_ptr<FreeBodies> watched(std::unique_ptr<FreeBodies> engine, ExternalBodies& external) {
   class Watch final : public FreeBodies {
    public:

@@ -1,5 +1,5 @@
-// Compares torque-free rotation with the closed form and with an independent integrator, in both stages and across
-// changes of stage.
+// Compares torque-free rotation with the closed form and with an independent integrator. The rotation must be the same
+// in both stages and across changes of stage.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ constexpr BodyId kTop{1};
 constexpr int kTopSteps = 10'000;
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// The stage that integrates the top.
+/// The stage that moves the top.
 enum class TopStage { kUntouched, kTouched, kChanging };
 
 WorldDescription world_of_top(const Vec3& inertia_kg_m2) {
@@ -36,7 +36,7 @@ double angle_between(const Quat& a, const Quat& b) {
   return rotation_vector(a * b.conjugate()).norm();
 }
 
-/// Integrates the quaternion at constant angular momentum with the fourth-order Runge–Kutta method.
+/// Integrates the attitude at constant angular momentum with the fourth-order Runge–Kutta method.
 Quat turned_by_runge_kutta(Quat q, const Vec3& inertia, const Vec3& L, double step_s) {
   const auto rate = [&](const Quat& at) {
     const Vec3 w = at * (at.conjugate() * L).cwiseQuotient(inertia);
@@ -54,7 +54,7 @@ struct TopErrors {
   double attitude_rad = 0;          ///< error at the end
 };
 
-/// Integrates the top for 10 s. `reference(q, step_s)` advances the attitude with which it is compared.
+/// Moves the top for 10 s. `reference(q, step_s)` advances the attitude with which the top is compared.
 template <class Reference>
 TopErrors spin(const Vec3& inertia, const Quat& q0, const Vec3& w0, TopStage stage, const Reference& reference) {
   World world = server_world(world_of_top(inertia));
@@ -113,7 +113,7 @@ TEST(FreeTop, KeepsMomentumEnergyAndAttitudeInEachStageAndThroughTheChange) {
   double worst_slow_rad = 0, worst_fast_rad = 0;
   for (int run = 0; run < 200; ++run) {
     Vec3 inertia(random.uniform(0.1, 1), random.uniform(0.1, 1), 0);
-    // The inertia is physically possible: no principal moment exceeds the sum of the other two.
+    // A physically possible inertia: no principal moment exceeds the sum of the other two.
     inertia.z() = random.uniform(std::abs(inertia.x() - inertia.y()) + 0.02, inertia.x() + inertia.y() - 0.02);
     inertia *= 1e-4;
     const Quat q0 = quaternion_of(3 * random.uniform() * random_direction(random));

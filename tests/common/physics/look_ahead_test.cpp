@@ -1,4 +1,5 @@
-// Tests a step that is divided in two parts: the contacts of the next step are searched before the step begins.
+// Tests a step in two parts: the contacts are searched in idle time before the step. The result must equal that of an
+// undivided step.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -54,7 +55,7 @@ TEST(TwoPartStep, WhatHandsMoveIsThereWhenItIsAnsweredAndTheRestIsTold) {
     EXPECT_TRUE(is_same(world.tool(0).tool, tool));
     const bool is_tools = world.touch(0).contacts > 0 && i > 200;
     EXPECT_TRUE(!is_tools || is_same(world.body(BodyId{2}), pressed));
-    // In the second part of the step, the falling body may move by g h² more than its velocity has predicted.
+    // In the second part of the step, the falling body may move by g h² more than its velocity predicts.
     const double more_m = 9.81 * kStep_s * kStep_s;
     EXPECT_LT((world.body(BodyId{3}).X.p - falling.X.p).norm(), 1.01 * more_m);
   }
@@ -62,8 +63,8 @@ TEST(TwoPartStep, WhatHandsMoveIsThereWhenItIsAnsweredAndTheRestIsTold) {
   EXPECT_LT(world.body(BodyId{3}).X.p.z(), 0.1);
 }
 
-/// The hand descends fast, presses, drags the cube, lifts off and hits the cube again. Then it jumps by a hundred times
-/// the expected distance.
+/// Position of the hand in a step. It descends fast, presses, drags the cube, lifts off and hits the cube again. Then
+/// it jumps by a hundred times the expected distance.
 Vec3 hand_at(int step) {
   const double t = kStep_s * step;
   const double down = step < 300   ? std::min(0.03, 0.3 * t)
@@ -82,7 +83,7 @@ TEST(LookAhead, ChangesNothingThatIsFelt) {
     if (i == 700) {  // the body is displaced after the look-ahead
       for (World* world : {&plain, &with}) world->set_body(BodyId{2}, at({0.005, 0.001, 0.02}));
     }
-    if (i == 250 || i == 900) {  // the body is held from now on, so the tool no longer presses it
+    if (i == 250 || i == 900) {  // the body is held from now on, so the tool does not touch it
       for (World* world : {&plain, &with}) EXPECT_EQ(world->grab(0, BodyId{2}), GrabResult::kGrabbed);
     }
     if (i == 280 || i == 930) {
@@ -94,7 +95,7 @@ TEST(LookAhead, ChangesNothingThatIsFelt) {
     touched += with.touch(0).contacts > 0 ? 1 : 0;
     const Vec3 force = plain.tool(0).wrench_on_hand_W.f;
     most_n = std::max(most_n, force.norm());
-    // If friction does not converge within the iteration limit, results with and without look-ahead differ by some
+    // If friction does not converge within the iteration limit, results with and without look-ahead may differ by some
     // 1e-3.
     ASSERT_LT((with.tool(0).wrench_on_hand_W.f - force).norm(), 1e-3 * (1 + force.norm())) << i;
     ASSERT_LT((with.body(BodyId{2}).X.p - plain.body(BodyId{2}).X.p).norm(), 1e-5) << i;
@@ -103,7 +104,7 @@ TEST(LookAhead, ChangesNothingThatIsFelt) {
   EXPECT_GT(touched, 300U);
 }
 
-/// A ball that is `gap_m` above a cube.
+/// A ball at the distance `gap_m` above a cube.
 struct BallOverCube {
   explicit BallOverCube(double band_m) : pair(contact::kContactBudget) {
     pair.contacts.bind(ball.get(), cube.get());
@@ -125,7 +126,8 @@ TEST(NearPairs, WhatWasFoundAheadServesOnceAndOnlyThere) {
   near.pair.find_ahead(BallOverCube::above(-1e-4), Pose{});
   const std::size_t pressing = near.pair.contacts.contacts().size();
   ASSERT_GT(pressing, 0U);
-  // No search returns this depth. If the depth is still there after the step, the contacts were not searched again.
+  // A search never returns this depth. If the depth remains after the step, the step has used the stored contacts
+  // without a new search.
   near.pair.contacts.contacts()[0].depth_m = 0.5;
   EXPECT_EQ(near.found(-1e-4), pressing);
   EXPECT_EQ(near.pair.contacts.contacts()[0].depth_m, 0.5);
@@ -137,14 +139,14 @@ TEST(NearPairs, WhatWasFoundAheadServesOnceAndOnlyThere) {
   EXPECT_EQ(near.found(-1e-4), pressing) << "it has come";
 }
 
-/// A ball above a cube, in the representation of the touch stage.
+/// A ball above a cube, as objects of the touch stage.
 struct TwoThings {
   TwoThings() {
     things[0].role = TouchThing::Role::kImplicit;
     things[1].role = TouchThing::Role::kStatic;
   }
-  /// Returns the search distance of the pair, after a look-ahead by `ahead_m` and with a reach of `reach_m` in the
-  /// step.
+  /// Returns the search distance of the pair. The look-ahead used the reach `ahead_m`, the step has the reach
+  /// `reach_m`.
   double band_m(double ahead_m, double reach_m) {
     pairs.look_ahead(things, std::array{ahead_m, 0.0});
     if (change) change(*this);
@@ -187,7 +189,7 @@ TEST(NearPairs, APairKeepsItsFrictionWhenItsOtherThingBecomesImplicitToo) {
   ASSERT_EQ(two.pairs.near().size(), 1U);
   EXPECT_EQ(two.pairs.near().front(), pair);
   EXPECT_EQ(pair->deepest_m, 1e-5) << "it was not bound anew";
-  // The pair stays if only the ball is implicit, although the ball is its second thing.
+  // The pair remains the same if only the ball is implicit, although the ball is the second object of the pair.
   two.things[1].role = TouchThing::Role::kExternal;
   ASSERT_EQ(two.pairs.find(two.things, reach_m), 0U);
   ASSERT_EQ(two.pairs.near().size(), 1U);

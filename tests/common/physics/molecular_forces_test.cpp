@@ -1,4 +1,4 @@
-// Tests the molecular field in the world: units, action and reaction, and its force limit.
+// Tests the molecular field in the world: units, action and reaction, and the limit of its force.
 #include "common/physics/molecular_forces.hpp"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 namespace tandem::physics {
 namespace {
 
-/// `count` argon-like atoms on a lattice of 4 Å, with the origin at their centre of mass.
+/// Returns `count` argon-like atoms on a lattice of 4 Å, with the origin at their centre of mass.
 std::shared_ptr<const docking::Molecule> cluster(int count) {
   auto molecule = std::make_shared<docking::Molecule>();
   for (int i = 0; i < count; ++i) {
@@ -35,8 +35,8 @@ std::shared_ptr<const docking::Molecule> cluster(int count) {
   return molecule;
 }
 
-/// A scene without gravity with two bodies of `atoms` atoms each, `gap_m` apart along x. Their contact shapes are tiny
-/// balls, and the second body has half the mass of the first. If `held`, a tool holds each body from the start.
+/// Returns a scene without gravity, with two bodies of `atoms` atoms each, `gap_m` apart along x. Their contact shapes
+/// are tiny balls. The second body has half the mass of the first. If `held`, a tool holds each body from the start.
 std::shared_ptr<server::LoadedScene> two_molecules(int atoms, double gap_m, double damping_per_s, double mass_kg = 0.2,
                                                    bool held = false) {
   const auto body = [&](const std::string& name, double x, double mass) {
@@ -83,14 +83,14 @@ TEST(SoftLimit, HasNoEdgeAtTheKnee) {
 }
 
 TEST(MolecularForces, TwoAtomsPullAsTheClosedFormSays) {
-  const auto scene = two_molecules(1, 0.05, 0);  // the gap is 5 Å
+  const auto scene = two_molecules(1, 0.05, 0);  // the distance is 5 Å
   MolecularForces forces(scene->world);
   const std::array<Pose, 2> poses{Pose{}, Pose{Vec3(0.05, 0, 0), Quat::Identity()}};
   std::array<Wrench, 2> wrenches{};
   EXPECT_FALSE(forces.add_wrenches(poses, wrenches));
   const double s6 = std::pow(3.4 / 5, 6);
   const double force_kj = 24 * 1.0 / 5 * (2 * s6 * s6 - s6);  // −dV/dr [kJ/mol/Å]
-  // The tolerance of the single-precision sum over pairs is 1e-5.
+  // The tolerance is the error of the sum over atom pairs in single precision, 1e-5.
   EXPECT_NEAR(wrenches[1].f.x(), 0.5 / 4.184 * force_kj, 1e-5 * std::abs(force_kj));
   EXPECT_NEAR(forces.energy_kj_per_mol(), 4 * (s6 * s6 - s6), 1e-5);
 }
@@ -130,8 +130,8 @@ TEST(MolecularForces, CoincidingAtomsPushNoMoreThanTheLimit) {
   EXPECT_LE(wrenches[0].f.norm(), 20);
 }
 
-/// Work of the force on B along a closed path in six degrees of freedom. Also contains the sum of its magnitudes and
-/// the range of the energy along the path.
+/// Work of the force on B along a closed path in six degrees of freedom, the sum of the work's magnitudes, and the
+/// range of the energy along the path.
 struct Loop {
   double work_j = 0, absolute_j = 0, least_kcal_per_mol = 1e9, most_kcal_per_mol = -1e9;
 };
@@ -152,7 +152,7 @@ Loop work_on_a_loop(const WorldDescription& world, double distance_m, double way
   };
   Loop loop;
   for (int i = 0; i < kSteps; ++i) {
-    // Integrates between two poses by Simpson's rule.
+    // The work between two poses is integrated by Simpson's rule.
     const Pose from = pose(2 * i), to = pose(2 * i + 2);
     const Vec3 turned = rotation_vector(to.q * from.q.conjugate());
     const Wrench f0 = wrench(2 * i), f1 = wrench(2 * i + 1), f2 = wrench(2 * i + 2);
@@ -220,7 +220,7 @@ TEST(MolecularForces, TheQuickestStepHasTheFieldInItWhereNothingMoves) {
     const auto world = std::make_shared<const WorldDescription>(of.world);
     return World(world, make_followed_bodies(of.world.bodies.size()), nullptr).quickest_step();
   };
-  // One scene has a million pairs of atoms, the other has one. The ratio of their times is far above timing noise.
+  // One scene has a million atom pairs, the other has one. The ratio of their times is far above the noise of timing.
   EXPECT_GT(quickest_of(*scene), 10 * quickest_of(*alone));
 }
 
@@ -282,7 +282,8 @@ TEST(MolecularPair, DroppedTogetherSettlesWithoutGainingEnergy) {
   for (int block = 0; block < 80; ++block) {
     for (int i = 0; i < 100; ++i) world.step();
     const double energy = world.stored_energy_j();
-    // Field energy and velocity are half a step apart. The tolerance is |F| v h/2 < 20 N · 0.1 m/s · 0.5 ms.
+    // Field energy and velocity belong to times half a step apart. The tolerance is |F| v h/2 < 20 N · 0.1 m/s · 0.5
+    // ms.
     EXPECT_LE(energy, last + 1e-3) << "block " << block;
     last = energy;
   }
@@ -290,8 +291,9 @@ TEST(MolecularPair, DroppedTogetherSettlesWithoutGainingEnergy) {
   EXPECT_LT(world.stored_energy_j() - world.field_energy_j(), 1e-6) << "and rest";
 }
 
-/// Two hands approach each other with 0.1 m/s and stop when their couplings pull with `push_n`. The field's wrench is
-/// that of the start of a step. Only the coupling, which is implicit, provides damping.
+/// Two hands approach each other at 0.1 m/s and stop when their couplings pull with `push_n`. Returns the speed of the
+/// molecules afterwards. The field's wrench is explicit (from the start of a step). Only the coupling, which is
+/// implicit, provides damping.
 double speed_after_pressing(double mass_kg, double damping_per_s, double push_n) {
   const auto scene = two_molecules(8, 0.2, damping_per_s, mass_kg, true);
   World world(server::make_server_world(scene));
@@ -316,8 +318,8 @@ double speed_after_pressing(double mass_kg, double damping_per_s, double push_n)
   return fastest;
 }
 
-// The field's wrench is explicit, but both molecules come to rest at a time step of 1 ms. A smaller step would
-// therefore be no advantage for a user who holds a molecule.
+// The field's wrench is explicit, so it could make a held molecule vibrate. With a step of 1 ms, both molecules come to
+// rest. A smaller step would be no advantage.
 TEST(MolecularPair, InTwoHandsComesToRestHoweverItIsPressedLightOrMassiveOrOverDamped) {
   for (const double mass_kg : {0.04, 0.2}) {
     for (const double damping_per_s : {0.0, 2.0, 200.0}) {

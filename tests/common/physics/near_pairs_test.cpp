@@ -1,4 +1,4 @@
-// A contact that sticks must stick on when its things change between implicit and external, in any order.
+// A sticking contact must continue to stick when its two bodies change between implicit and external, in any order.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,8 +14,8 @@ namespace {
 using Role = TouchThing::Role;
 using Roles = std::array<Role, 2>;
 
-/// Two cubes, one on the other, pressed together with 1 N. A tangential force of 0.3 N, within the friction limit of
-/// 0.5 N, acts on both in opposite directions; it begins after the impact. A cube that is external does not move.
+/// Two cubes, one on top of the other, pressed together with 1 N. After the impact, a tangential force of 0.3 N acts on
+/// both in opposite directions; the friction limit is 0.5 N. A cube that is external does not move.
 class PressedCubes {
  public:
   PressedCubes() : stage_({.things = 2, .couplings = 0, .joints = 0, .pairs = 4}) {
@@ -31,7 +31,7 @@ class PressedCubes {
       for (std::size_t i = 0; i < 2; ++i) {
         const double sign = i == 0 ? 1 : -1;
         things[i] = {&rigids_[i], &models_[i].touch, roles[i]};
-        // The forces meet in the middle of the touching faces, so the cubes do not turn.
+        // The lines of action pass through the middle of the touching faces, so the cubes do not rotate.
         const Vec3 f = sign * Vec3(tangential_n, 0, 1.0);
         things[i].wrench_W = {f, Vec3(0, 0, sign * kCubeEdge_m / 2).cross(f)};
       }
@@ -64,7 +64,7 @@ TEST(NearPairs, AContactSticksOnWhicheverOfItsThingsBecomesImplicit) {
       ASSERT_LT(stretch_m, 1e-6) << "it sticks";
       ASSERT_GT(stretch_m, 1e-8) << "friction is not stretched, so nothing would be lost";
       cubes.run(after, 50);
-      // A contact that is made anew gives way by the whole stretch.
+      // If the friction state were lost, the contact would yield by the whole stretch.
       EXPECT_LT((cubes.between() - stuck).norm(), 0.25 * stretch_m);
     }
   }

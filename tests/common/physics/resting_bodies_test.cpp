@@ -16,14 +16,14 @@ namespace {
 
 constexpr double kRestMove_m = 2e-4, kRestTurn_rad = 0.2 * std::numbers::pi / 180;
 
-/// Stacked boxes on a sloping table. The slope is represented by a rotated gravity.
+/// Stacked boxes on a sloping table. Gravity is rotated instead of the table.
 struct StackCase {
   WorldDescription world;
   std::size_t top = 0;  ///< index of the uppermost body
   double push_m = 0;    ///< height at which the uppermost body is pushed
 };
 
-/// There are only a few sizes, because making a shape takes half a second.
+/// Only a few sizes are used, because making a shape takes half a second.
 constexpr std::array kSizes_m = {std::array{0.02, 0.03, 0.01}, std::array{0.04, 0.04, 0.04},
                                  std::array{0.06, 0.03, 0.02}, std::array{0.03, 0.05, 0.05},
                                  std::array{0.05, 0.06, 0.01}, std::array{0.025, 0.02, 0.03}};
@@ -45,8 +45,8 @@ BodyDescription box(std::size_t kind, const Vec3& p, double mass_kg, double fric
   return body;
 }
 
-/// A random stack. For each box, the line of gravity of this box and those above it meets the middle half of its
-/// support. The slope is at most half of the friction angle.
+/// Returns a random stack. For each box, the line of gravity of this box and all boxes above it passes through the
+/// middle half of the support. The slope is at most half of the friction angle. Such a stack is stable.
 StackCase stack_of(Random& random) {
   for (;;) {
     const int count = 2 + static_cast<int>(random.uniform(0, 4.999));
@@ -109,7 +109,7 @@ std::vector<Pose> poses_of(const World& world, std::size_t bodies) {
   return poses;
 }
 
-/// Returns the largest distance and the largest angle between two sets of poses.
+/// Returns the largest distance and the largest angle between corresponding poses.
 std::pair<double, double> difference(const std::vector<Pose>& a, const std::vector<Pose>& b) {
   double move_m = 0, turn_rad = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -123,7 +123,7 @@ void keep_all_touched(World& world, std::size_t bodies) {
   for (std::size_t i = 0; i < bodies; ++i) world.keep_implicit(BodyId{static_cast<std::uint32_t>(i + 1)}, 3600);
 }
 
-/// A tool pushes the uppermost body sideways with 0.1 N for 0.3 s, and then withdraws.
+/// Pushes the uppermost body sideways with 0.1 N for 0.3 s with a tool, and then withdraws the tool.
 void nudge(World& world, const StackCase& stack) {
   const Vec3 beside = stack.world.tools[0].X_WT.p;
   const double pushing_m = 2e-3 + 0.1 / 300;
@@ -152,7 +152,7 @@ void check_stacks(int count, double seconds) {
     EXPECT_LT(move_m, kRestMove_m);
     EXPECT_LT(turn_rad, kRestTurn_rad);
     run(touched, 1000);
-    // A light body may slip at 0.1 N. It must then end in the same pose as with the touch stage alone.
+    // A light body may slip at 0.1 N. It must then end in the same pose as a body that is always in the touch stage.
     nudge(world, stack);
     nudge(touched, stack);
     run(world, static_cast<int>(500 * seconds));
@@ -186,8 +186,8 @@ std::pair<double, double> moved_in_ten_seconds(const WorldDescription& descripti
 }
 
 TEST(RestingBodies, ALeaningPlankStaysWhereFrictionHoldsIt) {
-  // A uniform plank has the friction coefficient µ at floor and wall. It is stable if the tangent of its angle is above
-  // (1 − µ²) / 2µ.
+  // A uniform plank has the friction coefficient µ at floor and wall. It is stable if the tangent of its angle with the
+  // floor is above (1 − µ²) / 2µ.
   constexpr double kFriction = 0.6, kLength_m = 0.06;
   const double steep_rad = std::atan((1 - kFriction * kFriction) / (2 * kFriction));
   for (const double margin_rad : {0.1, 0.3, 0.5}) {
@@ -228,7 +228,7 @@ TEST(RestingBodies, ALightBodyRestsOnAHeavyOneThatHangsOnAnAnchor) {
   }
 }
 
-/// If a body is set down on a lighter one, it must end in the same pose as with the touch stage alone.
+/// If a body is set down on a lighter one, it must end in the same pose as a body that is always in the touch stage.
 TEST(RestingBodies, AHeavyBodyThatIsSetDownOnALightOneStays) {
   for (const double light_kg : {0.005, 0.05}) {
     WorldDescription description = world_of(
@@ -303,14 +303,14 @@ TEST(RestingBodies, AHeadOnImpactKeepsMomentumAndHasItsRestitution) {
       run(world, 80);
       const double a = world.body(BodyId{2}).V.v.x(), b = world.body(BodyId{3}).V.v.x();
       EXPECT_NEAR(0.1 * a + other_kg * b, 0.1, 1e-6);
-      // The contact layer alone returns up to 0.12 of the speed.
+      // The contact layer alone, without restitution, returns up to 0.12 of the speed.
       EXPECT_NEAR(b - a, std::max(restitution, 0.06), 0.06) << restitution << ", " << other_kg << " kg";
     }
   }
 }
 
 /// A dumbbell meets the table with both balls in the same step. The balls are two shapes of the body, so the pair of
-/// bodies has two patches. With a positive `turn_rad_per_s` the second ball is the faster one.
+/// bodies has two patches. If `turn_rad_per_s` is positive, the second ball is the faster one.
 struct Parting {
   double met_m_per_s = 0, parted_m_per_s = 0;  ///< speed of the middle before and after the impact
 };
@@ -322,7 +322,7 @@ Parting dropped_dumbbell(double turn_rad_per_s) {
   body.touch.parts.clear();
   for (const double side : {-1.0, 1.0}) body.touch.parts.push_back({ball, {{side * kArm_m, 0, 0}, Quat::Identity()}});
   body.touch.radius_m = kArm_m + kRadius_m;
-  // With this radius of gyration an impact at one ball does not move the other.
+  // With this radius of gyration, an impact at one ball does not move the second ball.
   body.mass = mass_of(0.1, kArm_m);
   description.gravity_m_per_s2.setZero();
   World world = server_world(description);
@@ -335,7 +335,7 @@ Parting dropped_dumbbell(double turn_rad_per_s) {
 TEST(RestingBodies, ABodyOfTwoShapesBouncesWithTheSpeedOfBoth) {
   const Parting level = dropped_dumbbell(0);
   EXPECT_NEAR(level.parted_m_per_s, 0.8 * level.met_m_per_s, 0.02 * level.met_m_per_s);
-  // The balls meet the table with 0.04 and 0.96 m/s. 0.04 m/s alone is too slow to bounce.
+  // The balls meet the table at 0.04 and 0.96 m/s. 0.04 m/s alone would be too slow for a bounce.
   for (const double turn : {-0.46 / 0.03, 0.46 / 0.03}) {
     const Parting turning = dropped_dumbbell(turn);
     EXPECT_GT(turning.parted_m_per_s, 0.3 * turning.met_m_per_s) << turn << " rad/s";
@@ -356,7 +356,8 @@ TEST(RestingBodies, ASleepingBodyTakesTheMomentumOfWhatRunsIntoIt) {
   }
 }
 
-/// If a body wakes up in the impact, it changes its position in the pair of touching bodies.
+/// If the impact wakes a body, the order of the two bodies in their pair changes. The bounce must not depend on the
+/// order.
 TEST(RestingBodies, AnImpactWakesASleepingBodyWithTheSameBounceInEitherOrder) {
   for (const double restitution : {0.5, 0.9}) {
     for (const double other_kg : {0.1, 3.0}) {

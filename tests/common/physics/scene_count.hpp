@@ -7,7 +7,7 @@
 
 namespace tandem::physics {
 
-/// Number of scenes of each kind in daytime runs and in nightly runs.
+/// Numbers of random scenes of each kind in daytime runs and in nightly runs.
 inline constexpr std::uint64_t kScenesByDay = 24, kScenesByNight = 200;
 
 /// Returns the number of scenes for a test: TANDEM_TEST_SCENES if it is set, otherwise `usual`.

@@ -1,4 +1,5 @@
-// Scenes for the tests of the server: short JSON texts in which a test replaces one part, and the shipped scenes.
+// Scenes for tests of worlds: short JSON texts in which a test replaces one part, and the scenes shipped with the
+// server.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,11 +15,11 @@ namespace tandem::physics {
 
 inline constexpr const char* kWall = R"({"name": "wall", "shapes": [{"box": {"size_m": [1, 1, 1]}}]})";
 
-/// A law whose forces are known in closed form.
+/// A coupling with a law whose forces are known in closed form.
 inline constexpr const char* kLinear = R"({"law": "spring-damper"})";
 
-/// Returns the fields of a coupling: the name of the law, and a fit if the law needs one. The fit is 100 N/m at 0.05 kg
-/// and 400 N/m at 1 kg.
+/// Returns the fields of a coupling: the name of the law, and a fit if the law requires one. The fit has 100 N/m at
+/// 0.05 kg and 400 N/m at 1 kg.
 inline std::string law_fields(const std::string& law) {
   const std::string fit = R"(, "adaptive": {"mass_range_kg": [0.05, 1], "stiffness_n_per_m": [84.2, 315.8],
                                             "damping_n_s_per_m": [4]})";
@@ -28,11 +29,11 @@ inline std::string coupling_with(const std::string& law) {
   return "{" + law_fields(law) + "}";
 }
 
-/// The parts of a scene file. The defaults form a valid scene.
+/// Parts of a scene file as JSON. The defaults form a valid scene.
 struct SceneParts {
   std::string bodies = kWall;
   std::string tools = R"({"name": "t", "placement": {"position_m": [0, 0, 2]}})";
-  std::string coupling = kLinear;  ///< if empty, the file has no coupling
+  std::string coupling = kLinear;  ///< empty: the file has no coupling
   std::string rest = "";           ///< further fields of the scene
 };
 
@@ -52,8 +53,8 @@ inline std::filesystem::path shipped_scene(const std::string& name) {
 
 }  // namespace tandem::physics
 
-/// Loads a shipped scene into a variable. If a Debian data package is missing, the test fails with an error that names
-/// the package.
+/// Loads a shipped scene into a variable. If a required Debian package with data is missing, the test fails with a
+/// message that names the package.
 #define TANDEM_LOAD_SCENE(variable, scene_name)                                              \
   std::shared_ptr<const ::tandem::server::LoadedScene> variable;                             \
   try {                                                                                      \

@@ -1,5 +1,5 @@
-// Tests contact with a union of shapes. If a tool slides over the seam of flush shapes, its force must be the same as
-// on a single shape.
+// Tests contact with a union of shapes. When a tool slides over the seam between flush shapes, its force must be the
+// same as on a single shape.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,23 +17,22 @@
 namespace tandem::physics {
 namespace {
 
-/// Size of a box. Its sample points are as sparse as those of large boxes, so that the points of the tip form the
-/// contact.
+/// Size of a box. Its sample points are as sparse as those of large boxes, so contacts come from the points of the tip.
 constexpr double kWidth_m = 0.1, kHeight_m = 0.02;
-// Largest permitted lateral force beyond friction. In 700 scenes with other seeds it was at most 0.02 N.
+// Largest permitted lateral force beyond friction. In 700 scenes with other seeds, it was at most 0.02 N.
 constexpr double kMost_n = 0.05;
 
-/// The same surface at z = 0, as one shape and as several flush shapes.
+/// The same surface at z = 0 in two versions: one shape, and several flush shapes.
 struct Surface {
   std::string name;
   Parts one, several;
-  /// Largest force with which the tip is pressed. On a ridge of radius R, a tip that is off the crest is pushed
-  /// sideways by press/R times its offset. The coupling holds it there if the force is below k R.
+  /// Largest force with which the tip is pressed. On a ridge of radius R, a tip beside the crest is pushed sideways by
+  /// press/R times its offset. A coupling with the stiffness k holds it there if the force is below k R.
   double most_press_n = 5;
 };
 
-/// Boxes side by side along x, in some scenes also along y. If `has_meshes`, some are meshes at random; otherwise all
-/// are primitives.
+/// Returns boxes side by side along x, in some scenes also along y. If `has_meshes`, random boxes are meshes; otherwise
+/// all are primitives.
 Surface boxes(Random& random, bool has_meshes) {
   Surface surface{has_meshes ? "meshes" : "boxes", {}, {}};
   surface.one = {{box_of({2 * kWidth_m, kWidth_m, kHeight_m}, has_meshes), at_place({0, 0, -kHeight_m / 2})}};
@@ -54,7 +53,7 @@ Surface boxes(Random& random, bool has_meshes) {
   return surface;
 }
 
-/// Overlapping boxes, or a cylinder in a box whose top is flush with it.
+/// Returns overlapping boxes, or a box with a cylinder inside whose end is flush with the top of the box.
 Surface overlapping(Random& random) {
   Surface surface{"overlapping", {}, {}};
   surface.one = {{box_of({2 * kWidth_m, kWidth_m, kHeight_m}, false), at_place({0, 0, -kHeight_m / 2})}};
@@ -71,7 +70,7 @@ Surface overlapping(Random& random) {
   return surface;
 }
 
-/// Rods that are joined end to end along x.
+/// Returns rods that are joined end to end along x.
 Surface rods(Random& random) {
   const double radius_m = random.uniform() < 0.5 ? 0.008 : 0.02;
   const Quat along_x(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitY()));
@@ -83,9 +82,9 @@ Surface rods(Random& random) {
   return surface;
 }
 
-/// Without friction, returns the largest lateral difference of simultaneous forces. With friction, sticking depends on
-/// the past, so an excess is returned: the lateral force on several shapes minus a limit. The limit is the largest
-/// lateral force on one shape or the friction force, whichever is larger.
+/// Returns the lateral force that the seam adds. Without friction, it is the largest lateral difference between
+/// simultaneous forces. With friction, sticking depends on the past. The result is then the lateral force on several
+/// shapes minus a limit. The limit is the largest lateral force on one shape, or the friction force if that is larger.
 double sideways_apart_n(const std::vector<Vec3>& one, const std::vector<Vec3>& several, double friction) {
   double usual = 0, most = 0;
   for (const Vec3& f : one) usual = std::max(usual, f.head<2>().norm());

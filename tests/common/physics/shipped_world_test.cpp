@@ -35,7 +35,8 @@ std::uint64_t state_hash(const World& world, std::size_t bodies, std::size_t too
   return hash;
 }
 
-/// Two hands push, grab, carry and drop the boxes of a shipped scene. The motion is determined by the seed.
+/// Two hands push, grab, carry and drop the boxes of a shipped scene; the seed determines their motion. Returns the
+/// hash of all states.
 std::uint64_t hash_of_session(const std::shared_ptr<const server::LoadedScene>& scene, std::uint64_t seed) {
   Random random(seed);
   World world(server::make_server_world(scene));
@@ -72,7 +73,7 @@ TEST(ShippedScenes, PegGoesIntoTheHoleInTwoHands) {
   for (int i = 0; i <= 800; ++i) lead({0.1, 0, -1e-4 * i});
   for (int i = 0; i < 500; ++i) lead({0.1, 0, -0.08});
   const RigidState peg = world.body(BodyId{3});
-  // The peg of 60 mm stands on the table inside the block, so its centre is at 30 mm.
+  // The peg of 60 mm stands on the table inside the hole of the block, so its centre is at 30 mm.
   EXPECT_NEAR(peg.X.p.z(), 0.03, 5e-4);
   EXPECT_LT(peg.V.v.norm(), 1e-3);
 }
@@ -87,7 +88,7 @@ double distance_to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const V
   if (is_inside(a, b) && is_inside(b, c) && is_inside(c, a)) return std::abs(n.dot(p - a)) / n.norm();
   return std::min({distance_to_segment(p, a, b), distance_to_segment(p, b, c), distance_to_segment(p, c, a)});
 }
-/// Tests every triangle. This is slow, but independent of the world's algorithm.
+/// Returns the distance to the nearest of all triangles. This is slow, but independent of the world's algorithm.
 double distance_to_mesh(const Vec3& p, const geometry::TriangleMesh& mesh) {
   double nearest = std::numeric_limits<double>::infinity();
   for (const auto& [i, j, k] : mesh.triangles) {
@@ -105,14 +106,14 @@ TEST(ShippedScenes, ToolLiesOnTheBunnyAndNotInIt) {
   const Pose X_SW = (scene->world.bodies[1].X_WB * proto::pose_from_placement(bunny.shape.placement())).inverse();
   double nearest = 1, strongest_n = 0;
   for (int i = 0; i <= 1500; ++i) {
-    // The handle moves from the left to the centre of the bunny.
+    // The handle moves from the left to the centre of the bunny, so the tool presses on the surface.
     world.set_handle(0, pose_at({-0.1 + 1e-4 * std::min(i, 1000), 0, 0.05}));
     world.step();
     strongest_n = std::max(strongest_n, world.tool(0).wrench_on_hand_W.f.norm());
     if (i % 50 == 0) nearest = std::min(nearest, distance_to_mesh(X_SW * world.tool(0).tool.X.p, *bunny.mesh));
   }
   EXPECT_GT(strongest_n, 2) << "the tool must have been pressed against it";
-  // The tool has a radius of 5 mm. It penetrates until the contact pressure balances the hand's force.
+  // The tool has a radius of 5 mm. It penetrates the surface until the contact pressure balances the hand's force.
   EXPECT_GT(nearest, 0.0045);
   EXPECT_LT(nearest, 0.0050);
 }
@@ -138,7 +139,7 @@ TEST(ShippedScenes, SoftPadPushesBackMoreTheDeeperItIsPressed) {
   World world(server::make_server_world(scene));
   world.activate_tool(0);
   std::array<double, 3> force_n{};
-  // The top of the pad is at 40 mm, and the ball's radius is 10 mm.
+  // The top of the pad is at 40 mm. The ball has a radius of 10 mm.
   for (std::size_t level = 0; level < force_n.size(); ++level) {
     const double z = 0.055 - 0.008 * static_cast<double>(level);
     for (int i = 0; i < 1500; ++i) {
@@ -164,7 +165,7 @@ TEST(ShippedScenes, HelicesPullEachOtherTogetherAndRest) {
     world.step();
     highest = std::max(highest, world.stored_energy_j());
   }
-  // Field energy and velocity are half a step apart, so the tolerance is |F| v h/2.
+  // Field energy and velocity belong to times half a step apart. The tolerance is |F| v h/2.
   EXPECT_LE(highest, start + 1e-4);
   EXPECT_LT(world.field_energy_kj_per_mol(), 0);
 }

@@ -1,4 +1,5 @@
-// Thin rods must block each other: needles, wires and sutures of 0.2 to 2 mm cross and are pressed together by a hand.
+// Thin rods must block each other. Needles, wires and sutures of 0.2 to 2 mm cross each other, and a hand presses them
+// together. None may pass through another one.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +29,8 @@ using ShapePointer = std::shared_ptr<const contact::ContactShape>;
 constexpr double kCoupling_n_per_m = 500;
 constexpr double kLayer_n_per_m3 = 5e9;  ///< stiffness of the two surfaces in series
 
-/// The edge of a box counts as a rod of radius 0. kGrid is one mesh of several rods that cross in one plane.
+/// Kinds of rods. The edge of a box counts as a rod of radius 0. kGrid is one mesh of several rods that cross in one
+/// plane.
 enum class Kind : std::uint8_t { kCapsule, kCylinder, kMesh, kGrid, kEdge, kMeshEdge, kBall };
 constexpr std::array kNames = {"capsule", "cylinder", "mesh", "grid", "edge", "mesh edge", "ball"};
 constexpr double kBoxWidth_m = 0.01;
@@ -43,7 +45,7 @@ struct Rod {
   ShapePointer made() const;
   bool is_edge() const { return kind == Kind::kEdge || kind == Kind::kMeshEdge; }
   bool is_primitive() const { return kind == Kind::kCapsule || kind == Kind::kCylinder || kind == Kind::kBall; }
-  /// Returns the pose that aligns the axis or edge of the shape with x; at an edge, z points outwards.
+  /// Returns the pose that aligns the axis or edge of the shape with x. For an edge, z points outwards.
   Pose along_x() const {
     const Quat upright(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitY()));
     if (!is_edge()) return {Vec3::Zero(), upright};
@@ -72,7 +74,7 @@ geometry::TriangleMesh grid_mesh(double radius_m, double length_m) {
   return grid;
 }
 
-/// Returns the shape from a cache by size, because building a mesh takes longer than running a scene.
+/// Returns the shape. Shapes are cached by size, because building a mesh takes longer than running a scene.
 ShapePointer Rod::shape() const {
   static std::map<std::tuple<Kind, double, double>, ShapePointer> made_before;
   ShapePointer& shape = made_before[{kind, radius_m, length_m}];
@@ -103,10 +105,10 @@ ShapePointer Rod::made() const {
   return nullptr;
 }
 
-/// A tool's rod that crosses a fixed rod. In frame U, x is along the fixed rod, and z points towards the tool.
+/// A tool with a rod that crosses a fixed rod. In frame U, x is along the fixed rod, and z points to the tool.
 struct Crossing {
   Rod fixed, tool;
-  int links = 1;  ///< number of pieces of the fixed rod, which are joined end to end
+  int links = 1;  ///< number of pieces of the fixed rod, joined end to end
   double angle_rad = std::numbers::pi / 2;
   double press_n = 1;
   double friction = 0;
@@ -116,7 +118,7 @@ struct Crossing {
   Pose X_WU;
 
   double sum_m() const { return (fixed.is_edge() ? 0 : fixed.radius_m) + tool.radius_m; }
-  /// Returns the depth at which the soft contact layer alone would cause the given force.
+  /// Returns the depth at which the soft contact layer alone would have the given force.
   double layer_depth_m(double force_n) const {
     if (fixed.is_edge()) return std::numeric_limits<double>::infinity();
     const double radius_m = tool.kind == Kind::kBall ? tool.radius_m * std::sqrt(fixed.radius_m / sum_m())
@@ -201,7 +203,7 @@ Course run(const Crossing& crossing) {
   Vec3 aside = Vec3::Zero();
   for (const Vec3& way : {Vec3(crossing.slide_fixed_m * Vec3::UnitX()), Vec3(crossing.slide_tool_m * u_tool)}) {
     const int steps = std::max(50, static_cast<int>(std::ceil(way.norm() / (0.04 * kStep_s))));
-    // The slide starts and ends at rest, because otherwise the damping of the coupling would cause a force jump.
+    // The slide starts and ends at rest. Otherwise the damper of the coupling would cause a jump of the force.
     for (int i = 1; i <= 2 * steps; ++i) {
       const double turn = std::numbers::pi * i / (2 * steps);
       step(aside + way * (1 - std::cos(turn)) / 2, lowest_m,
@@ -255,8 +257,8 @@ void expect_all_hold(std::uint64_t usual_seed, std::uint64_t usual_scenes, const
   for (std::uint64_t i = 0; i < scenes(usual_scenes); ++i) {
     const Crossing crossing = make(random);
     const Course course = run(crossing);
-    // If the fixed shape is a sharp edge, the axis of the tool's rod may be beside the edge, up to the rod's radius,
-    // before the rod has passed through.
+    // If the fixed shape is a sharp edge, the axis of the tool's rod may be beside the edge by up to the rod's radius.
+    // The rod has not passed through in this case.
     const double passed_m = crossing.fixed.is_edge() ? -crossing.tool.radius_m : 0;
     if (course.least_axes_m < passed_m) ++passed;
     const double expected_m = std::min(crossing.layer_depth_m(course.held_n), crossing.rigid_depth_m());
@@ -274,9 +276,10 @@ void expect_all_hold(std::uint64_t usual_seed, std::uint64_t usual_scenes, const
             << worst.short_of_m * 1e6 << " um; most change in a step " << worst.change_n << " N\n";
 }
 
-// The bounds cover the maxima of 600 scenes of each kind with three other seeds. Primitives: 8.5 µm and 0.016 N. Meshes
-// (1 mm thick, points 0.45 mm apart): 135 µm and 0.19 N. Edges: 105 µm and 0.22 N. Grids: 21 µm and 0.20 N. Joints: 68
-// µm and 0.20 N. Balls: 5 µm and 0.009 N. Each depth includes up to 9 µm by which a rigid contact yields.
+// The bounds cover the maxima of 600 scenes of each kind with three other seeds, as depth and change of force.
+// Primitives: 8.5 µm and 0.016 N. Meshes (1 mm thick, points 0.45 mm apart): 135 µm and 0.19 N. Edges: 105 µm and 0.22
+// N. Grids: 21 µm and 0.20 N. Joints: 68 µm and 0.20 N. Balls: 5 µm and 0.009 N. Each depth includes up to 9 µm by
+// which a rigid contact yields.
 struct Things {
   std::uint64_t day_seed, night_seed;
   Bounds bounds;
@@ -319,7 +322,7 @@ Crossing of_balls(Random& random) {
   crossing.tool.kind = Kind::kBall;
   crossing.angle_rad = std::numbers::pi / 2;
   crossing.slide_tool_m = crossing.along_tool_m = 0;
-  // Only the hand holds the ball on top of the rod. With a larger force the ball would roll off.
+  // The hand alone holds the ball on top of the rod. With a larger force, the ball would roll off.
   crossing.press_n = random.uniform(0.1, 0.5) * kCoupling_n_per_m * crossing.sum_m();
   crossing.approach_m_per_s = 0.01;
   return crossing;

@@ -1,4 +1,4 @@
-// Tests the force of a hand on its tool: action and reaction, and the balance of its work.
+// Tests the force between a hand and its tool: action and reaction, and the balance of the work.
 #include "common/physics/tool_hand.hpp"
 
 #include <gtest/gtest.h>
@@ -124,7 +124,7 @@ TEST(ToolHandEnergy, HasTheForceAsItsSlopeForEveryLawWithAPotential) {
       const double slope = (energy_at(-1e-5) - energy_at(1e-5)) / 2e-5;
       const contact::SolverCoupling c = hand.coupling(0, Pose{});
       const double force = haptics::coupling_wrenches(*c.law, c.X_WH, {}, c.X_WT, {}).on_tool_W.f.x();
-      // Integrates by Simpson's rule over the bend at the limit.
+      // The energy is integrated by Simpson's rule, which is less accurate over the bend at the limit.
       EXPECT_NEAR(slope, force, 2e-3 * force) << law.name << " at " << d;
     }
   }

@@ -1,5 +1,5 @@
-// Tests the change of bodies between the stages of touched and untouched bodies. It must neither lose nor generate
-// momentum or energy.
+// Tests the change of bodies between the stages of touched and untouched bodies. The change must neither lose nor
+// create momentum or energy.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -69,17 +69,18 @@ TEST(TouchSeam, MomentumOfToolAndPushedBodyChangesByTheHandsPullAlone) {
   EXPECT_GT(contacts, 0U);
   EXPECT_GT(world.body(BodyId{1}).V.v.x(), 0.05);
   const Vec3 momentum = kToolMass_kg * world.tool(0).tool.V.v + mass_kg * world.body(BodyId{1}).V.v;
-  // The solver may leave this residual in the equation of each step (see ContactIsland).
+  // Tolerance: residual that the solver may leave in the equation of each step (see ContactIsland).
   const double left_m_per_s = 1e-11;
   EXPECT_LT((momentum - given).norm(), steps * left_m_per_s * (kToolMass_kg + mass_kg));
 }
 
-/// Returns the displacement in one second of a cube of 0.5 kg on a table. It is pushed sideways with the fraction
-/// `share` of μ m g.
+/// Returns the displacement in one second of a cube of 0.5 kg on a table. A tool pushes it sideways with the fraction
+/// `share` of its friction limit μ m g.
 double pushed_m(double share) {
   const double mass_kg = 0.5;
   const double push_n = share * 0.5 * mass_kg * kG;
-  // The tool is low, so that the cube does not tip. It has no friction, because friction would press the cube down.
+  // The tool touches the cube at a low height, so that the cube does not tip. The tool has no friction, because
+  // friction would press the cube down.
   const Vec3 start(-0.0251, 0, 0.008);
   World world(server::make_server_world(
       load_parts({.bodies = table() + "," + cube(mass_kg, {0, 0, kEdge_m / 2}), .tools = tool_at(start, 0)})));
@@ -87,7 +88,7 @@ double pushed_m(double share) {
   run(world, 50);
   const double before = world.body(BodyId{2}).X.p.x();
   for (int i = 0; i < 1000; ++i) {
-    // The stretch of the spring is constant, so the pushing force is too.
+    // The stretch of the spring is constant, so the pushing force is constant, too.
     const Vec3 p = world.tool(0).tool.X.p;
     world.set_handle(0, at({p.x() + std::min(1.0, i / 200.0) * push_n / 300, start.y(), start.z()},
                            world.tool(0).tool.V.v.x() * Vec3::UnitX()));
@@ -143,18 +144,18 @@ Squeeze squeeze(double friction) {
 TEST(TouchSeam, TwoToolsCarryABodyByFrictionAlone) {
   const Squeeze held = squeeze(0.8);
   EXPECT_NEAR(held.force_n, 3.6, 0.1);
-  // Each coupling carries half of the weight and sags accordingly.
+  // Each coupling carries half of the weight and is stretched accordingly.
   const double sag_m = 0.3 * kG / 2 / 300;
   EXPECT_NEAR(held.lifted_m, 0.1 - sag_m, 2e-3);
   EXPECT_LT(std::abs(held.slipped_m), 5e-4);
 }
 
 TEST(TouchSeam, ABodyTooSlipperyForItsWeightIsNotLifted) {
-  // The friction force of at most 2 · 0.3 · 3.6 N is less than the weight of 0.3 kg · g.
+  // The friction force of at most 2 · 0.3 · 3.6 N is less than the weight, 0.3 kg · g.
   EXPECT_LT(squeeze(0.3).lifted_m, 0.03);
 }
 
-/// A cube on the table that is pressed down by a tool must come to rest, and the tool must stay outside.
+/// A tool presses down a cube that is on the table. The cube must come to rest, and the tool must stay outside.
 void expect_calm_under(double mass_kg, double press_n) {
   const Vec3 start(0.004, 0.003, kEdge_m + 0.006);
   World world(server::make_server_world(
@@ -228,7 +229,8 @@ TEST(TouchSeam, ATouchedBodyLeftAloneRests) {
 }
 
 TEST(TouchStage, OfTooManyPairsThoseThatPressStay) {
-  // In the scene's order, a pebble near the tool comes before the table, and only one pair of shapes is allowed.
+  // A pebble near the tool precedes the table in the scene's order, but only one pair of shapes is allowed. The pair
+  // that presses must stay.
   const std::string pebble = R"({"name": "pebble", "shapes": [{"sphere": {"radius_m": 0.002}}],
                                  "placement": {"position_m": [0.0065, 0, 0.009]}})";
   const Vec3 start(0, 0, 0.006);
@@ -251,7 +253,7 @@ TEST(TouchStage, AContactSticksOnWhileOthersEndAndBegin) {
       server::make_server_world(load_parts({.bodies = table(), .tools = tool_at(first) + "," + tool_at(second)})));
   for (const std::size_t tool : {0U, 1U}) world.activate_tool(tool);
   // The second tool presses and is pulled sideways within the friction limit. Meanwhile the first tool touches, leaves
-  // and touches again.
+  // and touches again. The friction of the second tool must not be lost.
   const auto hold = [&](double first_down_m) {
     world.set_handle(0, at(first - first_down_m * Vec3::UnitZ()));
     world.set_handle(1, at(second + Vec3(0.002, 0, -0.011)));
@@ -286,7 +288,7 @@ TEST(TouchStage, AForceLimitThatIsRaisedLaterDoesNotCarryTheToolThroughAWall) {
 }
 
 TEST(TouchSeam, AHeldBodyPressesOnAFreeOneAndBothRest) {
-  // The lower cube lies freely on the table. The upper one is held and pressed down with 3 N.
+  // The lower cube lies freely on the table. A tool holds the upper cube and presses it down with 3 N.
   const std::string upper = box("upper", Vec3::Constant(kEdge_m), {0.003, 0, 1.5 * kEdge_m + 0.002},
                                 R"(, "graspable": true, "mass_kg": 0.1)");
   World world(server::make_server_world(
@@ -310,7 +312,7 @@ TEST(TouchSeam, AHeldBodyPressesOnAFreeOneAndBothRest) {
 }
 
 TEST(TouchStage, AToolThatIsPulledBeyondTheSpeedLimitIsSlowedBeforeItMovesNotAfter) {
-  // A tool of 5 g is pulled by 1000 N, in one step, from 2 cm in front of a wall to 3 cm behind it.
+  // In one step, a tool of 5 g is pulled with 1000 N from 2 cm in front of a wall to 3 cm behind it.
   const std::string wall = box("wall", {0.2, 0.2, 0.002}, {0, 0, 0});
   const std::string coupling = R"({"law": "spring-damper", "stiffness_n_per_m": 100000, "force_limit_n": 1000})";
   World world(server::make_server_world(load_parts(

@@ -1,4 +1,4 @@
-// Sleeping bodies must cost no time, and must respond like bodies that are integrated.
+// Sleeping bodies must take no time, and must respond like bodies that are awake.
 #include "common/physics/untouched_bodies.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ namespace {
 constexpr double kUntouchedStep_s = 1e-3;
 constexpr double kEdge_m = 0.04;
 
-/// A table with two stacked cubes of 0.2 kg, and another cube 10 mm beside them.
+/// A table with two stacked cubes of 0.2 kg each, and another cube 10 mm beside them.
 class Stack : public testing::Test {
  protected:
   static constexpr std::size_t kLower = 1, kUpper = 2, kBeside = 3;
@@ -60,7 +60,7 @@ TEST_F(Stack, RestsWithoutAnyMotion) {
 
 TEST_F(Stack, AnswersAForceInTheSameStep) {
   run(4);
-  // The force is twice the friction limit.
+  // The force is twice the friction limit, so the body must move in this step.
   bodies_[kUpper].apply_wrench({{0, 2, 0}, Vec3::Zero()}, bodies_[kUpper].centre_W());
   run(kUntouchedStep_s / 2);
   const double pushed_m_per_s = 2 / 0.2 * kUntouchedStep_s, braked_m_per_s = 0.5 * 9.81 * kUntouchedStep_s;
@@ -105,8 +105,8 @@ TEST_F(Stack, WakesWhatIsRunInto) {
   run(4);
   ASSERT_TRUE(rests(kLower) && rests(kUpper));
   bodies_[kLower].set_centre(bodies_[kLower].centre_pose(), {{-2, 0, 0}, Vec3::Zero()});
-  // During the test, friction transfers about a tenth of the momentum to the table, and the pressure of the tilting
-  // cubes transfers some more.
+  // During the test, friction transfers about a tenth of the momentum to the table. The pressure of the tilting cubes
+  // transfers some more.
   const auto momentum = [&] {
     return bodies_[kLower].velocity_of_centre_W().v.x() + bodies_[kUpper].velocity_of_centre_W().v.x();
   };

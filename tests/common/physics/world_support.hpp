@@ -1,4 +1,4 @@
-// Small worlds that tests describe by plain data.
+// Small worlds for tests, built from plain data.
 #pragma once
 
 #include "common/contact/contact_shape.hpp"
@@ -27,7 +27,7 @@ inline RigidState at(const Vec3& p, const Vec3& v = Vec3::Zero()) {
   return {{p, Quat::Identity()}, {v, Vec3::Zero()}};
 }
 
-/// A cube with an edge of 4 cm. If `mass_kg` is 0, it is static.
+/// Returns a cube with an edge of 4 cm. It is static if `mass_kg` is 0.
 inline BodyDescription cube(const Vec3& p, double mass_kg) {
   static const auto shape = contact::make_contact_box(Vec3::Constant(kCubeEdge_m));
   BodyDescription body;
@@ -46,7 +46,7 @@ inline BodyDescription table() {
   return body;
 }
 
-/// A tool: a ball with a radius of 5 mm and a mass of 50 g.
+/// Returns a tool: a ball with a radius of 5 mm and a mass of 50 g.
 inline ToolDescription ball_tool(const Vec3& p) {
   static const auto shape = contact::make_contact_sphere(kBallRadius_m);
   ToolDescription tool;
@@ -56,7 +56,7 @@ inline ToolDescription ball_tool(const Vec3& p) {
   return tool;
 }
 
-/// The description of a world with the linear coupling and without gravity.
+/// Returns the description of a world with the linear coupling and without gravity.
 inline WorldDescription world_of(std::vector<BodyDescription> bodies, std::vector<ToolDescription> tools) {
   WorldDescription world;
   world.gravity_m_per_s2 = Vec3::Zero();
@@ -68,13 +68,13 @@ inline WorldDescription world_of(std::vector<BodyDescription> bodies, std::vecto
   return world;
 }
 
-/// The world of a client, whose bodies follow the last received states.
+/// Returns the world of a client, whose bodies follow the last received states.
 inline World client_world(const WorldDescription& description, ExternalBodies* external = nullptr) {
   std::unique_ptr<FreeBodies> engine = make_followed_bodies(description.bodies.size());
   if (external != nullptr) engine = watched(std::move(engine), *external);
   return {std::make_shared<const WorldDescription>(description), std::move(engine), nullptr};
 }
-/// The world of a server, whose untouched bodies are integrated by the contact solver.
+/// Returns the world of a server, whose untouched bodies are moved by the contact solver.
 inline World server_world(const WorldDescription& description, ExternalBodies* external = nullptr) {
   auto kept = std::make_shared<const WorldDescription>(description);
   std::unique_ptr<FreeBodies> engine = make_untouched_bodies(*kept);

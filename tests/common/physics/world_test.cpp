@@ -103,8 +103,8 @@ TEST(World, DroppedBoxDoesNotBounceHigherThanItsRestitution) {
   EXPECT_NEAR(world.body(BodyId{2}).X.p.z(), 0.02, 5e-5);
 }
 
-/// Returns the distance that a cube slides on a table in 1 s. Gravity is rotated, as on an inclined plane with the
-/// slope `tangent`.
+/// Returns the distance that a cube slides on a table in 1 s. Gravity is rotated, as on a plane with the slope
+/// `tangent`.
 double slid_after_1_s(double tangent) {
   const double slope = std::atan(tangent);
   const std::string gravity = R"("gravity_m_per_s2": [)" + std::to_string(kWorldG * std::sin(slope)) + ", 0, " +
@@ -119,7 +119,7 @@ double slid_after_1_s(double tangent) {
 }
 
 TEST(World, BoxSticksInsideTheFrictionCone) {
-  // Both bodies have a friction coefficient of 0.5, so that of the pair is √(0.5·0.5).
+  // Both bodies have a friction coefficient of 0.5, so the coefficient of the pair is √(0.5·0.5) = 0.5.
   EXPECT_LT(std::abs(slid_after_1_s(0.45)), 1e-4);
 }
 
@@ -180,8 +180,8 @@ TEST(World, WorkOfTheCouplingIsTheToolsKineticEnergyAndWhatSamplingAdds) {
     const Vec3 before = world.tool(0).tool.V.v;
     world.step();
     const ToolState tool = world.tool(0);
-    // F_k·h·v_{k+1} = m (v_{k+1} − v_k)·v_{k+1} = Δ(m v²/2) + m |Δv|²/2. The last term is the energy that holding the
-    // force during a step adds.
+    // F_k·h·v_{k+1} = m (v_{k+1} − v_k)·v_{k+1} = Δ(m v²/2) + m |Δv|²/2. The last term is the work that results from
+    // holding the force during a step.
     sampling += 0.5 * 0.05 * (tool.tool.V.v - before).squaredNorm();
     const double kinetic = 0.5 * 0.05 * tool.tool.V.v.squaredNorm();
     ASSERT_NEAR(tool.energy_into_world_j - tool.energy_from_world_j, kinetic + sampling, 1e-12) << i;
@@ -247,7 +247,7 @@ TEST(World, GrabAndReleaseMakeNoForceStep) {
     world.step();
     steps.note_change(world);
   }
-  // At rest, only the damper's response to contact noise may change the force. Measured: 1e-6 N.
+  // At rest, only the damper's response to noise of the contact may change the force. The measured change was 1e-6 N.
   EXPECT_LT(steps.largest_n, 1e-3);
 }
 
@@ -260,7 +260,7 @@ TEST(World, ReleasedBodyIsNotKickedByTheToolInside) {
   world.release(0);
   step_times(world, 500);
   EXPECT_LT((world.body(BodyId{1}).X.p - Vec3(0, 0, 1)).norm(), 1e-9) << "the tool starts in the body's centre";
-  // The tool withdraws, moves back and touches the body again.
+  // The tool withdraws, then moves back and must touch the body again.
   for (int i = 0; i < 500; ++i) {
     world.set_handle(0, resting_at({0.0001 * i, 0, 1}));
     world.step();
@@ -285,7 +285,8 @@ TEST(World, GrabTakesTheNearestGraspableBodyInReach) {
   EXPECT_EQ(world.grab(0, BodyId{9}), GrabResult::kUnknownBody);
   EXPECT_EQ(world.grab(0, BodyId{1}), GrabResult::kNotGraspable);
   EXPECT_EQ(world.grab(0, BodyId{4}), GrabResult::kOutOfReach);
-  // The surface of the tool is 20 mm from `far` and 15 mm from `near`. The reach is 20 mm.
+  // The surface of the tool is 20 mm from `far` and 15 mm from `near`; the reach is 20 mm. The nearer body must be
+  // grabbed.
   EXPECT_EQ(world.grab(0, BodyId{}), GrabResult::kGrabbed);
   EXPECT_EQ(world.tool(0).held, BodyId{3});
   EXPECT_EQ(world.grab(0, BodyId{2}), GrabResult::kAlreadyHolding);
@@ -295,7 +296,7 @@ TEST(World, GrabTakesTheNearestGraspableBodyInReach) {
 
 TEST(World, GrabAgreesWithTheDistanceToTheSurface) {
   // The reach of 20 mm is measured between the surfaces. The tool has a radius of 5 mm and the cube a half edge of 20
-  // mm, so the centres are 45 mm apart.
+  // mm, so the centres may be 45 mm apart.
   for (const auto& [gap_m, expected] :
        {std::pair{0.0449, GrabResult::kGrabbed}, std::pair{0.0451, GrabResult::kOutOfReach}}) {
     World world(server::make_server_world(
@@ -342,7 +343,7 @@ TEST(World, ABodyWaitsForTheToolThatHoldsItFromTheStart) {
 }
 
 TEST(World, ManyHandsAndAWildCouplingStayCalm) {
-  // Four hands hold a body of 20 g off its centre. Each coupling is 40 times stiffer than the stability limit of
+  // Four hands hold a body of 20 g beside its centre. Each coupling is 40 times stiffer than the stability limit of
   // explicit integration.
   std::string tools;
   for (const char* name : {"t0", "t1", "t2", "t3"}) {
@@ -393,10 +394,10 @@ TEST(World, ACouplingAskedForEveryStepIsThatAskedForOnce) {
     }
     return world.body(BodyId{1}).X.p.z();
   };
-  // The heights must be equal during the ramp and long after it.
+  // The heights of both worlds must be equal during the ramp and long after it.
   for (const int steps : {40, 3000}) EXPECT_EQ(height_after(steps, true, false), height_after(steps, false, false));
   EXPECT_NEAR(1 - height_after(3000, true, false), 0.12 * kWorldG / 900, 1e-6);
-  // A tool that is activated after the change gets the new coupling at once, without a ramp.
+  // A tool that is activated after the change has the new coupling at once, without a ramp.
   EXPECT_GT(height_after(40, true, true), height_after(40, true, false));
   EXPECT_NEAR(1 - height_after(3000, true, true), 0.12 * kWorldG / 900, 1e-6);
 }
@@ -406,7 +407,7 @@ std::string wall_of_2_mm() {
              "placement": {"position_m": [0.05, 0, 0]}})";
 }
 
-/// Moves the handle from 0 through the wall at 5 cm, then holds it. Returns the largest x of the tool.
+/// Moves the handle from 0 through the wall at 5 cm, then holds it. Returns the largest x that the tool reaches.
 double deepest_x(World& world, double speed_m_per_s) {
   world.activate_tool(0);
   double deepest = -1;
@@ -422,7 +423,7 @@ double deepest_x(World& world, double speed_m_per_s) {
 
 TEST(World, ToolDoesNotPassAWallOf2MillimetresAt1MetreASecond) {
   World world(server::make_server_world(load_parts({.bodies = wall_of_2_mm(), .tools = tool_at("t", {0, 0, 0})})));
-  // The surface of the wall is at 49 mm, and the tool's radius is 5 mm. The tool may penetrate at most by its
+  // The surface of the wall is at 49 mm, and the tool's radius is 5 mm. The tool may penetrate by at most its
   // displacement in one step, 1 mm.
   EXPECT_LT(deepest_x(world, 1.0), 0.045);
 }
@@ -440,7 +441,7 @@ TEST(World, ToolDoesNotPassAnExactMeshWallAt1MetreASecond) {
 
 TEST(World, BodyThatIsNotFiniteIsPutBackAndReported) {
   auto scene = std::make_shared<server::LoadedScene>(*load_parts({.bodies = cube("a", 0.1, {0, 0, 1})}));
-  // The loader would refuse this gravity. Here it represents any cause of a number that is not finite.
+  // The loader would refuse this gravity. The test uses it to make a state that is not finite.
   scene->world.gravity_m_per_s2.x() = std::numeric_limits<double>::quiet_NaN();
   World world(server::make_server_world(scene));
   EXPECT_NE(world.step() & kFaultNotFinite, 0U);
@@ -475,7 +476,7 @@ TEST(World, SaturatedCouplingIsReportedAndBounded) {
 }
 
 TEST(World, OffCentreBodyTurnsAboutItsCentreOfMass) {
-  // A dumb-bell whose body frame is in one of its balls is rotated by a pure torque. Its centre of mass must not move.
+  // A pure torque rotates a dumb-bell whose body frame is in one of its balls. Its centre of mass must not move.
   const std::string body = R"({"name": "a", "mass_kg": 0.2, "gravity": false, "graspable": true, "shapes": [
       {"sphere": {"radius_m": 0.02}}, {"sphere": {"radius_m": 0.02}, "placement": {"position_m": [0.1, 0, 0]}}]})";
   World world(server::make_server_world(

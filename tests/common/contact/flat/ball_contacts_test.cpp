@@ -55,7 +55,7 @@ double integral(double radius_m, double depth_m, const auto& term) {
   const int steps = 20'000;
   double sum = 0;
   for (int i = 0; i < steps; ++i) {
-    // The steps are uniform in the square root of the height. In this variable the integrand is smooth.
+    // The steps are uniform in the square root of the height, because the integrand is smooth in this variable.
     const double root = (i + 0.5) / steps, height_m = depth_m * root * root;
     const double area_m2 = 2 * kPi * radius_m * depth_m * 2 * root / steps;
     sum += area_m2 * term(depth_m - height_m, std::sqrt(height_m * (2 * radius_m - height_m)));
@@ -72,7 +72,7 @@ TEST(BallContacts, HaveTheForceStiffnessTiltAndSlipOfTheCap) {
     const double u_m4 = sum_of(contacts, [](const ContactPoint& c) { return c.p_W.x() * c.p_W.x(); });
     const double v_m4 = sum_of(contacts, [](const ContactPoint& c) { return c.p_W.y() * c.p_W.y(); });
     const double slip_m4 = sum_of(contacts, [](const ContactPoint& c) { return c.depth_m * c.p_W.head<2>().norm(); });
-    // The depth is the small difference of two large lengths, so its relative rounding error is large.
+    // The volume is a small difference of two large lengths, so its relative rounding error is large.
     const double rounding = 1e-12 + 4e-16 * radius_m / depth_m;
     EXPECT_NEAR(volume_m3 / (kPi * radius_m * depth_m * depth_m), 1, rounding);
     EXPECT_NEAR(area_m2 / (2 * kPi * radius_m * depth_m), 1, rounding);
@@ -88,7 +88,7 @@ TEST(BallContacts, HaveTheForceStiffnessTiltAndSlipOfTheCap) {
 
 TEST(BallContacts, HaveTheForceOfThePlanesPointsToo) {
   for_all_sizes([](double radius_m, double depth_m) {
-    // A point of the plane at the distance s from the ball's centre has the depth R − s. Its normal points towards the
+    // A point of the plane at the distance s from the ball's centre has the depth R − s. Its normal points to the
     // centre.
     const double height_m = radius_m - depth_m;
     const int steps = 20'000;
@@ -112,8 +112,8 @@ TEST(BallContacts, LieWhereTheyAreAsDeepAsTheySay) {
       EXPECT_NEAR(contact.depth_m, -contact.p_W.z(), 1e-12);
       EXPECT_LT(contact.p_W.head<2>().norm(), std::sqrt(2 * radius_m * depth_m));
     }
-    // The deepest point is represented by a contact that is shallower by at most 8 µm. Before contact, this is true for
-    // the nearest point.
+    // The first contact represents the deepest point and may be at most 8 µm too shallow. Before contact, the same
+    // bound holds for the nearest point.
     EXPECT_LE(depth_m - on_floor(radius_m, depth_m)[0].depth_m, 8e-6 + 1e-12);
     EXPECT_LE(-depth_m - on_floor(radius_m, -depth_m, 1, 2e-3)[0].depth_m, 8e-6 + 1e-12);
   });
@@ -135,8 +135,8 @@ TEST(BallContacts, HideNoAreaOfWhatIsInTheBand) {
   }
 }
 
-/// A ball with few points that claims to have a fine spacing. In these tests the pair must not depend on the ball's
-/// points.
+/// A ball with few points that claims to have a fine spacing. In these tests the contacts must come from the closed
+/// form, not from the ball's points.
 ContactShape ball_of(double radius_m, double spacing_m = 4.5e-4) {
   ContactShape shape =
       hand_made_shape(sphere_field(radius_m), PointShell::make(sphere_points(radius_m, 2000), spacing_m));
@@ -214,8 +214,8 @@ TEST(BallContacts, AreContinuousWhenABallIsPressedDown) {
         for (const ContactPoint& c : contacts) sum += c.area_m2 * std::max(0.0, c.depth_m + closed_m);
         return sum;
       };
-      // Depth is computed after the surfaces have approached by `closed_m`. A point that enters or leaves changes the
-      // force at most by its depth × area.
+      // Depths are computed after the surfaces have approached by `closed_m`. When a point enters or leaves, the force
+      // may change by at most the point's depth × area.
       for (const double closed_m : {0.0, 5e-5, kBallContactsBand_m}) {
         const double most = 2 * area_per_step_m2 * (std::max(0.0, depth_m) + kBallContactsBand_m + closed_m);
         ASSERT_NEAR(force_in(now, closed_m), force_in(before, closed_m), most) << radius_m << " " << depth_m;
@@ -225,8 +225,8 @@ TEST(BallContacts, AreContinuousWhenABallIsPressedDown) {
   }
 }
 
-/// Pose of a ball of radius 5 mm, by default 50 µm deep in a box of 2 cm. It is `inside_m` from the edge of the box,
-/// and rotated as if it had rolled there.
+/// Pose of a ball of radius 5 mm, by default 50 µm deep in a box of 2 cm. The ball is `inside_m` from the edge of the
+/// box, and rotated as if it had rolled there.
 Pose beside_edge(double inside_m, double depth_m = 5e-5) {
   return {Vec3(0.01 - inside_m, 0.0013, 0.015 - depth_m), quaternion_of(Vec3(0, -inside_m / 5e-3, 0))};
 }
@@ -255,14 +255,14 @@ TEST(BallContacts, GoOverIntoPointsWithoutAStepInForce) {
     }
     EXPECT_FALSE(was_closed_form);
     EXPECT_EQ(changes, 1);
-    // The limit is larger than the force change when one point of the ball leaves. The box has no points in the
-    // interior of its faces.
+    // The limit is slightly larger than the force change when one point of the ball leaves, because the box has no
+    // points in the interior of its faces.
     EXPECT_LT(most_n, 0.11 * forces_n.front());
   }
 }
 
-/// Far from the surface a grid underestimates the distance, so it does not exclude this pose. The planes must exclude
-/// it.
+/// The ball is outside of the box, beside an edge. Far from the surface, a grid underestimates the distance, so only
+/// the planes can exclude a contact here.
 TEST(BallContacts, OfABallThatIsClearBesideAnEdgeThereIsNone) {
   const double radius_m = 5e-3, half_m = 0.01;
   const ShapePointer ball = make_contact_sphere(radius_m);
@@ -300,7 +300,7 @@ TEST(BallContacts, KeepFrictionWhenTheyGoOverIntoPointsAndBack) {
         const Touch after = find(beside_edge(to_m));
         ASSERT_NE(start.is_closed_form, after.is_closed_form);
         ASSERT_EQ(start.is_closed_form, from_m > to_m);
-        // The normals of the plane's points are those of the ball, so they are slightly tilted.
+        // At the plane's points, the contact normals are those of the ball, so they are slightly tilted.
         EXPECT_LT((after.friction_W - before.friction_W).norm(), 0.03 * before.friction_W.norm());
         EXPECT_NE(before.moment_z, 0);
         EXPECT_NEAR(after.moment_z, before.moment_z, 0.01 * std::abs(before.moment_z));
@@ -383,7 +383,7 @@ TEST(BallContacts, HoldABallOnASlopeThoughItsWeightTrembles) {
         rig.step();
       }
       // Bound of the motion within one second, at a depth of 73 µm. The measured motion was 14 µm. If each deeper step
-      // shortened all bristles, it would be 91 µm.
+      // shortened all bristles, the ball would creep by 91 µm.
       EXPECT_LT((rig.X_WB.p - start).norm(), 2e-5) << share << " " << period;
     }
   }

@@ -41,7 +41,7 @@ TEST(FlatNode, ItsFourPointsHaveItsAreaMeanAndCovariance) {
          {std::pair(flat.along_S, flat.deviation_along_m), std::pair(flat.across_S, flat.deviation_across_m)}) {
       of_four += deviation * deviation * axis.cast<double>() * axis.cast<double>().transpose();
     }
-    // A polygon approximates the outline, so its moments have errors of a few per cent.
+    // A polygon only approximates the outline, so its moments may be wrong by a few per cent.
     const double extent_m = flat.half_m.norm();
     EXPECT_NEAR((flat.mean_S.cast<double>() - mean).norm(), 0, flat.is_polygon() ? 0.06 * extent_m : 1e-8);
     EXPECT_NEAR((of_four - covariance).norm(), 0, (flat.is_polygon() ? 0.15 : 1e-5) * covariance.trace() + 1e-12);
@@ -86,8 +86,8 @@ TEST(FlatNode, IsAPolygonOnlyIfItIsCoveredEvenly) {
   EXPECT_EQ(root_of(triangle).corner_count, 3U);
 }
 
-// Whatever the outline is, the polygon must have nearly the area, mean and covariance of its points, and contain almost
-// all of them.
+// For any outline, the polygon must have nearly the area, mean and covariance of its points. It must contain almost all
+// of them.
 TEST(FlatNode, APolygonHasTheMomentsOfItsPoints) {
   for (const int sides : {3, 5, 6, 7, 8}) {
     std::vector<ShellPoint> points;
@@ -132,8 +132,9 @@ TEST(FlatNode, APolygonHasTheMomentsOfItsPoints) {
 }
 
 TEST(FlatNode, WhatIsAPolygonLiesOnTheSurface) {
-  // The prism with five sides has edges of one plane in different directions. The prisms with 8 and 32 sides have
-  // corners of flat nodes near the rim of the end face.
+  // In the prism with five sides, edges of one plane have different directions. In the prisms with 8 and 32 sides,
+  // corners of flat nodes are near the rim of the end face. A polygon that ignores these cases would extend beyond the
+  // surface.
   for (const auto& [sides, radius_m, height_m] :
        {std::tuple(5, 0.0526, 0.0657), std::tuple(8, 0.05, 0.0625), std::tuple(32, 0.0375, 0.1)}) {
     const geometry::TriangleMesh mesh = prism_mesh(sides, radius_m, height_m);
@@ -161,7 +162,7 @@ TEST(FlatNode, WhatIsAPolygonLiesOnTheSurface) {
 
 TEST(FlatRuns, PointsOfAFaceAndOfAnEdgeFollowEachOther) {
   const PointShell shell = PointShell::make(box_points(Vec3(0.03, 0.02, 0.01), 5e-4), 5e-4);
-  // Sums the area of the points that are represented by polygons.
+  // The polygons together must represent most of the area of the box.
   double area_m2 = 0;
   for (std::size_t i = 0; i < shell.nodes.size();) {
     const ShellNode& node = shell.nodes[i];

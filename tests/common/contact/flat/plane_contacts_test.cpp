@@ -67,7 +67,8 @@ Pressure of_all_points(const ContactShape& a, const Pose& X_WA, const ContactSha
   return sum;
 }
 
-/// Cube A lies on cube B, whose upper face is z = 0. The midpoint of A's lower edge at x < 0 is `depth_m` deep.
+/// Cube A lies on cube B, whose upper face is z = 0. The midpoint of A's lower edge at x < 0 is `depth_m` below that
+/// face.
 struct Stack {
   std::shared_ptr<const ContactShape> shape;
   Quat q_SB;
@@ -88,7 +89,7 @@ Stack oblique_stack() {
 // Checks the planes that a field reports for random boxes. The largest distance to the planes must equal the field's
 // distance.
 //
-// In  at_edges_m  tolerance where several planes apply, because there the samples interpolate across an edge
+// In      at_edges_m  tolerance for several planes: the samples interpolate across the edge between them
 void expect_planes_are_right(const DistanceField& field, double reach_m, double tolerance_m, double at_edges_m,
                              unsigned seed) {
   std::mt19937 random(seed);
@@ -114,7 +115,7 @@ void expect_planes_are_right(const DistanceField& field, double reach_m, double 
       for (std::size_t plane = 0; plane < field.planes().size(); ++plane) {
         if ((planes >> plane & 1U) != 0) largest = std::max(largest, field.planes()[plane].distance_m(p));
       }
-      // Deep inside, where both distances exceed any contact depth, they may differ. Outside of an edge, the field's
+      // The distances may differ deep inside, where both exceed any contact depth. Outside of an edge, the field's
       // distance may be larger.
       if (distance < -5e-4 && largest < -5e-4) continue;
       const double most = (std::popcount(planes) > 1 ? at_edges_m : tolerance_m) + 0.01 * std::abs(distance);
@@ -136,8 +137,8 @@ TEST(PlaneMap, IsWhereSamplesLieOnAPlane) {
   expect_planes_are_right(*oblique_stack().shape->field, 0.015, 3e-6, 1.5e-4, 2);
 }
 
-// The planes of a wall extend beyond its end. All corners of a box that overhangs the end may therefore be outside of
-// one of the planes.
+// The planes of a wall extend beyond its end. If a box overhangs the end, all of its corners may be outside of one of
+// the planes. A test of the corners alone would then accept these planes.
 TEST(PlaneMap, OfAThinWallEndsWhereTheWallDoes) {
   constexpr int kSides = 16;
   constexpr double kOuter_m = 0.0375, kInner_m = 0.03625, kHalf_m = 0.02;
@@ -203,8 +204,7 @@ TEST(PlaneContacts, HaveTheForceAndMomentOfAllPoints) {
       EXPECT_FALSE(work.is_coarse);
       const Pressure few = of_contacts(pair);
       const Pressure all = of_all_points(*stack.shape, X_WA, *stack.shape, stack.X_WB());
-      // Distances are rounded to 2 µm at depths of at most 20 µm. The points beside an edge are not uniformly
-      // distributed.
+      // Distances are rounded to 2 µm at depths of at most 20 µm. Points beside an edge are not uniformly distributed.
       const double error_n = 0.02 * all.on_a_W.f.norm() + 9e-7 * all.stiffness_n_per_m;
       EXPECT_NEAR((few.on_a_W.f - all.on_a_W.f).norm(), 0, error_n) << "tilt " << tilt << ", depth " << depth_m;
       EXPECT_NEAR((few.on_a_W.t - all.on_a_W.t).norm(), 0, error_n * kEdge_m) << "tilt " << tilt;
@@ -252,10 +252,10 @@ TEST(PlaneContacts, AFaceOnAFaceHasFewOfThem) {
   EXPECT_LT(pair.contacts().size(), 600U);
 }
 
-// The hole is so small that the mean and the deviations of the face's points are almost those of a rectangle. The
-// search must still notice the hole.
+// The hole is so small that the mean and the deviations of the face's points are almost those of a rectangle. If the
+// search did not notice the hole, the face would press on the rod.
 TEST(PlaneContacts, NothingPressesOnARodInAHole) {
-  // Centre of the plate, relative to the hole. The hole is well inside a node of some thousand points.
+  // Centre of the plate, relative to the hole. In both cases, the hole is well inside a node of some thousand points.
   for (const Vec3& middle : {Vec3(0.1 / 12, 0.003125, 0), Vec3(0.125 / 12, 0.009375, 0)}) {
     const auto plate =
         make_contact_mesh({block_with_hole_mesh(3e-3, 0.1, 0.005, middle), geometry::SurfaceKind::kSolid, {}});
@@ -273,7 +273,8 @@ TEST(PlaneContacts, NothingPressesOnARodInAHole) {
   }
 }
 
-// With 5e9 N/m³ a face of 20 mm has a stiffness of 2 N/µm. The reduction of its points must cause no force steps.
+// With 5e9 N/m³, a face of 20 mm has a stiffness of 2 N/µm. If the few contacts of the face changed abruptly with the
+// tilt, the user would feel force steps.
 TEST(PlaneContacts, ForceHasNoStepsWhileABoxTilts) {
   const Stack stack = oblique_stack();
   ContactPair pair;
@@ -286,7 +287,7 @@ TEST(PlaneContacts, ForceHasNoStepsWhileABoxTilts) {
     const double few_now_n = of_contacts(pair).on_a_W.f.norm();
     if (i % 4 == 0) {
       const double all_now_n = of_all_points(*stack.shape, X_WA, *stack.shape, stack.X_WB()).on_a_W.f.norm();
-      // Along edges the interpolated samples are rounder than the planes.
+      // Along edges, the interpolated samples are rounder than the planes.
       EXPECT_NEAR(few_now_n, all_now_n, 0.02 * all_now_n + 0.3) << "tilt " << tilt;
       all_n = all_now_n;
     }
@@ -312,7 +313,8 @@ TEST(PlaneContacts, ForceFollowsTheOverlapWhileABoxSlidesOverAnEdge) {
     if (i == 0) whole_n = before_n = now_n;
     const double overlap = std::clamp((0.025 - x_m) / 0.02, 0.0, 1.0);
     ASSERT_NEAR(now_n, overlap * whole_n, 0.06 * whole_n) << x_m;
-    // In one step, a strip of 0.5 mm at each of two edges may leave. The force may change by the share of these points.
+    // In one step, a strip of 0.5 mm at each of two edges may leave. The force may change by the fraction of the points
+    // in these strips.
     ASSERT_NEAR(now_n, before_n, 0.06 * whole_n) << x_m;
     before_n = now_n;
   }
@@ -321,7 +323,7 @@ TEST(PlaneContacts, ForceFollowsTheOverlapWhileABoxSlidesOverAnEdge) {
 }
 
 // The edges of a flight of stairs lie in one plane, with gaps between them. If the budget is too small for all points,
-// some points represent them.
+// some points represent all of them. A contact between the edges would be too deep.
 TEST(PlaneContacts, NothingIsDeeperThanTheDeepestPointWhereThereIsNoRoomForAll) {
   std::vector<ShellPoint> points;
   for (int nose = 0; nose < 8; ++nose) {
@@ -336,7 +338,7 @@ TEST(PlaneContacts, NothingIsDeeperThanTheDeepestPointWhereThereIsNoRoomForAll) 
   std::vector<ContactPoint> contacts;
   contacts.reserve(shell.points.size() + kSmallNode);
   for (const std::size_t room : {std::size_t{0}, std::size_t{30}, std::size_t{100}, std::size_t{400}}) {
-    // Positions between the first two edges; the right side of the box is 0.1 mm beyond the second edge.
+    // In the first position only the second edge is inside the box, in the second position only the first edge.
     for (const double x_m : {-0.0031, -0.001}) {
       const Pose X_FP{Vec3(x_m, 0, 0.005), Quat(Eigen::AngleAxisd(0.3, Vec3::UnitY()))};
       double deepest_m = 0;
@@ -358,7 +360,7 @@ TEST(PlaneContacts, NothingIsDeeperThanTheDeepestPointWhereThereIsNoRoomForAll) 
 }
 
 // There is a dense group of points and a small group far away. The mean of all points minus one standard deviation is a
-// place without points.
+// place without points. A contact there would press although no point is below the plane.
 TEST(PlaneContacts, NothingPressesWhereNoPointIs) {
   std::vector<ShellPoint> points;
   for (int i = 0; i < 40; ++i) {
@@ -372,7 +374,7 @@ TEST(PlaneContacts, NothingPressesWhereNoPointIs) {
   const auto field = box_field(Vec3(1, 1, 0.02));
   std::vector<ContactPoint> contacts;
   contacts.reserve(shell.points.size() + kSmallNode);
-  // The dense group is 0.1 mm above the box, the small group 6 mm.
+  // The dense group is 0.1 mm above the box, the small group 6 mm above it.
   const Pose X_FP{Vec3(0, 0, 0.0101), Quat(Eigen::AngleAxisd(-0.1, Vec3::UnitY()))};
   for (const std::size_t room : {std::size_t{0}, std::size_t{30}, std::size_t{400}}) {
     contacts.clear();

@@ -1,4 +1,5 @@
-// Compares contacts of rods with closed forms. The contacts must not jump at ends, corners and parallel axes.
+// Compares contacts of rods with closed forms, and checks that their force does not jump at ends, corners and parallel
+// axes.
 #include "common/contact/round/rod_contacts.hpp"
 
 #include <gtest/gtest.h>
@@ -48,7 +49,7 @@ std::vector<ContactPoint> rod_contacts(const Rod& a, const Pose& X_WA, const Rod
   return contacts;
 }
 
-/// Pose of a rod that is `distance_m` along x from the axis of a rod along z, rotated about x.
+/// Pose of a rod whose centre is `distance_m` along x from the axis of a rod along z. The rod is rotated about x.
 Pose across(double distance_m, double angle_rad, double along_m = 0) {
   return {Vec3(distance_m, 0, along_m), Quat(Eigen::AngleAxisd(angle_rad, Vec3::UnitX()))};
 }
@@ -99,10 +100,10 @@ TEST(RodContacts, OfABallOnARodHaveTheForceOfTheirOverlap) {
   }
 }
 
-/// Rod A moves between two random poses close to rod B. Some are near the ends of B or nearly parallel to it.
+/// Rod A moves between two random poses close to rod B. Some poses are near the ends of B or nearly parallel to it.
 struct RodScene {
   Rod a, b;
-  Pose from, to;  ///< poses of A in B
+  Pose from, to;  ///< poses of A relative to B
 };
 
 RodScene rod_scene(Random& random, bool is_ball) {
@@ -144,8 +145,8 @@ TEST(RodContacts, AreContinuousInThePose) {
       const Vec6 now = force_at(static_cast<double>(k) / steps);
       pressing += now.norm() > 1e-3 ? 1 : 0;
       if ((now - before).norm() > 1e-3) {
-        // The interval with the largest change is bisected repeatedly. If the force is continuous, the change becomes
-        // small.
+        // The interval with the largest change is bisected repeatedly. If the force is continuous, the change
+        // approaches zero. If it is not, the change stays as large as the jump.
         double low = (k - 1.0) / steps, high = static_cast<double>(k) / steps;
         Vec6 at_low = before, at_high = now;
         for (int halving = 0; halving < 30; ++halving) {
@@ -159,7 +160,7 @@ TEST(RodContacts, AreContinuousInThePose) {
             at_low = at_middle;
           }
         }
-        // Where the axes intersect, the direction of the normal may change abruptly.
+        // If the axes intersect, the direction of the normal may change abruptly. Such poses are skipped.
         const auto at_jump = rod_contacts(scene.a, between(scene, low), scene.b);
         const double deepest_m = std::ranges::max_element(at_jump, {}, &ContactPoint::depth_m)->depth_m;
         if (deepest_m > 0.7 * (scene.a.radius_m + scene.b.radius_m)) {
@@ -205,7 +206,7 @@ TEST(RodContacts, DoNotTurnRoundWhereARodIsMovedThroughTheOther) {
     const auto deepest = std::ranges::max_element(contacts, {}, &ContactPoint::depth_m);
     EXPECT_GT(deepest->normal_W.x(), 0.99);
     EXPECT_GT(deepest->depth_m, 0.9 * (1e-4 + passed_m));
-    // If the rod is moved so far that it no longer touches the other one, it counts as placed on that side.
+    // If rod A is moved so far that it does not touch B at all, it counts as placed on its new side.
     contacts.clear();
     ASSERT_TRUE(pair.find(rod, across(-2.1e-4, 1), rod, {}, 1e-3, false, contacts));
     for (const ContactPoint& contact : contacts) EXPECT_LT(contact.normal_W.x(), 0);

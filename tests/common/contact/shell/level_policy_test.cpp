@@ -1,4 +1,4 @@
-// Transitions of the level policy, as in the figure of common/contact/SEARCH.md, without a shell.
+// Tests the transitions of the level policy, as in the figure of common/contact/SEARCH.md. No shell is involved.
 #include "common/contact/shell/level_policy.hpp"
 
 #include <gtest/gtest.h>
@@ -15,9 +15,9 @@ constexpr int kCoarsest = 7;
 constexpr double kNarrow_m = 1e-4, kUsual_m = 5e-4, kWide_m = 2e-3;
 constexpr std::uint32_t kQueriesOfAStep = 130;  ///< 1.3 for each contact
 
-/// Few points are near, and all limits hold.
+/// Load with few near points, within all limits.
 constexpr SearchLoad kLittle{.near_count = 10, .contacts = 10, .cut_size = 100, .walk_points = 20, .band_m = kUsual_m};
-/// More points are near than there is room for, so the finest level is not tried.
+/// Load with more near points than there is room for. The finest level must not be tried.
 constexpr SearchLoad kMuchNear{
     .near_count = 200, .contacts = 30, .cut_size = 100, .walk_points = 60, .band_m = kUsual_m};
 
@@ -28,7 +28,7 @@ LevelPolicy bound() {
   return policy;
 }
 
-/// A policy whose first cut ended at this level.
+/// Returns a policy at this level, after the end of its first cut.
 LevelPolicy at_level(int level) {
   LevelPolicy policy = bound();
   policy.set_level(level);
@@ -40,7 +40,7 @@ void take_steps(LevelPolicy& policy, int steps) {
   for (int i = 0; i < steps; ++i) policy.begin_step();
 }
 
-/// Steps until a finer level is tried; −1: it is not within 3,000 steps.
+/// Returns the number of steps until a finer level is tried; −1 if it takes more than 3,000 steps.
 int steps_to_trial(LevelPolicy policy, const SearchLoad& load) {
   for (int steps = 0; steps < 3000; ++steps, policy.begin_step()) {
     if (policy.may_be_finer(load, false)) return steps;

@@ -14,7 +14,7 @@ TEST(AdaptiveFit, OfTheThesisGivesItsPublishedLine) {
     EXPECT_NEAR(c.stiffness_n_per_m, 116.53 * mass_kg + 16.21, 1e-12);
     EXPECT_EQ(c.damping_n_s_per_m, 0.2);
   }
-  // With these values the sag m g / k of a mass of 0.2 kg would be 50 mm, which is not usable.
+  // The thesis's values are not usable: a mass of 0.2 kg would sag by m g / k = 50 mm.
   EXPECT_NEAR(0.2 * 9.81 / adapted(fit, 0.2, 0, {}).stiffness_n_per_m, 0.0497, 1e-4);
 }
 

@@ -1,4 +1,4 @@
-// Random states and parameters for the tests of coupling laws, and a random closed path for the handle.
+// Random states, parameters and closed paths of the handle for tests of coupling laws.
 #pragma once
 
 #include <array>
@@ -16,12 +16,13 @@ inline Vec3 random_vector(Random& random, double scale) {
   return {random.uniform(-scale, scale), random.uniform(-scale, scale), random.uniform(-scale, scale)};
 }
 
-/// A random number whose logarithm is uniformly distributed.
+/// Returns a random number whose logarithm is uniformly distributed between the bounds.
 inline double random_magnitude(Random& random, double low, double high) {
   return std::exp(random.uniform(std::log(low), std::log(high)));
 }
 
-/// Random parameters within the limits of scenes. Every section of each curve is reached.
+/// Returns random parameters within the limits of scenes. With the random states, they reach every section of each
+/// curve.
 inline CouplingParameters random_parameters(Random& random) {
   CouplingParameters c;
   c.stiffness_n_per_m = random_magnitude(random, 10, 3000);
@@ -35,7 +36,7 @@ inline CouplingParameters random_parameters(Random& random) {
   return c;
 }
 
-/// An invalid or extreme number (NaN, infinity), or an ordinary one. Devices and packets may contain any of them.
+/// Returns an invalid or extreme number (NaN, infinity) or an ordinary one, as a faulty device or packet may contain.
 inline double hostile_number(Random& random) {
   constexpr std::array kHostile{std::numeric_limits<double>::quiet_NaN(),
                                 std::numeric_limits<double>::infinity(),
@@ -83,8 +84,7 @@ inline CouplingState hostile_state(Random& random) {
   return state;
 }
 
-/// A smooth closed curve in space with the parameter s from 0 to 1. It is about `scale` wide and has no particular
-/// centre.
+/// A random smooth closed curve in space with the parameter s from 0 to 1. It is about `scale` wide.
 class Loop {
  public:
   Loop(Random& random, double scale) {

@@ -70,7 +70,7 @@ TEST(CouplingWrenches, GiveOutNoMoreThanTheSpringLosesAndTheDamperTakesTheRest) 
     const auto [on_tool, on_hand] = coupling_wrenches(*law, ends.X_WH, ends.V_WH, ends.X_WT, ends.V_WT);
     const double power_w = on_tool.f.dot(ends.V_WT.v) + on_tool.t.dot(ends.V_WT.w) + on_hand.f.dot(ends.V_WH.v) +
                            on_hand.t.dot(ends.V_WH.w);
-    // A central difference has an error of h²/6 times the third derivative. Here this is below 1e-7 of about 100 W.
+    // The error of the central difference is h²/6 times the third derivative. Here it is below 1e-7 of about 100 W.
     constexpr double kStep_s = 1e-5;
     const double spring_w = (spring_energy_j(ends, kStep_s) - spring_energy_j(ends, -kStep_s)) / (2 * kStep_s);
     const CouplingState state = coupling_state(ends.X_WH, ends.V_WH, ends.X_WT, ends.V_WT);

@@ -1,5 +1,5 @@
-// Tests the energy balance of the passive and the active laws in the limit of small steps. Forces that are sampled and
-// held are the subject of coupling_passivity_controller_test.cpp.
+// Tests the energy balance of passive and active laws in the limit of small steps.
+// coupling_passivity_controller_test.cpp treats forces that are sampled and held.
 #include <gtest/gtest.h>
 
 #include "tests/common/haptics/coupling/coupling_draws.hpp"
@@ -12,7 +12,7 @@ namespace {
 constexpr std::uint64_t kUsualSeed = 83;
 constexpr int kSteps = 4000;
 
-/// Work along a path: the net work, and the sum of the magnitudes of all contributions.
+/// Work along a path: the net work, and the sum of the magnitudes of all its parts.
 struct Work {
   double net_j = 0;
   double gross_j = 0;
@@ -52,8 +52,8 @@ Work work_of_torque(const CouplingLaw& law, const Loop& orientation) {
 
 class PassiveCouplingLaw : public testing::TestWithParam<CouplingLawInfo> {};
 
-// Relative tolerance. The error of a midpoint sum over a smooth closed path is far below the square of its step (1e-7).
-// Where the path passes |θ| = π, and where the slope of the law changes, the error is of the order of 1e-7.
+// Relative tolerance of work. A midpoint sum over a smooth closed path errs by far less than the square of its step
+// (1e-7). Where the path passes |θ| = π, and where the slope of the law changes, the error is about 1e-7.
 constexpr double kQuadratureShare = 1e-5;
 
 TEST_P(PassiveCouplingLaw, ElasticForceDoesNoWorkAlongAClosedPath) {
@@ -120,8 +120,8 @@ TEST_P(PassiveCouplingLaw, GivesOutNothingOverAClosedPathOfBothEnds) {
 
 INSTANTIATE_TEST_SUITE_P(Catalog, PassiveCouplingLaw, testing::ValuesIn(laws_that_are(true)), law_test_name);
 
-/// Energy that the coupling stores while the handle moves from 0 to `reach_m`, and energy that it returns on the way
-/// back.
+/// Energy that the coupling stores while the handle moves from 0 to `reach_m`, and energy that it returns while the
+/// handle moves back.
 struct PushAndRetreat {
   double stored_j = 0;
   double returned_j = 0;
@@ -147,7 +147,8 @@ TEST_P(ActiveCouplingLaw, GivesBackMoreThanItTookWhenTheHandTurns) {
   Random random(seed);
   for (int i = 0; i < 30; ++i) {
     const CouplingParameters c = undamped(random_parameters(random));
-    // In this range each curve is below the straight line. A sharp stable-dynamic curve crosses the line farther out.
+    // The reach is limited to the range where each curve is below the straight line of the spring. A sharp
+    // stable-dynamic curve crosses this line farther out.
     const double reach_m =
         random.uniform(0.2, 1) * c.force_limit_n / c.stiffness_n_per_m * std::min(1.0, 1 / c.curve_sharpness);
     const PushAndRetreat energy = push_and_retreat(*GetParam().make(c), reach_m);
@@ -158,8 +159,8 @@ TEST_P(ActiveCouplingLaw, GivesBackMoreThanItTookWhenTheHandTurns) {
 
 INSTANTIATE_TEST_SUITE_P(Catalog, ActiveCouplingLaw, testing::ValuesIn(laws_that_are(false)), law_test_name);
 
-// Example: a force limit of 4 N and a stiffness of 200 N/m give a range of 20 mm. The handle is displaced by 10 mm and
-// returned.
+// Example: a force limit of 4 N and a stiffness of 200 N/m, so the curves bend at 20 mm. The handle is displaced by 10
+// mm and returned.
 constexpr CouplingParameters kExample{.stiffness_n_per_m = 200, .damping_n_s_per_m = 0, .force_limit_n = 4};
 
 TEST(StableDynamicLiteral, ReturnsTenMillijouleOfTheThreeOrSixThatItStored) {
@@ -167,7 +168,7 @@ TEST(StableDynamicLiteral, ReturnsTenMillijouleOfTheThreeOrSixThatItStored) {
   const PushAndRetreat blunt = push_and_retreat(*law, 0.010);
   EXPECT_NEAR(blunt.stored_j, 3.1e-3, 0.05e-3);
   EXPECT_NEAR(blunt.returned_j, 10.0e-3, 1e-6);
-  // In the source it is not clear whether the printed 2 is an exponent or a factor. The test covers both readings.
+  // It is unclear whether the 2 in the printed formula is an exponent or a factor. The test covers both readings.
   CouplingParameters sharp = kExample;
   sharp.curve_sharpness = 2;
   law->set_parameters(sharp);
@@ -183,7 +184,7 @@ TEST(StableDynamic, ReturnsWhatItStored) {
 
 TEST(QsaDynamic, ReturnsMoreThanItStored) {
   const PushAndRetreat energy = push_and_retreat(*make_coupling_law("qsa-dynamic", kExample), 0.010);
-  // The closed form is 4 N · 20 mm · (u − 1 + e^(−u)) at u = 1/2.
+  // Closed form of the stored energy: 4 N · 20 mm · (u − 1 + e^(−u)) at u = 1/2.
   EXPECT_NEAR(energy.stored_j, 0.08 * (std::exp(-0.5) - 0.5), 1e-6);
   EXPECT_NEAR(energy.returned_j, 10.0e-3, 1e-6);
 }

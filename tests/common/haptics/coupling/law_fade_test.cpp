@@ -1,5 +1,5 @@
-// The law changes while the coupling is stretched. The force must change from the old law's value to the new law's
-// value without a step.
+// Tests a change of the law while the coupling is stretched. The force must change from the old law's value to the new
+// law's value without a step.
 #include "common/haptics/coupling/law_fade.hpp"
 
 #include <gtest/gtest.h>
@@ -65,7 +65,7 @@ TEST(LawFade, GoesFromTheForceOfOneLawToThatOfTheOtherInEqualSteps) {
 }
 
 TEST(LawFade, IsNeverSteeperThanTheSteeperOfBothLaws) {
-  // The stiffness of each law is chosen so that its steepest slope reaches the same bound.
+  // The stiffness of each law is chosen such that its steepest slope is 1000 N/m, the bound.
   const CouplingParameters flat{.stiffness_n_per_m = 1000, .force_limit_n = 20},
       curved{.stiffness_n_per_m = 1000 / steepest_slope_factor("stable-dynamic", {.curve_sharpness = 10}),
              .force_limit_n = 20,

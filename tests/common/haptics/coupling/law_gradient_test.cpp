@@ -1,4 +1,4 @@
-// Compares the gradients of all laws with finite differences of their wrenches, in all sections of their curves.
+// Compares the gradients of all laws with finite differences of their wrenches, in all sections of the curves.
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -43,7 +43,7 @@ Eigen::Matrix3d finite_differences(const CouplingLaw& law, const CouplingState& 
   return slope;
 }
 
-/// Compares trace, trace of the square, and determinant. If these are equal, the eigenvalues are equal.
+/// Compares trace, trace of the square, and determinant. If these are equal, the two matrices have equal eigenvalues.
 void expect_same_eigenvalues(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b, double tolerance, double scale) {
   EXPECT_NEAR(a.trace(), b.trace(), tolerance * scale);
   EXPECT_NEAR((a * a).trace(), (b * b).trace(), tolerance * scale * scale);
@@ -70,7 +70,7 @@ class EveryLawsGradient : public testing::TestWithParam<CouplingLawInfo> {
         random_magnitude(random_, 1e-3, 30) * channel.bend_displacement() * random_vector(random_, 1).normalized();
     state.*channel.velocity =
         random_magnitude(random_, 1e-3, 10) * channel.limit / channel.damping * random_vector(random_, 1).normalized();
-    // In half of the draws, displacement and velocity have the same direction, as for a hand that presses straight.
+    // In half of the draws, displacement and velocity have the same direction, as when a hand presses without sliding.
     is_along_ = random_.uniform() < 0.5;
     if (is_along_) {
       const Vec3 direction = (state.*channel.displacement).normalized();
@@ -80,8 +80,8 @@ class EveryLawsGradient : public testing::TestWithParam<CouplingLawInfo> {
     return state;
   }
 
-  /// Returns true if finite differences are not valid. This is the case close to the knee of the curve and to a
-  /// reversal of the hand's motion.
+  /// Returns true if finite differences are not valid: close to the knee of the saturation, and close to a reversal of
+  /// the hand's motion.
   static bool is_at_a_switch(const CouplingLaw& law, const CouplingParameters& c, const Channel& channel,
                              const CouplingState& state) {
     const double knee = (1 - c.saturation_softness) * channel.limit;
@@ -93,9 +93,9 @@ class EveryLawsGradient : public testing::TestWithParam<CouplingLawInfo> {
   void compare(const CouplingLaw& law, const CouplingParameters& c, const Channel& channel, const CouplingState& state,
                const Eigen::Matrix3d& by_displacement, const Eigen::Matrix3d& by_velocity) {
     constexpr double kRelativeStep = 1e-5;
-    // The relative error of a central difference is the square of the step divided by the smallest length over which
-    // the force bends. This length is the softness (5 % of the limit) or the displacement itself (1e-3 of the bend
-    // displacement).
+    // The relative error of a central difference is the square of the ratio of two lengths: the step, and the shortest
+    // length over which the force bends. The latter is the softness (5 % of the limit) or the displacement itself (1e-3
+    // of the bend displacement).
     constexpr double kTolerance = 1e-5;
     const double steepest = channel.stiffness * std::max(1.0, std::sqrt(c.curve_sharpness));
     const Eigen::Matrix3d slope = finite_differences(law, state, channel.displacement, channel.force,

@@ -1,4 +1,4 @@
-// The laws of the catalog as parameters of tests.
+// The laws of the catalog as parameters of GoogleTest tests.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Users choose a law from the table in common/haptics/coupling/README.md, so the table must agree with the catalog.
+// Users choose a law from the table in common/haptics/coupling/README.md. The table must agree with the catalog.
 #include <gtest/gtest.h>
 
 #include "common/haptics/coupling/laws.hpp"

@@ -1,4 +1,4 @@
-// Requirements on every coupling law, for any curve.
+// Tests requirements that every coupling law must meet, whatever its curve.
 #include "common/haptics/coupling/laws.hpp"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,8 @@ TEST_P(EveryCouplingLaw, IsZeroWhereHandleAndToolCoincide) {
   Random random(seed);
   for (int i = 0; i < 100; ++i) {
     const auto law = make(random_parameters(random));
-    // Handle and tool move in the same way, so the velocity relative to the tool is zero too.
+    // Handle and tool have the same motion, so the relative velocity is zero too. A law that damps absolute motion
+    // would fail.
     const CouplingState state{.v_WH = random_vector(random, 1), .w_WH = random_vector(random, 10)};
     ASSERT_EQ(law->wrench_on_tool_W(state).f, Vec3::Zero()) << "seed " << seed << " draw " << i;
     ASSERT_EQ(law->wrench_on_tool_W(state).t, Vec3::Zero()) << "seed " << seed << " draw " << i;
@@ -45,7 +46,7 @@ TEST_P(EveryCouplingLaw, PullsHarderTheFartherTheHandle) {
     const CouplingParameters c = random_parameters(random);
     const auto law = make(c);
     const Vec3 direction = random_vector(random, 1).normalized();
-    const double way = i % 2 == 0 ? 1 : -1;  // 1: the handle moves away from the tool; −1: back
+    const double way = i % 2 == 0 ? 1 : -1;  // 1: the handle moves away from the tool; −1: it moves back
     Wrench before, now;
     for (double u = 0.01; u < 20; u *= 1.1) {
       now = law->wrench_on_tool_W({.d_W = u * c.force_limit_n / c.stiffness_n_per_m * direction,
@@ -57,7 +58,7 @@ TEST_P(EveryCouplingLaw, PullsHarderTheFartherTheHandle) {
       before = now;
     }
     if (!pulls()) continue;
-    // If a curve reaches its limit before the saturation acts, the force stays below the force limit. The difference is
+    // The saturation bends below the limit, so a curve that ends at the limit gives a smaller force. The difference is
     // the fraction ε/e of the limit, here at most 37 %.
     ASSERT_GT(now.f.dot(direction), 0.63 * c.force_limit_n) << "seed " << seed << " draw " << i;
     ASSERT_GT(now.t.dot(direction), 0.63 * c.torque_limit_n_m) << "seed " << seed << " draw " << i;
@@ -73,7 +74,7 @@ TEST_P(EveryCouplingLaw, StaysFiniteAndWithinItsLimitsForAnyInput) {
     const CouplingState state = hostile_state(random);
     const Wrench wrench = law->wrench_on_tool_W(state);
     ASSERT_TRUE(is_finite(wrench)) << "seed " << seed << " draw " << i;
-    // Because of rounding, the length of the unit direction may differ from 1 in its last bit.
+    // Because of rounding, the length of the unit direction may exceed 1 by its last bit.
     ASSERT_LE(wrench.f.norm(), c.force_limit_n * (1 + 1e-15)) << "seed " << seed << " draw " << i;
     ASSERT_LE(wrench.t.norm(), c.torque_limit_n_m * (1 + 1e-15)) << "seed " << seed << " draw " << i;
     const CouplingGradient gradient = law->gradient(state);
@@ -123,7 +124,7 @@ TEST_P(EveryCouplingLaw, SumsToZeroOverBothEndsAboutAnyPoint) {
     const Vec3 point = random_vector(random, 1);
     const Vec3 moment = on_tool.t + (X_WT.p - point).cross(on_tool.f) + on_hand.t + (X_WH.p - point).cross(on_hand.f);
     ASSERT_EQ(on_tool.f + on_hand.f, Vec3::Zero()) << "seed " << seed << " draw " << i;
-    // Lever arms are some metres and forces at most 40 N, so the bound is the rounding error of 100 N·m.
+    // Lever arms are some metres and forces at most 40 N. The bound is the rounding error of 100 N·m.
     ASSERT_LT(moment.norm(), 1e-13) << "seed " << seed << " draw " << i;
   }
 }
@@ -171,7 +172,7 @@ TEST(CouplingLaws, AreListedForMessagesInTheCatalogsOrder) {
             "stable-dynamic, spring-damper, adaptive, qsa-static, qsa-dynamic, stable-dynamic-literal, direct");
 }
 
-// Tests the published curves with the example of the thesis: 4 N, 20 mm, 200 N/m.
+// Parameters of the example in the thesis, to test the published curves: 4 N, 20 mm, 200 N/m.
 constexpr CouplingParameters kLawsExample{.stiffness_n_per_m = 200, .damping_n_s_per_m = 0, .force_limit_n = 4};
 
 double force_at(std::string_view law, double d_m, double handle_m_per_s) {
@@ -192,7 +193,7 @@ TEST(CouplingLaws, FollowTheirPublishedCurves) {
 }
 
 TEST(StableDynamic, ShowsItsLimitLessTheShareOfTheSoftness) {
-  // The curve reaches 4 N, but the saturation begins at 3.2 N.
+  // The curve reaches 4 N, but the saturation bends all forces above 3.2 N.
   EXPECT_NEAR(force_at("stable-dynamic", 0.5, 1), 4 * (1 - 0.2 / std::numbers::e), 1e-12);
 }
 
@@ -213,7 +214,7 @@ TEST(SteepestSlope, IsTheLargestGradientOfEveryLaw) {
           steepest = std::max(steepest, slope);
         }
       }
-      // The values of d are dense enough: the steepest slope among them differs by at most 1e-4 from the true maximum.
+      // The sampled displacements are so dense that the steepest slope among them is accurate to 1e-4.
       EXPECT_NEAR(steepest, steepest_slope_factor(info.name, parameters) * parameters.stiffness_n_per_m,
                   1e-3 * parameters.stiffness_n_per_m)
           << info.name << ", c = " << sharpness;

@@ -14,7 +14,7 @@
 namespace tandem::haptics {
 namespace {
 
-/// Simulates the same loop step by step, without using the transition matrix.
+/// Reference: simulates the loop step by step, without a transition matrix.
 class SimulatedLoop {
  public:
   SimulatedLoop(const LoopModel& model, double start)
@@ -26,8 +26,8 @@ class SimulatedLoop {
     const auto d = static_cast<std::size_t>(m_.delay_periods), n = static_cast<std::size_t>(m_.velocity_window);
     const double T = m_.period_s;
     const double handle = seen_[d], handle_velocity = (seen_[d] - seen_[d + n]) / (static_cast<double>(n) * T);
-    // The velocity u at the end of the step satisfies m (u − u₀)/T = force(y + T u, u). Both sides are linear in u, so
-    // two evaluations give the solution.
+    // The tool's velocity u at the end of the step satisfies m (u − u₀)/T = force(y + T u, u). Both sides are linear in
+    // u, so two evaluations determine u.
     const auto force = [&](double u) {
       return m_.stiffness * (handle - y_ - T * u) + m_.damping * (handle_velocity - u);
     };
@@ -40,12 +40,12 @@ class SimulatedLoop {
     move_hand(-force_on_tool(handle, handle_velocity));
   }
 
-  /// Norm of the loop's state. If nothing is fixed to the ground, absolute positions are excluded.
+  /// Returns the norm of the loop's state. If nothing is fixed to the ground, only relative positions count.
   double size() const {
     return (is_tied() ? std::abs(x_) : 0) + std::abs(y_ - x_) + 0.01 * (std::abs(v_) + std::abs(u_));
   }
-  /// Scales the state. If nothing is fixed to the ground, the state is also moved to 0, so that differences keep their
-  /// precision.
+  /// Scales the state. If nothing is fixed to the ground, the positions are also shifted to 0, so that their
+  /// differences keep their precision.
   void scale(double by) {
     const double origin = is_tied() ? 0 : x_;
     for (double* a : {&x_, &y_}) *a = (*a - origin) * by;
@@ -58,7 +58,7 @@ class SimulatedLoop {
   double force_on_tool(double handle, double handle_velocity) const {
     return m_.stiffness * (handle - y_) + m_.damping * (handle_velocity - u_);
   }
-  // Runge–Kutta method of fourth order with 20 steps per period.
+  // Integrates with the fourth-order Runge–Kutta method in 20 steps per period.
   void move_hand(double force) {
     const double mass = m_.hand_mass + m_.device_mass, b = m_.hand_damping + m_.device_damping;
     const double h = m_.period_s / 20;
@@ -78,7 +78,7 @@ class SimulatedLoop {
   std::deque<double> seen_;
 };
 
-/// Returns the growth factor per period of the simulated loop, after faster modes have decayed.
+/// Returns the growth factor per period of the simulated loop. Faster modes have decayed before it is measured.
 double simulated_growth(const LoopModel& model) {
   constexpr int kSettling = 4000, kBetween = 8000, kStretch = 1000;
   SimulatedLoop loop(model, 1e-3);
@@ -95,13 +95,13 @@ double simulated_growth(const LoopModel& model) {
     return log_peak;
   };
   run(kSettling);
-  // Compares the peaks of two intervals, so that the phase of an oscillation has no influence.
+  // The peaks of two intervals are compared, so that the phase of an oscillation has no influence.
   const double first = run(kStretch);
   run(kBetween - kStretch);
   return std::exp((run(kStretch) - first) / kBetween);
 }
 
-/// A device coupled to a fixed tool.
+/// Returns the loop of a device that is coupled to a fixed tool.
 LoopModel held_spring(double stiffness, double damping, double mass, double device_damping) {
   LoopModel m;
   m.stiffness = stiffness;
@@ -122,8 +122,9 @@ TEST(SpectralRadius, IsTheGrowthOfTheSimulatedLoop) {
     const LoopModel model = random_model(random);
     const double radius = spectral_radius(model);
     unstable += radius >= 1 ? 1 : 0;
-    // If two modes have almost the same radius, they beat by a factor of 2. A nearly double mode also grows with time,
-    // here by a factor of 13000/5000. Over 8000 periods both cause a relative error of 2.1e-4.
+    // Two effects limit the accuracy of the simulation. Two modes of almost the same radius beat by a factor of 2. A
+    // nearly double mode also grows with time, here by a factor of 13000/5000. Over 8000 periods, both together cause a
+    // relative error of 2.1e-4.
     EXPECT_NEAR(simulated_growth(model), radius, 2.1e-4 * radius);
   }
   EXPECT_GT(unstable, 0);
@@ -132,20 +133,20 @@ TEST(SpectralRadius, IsTheGrowthOfTheSimulatedLoop) {
 
 TEST(SpectralRadius, CrossesOneWhereJurysCriterionSaysForASpringOnAMassWithDamping) {
   const double T = 1e-3, m = 0.1, b = 0.5;
-  // Exact solution for a held force: x⁺ = x + c v − k g x, v⁺ = a v − k h x. At the stability limit the product of the
+  // Exact solution for a held force: x⁺ = x + c v − k g x, v⁺ = a v − k h x. At the stability limit, the product of the
   // eigenvalues is 1.
   const double a = std::exp(-b * T / m), c = (1 - a) * m / b, h = (1 - a) / b, g = (T - c) / b;
   const double largest = (1 - a) / (h * c - a * g);
   EXPECT_LT(spectral_radius(held_spring(largest * 0.9999, 0, m, b)), 1);
   EXPECT_GT(spectral_radius(held_spring(largest * 1.0001, 0, m, b)), 1);
-  // The limit is close to Colgate's bound 2 b / T, which holds for every hand.
+  // The limit is close to Colgate's bound 2 b / T, which is valid for any hand.
   EXPECT_NEAR(largest, 2 * b / T, 0.01 * 2 * b / T);
 }
 
 TEST(SpectralRadius, OfAnUndampedSampledSpringIsAboveOneAtAnyStiffness) {
   for (const double stiffness : {1.0, 10.0, 100.0, 1000.0, 10000.0}) {
-    // To first order the determinant of the oscillator with a held force is 1 + k T²/(2 m). The spectral radius is its
-    // square root.
+    // To first order, the determinant of the oscillator with a held force is 1 + k T²/(2 m). The spectral radius is the
+    // square root of the determinant.
     const double growth = std::sqrt(1 + stiffness * 1e-6 / (2 * 0.1));
     EXPECT_NEAR(spectral_radius(held_spring(stiffness, 0, 0.1, 0)), growth, 1e-8 + 0.2 * (growth - 1)) << stiffness;
     EXPECT_GT(spectral_radius(held_spring(stiffness, 0, 0.1, 0)), 1) << stiffness;
@@ -164,7 +165,7 @@ TEST(SpectralRadius, IsBelowOneInsideColgatesBoundAtAToolHeldFastInEveryHand) {
 }
 
 TEST(SpectralRadius, DependsOnRateByScaleOnly) {
-  // If the period is the unit of time, only k T²/m and b T/m remain.
+  // With the period as the unit of time, the loop depends only on the numbers k T²/m and b T/m.
   Random random(test::test_seed(9), 0);
   for (int i = 0; i < 50; ++i) {
     SCOPED_TRACE("model " + std::to_string(i));
@@ -184,12 +185,12 @@ TEST(SpectralRadius, LeavesOutDriftAndGlideOfWhatNothingHolds) {
   model.damping = 1;
   EXPECT_LT(spectral_radius(model), 0.9999);
   model.device_damping = 0.2;
-  EXPECT_LT(spectral_radius(model), 1);  // the common motion decays slowly
+  EXPECT_LT(spectral_radius(model), 1);  // the common motion of hand and tool decays slowly
   EXPECT_GT(spectral_radius(model), 0.9985);
   model.device_damping = 0;
   EXPECT_LT(spectral_radius(model), 0.9999);
   model.delay_periods = 20;
-  EXPECT_GT(spectral_radius(model), 1);  // unstable modes are not excluded
+  EXPECT_GT(spectral_radius(model), 1);  // unstable modes must not be excluded
   model.delay_periods = 0;
   model.stiffness = 0;
   EXPECT_LT(spectral_radius(model), 1);

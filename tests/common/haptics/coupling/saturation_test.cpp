@@ -11,7 +11,7 @@
 namespace tandem::haptics {
 namespace {
 
-// The figures of the thesis are for a device with 6.5 N. The last fifth of its range is saturated smoothly.
+// Values of the device in the thesis: 6.5 N, with the last fifth of the range saturated smoothly.
 constexpr double kLimit = 6.5;
 constexpr double kSoftness = 0.2;
 constexpr double kKnee = 5.2;
@@ -21,7 +21,7 @@ TEST(Saturation, LeavesAForceAloneUpToTheKnee) {
 }
 
 TEST(Saturation, BendsAboveTheKneeAsTheClosedFormSays) {
-  // At a distance of softness × limit above the knee, the exponential function has fallen to 1/e.
+  // At the distance softness × limit above the knee, the exponential term has fallen to 1/e.
   EXPECT_NEAR(saturated(kKnee + kSoftness * kLimit, kLimit, kSoftness), kLimit * (1 - kSoftness / std::numbers::e),
               1e-12);
   EXPECT_LT(saturated(kKnee + 0.01, kLimit, kSoftness), kKnee + 0.01);
@@ -32,7 +32,7 @@ TEST(Saturation, HasNoCornerAtTheKnee) {
   const double at_knee = saturated(kKnee, kLimit, kSoftness);
   const double before = (at_knee - saturated(kKnee - kStep, kLimit, kSoftness)) / kStep;
   const double after = (saturated(kKnee + kStep, kLimit, kSoftness) - at_knee) / kStep;
-  // The second derivative just above the knee is −1/(ε F_max) = −0.77/N.
+  // The tolerances allow for the second derivative just above the knee, −1/(ε F_max) = −0.77/N.
   EXPECT_NEAR(before, 1, 1e-8);
   EXPECT_NEAR(after, 1, 1e-6);
   EXPECT_NEAR(saturation_slope(kKnee + kStep, kLimit, kSoftness), 1, 1e-6);

@@ -33,7 +33,7 @@ const StabilityFinding* finding_of(const std::vector<StabilityFinding>& findings
   return nullptr;
 }
 
-/// Returns `parameters` with the remedy of the finding, multiplied by `factor`.
+/// Returns `parameters` with the finding's remedy applied. The remedy is multiplied by `factor`.
 CouplingParameters remedied(CouplingParameters parameters, const StabilityFinding& finding, double factor) {
   const double value = finding.remedy * factor;
   if (finding.parameter == "coupling.stiffness_n_per_m") parameters.stiffness_n_per_m = value;
@@ -56,7 +56,8 @@ TEST(CheckCoupling, NothingFoundMeansStableInAnyHandAndContact) {
     device.period_s = model.period_s;
     device.velocity_window = model.velocity_window;
     device.delay_periods = model.delay_periods;
-    // Without enough damping of the device, the check gives a warning. Its remedy is the smallest damping that passes.
+    // If the device has too little damping, the check gives a warning. Its remedy is the smallest damping that passes;
+    // it is applied here.
     device.damping_n_s_per_m = 1e-6;
     for (const StabilityFinding& finding : check_coupling(parameters, model.tool_mass, 0, device)) {
       if (finding.parameter == "device.damping_n_s_per_m") device.damping_n_s_per_m = finding.remedy;
@@ -104,7 +105,7 @@ TEST(CheckCoupling, NamesTheLargestStiffnessThatIsStable) {
 TEST(CheckCoupling, NamesTheDampingWhereNoStiffnessWouldDo) {
   CouplingParameters parameters;
   parameters.stiffness_n_per_m = 200;
-  parameters.damping_n_s_per_m = 400;  // far above the limit of about m/T, with 0.1 kg and T = 1 ms
+  parameters.damping_n_s_per_m = 400;  // far above the limit m/T = 100 N·s/m, with m = 0.1 kg and T = 1 ms
   LoopDevice device = damped_device();
   device.has_torque = false;
   const auto findings = check_coupling(parameters, 0.5, 0, device);
@@ -180,10 +181,10 @@ TEST(CheckCoupling, WarnsExactlyBelowColgatesBound) {
   EXPECT_EQ(findings[0].parameter, "coupling.stiffness_n_per_m");
   EXPECT_NEAR(findings[0].remedy, 200, 1);  // rounded down to three digits
   EXPECT_LT(findings[0].spectral_radius, 1);
-  device.damping_n_s_per_m = 0.4;  // less than the 0.5 N·s/m of the coupling
+  device.damping_n_s_per_m = 0.4;  // less than the coupling's damping of 0.5 N·s/m
   EXPECT_EQ(check_coupling(parameters, 0.1, 0, device).at(0).parameter, "coupling.damping_n_s_per_m");
   EXPECT_NEAR(check_coupling(parameters, 0.1, 0, device).at(0).remedy, 0.25, 1e-3);
-  device.damping_n_s_per_m = 0.1;  // less than the k T/2 of the spring
+  device.damping_n_s_per_m = 0.1;  // less than k T/2 of the spring
   EXPECT_EQ(check_coupling(parameters, 0.1, 0, device).at(0).parameter, "device.damping_n_s_per_m");
   EXPECT_NEAR(check_coupling(parameters, 0.1, 0, device).at(0).remedy, 0.65, 1e-3);
 }
@@ -225,11 +226,12 @@ TEST(CheckCoupling, GivesItsRemedyInNewtonsPerMetreOfTheWorld) {
   LoopDevice device = damped_device();
   device.has_torque = false;
   const double plain = check_coupling(parameters, 0.1, 0, device).at(0).remedy;
-  // Handle and hand receive a quarter of each force. This is the same loop with four times the coefficients.
+  // Handle and hand receive a quarter of each force. The loop is the same as before if the coefficients are four times
+  // as large.
   device.coupling_scale = 0.25;
   parameters.damping_n_s_per_m *= 4;
   const double scaled = check_coupling(parameters, 0.4, 0, device).at(0).remedy;
-  EXPECT_NEAR(scaled, 4 * plain, 0.02 * scaled);  // for the fixed hand, the effective stiffness is a quarter
+  EXPECT_NEAR(scaled, 4 * plain, 0.02 * scaled);  // at the device, the stiffness is a quarter
 }
 
 TEST(CheckedLoops, ScaleCouplingToolAndContactAlike) {

@@ -1,4 +1,4 @@
-// A peer reports running sums of energy. Lost reports must have no effect, and false values only a bounded effect.
+// Tests the reader of a peer's energy sums. Lost reports must have no effect, and false values only a bounded effect.
 #include "common/haptics/passivity/energy_report.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ TEST(EnergyReport, ReportsThatArriveInABunchCountWhole) {
   EnergyReport report;
   report.accept(0, 0, 0);
   double sum_j = 0;
-  // 2 W are reported for one second. The reports arrive in groups of ten, 0.1 ms apart.
+  // The peer reports a power of 2 W for one second. Its reports arrive in groups of ten, 0.1 ms apart.
   for (int k = 1; k <= 200; ++k) sum_j += report.accept(0.005 * 2 * k, 0, k % 10 == 0 ? 0.05 : 1e-4);
   EXPECT_NEAR(sum_j, 2, 1e-9);
 }

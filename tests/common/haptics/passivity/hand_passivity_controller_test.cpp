@@ -1,5 +1,5 @@
-// Tests how much energy a hand can extract despite the controller of its port, and interactions that the controller
-// must not disturb.
+// Tests how much energy a hand can extract although a controller limits its port. Also tests interactions in which the
+// controller must not act.
 #include "common/haptics/passivity/hand_passivity_controller.hpp"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ Wrench hand_force_x(double f) {
   return {Vec3(f, 0, 0), Vec3::Zero()};
 }
 
-/// Results for a driver that moves along the force of a spring whose response is `delay` ticks late.
+/// Results for a simulated hand that moves along the force of a spring. The force is `delay` ticks late.
 struct HandPassivityControllerTaken {
   double most_j = 0;
   double withheld_j = 0;
@@ -56,7 +56,7 @@ HandPassivityControllerTaken drive(int delay, bool is_controlled, std::uint64_t 
   return result;
 }
 
-/// Returns the largest energy that a hand can extract beyond the energy that it supplied: the initial credit plus the
+/// Returns the upper limit of the energy that a hand can extract beyond its own supply: the initial credit plus the
 /// leak.
 double most_for_nothing_j(double seconds) {
   return HandPassivityController::kInitialCredit_j + HandPassivityController::kLeakRate_w * seconds + 1e-9;
@@ -85,7 +85,8 @@ TEST(HandPassivityController, LeavesASmoothHandInStiffContactAlone) {
       const double x = 0.004 * std::sin(2 * std::numbers::pi * frequency_hz * k * kHandPassivityControllerPeriod);
       const double v = (x - x_before) / kHandPassivityControllerPeriod;
       x_before = x;
-      // The damping is k T/2, the smallest damping with which a sampled spring is passive.
+      // The damping is k T/2, the smallest value with which a sampled spring is passive. The controller must therefore
+      // not act.
       const Wrench wanted = hand_force_x(x < 0 ? -800 * x - 0.5 * v : 0.0);
       const Wrench given = controller.apply(hand_at_x(x), wanted, kHandPassivityControllerPeriod);
       acted += (given.f - wanted.f).norm() > 1e-9 ? 1 : 0;

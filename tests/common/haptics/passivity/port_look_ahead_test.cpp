@@ -1,4 +1,4 @@
-// Tests the bound on the work in the next period, for worst-case ports.
+// Tests the bound of the work in the next period, with motions that do as much work as possible.
 #include "common/haptics/passivity/port_look_ahead.hpp"
 
 #include <gtest/gtest.h>

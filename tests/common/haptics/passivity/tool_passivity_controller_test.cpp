@@ -1,4 +1,4 @@
-// Tests tools whose hand supplies the energy that the tool transfers to the world, and tools whose hand does not.
+// Tests two kinds of tools: the hand supplies the energy that the tool transfers to the world, or it does not.
 #include "common/haptics/passivity/tool_passivity_controller.hpp"
 
 #include <gtest/gtest.h>
@@ -14,15 +14,16 @@ namespace tandem::haptics {
 namespace {
 
 constexpr double kStep = 0.001;
-/// Bound of the energy generated in a push of five seconds. It is the sum of three terms: the balance at which the
+/// Bound of the energy created in a push of five seconds: the sum of three terms. These are the balance at which the
 /// brake is firm, the leak, and the work of 6 N at 0.1 m/s while the brake recovers a negative balance.
 constexpr double kMaxCreated_j = -ToolPassivityController::kMinBalance_j + 5 * ToolPassivityController::kLeakRate_w +
                                  6 * 0.1 * ToolPassivityController::kPayBack_s;
 
-/// A coupling with at most 6 N drags a body of 0.5 kg along x against a damper. Its target moves at 0.1 m/s. The
-/// integration is implicit, as in the world.
+/// A coupling with at most 6 N drags a body of 0.5 kg along x against a damper. The coupling's target moves at 0.1 m/s.
+/// The integration is implicit, as in the world.
 struct PushedBody {
-  /// The hand reports the fraction `supplied_share` of the work on the world as supplied, `report_delay` steps late.
+  /// Runs some steps. The hand reports the fraction `supplied_share` of the work on the world, `report_delay` steps
+  /// late.
   void run(int steps, double supplied_share, int report_delay) {
     std::vector<double> supplied;
     for (int k = 0; k < steps; ++k) {
@@ -93,8 +94,8 @@ TEST(ToolPassivityController, ANegativeBalanceLeaksAwayAndIsClearedWhereTheHandl
   EXPECT_NEAR(controller.balance_j(), 0.2, 1e-12) << "what the coupling stores is credited";
 }
 
-// Without contact, a brake would recover no energy, and a tool with an empty balance would be stuck for seconds. It
-// must therefore stay free.
+// A tool without contact must not be braked. The brake could recover no energy, and a tool with an empty balance would
+// be stuck for seconds.
 TEST(ToolPassivityController, WhatTouchesNothingIsNotBraked) {
   ToolPassivityController controller;
   controller.hand_reported(0, 0, 0);
@@ -108,8 +109,8 @@ TEST(ToolPassivityController, WhatTouchesNothingIsNotBraked) {
 }
 
 TEST(ToolPassivityController, WhatIsMissingIsBrakedAwayAndNotMore) {
-  // The tool lifts with 2 N at 0.1 m/s, but the hand reports that it supplies only 1.7 N. This happens if the client's
-  // model is 15 % too light.
+  // The tool lifts with 2 N at 0.1 m/s, but the hand reports a supply of only 1.7 N at this speed. This happens if the
+  // client's model is 15 % too light.
   ToolPassivityController controller;
   controller.hand_reported(0, 0, 0);
   double into_j = 0, brake = 0;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::array kFits{ArFit::kYuleWalker, ArFit::kLeastSquares, ArFit::kBurg};
 
-/// Returns a series x_t = φ_1 x_{t−1} + φ_2 x_{t−2} + noise.
+/// Returns a random series x_t = φ_1 x_{t−1} + φ_2 x_{t−2} + noise.
 std::vector<double> second_order_series(double phi1, double phi2, double noise, std::size_t count, std::uint64_t seed) {
   Random random(seed);
   std::vector<double> x{random.normal(), random.normal()};
@@ -25,7 +25,8 @@ std::vector<double> second_order_series(double phi1, double phi2, double noise, 
   return x;
 }
 
-/// Largest magnitude among the roots of z^p − Σ φ_i z^(p−i), computed as eigenvalues of the companion matrix.
+/// Returns the largest magnitude of a root of z^p − Σ φ_i z^(p−i). The roots are computed as eigenvalues of the
+/// companion matrix.
 double largest_root(std::span<const double> phi) {
   const auto p = static_cast<Eigen::Index>(phi.size());
   Eigen::MatrixXd companion = Eigen::MatrixXd::Zero(p, p);
@@ -38,10 +39,10 @@ TEST(ArModel, EveryFitRecoversTheSeriesThatAModelMade) {
   const std::vector<double> x = second_order_series(1.5, -0.8, 0.1, 4000, 3);
   for (const ArFit fit : kFits) {
     const ArModel model = fit_ar(x, 2, fit, false);
-    // The tolerance is four standard deviations of an estimate: √((1 − φ_2²)/N) = 0.0095.
+    // The tolerance is four standard deviations of the estimate, √((1 − φ_2²)/N) = 0.0095 each.
     EXPECT_NEAR(model.phi[0], 1.5, 0.038) << name_of(fit);
     EXPECT_NEAR(model.phi[1], -0.8, 0.038) << name_of(fit);
-    // The standard deviation of a variance estimate is V √(2/N).
+    // The standard deviation of the estimated variance V is V √(2/N).
     EXPECT_NEAR(model.error_variance, 0.01, 4 * 0.01 * std::sqrt(2.0 / 4000)) << name_of(fit);
   }
 }
@@ -55,7 +56,8 @@ TEST(ArModel, LeastSquaresAndBurgPredictANoiselessSinusoidToTheEnd) {
     std::array<double, 2> newest{x[299], x[298]};
     for (int t = 300; t < 310; ++t) {
       const double next = model.next(newest);
-      // The roots are limited to 0.999. Burg's estimate for a sinusoid depends on its phase by about 1/N.
+      // Two errors are allowed: the roots are limited to 0.999, and Burg's estimate for a sinusoid depends on its phase
+      // by about 1/N.
       EXPECT_NEAR(next, sine(t), 0.02 * (t - 298)) << name_of(fit);
       newest = {next, newest[0]};
     }
@@ -65,7 +67,7 @@ TEST(ArModel, LeastSquaresAndBurgPredictANoiselessSinusoidToTheEnd) {
 TEST(ArModel, LevinsonSolvesTheSameAsElimination) {
   Random random(7);
   for (int trial = 0; trial < 20; ++trial) {
-    // The autocovariances of a random series are positive definite.
+    // The autocovariances of a random series give a positive definite matrix.
     std::vector<double> x(200);
     double before = 0;
     for (double& value : x) value = before = 0.7 * before + random.normal();
@@ -114,7 +116,7 @@ TEST(ArModel, WhatIsStableIsLeftAlone) {
 }
 
 TEST(ArModel, EveryFitOfAGrowingSeriesIsStable) {
-  // The series has a root at 1.1. Least squares finds this root, but the fit must not keep it.
+  // The series has a root at 1.1. A least-squares fit finds this root, but must then be stabilised.
   std::vector<double> x;
   for (int t = 0; t < 60; ++t) x.push_back(std::pow(1.1, t));
   for (const ArFit fit : kFits) {
@@ -150,8 +152,8 @@ TEST(FinalPredictionError, FindsTheOrderThatMadeTheSeries) {
   for (const ArFit fit : kFits) {
     const auto orders = fpe_of_orders(second_order_series(1.2, -0.7, 1, 3000, 5), 10, fit, true);
     ASSERT_EQ(orders.size(), 11U);
-    // The order selected by FPE does not converge to the true order. With a probability that does not decrease with N
-    // it is too high, but never too low. Higher orders reduce the FPE only slightly.
+    // The order selected by FPE does not converge to the true order. For any N, it may be too high, but hardly ever too
+    // low. Higher orders reduce the FPE only slightly.
     const std::size_t best = best_order(orders);
     EXPECT_GE(best, 2U);
     EXPECT_LT(orders[2].fpe, 1.01 * orders[best].fpe);

@@ -25,7 +25,7 @@ constexpr Duration kForceStreamPeriod = milliseconds(5);
 LocalTime at_ms(double ms) {
   return LocalTime(Duration(static_cast<Duration::rep>(ms * 1e6)));
 }
-/// A wrench whose axes have the same value multiplied by different factors.
+/// Returns a wrench in which each axis has the value times a different factor.
 Wrench all_axes(double value) {
   return {Vec3(value, -value, 2 * value), Vec3(0.1 * value, value, -0.3 * value)};
 }
@@ -37,7 +37,7 @@ ForceStreamSettings settings_of(std::string_view name) {
   return force_stream_settings(name);
 }
 
-/// Adds a sample of `force` in every period of [0, end_s] and fits after each.
+/// Adds a sample of `force` in every period of [0, end_s], and runs a fit after each sample.
 void feed(ForceStream& stream, double end_s, const std::function<double(double)>& force) {
   for (LocalTime now{}; seconds(now) <= end_s; now += kForceStreamPeriod) {
     stream.push(now, all_axes(force(seconds(now))));
@@ -45,7 +45,7 @@ void feed(ForceStream& stream, double end_s, const std::function<double(double)>
   }
 }
 
-/// Returns the mean of |output − true force| in x over all ticks after the first second. A sample arrives every 5 ms.
+/// Returns the mean of |output − true force| in x over all ticks after the first second. Samples arrive every 5 ms.
 double mean_error(ForceStream& stream, double end_s, const std::function<double(double)>& force) {
   double sum = 0;
   int count = 0;
@@ -73,7 +73,7 @@ TEST(ForceStream, HoldIsTheNewestSampleHoweverOld) {
 TEST(ForceStream, LinearIsTheLineThroughTheLastTwoByTheMeasuredAge) {
   ForceStream stream(settings_of("linear"));
   for (int k = 0; k <= 20; ++k) stream.push(at_ms(5 * k), all_axes(0.1 * k));
-  // The slope is 0.02 N/ms. The observed range of 2 N allows an output of up to 4 N.
+  // The slope is 0.02 N/ms. The samples have a range of 2 N, so the output is limited to 4 N.
   EXPECT_NEAR(stream.at(at_ms(103)).f.x(), 2.06, 1e-12);
   EXPECT_NEAR(stream.at(at_ms(130)).f.y(), -2.6, 1e-12);
   EXPECT_NEAR(stream.at(at_ms(130)).t.z(), -0.78, 1e-12);
@@ -85,8 +85,8 @@ TEST(ForceStream, ASinusoidIsForeseenBetterThanByALine) {
   const double by_line = mean_error(linear, 3, sine);
   for (const char* name : {"ar", "ar-spline"}) {
     ForceStream stream(settings_of(name));
-    // Even if the samples were predicted exactly, linear interpolation within a period would have an error of up to f''
-    // T²/8. The prediction error of the line is f'' T² u(1+u)/2, with u the age in periods.
+    // With exact predictions at the periods, linear interpolation between them has an error of up to f'' T²/8. The
+    // error of the line is f'' T² u(1+u)/2, where u is the age in periods.
     const double bound = std::string_view(name) == "ar" ? 0.4 : 0.15;
     EXPECT_LT(mean_error(stream, 3, sine), bound * by_line) << name;
   }
@@ -109,7 +109,7 @@ TEST(ForceStream, OnASmoothRampIsTheLine) {
 TEST(ForceStream, OnNoiseIsNoWorseThanHold) {
   for (const char* name : {"ar", "ar-spline"}) {
     for (const std::uint64_t seed : {1U, 2U, 3U}) {
-      // The force is white noise at 1 kHz, of which only the return to the mean is predictable.
+      // The force is white noise at 1 kHz. Only its return to the mean can be predicted.
       std::vector<double> noise;
       Random random(seed);
       for (int i = 0; i <= 20'000; ++i) noise.push_back(1 + 0.3 * random.normal());
@@ -124,7 +124,7 @@ TEST(ForceStream, OnNoiseIsNoWorseThanHold) {
 
 TEST(ForceStream, TheLiteralSplineIsOnePeriodLateAndTheOtherIsNot) {
   const auto sine = [](double t) { return std::sin(2 * std::numbers::pi * 2 * t); };
-  // Returns the delay that explains the output best, by least squares over candidates.
+  // Returns the delay that explains the output best: the one with the least squared error.
   const auto lag_ms = [&](ForceStream& stream) {
     std::vector<std::pair<double, double>> shown;
     for (LocalTime now{}; seconds(now) <= 4; now += milliseconds(1)) {
@@ -182,8 +182,8 @@ TEST(ForceStream, TheBlendedSplineHasTwoContinuousDerivatives) {
   ForceStreamSettings blended = settings_of("ar-spline");
   blended.blend = milliseconds(4);
   ForceStream coarse(blended), fine(blended);
-  // For a C² curve, the change of the second derivative decreases with the step. A jump in the value or in one of the
-  // first two derivatives would remain or grow.
+  // For a C² curve, the change of the second derivative decreases with the step. If the value or one of the first two
+  // derivatives jumped, the change would stay equal or grow.
   const double at_coarse = largest_bend_change(coarse, microseconds(50));
   const double at_fine = largest_bend_change(fine, microseconds(5));
   EXPECT_LT(at_fine, 0.2 * at_coarse);
@@ -226,7 +226,7 @@ TEST(ForceStream, AContactChangeForgetsTheModelButNotTheLine) {
   stream.push(at_ms(1505), all_axes(-4), true);
   EXPECT_EQ(stream.figures().resets, 1U);
   EXPECT_EQ(stream.figures().model_weight[0], 0);
-  // The pending fit of the io thread was started before the reset, so it must not be used.
+  // A fit of the io thread started before the reset. Its result belongs to the old series and must not be used.
   stream.fit();
   stream.push(at_ms(1510), all_axes(-4.1), false);
   EXPECT_EQ(stream.figures().model_weight[0], 0);
@@ -295,7 +295,7 @@ TEST(ForceStream, ForgetsEverythingAtAReset) {
     feed(stream, 1, [](double t) { return std::sin(40 * t); });
     stream.reset();
     EXPECT_EQ(stream.at(at_ms(1010)).f, Vec3::Zero()) << name;
-    // The time starts again, as after a new connection.
+    // Time starts again at 0, as after a new connection. The stream must behave like a new one.
     for (int k = 0; k < 100; ++k) {
       for (ForceStream* one : {&stream, &fresh}) {
         one->push(at_ms(5 * k), all_axes(std::cos(0.3 * k)));
@@ -369,7 +369,7 @@ TEST(ForceStream, SettingsOutOfRangeAreNamed) {
   EXPECT_THAT(complaint([](ForceStreamSettings& s) { s.blend = -milliseconds(1); }), HasSubstr("blend"));
 }
 
-/// A random gap from 1 ns to one year, uniform in its logarithm. One tenth of the gaps are negative.
+/// Returns a random gap from 1 ns to one year, uniform in its logarithm. One tenth of the gaps are negative.
 Duration random_gap(Random& random) {
   const auto size = static_cast<Duration::rep>(std::exp(random.uniform(0, std::log(3.2e16))));
   return Duration(random.uniform() < 0.1 ? -size : size);
@@ -381,14 +381,14 @@ TEST(ForceStream, NoGapCostsMoreThanAWindowOrLeavesTheRange) {
     ForceStream stream(settings_of(name));
     LocalTime sampled{};
     for (int k = 0; k < 5000; ++k) {
-      // Half of the samples are regular, so that there are models and running errors that a gap could damage.
+      // Half of the samples are regular. The stream thus has models and running errors that a gap could damage.
       sampled += random.uniform() < 0.5 ? kForceStreamPeriod : random_gap(random);
       const std::uint64_t before = stream.figures().resampled;
       stream.push(sampled, all_axes(random.uniform(-5, 5)), random.uniform() < 0.1);
       ASSERT_LE(stream.figures().resampled - before, stream.settings().window) << name << ", sample " << k;
       stream.fit();
       const Wrench shown = stream.at(sampled + random_gap(random));
-      // The largest axis has the range −10 … 10 N. The output may exceed the range by its width.
+      // The largest axis has the range −10 to 10 N. The output may exceed this range by its width on each side.
       ASSERT_TRUE(is_finite(shown)) << name << ", sample " << k;
       ASSERT_LE(shown.f.cwiseAbs().maxCoeff(), 30 + 1e-9) << name << ", sample " << k;
     }

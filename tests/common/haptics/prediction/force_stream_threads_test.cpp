@@ -1,4 +1,5 @@
-// One thread adds and reads samples while another fits models. Mailboxes connect them.
+// Runs a stream on two threads: one adds and reads samples, the other fits models. A data race is reported by the
+// thread sanitizer.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -19,7 +20,7 @@ TEST(ForceStreamThreads, CoefficientsComeFromAnotherThread) {
     }
   });
   LocalTime now{};
-  // The loop runs until some fits are returned, for any speed of the other thread.
+  // The loop ends after 20 fits have been used, so that the test does not depend on the speed of the other thread.
   for (int k = 0; k < 2'000'000 && stream.figures().fits < 20; ++k) {
     now += std::chrono::milliseconds(5);
     Wrench wrench;

@@ -1,5 +1,5 @@
-// Tests the forecast of a trajectory that is known with a delay. Movements are continued and tremor is not. The
-// forecast is never much worse than the zero-order hold.
+// Tests the forecast of a trajectory whose samples arrive late. It must continue movements but not tremor. It must
+// never be much worse than a zero-order hold.
 #include "common/haptics/prediction/trajectory_forecast.hpp"
 
 #include <gtest/gtest.h>
@@ -17,13 +17,13 @@ namespace {
 
 constexpr double kTrajectoryForecastPeriod_s = 1e-3;
 
-/// Returns the position in a minimum-jerk movement as a fraction of its length, given the elapsed fraction of its time
-/// (Flash and Hogan, 1985).
+/// Returns the position in a minimum-jerk movement (Flash and Hogan, 1985) as a fraction of its length. `part` is the
+/// elapsed fraction of its duration.
 double least_jerk(double part) {
   return part * part * part * (10 - 15 * part + 6 * part * part);
 }
 
-/// A path of random minimum-jerk movements and pauses, with tremor.
+/// Returns a path of random minimum-jerk movements and pauses, with tremor.
 std::vector<Vec3> movements(std::uint64_t seed, double seconds) {
   Random random(seed);
   std::vector<Vec3> path{Vec3::Zero()};
@@ -70,7 +70,7 @@ TEST(TrajectoryForecast, ErrsHalfAsMuchAsToHoldOverATenthOfASecondAndLessOverThr
   }
 }
 
-/// A path of minimum-jerk movements along x that take 0.4 to 2 s, with pauses of up to 0.5 s.
+/// Returns a path of minimum-jerk movements along x that take 0.4 to 2 s each, with pauses of up to 0.5 s.
 std::vector<double> movements_and_pauses(std::uint64_t seed, int count) {
   Random random(seed);
   std::vector<double> path{0};
@@ -84,8 +84,8 @@ std::vector<double> movements_and_pauses(std::uint64_t seed, int count) {
   return path;
 }
 
-/// Returns the coefficients that predict the change of x over the horizon from its past, by least squares over the
-/// whole path.
+/// Returns the least-squares coefficients over the whole path that predict the change of x over the horizon from its
+/// past.
 Eigen::Vector2d best_coefficients(const std::vector<double>& path, double horizon_s) {
   const double h = kTrajectoryForecastPeriod_s;
   const double fast_part = low_pass_part(TrajectoryForecast::kFast_hz, h);
@@ -115,7 +115,7 @@ TEST(TrajectoryForecast, BeginsWithWhatIsBestForMovementsOfLeastJerk) {
 }
 
 TEST(TrajectoryForecast, IsHardlyWorseThanToHoldOnWhatCannotBeForeseen) {
-  // The path is a random walk, whose past does not predict its future.
+  // The path is a random walk. Its past does not predict its future.
   Random random(7);
   std::vector<Vec3> path{Vec3::Zero()};
   for (int k = 0; k < 60000; ++k) {

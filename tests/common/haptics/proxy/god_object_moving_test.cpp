@@ -12,7 +12,7 @@ namespace {
 constexpr double kTick_s = 1e-3;
 constexpr double kRadius_m = 1e-3;
 
-/// Walls normal to x: a plate of 2 mm as a primitive and as a mesh, and a sheet.
+/// Returns walls normal to x: a plate of 2 mm as a primitive, the same plate as a mesh, and a sheet.
 std::vector<ProxyObstacle> walls() {
   const geometry::TriangleMesh sheet = height_mesh(0.2, 10, [](double, double) { return 0.0; });
   geometry::TriangleMesh upright = sheet;
@@ -52,7 +52,7 @@ TEST(GodObjectMoving, AnAbsentWallHoldsNothingBackAndIsFeltAgainFromWhereTheProx
     drag(proxy, {-0.02, 0, 0}, 100);
     EXPECT_NEAR(proxy.state().p_W.x(), half_thickness_of(wall) + kRadius_m, 1e-6);
     proxy.set_present(0, false);
-    // The wall moves while it is absent. This motion must not move the proxy.
+    // The wall moves while it is excluded. Its motion must not move the proxy.
     const std::array motions{RigidState{at({0.001, 0, 0}), {}}, RigidState{at({0, 0.05, 0}), {}}};
     EXPECT_EQ(proxy.update({-0.02, 0, 0}, motions).p_W, Vec3(-0.02, 0, 0));
     EXPECT_FALSE(proxy.state().is_touching);
@@ -69,7 +69,7 @@ TEST(GodObjectMoving, ARotatingBoxCarriesAStickingProxyRound) {
   drag(proxy, {0.03, 0, 0.007}, 20);
   Pose X_WB;
   const Vec3 place_B(0.03, 0, 0.011);
-  // The hand follows 4 mm below the surface, so the pull is along the normal and the proxy must rotate with the box.
+  // The hand follows 4 mm below the surface. The pull is thus along the normal, and the proxy must rotate with the box.
   for (int i = 1; i <= 500; ++i) {
     X_WB.q = quaternion_of({0, 0, rate_rad_per_s * kTick_s * i});
     const RigidState motion{X_WB, {Vec3::Zero(), Vec3(0, 0, rate_rad_per_s)}};
@@ -92,7 +92,7 @@ TEST(GodObjectMoving, ASlippingBoxLeavesTheProxyBehind) {
 }
 
 TEST(GodObjectMoving, ALiftCarriesTheProxyUpAgainstACornerOfTwoBodies) {
-  // The floor rises and the wall at x = 0.02 is fixed. The hand pulls the proxy into the corner between them.
+  // The floor rises; the wall at x = 0.02 m is fixed. The hand pulls the proxy into the corner between them.
   ProxyObstacle floor = touchable(contact::box_field(Vec3(0.1, 0.1, 0.02)), at({0, 0, -0.02}));
   ProxyObstacle wall = touchable(contact::box_mesh({0.02, 0.1, 0.1}, {0.03, 0, 0}));
   GodObject proxy = proxy_at({0, 0, 0.01}, {floor, wall});
@@ -107,8 +107,7 @@ TEST(GodObjectMoving, ALiftCarriesTheProxyUpAgainstACornerOfTwoBodies) {
 }
 
 TEST(GodObjectMoving, AWedgeSqueezesTheProxyOut) {
-  // A ceiling with an angle of 45° descends on a floor. The proxy must slide out sideways for any direction of the
-  // hand's pull.
+  // A ceiling that is tilted by 45° descends on a floor. The proxy must slide out sideways for any pull of the hand.
   const Quat slope = quaternion_of({0, 3 * std::numbers::pi / 4, 0});
   const Vec3 n = slope * Vec3::UnitZ();
   ProxyObstacle floor = touchable(contact::half_space_field());
@@ -125,8 +124,8 @@ TEST(GodObjectMoving, AWedgeSqueezesTheProxyOut) {
 }
 
 TEST(GodObjectMoving, AViceThatClosesAndOpensLetsTheProxyStayBetween) {
-  // When the gap is smaller than the ball's diameter, no valid position exists. When the vice opens again, the proxy
-  // must still be between the jaws.
+  // When the gap between the jaws is smaller than the ball's diameter, no valid position exists. When the vice opens
+  // again, the proxy must still be between the jaws.
   ProxyObstacle left = walls()[1], right = walls()[1];
   left.X_WB.p.x() = -0.02;
   right.X_WB.p.x() = 0.02;
@@ -153,7 +152,7 @@ TEST(GodObjectMoving, ATumblingMeshNeverPassesTheProxy) {
   Pose X_WB;
   Twist V_WB;
   for (int i = 0; i < 5000; ++i) {
-    // The mesh moves around the goal, with up to 2 m/s and 30 rad/s.
+    // The mesh moves around the goal at up to 2 m/s and 30 rad/s.
     if (i % 50 == 0) {
       V_WB.w = 10 * Vec3(random.normal(), random.normal(), random.normal());
       V_WB.v = clamped_to_length(Vec3(random.normal(), random.normal(), random.normal()) - 20 * X_WB.p, 2.0);

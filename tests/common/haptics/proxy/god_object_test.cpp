@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kGodObjectRadius_m = 1e-3;
 constexpr double kGodObjectTick_s = 1e-3;
-/// Tolerance [m]. An update ends when the remaining step is about a micrometre.
+/// Tolerance of positions [m]. An update ends when the next step would be about 1 µm.
 constexpr double kSettled_m = 2e-6;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -31,7 +31,7 @@ TEST(GodObject, IsWhereTheHandIsInFreeSpace) {
   Random random(1);
   for (int i = 0; i < 200; ++i) {
     const Vec3 goal(random.uniform(-0.05, 0.05), random.uniform(-0.05, 0.05), random.uniform(0.0011, 0.05));
-    // A motion of 10 cm close to the sheet needs several updates, each of which reports kProxyHeldBack.
+    // A motion of 10 cm close to the sheet takes several updates. Each of them except the last reports kProxyHeldBack.
     for (int more = 0; more < 40 && proxy.update(goal).faults != 0; ++more)
       EXPECT_EQ(proxy.state().faults, kProxyHeldBack);
     EXPECT_LT((proxy.state().p_W - goal).norm(), 1e-12);
@@ -46,7 +46,7 @@ TEST(GodObject, KeepsUpWithAHandAtOneMetrePerSecondOnAMesh) {
   drag(proxy, {-0.09, 0, -0.004}, 50);
   for (int i = 0; i < 180; ++i) {
     const std::uint8_t faults = proxy.update({-0.09 + 1e-3 * i, 0, -0.004}).faults;
-    // The initial search range is for a hand at rest. After three updates it is adapted to the speed of the hand.
+    // The initial search range suits a hand at rest. After three updates it has grown to the speed of this hand.
     if (i >= 3) {
       EXPECT_EQ(faults, 0) << i;
     }
@@ -77,8 +77,8 @@ TEST(GodObject, DamperActsAlongThePullAlone) {
   EXPECT_LT((proxy_force_on_hand_W(proxy.state(), *law, {0, 0, -0.1}) - still - Vec3(0, 0, 0.2)).norm(), 1e-12);
 }
 
-/// Forces on a hand that moves over a plane with the velocity `v_z` along z. It starts at `from_m` above the height at
-/// which the ball touches the plane.
+/// Returns the forces on a hand that moves along z with the velocity `v_z`. It starts `from_m` above the height at
+/// which the ball touches the plane z = 0.
 std::vector<Vec3> forces_on_way(const CouplingLaw& law, double from_m, double v_z, int ticks) {
   GodObject proxy = proxy_at({0, 0, 0.01}, {touchable(contact::half_space_field())});
   std::vector<Vec3> forces;
@@ -106,7 +106,8 @@ TEST(GodObject, ForceHasNoStepWhereContactBeginsAndEnds) {
   for (const CouplingLawInfo& info : coupling_laws()) {
     const auto law = info.make(given);
     for (const double speed : {0.003, 0.03, 0.1, 0.3}) {
-      // The slope of each curve is at most k. The damping force rises to b v over the depth kFullDamping_m.
+      // The spring's slope is at most k for each curve. The damping force rises to b v over the depth kFullDamping_m.
+      // Their sum bounds the slope of the force.
       const double slope = given.stiffness_n_per_m + given.damping_n_s_per_m * speed / kFullDamping_m;
       const double bound = slope * speed * kGodObjectTick_s + 1e-12;
       for (const double phase : {0.0, 0.3, 0.7}) {
@@ -130,7 +131,7 @@ TEST(GodObject, StopsInACornerOfThreeWallsAtOnce) {
     const Quat turn = Quat::FromTwoVectors(Vec3::UnitZ(), -Vec3::Unit(axis));
     walls.push_back(touchable(contact::half_space_field(), {0.02 * Vec3::Unit(axis), turn}));
   }
-  // The second case is the same corner as the inside of a mesh.
+  // The corner is tested twice: as three half-spaces, and as the inside of a mesh.
   for (const std::vector<ProxyObstacle>& corner :
        {walls, {touchable(contact::subdivided(contact::box_mesh({0.04, 0.04, 0.04}), 3))}}) {
     GodObject proxy = proxy_at(Vec3::Zero(), corner);
@@ -145,7 +146,7 @@ TEST(GodObject, StopsInACornerOfThreeWallsAtOnce) {
 }
 
 TEST(GodObject, FollowsTheGroovesOfAConcaveEdgeWithoutVibration) {
-  // A groove along y with an opening angle of 120° is touched from above.
+  // The hand moves along a groove in y with an opening angle of 120°, touching it from above.
   GodObject proxy = proxy_at(
       {0, 0, 0.02}, {touchable(height_mesh(0.1, 20, [](double x, double) { return std::abs(x) / std::sqrt(3.0); }))});
   drag(proxy, {0, -0.03, -0.005}, 30);
@@ -182,8 +183,8 @@ TEST(GodObject, OnASphereMeshIsTheProjectionUpToItsFacets) {
   const double radius = 0.03;
   const int cuts = 5;
   GodObject proxy = proxy_at({0, 0, 0.05}, {touchable(contact::sphere_mesh(radius, cuts))});
-  // A facet with sides of length s lies s²/6R inside the sphere, and is tilted by up to s/(√3 R). The tilt times the
-  // depth is the displacement of the proxy.
+  // A facet with sides of length s is s²/6R inside the sphere and tilted by up to s/(√3 R). The tilt times the depth is
+  // the displacement of the proxy.
   const double side = radius * std::numbers::pi / 2 / (1 << cuts) * 1.5;
   const double tilt = side / (std::sqrt(3.0) * radius);
   Random random(3);
@@ -217,13 +218,13 @@ TEST(GodObject, GoesRoundTheRimOfASheetOnlyWhenTheHandLeadsItThere) {
 }
 
 TEST(GodObject, ClimbsAStepLowerThanItsRadius) {
-  // A block of 0.4 mm height lies on a floor; it begins at x = 0.
+  // A block that is 0.4 mm high lies on a floor. It begins at x = 0.
   GodObject proxy = proxy_at({-0.01, 0, 0.01}, {touchable(contact::half_space_field()),
                                                 touchable(contact::box_mesh({0.04, 0.04, 0.0008}, {0.02, 0, 0}))});
   drag(proxy, {-0.005, 0, 0.0005}, 20);
   EXPECT_LT((proxy.state().p_W - Vec3(-0.005, 0, kGodObjectRadius_m)).norm(), 1e-9);
-  // The ball is pulled along the floor. Its centre is above the rim of the block, so the horizontal distance at contact
-  // is less than its radius.
+  // The ball is pulled along the floor. Its centre is higher than the rim of the block. The horizontal distance between
+  // them at contact is therefore less than the radius.
   drag(proxy, {-0.00075, 0, 0.0005}, 50);
   const double gap = std::sqrt(kGodObjectRadius_m * kGodObjectRadius_m - 0.0006 * 0.0006);
   EXPECT_NEAR(proxy.state().p_W.x(), -gap, kSettled_m);
@@ -292,7 +293,7 @@ TEST(GodObject, LeavesAMeshThatItWasPutInto) {
 }
 
 TEST(GodObject, HoldsWhereThereAreMoreTrianglesThanItCanKeep) {
-  // A fan of 3000 triangles that share one vertex.
+  // The mesh is a fan of 3000 triangles that share one vertex.
   geometry::TriangleMesh fan;
   fan.vertices.emplace_back(Vec3::Zero());
   const int count = 3000;

@@ -47,13 +47,13 @@ TEST(PlaneProjection, SaysSoWhenNothingIsAboveAllPlanes) {
   EXPECT_EQ(projection.point(), Vec3(0, 0, 1));
 }
 
-// Checks the Karush-Kuhn-Tucker conditions. For a convex problem they hold only at the optimum.
+// Checks the Karush-Kuhn-Tucker conditions. For a convex problem, only the optimum satisfies them.
 TEST(PlaneProjection, MeetsTheConditionsOfTheOptimumForRandomPlanes) {
   constexpr std::uint64_t kSeed = 5;
   Random random(kSeed);
   for (int round = 0; round < 2000; ++round) {
     std::vector<AllowedSide> sides;
-    // The origin satisfies all constraints, as the position of the proxy satisfies its own planes.
+    // The origin satisfies all constraints, just as the proxy's position satisfies the constraints of its planes.
     for (int i = 0; i < 12; ++i) sides.push_back({random_vector(random).normalized(), -random.uniform()});
     PlaneProjection projection;
     const Vec3 goal = 3 * random_vector(random);

@@ -20,7 +20,7 @@ Vec3 pressed(double x) {
   return {x, 0, 1e-3 - kDepth_m};
 }
 
-/// Returns a proxy at rest that is pressed straight down at x = 0.
+/// Returns a proxy at rest at x = 0, where the hand presses straight down.
 GodObject at_rest_on(const ProxyObstacle& plane) {
   GodObject proxy = proxy_at({0, 0, 0.01}, {plane});
   drag(proxy, pressed(0), 20);
@@ -72,7 +72,7 @@ TEST(ProxyFriction, HoldsOnASlopeWhoseAngleIsInTheCone) {
     GodObject proxy = proxy_at(0.01 * n, {plane});
     drag(proxy, 1e-3 * n - Vec3(0, 0, 1e-6), 10);
     const Vec3 place = proxy.state().p_W;
-    // The pull is vertical, as by a weight, so its angle to the normal is the slope.
+    // The pull is vertical, like a weight. Its angle to the normal is thus the slope.
     drag(proxy, 1e-3 * n - Vec3(0, 0, 5e-3), 50);
     EXPECT_EQ((proxy.state().p_W - place).norm() < 1e-5, std::tan(slope) < kStill) << slope;
   }
@@ -95,8 +95,7 @@ TEST(ProxyFriction, PullStaysInTheConeOnARoughSphere) {
     const Vec3 n = state.p_W.normalized();
     const Vec3 pull = state.p_W - state.goal_W;
     const double cone = state.is_sticking ? kStill : kSliding;
-    // The position is accurate to about a micrometre and the pull is three millimetres long, which bounds the error of
-    // the cone.
+    // The tolerance of the cone follows from the pull of 3 mm and the accuracy of the position, about 1 µm.
     EXPECT_LT((pull - pull.dot(n) * n).norm() / pull.dot(n), cone + 1e-3) << i;
     EXPECT_NEAR(state.p_W.norm(), 0.031, 2e-6);
   }

@@ -41,7 +41,7 @@ inline GodObject proxy_at(const Vec3& p_W, std::vector<ProxyObstacle> obstacles,
   return {{radius_m, is_shaded}, std::move(obstacles), p_W};
 }
 
-/// A sheet z = f(x, y) over a square with the edge `width_m`, made of `pieces`² cells of two triangles.
+/// Returns a sheet z = f(x, y) over a square with the edge `width_m`. It consists of `pieces`² cells of two triangles.
 inline geometry::TriangleMesh height_mesh(double width_m, int pieces, const std::function<double(double, double)>& f) {
   geometry::TriangleMesh mesh;
   for (int i = 0; i <= pieces; ++i) {
@@ -62,7 +62,7 @@ inline geometry::TriangleMesh height_mesh(double width_m, int pieces, const std:
   return mesh;
 }
 
-/// Moves the goal to `to_W` in a straight line, with one update per step.
+/// Moves the goal to `to_W` along a straight line in `steps` updates.
 inline void drag(GodObject& proxy, const Vec3& to_W, int steps) {
   const Vec3 from_W = proxy.state().goal_W;
   for (int i = 1; i <= steps; ++i) proxy.update(from_W + (to_W - from_W) * i / steps);

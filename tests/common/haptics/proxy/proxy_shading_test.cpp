@@ -9,8 +9,8 @@ namespace {
 
 constexpr double kProxyShadingRadius_m = 0.03;
 
-/// Returns the largest rotation of the force between updates that are 0.05 mm apart, along a great circle 2 mm inside a
-/// coarse sphere.
+/// Returns the largest rotation of the force between consecutive updates. The hand moves along a great circle 2 mm
+/// inside a coarse sphere, by 0.05 mm per update.
 double largest_turn_rad(bool is_shaded) {
   GodObject proxy = proxy_at({0, 0, 0.05}, {touchable(contact::sphere_mesh(kProxyShadingRadius_m, 3))}, is_shaded);
   const Vec3 aside(0.31, 0.95, 0);
@@ -31,9 +31,9 @@ double largest_turn_rad(bool is_shaded) {
 TEST(ProxyShading, ForceTurnsSmoothlyOverTheFacetsOfACoarseSphere) {
   const double facets = largest_turn_rad(false);
   const double shaded = largest_turn_rad(true);
-  // The sphere has 512 triangles whose facets meet at angles of up to 0.2 rad, and the force jumps by most of this
-  // angle. With shading the force rotates with the hand by 0.0018 rad per step, and up to three times faster where the
-  // interpolated normals change fast.
+  // The sphere has 512 triangles, whose facets meet at angles of up to 0.2 rad. Without shading, the force jumps by
+  // most of this angle. With shading, it rotates with the hand by 0.0018 rad per step, and up to three times as fast
+  // where the interpolated normals change quickly.
   EXPECT_GT(facets, 0.08);
   EXPECT_LT(shaded, 3 * 5e-5 / (kProxyShadingRadius_m - 0.002));
 }
@@ -46,7 +46,7 @@ TEST(ProxyShading, ForceOnACoarseSpherePointsFromItsCentre) {
     const ProxyState& state = proxy.update((kProxyShadingRadius_m - 0.002) * direction);
     if (i > 0) worst = std::max(worst, ((state.p_W - state.goal_W).normalized() - direction).norm());
   }
-  // Bound: half of the error that the facets would cause without shading.
+  // The bound is half of the error that the facets would cause without shading.
   EXPECT_LT(worst, 0.04);
 }
 
@@ -61,7 +61,8 @@ TEST(ProxyShading, KeepsTheEdgesOfACube) {
 TEST(ProxyShading, StaysAtRestForAHandAtRestInABowlDeeperThanItsRadius) {
   const geometry::TriangleMesh bowl = height_mesh(0.04, 40, [](double x, double y) { return 100 * (x * x + y * y); });
   GodObject proxy = proxy_at({0, 0, 0.02}, {touchable(bowl)}, true);
-  // At the bottom the radius of curvature is 5 mm. The goal is up to 12 mm below the bottom.
+  // At the bottom of the bowl, the radius of curvature is 5 mm. The goal is up to 12 mm below the bottom, so steps
+  // alternate in direction.
   drag(proxy, {0.0015, 0.0007, -0.012}, 200);
   for (int i = 0; i < 300; ++i) proxy.update({0.0015, 0.0007, -0.012});
   const Vec3 rest = proxy.state().p_W;

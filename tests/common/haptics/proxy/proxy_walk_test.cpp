@@ -1,5 +1,5 @@
-// Tests long random walks of the hand with jumps. The ball must always stay outside the obstacle and on the same side
-// of a sheet.
+// Tests long random walks of the hand, with jumps. The ball must always stay outside of the obstacle, and on the same
+// side of a sheet.
 #include <gmock/gmock.h>
 
 #include "common/base/random.hpp"
@@ -22,8 +22,8 @@ struct Walk {
   double friction = 0;
 };
 
-/// Checks the clearance by the exact distance in every step. The sign of the distance shows the side; for a sheet it is
-/// valid only away from its rim.
+/// Checks the clearance by the exact distance in every step. The sign of the distance shows the side. For a sheet, the
+/// sign is valid only away from the rim.
 void expect_outside(const Walk& walk) {
   const geometry::TriangleTree tree(walk.mesh);
   GodObject proxy = proxy_at(walk.start, {with_friction(touchable(walk.mesh), walk.friction, walk.friction)}, true);

@@ -1,5 +1,5 @@
-// Tests the algebra of waves in closed form, and one direction of a line: the wave that is played compared with the
-// received one.
+// Tests the equations of waves in closed form, and one direction of a line. For the line, the played wave is compared
+// with the received one.
 #include "common/haptics/wave/wave_line.hpp"
 
 #include <gtest/gtest.h>
@@ -57,12 +57,12 @@ TEST(WavePlayer, PlaysAConstantWaveAsItWasSent) {
   EXPECT_LE(player.waiting_s(), 0.005) << "no more than the gap between arrivals";
 }
 
-/// Result of a random wave that a line delivers with jitter, loss and duplication.
+/// Result for a random wave that a line delivers with jitter, loss and duplicates.
 struct Delivered {
   double in_j = 0;
   double out_j = 0;
-  double worst_j = -std::numeric_limits<double>::infinity();  ///< largest value of out_j − in_j at any time
-  Wave missing;  ///< remainder of the wave integral after everything was played
+  double worst_j = -std::numeric_limits<double>::infinity();  ///< maximum of out_j − in_j over time
+  Wave missing;  ///< remainder of the wave's integral after everything was played
 };
 
 Delivered deliver(std::uint64_t seed, double loss, double skipped_share) {
@@ -177,7 +177,8 @@ TEST(WavePlayer, NoSendersClockMakesMoreWaitThanItsLimit) {
     Wave sum;
     Duration sent{0};
     for (int k = 0; k < 2000; ++k) {
-      // The sender's clock may run up to a thousand times as fast as the local clock.
+      // The sender's clock may run up to a thousand times as fast as the local clock. The queue must stay bounded
+      // nevertheless.
       const double gap_s = std::exp(random.uniform(std::log(1e-6), std::log(1.5)));
       sent += from_seconds(gap_s);
       sum = wave_sum(sum, wave_x(random.uniform(-1, 1)), gap_s);

@@ -1,4 +1,4 @@
-// Tests both ends of a wave line with a delay between them: energy, tracking and contact.
+// Tests both ends of a wave line with a delay between them: energy, tracking of the hand, and contact.
 #include "common/haptics/wave/wave_port.hpp"
 
 #include <gtest/gtest.h>
@@ -20,8 +20,7 @@ constexpr CouplingParameters kSlack{.stiffness_n_per_m = 0, .damping_n_s_per_m =
 
 constexpr double kTick_s = 0.001;
 
-/// A hand port, a delay line in each direction, a tool port with a lower rate, and a coupling that moves a tool along
-/// x.
+/// A hand port, a delay line in each direction, and a tool port with a lower rate. A coupling moves a tool along x.
 struct Teleoperator {
   explicit Teleoperator(int delay_ticks, int ticks_per_step = 5) : delay(delay_ticks), every(ticks_per_step) {}
 
@@ -34,7 +33,7 @@ struct Teleoperator {
     down.push_back(tool.sum_towards_hand());
     if (k >= delay) {
       const Duration sent = std::chrono::milliseconds(k - delay);
-      // The time stamp of a step is the newest multiple of the step's period.
+      // The time stamp of a message from the tool is the newest multiple of the tool's step period.
       if ((k - delay) % every == 0) hand.receive(sent, down[static_cast<std::size_t>(k - delay)]);
     }
     ++k;
@@ -48,7 +47,7 @@ struct Teleoperator {
     }
     const double before = target;
     target = tool.move(hand_pose, {stiffness, damping, 0, 0}, T).p.x();
-    // The tool is integrated implicitly. It has no mass, a damper, and a wall beyond x = wall.
+    // The tool is integrated implicitly. It has no mass, but a damper, and a wall beyond x = wall.
     const double v_target = tool.velocity().v.x();
     const double pull = stiffness + damping / T;
     const double push = stiffness * target + damping * (v_target + x_tool / T);
@@ -73,7 +72,8 @@ struct Teleoperator {
 TEST(WaveAccount, PaysTheOutgoingWaveInClosedForm) {
   WaveAccount account;
   const Wave two{Vec3(2, 0, 0), Vec3::Zero()}, three{Vec3(3, 0, 0), Vec3::Zero()};
-  // The input was ½·4·0.1 = 0.2 J, of which 0.1 J was used. So 0.1 J of the requested 0.45 J is available.
+  // The arriving wave had ½·4·0.1 = 0.2 J, of which the work used 0.1 J. Only 0.1 J of the requested 0.45 J is left for
+  // the outgoing wave.
   const Wave out = account.settle(two, three, 0.1, 0.1);
   EXPECT_NEAR(out.f.x(), 3 * std::sqrt(0.1 / 0.45), 1e-12);
   EXPECT_NEAR(account.balance_j(), 0, 1e-12);
@@ -81,8 +81,8 @@ TEST(WaveAccount, PaysTheOutgoingWaveInClosedForm) {
   EXPECT_NEAR(account.balance_j(), -0.5, 1e-12);
 }
 
-// A hand moves arbitrarily against line and tool. The net energy that it extracts (extracted minus supplied) must be
-// negative at the end, and hardly positive at any time.
+// A hand moves arbitrarily against line and tool. Its net energy (extracted minus supplied) must be negative at the
+// end, and almost never positive before.
 TEST(WaveLine, GivesAHandNoMoreThanItPutInAtAnyConstantDelay) {
   for (const int delay : {1, 15, 50, 150}) {
     for (int run = 0; run < 4; ++run) {
@@ -94,15 +94,15 @@ TEST(WaveLine, GivesAHandNoMoreThanItPutInAtAnyConstantDelay) {
       double x = 0, v = 0, taken_j = 0, most_j = 0;
       for (int k = 0; k < 8000; ++k) {
         const double f = line.tick(x);
-        // The hand follows the force with noise, within its acceleration limit. In this way it extracts any energy that
-        // the line generates.
+        // The hand follows the force with noise, within its acceleration limit. In this way it would extract any energy
+        // that the line creates.
         v += std::clamp(2 * f + random.normal() - 2 * v, -20.0, 20.0) * kTick_s;
         x += v * kTick_s;
         taken_j += f * v * kTick_s;
         most_j = std::max(most_j, taken_j);
       }
-      // The net energy may be positive for one period only. In this period the force b v of the impedance is held while
-      // v changes by 20 m/s² · 1 ms.
+      // The net energy may be positive for one period only. During this period, the force b v of the impedance is held
+      // while v changes by 20 m/s² · 1 ms.
       EXPECT_LT(most_j, 1e-5);
       EXPECT_LT(taken_j, 0);
       EXPECT_LE(line.work_into_tool_j, -taken_j + 1e-3) << "nor does the tool's side get more";
@@ -110,7 +110,7 @@ TEST(WaveLine, GivesAHandNoMoreThanItPutInAtAnyConstantDelay) {
   }
 }
 
-/// Returns the displacement per force of a hand that presses against the tool's wall and rests.
+/// Returns displacement divided by force for a hand that presses against the tool's wall and rests.
 double compliance_m_per_n(int delay) {
   Teleoperator line(delay);
   line.wall = 0;
@@ -120,13 +120,13 @@ double compliance_m_per_n(int delay) {
   return -0.004 / f;
 }
 
-// At rest a line with the delay T stores the energy ½F² T/b, like a spring with the stiffness b/T. This follows from
-// the integrals of u and v that are in transit.
+// At rest, a line with the delay T stores the energy ½F² T/b, like a spring with the stiffness b/T. This follows from
+// the integrals of the waves u and v in transit.
 TEST(WaveLine, AtRestInContactIsTheCouplingInSeriesWithTheLinesOwnSpring) {
   const double at_1_ms = compliance_m_per_n(1), at_50_ms = compliance_m_per_n(50);
   const double b = WaveImpedance{}.linear_n_s_per_m;
   EXPECT_NEAR(at_50_ms - at_1_ms, 0.049 / b, 0.02 * 0.049 / b);
-  // The coupling has 500 N/m and the wall 5000 N/m. The ends add a delay by the step of 5 ms and the filter of 5 ms.
+  // The coupling has 500 N/m and the wall 5000 N/m. The two ends add delay: a step of 5 ms and a filter of 5 ms.
   const double ends_s = (at_1_ms - (1 / 500.0 + 1 / 5000.0)) * b - 0.001;
   EXPECT_GT(ends_s, 0.004);
   EXPECT_LT(ends_s, 0.010);
@@ -182,7 +182,7 @@ TEST(WavePorts, AToolStepWithoutAFinitePoseCountsNeitherWaveNorWorkAgain) {
   const double before_j = tool.balance_j();
   const double resting_x_m = tool.move(bad, kSlack, 0.005).p.x();
   tool.settle(on_tool_W, 0.005);
-  // No wave arrives and the handle rests, so the balance can only fall, by the wave that leaves.
+  // No wave arrives and the handle rests, so only the outgoing wave can change the balance. It can only lower it.
   EXPECT_LE(tool.balance_j(), before_j);
   EXPECT_EQ(tool.move(bad, kSlack, 0.005).p.x(), resting_x_m);
   EXPECT_EQ(tool.velocity().v.norm(), 0) << "the coupling damps against the motion of the handle";

@@ -1,4 +1,5 @@
-// Tests the wave line as used in a room: the client's port, a delay, and the handle to which the tool's coupling pulls.
+// Tests a wave line as used in a room: the client's port, a delay, and the virtual handle to which the coupling pulls
+// the tool.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -48,7 +49,7 @@ struct PressedWall {
   void step(double x_hand) {
     const Pose X_WT = tool.move({{x_hand, 0, 0}, Quat::Identity()}, coupling_parameters(), kWaveWallTick_s);
     const RigidState target{X_WT, tool.velocity()};
-    // The tool has no mass. Its position is computed implicitly from the balance of coupling and wall.
+    // The tool has no mass. Its position follows implicitly from the balance of coupling and wall.
     const double stretch = 500 * target.X.p.x() + 2 * target.V.v.x() + 2 / kWaveWallTick_s * x_tool;
     double x_next = stretch / (500 + 2 / kWaveWallTick_s);
     if (x_next > 0.005) x_next = (stretch + 5000 * 0.005) / (500 + 2 / kWaveWallTick_s + 5000);
@@ -94,7 +95,7 @@ TEST(WavePorts, TheSameWaveAgainIsNotCountedTwice) {
     x = tool.move({}, slack, kWaveWallTick_s).p.x();
     tool.settle({}, kWaveWallTick_s);
   }
-  // Without a force V = u √(2/b), which gives 2.24 mm. A fraction of e⁻⁴ is still in the filter, and the drift
+  // Without a force V = u √(2/b), which gives 2.24 mm. The filter still contains a fraction of e⁻⁴, and the drift
   // correction has removed 4 %.
   const double b = WaveImpedance{}.linear_n_s_per_m;
   EXPECT_NEAR(x, 0.005 * std::sqrt(2 / b), 0.08 * 0.005 * std::sqrt(2 / b));

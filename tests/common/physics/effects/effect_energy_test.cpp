@@ -1,5 +1,5 @@
-// Tests the energy balance of effects. Passive effects must generate no energy for any tool; for the others the energy
-// is measured.
+// Tests the energy balance of effects. Passive effects must not generate energy for any tool. For all other effects,
+// the generated energy is compared with its expected value.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,7 +17,7 @@ namespace {
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr std::array<double, 5> kMasses_kg = {0.005, 0.02, 0.05, 0.3, 2};
 
-/// Returns the effects that have `value` in `column` of the README's table.
+/// Returns the effects whose row in the README's table has `value` in `column`.
 std::vector<EffectModel> models_where(const std::string& column, const std::string& value) {
   const std::vector<test::TableRow> rows = rows_of_readme();
   std::vector<EffectModel> models;
@@ -28,7 +28,7 @@ std::vector<EffectModel> models_where(const std::string& column, const std::stri
   return models;
 }
 
-/// A closed path that rests at both ends and has the fastest motion of a hand, including a tremor of 15 Hz.
+/// A closed path that is at rest at both ends. Its motion is as fast as that of a hand, including a tremor of 15 Hz.
 class ClosedPath {
  public:
   explicit ClosedPath(std::uint64_t seed) {
@@ -57,11 +57,11 @@ class ClosedPath {
   std::vector<Wave> waves_;
 };
 
-/// The work Σ F_k · (x_{k+1} − x_k), and its largest value along the path.
+/// Work of the effect along a path, Σ F_k · (x_{k+1} − x_k), and its largest value on the way.
 struct Work {
   double net_j = 0;
   double highest_j = 0;
-  Vec3 end = Vec3::Zero();  ///< last position of the tool; an attractive effect holds it slightly off the path
+  Vec3 end = Vec3::Zero();  ///< last position of the tool; attraction may hold it slightly off the path
 };
 
 Work work_along(const Effect& effect, SteppedTool tool, const ClosedPath& path) {
@@ -103,7 +103,7 @@ TEST(EffectEnergy, AMagnetGivesNoMoreThanItsPotentialOnEveryPath) {
       const ClosedPath path(seed);
       const Work work = work_along(effect, tool, path);
       const double from_potential_j = magnet_potential_j(magnet, path.start) - magnet_potential_j(magnet, work.end);
-      // The magnet's potential is 35 mJ deep, so this tolerance is less than 0.1 % of its depth.
+      // The tolerance is less than 0.1 % of the depth of the magnet's potential, 35 mJ.
       EXPECT_LT(work.net_j - from_potential_j, 2e-5) << "mass " << mass_kg << " seed " << seed;
     }
   }
@@ -136,7 +136,7 @@ TEST(EffectEnergy, PassiveEffectsNeverSpeedUpAFreeTool) {
         Random random(seed);
         SteppedTool tool;
         tool.mass_kg = mass_kg;
-        // For a magnet the tool starts at the minimum of the potential, so that it has only kinetic energy.
+        // For a magnet, the tool starts at the minimum of the potential. All of its energy is then kinetic.
         tool.p = is_magnet ? Vec3(0.005, 0, 0) : random_vec3(random, 0.02);
         tool.v = random_vec3(random, 0.3);
         const double start_j = tool.kinetic_j();
@@ -149,8 +149,8 @@ TEST(EffectEnergy, PassiveEffectsNeverSpeedUpAFreeTool) {
   }
 }
 
-/// Returns the energy that a tool could recover. If the spring is stretched beyond breaking, only the energy at
-/// breakaway counts.
+/// Returns the energy that a tool could recover: its kinetic energy plus that of the spring. A spring stretched beyond
+/// breakaway counts with its energy at breakaway.
 double with_spring_j(const SteppedTool& tool, const StickSlip& model) {
   const double k = tool.memory.stiffness_n_per_m;
   const double pull_n = std::min(k * (tool.p - tool.memory.anchor_E).norm(), model.breakaway_force_n);
@@ -227,7 +227,7 @@ TEST(EffectEnergy, VibrationDoesTheWorkOfASinusoidOnADamper) {
   EXPECT_NEAR(work_j / (kMeasure * tool.step_s), power_w, 0.01 * power_w);
 }
 
-/// Returns the work over one crest and down again, with the normal force that `press` returns.
+/// Returns the work on a path over one crest and down again. `press` gives the normal force on the way up and down.
 double texture_work_j(const std::function<double(bool is_uphill)>& press) {
   const Effect effect(effect_with(Texture{2e-4, 4e-3, 0}));
   EffectMemory memory;
@@ -235,7 +235,7 @@ double texture_work_j(const std::function<double(bool is_uphill)>& press) {
   constexpr int kSteps = 2000;
   for (int i = 0; i < kSteps; ++i) {
     const double way_m = 4e-3 / kSteps;
-    // The height a sin(2πx/λ) rises in the first and in the last quarter of a period.
+    // The height a sin(2πx/λ) rises in the first and the last quarter of a period.
     const bool is_uphill = i < kSteps / 4 || i >= 3 * kSteps / 4;
     const EffectInput input{0,   1e-3, {way_m * i, 0, 0}, {{way_m / 1e-3, 0, 0}, Vec3::Zero()},
                             0.3, 1e-5, press(is_uphill),  Vec3::UnitZ()};
@@ -246,7 +246,7 @@ double texture_work_j(const std::function<double(bool is_uphill)>& press) {
 
 TEST(EffectEnergy, TextureIsConservativeAtConstantPressureAndPaysWhoPressesDownhill) {
   EXPECT_NEAR(texture_work_j([](bool) { return 1.0; }), 0, 1e-12);
-  // The tool moves down by 2a with 1 N, and up by 2a with 0.5 N.
+  // The tool moves down by 2a with 1 N, and up by 2a with 0.5 N. It gains the difference.
   EXPECT_NEAR(texture_work_j([](bool is_uphill) { return is_uphill ? 0.5 : 1.0; }), 0.5 * 2 * 2e-4, 1e-8);
 }
 

@@ -1,4 +1,4 @@
-// Invalid settings must be refused with the name of the field and its valid range.
+// Invalid settings must be refused with a message that contains the name of the field and its valid range.
 #include "common/physics/effects/effect_settings.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Effects of all kinds for the tests, and a tool that is integrated with them as in the server.
+// Effects of all kinds for tests, and a tool that is moved by an effect in the same way as in the server.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ inline EffectSettings effect_with(const EffectModel& model) {
   return settings;
 }
 
-/// Settings that limit the effect to a ball with a radius of 2 cm. A magnet keeps its own range.
+/// Returns settings that limit the effect to a ball with a radius of 2 cm. A magnet keeps its own range.
 inline EffectSettings ball_with(const EffectModel& model) {
   EffectSettings settings = effect_with(model);
   if (!std::holds_alternative<Magnet>(model)) settings.region = SphereRegion{0.02};
@@ -35,7 +35,7 @@ inline std::string name_of(const EffectModel& model) {
   return std::string(effect_name(model));
 }
 
-/// Returns the rows of the catalog that scene authors read, in the order of EffectModel.
+/// Returns the rows of the README's catalog of effects, in the order of EffectModel.
 inline std::vector<test::TableRow> rows_of_readme() {
   return test::table_under(test::source_path("common/physics/effects/README.md").string(), "## Catalog");
 }
@@ -46,14 +46,15 @@ inline Vec3 random_vec3(Random& random, double magnitude) {
 }
 
 inline double magnet_potential_j(const Magnet& magnet, const Vec3& p) {
-  // Depth of the potential. The force 6 U₀/R s (1 − s²)² has its peak at s = 1/√5.
+  // Depth U₀ of the potential. The force 6 U₀/R s (1 − s²)² is largest at s = 1/√5.
   const double depth_j = magnet.peak_force_n * magnet.range_m / 6 * 25 * std::sqrt(5.0) / 16;
   const Vec3 half = magnet.core_size_m / 2;
   const double s2 = ((p - p.cwiseMax(-half).cwiseMin(half)) / magnet.range_m).squaredNorm();
   return s2 < 1 ? -depth_j * std::pow(1 - s2, 3) : 0;
 }
 
-/// A free ball. Each step first applies the effect's force explicitly, then the hand's spring and damper implicitly.
+/// A free ball. Each step first applies the force of the effect explicitly, then the hand's spring and damper
+/// implicitly.
 struct SteppedTool {
   double mass_kg = 0.05;
   double step_s = 1e-3;
@@ -70,7 +71,7 @@ struct SteppedTool {
   /// Runs one step without a hand. Returns the force on the tool.
   Vec3 step(const Effect& effect) { return step_to(effect, Vec3::Zero(), 0, 0); }
 
-  /// Runs one step with a spring and damper to `target`. Returns the force of the effect.
+  /// Runs one step with a spring and damper that pull to `target`. Returns the force of the effect.
   Vec3 step_to(const Effect& effect, const Vec3& target, double stiffness, double damping) {
     const Vec3 f = effect.wrench_on_tool_O(input(), memory).f;
     const double h = step_s;

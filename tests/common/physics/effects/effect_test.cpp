@@ -1,4 +1,4 @@
-// Compares each effect with its closed form, and tests it at its edges and with invalid input.
+// Compares each effect with its closed form. Also tests effects at the edge of their region and with invalid input.
 #include "common/physics/effects/effect.hpp"
 
 #include <gtest/gtest.h>
@@ -71,8 +71,8 @@ TEST(Effect, FadesWithoutAJumpAtTheEdgesOfItsRegion) {
     EffectSettings settings = ball_with(model);
     settings.X_OE = {{0.1, 0, 0.2}, quaternion_of({0.3, 0.2, 0.1})};
     if (!std::holds_alternative<Magnet>(model)) settings.region = BoxRegion{{0.02, 0.03, 0.01}};
-    // By design, the force of stick-slip jumps when the tool slips. With equal forces for breakaway and slip, it must
-    // be continuous.
+    // The force of stick-slip jumps by design when the tool slips. It must be continuous if the forces for breakaway
+    // and slip are equal.
     if (auto* stick_slip = std::get_if<StickSlip>(&settings.model)) stick_slip->slip_force_n = 1;
     const Effect effect(settings);
     EffectMemory memory;
@@ -94,8 +94,8 @@ TEST(Effect, FadesWithoutAJumpAtTheEdgesOfItsRegion) {
       last = f;
     }
     EXPECT_GT(largest, 0.1) << name_of(model) << " did nothing";
-    // The steepest effect changes by 2.3 N over a smooth step of 5 mm (700 N/m). This is 7e-4 N per step; a jump would
-    // be larger.
+    // The steepest effect changes by 2.3 N within 5 mm, with a slope of up to 700 N/m. This is 7e-4 N per step. A
+    // discontinuity would exceed the bound.
     EXPECT_LT(largest_jump, 2e-3) << name_of(model);
     EXPECT_EQ(last, Vec3::Zero()) << name_of(model) << " reaches beyond its region";
   }
@@ -135,7 +135,7 @@ TEST(Viscosity, IsExactAtConstantSpeedAndStopsALightToolInsteadOfTurningIt) {
   const Effect effect(effect_with(Viscosity{5, 0}));
   EXPECT_LT((force_at(effect, Vec3::Zero(), {0.2, 0, 0}) - Vec3(-1, 0, 0)).norm(), 1e-15);
   SteppedTool tool;
-  tool.mass_kg = 0.003;  // b h/m = 1.7
+  tool.mass_kg = 0.003;  // b h/m = 1.7: without the limit of the damping, the tool would reverse
   tool.v = {0.2, 0, 0};
   tool.step(effect);
   EXPECT_LT(tool.v.norm(), 1e-15);
@@ -242,7 +242,7 @@ TEST(StickSlip, SlowDragIsASawtoothWithTheClosedFormOfTheAnchorsWork) {
   double highest = 0, work_j = 0;
   int snaps = 0;
   double last = 0;
-  // The first snap occurs after 1/500 m, then one every (1 − 0.4)/500 m.
+  // The first slip occurs after 1/500 m, and then one after every (1 − 0.4)/500 m.
   constexpr int kSteps = 195000;
   for (int i = 0; i < kSteps; ++i) {
     input.p_OT.x() = kStep_m * i;
@@ -257,7 +257,7 @@ TEST(StickSlip, SlowDragIsASawtoothWithTheClosedFormOfTheAnchorsWork) {
   }
   EXPECT_NEAR(highest, 1, 1e-4);
   EXPECT_EQ(snaps, 1 + static_cast<int>((kSteps * kStep_m - 0.002) / 0.0012));
-  // The work must equal the energy lost in the snaps plus the energy stored in the spring.
+  // The work must equal the energy lost when the tool slips plus the energy stored in the spring.
   const double taken_j = snaps * (1 - 0.4 * 0.4) / (2 * 500), stored_j = last * last / (2 * 500);
   EXPECT_NEAR(work_j, taken_j + stored_j, 1e-3 * work_j);
 }
@@ -266,7 +266,7 @@ TEST(StickSlip, HoldsAToolUpToItsBreakawayForce) {
   const Effect effect(effect_with(StickSlip{500, 1, 0.4}));
   for (const double pull_n : {0.9, 1.1}) {
     SteppedTool tool;
-    // The hand's spring has the stiffness of the effect, so the hand moves twice as far as the tool.
+    // The hand's spring is as stiff as the effect, so the hand moves twice as far as the tool.
     for (int i = 0; i < 3000; ++i) tool.step_to(effect, {2 * pull_n / 500 * std::min(1.0, i / 1000.0), 0, 0}, 500, 5);
     if (pull_n < 1) {
       EXPECT_NEAR(tool.p.x(), pull_n / 500, 1e-9);

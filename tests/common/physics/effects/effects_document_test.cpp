@@ -1,4 +1,5 @@
-// Authors choose an effect from the table in README.md, so it must contain every effect and be consistent.
+// Scene authors choose an effect from the table in README.md. The table must contain every effect and be consistent
+// with the code.
 #include <gtest/gtest.h>
 
 #include "tests/common/physics/effects/effect_support.hpp"
