@@ -5,9 +5,10 @@
 //               poll()                     ◀──ring── number of the last change that is on disk, or the error
 //
 // A join has three steps:
-// 1. use() adds the id to the list, so no other connection can use the invitation. SessionHub holds the join meanwhile.
+//   1. use() adds the id to the list, so no other connection can use the invitation. SessionHub holds the join
+//   meanwhile.
 //   2. The writer thread writes the file with the id to disk.
-// 3. The client gets a seat and is notified. If it gets no seat, release() removes the id.
+//   3. The client gets a seat and is notified. If it gets no seat, release() removes the id.
 // If the server is killed before step 2 is complete, the invitation remains unused. If it is killed between steps 2
 // and 3, the invitation is used although no user was admitted. While the file cannot be written, no user is admitted.
 //

@@ -1,7 +1,7 @@
 // Unix time for the validity of invitations. The wall clock of the machine cannot always be trusted: it may be set
 // while the server runs, or be wrong for a moment after the machine has started.
 //
-// at() = monotonic clock + offset    A deviation of the wall clock of at most 1 s (drift) changes the offset at once.
+//   at() = monotonic clock + offset    A deviation of the wall clock of at most 1 s (drift) changes the offset at once.
 //                                      A larger step is followed after it has persisted for 10 s.
 #pragma once
 
