@@ -40,7 +40,7 @@ struct RunEnd {
 ///         displayed
 /// Thread  main
 int run_client(const ClientOptions& options, realtime::Output& output);
-/// As above, in a window that is open already.
+/// The same run in a window that is open already.
 /// In      invitations  shown in the window, for the user to give to others
 /// Out     has_begun    set to true when the haptic loop starts; valid even if the call throws later
 RunEnd run_client(const ClientOptions& options, realtime::Output& output, Screen& screen,

@@ -30,7 +30,7 @@ class SecondHand {
   /// In      options  options from options_of()
   ///         io       settings derived from these options (io_settings())
   ///         log      called with a line of text for the user
-  /// Fails   as devices::open_device() and ClientIo
+  /// Fails   the exceptions of devices::open_device() and of ClientIo
   SecondHand(ClientOptions options, ClientIoSettings io, std::function<void(const std::string&)> log);
 
   /// Begins to join the room that `first` has joined. poll() completes the join.

@@ -13,7 +13,7 @@ namespace tandem::client {
 /// Fails   std::runtime_error: there is no display; nothing has been started yet
 /// Thread  main
 int run_from_start(const ClientOptions& options, realtime::Output& output);
-/// As above, after a session whose window is still open.
+/// The same function after a session whose window is still open.
 int run_from_start(const ClientOptions& options, realtime::Output& output, Screen& screen, RunEnd::Next next);
 
 }  // namespace tandem::client
