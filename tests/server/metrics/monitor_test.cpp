@@ -50,7 +50,7 @@ TEST(Health, ReadyIsWhoServesAndDoesNotStop) {
   EXPECT_EQ(standstill(pulse, {}, now), "") << "what has not begun does not stand still";
 }
 
-/// Returns the complete response to a GET request.
+/// Sends a GET request for `path` and returns the complete response.
 std::string get(const Monitor& monitor, const std::string& path) {
   boost::asio::io_context io;
   boost::asio::ip::tcp::socket socket(io);

@@ -29,7 +29,7 @@ class ServerCheckpointTest : public testing::Test {
         state, bench.rooms, "key", [this] { return unix_ms; },
         [this](const std::string& line) { news.push_back(line); });
   }
-  /// Replaces the state folder by a file, so that even root cannot write into it.
+  /// Replaces the state folder by a file, so that writing fails even for root.
   void make_unwritable() {
     std::filesystem::rename(state, root_ / "aside");
     std::ofstream(state.string()) << "in the way";
@@ -88,7 +88,8 @@ TEST_F(ServerCheckpointTest, AClockThatIsSetBackHoldsUpNoWrite) {
   std::uint64_t writes = 0;
   for (int i = 0; i < 10; ++i) {
     unix_ms -= 3'600'000;
-    // Empty rooms are also stepped until they are idle. So the first two turns have a new state to write.
+    // The rooms are empty and are stepped until they are idle. The first two writes are therefore justified by new
+    // state; a further write would be a fault.
     bench.step(200);
     checkpoint->work(LocalTime(1s * i));
     EXPECT_TRUE(checkpoint->writes() > writes || i >= 2);
