@@ -193,7 +193,7 @@ RunEnd ClientRun::run(bool& has_begun) {
   return {.code = finish(), .next = part_.next};
 }
 
-/// Opens the second device. This is done before joining, so that an error is reported at once.
+/// Opens the second device before joining, so that its errors are reported at once.
 void ClientRun::open_second() {
   if (!options_.second_device) return;
   const ClientOptions options = SecondHand::options_of(options_);

@@ -43,13 +43,13 @@ std::vector<Finding> judge_rights(const std::vector<std::string>& not_granted, i
 ///         resolution   resolution of the kernel's timers
 std::vector<Finding> judge_clocks(const std::filesystem::path& clocksource, Duration resolution);
 
-/// Warns if the host of a virtual machine takes back idle processors while the haptic thread cannot keep its processor
-/// awake. It cannot without real-time priority, or with a quota (realtime::should_keep_awake()).
+/// Warns if the host of a virtual machine takes back idle processors, and the haptic thread cannot keep its processor
+/// awake. A thread cannot do so without real-time priority, or with a quota (realtime::should_keep_awake()).
 Finding judge_idle(bool gives_idle_to_host, bool has_priority, bool has_quota);
 
-/// Evaluates a loop with a period of 1 ms. The verdict is bad if more than one tick in a thousand is missed or late by
-/// a period, or if one tick is late by 20 ms, after which the force is released. If one tick in a thousand is late by
-/// half a period, it is a warning.
+/// Evaluates a loop with a period of 1 ms. The verdict is bad in two cases: more than one tick in a thousand is missed
+/// or late by a period, or one tick is late by 20 ms. The force is released after a tick that is so late. The verdict
+/// is a warning if one tick in a thousand is late by half a period.
 Finding judge_lateness(const Histogram& lateness, std::uint64_t missed);
 
 /// Measurements of a connection to a server.

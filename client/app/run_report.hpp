@@ -57,8 +57,8 @@ struct PhaseReport {
 /// A period without messages from the server that is long enough to require zero force.
 struct Silence {
   Duration last_arrival{0};            ///< time from the first tick to the last arrival before the silence
-  std::optional<Duration> zero_after;  ///< time from the last arrival until the force became and stayed zero; none: it
-                                       ///< did not
+  std::optional<Duration> zero_after;  ///< time from the last arrival until the force became and stayed zero; none: the
+                                       ///< force did not
   std::string why;
 };
 

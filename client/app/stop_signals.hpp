@@ -26,8 +26,8 @@ class StopSignals {
   StopSignals& operator=(const StopSignals&) = delete;
   ~StopSignals();
 
-  /// Sets the function that is called once when a signal arrives. If one has arrived already, this function calls it;
-  /// otherwise the signal thread does. It must not block.
+  /// Sets the function that is called once when a signal arrives. The signal thread calls it, or this function does if
+  /// a signal has arrived already. `on_stop` must not block.
   void when_requested(std::function<void()> on_stop);
   /// Thread  any
   bool is_requested() const noexcept { return is_requested_.load(std::memory_order_relaxed); }

@@ -19,7 +19,7 @@ namespace tandem::server {
 ///   length scale  10 mm for 1 Å; less if the larger radius of gyration would exceed 80 mm
 ///
 /// In      receptor, ligand  absolute path, chains, hydrogens of each molecule
-/// Out     the scene for the file; complete_and_check() has not been called for it
+/// Out     the scene, for writing to a file; complete_and_check() has not been called for it
 /// Fails   docking::MoleculeError, see load_molecule(); std::invalid_argument: dielectric or cut-off, see
 ///         docking::validate()
 wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource ligand,

@@ -66,7 +66,7 @@ class PoseSite final : public RoomWatcher {
   /// Reads the newest poses of the molecules, and detects rest poses.
   void watch();
   /// Returns whether there is work for serve_slice(). A new request refers to the pose after a pending command that
-  /// moves a molecule, so it begins only after that command. Begun requests continue meanwhile.
+  /// moves a molecule, so it begins only after that command. Requests that have begun continue in any case.
   bool has_work();
   /// Does one slice of work on a request; requires has_work(). Appends the answer when the request is completed, and
   /// progress reports of a minimisation.

@@ -191,8 +191,8 @@ void LiveServer::Impl::wake() {
 }
 
 /// Replaces io_context::run(): checks for new states before the io thread sleeps. Rooms wake the thread only while it
-/// sleeps. If the result of a step is expected soon, the room wakes it at the start of the step, so that it is awake
-/// when the new state is ready. Between two checks, only the datagrams of a few users are read.
+/// sleeps. If the result of a step is expected soon, the room wakes the thread at the start of the step. The thread is
+/// then awake when the new state is ready. Between two checks, only the datagrams of a few users are read.
 void LiveServer::Impl::run_cycle() {
   bool has_read = false;
   while (!io.stopped()) {

@@ -6,9 +6,9 @@
 
 namespace tandem::server {
 
-/// A user of real-time priority is a thread. The first user (io) always has priority. The others get it in ascending
-/// order of demand, as long as none needs more than 93 % of a core and all together need at most 93 % of `cores`. A
-/// user that has lost priority regains it only below 85 % (hysteresis).
+/// A user of real-time priority is a thread. The first user (io) always has priority. The other users get it in
+/// ascending order of demand, within two limits: each needs at most 93 % of a core, and all together need at most 93 %
+/// of `cores`. A user that has lost priority regains it only below 85 % (hysteresis).
 ///
 /// Why     If real-time threads use more than 95 % of a core in one second, the kernel stops all of them for the rest
 ///         of that second (sched_rt_runtime_us). No room would then step for 50 ms. Below that limit the kernel

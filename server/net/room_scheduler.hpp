@@ -28,17 +28,17 @@ struct RoomTiming {
 };
 
 /// Steps each room at the deadlines of its period. Small rooms share threads, one per core, and their deadlines follow
-/// one after the other, so that a thread usually steps several rooms before it sleeps again. A room gets a thread of
-/// its own (room_placement.hpp) if it needs much of a core, or if its steps are long compared with the periods of other
-/// rooms. A room that all users have left gets one as well, because the reset of its scene may take long. A room
-/// without users sleeps. A step is answered at its deadline, and finished when no other room of the thread is about to
-/// be due (Room::answer(), Room::finish()).
+/// one after the other. A thread thus usually steps several rooms before it sleeps again. A room gets a thread of its
+/// own (room_placement.hpp) in three cases: it needs much of a core; its steps are long compared with the periods of
+/// other rooms; or all users have left, because the reset of its scene may take long. A room without users sleeps. A
+/// step is answered at its deadline. It is finished when no other room of the thread is about to be due
+/// (Room::answer(), Room::finish()).
 ///
 /// All room threads run at one SCHED_FIFO priority. While the steps of every thread take at most 250 us, io has a lower
 /// priority, so that it does not interrupt a step. After two consecutive steps of more than 500 us in one room, io has
-/// a higher priority for 100 ms, because otherwise all other rooms would wait for io. If the rooms together need more
-/// than the cores provide, some rooms lose the priority until they have been within the limit for a second
-/// (share_realtime()). Then only their own users are delayed.
+/// a higher priority for 100 ms. Otherwise all other rooms would wait for io. If the rooms together need more than the
+/// cores provide, some rooms lose the priority (share_realtime()), and only their own users are delayed. They regain it
+/// after a second within the limit.
 class RoomScheduler {
  public:
   /// In      realtime_priority  1–98; 0: the normal scheduler

@@ -20,7 +20,7 @@ namespace {
 /// the size of a hand.
 constexpr int kSweeps = 16;
 /// Displacement of a tool in a soft period above which the tool counts as moved without contact, e.g. by a reset. It
-/// then does not push nodes aside on the path between.
+/// then does not push nodes aside on the path between the two poses.
 constexpr double kMaxWay_m = 0.3;
 /// Lower and upper limit of the trust radius of a linear contact.
 constexpr double kMinTrust_m = 1e-3;

@@ -129,8 +129,8 @@ wire::RecordedInput recorded(const TakenInput& input) {
   return out;
 }
 
-/// Checks an input with the parser for network input. The parser normalises the rotation, so the recorded rotation is
-/// copied afterwards: it is the one that the room used.
+/// Checks an input with the parser for network input. The parser normalises the rotation. The recorded rotation is
+/// therefore copied afterwards, because the room used exactly that rotation.
 std::optional<TakenInput> input_of(const wire::RecordedInput& in) {
   TakenInput input{in.seat(), {}};
   const std::string payload = in.update().SerializeAsString();

@@ -31,7 +31,7 @@ struct Room::User {
   ToolDriver& driver_for(proto::ClientMode mode) const {
     return *drivers[std::min(static_cast<std::size_t>(mode), drivers.size() - 1)];
   }
-  /// Stops driving the tool. It is driven again from the next input on.
+  /// Stops driving the tool until the next input arrives.
   void release_tool() noexcept {
     input.answered = input.newest.input_tick;
     driver->stop();

@@ -197,8 +197,8 @@ class Room {
   Step steps_done() const { return step_; }
   /// Returns whether a body can move; false for a static body and for an id that the scene does not contain.
   bool moves(BodyId body) const noexcept;
-  /// Returns whether the loop may skip steps. It may if the room has no user and no queued command, and the scene is at
-  /// its start or has no automatic reset.
+  /// Returns whether the loop may skip steps: the room has no user and no queued command, and the scene is at its start
+  /// or has no automatic reset.
   bool is_idle() const;
   /// Returns whether no seat has a user.
   bool is_empty() const noexcept;

@@ -20,7 +20,7 @@ inline constexpr net::Rate kUpdateRate{4000, 4000};
 /// Maximum number of queued control bytes that the client has not read. Beyond it, the connection is closed
 /// (DISCONNECT_SLOW).
 inline constexpr std::size_t kMaxQueuedControlBytes = 1024 * 1024;
-/// Number of queued control bytes above which notifications are held back. Meanwhile only the newest value of each
+/// Number of queued control bytes above which notifications are held back. Above it, only the newest value of each
 /// parameter is stored, and a user who joins and leaves again is not reported.
 inline constexpr std::size_t kMaxQueuedBeforeNews = 16 * 1024;
 

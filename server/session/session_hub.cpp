@@ -195,8 +195,8 @@ void SessionHub::Impl::announce(SessionUser& user, std::size_t key, std::functio
   static_cast<Connection&>(user).news[key] = std::move(make);
 }
 
-/// Sends the queued notifications, unless the user reads slowly. Meanwhile notifications with the same key replace each
-/// other, so they do not accumulate.
+/// Sends the queued notifications, unless the user reads slowly. In the queue, notifications with the same key replace
+/// each other, so they do not accumulate.
 void SessionHub::Impl::send_news(SessionUser& user) {
   auto& connection = static_cast<Connection&>(user);
   const bool has_news = !connection.presence.empty() || !connection.news.empty();

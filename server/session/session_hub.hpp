@@ -124,7 +124,8 @@ class SessionHub {
   /// Refuses the unanswered requests, then ends all connections (DISCONNECT_SERVER_STOPPING).
   void stop(LocalTime now);
 
-  /// Returns whether messages of the connection wait for a later call of poll(). Meanwhile, do not read from it.
+  /// Returns whether received messages of the connection wait for a later poll(). If so, the transport must not read
+  /// from it.
   bool is_behind(ConnectionHandle connection) const;
   ConnectionState state_of(ConnectionHandle connection) const;
   std::size_t connection_count() const;

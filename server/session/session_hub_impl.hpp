@@ -136,7 +136,7 @@ struct SessionHub::Impl final : ServiceHost {
   std::vector<std::unique_ptr<RoomSeats>> room_seats;
   std::vector<std::unique_ptr<SessionService>> services;  ///< in the order in which they notify users
   std::map<SessionService::Case, SessionService*> handlers;
-  std::deque<SharedTurns> updates;     ///< parallel loop over the UDP users of a room, for each room
+  std::deque<SharedTurns> updates;     ///< one parallel loop per room, over its UDP users
   std::vector<Connection*> updated{};  ///< UDP users of the room whose update is being sent
   std::map<ConnectionHandle, std::unique_ptr<Connection>> connections;
   std::unordered_map<ConnectionId, Connection*> active;

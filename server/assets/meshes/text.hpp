@@ -1,5 +1,5 @@
-// Splits text formats of meshes into words and lines, without copies. A word counts as a number only if all of it is
-// one.
+// Splits text formats of meshes into words and lines, without copies. A word counts as a number only if the whole word
+// is a number.
 #pragma once
 
 #include <cstddef>

@@ -346,7 +346,7 @@ RelaxedHydrogens relax(PreparedStructure& prepared, const ForceField& force_fiel
   if (prepared.groups.empty()) return {};
   std::vector<PreparedStructure> neighbours;
   for (const StructureSource& source : beside) {
-    // A source with the same file is skipped: all chains of that file take part already.
+    // A source with the same file is skipped, because all chains of that file are included already.
     std::error_code error;
     if (std::filesystem::equivalent(source.file, structure, error) || error) continue;
     PreparedStructure& neighbour = neighbours.emplace_back(read_residues(source.file, force_field));

@@ -139,8 +139,8 @@ void swap_names(Names& names, std::string_view a, std::string_view b) {
   }
 }
 
-/// Returns the block of an acid. A protonated block has its hydrogen on the second oxygen. If it is on the first in the
-/// file, the names of the oxygens are swapped.
+/// Returns the block of an acid. A protonated block has its hydrogen on the second oxygen. If the file has the hydrogen
+/// on the first oxygen, the names of the oxygens are swapped.
 std::string_view acid_block(NamedAtoms& named, char position, std::string_view charged, std::string_view neutral) {
   const std::string first = std::string("O") + position + "1", second = std::string("O") + position + "2";
   if (named.hydrogens_on(second) > 0) return neutral;

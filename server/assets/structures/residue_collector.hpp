@@ -53,10 +53,10 @@ std::string place_text(const PdbResidue& residue, std::string_view atom);
 /// backbone atoms repeat, or if later atoms are far from the first ones. Atoms with the same name are different atoms
 /// unless they are at one position.
 ///
-/// For each residue one alternate location is chosen; atoms without an alternate location are always kept. It is the
-/// location with the largest mean occupancy of heavy atoms, and among equals the one with the most atoms. Neighbours in
-/// a chain get the same location if the bond between them has alternates. Two residue names at one position are
-/// alternates, too. The number of atoms is bounded, in total and in one residue.
+/// For each residue, the alternate location with the largest mean occupancy of heavy atoms is chosen, and among equals
+/// the one with the most atoms. Atoms without an alternate location are always kept. Neighbours in a chain get the same
+/// location if the bond between them has alternates. Two residue names at one position are alternates, too. The number
+/// of atoms is bounded, in total and in one residue.
 class ResidueCollector {
  public:
   /// Fails   MoleculeError: more than 1,000,000 atoms

@@ -40,8 +40,8 @@ struct TypedResidue {
 /// In      residue  residue for which has_block() is true
 TypedResidue type_residue(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 
-/// Shifts the charge of a residue with an incomplete side chain to the nearest whole number, by changing the charges of
-/// the side chain's atoms equally.
+/// Changes the charges of the side chain's atoms equally, such that the charge of a residue with an incomplete side
+/// chain becomes the nearest whole number.
 /// Out     the new charge; nothing if the residue is complete
 std::optional<double> make_whole(const PdbResidue& residue, TypedResidue& typed);
 

@@ -46,7 +46,7 @@ std::string text_of(const fs::path& path) {
   }
 }
 
-/// Returns whether the file begins with mmCIF's first word, after comments.
+/// Returns whether the first line that is not a comment begins with "data_", as every mmCIF file does.
 bool is_mmcif(std::string_view text) {
   while (!text.empty()) {
     const std::string_view line = trimmed(pop_line(text));

@@ -249,8 +249,8 @@ std::string quoted_value(const Row& row, const std::string& value) {
   refuse(row, "mmCIF has no quotes for text with both kinds, " + value + "; correct it in its file");
 }
 
-/// Formats with three decimals, or up to six if the further ones are not zero. The receptor's coordinates thus equal
-/// those of its file.
+/// Formats with three decimals, or up to six if the further decimals are not zero. The receptor's coordinates thus
+/// equal those of its file.
 std::string coordinate_text(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.6f", rounded(value, 1e6));

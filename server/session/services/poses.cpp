@@ -89,8 +89,8 @@ void Poses::on_left(SessionUser& user) {
 }
 
 /// Returns the reason why the user may not delete or rename a pose; empty if they may. While the user who saved a pose
-/// is present, only that user and the operator may edit it. After that, everybody may, because otherwise nobody could
-/// free space in a full list.
+/// is present, only that user and the operator may edit it. Once that user has left, everybody may, because otherwise
+/// nobody could free space in a full list.
 std::string Poses::edit_problem(const SessionUser& user, const wire::AskPose& edit) const {
   const bool edits = edit.kind() == wire::AskPose::DELETE || edit.kind() == wire::AskPose::RENAME;
   if (!edits || user.is_operator()) return {};

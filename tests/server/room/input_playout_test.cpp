@@ -197,8 +197,8 @@ TEST(InputPlayout, AWorseNetworkIsFollowedNoFasterThanTheSlew) {
   };
   for (int i = 0; i < 4000; ++i) step(10);
   const double before_s = to_seconds(playout.delay());
-  // From now on every input arrives 30 ms later. The minimum over the last 2 s still includes earlier inputs, so the
-  // delay must grow slowly.
+  // From now on every input arrives 30 ms later. The delay must grow by 30 ms, no faster than its slew limit. The
+  // minimum delay over the last 2 s still includes the earlier inputs.
   double last_s = before_s;
   for (int i = 0; i < 1000; ++i) {
     step(40);
