@@ -35,11 +35,9 @@ struct ClientOptions {
   StageSettings stage;                                  ///< rendering stage, predictor and passivity controller
   /// Room parameters that the operator sets, each with its time since the join, in ascending order of time.
   std::vector<std::pair<Duration, wire::SetParameter>> sets;
-  std::uint64_t seed = 1;                            ///< seed of the random numbers of the simulated links, and of
-                                                     ///< device.seed for the simulated hand
+  std::uint64_t seed = 1;                            ///< seed of simulated links and of the simulated hand
   std::optional<Duration> duration;                  ///< length of the run; none: it ends by a signal
-  Duration start_timeout{std::chrono::seconds(60)};  ///< maximum wait for the common start; applies only with a
-                                                     ///< duration
+  Duration start_timeout{std::chrono::seconds(60)};  ///< maximum wait for the common start; used only with `duration`
   int realtime_priority = 70;
   int cpu = -1;
   std::optional<bool> keeps_awake;  ///< see HapticLoopSettings::keeps_awake

@@ -59,8 +59,7 @@ class RunRecordings {
  private:
   const ClientOptions& options_;
   std::function<void(const std::string&)> on_news_;
-  std::unique_ptr<ClientRecorder> recorder_;  ///< recorder of the newest recording, active or finished; null if there
-                                              ///< is none
+  std::unique_ptr<ClientRecorder> recorder_;  ///< recorder of the newest recording, active or finished; may be null
   bool is_recording_ = false;
   std::string problem_;  ///< reason why the newest recording could not begin; empty if it could
   LocalTime since_{};

@@ -56,9 +56,9 @@ struct PhaseReport {
 
 /// A period without messages from the server that is long enough to require zero force.
 struct Silence {
-  Duration last_arrival{0};            ///< time from the first tick to the last arrival before the silence
-  std::optional<Duration> zero_after;  ///< time from the last arrival until the force became and stayed zero; none: the
-                                       ///< force did not
+  Duration last_arrival{0};  ///< time from the first tick to the last arrival before the silence
+  /// Time from the last arrival until the force became zero and stayed zero; none if it did not.
+  std::optional<Duration> zero_after;
   std::string why;
 };
 

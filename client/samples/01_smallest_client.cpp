@@ -90,8 +90,8 @@ bool run(std::uint16_t port) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  client::block_stop_signals();  // must precede all threads, so that no signal ends the program while a force is
-                                 // displayed
+  // Must precede all threads, so that no signal ends the program while a force is displayed.
+  client::block_stop_signals();
   try {  // set-up errors (no server, wrong version, full room) are exceptions; their messages name the remedy
     return run(argc > 1 ? port_of(argv[1]) : 47800) ? 0 : 1;
   } catch (const std::exception& error) {

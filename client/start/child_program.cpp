@@ -58,8 +58,8 @@ ChildProgram::ChildProgram(const std::filesystem::path& program, const std::vect
     close(output_);
     throw std::system_error(problem, std::generic_category(), "no process can be made");
   }
-  setpgid(process_, process_);  // the group must exist before the first signal; become() sets it as well, since either
-                                // process may run first
+  // The group must exist before the first signal. Parent and child may run in either order, so both set the group.
+  setpgid(process_, process_);
   reader_ = std::thread([this] { read_lines(); });
 }
 

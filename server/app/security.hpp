@@ -19,8 +19,7 @@ namespace tandem::server {
 std::filesystem::path default_state_folder();
 
 struct SecurityOptions {
-  std::filesystem::path state = default_state_folder();  ///< folder in which the server stores the keys that it
-                                                         ///< generates
+  std::filesystem::path state = default_state_folder();  ///< folder of the keys that the server generates
   std::filesystem::path certificate;                     ///< certificate file; empty: self-signed by the server's key
   std::filesystem::path key;
   std::vector<std::string> issuers;  ///< public keys of other token issuers

@@ -45,8 +45,7 @@ struct Asset {
   std::string name;  ///< file name without folder
   std::shared_ptr<const proto::Bytes> bytes;
   std::optional<proto::Sha256>
-      coarse_of{};  ///< the "contact" asset that a "coarse-contact" replaces for a time, or the "surface" of a
-                    ///< "drawing"
+      coarse_of{};  ///< "contact" asset that a "coarse-contact" replaces, or "surface" of a "drawing"
 };
 
 /// Reads the files of one scene and builds contact shapes. Each file is read once, and equal shapes are built once.

@@ -43,8 +43,7 @@ class Monitor {
  private:
   struct Impl;
   class Watch;
-  std::shared_ptr<Impl> impl_;  ///< shared with the service, because Monitor and service may be destroyed in either
-                                ///< order
+  std::shared_ptr<Impl> impl_;  ///< shared with the service, because either of the two may be destroyed first
 };
 
 }  // namespace tandem::server

@@ -65,8 +65,8 @@ class Busy {
       const LocalTime began = began_.load(std::memory_order_acquire);
       const Duration done(done_.load(std::memory_order_acquire));
       if (began_.load(std::memory_order_relaxed) != began)
-        continue;  // the activity has begun or ended between the two
-                   // loads
+        // The activity has begun or ended between the two loads.
+        continue;
       return began == LocalTime{} ? done : done + std::max(Duration{0}, now - began);
     }
   }
@@ -106,15 +106,13 @@ struct RoomScheduler::Loop {
   int slow_steps = 0;  ///< consecutive steps longer than kIoWaitsNotFor
   Duration mean_step{0};
   Duration mean_answer{0};   ///< part of mean_step for which users wait
-  Duration mean_turn{0};     ///< mean time of the answer and of help with sending, which delays the next rooms of the
-                             ///< thread
+  Duration mean_turn{0};     ///< mean time of answer and help with sending, a delay for the thread's next rooms
   bool is_answered = false;  ///< answer() has run, its finish() has not
   LocalTime deadline{};      ///< deadline of the step that is_answered describes
   Duration answering{0};     ///< time of the answer and of help with sending in that step
   LocalTime slow_until{};    ///< end of the time for which the room counts as slow, even if it keeps its rate again
 
-  std::atomic<std::size_t> stepper{0};  ///< index of the owning thread; written only by the current owner, when it
-                                        ///< hands the room over
+  std::atomic<std::size_t> stepper{0};  ///< index of the owning thread; only the owner changes it, at the handover
   std::atomic<std::size_t> wanted{0};   ///< index of the thread that should own the room; written by io
   std::atomic<std::uint64_t> steps{0};
   Busy busy;                         ///< steps of the room
@@ -135,21 +133,19 @@ struct RoomScheduler::Stepper {
   }
 
   std::size_t index = 0;
-  double place = 0;                     ///< phase of the deadlines of the thread's first room, as a fraction of the
-                                        ///< period, 0 to 1
-  std::vector<Loop*> loops;             ///< in the order of their deadlines
-  LocalTime users_checked{};            ///< last check for users of empty rooms
-  LocalTime news_since{};               ///< time of the oldest states that io was not notified of; LocalTime{}: none
-  std::atomic<bool> is_called{true};    ///< a room was assigned, or stop() was called
-  std::counting_semaphore<> called{0};  ///< the thread sleeps on it until call(); try_acquire on it yields the
-                                        ///< processor
+  double place = 0;                   ///< phase of the deadlines of the first room, as a fraction of the period
+  std::vector<Loop*> loops;           ///< in the order of their deadlines
+  LocalTime users_checked{};          ///< last check for users of empty rooms
+  LocalTime news_since{};             ///< time of the oldest states that io was not notified of; LocalTime{}: none
+  std::atomic<bool> is_called{true};  ///< a room was assigned, or stop() was called
+  /// The thread sleeps on it until call(). try_acquire on it yields the processor.
+  std::counting_semaphore<> called{0};
   std::promise<std::vector<std::string>> not_granted;
   std::thread thread;
   Busy busy;  ///< steps of all its rooms
   // Used by the io thread only.
   Duration cpu_before{0}, busy_before{0};  ///< at the last measurement
-  double cpu_of_busy = 1;                  ///< processor time, wake-ups included, per busy time since the last
-                                           ///< measurement
+  double cpu_of_busy = 1;                  ///< processor time, wake-ups included, per busy time in the last interval
 };
 
 RoomScheduler::RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority,

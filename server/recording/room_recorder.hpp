@@ -26,8 +26,7 @@ struct RoomRecording {
   std::uint64_t recording = 0;  ///< number shared by the files of one recording
   Duration unix_offset{0};      ///< Unix time minus the time of the room's clock
   double states_hz = 50;        ///< rate of recorded states; limited to one per step
-  std::size_t capacity = 4096;  ///< capacity of the ring in records; a step, a command, an input and a state need one
-                                ///< record each
+  std::size_t capacity = 4096;  ///< ring capacity [records]; each step, command, input and state takes one record
   recording::RotationSettings rotation{};
   std::optional<wire::RoomCheckpoint> restored{};  ///< state from which the room resumes; none if it starts anew
 };

@@ -19,8 +19,7 @@ struct PlayedInput {
   /// of the tick that is due arrives.
   Tick tick;
   RigidState handle;
-  std::uint32_t buttons = 0;      ///< buttons; for a lost tick those of the next received tick, so that a press is
-                                  ///< never late
+  std::uint32_t buttons = 0;      ///< for a lost tick those of the next received tick, so that no press is late
   double energy_to_hand_j = 0;    ///< cumulative energy as in ClientUpdate
   double energy_from_hand_j = 0;  ///< cumulative energy as in ClientUpdate
   Wrench on_hand_W;               ///< wrench that the client displays to the hand, as in ClientUpdate

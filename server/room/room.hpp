@@ -80,10 +80,8 @@ struct RoomUpdate {
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
   /// States of all users with tools. for_seat() removes the recipient's own state.
   boost::container::static_vector<proto::OtherUserState, proto::kMaxUsers> users;
-  std::array<UserId, proto::kMaxUsers> user;                      ///< user to whom the seat's entry belongs; invalid:
-                                                                  ///< none
-  std::array<std::uint64_t, proto::kMaxUsers> requests_served{};  ///< number of kGrab and kRelease commands served for
-                                                                  ///< the user of the seat
+  std::array<UserId, proto::kMaxUsers> user;                      ///< user of the entry of a seat; invalid: none
+  std::array<std::uint64_t, proto::kMaxUsers> requests_served{};  ///< kGrab and kRelease served for the seat's user
   std::array<proto::OwnUpdate, proto::kMaxUsers> own;
 
   /// Returns the update for the user of one seat.
@@ -106,15 +104,13 @@ inline constexpr Duration kKeptFor = std::chrono::seconds(10);
 
 /// Settings of a common start: the hands of all users of a room begin at the same time.
 struct RoomStartSettings {
-  std::size_t users = 0;                        ///< number of manipulators that must be present; 0: each hand starts by
-                                                ///< itself
+  std::size_t users = 0;                        ///< manipulators required for the start; 0: hands start independently
   Duration countdown{std::chrono::seconds(3)};  ///< time from the arrival of the last required manipulator to the start
 };
 
 struct RoomOptions {
   bool steps_soft_aside = false;        ///< step soft bodies on a separate thread, with identical results
-  bool controls_tool_passivity = true;  ///< the energy that a tool gives to the world is limited to the energy from the
-                                        ///< hand
+  bool controls_tool_passivity = true;  ///< limit the energy of a tool to the supply of its hand
   RoomStartSettings start{};            ///< settings of the common start, used by RoomSeats
 };
 

@@ -39,8 +39,7 @@ struct AdmissionSettings {
   secure::KeyId audience{};                ///< id of this server's key
   std::vector<secure::PublicKey> issuers;  ///< keys whose tokens are accepted
   std::function<std::uint64_t()> unix_ms;  ///< wall clock: milliseconds since 1970, UTC
-  InvitationLedger* ledger = nullptr;      ///< list of used tokens, must outlive the Admission; null: a list in memory,
-                                           ///< for trials
+  InvitationLedger* ledger = nullptr;      ///< used tokens, must outlive the Admission; null: in memory, for trials
   std::size_t max_credentials = 1024;
   wire::AdmissionState resumed{};  ///< state of the previous run; if empty, all earlier credentials are invalid
 };

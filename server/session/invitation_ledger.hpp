@@ -105,15 +105,14 @@ class InvitationLedger {
   };
   struct UsedToken {
     std::uint64_t expires_ms = 0;
-    std::uint64_t number = 0;  ///< number of the kUse change; 0 if the use needs no write, e.g. a use from a previous
-                               ///< run
+    std::uint64_t number = 0;  ///< number of the kUse change; 0 if nothing must be written (from a previous run)
   };
 
   void post(Change change);
   void settle(const Outcome& outcome);
 
-  std::optional<InvitationFile> file_;  ///< accessed by the writer thread while it runs; none: the list is kept in
-                                        ///< memory only
+  /// Accessed by the writer thread while it runs. None: the list is kept in memory only.
+  std::optional<InvitationFile> file_;
   std::size_t max_used_;
   std::uint64_t time_ms_ = 0, issued_from_ms_ = 0, forgotten_to_ms_ = 0;
   std::string generation_;

@@ -39,8 +39,9 @@ class ServerTransport {
   /// now, it is discarded, because a newer state follows, and false is returned. The caller counts the loss.
   /// Thread  io; while the io thread sends updates, also the thread in SessionHub::help(), for another connection
   virtual bool send_datagram(ConnectionHandle connection, std::span<const std::byte> datagram) = 0;
-  /// Returns the number of queued control bytes that the kernel has not accepted yet. The hub sends state over TCP only
-  /// if it is 0, so that no outdated state is queued. It closes a connection with more than kMaxQueuedControlBytes.
+  /// Returns the number of queued control bytes that the connection has not accepted yet. The hub sends state over TCP
+  /// only if it is 0, so that no outdated state is queued. It closes a connection with more than
+  /// kMaxQueuedControlBytes.
   virtual std::size_t queued_control_bytes(ConnectionHandle connection) const = 0;
   /// Keying material exported from the TLS connection (RFC 8446 §7.5); none if the connection is not encrypted.
   virtual std::optional<secure::Exported> exported(ConnectionHandle, std::string_view /*label*/,

@@ -26,8 +26,7 @@ constexpr std::array kTypes{
 
 struct Property {
   const NumberType* type = nullptr;
-  const NumberType* count_type = nullptr;  ///< type of the count at the start of a list; null if the property is not a
-                                           ///< list
+  const NumberType* count_type = nullptr;  ///< type of the count before a list; null if the property is no list
   std::string name;
 };
 

@@ -66,8 +66,7 @@ struct EndBlocks {
 
 /// Changes to a residue's block at a chain end.
 struct TerminusEdit {
-  std::vector<BlockAtom> replaced;  ///< new entries for atoms of the block with these names; "OXT" is added if the
-                                    ///< block lacks it
+  std::vector<BlockAtom> replaced;  ///< new entries for atoms with these names; "OXT" is added if it is missing
   std::vector<BlockAtom> added;     ///< e.g. H1, H2, H3
   std::vector<std::string> deleted;
   std::vector<HydrogenRule> hydrogens;
@@ -87,9 +86,9 @@ struct ForceField {
   std::map<std::string, std::vector<HydrogenRule>, std::less<>> hydrogens;  ///< indexed by block
   std::map<std::string, TerminusEdit, std::less<>> n_termini;
   std::map<std::string, TerminusEdit, std::less<>> c_termini;
-  std::map<std::string, std::string, std::less<>> block_of_residue;  ///< block name of a residue if they differ, e.g.
-                                                                     ///< LYS → LYSH
-  std::map<std::string, EndBlocks, std::less<>> end_blocks;          ///< e.g. NALA and CALA for ALA
+  /// Name of a residue's block, if it differs from the residue's name: LYS → LYSH.
+  std::map<std::string, std::string, std::less<>> block_of_residue;
+  std::map<std::string, EndBlocks, std::less<>> end_blocks;  ///< e.g. NALA and CALA for ALA
   std::vector<AtomAlias> aliases;
   /// Aliases for the atom names in blocks of this force field. Their `residue` is a block, a kind of blocks, or "*".
   std::vector<AtomAlias> block_aliases;

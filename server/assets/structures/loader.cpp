@@ -20,8 +20,8 @@ namespace {
 
 constexpr std::size_t kMaxNamesInANote = 8;
 constexpr double kSigmaPerRadius = 1.7817974362806785;  // 2^(5/6)
-constexpr double kMinSigmaAngstrom = 0.1;  // lower limit of docking::validate(); atoms below it have no Lennard-Jones
-                                           // term
+// Lower limit of docking::validate(). Atoms with a smaller σ have no Lennard-Jones term.
+constexpr double kMinSigmaAngstrom = 0.1;
 constexpr double kLostCharge_e = 0.1;
 constexpr double kSamePlaceAngstrom = 0.01;
 

@@ -24,8 +24,7 @@ struct PreparedStructure {
   std::vector<BuiltGroup> groups;           ///< groups of the built hydrogens
   std::vector<std::string> rebuilt;         ///< for the user: residues of the file whose hydrogens were replaced
   std::vector<std::size_t> ended;           ///< indices in `chains` of residues to which OXT was added at a chain end
-  PdbStructure read;                        ///< notes of the reader about omissions; its residues have been moved to
-                                            ///< `chains` and `others`
+  PdbStructure read;                        ///< omissions of the reader; its residues are moved to `chains`, `others`
 };
 
 /// Reads a file and sorts its residues, without adding atoms. Nucleotides of files from before 2007 get their current

@@ -25,8 +25,7 @@ struct TypedResidue {
   std::vector<BlockAtom> atoms;             ///< entries, parallel to the residue's atoms
   std::vector<std::string> names;           ///< parallel to `atoms`: names in the force field, for hydrogens.hpp
   std::vector<HydrogenRule> rules;          ///< rules of the block and its chain ends
-  std::vector<std::string> guesses;         ///< parallel to `atoms`: explanation of a guess for the user; empty for an
-                                            ///< exact entry
+  std::vector<std::string> guesses;         ///< parallel to `atoms`: explanations for the user; empty if not guessed
   std::optional<double> expected_charge_e;  ///< sum over all atoms of the block; nothing if there is no block
   std::size_t expected_hydrogens = 0;
   std::size_t missing_hydrogens = 0;

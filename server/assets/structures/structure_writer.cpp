@@ -48,8 +48,8 @@ struct ResidueNumber {
   std::string insertion;
 };
 
-using ChainNames = std::map<std::string, std::string, std::less<>>;  ///< chain names in the output, by the name in the
-                                                                     ///< molecule
+/// Names of chains in the output, indexed by the names in the molecule.
+using ChainNames = std::map<std::string, std::string, std::less<>>;
 
 struct Complex {
   ChainNames receptor_chains, ligand_chains;

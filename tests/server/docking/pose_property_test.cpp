@@ -136,10 +136,9 @@ class PoseSequences {
   std::vector<std::unique_ptr<Room>> rooms_;
   std::unique_ptr<PoseKeeper> keeper_;
   std::uint32_t last_request_ = 0;
-  std::map<std::uint32_t, std::pair<std::string, UserId>> open_;       ///< unanswered requests: room and user by
-                                                                       ///< request number
-  std::map<std::string, std::map<std::uint32_t, std::string>> lists_;  ///< pose names by room and number, according to
-                                                                       ///< the received answers
+  std::map<std::uint32_t, std::pair<std::string, UserId>> open_;       ///< room and user of unanswered requests, by
+                                                                       ///< number
+  std::map<std::string, std::map<std::uint32_t, std::string>> lists_;  ///< received pose names by room and number
 };
 
 class PoseKeeperProperty : public ::testing::TestWithParam<int> {};

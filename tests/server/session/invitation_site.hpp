@@ -29,8 +29,8 @@ struct Invitation {
 
 /// Predicts from the events so far whether an invitation is valid, without using the server's code.
 struct Model {
-  std::set<std::size_t> used;  ///< invitations that have admitted a user, or whose use was on disk when the server was
-                               ///< killed
+  /// Invitations that have admitted a user, or whose use was on disk when the server was killed.
+  std::set<std::size_t> used;
   // Range of offsets (wall clock minus true time) that the server may assume. It is a single value if the clock has not
   // been set for 10 s.
   std::int64_t low_ms = 0, high_ms = 0;
