@@ -21,8 +21,8 @@
 namespace tandem::server {
 namespace {
 
-/// Length scale for small molecules. For larger ones, the scale makes the larger radius of gyration kGyrationRadius_m,
-/// which is the size of an object in the hand.
+/// Length scale for small molecules. For larger molecules, the scale is such that the larger radius of gyration becomes
+/// kGyrationRadius_m, the size of an object in the hand.
 constexpr double kMetresPerAngstrom = 0.01, kGyrationRadius_m = 0.08;
 constexpr double kApart_angstrom = 8;
 constexpr double kZeroArea_kt = 1;

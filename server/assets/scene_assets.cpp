@@ -21,8 +21,8 @@
 namespace tandem::server {
 namespace {
 
-/// Mesh size above which cell sizes and spacings grow in proportion to the size. Constant ones would need too much
-/// memory.
+/// Mesh size above which cell sizes and spacings grow in proportion to the size. With constant cell sizes, large meshes
+/// would need too much memory.
 constexpr double kFullResolutionSize_m = 0.2;
 constexpr const char* kMillimetres = "0.001 if the file is in millimetres";
 

@@ -40,9 +40,9 @@ constexpr Duration kLongSleep = std::chrono::milliseconds(2);
 /// Number of parts of a period. The phase of a room may differ from its computed phase by one part. A larger difference
 /// is corrected by at most one part per step.
 constexpr int kPlaces = 64;
-// io has a lower priority than the rooms while the steps of each thread together take at most kIoWaitsFor. It gets a
-// higher one after kSlowStepsInARow consecutive steps of one room longer than kIoWaitsNotFor, because all rooms depend
-// on io.
+// io has a lower priority than the rooms while the steps of each thread together take at most kIoWaitsFor. After
+// kSlowStepsInARow consecutive steps of one room longer than kIoWaitsNotFor, io gets a higher priority, because all
+// rooms depend on io.
 constexpr Duration kIoWaitsFor = std::chrono::microseconds(250), kIoWaitsNotFor = std::chrono::microseconds(500);
 constexpr int kSlowStepsInARow = 2;
 
@@ -133,7 +133,7 @@ struct RoomScheduler::Stepper {
   }
 
   std::size_t index = 0;
-  double place = 0;                   ///< phase of the deadlines of the first room, as a fraction of the period
+  double place = 0;                   ///< phase of the deadlines of the thread's first room [periods]
   std::vector<Loop*> loops;           ///< in the order of their deadlines
   LocalTime users_checked{};          ///< last check for users of empty rooms
   LocalTime news_since{};             ///< time of the oldest states that io was not notified of; LocalTime{}: none

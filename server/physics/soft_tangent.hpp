@@ -13,10 +13,10 @@ namespace tandem::server {
 /// Forward differentiation of a SoftStep with respect to the pose X of one object: translation, then rotation about the
 /// object's origin, in W.
 ///
-/// Model   δx of every node is a 3×6 matrix, initially 0 because the prediction does not depend on X. So are the
-///         derivatives of the sums of each contact. Bullet moves a link along its vector Δ by Δ (l₀² − |Δ|²) / (c₀ (l₀²
-///         + |Δ|²)). This expression is differentiated at the link's position in that sweep, which is therefore
-///         computed again.
+/// Model   δx of every node is a 3×6 matrix, initially 0 because the prediction does not depend on X. The derivatives
+///         of the sums of each contact are initially 0, too. Bullet moves a link along its vector Δ by Δ (l₀² − |Δ|²) /
+///         (c₀ (l₀² + |Δ|²)). This expression is differentiated at the link's position in that sweep, which is
+///         therefore computed again.
 ///         Let δm = s [1, −r×] − δp be the motion of the object's surface relative to the sample p, with lever r and
 ///         the fraction s of the object's motion done so far. A normal correction gives δ(λ n) = n nᵀ δm / w − λ H δm,
 ///         H = ∂n/∂p. With P = 1 − n nᵀ, sticking friction F gives δF = δF + P δm / w =: δG. Let G be the friction

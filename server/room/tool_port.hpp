@@ -41,7 +41,7 @@ class ToolPort {
   /// Reports the client's cumulative energies at the handle pose `X_WH`, `elapsed_s` after the previous report. The
   /// credited energy is at most the work that a hand can do on the path since then at the coupling's force limits.
   void report(const Pose& X_WH, double from_hand_j, double to_hand_j, double elapsed_s) noexcept;
-  /// Call before a step. Limits the energy that the coupling supplies to the input of the hand, by a brake on the tool.
+  /// Call before a step. Sets the brake on the tool that limits the energy of the pull to the energy from the hand.
   TickFaults limit(double step_s) noexcept;
   /// Call after a step. Measures the work of the tool on the world in that step.
   void settle() noexcept;

@@ -18,7 +18,7 @@
 namespace tandem::server {
 
 /// Maximum number of revoked credentials in the list; beyond it the oldest is deleted. A checkpoint contains at most
-/// 1024 credentials, so the deleted ones are out of use.
+/// 1024 credentials, so a deleted credential cannot be in it any more.
 inline constexpr int kMaxRevoked = 4096;
 
 /// Id of an invitation or of a credential.

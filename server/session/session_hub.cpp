@@ -244,8 +244,8 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
   if (connection.credential && (reason == wire::DISCONNECT_LEFT || reason == wire::DISCONNECT_KICKED)) {
     end_other_device(*connection.credential, reason);
   } else if (connection.credential) {
-    // The connection may be the old one of a user who resumes. Its new connection may still be refused, so the loss is
-    // noted.
+    // The connection may be the old connection of a user who resumes. The new connection may still be refused, so the
+    // loss is noted.
     admission->note_lost(*connection.credential, called_at);
   }
   connection.seats->leave(connection.seat);

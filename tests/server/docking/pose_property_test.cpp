@@ -136,8 +136,7 @@ class PoseSequences {
   std::vector<std::unique_ptr<Room>> rooms_;
   std::unique_ptr<PoseKeeper> keeper_;
   std::uint32_t last_request_ = 0;
-  std::map<std::uint32_t, std::pair<std::string, UserId>> open_;       ///< room and user of unanswered requests, by
-                                                                       ///< number
+  std::map<std::uint32_t, std::pair<std::string, UserId>> open_;       ///< room and user of open requests, by number
   std::map<std::string, std::map<std::uint32_t, std::string>> lists_;  ///< received pose names by room and number
 };
 
