@@ -9,7 +9,6 @@ namespace tandem::server {
 
 /// Returns the report of a stopped server. The name of a field ends with the unit of its value; latencies are quantiles
 /// in microseconds.
-/// microseconds.
 /// In      recorder  already finished; null: no recording
 boost::json::object report_json(const LiveServer& server, const ServerRecorder* recorder = nullptr);
 
