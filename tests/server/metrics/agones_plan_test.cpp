@@ -1,3 +1,5 @@
+// Tests which calls to Agones' sidecar are due. A wrong call lets the cluster end a server with users, or keep an
+// unused one.
 #include <gtest/gtest.h>
 
 #include <vector>

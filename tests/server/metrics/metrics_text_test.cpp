@@ -1,3 +1,5 @@
+// Tests the text for Prometheus: each event is counted once, histogram buckets are cumulative, and no name breaks the
+// format.
 #include "server/metrics/metrics_text.hpp"
 
 #include <gmock/gmock.h>

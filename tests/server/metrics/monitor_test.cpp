@@ -1,3 +1,4 @@
+// Tests the health reports of a server: a hung loop must be named, and the port must not be open to other machines.
 #include "server/metrics/monitor.hpp"
 
 #include <gmock/gmock.h>

@@ -1,3 +1,5 @@
+// Tests the live server with real sockets and threads: addresses, threads of rooms, paths of datagrams, floods, and
+// stops.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,3 +1,5 @@
+// Tests when the checkpoint thread writes: after changes, with a back-off after failures, and whatever the wall clock
+// shows. A missing write would lose the rooms' state in a crash.
 #include "server/recording/server_checkpoint.hpp"
 
 #include <gmock/gmock.h>
@@ -88,8 +90,8 @@ TEST_F(ServerCheckpointTest, AClockThatIsSetBackHoldsUpNoWrite) {
   std::uint64_t writes = 0;
   for (int i = 0; i < 10; ++i) {
     unix_ms -= 3'600'000;
-    // The rooms are empty and are stepped until they are idle. The first two writes are therefore justified by new
-    // state; a further write would be a fault.
+    // Empty rooms are stepped, too, until they are idle. The first two turns therefore have new state, which must be
+    // written although the clock was set back.
     bench.step(200);
     checkpoint->work(LocalTime(1s * i));
     EXPECT_TRUE(checkpoint->writes() > writes || i >= 2);

@@ -1,3 +1,4 @@
+// Tests the common start of a room's hands: the countdown, its cancellation, and the messages to users.
 #include "server/room/room_start.hpp"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,5 @@
+// Tests the list of used invitations through failed writes, damaged files, restarts and a full list. A fault would
+// admit two users with one invitation, or refuse a valid one.
 #include "server/session/invitation_ledger.hpp"
 
 #include <gmock/gmock.h>

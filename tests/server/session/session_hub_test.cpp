@@ -1,3 +1,5 @@
+// Tests the session hub with a fake transport: joins, requests, time-outs and refusals. A user who misbehaves must not
+// affect other users.
 #include "server/session/session_hub.hpp"
 
 #include <gmock/gmock.h>
