@@ -117,7 +117,7 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings, S
             if (owner.on_step) owner.on_step(room, deadline);
           },
           [this] {
-            // The order of the two stores is the reverse of that of the loads. A reader that misses has_news therefore
+            // The two values are stored in the reverse order of their loads. A reader that misses has_news therefore
             // still sees the expected time.
             has_news.store(true);
             expects_news_at.store(LocalTime{});

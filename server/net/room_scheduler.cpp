@@ -22,8 +22,8 @@ constexpr Duration kNotWorthASleep = std::chrono::microseconds(50);
 /// Mean answer time of a room up to which io is woken at the start of a step. io then wakes up during the step and
 /// spins until its end.
 constexpr Duration kWakesAheadOf = std::chrono::microseconds(100);
-// Demands of io, as fractions of a core. Above the first, io is no longer woken after each short step; below the
-// second, it is again (hysteresis). Unannounced states are sent with those of the next rooms, after at most
+// Demands of io, as fractions of a core. Above the first value, io is not woken after each short step; below the
+// second, it is woken again (hysteresis). Unannounced states are sent with those of the next rooms, after at most
 // kNotifyWithin.
 constexpr double kBusyIo = 0.6, kNotBusyIo = 0.4;
 constexpr Duration kNotifyWithin = std::chrono::microseconds(60);

@@ -77,7 +77,7 @@ class SoftStep {
   /// Positions of the nodes at the start of a sweep in the last step.
   std::span<const Vec3> nodes_at(int sweep) const;
   int sweeps() const { return sweeps_; }
-  /// Returns whether the object may be within `margin_m` of the body, as it was at the start of the last step.
+  /// Returns whether the object may be within `margin_m` of the body in its state at the start of the last step.
   bool is_near(const SoftThing& thing, double margin_m) const;
 
  private:

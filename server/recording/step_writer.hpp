@@ -42,7 +42,7 @@ class StepWriter {
  public:
   /// In      writer       has the channels of RecordedTopic
   ///         unix_offset  Unix time minus time of the room's clock
-  /// Fails   as RecordingFile
+  /// Fails   the exceptions of RecordingFile
   StepWriter(std::filesystem::path file, recording::McapWriter writer, recording::RotationSettings rotation,
              recording::RecordingFile::Describe describe, Duration unix_offset);
 

@@ -38,7 +38,7 @@ struct InvitationChange {
   std::uint64_t number = 0;
 };
 
-/// The list of used invitations, as it is on disk or will be after the next write.
+/// The list of used invitations in the state on disk, or in the state after the next write.
 ///
 /// Thread  the writer thread while it runs; before and after that the io thread
 class InvitationFile {

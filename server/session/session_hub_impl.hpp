@@ -57,7 +57,7 @@ struct Connection final : SessionUser {
   std::optional<Admission::Id> credential;  ///< credential with which the user can resume
   // Notifications that have not been sent to the user yet.
   std::vector<wire::ServerControl> presence;                         ///< joins and leaves of other users, in order
-  std::map<std::size_t, std::function<wire::ServerControl()>> news;  ///< by key; see ServiceHost::announce()
+  std::map<std::size_t, std::function<wire::ServerControl()>> news;  ///< other notifications; see announce()
 
   std::string label() const { return seats == nullptr ? "connection " + std::to_string(handle) : SessionUser::label(); }
   bool is_half_open() const { return state == ConnectionState::kGreeting || state == ConnectionState::kJoining; }

@@ -89,7 +89,7 @@ std::string by_columns(std::string_view name) {
   constexpr std::size_t kColumns = 4;
   if (name.size() != kColumns) return {};
   if (name[0] == ' ' && is_upper(name[1])) return known_or_x(name.substr(1, 1));
-  // A name of four letters begins in the first column whatever its element is, so its columns determine nothing.
+  // A name of four letters begins in the first column for every element, so its columns determine nothing.
   if (name.find(' ') == std::string_view::npos || !is_upper(name[0]) || !is_upper(name[1])) return {};
   return find_element(name.substr(0, 2)) != nullptr ? std::string(name.substr(0, 2)) : std::string();
 }

@@ -315,7 +315,7 @@ class Relaxation {
     double best = group.turn_rad, least = energy_turned(group, best);
     for (int step = 0; step < 72; ++step) {
       const double energy = energy_turned(group, step * kStep);
-      // Of equally good angles the first is chosen; a methyl group has three.
+      // If several angles are equally good, the first is chosen; a methyl group has three.
       if (energy >= least - 1e-9 * (1 + std::abs(least))) continue;
       least = energy;
       best = step * kStep;

@@ -42,8 +42,8 @@ struct RelaxedHydrogens {
 ///         4. Rotation by φ: V/2 (1 − cos nφ) with n = 3 and V = 12; V = 6 for hydroxyls and thiols; n = 2 and V = 14
 ///         next to a planar atom. Bending: 100 per Å² of squared displacement from the rotated position
 /// Source  barriers of ethane, methanol and phenol: Lowe, Prog. Phys. Org. Chem. 6 (1968) 1
-/// In      parts  the first part is the one to report on. A part whose heavy atoms come nearer than 1 Å to those of the
-///         first part is ignored, because it must be in another frame
+/// In      parts  the returned texts describe the first part only. A part whose heavy atoms come nearer than 1 Å to
+///         those of the first part is ignored, because it must be in another frame
 /// Invariant  At most 5,000 groups move, those with the largest clashes. The search ends after about 2 s
 RelaxedHydrogens relax_hydrogens(std::span<const RelaxedPart> parts);
 

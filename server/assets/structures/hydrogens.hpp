@@ -14,7 +14,7 @@ namespace tandem::server {
 enum class Hydrogens {
   kGiven,     ///< the hydrogens of the file are used
   kBuild,     ///< all hydrogens of amino acids are built, and those of the file are discarded
-  kUnited,    ///< as kBuild, but a carbon and its hydrogens become one united atom: CH, CH2, CH3
+  kUnited,    ///< all hydrogens are built, then a carbon and its hydrogens become one united atom: CH, CH2, CH3
   kAsNeeded,  ///< kGiven if the chosen chains have any hydrogens, otherwise kBuild
 };
 

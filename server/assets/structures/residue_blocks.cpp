@@ -52,8 +52,8 @@ bool has(const Names& names, std::string_view name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// Returns the block of a residue whatever its protonation. "HIS" has no block of its own, so the block of HISE is
-/// returned.
+/// Returns the block that the residue name alone determines, without regard to protonation. "HIS" has no block of its
+/// own, so the block of HISE is returned.
 const ResidueBlock* default_block(const ForceField& force_field, std::string_view residue_name) {
   const std::string_view canonical = canonical_residue(residue_name);
   return block_named(force_field, canonical == "HIS" ? "HISE" : canonical);

@@ -59,8 +59,8 @@ bool alike(const BlockAtom& a, const BlockAtom& b) {
 }
 
 /// Assigns a block atom, or none, to each atom of the file; each block atom is used once. Hydrogens are matched by
-/// their heavy atom: those that the rules put on it with those that the file has on it, under any name. If the names
-/// differ, each is matched with the nearest position of a rule.
+/// their heavy atom, under any name. On each heavy atom, the hydrogens of the rules are matched with the hydrogens of
+/// the file. If the names differ, the nearest position of a rule decides.
 class Matcher {
  public:
   Matcher(const Composition& block, const PdbResidue& residue, const NamedAtoms& named)

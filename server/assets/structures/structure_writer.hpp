@@ -31,9 +31,9 @@ namespace tandem::server {
 std::string complex_pdb(const docking::Molecule& receptor, const docking::Molecule& ligand, const Pose& X_AB_angstrom,
                         std::span<const std::string> remarks = {});
 
-/// As complex_pdb(), but without the limits of PDB: coordinates have 3 to 6 decimals, and remarks are comments. Each
-/// chain, and each part of a chain, has its own label_asym_id. Names, numbers and chains of the molecules are in the
-/// auth_… items.
+/// The mmCIF form of complex_pdb(), without the limits of PDB: coordinates have 3 to 6 decimals, and remarks are
+/// comments. Each chain, and each part of a chain, has its own label_asym_id. Names, numbers and chains of the
+/// molecules are in the auth_… items.
 ///
 /// Fails   MoleculeError: a name that is not printable ASCII or has both kinds of quotes
 std::string complex_mmcif(const docking::Molecule& receptor, const docking::Molecule& ligand, const Pose& X_AB_angstrom,

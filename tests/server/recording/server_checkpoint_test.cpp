@@ -1,5 +1,5 @@
-// Tests when the checkpoint thread writes: after changes, with a back-off after failures, and whatever the wall clock
-// shows. A missing write would lose the rooms' state in a crash.
+// Tests when the checkpoint thread writes: after changes, with a back-off after failures, and independently of the wall
+// clock. A missing write would lose the rooms' state in a crash.
 #include "server/recording/server_checkpoint.hpp"
 
 #include <gmock/gmock.h>

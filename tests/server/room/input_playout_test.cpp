@@ -67,7 +67,7 @@ struct Line {
       std::memcpy(packet.data(), &tick, sizeof tick);
       link.send(now, packet);
     }
-    // As in the room's mailbox, only the newest packet of a step is used.
+    // Only the newest packet of a step is used, as in the room's mailbox.
     const proto::ClientUpdate* newest = nullptr;
     while (const auto packet = link.receive(now)) {
       std::uint64_t tick = 0;

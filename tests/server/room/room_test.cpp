@@ -1,4 +1,4 @@
-// Tests what users exchange with a room: commands, inputs, buttons, updates and events.
+// Tests the data between users and a room: commands, inputs, buttons, updates and events.
 #include "server/room/room.hpp"
 
 #include <gtest/gtest.h>
