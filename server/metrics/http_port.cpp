@@ -26,7 +26,7 @@ namespace http = beast::http;
 using asio::ip::tcp;
 using boost::system::error_code;
 
-/// Largest number of bytes of a request's rest that are read and discarded after the answer. If bytes stayed unread,
+/// Largest number of remaining request bytes that are read and discarded after the answer. If bytes stayed unread,
 /// closing would send a reset, and the peer might lose the answer.
 constexpr std::size_t kMaxLeftOverBytes = std::size_t{64} << 10U;
 constexpr Duration kListenAgain = std::chrono::milliseconds(100);

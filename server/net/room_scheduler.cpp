@@ -445,8 +445,8 @@ void RoomScheduler::give_priority(LocalTime now) {
   }
 }
 
-/// Gives io a lower priority than the rooms while their steps are short. With a higher one, io would often preempt a
-/// step, which would then continue on another core about 40 us later.
+/// Gives io a lower priority than the rooms while their steps are short. With a higher priority, io would often preempt
+/// a step, which would then continue on another core about 40 us later.
 void RoomScheduler::give_io_priority(LocalTime now) {
   std::vector<Duration> steps(steppers_.size());
   for (const auto& loop : loops_) {

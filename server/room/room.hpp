@@ -80,7 +80,7 @@ struct RoomUpdate {
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
   /// States of all users with tools. for_seat() removes the recipient's own state.
   boost::container::static_vector<proto::OtherUserState, proto::kMaxUsers> users;
-  std::array<UserId, proto::kMaxUsers> user;                      ///< user of the entry of a seat; invalid: none
+  std::array<UserId, proto::kMaxUsers> user;                      ///< user of a seat's entry; invalid: none
   std::array<std::uint64_t, proto::kMaxUsers> requests_served{};  ///< kGrab and kRelease served for the seat's user
   std::array<proto::OwnUpdate, proto::kMaxUsers> own;
 

@@ -318,8 +318,8 @@ TEST(SceneFile, RestingHandleMeetsTheToolWhereItStarts) {
 TEST(SceneFile, RotationTurnsAboutFixedXThenYThenZ) {
   wire::Placement placement;
   for (const double degrees : {90.0, 0.0, 90.0}) placement.add_rotation_xyz_deg(degrees);
-  // Rotations are about fixed axes, in the order x, y, z. The rotation about x leaves x unchanged, and the one about z
-  // turns it to y. The rotation about x turns y to z, which the one about z leaves unchanged.
+  // Rotations are about fixed axes, in the order x, y, z. The rotation about x leaves x unchanged and turns y to z. The
+  // rotation about z turns x to y and leaves z unchanged.
   const Quat q = proto::pose_from_placement(placement).q;
   EXPECT_TRUE((q * Vec3::UnitX()).isApprox(Vec3::UnitY(), 1e-12));
   EXPECT_TRUE((q * Vec3::UnitY()).isApprox(Vec3::UnitZ(), 1e-12));
