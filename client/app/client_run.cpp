@@ -39,15 +39,15 @@ namespace {
 
 constexpr Duration kMainPeriod{std::chrono::milliseconds(10)};
 constexpr Duration kStatusPeriod{std::chrono::seconds(1)};
-// Maximum time to join a room: above the sum of the session's time-outs for the steps of a join.
+// Maximum time to join a room. It exceeds the sum of the session's time-outs for the steps of a join.
 constexpr Duration kMaxJoin{std::chrono::seconds(20)};
 
-/// Haptic loops of a run with a window, while they may display a force; otherwise null.
+/// Haptic loops of a run with a window, for the exit handler; null unless they may be displaying a force.
 std::atomic<HapticLoop*> loop_to_stop{nullptr};
 std::atomic<SecondHand*> second_to_stop{nullptr};
 
-/// Exit handler that ramps the force down. The window library calls exit() in the middle of a frame if the connection
-/// to the display is lost.
+/// Exit handler that ramps the force down. It is needed because the window library calls exit() in the middle of a
+/// frame if the connection to the display is lost.
 void release_at_exit() {
   HapticLoop* const loop = loop_to_stop.exchange(nullptr);
   if (loop == nullptr) return;
@@ -56,38 +56,39 @@ void release_at_exit() {
   if (second != nullptr) second->request_stop();
   loop->stop();
   if (second != nullptr) second->stop();
-  // This time is sufficient for a device with a thread to receive the zero force (devices/threaded_device.hpp).
+  // A device with a thread of its own needs some time to receive the zero force (devices/threaded_device.hpp); 60 ms
+  // suffice.
   std::this_thread::sleep_for(std::chrono::milliseconds(60));
   std::cerr << "tandem-client: the display was lost\n";
   std::_Exit(1);
 }
 
-/// Last texts about the session. They are stored so that each text is logged only once.
+/// Last texts about the session, stored so that a text is logged only when it changes.
 struct SessionTexts {
   std::string why;
   std::string stage_note;
   std::string news;  ///< last text about a change in the room
 };
 
-/// Findings of the newest coupling check, and their explanation for the user.
+/// Findings of the newest coupling check, and the same findings as text for the user.
 struct ExplainedCoupling {
   std::uint64_t check = 0;  ///< CouplingCheck::number
   std::vector<haptics::StabilityFinding> findings;
   std::string lines;
 };
 
-/// Body that the run watches in the current scene.
+/// Body whose displacement the run reports, in the current scene.
 struct WatchedBody {
   std::shared_ptr<const wire::Joined> joined;
   BodyId id;  ///< invalid if there is none
   std::string name;
 };
 
-/// State of the wait for the common start of the room's hands.
+/// State of waiting for the common start of the room's hands.
 struct StartWait {
   LocalTime since{};
   bool has_begun = false;  ///< true once the hand follows its path
-  std::string problem;     ///< reason why the room did not begin in time; empty if it did
+  std::string problem;     ///< error message if the room did not begin in time; otherwise empty
 };
 
 /// State of the screenshot requested by --screenshot.
@@ -96,10 +97,10 @@ struct Screenshot {
   bool is_taken = false;
 };
 
-/// The window's part of a run.
+/// Parts of a run that only a run with a window has.
 struct WindowPart {
   Screen* screen = nullptr;                ///< null: a headless run
-  std::vector<std::string> invitations{};  ///< for other users
+  std::vector<std::string> invitations{};  ///< to be given to other users
   Screenshot screenshot{};
   RunEnd::Next next = RunEnd::Next::kQuit;
 };
@@ -148,7 +149,7 @@ class ClientRun {
   WindowPart part_;
   std::optional<Window> window_;  ///< none in a headless run
   std::unique_ptr<devices::Device> device_;
-  devices::HandPath hand_path_;  ///< its phases give the phases of the run
+  devices::HandPath hand_path_;  ///< the phases of this path are also the phases of the run's report
   ClientIo io_;
   std::optional<TraceWriter> trace_;
   RunRecordings recordings_;
@@ -217,13 +218,13 @@ void ClientRun::open_window() {
   settings.client = &io_;
   settings.recording_folder = next_recording_file(options_, std::chrono::system_clock::now()).parent_path().string();
   if (options_.window.screenshot.empty()) settings.cap = cap_for_camera(options_.device.name);
-  // For a screenshot, settings of earlier runs are not used, so that the picture is reproducible.
+  // A screenshot must be reproducible, so it does not use settings that earlier runs have stored.
   settings.remembers = options_.window.screenshot.empty();
   window_.emplace(std::move(settings));
   [[maybe_unused]] static const int registered = std::atexit(release_at_exit);
 }
 
-/// Waits until the next poll of main. With a window, draws a frame.
+/// Waits until the main thread's next poll. With a window, draws a frame instead.
 void ClientRun::pause() {
   if (window_) {
     window_->show_recording(recordings_.is_recording(), recordings_.state());
@@ -235,15 +236,15 @@ void ClientRun::pause() {
   }
 }
 
-/// Ends the run if the user wants to open something else.
+/// Ends the run if the user has requested another scene or server in the window.
 void ClientRun::follow_request(WindowRequest request) {
   if (request == WindowRequest::kNone) return;
   part_.next = request == WindowRequest::kHost ? RunEnd::Next::kHost : RunEnd::Next::kOpen;
   is_over_ = true;
 }
 
-/// Ends the run if the session has ended. With a window or --commands the run continues, and they report why the
-/// session ended.
+/// Ends the run if the session has ended. A run with a window or with --commands continues, and reports the reason
+/// there.
 void ClientRun::end_by_itself(const ClientIoSnapshot& io) {
   if (!window_) {
     is_over_ = is_over_ || (io.status.state == SessionState::kEnded && !commands_);
@@ -258,7 +259,7 @@ void ClientRun::end_by_itself(const ClientIoSnapshot& io) {
   is_over_ = true;
 }
 
-/// Joins the room. Returns false if a stop signal arrives first.
+/// Waits until the room is joined. Returns false if a stop signal arrives first.
 bool ClientRun::join() {
   const SteadyClock clock;
   const LocalTime give_up = clock.now() + kMaxJoin;
@@ -283,7 +284,7 @@ bool ClientRun::join() {
   }
 }
 
-/// Selects the body to watch in a new scene.
+/// Selects the watched body after the scene has changed.
 void ClientRun::watch_body(const std::shared_ptr<const wire::Joined>& joined) {
   watched_.joined = joined;
   watched_.id = watched_body(*joined);
@@ -308,7 +309,7 @@ void ClientRun::start_loop() {
   if (loop_->keeps_awake()) log("keeping a processor awake for the haptic thread; --keep-awake off turns this off");
   if (second_) second_->start(io_.snapshot());
   second_to_stop = second_.get();
-  // With a window, its mouse moves the hand, and commands cannot.
+  // With a window, its mouse moves the hand, so commands must not move it.
   if (options_.reads_commands) {
     commands_.emplace(io_, window_ ? nullptr : options_.device.pointer, STDIN_FILENO, STDOUT_FILENO);
   }
@@ -346,7 +347,7 @@ void ClientRun::run_commands(const ClientIoSnapshot& io, LocalTime now) {
   is_over_ = is_over_ || commands_->is_over();
 }
 
-/// Ends a run with a duration if the room does not begin within the start time-out.
+/// Ends a run of limited duration if the room does not begin within the start time-out.
 void ClientRun::give_up_waiting(const ClientIoSnapshot& io, LocalTime now) {
   if (io.hand_start.kind != HandStart::Kind::kAwaited || start_.has_begun) start_.since = now;
   if (!options_.duration || now - start_.since < options_.start_timeout) return;
@@ -418,8 +419,8 @@ void ClientRun::follow_session(const ClientIoSnapshot& io) {
   end_by_itself(io);
 }
 
-// The search for a remedy takes tens of milliseconds, so it runs on the main thread. The io thread has already accepted
-// or refused the coupling.
+// Explains a coupling check that the io thread has completed. The search for a remedy takes tens of milliseconds, so it
+// runs on the main thread.
 void ClientRun::explain_coupling(const CouplingCheck& check) {
   if (check.number == coupling_.check) return;
   coupling_.check = check.number;
@@ -470,7 +471,7 @@ int ClientRun::finish() {
   return problems.empty() ? 0 : 1;
 }
 
-/// Descriptions of the failed tasks of the run. If there is one, the exit code is 1.
+/// Returns descriptions of the tasks of the run that have failed. If there is any, the exit code is 1.
 std::vector<std::string> ClientRun::problems_at_end(const ClientIoSnapshot& io) {
   const auto if_true = [](bool is_so, const std::string& problem) { return is_so ? problem : std::string(); };
   const std::size_t unset = options_.sets.size() - sets_done_;

@@ -1,4 +1,4 @@
-// One run of tandem-client, with a window or headless. It owns all parts of the program and starts and stops them in
+// One run of tandem-client, with a window or headless. It owns all parts of the program, and starts and stops them in
 // order.
 //
 //   main thread (client_run)           haptic thread (haptic_loop.hpp)     io thread (net/client_io.hpp)
@@ -8,12 +8,12 @@
 //                                      ◀───────────────── mailboxes ────── state, scene
 //                                      ◀─ request_stop() ── signal thread (stop_signals.hpp)
 //
-// Separate threads write the output of main and io (realtime/output.hpp), because a terminal may block. Main may still
-// block when it writes its trace, so the end of the force must not depend on main. The haptic thread itself ends after
-// the duration, or when the signal thread stops it, and ramps the force down.
+// The output of main and io is written by separate threads (realtime/output.hpp), because a terminal may block. Main
+// may still block when it writes its trace, so the force must not depend on main. The haptic thread ends by itself
+// after the duration, or when the signal thread stops it. In both cases it ramps the force down.
 //
-// The haptic thread starts once the room is joined, so that the hand's path and the session have the same time zero. It
-// stops first, so that the force is ramped down while the session is still open.
+// The haptic thread starts when the room is joined, so that time zero is the same for the hand's path and the session.
+// It stops first, so that the session is still open while the force is ramped down.
 #pragma once
 
 #include <string>
@@ -26,11 +26,11 @@ namespace tandem::client {
 
 class Screen;
 
-/// End of a run.
+/// End of a run: exit code and request for a next session.
 struct RunEnd {
   enum class Next { kQuit, kOpen, kHost };
   int code = 0;
-  Next next = Next::kQuit;  ///< next step of the user: quit, or open or host another scene from the start screen
+  Next next = Next::kQuit;  ///< kOpen, kHost: the user wants to open or host another scene from the start screen
 };
 
 /// Runs until the duration is over, a signal arrives, or the session ends. Returns the exit code. The caller must have
@@ -40,9 +40,9 @@ struct RunEnd {
 ///         displayed
 /// Thread  main
 int run_client(const ClientOptions& options, realtime::Output& output);
-/// The same in a window that is open already.
-/// In      invitations  shown to the user, to be sent to others
-/// Out     has_begun    set to true when the haptic loop starts, so that it is valid also if the call fails
+/// The same run in a window that is open already.
+/// In      invitations  shown in the window, for the user to give to others
+/// Out     has_begun    set to true when the haptic loop starts; valid even if the call throws later
 RunEnd run_client(const ClientOptions& options, realtime::Output& output, Screen& screen,
                   const std::vector<std::string>& invitations, bool& has_begun);
 

@@ -67,7 +67,7 @@ void add_device_options(CLI::App& app, devices::DeviceOptions& device, std::stri
       ->capture_default_str()
       ->type_name("auto|off|/dev/input/eventN");
   devices::HandParameters& hand = device.hand_parameters;
-  // The ranges are those of an experiment file (lab/experiment/experiment.cpp), so that settings can be exchanged.
+  // The ranges are the same as in an experiment file (lab/experiment/experiment.cpp), so that values are valid in both.
   add_number(app, "--hand-mass", hand.mass_kg, 0.01, 10, "without the device [kg]", "KG");
   add_number(app, "--hand-stiffness", hand.stiffness_n_per_m, 0, 10000,
              "arm stiffness, towards the intended trajectory [N/m]", "N/M");
@@ -85,7 +85,7 @@ void add_second_device_options(CLI::App& app, devices::DeviceOptions& second) {
   app.add_option("--second-hand", second.hand, "as --hand, of a simulated second hand")->capture_default_str();
 }
 
-/// Options of the second device: those of the first device, except name and recorded hand.
+/// Returns the options of the second device: those of the first device, except its name and its recorded hand.
 devices::DeviceOptions second_device(const devices::DeviceOptions& first, const devices::DeviceOptions& named) {
   if (named.name == first.name && named.name == "inverse3") {
     throw std::invalid_argument(
@@ -99,8 +99,8 @@ devices::DeviceOptions second_device(const devices::DeviceOptions& first, const 
   return second;
 }
 
-/// Resolves the device "auto" and finds the profile. Must be called after parsing, because --help and --version must
-/// work without a device file.
+/// Resolves the device "auto" and finds the profile. Called after parsing and not during it, so that --help and
+/// --version work without a device file.
 void complete_device(devices::DeviceOptions& device, const std::string& profile, bool has_hand, bool has_pointer) {
   const char* option = "--device: ";
   try {
@@ -117,7 +117,7 @@ void complete_device(devices::DeviceOptions& device, const std::string& profile,
   }
 }
 
-/// Replaces "replay:FILE" by the device "replay" with the recorded hand of the file.
+/// Replaces "replay:FILE" by the device "replay" with the hand that FILE has recorded.
 void apply_recorded(devices::DeviceOptions& device) {
   constexpr std::string_view kReplay = "replay:";
   if (!device.name.starts_with(kReplay)) return;

@@ -55,7 +55,7 @@ Finding not_joined(const std::string& why) {
           {}};
 }
 
-/// Waits until the client has joined, the session has ended, or kMaxJoin is over. Returns true if the client has
+/// Waits until the client has joined, the session has ended, or kMaxJoin has passed. Returns whether the client has
 /// joined.
 bool wait_for_join(const ClientIo& io) {
   const SteadyClock clock;

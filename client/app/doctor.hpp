@@ -1,4 +1,4 @@
-// Checks of tandem-doctor: they determine whether this machine is suitable for a haptic session, and suggest remedies.
+// Checks of tandem-doctor: whether this machine is suitable for a haptic session, and otherwise how to improve it.
 #pragma once
 
 #include <boost/json/object.hpp>
@@ -27,14 +27,15 @@ struct Finding {
   Verdict verdict = Verdict::kGood;
   std::string text;             ///< result of the check
   std::string remedy;           ///< suggested remedy; empty if none is needed
-  boost::json::object numbers;  ///< figures for programs, with the units in the names
+  boost::json::object numbers;  ///< values for other programs, with units in their names
 };
 
-/// Returns one finding for each connected device, with the reason if it cannot be opened. If no device is connected,
+/// Returns one finding per connected device, with the reason if it cannot be opened. Without a connected device,
 /// returns a single finding that says so.
 std::vector<Finding> find_devices(const std::vector<devices::DeviceKind>& kinds);
 
-/// Returns findings about priority and locked memory, one for each right that request_realtime() did not obtain.
+/// Returns findings about real-time priority and locked memory, one for each right that request_realtime() did not
+/// obtain.
 std::vector<Finding> judge_rights(const std::vector<std::string>& not_granted, int priority);
 
 /// Returns findings about the kernel's clock and timers.
@@ -42,38 +43,39 @@ std::vector<Finding> judge_rights(const std::vector<std::string>& not_granted, i
 ///         resolution   resolution of the kernel's timers
 std::vector<Finding> judge_clocks(const std::filesystem::path& clocksource, Duration resolution);
 
-/// Warns if the host of a virtual machine takes back idle processors, and the haptic thread's processor is not kept
-/// awake. It is not kept awake without real-time priority or with a quota (realtime::should_keep_awake()).
+/// Warns if the host of a virtual machine takes back idle processors, and the haptic thread cannot keep its processor
+/// awake. A thread cannot do so without real-time priority, or with a quota (realtime::should_keep_awake()).
 Finding judge_idle(bool gives_idle_to_host, bool has_priority, bool has_quota);
 
-/// Evaluates a loop with a period of 1 ms. The verdict is bad if one tick in a thousand is late by a period or missed,
-/// or if a tick is late by 20 ms, after which the force is released. It is a warning from half a period on.
+/// Evaluates a loop with a period of 1 ms. The verdict is bad in two cases: more than one tick in a thousand is missed
+/// or late by a period, or one tick is late by 20 ms. The force is released after a tick that is so late. The verdict
+/// is a warning if one tick in a thousand is late by half a period.
 Finding judge_lateness(const Histogram& lateness, std::uint64_t missed);
 
 /// Measurements of a connection to a server.
 struct LinkSample {
   Duration round_trip_min{0};
   Duration round_trip_max{0};
-  Duration longest_gap{0};  ///< longest time between two arrivals, or from the last one to the end
+  Duration longest_gap{0};  ///< longest time without an arrival, up to the end of the measurement
   std::uint64_t states = 0;
 };
-/// Evaluates a link. The verdict is bad without states, with gaps after which the force decays
-/// (SafetySettings::silence_start), or with a round trip above 300 ms, for which there are no lab measurements. It is a
-/// warning if the round trip is above 100 ms or varies by more than 30 ms, or if gaps are above 50 ms.
+/// Evaluates a link. The verdict is bad in three cases: without states, with gaps after which the force decays
+/// (SafetySettings::silence_start), and with a round trip above 300 ms, for which there are no lab measurements. It is
+/// a warning if the round trip is above 100 ms or varies by more than 30 ms, or if gaps are above 50 ms.
 Finding judge_link(const LinkSample& link);
 
 /// Joins as an observer, receives states for `length` and evaluates the link. If the server cannot be joined, the
 /// verdict is bad.
 Finding watch_link(ClientIoSettings settings, Duration length);
 
-/// Runs a loop with a period of 1 ms for `length`, on a thread that is set up as the haptic thread of tandem-client.
+/// Runs a loop with a period of 1 ms for `length`, on a thread with the set-up of tandem-client's haptic thread.
 /// Returns the findings about rights, idle processors and lateness.
 std::vector<Finding> run_loop(int priority, Duration length);
 
 /// Returns one line of text for each finding, followed by its remedy if there is one.
 std::string doctor_text(const std::vector<Finding>& findings);
 boost::json::object doctor_json(const std::vector<Finding>& findings);
-/// 1 if any finding is bad, else 0.
+/// Returns 1 if any finding is bad, otherwise 0.
 int doctor_exit_code(const std::vector<Finding>& findings);
 
 }  // namespace tandem::client

@@ -1,4 +1,4 @@
-// tandem-client: joins a room with one or two devices. Set-up errors are caught only in this file.
+// tandem-client: joins a room with one or two haptic devices. This file is the only one that catches set-up errors.
 #include <exception>
 #include <optional>
 
@@ -25,7 +25,7 @@ int run(int argc, char** argv, tandem::realtime::Output& output) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // This must precede the start of any thread, because threads inherit the signal mask.
+  // Must be called before any thread starts, because threads inherit the signal mask.
   tandem::client::block_stop_signals();
   static tandem::realtime::Output output("tandem-client");
   const int code = run(argc, argv, output);

@@ -143,8 +143,8 @@ void add_set_option(CLI::App& app, std::vector<std::pair<Duration, wire::SetPara
       ->allow_extra_args(false);
 }
 
-/// Adds the options of the simulated link `link`, which is used for both directions. Sets `is_used` to true if one of
-/// the options is used.
+/// Adds the options of the simulated link `link`, which applies to both directions. `is_used` becomes true if one of
+/// them is on the command line.
 void add_link_options(CLI::App& app, net::LinkParameters& link, bool& is_used) {
   const auto add = [&app, &is_used](const std::string& name, const std::string& help, const std::string& type,
                                     std::function<void(const std::string&)> store) {
@@ -298,7 +298,7 @@ std::string listed_commands() {
   return text;
 }
 
-/// Returns whether no option names a server or says how it is identified.
+/// Returns whether the command line contains none of the options that name or authenticate a server.
 bool names_no_server(const CLI::App& app) {
   constexpr std::array kNaming{"--server", "--join", "--pin", "--ca", "--token", "--insecure"};
   return std::ranges::none_of(kNaming, [&app](const char* option) { return app.count(option) > 0; });
@@ -360,8 +360,8 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
     throw std::invalid_argument(
         "--commands prints answers only on stdout: leave out --json; --record and --trace write files");
   }
-  // This check must precede the opening of any file or socket. If the standard input is closed, a new file could get
-  // its descriptor.
+  // Must be checked before any file or socket is opened: with a closed standard input, the next opened file would get
+  // descriptor 0.
   if (options.reads_commands && fcntl(STDIN_FILENO, F_GETFD) < 0) {
     throw std::invalid_argument("--commands: the standard input is closed; give it a file, a pipe or /dev/null");
   }

@@ -1,4 +1,4 @@
-// Command line of tandem-client, checked before any file, device or socket is opened.
+// Command line of tandem-client. All options are checked before any file, device or socket is opened.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace tandem::client {
 /// Settings of the window and of its screenshot.
 struct WindowOptions {
   bool is_open = true;               ///< false for --headless
-  bool has_start_screen = false;     ///< no server is named: the user chooses a scene or a server in the window
+  bool has_start_screen = false;     ///< true if no server is named: the user chooses a scene or a server in the window
   bool is_scene_only = false;        ///< the screenshot contains neither panels nor texts
   std::filesystem::path screenshot;  ///< file of the screenshot; empty: no screenshot
   Duration after{std::chrono::seconds(3)};
@@ -33,11 +33,11 @@ struct ClientOptions {
   devices::DeviceOptions device;
   std::optional<devices::DeviceOptions> second_device;  ///< device of the same user's other hand
   StageSettings stage;                                  ///< rendering stage, predictor and passivity controller
-  /// Room parameters that the operator sets, each with its time after the join, in ascending order of time.
+  /// Room parameters that the operator sets, each with its time since the join, in ascending order of time.
   std::vector<std::pair<Duration, wire::SetParameter>> sets;
-  std::uint64_t seed = 1;                            ///< random seed of the links; also device.seed of the hand
-  std::optional<Duration> duration;                  ///< run time; none: the run ends by a signal
-  Duration start_timeout{std::chrono::seconds(60)};  ///< maximum wait for the room's start; only with a duration
+  std::uint64_t seed = 1;                            ///< seed of simulated links and of the simulated hand
+  std::optional<Duration> duration;                  ///< length of the run; none: it ends by a signal
+  Duration start_timeout{std::chrono::seconds(60)};  ///< maximum wait for the common start; used only with `duration`
   int realtime_priority = 70;
   int cpu = -1;
   std::optional<bool> keeps_awake;  ///< see HapticLoopSettings::keeps_awake
@@ -52,13 +52,13 @@ struct ClientOptions {
   recording::RotationSettings record_rotation;
 };
 
-/// Parses "127.0.0.1:47800", or a host without the port.
-/// Fails   std::invalid_argument if there is no address, or no port after the colon
+/// Parses "HOST:PORT" or "HOST", e.g. "127.0.0.1:47800".
+/// Fails   std::invalid_argument if the host is missing, or if the port after a colon is missing
 void apply_server(const std::string& text, ClientIoSettings& io);
 
-/// Parses the command line. For --help and --version, prints the text to stdout and returns no options.
+/// Parses the command line. For --help and --version, prints the text to stdout and returns nothing.
 ///
-/// Fails   std::invalid_argument: one line that names the option, the value and the valid values
+/// Fails   std::invalid_argument: one line with the option, its value and the valid values
 std::optional<ClientOptions> parse_client_options(int argc, const char* const* argv);
 
 }  // namespace tandem::client

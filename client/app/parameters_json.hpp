@@ -1,5 +1,5 @@
-// Converts parameters of a run to JSON, with the names of an experiment file (lab/EXPERIMENTS.md). Thus a live run can
-// be repeated in the lab.
+// Converts parameters of a run to JSON with the field names of an experiment file (lab/EXPERIMENTS.md), so that the lab
+// can repeat a live run.
 #pragma once
 
 #include "common/base/json.hpp"

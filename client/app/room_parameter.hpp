@@ -9,7 +9,8 @@
 
 namespace tandem::client {
 
-/// Parses "coupling.law=spring-damper" or "coupling.stiffness_n_per_m=400@5s": name, value, and time after the join.
+/// Parses "coupling.law=spring-damper" or "coupling.stiffness_n_per_m=400@5s": name, value, and optionally the time
+/// after the join.
 ///
 /// Fails   std::invalid_argument for an unknown parameter, or a value that no room accepts. The server checks limits
 ///         that depend on the scene.

@@ -1,4 +1,4 @@
-// Recordings of a run: settings, file names, start and end, and description as text and as JSON.
+// Recordings of a run: settings, file names, start and end, and their description as text and as JSON.
 #pragma once
 
 #include <boost/json.hpp>
@@ -16,57 +16,57 @@
 namespace tandem::client {
 
 ClientRecording recording_settings(const ClientOptions& options, const std::filesystem::path& file);
-/// Absolute path of a recording that is started in the window: tandem-TIME.mcap, with the time in UTC. The folder is
-/// that of the --record file, or the working directory if --record is not used.
+/// Returns the absolute path for a recording that the window starts: tandem-TIME.mcap, with the time in UTC. Its folder
+/// is that of the --record file, or without --record the working directory.
 std::filesystem::path next_recording_file(const ClientOptions& options,
                                           std::chrono::system_clock::time_point since_1970);
 LinkFigures link_figures(const ClientIoSnapshot& io, LocalTime now);
-/// Line of text for the user about a running or finished recording: file, length [s], size, excluded data with the
-/// reason.
+/// Returns a line of text for the user about a recording: file, length [s], size, and data left out with the reason.
 std::string recording_line(const ClientRecorder& recorder, Duration length);
-/// In      recorder  recorder that has finished
+/// In      recorder  has finished
 boost::json::object recording_json(const ClientRecorder& recorder);
 
-/// Manages the recordings of one run, of which one is active at a time. The option --record starts one at the
-/// beginning; the window's button starts and stops others.
+/// Manages the recordings of one run, of which at most one is active. The option --record starts one at the beginning.
+/// The window's button starts and stops further ones.
 ///
 /// Thread  main
 class RunRecordings {
  public:
-  /// In      options  must outlive this; its current stage is written to each recording
+  /// In      options  must outlive this object; its current stage is written to each recording
   ///         on_news  called with text for the user, on the recorder's thread
   RunRecordings(const ClientOptions& options, std::function<void(const std::string&)> on_news);
 
   /// Begins a recording.
   /// Fails   std::invalid_argument if the file cannot be created
   void begin(const std::filesystem::path& file);
-  /// Ends the current recording, if any. Blocks until the file is written; no other thread waits for main.
+  /// Ends the current recording, if any. Blocks until the file is written, which no other thread has to wait for.
   void end();
-  /// Ends the current recording. If there is none, begins one in the next file. Returns a line of text for the user.
+  /// Ends the current recording; without one, begins a recording in the next file. Returns a line of text for the user.
   std::string toggle();
 
   bool is_recording() const { return is_recording_; }
-  /// State of the newest recording as text, or the reason why it could not begin. Empty if there was none.
+  /// Returns the state of the newest recording as text, or the reason why it could not begin; empty without a
+  /// recording.
   std::string state() const;
   void add(const TickRecord& record, int phase);
   /// Adds the state of the link, at most once a second.
   void add_link(const ClientIoSnapshot& io, LocalTime now);
-  /// Number of messages that are missing in the finished recordings.
+  /// Returns the number of messages that are missing from the finished recordings.
   std::uint64_t lost() const { return lost_; }
-  /// Adds the recordings to a run's summary. Must be called after end().
+  /// Adds the recordings to the summary of a run. Call it after end().
   void add_to(boost::json::object& summary) const;
 
  private:
   const ClientOptions& options_;
   std::function<void(const std::string&)> on_news_;
-  std::unique_ptr<ClientRecorder> recorder_;  ///< recorder of the newest recording, running or not; null if none
+  std::unique_ptr<ClientRecorder> recorder_;  ///< recorder of the newest recording, active or finished; may be null
   bool is_recording_ = false;
-  std::string problem_;  ///< reason why the last recording could not begin; empty if it could
+  std::string problem_;  ///< reason why the newest recording could not begin; empty if it could
   LocalTime since_{};
   Duration length_{0};  ///< length of the finished recording
   LocalTime next_link_{};
   std::uint64_t lost_ = 0;
-  boost::json::array earlier_;  ///< recordings before the newest
+  boost::json::array earlier_;  ///< JSON of the recordings before the newest one
 };
 
 }  // namespace tandem::client

@@ -1,5 +1,5 @@
 // Statistics of a session, computed tick by tick: for each phase of the hand's path, for each silence of the server,
-// and the displacement of the watched body. They are part of the JSON at the end of a headless run
+// and for the displacement of the watched body. A headless run prints them as part of its JSON at the end
 // (client/app/summary.hpp).
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace tandem::client {
 
-/// Statistics of speeds, forces and torques over a range of ticks. Forces are the displayed ones, in the device's
+/// Statistics of speeds, forces and torques over a range of ticks. Forces are those that the device displays, in its
 /// frame.
 class StretchStatistics {
  public:
@@ -22,20 +22,20 @@ class StretchStatistics {
   double hand_speed_max_m_per_s() const { return speed_max_; }
   double hand_speed_rms_m_per_s() const;
   double force_mean_n() const { return mean(force_sum_); }
-  /// Norm of the mean force vector. It is far below force_mean_n() if the force oscillates about zero.
+  /// Returns the norm of the mean force vector. If the force oscillates about zero, it is far below force_mean_n().
   double force_mean_vector_n() const;
   double force_max_n() const { return force_max_; }
   double torque_mean_n_m() const { return mean(torque_sum_); }
   double torque_mean_vector_n_m() const;
   double torque_max_n_m() const { return torque_max_; }
-  /// Fraction of the ticks in which this user held a body.
+  /// Returns the fraction of the ticks in which the user's tool held a body.
   double holding_fraction() const { return mean(static_cast<double>(holding_ticks_)); }
 
  private:
   double mean(double sum) const { return ticks_ > 0 ? sum / static_cast<double>(ticks_) : 0.0; }
 
   std::uint64_t ticks_ = 0;
-  std::uint64_t hand_ticks_ = 0;  ///< ticks with a valid sample
+  std::uint64_t hand_ticks_ = 0;  ///< number of ticks with a valid device sample
   std::uint64_t holding_ticks_ = 0;
   double speed_max_ = 0;
   double speed_square_sum_ = 0;
@@ -54,16 +54,17 @@ struct PhaseReport {
   StretchStatistics settled;  ///< statistics without the first second of the phase
 };
 
-/// A period without messages from the server that is so long that the force must be zero.
+/// A period without messages from the server that is long enough to require zero force.
 struct Silence {
-  Duration last_arrival{0};            ///< time from the first tick to the last arrival before the silence
-  std::optional<Duration> zero_after;  ///< time from the last arrival until the force stays zero; none: never zero
+  Duration last_arrival{0};  ///< time from the first tick to the last arrival before the silence
+  /// Time from the last arrival until the force became zero and stayed zero; none if it did not.
+  std::optional<Duration> zero_after;
   std::string why;
 };
 
-/// Computes the statistics of a run from its ticks, which are added in order.
+/// Computes the statistics of a run. Ticks are added in the order of time.
 ///
-/// Thread  any but the haptic thread, always the same
+/// Thread  one, but not the haptic thread
 class RunReport {
  public:
   /// In      phases        names of the phases of the hand's path
@@ -73,19 +74,19 @@ class RunReport {
   /// In      phase  index into the names of the phases; −1 for none
   void add(const TickRecord& record, int phase);
   bool is_silent() const { return is_silent_; }
-  /// Sets the reason of the current silence. Only the first reason is stored.
+  /// Sets the reason of the current silence; later calls during one silence have no effect.
   void explain_silence(const std::string& why);
 
-  /// Returns the text of describe() if the device's state has changed since the last report, otherwise an empty string.
-  /// While the state stays the same, changes of validity or reason are reported at most once a second, so that a loose
-  /// contact does not flood the terminal.
+  /// Returns describe() of the device's sample if the device's state has changed since the last report, otherwise an
+  /// empty string. Changes of only validity or reason are reported at most once a second, so that a loose contact does
+  /// not flood the terminal.
   std::string pop_device_news();
 
   const std::vector<PhaseReport>& phases() const { return phases_; }
   const std::vector<Silence>& silences() const { return silences_; }
   std::uint32_t server_tick_faults_seen() const { return server_tick_faults_seen_; }
   bool has_seen_body() const { return has_seen_body_; }
-  /// Largest distance of the watched body from its first position.
+  /// Returns the largest distance of the watched body from its first position.
   double body_displacement_m() const { return body_displacement_m_; }
   double body_rotation_rad() const { return body_rotation_rad_; }
   Duration length() const { return newest_ - start_; }
@@ -106,7 +107,7 @@ class RunReport {
   std::optional<LocalTime> zero_since_;
   std::vector<Silence> silences_;
   devices::DeviceSample sample_;
-  devices::DeviceSample reported_;  ///< sample of the last report
+  devices::DeviceSample reported_;  ///< device sample at the last report
   std::optional<LocalTime> reported_at_;
   std::uint32_t server_tick_faults_seen_ = 0;
   bool has_seen_body_ = false;

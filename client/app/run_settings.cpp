@@ -12,7 +12,7 @@
 namespace tandem::client {
 namespace {
 
-// Difference between the priorities of the haptic thread and the io thread.
+// Difference between the priorities of the haptic thread and the io thread, whose priority is lower.
 constexpr int kIoPriorityBelow = 10;
 
 }  // namespace
@@ -30,7 +30,7 @@ ClientIoSettings io_settings(const ClientOptions& options, const haptics::Safety
   if (!options.window.is_open) return settings;
   settings.client.session.wants_soft_shapes = true;
   settings.client.session.drawn_asset_kinds = {geometry::kDrawingAssetKind, "molecule"};
-  // A window always gets simulated links, because its sliders change their parameters.
+  // A run with a window always has simulated links, because sliders in the window change their parameters.
   if (!settings.links) settings.links = SimulatedLinks{{}, {}, options.seed};
   return settings;
 }
@@ -84,7 +84,7 @@ void check_screenshot(const std::filesystem::path& file) {
   if (!std::ofstream(file, std::ios::app)) {
     throw std::invalid_argument("--screenshot: " + file.string() + " cannot be written");
   }
-  // No empty file remains if the run ends before the picture.
+  // The file is removed, so that no empty file remains if the run ends before the screenshot.
   if (!was_there) std::filesystem::remove(file, error);
 }
 

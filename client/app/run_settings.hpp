@@ -14,25 +14,27 @@
 namespace tandem::client {
 
 ClientIoSettings io_settings(const ClientOptions& options, const haptics::SafetySettings& safety);
-/// Options of a session that joins `target`. Server, room, authentication and token of an earlier session are removed.
-/// In      user           name of the user; "": that of `options`
-///         is_own_server  the server was started for this user, who may also reset its room
+/// Returns the options of a session that joins `target`, without server, room, authentication and token of an earlier
+/// one.
+/// In      user           name of the user; empty: the name in `options`
+///         is_own_server  the server was started for this user, who may therefore reset its room
 ClientOptions options_to_join(ClientOptions options, const JoinTarget& target, const std::string& user,
                               bool is_own_server);
-/// Options of a later session in the same window: the files of --trace and --record are those of the session before.
+/// Returns the options of a later session in the same window. The files of --trace and --record belong to the first
+/// session and are not used again.
 ClientOptions options_of_next(ClientOptions options);
-/// Adds a pointer if the device is "mouse" and a window or commands can move it.
+/// Adds a pointer if the device is "mouse", and if a window or commands can move it.
 ClientOptions with_pointer(ClientOptions options);
-/// Opens a SpaceMouse for the camera if one is usable and is not the hand's device; otherwise null.
+/// Opens a SpaceMouse to move the camera; null if none is usable or if it is the device of the hand.
 std::shared_ptr<devices::Device> cap_for_camera(const std::string& device_of_hand);
-/// Checks that the screenshot can be written, so that an error is reported before the run and not at its end.
+/// Checks that the screenshot can be written, so that an error is reported before the run.
 /// Fails   std::invalid_argument if the file cannot be written
 void check_screenshot(const std::filesystem::path& file);
-/// Stage settings as text: "stage local-model, predictor ar, passivity on".
+/// Returns the stage settings as text: "stage local-model, predictor ar, passivity on".
 std::string stage_line(const StageSettings& stage);
-/// Lines as one line of text: "a; b; c".
+/// Joins lines into one: "a; b; c".
 std::string joined_lines(const std::vector<std::string>& lines);
-/// Findings of a coupling check as text for the terminal, one per line.
+/// Returns the findings of a coupling check as text for the terminal, one line each.
 std::string coupling_lines(const std::vector<haptics::StabilityFinding>& findings);
 
 }  // namespace tandem::client

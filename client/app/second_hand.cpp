@@ -33,7 +33,8 @@ ClientOptions SecondHand::options_of(const ClientOptions& first) {
   options.device.seed = options.seed;
   SessionSettings& session = options.io.client.session;
   session.user_name += " 2";
-  if (session.role == wire::ROLE_OPERATOR) session.role = wire::ROLE_MANIPULATOR;  // a room has one operator
+  // a room has only one operator, the first hand
+  if (session.role == wire::ROLE_OPERATOR) session.role = wire::ROLE_MANIPULATOR;
   return options;
 }
 
@@ -65,7 +66,7 @@ void SecondHand::poll(const ClientIoSnapshot& first) {
   last_why_ = last_.status.why;
 }
 
-/// Follows the first hand to `room`. Only one attempt is made, because the room may be full.
+/// Moves to the room of the first hand. Each room is tried only once, because it may be full.
 void SecondHand::follow(const std::string& room) {
   const bool is_tried = room == std::exchange(followed_to_, room);
   if (room != last_.room && !is_tried) io_.send(command::ChangeRoom{room});
@@ -88,7 +89,7 @@ void SecondHand::pop_news() {
   }
 }
 
-/// Reports the events of this hand. Changes in the room (News) are reported by the first hand.
+/// Reports the events of this hand, except changes in the room (News), which the first hand reports.
 void SecondHand::take_events() {
   while (const std::optional<Event> event = io_.next()) {
     const std::string line = std::holds_alternative<event::News>(*event) ? "" : log_line(*event);

@@ -1,5 +1,5 @@
-// Second hand of a user with two devices. For the server it is another user of the room. It joins after the first hand
-// and therefore gets the next tool, for example left and right, or receptor and ligand.
+// Second hand of a user with two devices. The server treats it as another user of the room. It joins after the first
+// hand and therefore gets the next tool, for example right after left, or ligand after receptor.
 //
 //   separate haptic thread      separate io thread      main thread: poll()
 #pragma once
@@ -23,28 +23,28 @@ namespace tandem::client {
 /// Thread  main
 class SecondHand {
  public:
-  /// Derives the options of the second hand: its own device, the user name followed by " 2", no window and no trace.
+  /// Derives the options of the second hand: the second device, the user name followed by " 2", no window and no trace.
   static ClientOptions options_of(const ClientOptions& first);
 
   /// Opens the device.
   /// In      options  options from options_of()
   ///         io       settings derived from these options (io_settings())
   ///         log      called with a line of text for the user
-  /// Fails   same cases as devices::open_device() and ClientIo
+  /// Fails   the exceptions of devices::open_device() and of ClientIo
   SecondHand(ClientOptions options, ClientIoSettings io, std::function<void(const std::string&)> log);
 
-  /// Begins to join the room that `first` has joined. poll() continues the join.
+  /// Begins to join the room that `first` has joined. poll() completes the join.
   void start(const ClientIoSnapshot& first);
-  /// Reads the loop's records, starts the loop after the join, and follows the first hand to another room.
+  /// Reads the loop's records, starts the loop after the join, and moves to another room when the first hand does.
   /// Fails   std::runtime_error if the room cannot be joined
   void poll(const ClientIoSnapshot& first);
-  /// Ramps the force down and ends the loop. Does not wait.
+  /// Ramps the force down and ends the loop, without waiting for its end.
   /// Thread  any
   void request_stop() noexcept;
   void stop();
-  /// Summary of the second hand's run (summary.hpp). Must be called after stop().
+  /// Returns the summary of the second hand's run (summary.hpp). Call it after stop().
   boost::json::object summary() const;
-  /// Result of problem_at_end() for the second hand's session. Must be called after stop().
+  /// Returns problem_at_end() of the second hand's session. Call it after stop().
   std::string problem() const;
 
  private:
@@ -62,7 +62,7 @@ class SecondHand {
   std::string last_why_;
   std::string followed_to_;
   std::vector<std::string> realtime_not_granted_;
-  HapticLoop loop_;  ///< destroyed before the objects that it uses
+  HapticLoop loop_;  ///< declared after the members that it uses, so that it is destroyed first
   bool has_started_ = false;
 };
 

@@ -30,8 +30,8 @@ void apply_token(const proto::Bytes& token, bool keeps_role, ClientIoSettings& i
   if (!keeps_role) io.client.session.role = claims->role();
 }
 
-/// Returns the text of an option. For "-" it reads one line from stdin; on a terminal, a prompt first names the secret.
-/// A secret should not be on the command line, because other users of the machine can read it.
+/// Returns the text of an option. If it is "-", reads one line from stdin instead, after a prompt if that is a
+/// terminal. Other users of the machine can see secrets on the command line, but not on stdin.
 std::string or_from_stdin(const std::string& text, const char* name) {
   if (text != "-") return text;
   if (isatty(STDIN_FILENO) != 0) std::cerr << "Paste the " << name << ", then press Enter: " << std::flush;
@@ -42,7 +42,7 @@ std::string or_from_stdin(const std::string& text, const char* name) {
 
 void apply_invitation(const std::string& text, bool keeps_role, ClientIoSettings& io) {
   const auto invitation = proto::invitation_of(or_from_stdin(text, "invitation"));
-  // The error message does not contain the text, because it may be a secret with one wrong character.
+  // The message does not quote the text, because it may be a secret with a single wrong character.
   if (!invitation)
     throw std::invalid_argument("--join: no invitation; copy the whole output of tandem-server --invite");
   apply_server(invitation->server, io);
@@ -78,7 +78,7 @@ void apply_security(const SecurityOptions& options, bool keeps_role, ClientIoSet
   }
   if (!options.invitation.empty()) return apply_invitation(options.invitation, keeps_role, io);
   if (options.is_insecure) return;
-  // The zone of an IPv6 address ("%eth0") is removed, because a certificate does not contain it.
+  // The zone of an IPv6 address ("%eth0") is removed, because certificates do not contain zones.
   io.trust = secure::Trust{.ca_file = options.authorities, .host = io.host.substr(0, io.host.find('%'))};
   if (!options.pin.empty()) io.trust->pin = key_of(options.pin);
   const auto token = secure::bytes_of_text(or_from_stdin(options.token, "join token"));

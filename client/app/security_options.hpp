@@ -1,5 +1,4 @@
-// Command-line options for the authentication of the server and the token of the user. All programs that join a room
-// share them.
+// Command-line options for the server's authentication and the user's token, shared by all programs that join a room.
 #pragma once
 
 #include <string>
@@ -24,7 +23,7 @@ void add_security_options(CLI::App& app, SecurityOptions& options);
 
 /// Sets server, trust and token in `io` from the options.
 ///
-/// In      keeps_role  true if the user has selected a role; otherwise the token's role is used
+/// In      keeps_role  the user has selected a role; otherwise the role of the token is used
 /// Fails   std::invalid_argument: one line that names the option and the remedy
 void apply_security(const SecurityOptions& options, bool keeps_role, ClientIoSettings& io);
 

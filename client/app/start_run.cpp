@@ -34,7 +34,7 @@ std::vector<std::string> device_lines(const std::string& of_hand) {
 StartForm new_form(const ClientOptions& options) {
   StartForm form;
   std::string name = options.io.client.session.user_name;
-  // The default name says nothing about the user.
+  // The default user name is the same for everybody, so the login name is preferred.
   if (const char* const user = std::getenv("USER"); name == SessionSettings{}.user_name && user != nullptr) name = user;
   name.copy(form.name.data(), form.name.size() - 1);
   form.devices = device_lines(options.device.name);
@@ -62,9 +62,9 @@ class StartRun {
   }
 
  private:
-  /// Draws the start screen until there is an address to join. Returns false if the program is to end.
+  /// Draws the start screen until there is an address to join. Returns false if the program must end.
   bool choose();
-  /// Runs one session. Sets returns_to_start_ if the start screen is to be shown again.
+  /// Runs one session. Sets returns_to_start_ if the start screen must be shown again afterwards.
   int session();
   bool is_pictured(LocalTime since);
 
@@ -92,7 +92,7 @@ bool StartRun::choose() {
   return false;
 }
 
-/// Returns whether a picture of the start screen is due (--screenshot).
+/// Returns whether the picture of the start screen is due (--screenshot).
 bool StartRun::is_pictured(LocalTime since) {
   return !options_.window.screenshot.empty() && SteadyClock().now() - since >= options_.window.after;
 }
@@ -115,7 +115,7 @@ int StartRun::session() {
   }
   if (has_begun) {
     options_ = options_of_next(std::move(options_));
-    form_.address.fill('\0');  // an invitation can be used once
+    form_.address.fill('\0');  // the invitation in this field cannot be used again
   }
   return code;
 }

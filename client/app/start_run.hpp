@@ -1,4 +1,4 @@
-// A run of tandem-client that begins with the start screen: choose, prepare, session, and back.
+// A run of tandem-client that begins with the start screen: choice, preparation, session, and back to the choice.
 #pragma once
 
 #include "client/app/client_run.hpp"
@@ -7,13 +7,13 @@
 
 namespace tandem::client {
 
-/// Shows the start screen until the user closes the window or a signal arrives, and runs the sessions that the user
-/// opens in the same window. Returns the exit code.
+/// Shows the start screen, and runs the sessions that the user opens from it in the same window. Returns the exit code
+/// when the user closes the window or a signal arrives.
 ///
-/// Fails   std::runtime_error: there is no display; nothing has been started
+/// Fails   std::runtime_error: there is no display; nothing has been started yet
 /// Thread  main
 int run_from_start(const ClientOptions& options, realtime::Output& output);
-/// The same after a session, in a window that is open already.
+/// The same function after a session whose window is still open.
 int run_from_start(const ClientOptions& options, realtime::Output& output, Screen& screen, RunEnd::Next next);
 
 }  // namespace tandem::client

@@ -44,7 +44,7 @@ json::object link_of(const net::LinkCounters& link) {
           {"queue_full", link.queue_full}};
 }
 
-/// Adds the settings of the run. Together with the scene and the version they are sufficient to repeat it.
+/// Adds the settings of the run. With the scene and the version they suffice to repeat it.
 void add_setup(const RunSummary& s, json::object& out) {
   const ClientOptions& options = s.options;
   const SessionSettings& session = options.io.client.session;
@@ -109,7 +109,7 @@ void add_loop(const RunSummary& s, json::object& out) {
   out["became_quiet"] = s.loop.became_quiet;
 }
 
-/// State of the session. An active session without a received state is reported as "silent".
+/// Returns the state of the session as JSON. An active session that has received no state is reported as "silent".
 json::object status_of(const ClientIoSnapshot& io, const SessionSettings& session) {
   const bool is_silent = io.status.state == SessionState::kActive && !io.has_state;
   if (is_silent) return {{"state", "silent"}, {"why", problem_at_end(io, session)}};
@@ -149,7 +149,7 @@ void add_forces(const RunSummary& s, json::object& out) {
   out["torque_n_m"] = {{"rms", root_mean(c.torque_square_sum, c.ticks)}, {"max", c.torque_max_n_m}};
   out["force_limit_n"] = s.device.force_limit_n;
   out["torque_limit_n_m"] = s.device.torque_limit_n_m;
-  // This covers computed and displayed forces. If one displayed force were NaN, the sums would be NaN.
+  // Covers computed and displayed forces: a single displayed NaN would make these sums NaN.
   out["all_forces_finite"] =
       c.not_finite_ticks == 0 && std::isfinite(c.force_square_sum) && std::isfinite(c.torque_square_sum);
   out["not_finite_ticks"] = c.not_finite_ticks;
@@ -168,8 +168,8 @@ void add_forces(const RunSummary& s, json::object& out) {
   out["energy_from_hand_j"] = c.energy_from_hand_j;
 }
 
-/// Adds the fields of a range of ticks, with names that begin with `prefix`. If the range has no ticks, the values are
-/// null.
+/// Adds the statistics of a range of ticks, as fields whose names begin with `prefix`. They are null for an empty
+/// range.
 void add_stretch(const StretchStatistics& stretch, const std::string& prefix, json::object& out) {
   const auto add = [&](const char* name, double value) {
     out[prefix + name] = stretch.ticks() > 0 ? json::value(value) : json::value();
@@ -207,7 +207,7 @@ json::array silences_of(const RunReport& run) {
   return result;
 }
 
-/// Result of the room's game; null if the scene has none.
+/// Returns the result of the room's game as JSON; null if the scene has no game.
 json::value game_of(const ClientIoSnapshot& io) {
   if (!io.game || !io.joined) return nullptr;
   const wire::Game& game = io.joined->scene().game();
@@ -272,7 +272,7 @@ BodyId watched_body(const wire::Joined& joined) {
 }
 
 std::string status_line(const ClientIoSnapshot& io, Duration length, const TickRecord& newest) {
-  char round_trip[16] = "     -";  // text if the session is not active
+  char round_trip[16] = "     -";  // shown if the session is not active
   if (io.status.state == SessionState::kActive) {
     std::snprintf(round_trip, sizeof round_trip, "%6.1f", to_seconds(io.clock.round_trip) * 1e3);
   }

@@ -1,5 +1,5 @@
-// Summary of a run: the JSON object that a headless run prints at its end. Field names contain units; unknown values
-// are null.
+// Summary of a run: the JSON object that a headless run prints at its end. Field names contain the units. Unknown
+// values are null.
 #pragma once
 
 #include <optional>
@@ -15,26 +15,27 @@
 namespace tandem::client {
 
 /// Selects the body that a run watches: the body that the user's tool holds at the start, otherwise the first graspable
-/// body. The id is invalid if there is none.
+/// body. Returns an invalid id if there is neither.
 BodyId watched_body(const wire::Joined& joined);
-/// Notes of the server on the scene's files, limited in number and printable on a terminal.
+/// Returns the server's notes on the scene's files, limited in number and printable on a terminal.
 std::vector<std::string> shown_notes(const wire::Joined& joined);
 
-/// Line of text with the scene, user id and tool. The user needs the tool, because it depends on the order in which
+/// Returns a line of text with the scene, user id and tool. The tool is named because it depends on the order in which
 /// users join.
 std::string joined_line(const wire::Joined& joined);
-/// Text that names what this device cannot display (forces or torques); empty if it can display both.
+/// Returns text that names the quantities which the device cannot display (forces or torques); empty if it can display
+/// both.
 std::string missing_of(const devices::DeviceSpec& device);
 
-/// Status line that is printed every second: time of the run, session state, delays, displayed force.
+/// Returns the line that is printed every second: time of the run, session state, delays, displayed force.
 std::string status_line(const ClientIoSnapshot& io, Duration length, const TickRecord& newest);
 
-/// Reason why a session is unusable at the end of its run; empty if it is in a room and receives states.
+/// Returns the reason why a session is unusable at the end of its run; empty if it is in a room and receives states.
 std::string problem_at_end(const ClientIoSnapshot& io, const SessionSettings& session);
 
-/// Settings and results of a run, as input of to_json().
+/// Settings and results of a run: the input of to_json().
 struct RunSummary {
-  ClientOptions options;  ///< options of the run, with which it can be repeated
+  ClientOptions options;  ///< with these options the run can be repeated
   devices::DeviceSpec device;
   std::vector<std::string> realtime_not_granted;
   HapticLoopReport loop;

@@ -1,4 +1,4 @@
-// See trace.hpp. The same function writes the names and the values of the cells, so that header and rows always match.
+// See trace.hpp. One function writes both the names and the values of the cells, so that header and rows always match.
 #include "client/app/trace.hpp"
 
 #include <charconv>
@@ -10,8 +10,8 @@
 namespace tandem::client {
 namespace {
 
-// Number of significant digits. Nine digits resolve 1 nm in 1 m, far below the resolution of any device. The files have
-// half the size of those with full precision.
+// Number of significant digits. Nine digits resolve 1 nm in 1 m, far below the resolution of any device. They halve the
+// size of the files compared with full precision.
 constexpr int kDigits = 9;
 constexpr int kTimeDecimals = 6;
 
@@ -61,7 +61,7 @@ class Row {
   }
 
  private:
-  /// Joins the parts of a column name. In value rows it returns an empty string, to save time.
+  /// Joins the parts of a column name. For a row of values it returns an empty string, to save time.
   std::string joined(std::string_view a, std::string_view b, std::string_view c = "") const {
     std::string name;
     if (kind_ == Kind::kValues) return name;

@@ -1,5 +1,5 @@
 // Writes the time series of a session as CSV: all fields of every n-th haptic tick, with units in the column names. Any
-// tool can plot the file, and the files of two users of a session can be compared.
+// plotting tool can read the file, and the files of two users of a session can be compared.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +13,9 @@ namespace tandem::client {
 
 /// Writes tick records to a file. Unknown values (server state, watched body) are empty cells.
 ///
-/// Out     t_s is the time since the first record; local_ns is the monotonic clock of this machine, which is the same
-///         for all programs on it
-/// Thread  any but the haptic thread, always the same
+/// Out     t_s is the time since the first record. local_ns is the monotonic clock of this machine, the same for all of
+///         its programs
+/// Thread  one, but not the haptic thread
 class TraceWriter {
  public:
   /// In      every  1: each record is written; 10: every tenth record
@@ -35,10 +35,10 @@ class TraceWriter {
   std::string line_;
 };
 
-/// Header row: comma-separated names with units.
+/// Returns the header row: comma-separated names with units.
 std::string trace_header();
-/// One row in the format of TraceWriter.
-/// In      start  time at which t_s is zero
+/// Returns one row in the format of TraceWriter.
+/// In      start  time at which t_s is 0
 std::string trace_row(const TickRecord& record, LocalTime start, int phase);
 
 }  // namespace tandem::client

@@ -1,4 +1,4 @@
-// See command.hpp. A single table contains the commands and their fields, so that parser, help and USING.md agree.
+// See command.hpp. Parser, help and USING.md all derive from one table of the commands and their fields.
 #include "client/commands/command.hpp"
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kMaxWordShown = 40;
 constexpr std::size_t kMaxPosesListed = 20;
 
-/// A field of a command. A field without a unit is text.
+/// A field of a command: a number if it has a unit, otherwise text.
 struct Field {
   const char* name;
   const char* unit = nullptr;
@@ -38,7 +38,7 @@ struct Usage {
   }
 };
 
-constexpr double kMaxPlace_m = 1000;  // limit of a position on the wire
+constexpr double kMaxPlace_m = 1000;  // limit of position coordinates in messages
 constexpr double kMaxWait_s = 3600;
 
 constexpr Field metres(const char* name) {
@@ -104,14 +104,14 @@ bool is_blank(char c) {
   return c == ' ' || c == '\t';
 }
 
-/// Removes blanks at both ends, and the carriage return with which some systems end a line.
+/// Removes blanks at both ends, and the carriage return of a line that ends with CR LF.
 std::string_view without_rim(std::string_view line) {
   while (!line.empty() && (is_blank(line.back()) || line.back() == '\r')) line.remove_suffix(1);
   while (!line.empty() && is_blank(line.front())) line.remove_prefix(1);
   return line;
 }
 
-/// Removes a quoted field from the start of `line`, which begins with the quotation mark, and returns it.
+/// Removes a quoted field from the start of `line` and returns it. `line` begins with the quotation mark.
 std::string pop_quoted(std::string_view& line) {
   std::string word;
   for (std::size_t i = 1; i < line.size(); ++i) {

@@ -1,4 +1,4 @@
-// The commands of tandem-client --commands: their names, fields and units, and the parser of a line.
+// The commands that tandem-client --commands accepts: names, fields and units, and the parser of a line.
 #pragma once
 
 #include <cstddef>
@@ -10,10 +10,10 @@
 
 namespace tandem::client {
 
-/// Largest size of a line [bytes]. A longer line is refused.
+/// Maximum length of a line [bytes]. Longer lines are refused.
 inline constexpr std::size_t kMaxCommandBytes = 1024;
 
-/// A parsed line, whose command exists and whose fields are within their ranges.
+/// A parsed line. Its command exists, and its fields are within their ranges.
 struct CommandLine {
   std::string verb;
   std::vector<std::string> texts;  ///< text fields, in the order of the command's usage
@@ -23,11 +23,12 @@ struct CommandLine {
 /// Parses a line. Fields are separated by blanks. A field that contains blanks is enclosed in double quotes, in which
 /// \" and \\ stand for " and \.
 ///
-/// Fails   std::invalid_argument: the line is empty, too long or not printable UTF-8; the command does not exist (lists
-///         all commands); a field is missing, superfluous, not a number, or out of range (names it and its unit)
+/// Fails   std::invalid_argument: the line is empty, too long or not printable UTF-8; the command does not exist (the
+///         message lists all commands); a field is missing, superfluous, not a number, or out of range (the message
+///         names it and its unit)
 CommandLine parse_command(std::string_view line);
 
-/// Returns the first field of a line for use in its answer, printable and short; "" for an empty line.
+/// Returns the first field of a line for quoting in an answer, printable and short; empty for an empty line.
 std::string command_word(std::string_view line);
 
 /// Returns usage and purpose of all commands: "keep [NAME]", "move X Y Z", …
@@ -35,8 +36,8 @@ std::vector<std::pair<std::string, std::string>> command_usages();
 
 /// Finds the saved pose with this number ("2", "#2") or this name.
 ///
-/// In      pose  "2" may be a number or a name; "#2" is a number only
-/// Fails   std::invalid_argument: no pose matches (lists all), or more than one does (lists the matches)
+/// In      pose  "2" may be a number or a name; "#2" is always a number
+/// Fails   std::invalid_argument: no pose matches (the message lists all), or several do (the message lists them)
 const wire::KeptPose& find_pose(const std::vector<wire::KeptPose>& poses, const std::string& pose);
 
 }  // namespace tandem::client

@@ -24,7 +24,7 @@ namespace {
 
 constexpr Duration kFinishWithin = std::chrono::milliseconds(500);
 constexpr int kPollPeriod_ms = 100;
-// POSIX (_POSIX_PIPE_BUF): after poll() has reported POLLOUT, a pipe accepts this many bytes without blocking.
+// Number of bytes that a pipe accepts without blocking after poll() has reported POLLOUT (_POSIX_PIPE_BUF).
 constexpr std::size_t kMaxWriteBytes = 512;
 
 }  // namespace
@@ -49,9 +49,9 @@ struct CommandPipe::Impl {
 
   const int lines;
   const int answers;
-  const int wake;  ///< becomes readable when the thread must stop
+  const int wake;  ///< becomes readable to stop the thread
 
-  // Used only by the thread of this object.
+  // Members for the pipe's own thread only.
   std::array<char, 4096> buffer{};
   std::string_view unread;
   bool has_ended = false;
@@ -59,10 +59,10 @@ struct CommandPipe::Impl {
   mutable std::mutex mutex;  // protects the members below
   std::condition_variable changed;
   Turn turn = Turn::kRead;
-  std::string text;  ///< the line or its answer, according to `turn`
+  std::string text;  ///< the current line, or its answer, depending on `turn`
   std::string why_not_written;
   bool should_stop = false;
-  LocalTime give_up{};  ///< deadline for the last answer; valid with should_stop
+  LocalTime give_up{};  ///< deadline for writing the last answer; valid if should_stop is set
   bool is_over = false;
 };
 
@@ -83,7 +83,7 @@ void CommandPipe::Impl::run() {
   changed.notify_all();
 }
 
-/// Reads a line. Returns false if there are no more lines.
+/// Reads a line. Returns false if the input has no more lines.
 bool CommandPipe::Impl::read_line() {
   std::string line;
   bool has_some = false;
@@ -102,7 +102,7 @@ bool CommandPipe::Impl::read_line() {
   return true;
 }
 
-/// Waits for input. Returns false if the input has ended or the thread must stop.
+/// Waits for input. Returns false if the input has ended, or if the thread must stop.
 bool CommandPipe::Impl::has_input() {
   while (!has_ended && !is_closing()) {
     std::array<pollfd, 2> watched{{{lines, POLLIN, 0}, {wake, POLLIN, 0}}};
@@ -121,7 +121,7 @@ bool CommandPipe::Impl::has_input() {
   return false;
 }
 
-/// Writes the answer. Returns false if its reader has closed the pipe, or does not read before the deadline.
+/// Writes the answer. Returns false if the reader has closed the pipe, or has not read by the deadline.
 bool CommandPipe::Impl::write_answer() {
   std::string answer;
   {
@@ -147,7 +147,7 @@ bool CommandPipe::Impl::write_answer() {
   return true;
 }
 
-/// Waits until answers can be written. Returns false after the deadline of a stop.
+/// Waits until an answer can be written. Returns false after the deadline.
 bool CommandPipe::Impl::can_write() const {
   while (true) {
     pollfd watched{answers, POLLOUT, 0};

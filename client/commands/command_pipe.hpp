@@ -1,8 +1,8 @@
-// Reads lines and writes their answers, one at a time, in a separate thread. That thread may block on the standard
-// input and output, so that the main thread never does.
+// Reads lines and writes their answers, one at a time, on a separate thread. That thread may block on standard input
+// and output, so that the main thread does not.
 //
-//   thread of this file: read a line ──▶ wait for its answer ──▶ write the answer ──▶ read the next line
-//   main thread:            pop_line() ──────▶ … ──────▶ answer()
+//   pipe's thread: read a line ──▶ wait for its answer ──▶ write the answer ──▶ read the next line
+//   main thread:      pop_line() ──────▶ … ──────▶ answer()
 #pragma once
 
 #include <memory>
@@ -11,8 +11,8 @@
 
 namespace tandem::client {
 
-/// Backpressure: a line is read only after the previous answer was written. A peer that writes lines without reading
-/// the answers is blocked, and no answer is lost.
+/// Question-and-answer pipe with backpressure: a line is read only after the previous answer has been written. A peer
+/// that does not read its answers is blocked, and no answer is lost.
 ///
 /// Thread  one, in addition to the pipe's thread
 class CommandPipe {
@@ -25,23 +25,22 @@ class CommandPipe {
   /// Calls finish().
   ~CommandPipe();
 
-  /// Returns the next line once, without its line end; nothing if there is none yet. A line that is too long is cut to
-  /// kMaxCommandBytes + 1 bytes.
+  /// Returns the next line, without its line end; nothing if there is none yet. A line that is too long is cut to
+  /// kMaxCommandBytes + 1 bytes, so that the parser refuses it.
   std::optional<std::string> pop_line();
   /// Answers the line that pop_line() returned last.
   /// In      answer  one line, without its line end
   void answer(const std::string& answer);
-  /// Returns whether no more line can arrive, because the input has ended or the answers have no reader.
+  /// Returns whether no further line can arrive: the input has ended, or the answers have no reader.
   bool is_over() const;
-  /// Reason why answers could not be written; empty if there is none.
+  /// Returns the reason why answers could not be written; empty if there is none.
   std::string problem() const;
-  /// Stops reading. The last answer may still be written for half a second. Waits at most one second for the thread.
+  /// Stops reading. The last answer may still be written for 0.5 s. Waits at most 1 s for the thread.
   void finish();
 
  private:
   struct Impl;
-  /// Shared with the thread. If the thread is blocked in a read from a terminal, or in a write to one, finish() leaves
-  /// it running.
+  /// Shared with the thread, because finish() leaves the thread running if it is blocked in a read or a write.
   std::shared_ptr<Impl> impl_;
 };
 

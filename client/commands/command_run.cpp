@@ -23,17 +23,17 @@ namespace {
 
 namespace json = boost::json;
 
-// The server accepts four pose requests a second from a user (proto/WIRE.md).
+// Interval between pose requests. The server accepts four per second from a user (proto/WIRE.md).
 constexpr Duration kBetweenPoses = std::chrono::milliseconds(260);
-// Delay of the first line after the join. Saved poses follow the join at once, states a round trip later.
+// Delay of the first command after the join. The saved poses arrive right after the join, states a round trip later.
 constexpr Duration kReadyFor = std::chrono::milliseconds(300);
 constexpr Duration kMaxReadyWait = std::chrono::seconds(5);
 constexpr Duration kMaxMove = std::chrono::seconds(60);
-constexpr Duration kGrabPatience = std::chrono::milliseconds(1500);  // same as for the window's mouse
-// Shortest time for which a button is pressed, long enough that at least one of its datagrams arrives.
+constexpr Duration kGrabPatience = std::chrono::milliseconds(1500);  // equals that of the window's mouse
+// Shortest time for which a button is pressed: long enough that at least one datagram with the press arrives.
 constexpr Duration kPress = std::chrono::milliseconds(100);
 
-/// Part of a command. It is called at each poll until it returns the fields of the answer. It throws if the command
+/// Rest of a command. It is called at each poll until it returns the fields of the answer. It throws if the command
 /// fails.
 using Step = std::function<std::optional<json::object>()>;
 using Describe = std::function<json::object(const event::PoseAnswered& event)>;
@@ -43,7 +43,7 @@ Step done(json::object fields) {
   return [fields = std::move(fields)] { return std::optional(fields); };
 }
 
-/// Makes the current command fail. `why` is shown to the user.
+/// Makes the current command fail with the message `why`.
 [[noreturn]] void refuse(const std::string& why) {
   throw std::runtime_error(why);
 }
@@ -62,7 +62,7 @@ json::object to_json(const Pose& X) {
   return {{"position_m", to_json(X.p)}, {"orientation_wxyz", orientation}};
 }
 
-/// Formats a time, e.g. "2026-01-31T12:00:00Z"; null for the pose in the scene file, which has no time.
+/// Formats a time, e.g. "2026-01-31T12:00:00Z". Returns null for the pose of the scene file, which has no time.
 json::value utc_of(std::uint64_t unix_ms) {
   const auto seconds = static_cast<std::time_t>(unix_ms / 1000);
   std::tm parts{};
@@ -103,7 +103,7 @@ Step help() {
   return done({{"commands", commands}});
 }
 
-/// Returns the text in the answer to a request that moved the molecules.
+/// Returns the text of an answer to a request that has moved the molecules.
 json::object text_of_answer(const event::PoseAnswered& event) {
   return {{"text", printable(event.answer.pose_taken().text())}};
 }
@@ -150,12 +150,12 @@ struct CommandRun::Impl {
   ClientIo& io;
   CommandPipe pipe;
   std::optional<ScriptedHand> hand;
-  // Arguments of the current poll().
+  // Arguments of the poll() in progress.
   const ClientIoSnapshot* snapshot = nullptr;
   const View* view = nullptr;
   LocalTime now{};
 
-  Step step;  ///< step of the current command; empty if there is none
+  Step step;  ///< rest of the current command; empty if there is none
   std::string word;
   std::size_t lines_taken = 0;
   std::size_t failures = 0;
@@ -164,11 +164,11 @@ struct CommandRun::Impl {
   std::optional<LocalTime> first_poll, joined_since;
   LocalTime next_request{};                     ///< earliest time of the next pose request
   std::uint32_t last_tag = 0;                   ///< tag of the last pose request
-  std::optional<event::PoseAnswered> answered;  ///< answer to that request; nothing: not received yet
+  std::optional<event::PoseAnswered> answered;  ///< answer to that request; nothing if it has not arrived yet
 };
 
-/// Returns true when the room is complete or the time limit has passed. In the latter case each command reports the
-/// error.
+/// Returns true when the data of the room are complete or the time limit has passed. After the time limit, commands
+/// report the missing data.
 bool CommandRun::Impl::await_room() {
   if (!first_poll) first_poll = now;
   const bool is_complete = snapshot->has_state && view != nullptr && view->has_state;
@@ -251,7 +251,7 @@ Step CommandRun::Impl::begun(const CommandLine& command) {
   return actions.at(command.verb)();
 }
 
-/// Returns the newest state of the room. The command fails if there is none.
+/// Returns the newest state of the room. Without a state, the command fails.
 const View& CommandRun::Impl::seen() const {
   const SessionStatus& status = snapshot->status;
   if (status.state != SessionState::kActive) refuse("not in a room: " + status.why);
@@ -288,7 +288,7 @@ Step CommandRun::Impl::request(wire::AskPose::Kind kind, std::uint32_t number, c
       io.send(pose_command(wire::AskPose::CANCEL));
     }
     if (!answered) {
-      // After the end of the session no thread may be left to answer.
+      // After the session has ended, no answer can arrive.
       if (snapshot->status.state == SessionState::kEnded) refuse("not in a room: " + snapshot->status.why);
       return std::nullopt;
     }
@@ -396,7 +396,7 @@ Step CommandRun::Impl::turn(const CommandLine& command) {
   return move_to({goal.p, (turn * goal.q).normalized()});
 }
 
-// Presses the grab button of the handle, as a mouse click in the window does. This grabs a body within reach.
+// Grabs a body within reach, by the grab button of the handle, as a mouse click in the window does.
 Step CommandRun::Impl::grab() {
   seen();
   own_hand().press(kButtonGrab, true);
@@ -413,7 +413,8 @@ Step CommandRun::Impl::grab() {
 Step CommandRun::Impl::release() {
   if (!seen().record.held_body.is_valid()) refuse("the hand holds nothing");
   const json::value held = holding(*snapshot, seen());
-  // A body that the scene attaches to the hand is held without a pressed button. It is pressed first, then released.
+  // A body that the scene attaches to the hand is held without a pressed button. The button is pressed and released,
+  // because only a release of the button releases a body.
   own_hand().press(kButtonGrab, true);
   const LocalTime pressed = now;
   return [=, this]() -> std::optional<json::object> {
@@ -425,7 +426,7 @@ Step CommandRun::Impl::release() {
   };
 }
 
-/// Waits the whole time. It is an error if the connection is lost at the end.
+/// Waits for the given time. The command fails if there is no connection at the end.
 Step CommandRun::Impl::wait(double seconds) {
   const LocalTime until = now + from_seconds(seconds);
   return [=, this]() -> std::optional<json::object> {
@@ -458,8 +459,8 @@ void CommandRun::poll(const ClientIoSnapshot& io, const View* view, LocalTime no
 }
 
 bool CommandRun::is_over() const {
-  // Even if the input is empty, the program ends only after the room was joined, so that its exit code tells whether
-  // joining succeeded.
+  // Even without any command, the program ends only after joining, so that its exit code shows whether joining
+  // succeeded.
   return impl_->has_quit || (impl_->is_ready && !impl_->step && impl_->pipe.is_over());
 }
 

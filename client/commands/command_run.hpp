@@ -1,4 +1,4 @@
-// Scripted docking: executes the commands of --commands in order, with the same requests as the window's panel.
+// Scripted docking: executes the lines of --commands in order, by the same requests as the window's panel.
 //
 //   standard input ──▶ command_pipe ──▶ command (parsed) ──▶ CommandRun ──▶ ClientIo::send(), ScriptedHand
 //   standard output ◀── command_pipe ◀── one JSON object a line ◀──┘
@@ -13,13 +13,13 @@
 
 namespace tandem::client {
 
-/// Answers each line with exactly one line: {"line": its number, "command": its name, "ok": true, and the results}, or
-/// {"line", "command", "ok": false, "error": the problem and the remedy}.
+/// Answers each line with exactly one line of JSON: {"line": its number, "command": its name, "ok": true, and the
+/// results}, or {"line", "command", "ok": false, "error": the problem and the remedy}.
 ///
 /// Thread  main
 class CommandRun {
  public:
-  /// Reads the first line when the room is joined and its state and saved poses have been received.
+  /// Begins with the first line when the room is joined and its state and saved poses have arrived.
   /// In      io              must outlive this object
   ///         pointer         pointer of the device that the commands move; null: movement commands are refused
   ///         lines, answers  file descriptors
@@ -30,17 +30,18 @@ class CommandRun {
   /// Calls finish().
   ~CommandRun();
 
-  /// Receives an event of the client. Call for each event, before the poll() whose snapshot includes its effect.
+  /// Receives an event of the client. Call it for each event, before the poll() whose snapshot includes the event's
+  /// effect.
   void receive(const Event& event);
-  /// Continues the current command, or begins the next one. Called about every 10 ms.
+  /// Continues the current command, or begins the next one. Call it about every 10 ms.
   /// In      view  HapticCore::newest_view(); null: none yet
   void poll(const ClientIoSnapshot& io, const View* view, LocalTime now);
-  /// Returns whether the program must end, because of the command quit, the end of the input, or the loss of the
+  /// Returns whether the program must end: after the command quit, at the end of the input, or when the answers have no
   /// reader.
   bool is_over() const;
-  /// Answers the current command with an error, and stops reading.
+  /// Fails the current command with an error, and stops reading.
   void finish();
-  /// Describes failed commands and unwritten answers; empty if there were none. Call after finish().
+  /// Returns text about failed commands and unwritten answers; empty if there are none. Call it after finish().
   std::string problem() const;
 
  private:

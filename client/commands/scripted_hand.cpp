@@ -7,7 +7,7 @@
 namespace tandem::client {
 namespace {
 
-// Limits the motion of the pointer in one call after a delay of the main thread.
+// Limit of the time step in follow(). After a delay of the main thread, the pointer thus moves only a short way.
 constexpr Duration kMaxFrame = std::chrono::milliseconds(100);
 
 }  // namespace

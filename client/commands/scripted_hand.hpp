@@ -1,4 +1,4 @@
-// A hand moved by commands. It moves the pointer of the device "mouse", as the mouse of the window does otherwise.
+// A hand that commands move: it moves the pointer of the device "mouse", as the window's mouse does in other runs.
 #pragma once
 
 #include <memory>
@@ -10,21 +10,20 @@
 
 namespace tandem::client {
 
-/// Moves the pointer of the device "mouse" along a straight line to a goal in the world. The device's simulated hand,
-/// with mass, damping and spring, follows the pointer and yields to forces. Forces are therefore limited as for any
-/// other hand.
+/// Moves the pointer of the device "mouse" along a straight line to a goal in the world. The device's simulated hand
+/// has mass, damping and a spring to the pointer, and yields to forces. Forces are thus limited as for any other hand.
 ///
 /// Thread  main
 class ScriptedHand {
  public:
-  /// Speed in the device frame. It is that of a careful user, an eighth of the speed that the device can follow.
+  /// Speed in the device frame, like that of a careful user: an eighth of the speed that the device can follow.
   static constexpr double kSpeed_m_per_s = 0.1;
   static constexpr double kTurn_rad_per_s = 1;
-  /// Largest distance between pointer and hand, the same as for the window's mouse. At this distance the hand's spring
-  /// exerts about the device's maximum force, and the pointer stops.
+  /// Largest distance between pointer and hand, as for the window's mouse. The hand's spring then exerts about the
+  /// device's maximum force, so the pointer stops.
   static constexpr double kMaxStretch_m = 0.05;
   static constexpr double kMaxTwist_rad = 0.6;
-  /// The hand counts as at rest after it was slower than these limits for kRestFor.
+  /// The hand is at rest when it has been slower than these limits for kRestFor.
   static constexpr double kRestSpeed_m_per_s = 0.002;
   static constexpr double kRestTurn_rad_per_s = 0.02;
   static constexpr Duration kRestFor = std::chrono::milliseconds(300);
@@ -37,10 +36,10 @@ class ScriptedHand {
   /// Presses or releases buttons of the handle.
   /// In      button  bits of Button
   void press(std::uint32_t button, bool is_down);
-  /// Target pose of the hand in the device frame, and its buttons.
+  /// Returns the target pose of the hand in the device frame, and its buttons.
   const devices::PointerTarget& target() const { return target_; }
-  /// Moves the pointer by the motion since the last call, at its speed limit, and publishes it. If the scene has
-  /// changed, ends the movement and releases the buttons.
+  /// Moves the pointer as far as its speed limit permits in the time since the last call, and publishes it. After a
+  /// change of the scene, ends the movement and releases the buttons instead.
   void follow(const View& view, LocalTime now);
   /// Returns whether the hand has come to rest since the last move_to(), at the goal or against an obstacle.
   bool is_at_rest(LocalTime now) const;
@@ -57,7 +56,7 @@ class ScriptedHand {
   bool has_arrived_ = true;
   std::uint32_t scene_ = 0;  ///< generation number of the scene in the newest view
   LocalTime followed_{};
-  LocalTime moved_{};  ///< last time at which the hand exceeded the limits of rest, or move_to() was called
+  LocalTime moved_{};  ///< last time at which the hand was faster than the limits of rest, or move_to() was called
 };
 
 /// Inverse of WorkspaceMapping::world_pose().

@@ -1,4 +1,4 @@
-// Records one client.
+// Records the ticks and the link of one client.
 //
 //   main thread                   recorder thread
 //   add(tick), add(link) ──ring──▶ to messages ▶ RecordingFile
@@ -25,12 +25,12 @@ namespace tandem::client {
 struct ClientRecording {
   std::filesystem::path file;
   std::uint64_t every = 1;        ///< every n-th tick is recorded
-  Duration unix_offset{0};        ///< offset added to this machine's clock to get the time since 1970
-  wire::RecordedSession about{};  ///< the recorder sets `part` and `every`
+  Duration unix_offset{0};        ///< Unix time minus the time of this machine's monotonic clock
+  wire::RecordedSession about{};  ///< description of the session; the recorder sets its fields `part` and `every`
   recording::RotationSettings rotation{};
 };
 
-/// State of the link and of the session at one time.
+/// State of the link and the session at one time.
 struct LinkFigures {
   LocalTime at{};
   std::string_view state;  ///< must be a string literal
@@ -42,7 +42,7 @@ struct LinkFigures {
 class ClientRecorder {
  public:
   /// Creates the file and starts the thread.
-  /// In      on_news  called on that thread with messages for the user
+  /// In      on_news  receives messages for the user; called on the recorder's thread
   /// Fails   std::invalid_argument: the file cannot be created
   ClientRecorder(ClientRecording settings, std::function<void(const std::string&)> on_news);
   /// Calls finish().
@@ -56,19 +56,20 @@ class ClientRecorder {
   /// Writes the queued records and the end of the file. Repeated calls have no effect.
   void finish();
 
-  /// The first file of the recording.
+  /// Returns the first file of the recording.
   const std::filesystem::path& name() const { return settings_.file; }
-  // Thread  any
-  /// Number of ticks and figures that are missing from the recording.
+  // Functions for any thread.
+  /// Returns the number of ticks and figures that are missing from the recording.
   std::uint64_t lost() const;
   std::uint64_t bytes_written() const { return file_.bytes_written(); }
-  /// Last message passed to on_news; empty: none.
+  /// Returns the last message that was passed to on_news; empty if there is none.
   std::string newest_news() const;
-  /// The written file. Available after finish().
+  /// Returns the written file. Call it after finish().
   const recording::RecordingFile& file() const { return file_; }
 
  private:
-  using Record = std::variant<std::pair<TickRecord, int>, LinkFigures>;  ///< a tick with its phase, or figures
+  /// a tick with its phase, or figures of the link
+  using Record = std::variant<std::pair<TickRecord, int>, LinkFigures>;
 
   void push(const Record& record) noexcept;
   void drain();
@@ -81,7 +82,7 @@ class ClientRecorder {
   std::uint64_t seen_ = 0;
   realtime::Ring<Record> ring_;
   std::atomic<std::uint64_t> overflows_{0};
-  // Used by the recorder thread only.
+  // Members for the recorder thread only.
   recording::RecordingFile file_;
   Record record_;
   std::uint64_t newest_ns_ = 0, flushed_ns_ = 0;

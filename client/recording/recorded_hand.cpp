@@ -9,7 +9,7 @@
 namespace tandem::client {
 namespace {
 
-/// Limit of samples: half an hour at 1 kHz, in 0.4 GB of memory.
+/// Limit of samples: more than half an hour at 1 kHz, in 0.4 GB of memory.
 constexpr std::size_t kMaxSamples = 2'000'000;
 
 }  // namespace

@@ -10,10 +10,10 @@
 
 namespace tandem::client {
 
-/// Reads the device samples of a client's recorded ticks, from all files of the recording.
-/// Out     why  reason why the recording is incomplete, for the user; empty: it is complete. The `reason` of the last
-///              sample before the damage contains the same text
-/// Fails   std::invalid_argument: not a client's recording, or it has more than 2 million ticks
+/// Reads the device samples of a recorded client, from all files of the recording.
+/// Out     why  text for the user if the recording is incomplete; empty if it is complete. The last sample before a
+///         damaged part contains the same text as its `reason`
+/// Fails   std::invalid_argument: not the recording of a client, or more than 2 million ticks
 std::shared_ptr<const std::vector<devices::DeviceSample>> read_recorded_hand(const std::filesystem::path& file,
                                                                              std::string& why);
 

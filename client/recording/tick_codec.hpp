@@ -8,8 +8,8 @@ namespace tandem::client {
 
 /// In      phase  index of the phase in the simulated hand's trajectory; −1: none
 wire::RecordedTick recorded(const TickRecord& tick, int phase);
-/// Keeps non-finite values and invalid rotations, because a recording is read for display. Therefore `sample` of a
-/// damaged file must be used only through devices::DeviceReader.
+/// Keeps non-finite values and invalid rotations, so that recordings of faults can be displayed. Use the `sample` only
+/// through devices::DeviceReader, because the file may be damaged.
 TickRecord tick_of(const wire::RecordedTick& recorded);
 
 }  // namespace tandem::client

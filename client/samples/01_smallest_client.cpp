@@ -1,10 +1,10 @@
 // The smallest client: a simulated hand joins the room of a server on this machine and touches its scene for two
-// seconds. Read this first to use the client in another program. tandem-client adds options and reports.
-//
-//   tandem-server --insecure --scene peg_in_hole     in one terminal; prints when it listens
+// seconds. Start here to use the client in another program. tandem-client is the same with options and reports.
+//   tandem-server --insecure --scene peg_in_hole     in one terminal; prints a line when it listens
 //   01_smallest_client [PORT]                        in another
 //
-// --insecure is for programs on one machine: nothing is encrypted. For a server with TLS, set ClientIoSettings::trust.
+// --insecure means no encryption, and is permitted only on one machine. For a server with TLS, set
+// ClientIoSettings::trust.
 #include <charconv>
 #include <chrono>
 #include <cstdint>
@@ -34,15 +34,15 @@ std::uint16_t port_of(std::string_view text) {
 }
 
 bool run(std::uint16_t port) {
-  // The device can be any implementation of devices/device.hpp. This one includes a simulated hand that follows a path.
-  // A real device must also be opened here, before any real-time thread runs, because opening may block.
+  // The device may be any implementation of devices/device.hpp. This one includes a simulated hand that follows a path.
+  // Open a real device here as well: opening may block, so it must precede the start of real-time threads.
   devices::SimDevice device(devices::SimDevice::default_spec(), devices::HandParameters{},
                             devices::named_hand_path("peg-left"), /*seed=*/1);
 
   // ClientIo is the client (client/client.hpp) with its sockets and io thread. It joins the server's only room as a
   // manipulator, and rejoins automatically after a lost connection. A program with users would set session.room and
-  // session.role. The stage "late-pose" needs no assets. The device's spec sets the force limits; a server cannot raise
-  // them.
+  // session.role. The stage "late-pose" is used because it needs no assets. Force limits come from the device's spec; a
+  // server cannot raise them.
   client::ClientIoSettings settings;
   settings.port = port;
   settings.client.session.user_name = "smallest";
@@ -50,26 +50,26 @@ bool run(std::uint16_t port) {
   client::ClientIo io(settings, device);
   io.start();
 
-  // Joining takes one or two round trips. The sample waits here, so that the hand's path begins with the session. A
-  // program with a window would show the status instead of blocking.
+  // Joining takes one or two round trips. The sample waits for it, so that the hand's path begins with the session. A
+  // program with a window would display the status instead of blocking.
   while (io.snapshot().status.state != client::SessionState::kActive) {
     const client::SessionStatus status = io.snapshot().status;
     if (status.state == client::SessionState::kEnded) throw std::runtime_error(status.why);
     std::this_thread::sleep_for(10ms);
   }
 
-  // The loop runs the haptic thread at 1 kHz. Priority 70 is above the io thread and below the kernel's threads. If the
-  // machine refuses real-time rights, the sample prints them; the loop then runs with more lateness.
+  // The loop runs the haptic thread at 1 kHz. Priority 70 is above that of the io thread and below that of kernel
+  // threads. If the machine refuses real-time rights, the sample prints which; the loop then has more lateness.
   client::HapticLoop loop({.realtime_priority = 70}, io.haptics(), [&io] { io.notify(); });
   for (const std::string& missing : loop.start()) std::fprintf(stderr, "%s\n", missing.c_str());
 
-  // Ctrl-C ends the loop, which ramps the force down. A separate thread handles it, because this thread may block when
-  // it writes to the terminal.
+  // Ctrl-C ends the loop, which ramps the force down. A separate thread handles the signal, because this thread may
+  // block while it writes to the terminal.
   client::StopSignals signals;
   signals.when_requested([&loop] { loop.request_stop(); });
 
-  // From here on, the force of the scene is displayed. This thread can draw, write a log or wait for user input. Tick
-  // records are buffered in a ring for four seconds; records that are not read in time are lost and counted.
+  // From here on, the device displays the force of the scene. This thread may draw, write a log or wait for user input.
+  // A ring stores the tick records of four seconds. Records that are not read in time are lost and counted.
   client::TickRecord newest;
   for (int second = 1; second <= 2 && !loop.is_over(); ++second) {
     std::this_thread::sleep_for(1s);
@@ -78,7 +78,7 @@ bool run(std::uint16_t port) {
                 tandem::to_seconds(newest.state_age) * 1e3);
   }
 
-  // The order is important: the loop must ramp the force to zero before the session leaves the room.
+  // The order matters: the loop must ramp the force to zero before the session leaves the room.
   loop.stop();
   const bool has_state = io.snapshot().has_state;
   io.stop();
@@ -90,8 +90,9 @@ bool run(std::uint16_t port) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  client::block_stop_signals();  // before any thread starts, so that a signal cannot end the program with a force
-  try {  // set-up errors (no server, wrong version, full room) are exceptions; their text names the remedy
+  // Must precede all threads, so that no signal ends the program while a force is displayed.
+  client::block_stop_signals();
+  try {  // set-up errors (no server, wrong version, full room) are exceptions; their messages name the remedy
     return run(argc > 1 ? port_of(argv[1]) : 47800) ? 0 : 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "01_smallest_client: %s\n", error.what());

@@ -1,8 +1,8 @@
-// Haptic rendering for one user, without a server: a simulated hand touches a fixed box and a moving sphere with a
-// point. Read this to add haptic rendering to another program. Sample 01 shows scenes that several users share; the
-// client's stage "god-object" renders such scenes with the method of this sample.
+// Haptic rendering for one user without a server: a simulated hand touches a fixed box and a moving sphere with a
+// point. Start here to add haptic rendering to another program. Sample 01 shows scenes that several users share. The
+// client's stage "god-object" uses the method of this sample for shared scenes.
 //
-//   02_god_object            prints a table; the force is 0 if nothing is touched
+//   02_god_object            prints a table; the force is 0 while nothing is touched
 #include <array>
 #include <chrono>
 #include <cstdio>
@@ -24,7 +24,7 @@ Pose at(const Vec3& p) {
   return {p, tandem::Quat::Identity()};
 }
 
-/// Intended path of the simulated hand: down into the box, along its top, then to a point on the sphere's path.
+/// Intended path of the simulated hand: down into the box, along its top, then up to a point on the sphere's path.
 tandem::devices::HandPath hand_path() {
   return tandem::devices::HandPath({{0ms, at({0, 0, 0.03}), 0, "approach"},
                                     {600ms, at({0, 0, -0.01}), 0, "press"},
@@ -33,21 +33,21 @@ tandem::devices::HandPath hand_path() {
                                     {3000ms, at({0.015, 0, 0.03}), 0, ""}});
 }
 
-/// State of the sphere. It moves at 0.1 m/s past the last point of the hand's path.
+/// Returns the state of the sphere. It moves at 0.1 m/s past the last point of the hand's path.
 tandem::RigidState sphere_at(double t_s) {
   const Vec3 v_W(-0.1, 0, 0);
   return {at(Vec3(0.27, 0.004, 0.03) + v_W * t_s), {v_W, Vec3::Zero()}};
 }
 
 int run() {
-  // Any device of devices/ can be used; this one includes a simulated hand. The writer clamps forces to the device's
+  // Any device of devices/ may be used; this one includes a simulated hand. The writer clamps forces to the device's
   // limits.
   tandem::devices::SimDevice device(tandem::devices::SimDevice::default_spec(), tandem::devices::HandParameters{},
                                     hand_path(), /*seed=*/1);
   tandem::devices::DeviceWriter writer(device);
 
-  // An obstacle is a primitive with an exact distance function, or a ProxyMesh of triangles. In this sample the
-  // device's frame equals the world's frame. A program with a scene would apply a workspace mapping between them
+  // An obstacle is a primitive with an exact distance function, or a ProxyMesh of triangles. Here, the device's frame
+  // is the world frame. A program with a scene would apply a workspace mapping between the two
   // (common/base/workspace.hpp).
   tandem::haptics::ProxyObstacle box;
   box.primitive = tandem::contact::box_field(Vec3(0.08, 0.08, 0.02));
@@ -58,7 +58,7 @@ int run() {
   sphere.X_WB = sphere_at(0).X;
   tandem::haptics::GodObject proxy({.radius_m = 2e-3, .is_shaded = true}, {box, sphere}, Vec3(0, 0, 0.03));
 
-  // Spring between hand and proxy. Its force is limited to force_limit_n. coupling/laws.hpp lists the other laws.
+  // Spring between hand and proxy. Its force is limited to force_limit_n. Other laws are listed in coupling/laws.hpp.
   const auto spring = tandem::haptics::make_coupling_law(
       "spring-damper", {.stiffness_n_per_m = 600, .damping_n_s_per_m = 2, .force_limit_n = 6});
 
@@ -66,7 +66,7 @@ int run() {
   std::puts("      s       mm       mm       mm       mm        N");
   for (int tick = 0; tick < 3000; ++tick) {
     // A program with a real device must wait here for the next millisecond. common/realtime/realtime.hpp provides
-    // timers with absolute deadlines and measured lateness, and real-time priority. This sample does not wait.
+    // real-time priority, and timers with absolute deadlines that measure lateness. This sample does not wait.
     const tandem::LocalTime now(1ms * tick);
     const tandem::devices::DeviceSample sample = device.read(now);
     if (!sample.is_valid) {
@@ -83,7 +83,7 @@ int run() {
                   1e3 * (state.goal_W - state.p_W).norm(), force_on_hand_W.norm());
     }
   }
-  // The device must not keep the last force after the loop.
+  // After the loop, the device must not keep displaying the last force.
   writer.write_zero(tandem::LocalTime(3s));
   return 0;
 }

@@ -17,17 +17,17 @@ namespace tandem::client {
 namespace {
 
 constexpr Duration kPollPeriod = std::chrono::milliseconds(5);
-constexpr int kReadPeriod_ms = 50;  ///< period of the check whether the reader must end
+constexpr int kReadPeriod_ms = 50;  ///< period of checking whether the reader must end
 
-/// Becomes the program. Between fork and exec only functions that are safe in a signal handler are called.
+/// Replaces the child process by the program. Between fork and exec only async-signal-safe functions are called.
 [[noreturn]] void become(char* const* arguments, int output, int nothing, pid_t parent) {
   prctl(PR_SET_PDEATHSIG, SIGTERM);
-  if (getppid() != parent) _exit(ChildProgram::kNotExecuted);  // the parent has ended before the line above
+  if (getppid() != parent) _exit(ChildProgram::kNotExecuted);  // the parent ended before prctl() took effect
   setpgid(0, 0);
   dup2(nothing, STDIN_FILENO);
   dup2(output, STDOUT_FILENO);
   dup2(output, STDERR_FILENO);
-  // The parent blocks the stop signals and ignores SIGPIPE; a program inherits both.
+  // The parent blocks the stop signals and ignores SIGPIPE. The program would inherit both, so they are reset.
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
@@ -58,7 +58,8 @@ ChildProgram::ChildProgram(const std::filesystem::path& program, const std::vect
     close(output_);
     throw std::system_error(problem, std::generic_category(), "no process can be made");
   }
-  setpgid(process_, process_);  // the group must exist before the first signal; become() sets it too
+  // The group must exist before the first signal. Parent and child may run in either order, so both set the group.
+  setpgid(process_, process_);
   reader_ = std::thread([this] { read_lines(); });
 }
 
@@ -108,7 +109,7 @@ void ChildProgram::read_lines() {
     if (size < 0 && errno == EINTR) continue;
     if (size <= 0) break;
     for (const char c : std::string_view(buffer.data(), static_cast<std::size_t>(size))) {
-      // A progress line ends with a carriage return.
+      // A progress line ends with a carriage return instead of a line feed.
       if (c == '\n' || c == '\r') {
         add_line(line);
       } else if (line.size() < kMaxLineBytes) {

@@ -1,4 +1,4 @@
-// A program that this one starts and ends, e.g. the server behind the window.
+// A program that runs as a child process of this one, e.g. the server of the window's user.
 #pragma once
 
 #include <sys/types.h>
@@ -14,30 +14,32 @@
 
 namespace tandem::client {
 
-/// Runs a program in a process group of its own, so that Ctrl-C reaches only this one, which then ends it in order. The
-/// kernel sends SIGTERM to it when this program ends in any way, also by SIGKILL.
+/// Runs a program in a process group of its own. Ctrl-C then reaches only the parent, which ends the program in order.
+/// If the parent ends in any way, SIGKILL included, the kernel sends SIGTERM to the program.
 ///
-/// Thread  constructed by main, because the kernel watches the thread that starts the process; a reader thread of its
-///         own keeps its pipe empty
+/// Thread  main, because the kernel sends that SIGTERM when the thread that started the process ends. A thread of this
+///         object reads the program's output, so that the pipe never fills
 class ChildProgram {
  public:
-  static constexpr std::size_t kMaxLines = 256;  ///< stored lines of output; the oldest are dropped
+  static constexpr std::size_t kMaxLines = 256;  ///< number of stored output lines; beyond it the oldest are dropped
   static constexpr std::size_t kMaxLineBytes = 4096;
   static constexpr int kNotExecuted = 127;  ///< exit code of a program that could not be executed
 
   /// Fails   std::system_error: no process or pipe can be made
   ChildProgram(const std::filesystem::path& program, const std::vector<std::string>& arguments);
-  /// Calls stop(). Does not wait for the end of the output, because a process that the program has started may hold it.
+  /// Calls stop(). Does not wait for the end of the output, which another process that the program has started may hold
+  /// open.
   ~ChildProgram();
   ChildProgram(const ChildProgram&) = delete;
   ChildProgram& operator=(const ChildProgram&) = delete;
 
   bool is_running();
-  /// Exit code, or 128 plus the number of the signal that ended the program. Valid when is_running() is false.
+  /// Returns the exit code, or 128 plus the number of the signal that ended the program. Valid when is_running() is
+  /// false.
   int exit_code() const { return exit_code_; }
-  /// Returns whether the output has ended, so that the next take_lines() returns its last lines.
+  /// Returns whether the output has ended, so that the next take_lines() returns the last lines.
   bool has_read_all() const { return has_read_all_; }
-  /// Lines of stdout and stderr since the last call.
+  /// Returns the lines of stdout and stderr since the last call.
   std::vector<std::string> take_lines();
   /// Sends SIGTERM to the program and the processes that it has started.
   void request_stop();
@@ -54,7 +56,7 @@ class ChildProgram {
   int exit_code_ = 0;
   std::mutex mutex_;  ///< protects lines_
   std::vector<std::string> lines_;
-  std::atomic<bool> is_stopping_{false};  ///< the reader must end, also before the end of the output
+  std::atomic<bool> is_stopping_{false};  ///< the reader must end, even before the end of the output
   std::atomic<bool> has_read_all_{false};
   std::thread reader_;
 };

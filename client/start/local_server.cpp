@@ -14,10 +14,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kPartner = "ben";
-/// Maximum time from the end of the server to the end of its output, which has the reason.
+/// Maximum time from the end of the server to the end of its output, whose last lines contain the reason.
 constexpr Duration kLastWords = std::chrono::seconds(1);
 
-/// Returns the text after the time and the level of a log line ("23:45:07.887 info ..."), or after the program's name.
+/// Returns the message of a log line, without time and level ("23:45:07.887 info ...") or the program's name.
 std::string plain(const std::string& line) {
   for (const std::string before : {" info ", "tandem-server: "}) {
     const std::size_t at = line.find(before);
@@ -26,7 +26,7 @@ std::string plain(const std::string& line) {
   return line;
 }
 
-/// Writes a file that the server reads.
+/// Writes a file for the server to read.
 /// Fails   std::runtime_error: the message names the file
 void write_text(const fs::path& file, const std::string& text) {
   std::ofstream out(file);
@@ -93,7 +93,7 @@ LocalServer::State LocalServer::poll() {
   if (partner_ != nullptr) partner_->take_lines();
   if (state_ == State::kPreparing && is_complete()) {
     start_partner();
-    // The partner joins first, so that it always gets the scene's first tool.
+    // The partner must join first, so that it always gets the scene's first tool.
     const bool is_awaited = partner_ != nullptr && !has_partner_joined_ && partner_->is_running();
     if (!is_awaited) state_ = State::kReady;
   }
@@ -101,13 +101,13 @@ LocalServer::State LocalServer::poll() {
   return state_;
 }
 
-/// Returns whether everything that a session needs was printed. The invitations come after the line with the port.
+/// Returns whether the server has printed everything that a session needs. It prints the invitations after its port.
 bool LocalServer::is_complete() const {
   const auto needed = static_cast<std::size_t>(choice_.is_hosted ? choice_.invited : 0);
   return !target_.address.empty() && (!choice_.is_hosted || target_.invitation) && invitations_.size() >= needed;
 }
 
-/// Sets the state and the reason once the last lines of a server that has ended are read.
+/// Sets the state and the reason of a server that has ended, once the last lines of its output have been read.
 void LocalServer::follow_end() {
   const LocalTime now = SteadyClock().now();
   if (!ended_at_) ended_at_ = now;

@@ -1,4 +1,5 @@
-// A tandem-server behind the window, with the partner and the invitations of a choice of the start screen.
+// A tandem-server that the window starts for a choice on the start screen, with the simulated partner and the
+// invitations.
 #pragma once
 
 #include <filesystem>
@@ -13,10 +14,10 @@
 
 namespace tandem::client {
 
-/// A new folder for temporary files. It is removed with its files when this is destroyed.
+/// A new folder for temporary files. The destructor removes it with its files.
 class TemporaryFolder {
  public:
-  /// Fails   std::runtime_error: it cannot be made
+  /// Fails   std::runtime_error: the folder cannot be made
   TemporaryFolder();
   ~TemporaryFolder();
   TemporaryFolder(const TemporaryFolder&) = delete;
@@ -28,32 +29,32 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-/// Starts the server, and follows its output until it listens. Destroying it ends server and partner.
+/// Starts the server, and reads its output until it listens. The destructor ends server and partner.
 ///
 /// Thread  main
 class LocalServer {
  public:
   enum class State { kPreparing, kReady, kFailed };
 
-  /// In      choice  a choice without a problem_of(), not of the kind kJoin
+  /// In      choice  for which problem_of() is empty; not of the kind kJoin
   ///         beside  folder of tandem-server and tandem-client
   /// Fails   std::system_error, std::runtime_error: a program is missing or cannot be started; no folder or file can be
   ///         written
   LocalServer(StartChoice choice, const std::filesystem::path& beside);
-  /// Ends the partner and then the server, within a second each at most.
+  /// Ends the partner and then the server, each within a second at most.
   ~LocalServer();
   LocalServer(const LocalServer&) = delete;
   LocalServer& operator=(const LocalServer&) = delete;
 
   /// Reads the lines that the server has printed. Starts the partner when the server listens.
-  /// Fails   as the constructor, for the partner
+  /// Fails   the exceptions of the constructor, for the partner
   State poll();
   State state() const { return state_; }
-  /// Last line of the server: its progress while it prepares, the reason if it failed.
+  /// Returns the last line of the server: its progress while it prepares, or the reason if it failed.
   const std::string& news() const { return news_; }
-  /// Address and, for a hosted server, the invitation of the program that hosts. Valid when ready.
+  /// Returns the address and, of a hosted server, the invitation for this program. Valid when ready.
   const JoinTarget& target() const { return target_; }
-  /// Invitations to give to others, one for each person.
+  /// Returns the invitations for other users, one for each.
   const std::vector<std::string>& invitations() const { return invitations_; }
   const StartChoice& choice() const { return choice_; }
 
@@ -66,20 +67,21 @@ class LocalServer {
 
   StartChoice choice_;
   std::filesystem::path beside_;
-  std::optional<TemporaryFolder> folder_;  ///< folder of the scene file of a mesh; none for other choices
+  std::optional<TemporaryFolder> folder_;  ///< folder with the scene file of a mesh; none for other choices
   State state_ = State::kPreparing;
   std::string news_;
   JoinTarget target_;
   std::vector<std::string> invitations_;
   bool has_partner_joined_ = false;
-  std::optional<LocalTime> ended_at_;  ///< time when the end of the server was noticed
+  std::optional<LocalTime> ended_at_;  ///< time when poll() found that the server has ended
   std::unique_ptr<ChildProgram> server_;
-  std::unique_ptr<ChildProgram> partner_;  ///< null: the scene has none
+  std::unique_ptr<ChildProgram> partner_;  ///< simulated partner; null if the scene has none
 };
 
-/// Port of the server's line "... listening on ADDRESS:PORT, ..."; nothing if the line is another.
+/// Returns the port in the server's line "... listening on ADDRESS:PORT, ..."; nothing for any other line.
 std::optional<std::string> listening_port(const std::string& line);
-/// Invitation in the server's line "invitation (...): tandem-client --join INVITATION"; "" if the line is another.
+/// Returns the invitation in the server's line "invitation (...): tandem-client --join INVITATION"; empty for any other
+/// line.
 std::string invitation_in(const std::string& line);
 
 }  // namespace tandem::client

@@ -15,10 +15,10 @@ namespace {
 namespace json = boost::json;
 
 constexpr std::size_t kMaxBytes = 16 * 1024;
-/// Length of a stored path or address. Longer ones are left out, so that the file stays below kMaxBytes.
+/// Maximum length of a stored path or address. Longer ones are not stored, so that the file stays below kMaxBytes.
 constexpr std::size_t kMaxText = 1024;
 
-/// Calls `use` for each stored field, with its name in the file.
+/// Calls `use` for each stored text field, with its name in the file.
 template <class Choice, class Use>
 void for_each_text(Choice& choice, const Use& use) {
   use("scene", choice.scene);
@@ -35,7 +35,8 @@ void for_each_flag(Choice& choice, const Use& use) {
   use("is_hosted", choice.is_hosted);
 }
 
-/// Returns the choice with only the fields that its kind uses. The others may contain private paths of other choices.
+/// Returns the choice with only the fields that its kind uses. Other fields may contain private paths of earlier
+/// choices.
 StartChoice essence(const StartChoice& choice) {
   StartChoice stored{.kind = choice.kind};
   switch (choice.kind) {
@@ -159,7 +160,7 @@ void remember_choice(const std::filesystem::path& file, const StartChoice& choic
   choices.resize(std::min(choices.size(), kMaxRecent));
   json::array array;
   for (const StartChoice& each : choices) array.push_back(json_of(each));
-  // Six entries with long paths may exceed the limit of a reader; the oldest are then left out.
+  // Entries with long paths may together exceed the limit at which the file is read. The oldest are then dropped.
   while (array.size() > 1 && json::serialize(array).size() >= kMaxBytes) array.pop_back();
   const std::string text = json::serialize(array) + "\n";
   replace_file(file, {std::as_bytes(std::span(text))}, 0600);

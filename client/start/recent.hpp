@@ -1,4 +1,4 @@
-// The window's memory from one run to the next: small JSON files in the user's state folder.
+// Data that the window keeps from one run to the next: small JSON files in the user's state folder.
 #pragma once
 
 #include <boost/json.hpp>
@@ -15,13 +15,13 @@ std::filesystem::path state_folder();
 /// Reads a JSON file of at most 16 KiB. Returns null if it is missing, larger or invalid.
 boost::json::value read_state(const std::filesystem::path& file);
 
-/// File of the choices of earlier runs. Empty if no folder is known.
+/// Returns the file with the choices of earlier runs; empty if the state folder is unknown.
 std::filesystem::path recent_file();
 inline constexpr std::size_t kMaxRecent = 6;
-/// Reads the last choices, the newest first. Invalid entries are left out; no entry contains an invitation.
+/// Reads the last choices, the newest first. Invalid entries are skipped. Invitations are never stored.
 std::vector<StartChoice> recent_choices(const std::filesystem::path& file);
-/// Adds a choice as the newest, with only the fields that its kind uses. Only the user can read the file. An invitation
-/// is a secret for one use, so it is not stored, and neither is a text that is not UTF-8. Errors are ignored.
+/// Adds a choice as the newest, with only the fields that its kind uses. Only the user can read the file. Two texts are
+/// not stored: an invitation, which is a secret for one use, and a text that is not UTF-8. Errors are ignored.
 void remember_choice(const std::filesystem::path& file, const StartChoice& choice);
 
 }  // namespace tandem::client

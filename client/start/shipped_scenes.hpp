@@ -1,4 +1,4 @@
-// The shipped scenes that the start screen offers, in the order in which it shows them.
+// The shipped scenes that the start screen offers, in the order of display.
 #pragma once
 
 #include <span>
@@ -10,7 +10,8 @@ struct ShippedScene {
   std::string_view name;      ///< name of the file in server/scenes
   std::string_view title;     ///< at most 24 bytes
   std::string_view sentence;  ///< one sentence about the task; at most 90 bytes
-  /// Hand path of a simulated partner, of the program or a file of the data folder; empty: the scene needs no partner.
+  /// Hand path of the scene's simulated partner: a built-in path or a file in the data folder; empty: no partner is
+  /// needed.
   std::string_view partner{};
 };
 

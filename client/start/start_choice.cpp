@@ -22,7 +22,7 @@ namespace json = boost::json;
 
 constexpr std::array<std::string_view, 8> kMeshEndings{".stl", ".obj", ".ply", ".off", ".gltf", ".glb", ".3ds", ".dae"};
 constexpr std::array<std::string_view, 6> kStructureEndings{".pdb", ".ent", ".cif", ".mmcif", ".pqr", ".pdbqt"};
-/// Formats that define a vertical axis, which the server applies.
+/// Formats that define the vertical axis. The server applies it.
 constexpr std::array<std::string_view, 3> kOrientedEndings{".gltf", ".glb", ".dae"};
 constexpr double kToolAbove_m = 0.02;
 
@@ -37,7 +37,7 @@ bool is_in(std::span<const std::string_view> endings, const fs::path& file) {
   return std::ranges::find(endings, ending_of(file)) != endings.end();
 }
 
-/// Replaces each "%XX" by the byte with this hexadecimal code. The code of a byte 0 stays, because no path contains it.
+/// Replaces each "%XX" by the byte with this hexadecimal code, except "%00", because no path contains a zero byte.
 std::string decoded(std::string_view text) {
   std::string plain;
   while (!text.empty()) {
@@ -51,8 +51,8 @@ std::string decoded(std::string_view text) {
   return plain;
 }
 
-/// Removes blanks, line ends and quotes around a pasted path or text. Of the URI of a file ("file://HOST/PATH", as file
-/// managers copy it), the decoded path remains.
+/// Removes blanks, line ends and quotes around a pasted path or text. Converts a file URI ("file://HOST/PATH", as file
+/// managers copy it) to its path.
 std::string trimmed(std::string_view text) {
   constexpr std::string_view kAround = " \t\r\n'\"";
   const std::size_t begin = std::min(text.find_first_not_of(kAround), text.size());
@@ -71,7 +71,7 @@ fs::path path_of(std::string_view text) {
   return plain;
 }
 
-/// File of "FILE:CHAINS": the text before the last colon, unless the whole text names a file.
+/// Returns the file in "FILE:CHAINS": the text before the last colon, or the whole text if it names an existing file.
 fs::path structure_file(const std::string& text) {
   const fs::path whole = path_of(text);
   std::error_code error;
@@ -99,7 +99,7 @@ std::string problem_of_mesh(const std::string& text) {
   const fs::path file = path_of(text);
   if (std::string problem = problem_of_file(file, "a mesh file"); !problem.empty()) return problem;
   std::error_code error;
-  // The path is written to a scene file, which is JSON.
+  // The path becomes part of a scene file, which is JSON and therefore UTF-8.
   if (!is_utf8(fs::absolute(file, error).string())) {
     return "the path of the mesh file is not UTF-8; rename the file or its folder";
   }
@@ -240,7 +240,7 @@ std::vector<std::string> server_arguments(const StartChoice& choice, const fs::p
   }
   std::vector<std::string> how{"--insecure", "--bind", "127.0.0.1", "--port", "0"};
   if (choice.is_hosted) {
-    // One more invitation than requested: the program that hosts joins by it too.
+    // One invitation more than requested: this program needs one as well to join its own server.
     how = {"--bind", "0.0.0.0", "--port", std::to_string(choice.port), "--invite", std::to_string(choice.invited + 1)};
   }
   if (!partner_of(choice).empty()) how.insert(how.end(), {"--begin-with", "2", "--countdown", "2s"});
@@ -250,7 +250,7 @@ std::vector<std::string> server_arguments(const StartChoice& choice, const fs::p
 
 JoinTarget join_target(std::string_view pasted) {
   std::string text = trimmed(pasted);
-  // A line of the server or of a message may surround the invitation.
+  // The text may be a line of the server or of a chat message, in which the invitation follows "--join".
   if (const std::size_t option = text.rfind("--join "); option != std::string::npos)
     text = trimmed(text.substr(option + 7));
   if (text.empty()) throw std::invalid_argument("paste the invitation that the host has sent to you");

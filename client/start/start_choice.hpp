@@ -1,4 +1,4 @@
-// A user's choice on the start screen: the scene, the files or the server, and the options of the server that it needs.
+// A user's choice on the start screen: a scene, files or a server, and the server options that the choice needs.
 #pragma once
 
 #include <array>
@@ -19,12 +19,12 @@ struct StartChoice {
   Kind kind = Kind::kScene;
   std::string scene = "crate";       ///< name of a shipped scene, or a scene file
   std::string mesh{};                ///< mesh file
-  double mesh_size_m = 0.1;          ///< length of the mesh's longest edge in the scene, 0.01 to 1 [m]
-  bool is_y_up = false;              ///< the file's y axis points up, otherwise its z axis
-  bool is_movable = false;           ///< the mesh can be lifted, otherwise it is fixed
+  double mesh_size_m = 0.1;          ///< longest edge of the mesh's bounding box in the scene, 0.01 to 1 [m]
+  bool is_y_up = false;              ///< the file's y axis points up; otherwise its z axis
+  bool is_movable = false;           ///< the mesh can be lifted; otherwise it is fixed
   std::string receptor{}, ligand{};  ///< structure files, optionally with chains: FILE or FILE:CHAINS
   std::string address{};             ///< pasted invitation or address
-  bool is_hosted = false;            ///< others may join by invitation, otherwise only this program
+  bool is_hosted = false;            ///< others may join by invitation; otherwise only this program
   int invited = 1;                   ///< number of invitations for others, 1 to 15
   int port = 47800;                  ///< port of a hosted server, 0 to 65535; 0: any free one
 
@@ -34,33 +34,33 @@ struct StartChoice {
 inline constexpr double kMinMeshSize_m = 0.01, kMaxMeshSize_m = 1;
 inline constexpr int kMaxInvited = 15;
 
-/// Returns whether a text is valid UTF-8, as the formats of scenes and stored choices require.
+/// Returns whether a text is valid UTF-8, which scene files and stored choices require.
 bool is_utf8(std::string_view text);
 
-/// Title for the user, e.g. "A crate for two" or "part.stl".
+/// Returns a title for the user, e.g. "A crate for two" or "part.stl".
 std::string title_of(const StartChoice& choice);
 
-/// Returns why the choice cannot be opened, with the remedy: a missing or unreadable file, a format that is not read, a
-/// text that is no invitation. Empty if it can.
+/// Returns the reason why the choice cannot be opened, with the remedy; empty if it can. Reasons: a file that is
+/// missing, unreadable or of an unsupported format, or a text that is no invitation.
 std::string problem_of(const StartChoice& choice);
 
-/// Returns `choice` with a file that the user dropped or typed: a scene, a mesh, or the next of two structures.
-/// Out     nothing if no format has this ending
+/// Returns `choice` with a file that the user has dropped or typed: a scene, a mesh, or the next of two structures.
+/// Out     nothing if no supported format has the file's extension
 std::optional<StartChoice> with_file(StartChoice choice, const std::filesystem::path& file);
 
-/// Text of the scene file that a choice of a mesh needs: the mesh, and a tool 2 cm above it.
+/// Returns the scene file for a mesh: the mesh, and a tool 2 cm above it.
 std::string mesh_scene(const StartChoice& choice);
 
-/// Hand path of the simulated partner of a shipped scene that is not hosted; empty: none.
+/// Returns the hand path of the simulated partner in a shipped scene that is not hosted; empty: no partner.
 std::string_view partner_of(const StartChoice& choice);
 
-/// Options of tandem-server. The hands of a scene with a partner begin together.
-/// In      scene_file  file with mesh_scene(); used only for a mesh
+/// Returns the options of tandem-server for a choice. In a scene with a partner, the hands start together.
+/// In      scene_file  file with the text of mesh_scene(); used only for a mesh
 std::vector<std::string> server_arguments(const StartChoice& choice, const std::filesystem::path& scene_file);
 
-/// Address to join, as the user pasted it.
+/// Server to join, from an invitation or an address that the user has pasted.
 struct JoinTarget {
-  std::optional<proto::Invitation> invitation;  ///< none: an address of this machine without encryption
+  std::optional<proto::Invitation> invitation;  ///< none: an address on this machine, without encryption
   std::string address;                          ///< ADDRESS:PORT
 };
 /// Parses an invitation, a whole line that contains one, or an address of this machine.

@@ -70,7 +70,7 @@ void StartFlow::close(const std::string& problem) {
   recent_ = recent_choices(recent_file_);
   state_ = State::kChoosing;
   problem_ = problem;
-  // An invitation can be used once.
+  // The invitation in this field cannot be used again.
   form_.address.clear();
 }
 

@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kNameBytes = 6;
 
 struct DockingOptions {
-  std::string receptor, ligand;  ///< "FILE:A,B/478"; both empty: no docking room
+  std::string receptor, ligand;  ///< "FILE:CHAINS/RESIDUES", e.g. "1stp.pdb:A,B/478"; both empty: no docking room
   std::string hydrogens;         ///< empty: chosen by docking_scene()
   std::string dielectric;        ///< empty: chosen by docking_scene()
   std::string force_field;       ///< empty: chosen by docking_scene()
@@ -25,7 +25,7 @@ struct DockingOptions {
   bool has_far_grid = false;
 };
 
-/// Parses an option of the form "FILE:A,B/478".
+/// Parses a choice of atoms of the form "FILE:CHAINS/RESIDUES", the value of `option` (--receptor or --ligand).
 wire::MoleculeSource source_of(const std::string& option, const std::string& text, const std::string& hydrogens) {
   if (structure_choice(text).file.empty()) throw std::invalid_argument(option + " \"" + text + "\" names no file");
   return molecule_source(text, hydrogens);

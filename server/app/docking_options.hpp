@@ -1,4 +1,4 @@
-// Room with two molecules from structure files that are named on the command line.
+// Command line options for a docking room: two molecules, receptor and ligand, from structure files.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -7,16 +7,16 @@
 
 namespace tandem::server {
 
-/// Writes the scene of receptor and ligand into a folder. The file name depends on the content, so that recordings of
-/// the scene can be played back later.
+/// Writes the scene file of receptor and ligand into a folder. The file name contains a hash of the content, so a
+/// recording of the scene still finds its file later.
 ///
 /// Out     path of the file; empty: neither molecule was given
-/// Fails   std::invalid_argument: only one molecule was given, or only their common options, or the folder is empty or
-///         cannot be written; docking::MoleculeError, see docking_scene()
+/// Fails   std::invalid_argument: one of the two molecules is missing, an option of molecules is given without any
+///         molecule, or the folder is empty or cannot be written; docking::MoleculeError, see docking_scene()
 using WriteDockingScene = std::function<std::filesystem::path(const std::filesystem::path& folder)>;
 
-/// Declares --receptor, --ligand and their options.
-/// Out     function to call after parsing
+/// Declares --receptor, --ligand and the options that apply to both molecules.
+/// Out     function that writes the scene; call it after the command line has been parsed
 WriteDockingScene declare_docking(CLI::App& app);
 
 }  // namespace tandem::server

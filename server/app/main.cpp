@@ -41,12 +41,12 @@ struct Options {
   bool writes_json = false;
   bool is_insecure = false;
   server::SecurityOptions security;
-  std::string address;  ///< public address for clients; empty: own_address()
+  std::string address;  ///< public address of this server for clients; empty: own_address()
   int invitations = 0;
   server::Invited invited;
   std::filesystem::path dev_certificates;
   bool resumes = false;
-  std::optional<std::filesystem::path> keep;  ///< folder for saved poses; none: in the state folder
+  std::optional<std::filesystem::path> keep;  ///< folder for saved poses; none: in the folder of the server's state
   std::filesystem::path record;               ///< empty: no recording
   recording::RotationSettings rotation;
   std::optional<std::string> metrics;  ///< address as [ADDRESS:]PORT
@@ -208,7 +208,8 @@ void declare(CLI::App& app, Options& options) {
                "print a summary as one JSON object at the end; the ready line then goes to stderr");
 }
 
-/// Describes the step time on this machine. Throws if it exceeds the period, because users would then get only faults.
+/// Returns a line with the time of a step on this machine. Throws if a step takes longer than its period, because every
+/// step would then be late.
 std::string machine_note(const server::LoadedScene& scene, Duration step) {
   const double rate_hz = scene.description.step_rate_hz(), most_ms = 1e3 / rate_hz, step_ms = to_seconds(step) * 1e3;
   std::ostringstream text;
@@ -222,7 +223,8 @@ std::string machine_note(const server::LoadedScene& scene, Duration step) {
 }
 
 std::vector<std::unique_ptr<server::Room>> open_rooms(const Options& options, realtime::Output& output) {
-  // Checked here and not by the parser, which would report it before a misspelt option.
+  // The option is checked here: CLI11 would report a missing --scene before a misspelt option, which is the real
+  // mistake.
   if (options.scenes.empty())
     throw std::invalid_argument(
         "--scene is required, e.g. --scene peg_in_hole, or --receptor and --ligand; see --help");
@@ -258,7 +260,8 @@ std::vector<std::unique_ptr<server::Room>> open_rooms(const Options& options, re
   return rooms;
 }
 
-/// Describes an option error in one line. If the option was not on the command line, the line names its file.
+/// Describes an error in the options in one line. If the option comes from a configuration file, the line names that
+/// file.
 std::string mistake(const CLI::App& app, const CLI::ParseError& error) {
   constexpr std::string_view kUnknownInFile = "INI was not able to parse ";
   const std::string what = error.what();
@@ -297,7 +300,8 @@ std::string invitations(const Options& options, std::uint16_t port, const server
   return lines;
 }
 
-/// Returns a warning if no other machine can use the invitations; otherwise an empty string.
+/// Returns a warning if the invitations are useless on other machines, because the server listens on loopback only.
+/// Otherwise returns an empty string.
 std::string reach_of_invitations(const Options& options) {
   if (options.invitations == 0 || !server::is_loopback(options.bind)) return "";
   return "warning: the server listens on " + options.bind +
@@ -314,7 +318,8 @@ void make_dev_certificates(const Options& options, realtime::Output& output) {
              " ...\n  tandem-client --ca ca.pem --token TOKEN ...   (a copy of ca.pem; keep ca-key.pem to yourself)\n");
 }
 
-/// Returns the exit code. A fault after the set-up has a separate code, so that a supervisor restarts the program.
+/// Runs the server until it stops and returns the exit code. kFault marks a fault after the set-up, after which a
+/// supervisor should restart the program.
 int run(server::LiveServer& server, realtime::Output& output) {
   try {
     server.run();
@@ -325,7 +330,7 @@ int run(server::LiveServer& server, realtime::Output& output) {
   }
 }
 
-/// Returns the name of a shipped scene unchanged, and the absolute path of a scene file.
+/// Returns the absolute path of a scene file, or the name of a shipped scene unchanged.
 std::string scene_name(const std::string& named) {
   std::error_code error;
   return std::filesystem::exists(named, error) ? std::filesystem::absolute(named).string() : named;
@@ -335,7 +340,7 @@ std::string key_text(const secure::KeyId& id) {
   return {reinterpret_cast<const char*>(id.data()), id.size()};
 }
 
-/// Returns null if no recording is requested.
+/// Starts the recorder that --record requests. Returns null if no recording is requested.
 server::ServerRecorder* start_recording(const Options& options, server::LiveServer& server,
                                         const server::ServerCheckpoint* checkpoint, realtime::Output& output) {
   if (options.record.empty()) return nullptr;
@@ -406,7 +411,8 @@ int serve(const Options& options, realtime::Output& output) {
     machine_notes.push_back(machine_note(room->scene(), server::quickest_step(room->shared_scene())));
   }
   if (ledger) ledger->begin(options.resumes, server::unix_ms_now());
-  // Logged only after the whole set-up has succeeded. If it fails, the error is thus the only line.
+  // Notes are logged only after the whole set-up has succeeded, so that after a failed set-up the error is the only
+  // output.
   for (const std::string& note : machine_notes) output.log("scene", note);
   for (const auto& room : server.rooms()) {
     for (const std::string& note : room->scene().notes) output.log("scene", room->name() + ": " + note);
@@ -417,7 +423,7 @@ int serve(const Options& options, realtime::Output& output) {
   if (checkpoint != nullptr)
     server.on_admission = [checkpoint](const wire::AdmissionState& state) { checkpoint->note(state); };
   server.on_log = [&output](std::string_view kind, const std::string& line) { output.log(kind, line); };
-  // With --json, stdout contains one object and nothing else.
+  // With --json, stdout carries only the final report, a JSON object. The ready line goes to stderr.
   std::string ready = ready_line(server, options.bind, keys);
   if (keys) ready += invitations(options, server.port(), *keys);
   options.writes_json ? output.err(ready) : output.out(ready);

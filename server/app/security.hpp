@@ -1,4 +1,4 @@
-// Identity of a server and its rules for joining: stored keys, certificates and invitations.
+// Identity of a server and its rules of admission: stored keys, certificates and invitations.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ namespace tandem::server {
 std::filesystem::path default_state_folder();
 
 struct SecurityOptions {
-  std::filesystem::path state = default_state_folder();  ///< folder of the keys that the server makes
+  std::filesystem::path state = default_state_folder();  ///< folder of the keys that the server generates
   std::filesystem::path certificate;                     ///< certificate file; empty: self-signed by the server's key
   std::filesystem::path key;
   std::vector<std::string> issuers;  ///< public keys of other token issuers
@@ -31,14 +31,15 @@ struct ServerKeys {
   secure::KeyPair issuer;  ///< signs invitations
   std::string certificate_pem;
 };
-/// Reads the keys and makes missing ones. For a new server key, also makes the list of used invitations.
+/// Reads the keys of a server, and generates and stores missing ones. A new server key is stored with an empty list of
+/// used invitations.
 /// Fails   std::invalid_argument: a file cannot be read or written, or a key is invalid
 ServerKeys open_keys(const SecurityOptions& options);
 
 /// Path of the file that lists the used invitations (InvitationLedger).
 std::filesystem::path ledger_file(const std::filesystem::path& state);
-/// Locks the folder for one server until the returned object is destroyed. Without the lock, two servers could each
-/// accept the same token once.
+/// Locks the folder of keys for one server until the returned object is destroyed. Without the lock, two servers could
+/// each accept the same single-use token.
 /// Fails   std::invalid_argument: another server holds the lock, or the lock file cannot be written
 std::shared_ptr<void> lock_state(const std::filesystem::path& state);
 
@@ -49,7 +50,7 @@ AdmissionSettings admission_of(const ServerKeys& keys, const SecurityOptions& op
 /// Returns the time in milliseconds since 1970, UTC.
 std::uint64_t unix_ms_now();
 
-/// Rights granted by a token.
+/// Rights that a join token grants, and its validity.
 struct Invited {
   std::string role = "manipulator";
   std::string room{};  ///< empty: any room
@@ -57,7 +58,7 @@ struct Invited {
   double max_force_n = 0;
   Duration life{std::chrono::minutes(15)};
 };
-/// Parses the value of --valid, a time with its unit, up to 30 days.
+/// Parses the value of --valid, a time with its unit such as "15min". The limit is 30 days.
 /// Fails   std::invalid_argument: not a time, or too long; the message names value, limit and remedy
 Duration valid_for(const std::string& text);
 /// Fails   std::invalid_argument: a value is out of the range in proto/join_token.hpp
@@ -66,7 +67,7 @@ proto::Bytes token_for(const Invited& invited, const secure::KeyId& audience, co
 /// Returns a line of the form "invitation (one manipulator, until 2026-11-22 05:15 UTC): tandem-client --join …".
 std::string invitation_line(const Invited& invited, const std::string& server, const ServerKeys& keys);
 
-/// Returns whether a server that listens at this address is reachable from this machine only.
+/// Returns whether clients on other machines cannot reach a server that listens at this address.
 bool is_loopback(const std::string& address);
 /// Returns the public address of this machine: the first IPv4 address of a network interface that is up. If there is
 /// none and `may_be_v6`, returns the first IPv6 address that is not link-local; otherwise 127.0.0.1.

@@ -7,7 +7,8 @@
 
 namespace tandem::server {
 
-/// Units are part of the names. Latencies are quantiles in microseconds.
+/// Returns the report of a stopped server. The name of a field ends with the unit of its value; latencies are quantiles
+/// in microseconds.
 /// In      recorder  already finished; null: no recording
 boost::json::object report_json(const LiveServer& server, const ServerRecorder* recorder = nullptr);
 

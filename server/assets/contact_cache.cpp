@@ -7,7 +7,7 @@
 namespace tandem::server {
 namespace {
 
-/// Upper bound of the size of an entry. Larger files are ignored; no asset is as large.
+/// Upper bound of the size of a cache entry, above that of any asset. Larger files are ignored.
 constexpr std::uintmax_t kMaxEntryBytes = 1U << 30U;
 
 }  // namespace
@@ -21,7 +21,7 @@ std::filesystem::path kept_contact_file(const std::filesystem::path& folder, con
   return folder / (proto::hex(key) + ".contact");
 }
 
-// A renamed file is detected because each file begins with its key.
+// Each file begins with its key, so that a renamed file is detected.
 std::vector<std::uint8_t> read_kept_contact(const std::filesystem::path& file, const proto::Sha256& key) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) return {};

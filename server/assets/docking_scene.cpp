@@ -21,23 +21,23 @@
 namespace tandem::server {
 namespace {
 
-/// Length scale for small molecules. For larger ones the scale is chosen so that the larger radius of gyration is
+/// Length scale for small molecules. For larger molecules, the scale is such that the larger radius of gyration becomes
 /// kGyrationRadius_m, the size of an object in the hand.
 constexpr double kMetresPerAngstrom = 0.01, kGyrationRadius_m = 0.08;
 constexpr double kApart_angstrom = 8;
 constexpr double kZeroArea_kt = 1;
-/// Limit of the number of pairs in a scene file, at which a step takes about 20 s of a core. It applies if all pairs
-/// are explicitly requested.
+/// Largest number of atom pairs that a scene file may request explicitly. At this number a step takes about 20 s on one
+/// core.
 constexpr std::size_t kMaxPairs = 2'000'000'000;
 constexpr double kMass_kg = 0.2;
-/// Colours of the tools that hold the molecules, in a window.
+/// Colours in the window of the two tools that hold the molecules.
 constexpr std::array kColors{std::array{0.0, 0.62, 0.45}, std::array{0.8, 0.47, 0.65}};
 
 StructureSource structure_source(const wire::MoleculeSource& message) {
   return {message.file(), {{message.chains().begin(), message.chains().end()}}, hydrogens_of(message.hydrogens())};
 }
 
-/// Loads a molecule and writes the chosen hydrogens to `message`.
+/// Loads a molecule, and writes to `message` which hydrogens were chosen.
 docking::Molecule load(wire::MoleculeSource& message, const std::string& force_field_directory,
                        const StructureSource& beside) {
   const StructureSource source = structure_source(message);
@@ -48,18 +48,18 @@ docking::Molecule load(wire::MoleculeSource& message, const std::string& force_f
   return molecule;
 }
 
-/// Rounds to a multiple of `step`, so that the file stays readable. Steps are 1 µm and ten thousandths of a degree.
+/// Rounds to a multiple of `step`, so that the file is readable. Callers use steps of 1 µm and 0.0001 degrees.
 double rounded(double value, double step) {
   return std::round(value / step) * step;
 }
 
-/// Returns the length scale of the scene [m/Å]. Size is limited because a hand can resist only a small torque: contact
-/// far from the centre of a large object would twist it out of the hand.
+/// Returns the length scale of the scene [m/Å]. The size of the larger molecule is limited, because a hand resists only
+/// a small torque: contact far from the centre of a large object would twist it out of the hand.
 /// In      a, b  positions relative to their own centres
 double metres_per_angstrom(const docking::Molecule& a, const docking::Molecule& b) {
   const double radius_angstrom = std::max(a.gyration_radius_angstrom(), b.gyration_radius_angstrom());
   const double scale = kGyrationRadius_m / radius_angstrom;
-  // Rounding to three significant digits avoids 0 for a very large molecule.
+  // With three significant digits, the scale of a very large molecule is not rounded to 0.
   return std::min(kMetresPerAngstrom, rounded(scale, std::pow(10, std::floor(std::log10(scale)) - 2)));
 }
 
@@ -68,7 +68,7 @@ void append_rounded(Numbers* out, const Vec3& values, double step) {
   for (const double value : values) out->Add(rounded(value, step));
 }
 
-/// Places a molecule at `y_m` on the line of centres. `q` rotates that line to y.
+/// Places a molecule at `y_m` on the line of centres, which `q` rotates to the y axis.
 void place(wire::Placement& placement, double y_m, const Quat& q) {
   append_rounded(placement.mutable_position_m(), {0, y_m, 0}, 1e-6);
   const Vec3 zyx = q.toRotationMatrix().eulerAngles(2, 1, 0);
@@ -94,8 +94,8 @@ void add(wire::Scene& scene, const std::string& name, const wire::MoleculeSource
 }
 
 /// Sets the default law. For small molecules its stiffness is about that of the linear spring in the shipped docking
-/// scene at 1 N, the strongest attraction. A smaller length scale needs a stiffer spring, because the force that pushes
-/// a ligand through a narrow passage is proportional to the lag in ångström.
+/// scene at 1 N, the strongest attraction. A smaller length scale needs a stiffer spring: the force that pushes a
+/// ligand through a narrow passage is proportional to the lag in ångström, which is then fewer metres.
 void set_coupling(wire::Coupling& coupling, double metres_per_angstrom) {
   constexpr double kMaxTurn = 1.75;
   const double stiffer = kMetresPerAngstrom / metres_per_angstrom, turn = std::min(stiffer, kMaxTurn);
@@ -141,7 +141,7 @@ wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource li
   }
   molecular.set_cutoff_angstrom(model.cutoff_angstrom);
   molecular.set_far_grid(model.has_far_grid);
-  // The search for the contact distance uses short distances only, so it needs no grid for far atoms.
+  // The search for the contact distance evaluates short distances only, so it needs no grid for distant atoms.
   model.has_far_grid = false;
   if (model.cutoff_angstrom == 0 && pairs > docking::kMaxAllPairs) {
     model.cutoff_angstrom = docking::kUsualCutoffAngstrom;

@@ -1,4 +1,4 @@
-// Makes a docking scene from two structure files, for users without a scene file.
+// Makes a docking scene from two structure files, so that users need no scene file.
 #pragma once
 
 #include <string>
@@ -7,18 +7,19 @@
 
 namespace tandem::server {
 
-/// Makes a scene in which one tool holds the receptor and one the ligand. Their relative orientation is that of the
-/// files. They are moved apart along the line of centres to a gap of 8 Å. Settings left open get these values:
+/// Makes a scene with two tools: one holds the receptor, the other the ligand. Their relative orientation is that of
+/// the files. They are moved apart along the line of centres to a gap of 8 Å. Settings that the arguments leave open
+/// get these values:
 ///
 ///   hydrogens     those of the file; if it has none, they are built
 ///   charges       ε = 4r
-///   pairs         all, up to a million; above that choose_field() decides, whichever molecule is the receptor
+///   pairs         all, up to a million; for more, choose_field() decides, with the same result if the two are swapped
 ///   zero area     1 kT up to a million pairs
 ///   force scale   the strongest attraction becomes 1 N
 ///   length scale  10 mm for 1 Å; less if the larger radius of gyration would exceed 80 mm
 ///
-/// In      receptor, ligand  absolute path, chains, hydrogens
-/// Out     the scene, to be written to a file; complete_and_check() has not been called
+/// In      receptor, ligand  absolute path, chains, hydrogens of each molecule
+/// Out     the scene, for writing to a file; complete_and_check() has not been called for it
 /// Fails   docking::MoleculeError, see load_molecule(); std::invalid_argument: dielectric or cut-off, see
 ///         docking::validate()
 wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource ligand,

@@ -16,12 +16,12 @@ using docking::FieldModel;
 using docking::Molecule;
 
 constexpr std::size_t kMaxReferencePairs = 200'000'000;
-/// Cut-off of the reference sum for molecules with too many pairs to sum all.
+/// Cut-off of the reference sum if there are more than kMaxReferencePairs pairs.
 constexpr double kReferenceCutoff_angstrom = 40;
-/// Number of pairs whose sum takes a third of a millisecond of one AVX-512 core; docking::kMaxAllPairs is the same
-/// without a cut-off.
+/// Number of pairs within a cut-off that one AVX-512 core sums in a third of a millisecond. docking::kMaxAllPairs is
+/// the corresponding number without a cut-off.
 constexpr std::size_t kMaxNearPairs = 200'000;
-/// Distances from contact. Contact is the last one, because the pairs of the last evaluation are counted.
+/// Distances from contact. Contact comes last, because the pairs of the last evaluation are counted.
 constexpr std::array kOut_angstrom{5.0, 3.5, 2.0, 1.0, 0.5, 0.0};
 constexpr std::array kCutoffs_angstrom{8.0, 9.0, 10.0, 11.0, 12.0, 14.0, 16.0, 20.0, 25.0, 30.0};
 

@@ -14,7 +14,7 @@ namespace {
 using Mat3 = Eigen::Matrix3d;
 
 /// A solid of density 1: its volume, centre, and second moment S = Σ x xᵀ about the centre. The inertia tensor is
-/// trace(S)·1 − S. S is used because it rotates and shifts more simply than the inertia tensor.
+/// trace(S)·1 − S; S is stored because its rotation and shift are simpler.
 struct Solid {
   double volume = 0;
   Vec3 centre = Vec3::Zero();
@@ -31,13 +31,14 @@ Solid capsule(double radius, double length) {
   const double r2 = radius * radius;
   const double tube = pi * r2 * length;
   const double ball = 4.0 / 3.0 * pi * r2 * radius;
-  // The centroid of a hemisphere is 3r/8 beyond the end of the cylinder: ∫z² = l²/4 + 2·(l/2)(3r/8) + r²/5.
+  // The centroid of a hemisphere is 3r/8 from its flat side, so its second moment along z is ∫z² = l²/4 + 2·(l/2)(3r/8)
+  // + r²/5 per volume.
   const double along = tube * length * length / 12 + ball * (length * length / 4 + 3 * length * radius / 8 + r2 / 5);
   const double across = tube * r2 / 4 + ball * r2 / 5;
   return {tube + ball, Vec3::Zero(), Vec3(across, across, along).asDiagonal()};
 }
 
-/// Sums the signed tetrahedra between the origin and each triangle.
+/// Returns the solid inside a closed mesh: the sum of the signed tetrahedra between the origin and each triangle.
 /// Source  the moments of a tetrahedron (0, a, b, c): ∫x xᵀ = V/20 (a aᵀ + b bᵀ + c cᵀ + s sᵀ), s = a + b + c
 Solid closed_mesh(const geometry::TriangleMesh& mesh) {
   Solid solid;
@@ -90,7 +91,7 @@ void add(Solid& sum, const Solid& part) {
   sum.volume = volume;
 }
 
-/// Sets the principal axes. If the axes of B are already principal, they are used, so that symmetric bodies keep their
+/// Sets the principal axes. If the axes of B are principal already, they are kept, so that symmetric bodies keep their
 /// frame.
 void set_inertia(MassProperties& properties, const Mat3& second_moment) {
   const Mat3 inertia = second_moment.trace() * Mat3::Identity() - second_moment;
@@ -131,7 +132,7 @@ MassProperties mass_properties_of(double mass_kg, const docking::Molecule& molec
   MassProperties properties;
   properties.mass_kg = mass_kg;
   if (mass_kg <= 0) return properties;
-  // If the molecule has no masses, all atoms have equal weight, as in Molecule::centre().
+  // Without masses, all atoms have equal weight, as in Molecule::centre().
   const bool has_masses = std::ranges::any_of(molecule.mass_u, [](double mass_u) { return mass_u > 0; });
   Mat3 second_moment = Mat3::Zero();
   double total_u = 0;
@@ -141,8 +142,7 @@ MassProperties mass_properties_of(double mass_kg, const docking::Molecule& molec
     second_moment += mass_u * p * p.transpose();
     total_u += mass_u;
   }
-  // Two or three atoms may lie on a line. The thickness of a bond (1 Å) ensures that the inertia about that line is
-  // above 0.
+  // The atoms may lie on a line. A thickness of 1 Å, about a bond length, keeps the inertia about that line above 0.
   const double thickness = metres_per_angstrom * metres_per_angstrom;
   set_inertia(properties, mass_kg * (second_moment / total_u + thickness * Mat3::Identity()));
   return properties;

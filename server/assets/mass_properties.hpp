@@ -9,12 +9,12 @@
 
 namespace tandem::server {
 
-/// Mass properties of solids of equal density. Overlaps count twice; a sheet counts as its convex hull.
+/// Returns the mass properties of solids of equal density. Overlaps count twice; a sheet counts as its convex hull.
 /// Fails   std::domain_error: the shapes enclose no volume (a flat mesh)
 MassProperties mass_properties_of(double mass_kg, const std::vector<SolidShape>& shapes);
 
-/// Mass properties of the atoms of `molecule` about their centre of mass, which is its origin. The total mass is scaled
-/// to `mass_kg`.
+/// Returns the mass properties of the atoms of `molecule` about its origin, which is its centre of mass. The masses are
+/// scaled to a total of `mass_kg`.
 /// In      metres_per_angstrom  length scale of the scene
 MassProperties mass_properties_of(double mass_kg, const docking::Molecule& molecule, double metres_per_angstrom);
 

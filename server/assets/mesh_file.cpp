@@ -33,18 +33,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Limit of wall-clock time, as a multiple of the limit of processor time, because other processes may use the
-// processor.
+// Limit of wall-clock time, as a multiple of the limit of processor time. The reader may have to share the processor.
 constexpr int kMaxWaitShare = 10;
 /// Limit of the number of additional files (buffers) of one mesh file.
 constexpr std::size_t kMaxBeside = 64;
-/// Size limit of a .gltf whose buffer files are looked up. A larger file contains its data itself.
+/// Size of a .gltf up to which its buffer files are looked up. A larger file is assumed to contain its data itself.
 constexpr std::size_t kMaxDescription = std::size_t{4} << 20U;
-/// Range of plausible sizes of objects touched by hand. Other sizes are allowed, but often mean that a scale is
-/// missing.
+/// Range of plausible sizes of objects touched by hand. Other sizes are allowed, but often result from a missing scale.
 constexpr double kMinPlausible_m = 1e-3, kMaxPlausible_m = 3;
 
-/// Remedy for a missing file: its Debian package if the folder belongs to one, otherwise `otherwise`.
+/// Returns the remedy for a missing file: its Debian package if the folder belongs to one, otherwise `otherwise`.
 std::string remedy_for(const std::filesystem::path& file, const std::string& otherwise) {
   const std::string text = file.string();
   const auto is_below = [&text](const char* folder) { return text.rfind(folder, 0) == 0; };
@@ -58,14 +56,14 @@ std::string mebibytes(std::size_t bytes) {
   return std::to_string(bytes >> 20U) + " MiB";
 }
 
-/// Path of the reader program: $TANDEM_MESH_READER, otherwise in program_folder().
+/// Returns the path of the reader program: $TANDEM_MESH_READER, otherwise in program_folder().
 fs::path reader_program() {
   const char* const chosen = std::getenv("TANDEM_MESH_READER");
   if (chosen != nullptr && *chosen != '\0') return chosen;
   return program_folder() / "tandem-mesh-reader";
 }
 
-/// Owner of an open file descriptor, which it closes.
+/// Owns a file descriptor and closes it.
 class Descriptor {
  public:
   explicit Descriptor(int number) : number_(number) {}
@@ -92,7 +90,7 @@ class Descriptor {
                    std::strerror(error) + "); install it there, or set TANDEM_MESH_READER to where it is");
 }
 
-/// A file for the reader, with the name by which the mesh file refers to it.
+/// A file that is passed to the reader, with the name by which the mesh file refers to it.
 struct GivenFile {
   std::string name;
   std::vector<std::byte> bytes;
@@ -116,7 +114,7 @@ void append(int descriptor, const std::string& name, std::span<const std::byte> 
   write_all(descriptor, bytes);
 }
 
-/// Returns the descriptor of an anonymous file with the mesh and its additional files, for the reader to map.
+/// Returns the descriptor of an anonymous file with the mesh and its additional files. The reader maps it.
 int memory_file(std::span<const std::byte> bytes, const std::vector<GivenFile>& beside) {
   const int descriptor = memfd_create("mesh", MFD_CLOEXEC);
   append(descriptor, "", bytes);
@@ -137,7 +135,7 @@ std::string unescaped(const std::string& uri) {
   return text;
 }
 
-/// Returns the names of the buffer files of a .gltf. Names of files outside of its folder are skipped.
+/// Returns the names of the buffer files of a .gltf, except those outside of its folder.
 std::vector<std::string> buffers_of(std::span<const std::byte> gltf) {
   namespace json = boost::json;
   std::vector<std::string> names;
@@ -175,7 +173,7 @@ std::vector<GivenFile> files_beside(std::span<const std::byte> bytes, const fs::
   for (const std::string& name : buffers_of(bytes)) {
     const fs::path path = file.parent_path() / name;
     std::error_code error;
-    // A missing file is skipped here, because the reader reports it.
+    // A missing file is skipped here; the reader reports it.
     if (!fs::is_regular_file(path, error)) continue;
     std::vector<std::byte> buffer = read_asset_file(path, "");
     total += buffer.size();
@@ -194,8 +192,8 @@ std::size_t bytes_of(std::span<const std::byte> bytes, const std::vector<GivenFi
   return total;
 }
 
-/// The reader process. It can be started while other threads run, because no memory of this process is used between
-/// fork and exec.
+/// The reader process. It can be started while other threads run, because the child uses no memory of this process
+/// between fork and exec.
 class ReaderProcess {
  public:
   ReaderProcess(const std::vector<std::byte>& bytes, const std::vector<GivenFile>& beside, const fs::path& file)
@@ -291,8 +289,8 @@ class ReaderProcess {
   pid_t pid_ = -1;
 };
 
-/// Decodes the reply. Returns nothing unless the bytes are exactly a mesh of bounded size with indices in range. The
-/// check is needed because a reader that has parsed a hostile file cannot be trusted.
+/// Decodes the reply of the reader. Returns nothing unless the bytes are exactly a mesh of bounded size with indices in
+/// range. A reader that has parsed a hostile file may be compromised, so its reply is checked.
 std::optional<geometry::TriangleMesh> mesh_of_reply(std::span<const std::uint8_t> reply) {
   ByteReader reader(reply);
   const std::uint8_t kind = reader.number<std::uint8_t>();
@@ -315,7 +313,7 @@ std::optional<geometry::TriangleMesh> mesh_of_reply(std::span<const std::uint8_t
   return mesh;
 }
 
-/// Replaces the reader's name for the file by the real name.
+/// Replaces the reader's name for the file in a message by the real name.
 std::string named_as(const fs::path& file, std::string text) {
   const std::string extension = file.extension().string();
   const std::string name = "mesh." + (extension.empty() ? "" : extension.substr(1));

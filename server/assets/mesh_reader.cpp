@@ -44,8 +44,8 @@ void limit(__rlimit_resource resource, std::size_t value) {
   setrlimit(resource, &both);
 }
 
-/// Limits memory, time and files after the libraries of the program are loaded. From then on the process cannot open
-/// files.
+/// Limits memory, time and files of this process. Called after the program's libraries are loaded; afterwards no file
+/// can be opened.
 void limit_resources(std::size_t file_bytes) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   limit(RLIMIT_AS, address_space_limit(file_bytes));
@@ -56,7 +56,7 @@ void limit_resources(std::size_t file_bytes) {
   std::set_new_handler([] { _exit(kOutOfMemory); });
 }
 
-/// Maps the whole standard input. Returns an empty span if there is none.
+/// Maps the whole standard input into memory. Returns an empty span if there is no input.
 std::span<const std::byte> input() {
   struct stat status {};
   if (fstat(STDIN_FILENO, &status) != 0 || status.st_size <= 0) return {};
@@ -108,14 +108,14 @@ std::span<const std::byte> without_mark(std::span<const std::byte> bytes) {
   return bytes.subspan(text_of(bytes).starts_with("\xEF\xBB\xBF") ? 3 : 0);
 }
 
-/// Returns whether Assimp's coordinates of an .obj are used unchanged. Otherwise caches and measurements of such files
-/// would become invalid.
+/// Returns whether Assimp's single-precision coordinates of an .obj are exact enough. If so, they are used unchanged,
+/// because the keys of cached contact shapes depend on them.
 bool is_ordinary(const Extent& extent) {
   constexpr double kMinSize = 1e-2, kMaxSize = 1e6, kFarthest = 4;
   return extent.size >= kMinSize && extent.size <= kMaxSize && extent.farthest <= kFarthest * extent.size;
 }
 
-/// Returns whether Assimp's vertices fill the same box as the vertices that the file lists.
+/// Returns whether Assimp's vertices fill the same box as the vertices in the file.
 bool is_same_box(const Extent& extent, const geometry::TriangleMesh& mesh) {
   constexpr double kMaxShare = 1e-5;
   Eigen::AlignedBox3d box;
@@ -201,6 +201,6 @@ int main(int argc, char** argv) {
   if (argc != 2 || bytes.empty()) return kBadCall;
   limit_resources(bytes.size());
   const bool is_written = write_all(import(bytes, lower_case(argv[1])));
-  // The importer's destructor is skipped, because the system frees the memory.
+  // The importer's destructor is skipped: the system frees the memory faster.
   _exit(is_written ? 0 : kBadCall);
 }

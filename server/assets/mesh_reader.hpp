@@ -1,6 +1,6 @@
 // Interface between mesh_file and the program tandem-mesh-reader. Parsers of mesh files trust the sizes that a file
-// declares: a file of 250 bytes that declared two billion vertices made Assimp allocate 19 GB. Therefore each file is
-// parsed by a separate process, which has bounded memory and time, opens no files, and may crash:
+// declares: with a file of 250 bytes that declared two billion vertices, Assimp allocated 19 GB. Therefore a separate
+// process parses each file. It has bounded memory and time, opens no files, and may crash:
 //
 //   tandem-mesh-reader FORMAT      FORMAT  the file's extension without the dot
 //   standard input                 the file and its additional files (buffers of a .gltf), from a descriptor of known
@@ -16,7 +16,7 @@
 
 namespace tandem::server::mesh_reader {
 
-/// Limits for one file. Within them clients can fetch the asset, and the server can build its contact shape, in
+/// Limits for one file. Within these limits, clients can fetch the asset and the server can build its contact shape in
 /// reasonable time.
 inline constexpr std::size_t kMaxFileBytes = std::size_t{64} << 20U;
 inline constexpr std::size_t kMaxTriangles = 1'000'000;
@@ -30,12 +30,12 @@ inline constexpr int kOutOfMemory = 3;
 /// Number of bytes of the largest mesh reply.
 inline constexpr std::size_t kMaxReplyBytes = 9 + kMaxVertices * 24 + kMaxTriangles * 12;
 
-/// Memory limit of the reader. Its memory per byte of the file was measured with a million triangles: 27 bytes for obj
-/// and binary stl, 22 for binary ply, and 9 to 10 for text ply, off and stl. Libraries take 60 MiB.
+/// Memory limit of the reader. Measured use with a million triangles, per byte of the file: 27 bytes for obj and binary
+/// stl, 22 for binary ply, 9 to 10 for text ply, off and stl. The libraries use 60 MiB.
 constexpr std::size_t address_space_limit(std::size_t file_bytes) {
   return (std::size_t{384} << 20U) + 40 * file_bytes;
 }
-/// Limit of processor time. Measured with the same files, the reader takes at most 0.065 s for each MiB.
+/// Limit of processor time. For the same files the reader was measured to need at most 0.065 s per MiB.
 constexpr std::size_t cpu_limit_s(std::size_t file_bytes) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   return 40 + (file_bytes >> 20U);

@@ -26,23 +26,23 @@ using docking::kKilojoulesPerKilocalorie;
 using docking::Molecule;
 
 constexpr double kStrongestPull_n = 1;
-/// Force scale for molecules that do not attract each other.
+/// Force scale for molecules without attraction to each other [N per kcal/mol/Å].
 constexpr double kScaleWithoutPull = 0.03;
 constexpr double kTouching_kcal_per_mol = 5;
-/// Largest number of pairs for which the energy is minimised; at this number it takes one or two seconds.
+/// Largest number of pairs for which the energy is minimised, which then takes one or two seconds.
 constexpr std::size_t kMaxToMinimise = 1'000'000;
 constexpr double kCoarseStep_angstrom = 1, kFineStep_angstrom = 0.1;
 constexpr double kSearchOut_angstrom = 4, kSearchIn_angstrom = 2;
 constexpr double kAside_angstrom = 6;
 constexpr int kSides = 6;
-/// Numbers for pulling one molecule out of the other: number of directions, descent steps at the start, and descent
+/// Parameters of pulling one molecule out of the other: number of directions, descent steps at the start, and descent
 /// steps after each displacement.
 constexpr int kExits = 24, kSettlingSteps = 40, kSlidingSteps = 10;
 constexpr double kBlocked_kcal_per_mol = 50, kHopeless_kj_per_mol = 1e9;
 constexpr double kDrawStep_angstrom = 0.25, kSlide_angstrom = 0.1;
-/// Limit below which a force does not count as attraction [kcal/mol/Å].
+/// Force above which there is an attraction [kcal/mol/Å].
 constexpr double kNoPull = 1e-3;
-/// Minimum depth of the well below the zero area, so that attraction can still be felt [kT].
+/// Depth of the well below the zero area at which attraction can still be felt [kT].
 constexpr double kFelt_kt = 3;
 
 double extent_angstrom(const Molecule& molecule) {
@@ -51,7 +51,8 @@ double extent_angstrom(const Molecule& molecule) {
   return extent;
 }
 
-/// Rounds to four digits. Kernels differ in the last digits of a float, but a scene must be the same on all machines.
+/// Rounds to four significant digits. Kernels of the field differ in the last digits of a float, but a scene must be
+/// the same on all machines.
 double rounded(double value) {
   const double step = std::pow(10, std::floor(std::log10(std::max(1e-12, std::abs(value)))) - 3);
   return std::round(value / step) * step;
@@ -67,9 +68,9 @@ Vec3 side(int index, int count) {
 docking::MolecularField field_of(const Molecule& a, const Molecule& b, FieldModel model, bool has_charges) {
   if (!has_charges) model.dielectric = docking::Dielectric::kNone;
   model.has_far_grid = model.has_far_grid && has_charges;
-  // The portable kernel gives the same numbers on every CPU, so recordings and checkpoints are valid for the same scene
-  // on other machines. With a grid it would take seconds, so the default kernel is used. Kernels differ only in the
-  // last digits of a float, and results are rounded to four digits.
+  // The portable kernel gives the same numbers on every CPU, so recordings and checkpoints match the scene on other
+  // machines. With a grid it would take seconds, so the default kernel is used there. Rounding to four digits removes
+  // the differences between kernels.
   return {a, b, model, model.has_far_grid ? "" : "portable"};
 }
 
@@ -81,7 +82,7 @@ struct Way {
   double best = 0, least_kcal_per_mol = 0;
 };
 
-/// Returns the pose of B displaced by `step`, in the coordinates of the 6×6 gradient.
+/// Returns the pose of B displaced by `step`, in the coordinates of the 6×6 gradient: translation, then rotation.
 Pose moved(const Pose& X, const Eigen::Matrix<double, 6, 1>& step) {
   return {X.p + step.head<3>(), (quaternion_of(step.tail<3>()) * X.q).normalized()};
 }
@@ -95,7 +96,7 @@ class Approach {
         farthest_(extent_angstrom(a) + extent_angstrom(b) + kAside_angstrom),
         gyration_(b.gyration_radius_angstrom()) {}
 
-  /// Contact distance by Lennard-Jones energy only, because charges may repel at much larger distances.
+  /// Returns the contact distance by the Lennard-Jones energy only, because charges may repel at much larger distances.
   double contact(const Vec3& direction_A) {
     double distance = farthest_;
     while (distance > 0 && at(repulsion_, direction_A, distance).first < kTouching_kcal_per_mol)
@@ -118,14 +119,14 @@ class Approach {
     return way;
   }
 
-  /// Largest force [kcal/mol/Å] against pulling B out of `place` along the easiest direction, with sideways motion and
-  /// rotation free. It is 0 if nothing holds B there, or if every direction is blocked.
+  /// Returns the largest force [kcal/mol/Å] against pulling B out of `place`, in the direction in which it is smallest.
+  /// Sideways motion and rotation are free. Returns 0 if nothing holds B there, or if every direction is blocked.
   ///
   /// In      report  called with the completed fraction, 0 to 1
   template <class Report>
   double hold(const Vec3& place, const Report& report) {
     Pose inside{place, Quat::Identity()};
-    // Interpenetrating molecules, such as a file with itself, have no bound pose and would take minutes.
+    // Interpenetrating molecules, e.g. two copies of one file, have no bound pose. Their search would take minutes.
     if (field_.evaluate(inside).energy_kj_per_mol() > kHopeless_kj_per_mol) {
       report(1.0);
       return 0;
@@ -149,7 +150,7 @@ class Approach {
     return std::isfinite(easiest) ? easiest : 0;
   }
 
-  /// Energy on the approach at which the repulsive force reaches `push` [kcal/mol].
+  /// Returns the energy on the approach at which the repulsive force reaches `push` [kcal/mol].
   double energy_of_push(const Way& way, double push) {
     double energy = 0;
     for (double in = -kSearchOut_angstrom; in < kSearchIn_angstrom; in += kFineStep_angstrom) {
@@ -168,7 +169,7 @@ class Approach {
             result.force_on_b.dot(direction_A) / kKilojoulesPerKilocalorie};
   }
 
-  /// Descends with steps perpendicular to `held_A`. Returns the field at the end.
+  /// Descends in energy with steps perpendicular to `held_A`. Returns the field at the end.
   docking::FieldResult descend(Pose& X, const Vec3& held_A, int steps) {
     docking::FieldResult here = field_.evaluate(X);
     double way = kSlide_angstrom;
@@ -203,7 +204,7 @@ std::vector<Vec3> ways(const Vec3& offset) {
   return directions;
 }
 
-/// Rounds, and clamps to the range that the field may have in scenes.
+/// Rounds a value, and clamps it to the range of this field in scene files.
 double bounded(double value, std::string_view field) {
   const proto::SceneRange& range = proto::scene_range(field);
   return rounded(std::clamp(value, range.low, range.high));
@@ -252,8 +253,8 @@ class Probe {
     return least;
   }
 
-  /// Lowest energy of descents from the pose in the files and from the best position of all approaches. It is 0 if the
-  /// molecules do not attract each other.
+  /// Returns the lowest energy of the descents from two starts: the pose in the files, and the best position of all
+  /// approaches. Returns 0 if the molecules do not attract each other.
   /// Fails   std::invalid_argument: too many atoms
   double minimum() const {
     double least = 0;
@@ -279,11 +280,12 @@ class Probe {
     std::vector<Way> ways;
     Approach approach;
   };
-  /// Fraction of the total work that the approaches take, for the progress report.
+  /// Fraction of the total work that the approaches take; used for the progress report.
   static constexpr double kPartOfWays = 0.3;
 
-  /// Returns the model for the probe. If a step cannot evaluate all pairs, the model has a cut-off and a grid:
-  /// thousands of evaluations of all pairs would take minutes, and results are rounded to four digits.
+  /// Returns the model for the probe. If there are too many pairs to evaluate all in a step, the model has a cut-off
+  /// and a grid. Thousands of evaluations of all pairs would take minutes, and results are rounded to four digits
+  /// anyway.
   static FieldModel probed(const Molecule& a, const Molecule& b, FieldModel model) {
     if (model.cutoff_angstrom == 0) docking::choose_cutoff(a, b, model);
     return model;
@@ -319,7 +321,7 @@ std::pair<Pose, double> minimum_near(const Molecule& a, const Molecule& b, const
 
 namespace {
 
-/// Returns a note for the user about which pairs are summed in each step.
+/// Returns a note for the user: which pairs of atoms are summed in each step.
 std::string method_note(std::span<const Molecule* const> molecules, const FieldModel& model) {
   std::size_t pairs = 0;
   bool is_too_large = false;
@@ -351,7 +353,7 @@ std::vector<std::string> complete_molecular_scale(wire::MolecularField& field,
     const Vec3 line = line_of_centres(centres_angstrom[1] - centres_angstrom[0]);
     notes.push_back(well_note(way_in(*molecules[0], *molecules[1], model, line)(model)));
   }
-  std::optional<Probe> made;  // made when needed, because probing takes time and an author may have given all numbers
+  std::optional<Probe> made;  // made on first use, because probing takes time and may be unnecessary
   const auto probe = [&]() -> Probe& {
     return made ? *made : made.emplace(molecules, centres_angstrom, model, progress);
   };

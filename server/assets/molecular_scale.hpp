@@ -1,4 +1,4 @@
-// Finds the scale of the interaction between molecules by probing them, for scenes whose author has left it open.
+// Finds the scale of the interaction between molecules by probing them, for scenes that leave the scale open.
 #pragma once
 
 #include <functional>
@@ -13,32 +13,32 @@
 
 namespace tandem::server {
 
-/// Distance of `b` from the origin of `a` along `direction_A` at contact [Å]. At every larger distance the
+/// Returns the distance of `b` from the origin of `a` along `direction_A` at contact [Å]. At every larger distance the
 /// Lennard-Jones energy is at most 5 kcal/mol.
 /// In      a, b  positions relative to their own centres; b has the orientation of a
 double contact_distance_angstrom(const docking::Molecule& a, const docking::Molecule& b,
                                  const docking::FieldModel& model, const Vec3& direction_A);
 
-/// Returns the pose of lowest energy near `X_AB_angstrom`, found by all steps of a PoseMinimiser, and its energy
-/// [kcal/mol].
+/// Returns the pose of lowest energy near `X_AB_angstrom` and its energy [kcal/mol], found by running a PoseMinimiser
+/// to its end.
 std::pair<Pose, double> minimum_near(const docking::Molecule& a, const docking::Molecule& b,
                                      const docking::FieldModel& model, const Pose& X_AB_angstrom);
 
-/// Progress callback for molecules of more than a million pairs. It gets the current task and its completed fraction
-/// (0..1).
+/// Progress callback for molecules with more than a million pairs. Its arguments are the current task and the completed
+/// fraction of it (0..1).
 using ScaleProgress = std::function<void(const std::string& what, double done)>;
 
-/// Fills in the numbers of `field` that are 0, which means "to be found": newtons_per_kcal_per_mol_angstrom,
-/// knee_kcal_per_mol and, with a zero area, minimum_kcal_per_mol. It probes each pair of molecules in two ways. First,
-/// the molecules approach each other along their line of centres, in the orientation of their files, and from six
-/// sides. Second, one is pulled out of its pose in the files in 24 directions, with sideways motion free; the easiest
+/// Fills in those numbers of `field` that are 0, which means "to be found": newtons_per_kcal_per_mol_angstrom,
+/// knee_kcal_per_mol and, with a zero area, minimum_kcal_per_mol. Each pair of molecules is probed in two ways. First,
+/// the molecules approach each other in the orientation of their files, along their line of centres and from six sides.
+/// Second, one molecule is pulled out of its pose in the files in 24 directions, with sideways motion free; the easiest
 /// direction counts. The strongest attraction of all probes becomes 1 N. The minimum is the lowest energy of two
 /// descents, from the best approach and from the pose in the files. A zero area that would contain all attraction is
 /// removed.
 ///
 /// In      molecules      positions relative to their own centres
 ///         centres        centre of each molecule in its file [Å]
-/// Out     one line of text for the user for each result
+/// Out     one line of text per result, for the user
 /// Fails   std::invalid_argument: a minimum is to be found for more than a million pairs of atoms
 std::vector<std::string> complete_molecular_scale(wire::MolecularField& field,
                                                   std::span<const docking::Molecule* const> molecules,

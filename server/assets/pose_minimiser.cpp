@@ -24,9 +24,9 @@ PoseMinimiser::PoseMinimiser(const docking::Molecule& a, const docking::Molecule
                              const Pose& X_AB_angstrom)
     : a_(&a), b_(&b), model_(&model), radius_(std::max(1.0, farthest_atom_angstrom(b))), X_(X_AB_angstrom) {}
 
-/// Returns the pose of the next step; nothing if there is none.
+/// Returns the pose of the next step; nothing if there is no further step.
 std::optional<Pose> PoseMinimiser::next() {
-  // Rotations are scaled by the distance of the farthest atom, so that they count as the displacement of that atom.
+  // Rotations are scaled by the distance of the farthest atom, so that they have the unit of that atom's displacement.
   Vector6 push, scale;
   push << here_.force_on_b, here_.torque_on_b;
   scale << 1, 1, 1, radius_, radius_, radius_;

@@ -1,4 +1,4 @@
-// Finds the pose of lowest energy of two molecules near a given pose, in steps that a caller may spread over time.
+// Finds the pose of lowest energy of two molecules near a given pose. The caller may spread its steps over time.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@ namespace tandem::server {
 /// Descends from a pose. Every accepted step lowers the energy.
 ///
 /// Model   Levenberg-Marquardt steps with the 6×6 gradient of exact_field(). A step is limited to 0.5 Å of translation,
-///         and of displacement of the farthest atom by rotation. Ends when a step gains less than 1e-6 kcal/mol
+///         and to a rotation that moves the farthest atom by 0.5 Å. Ends when a step gains less than 1e-6 kcal/mol
 class PoseMinimiser {
  public:
   static constexpr int kMaxSteps = 200;
@@ -23,9 +23,9 @@ class PoseMinimiser {
   /// Out     false: the minimum is reached, or kMaxSteps are done; further calls have no effect
   /// Cost    one evaluation of exact_field() with its gradient
   bool step();
-  /// Pose of lowest energy so far.
+  /// Returns the pose of lowest energy so far.
   const Pose& pose() const { return X_; }
-  /// Energy of that pose; 0 before the first step().
+  /// Returns the energy of pose(); 0 before the first step().
   double energy_kj_per_mol() const { return here_.energy_kj_per_mol(); }
 
  private:

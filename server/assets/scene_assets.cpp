@@ -21,13 +21,13 @@
 namespace tandem::server {
 namespace {
 
-/// Size of a mesh above which cell sizes and spacings increase in proportion to it. The default ones would take too
-/// much memory.
+/// Mesh size above which cell sizes and spacings grow in proportion to the size. With constant cell sizes, large meshes
+/// would need too much memory.
 constexpr double kFullResolutionSize_m = 0.2;
 constexpr const char* kMillimetres = "0.001 if the file is in millimetres";
 
-/// Size of a contact asset above which a coarse one is also made, which clients use until they have received the fine
-/// one. The factors below apply to cells, tolerance and distances between points.
+/// Size of a contact asset above which a coarse asset is made, too. Clients use it until they have received the fine
+/// one. The factors below apply to cells, tolerance and distances between points of the coarse asset.
 constexpr std::size_t kMaxBytesWithoutCoarse = 200 * 1024;
 constexpr double kCoarseCells = 4;
 constexpr double kCoarseTolerance = 8;
@@ -75,7 +75,7 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-/// Calls `read`, and converts a std::runtime_error to a refusal of the field.
+/// Calls `read`, and converts a std::runtime_error to a refusal of the scene field.
 template <class Read>
 auto or_refused(const SceneField& field, const Read& read) {
   try {
@@ -85,8 +85,7 @@ auto or_refused(const SceneField& field, const Read& read) {
   }
 }
 
-/// Aborts a build that takes too long. It is called in the progress callback; throwing there discards the partial
-/// result.
+/// Aborts a build that takes too long. Called in the progress callback: throwing there discards the partial result.
 [[noreturn]] void refuse_long_build(Duration allowed, double done) {
   throw geometry::MeshError("the scene's meshes take longer than " + number_text(to_seconds(allowed)) +
                             " s to be made ready for touch, and this one was done by " +
@@ -94,7 +93,7 @@ auto or_refused(const SceneField& field, const Read& read) {
                             " %: simplify it, give a smaller largest_size_m, or allow more (--build-limit)");
 }
 
-/// Returns the bounds of a mesh. Refuses a mesh of size 0, because its size is used as a divisor.
+/// Returns the bounding box of a mesh. Refuses a mesh of size 0, because its size is a divisor.
 Eigen::AlignedBox3d measured(const geometry::TriangleMesh& mesh, const std::filesystem::path& file,
                              const SceneField& field) {
   try {
@@ -104,14 +103,14 @@ Eigen::AlignedBox3d measured(const geometry::TriangleMesh& mesh, const std::file
   }
 }
 
-/// Scales and centres the mesh as the scene specifies, and writes the resulting scale to `message`.
+/// Scales and centres the mesh as the scene specifies. Writes the resulting scale and size to `message`.
 void place(geometry::TriangleMesh& mesh, wire::Mesh& message, const std::filesystem::path& file,
            const SceneField& field) {
   const Eigen::AlignedBox3d bounds = measured(mesh, file, field);
   const double largest = bounds.sizes().maxCoeff();
   if (message.largest_size_m() > 0) message.set_scale(message.largest_size_m() / largest);
   message.set_largest_size_m(largest * message.scale());
-  // Clients receive both values and check them against the same ranges.
+  // Clients receive both values and check them against the same ranges, so the server checks both.
   if (!proto::scene_range("Mesh.largest_size_m").accepts(message.largest_size_m())) {
     field.refuse("is " + file.string() + ", which is " + number_text(message.largest_size_m()) +
                  " m large; give largest_size_m or another scale (" + kMillimetres + ")");
@@ -125,7 +124,8 @@ void place(geometry::TriangleMesh& mesh, wire::Mesh& message, const std::filesys
   for (Vec3& vertex : mesh.vertices) vertex = (vertex - centre) * message.scale();
 }
 
-/// Returns a warning if metres were probably taken for millimetres, or the reverse; empty if the size is plausible.
+/// Returns a warning if the file is probably in another unit (millimetres instead of metres, or the reverse); empty if
+/// the size is plausible.
 std::string size_warning(const wire::Mesh& message) {
   const std::string doubt = doubt_of_size(message.largest_size_m(), message.scale(), message.file());
   if (doubt.empty()) return doubt;
@@ -134,7 +134,7 @@ std::string size_warning(const wire::Mesh& message) {
   return message.file() + ": " + doubt + " Else give the mesh scale" + millimetres + " or largest_size_m";
 }
 
-/// Returns a name that contains the size, because a scene may use the same mesh in several sizes.
+/// Returns the file name with the size appended, because a scene may use one mesh in several sizes.
 std::string sized_name(const wire::Mesh& message) {
   return message.file() + "." + std::to_string(std::llround(message.largest_size_m() * 1e6)) + "um";
 }
@@ -146,7 +146,7 @@ struct SceneAssets::Contact {
   std::shared_ptr<const contact::ContactShape> shape;
   std::shared_ptr<const proto::Bytes> bytes;
   proto::Sha256 sha256{};
-  std::string note;  ///< for the operator: number of points, spacing, memory, build time, origin (built or cache)
+  std::string note;  ///< for the operator: number of points, spacing, memory, build time, built or cached
 };
 
 std::filesystem::path SceneAssets::located(const std::string& file) const {
@@ -160,7 +160,7 @@ std::shared_ptr<const proto::Bytes> SceneAssets::read(const std::filesystem::pat
   auto bytes = std::make_shared<const proto::Bytes>(or_refused(field, [&] { return read_asset_file(file, remedy); }));
 
   const Asset asset{proto::sha256_of(*bytes), kind, file.filename().string(), bytes};
-  // Clients receive only the name without folder, so it must identify the asset.
+  // Clients receive the name without its folder, so the name alone must identify the asset.
   const auto same_name = [&asset](const Asset& other) { return other.name == asset.name; };
   const auto clash = std::find_if(assets.begin(), assets.end(), same_name);
   if (clash != assets.end() && clash->sha256 != asset.sha256) {
@@ -283,7 +283,7 @@ void SceneAssets::add_user_note(const std::string& note) {
 }
 
 bool SceneAssets::offer(Asset asset) {
-  // Two surfaces may share the bytes of a drawing, so `coarse_of` is compared too.
+  // Two surfaces may have drawings with equal bytes, so `coarse_of` is compared as well.
   const auto is_same = [&asset](const Asset& other) {
     return other.sha256 == asset.sha256 && other.coarse_of == asset.coarse_of;
   };
@@ -340,7 +340,7 @@ void SceneAssets::add_molecule(const docking::Molecule& molecule, wire::Molecule
   const auto bytes = std::make_shared<const proto::Bytes>(docking::molecule_asset_bytes(molecule));
   const proto::Sha256 hash = proto::sha256_of(*bytes);
   message.set_asset_sha256(hash.data(), hash.size());
-  // The name contains the chains, because a scene may use the same file with several choices of chains.
+  // The name contains the chains, because a scene may use one file with several choices of chains.
   std::string name = message.file();
   for (const std::string& chain : message.chains()) name += "." + chain;
   offer({hash, "molecule", name + ".molecule", bytes});

@@ -1,6 +1,6 @@
-// Reads the files that a scene names. Each file is read once, hashed, and converted to a mesh or a molecule. Contact
-// shapes are built here as well. Building takes milliseconds for primitives and seconds for meshes, unless the disk
-// cache has them.
+// Reads the files that a scene names: each file is read once, hashed, and converted to a mesh or a molecule. Contact
+// shapes are built here as well, in milliseconds for primitives and in seconds for meshes, unless the disk cache
+// contains them.
 #pragma once
 
 #include <filesystem>
@@ -26,10 +26,10 @@ namespace tandem::server {
 /// Settings for loading a scene that are not part of its file.
 struct SceneLoading {
   std::filesystem::path cache_directory = default_cache_directory();  ///< folder of the cache; empty: no cache
-  /// Progress callback of long tasks. It gets the task and its completed fraction (0..1).
+  /// Progress callback of long tasks. Its arguments are the task and the completed fraction of it (0..1).
   std::function<void(const std::string& what, double done)> progress;
-  /// Called before any shape is built, with warnings on which the operator may want to act first, such as an
-  /// implausible scale.
+  /// Called before any shape is built, with warnings after which the operator may want to stop, such as an implausible
+  /// scale.
   std::function<void(const std::string& warning)> warn;
   /// Limit of the total time for building the contact shapes of the scene.
   Duration max_build = Duration::max();
@@ -45,43 +45,43 @@ struct Asset {
   std::string name;  ///< file name without folder
   std::shared_ptr<const proto::Bytes> bytes;
   std::optional<proto::Sha256>
-      coarse_of{};  ///< contact shape that a "coarse-contact" replaces, or "surface" of a "drawing"
+      coarse_of{};  ///< "contact" asset that a "coarse-contact" replaces, or "surface" of a "drawing"
 };
 
-/// Reads the files of one scene and makes contact shapes. Each file is read once, and equal shapes are made once.
+/// Reads the files of one scene and builds contact shapes. Each file is read once, and equal shapes are built once.
 class SceneAssets {
  public:
   /// In      directory  base folder of relative file names
   SceneAssets(std::filesystem::path directory, SceneLoading loading)
       : directory_(std::move(directory)), loading_(std::move(loading)) {}
 
-  /// Reads, scales, centres and repairs the mesh. Writes the name without folder and the scale used to `message`.
+  /// Reads, scales, centres and repairs the mesh. Writes its name without folder and the applied scale to `message`.
   /// Fails   SceneError: the file is missing, not a mesh, too large, not finite, or beyond repair
   geometry::ContactMesh load_mesh(wire::Mesh& message, const SceneField& field);
 
-  /// Returns the contact shape of a mesh, from the cache if possible. If the cache entry is unreadable, damaged or of
-  /// another program, the shape is built again. A cache that cannot be written causes a note, not an error. The shape
-  /// is offered to clients, and its hash is written to `message`.
+  /// Returns the contact shape of a mesh, from the cache if possible. If the cache entry is unreadable, damaged or from
+  /// another version of the program, the shape is built again. A cache that cannot be written causes a note, not an
+  /// error. The shape is offered to clients, and its hash is written to `message`.
   /// Fails   see make_contact_mesh(); MeshError: building the scene's shapes takes longer than
   ///         SceneLoading::max_build
   std::shared_ptr<const contact::ContactShape> mesh_contact(const geometry::ContactMesh& mesh, wire::Mesh& message);
-  /// Offers the triangles of `mesh`, as load_mesh() returned it, and its drawings to clients. Writes their hash to
+  /// Offers clients the triangles of `mesh`, a result of load_mesh(), and drawings of it. Writes their hash to
   /// `message`. A mesh with more triangles than a client accepts causes a note instead.
   void add_surface(const geometry::TriangleMesh& mesh, wire::Mesh& message);
 
-  /// Registers all molecules of a scene before the first one is loaded. Their files share a frame, so hydrogens that
-  /// are built for one molecule must avoid the atoms of the others (load_molecule()).
+  /// Registers all molecules of a scene; call it before the first one is loaded. Their files share a frame, so
+  /// hydrogens that are built for one molecule must avoid the atoms of the others (load_molecule()).
   void add_sources(const wire::Scene& scene);
 
-  /// Reads the chosen chains; the origin becomes the centre of mass. Offers the molecule to clients, and writes its
-  /// name without folder and its hash to `message`.
-  /// Out     centre_angstrom  the origin, in the frame of the file
+  /// Reads the chosen chains of a molecule, with the centre of mass as origin. Offers the molecule to clients, and
+  /// writes its name without folder and its hash to `message`.
+  /// Out     centre_angstrom  position of the origin in the frame of the file
   /// Fails   SceneError
   std::shared_ptr<const docking::Molecule> load_centred_molecule(wire::MoleculeSource& message,
                                                                  const std::string& force_field_directory,
                                                                  const SceneField& field, Vec3& centre_angstrom);
 
-  /// Adds a note that is also shown to users.
+  /// Adds a note for the operator that users see as well.
   void add_user_note(const std::string& note);
 
   std::vector<Asset> assets;
@@ -93,15 +93,15 @@ class SceneAssets {
 
   const Contact& contact_of(const geometry::ContactMesh& mesh, double sheet_thickness_m, const std::string& name,
                             bool is_coarse);
-  /// Offers a coarse contact asset, with which clients compute contact until they have received `fine`. It is not
-  /// offered if it is larger than a quarter of `fine`.
+  /// Offers a coarse contact asset, which clients use until they have received `fine`. It is not offered if it is
+  /// larger than a quarter of `fine`.
   void add_coarse_contact(const geometry::ContactMesh& mesh, const wire::Mesh& message, const Contact& fine);
   /// Reads the bytes of a file and stores them as an asset of `kind`.
   std::shared_ptr<const proto::Bytes> read(const std::filesystem::path& file, const std::string& kind,
                                            const SceneField& field);
   void add_drawings(const geometry::TriangleMesh& mesh, const wire::Mesh& message, const proto::Sha256& surface);
   std::filesystem::path located(const std::string& file) const;
-  /// Adds an asset. Returns false if the same asset was already offered.
+  /// Adds an asset. Returns false if it was offered before.
   bool offer(Asset asset);
   void add_molecule(const docking::Molecule& molecule, wire::MoleculeSource& message);
 

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kMaxNameBytes = 64;
 constexpr std::size_t kMaxDescriptionBytes = 2000;
-constexpr double kMaxContactPoints = 1 << 20U;  // limit for one room; each takes about 1 KiB
+constexpr double kMaxContactPoints = 1 << 20U;  // limit of a room; a point takes about 1 KiB
 constexpr std::uint32_t kDefaultObservers = 4;
 constexpr double kDefaultBounds_m = 10;
 
@@ -36,7 +36,7 @@ void complete(wire::Tool& tool) {
   if (tool.shapes().empty()) tool.add_shapes()->mutable_sphere()->set_radius_m(0.005);
   complete(*tool.mutable_shapes());
   wire::Workspace& workspace = *tool.mutable_workspace();
-  // The default makes the resting handle coincide with the tool's initial pose.
+  // By default, the resting handle coincides with the tool's initial pose.
   if (!workspace.has_device_base()) *workspace.mutable_device_base() = tool.placement();
 }
 
@@ -75,7 +75,8 @@ void complete_limits(wire::Scene& scene) {
   if (!limits.has_bounds_m()) limits.set_bounds_m(std::max(kDefaultBounds_m, 2 * farthest_start_m(scene)));
 }
 
-/// Adds every sub-message that a complete scene has, and those defaults that are not numbers or depend on other fields.
+/// Adds every sub-message of a complete scene, and the defaults that the table of ranges lacks: those that are not
+/// numbers or that depend on other fields.
 void complete(wire::Scene& scene) {
   for (wire::Body& body : *scene.mutable_bodies()) {
     body.mutable_placement();
@@ -117,7 +118,7 @@ void check(const wire::Shape& shape, const SceneField& field) {
   }
 }
 
-/// In      field  location of the owner of the shapes
+/// In      field  field of the object that owns the shapes
 void check(const Shapes& shapes, const SceneField& field) {
   if (shapes.empty()) field.in("shapes").refuse("is empty; at least one shape is needed");
   if (shapes.size() > proto::kMaxShapes) {
@@ -127,8 +128,8 @@ void check(const Shapes& shapes, const SceneField& field) {
   for (int i = 0; i < shapes.size(); ++i) check(shapes[i], field.in("shapes", static_cast<std::size_t>(i)));
 }
 
-/// Requires that a molecule is the only shape of its body, because its centre of mass is the origin and its atoms
-/// determine the inertia.
+/// Requires that a molecule is the only shape of its body, without a placement. The body's origin is the molecule's
+/// centre of mass, and the atoms determine the inertia.
 void check_molecule_stands_alone(const wire::Body& body, const SceneField& field) {
   for (int i = 0; i < body.shapes_size(); ++i) {
     if (!body.shapes(i).has_molecule()) continue;

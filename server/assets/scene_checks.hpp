@@ -1,4 +1,4 @@
-// Checks of a scene that need no other file: defaults, ranges, names and capacities.
+// Checks of a scene that need no further file: defaults, ranges, names and capacities.
 #pragma once
 
 #include <set>
@@ -12,14 +12,14 @@ namespace tandem::server {
 /// Default value of MolecularField::dielectric.
 inline constexpr const char* kDefaultDielectric = "4r";
 
-/// Fills in every default of `scene`, and refuses the first invalid field. The ranges of single numbers
-/// (proto/scene_ranges.hpp) are checked first, then conditions that involve several fields.
+/// Fills in every default of `scene`, and refuses the first invalid field. Ranges of single numbers
+/// (proto/scene_ranges.hpp) are checked before conditions on several fields.
 ///
-/// In      scene  result of the parser; its file names are not changed
+/// In      scene  output of the parser; its file names are not changed
 /// Fails   SceneError
 void complete_and_check(wire::Scene& scene, const SceneField& file);
 
-/// Checks for parts that several kinds of objects have.
+/// Checks of parts that occur in several kinds of objects.
 void check_unique_name(const std::string& name, std::set<std::string>& taken, const SceneField& field);
 void complete_mesh(wire::Mesh& mesh);
 void check_mesh(const wire::Mesh& mesh, const SceneField& field);

@@ -15,7 +15,7 @@ constexpr std::string_view kAdaptiveLaw = "adaptive";
 constexpr double most(std::string_view coefficient) {
   return proto::find_coupling_field(coefficient)->high;
 }
-// A scene accepts every value that a device profile may contain.
+// A scene must accept every value that a device profile may contain, so the upper limits are equal.
 static_assert(haptics::kMaxFitStiffness_n_per_m == most("coupling.stiffness_n_per_m"));
 static_assert(haptics::kMaxFitDamping_n_s_per_m == most("coupling.damping_n_s_per_m"));
 static_assert(haptics::kMaxFitStiffness_n_m_per_rad == most("coupling.stiffness_n_m_per_rad"));
@@ -30,11 +30,11 @@ haptics::Cubic cubic_of(const Numbers& numbers) {
   return cubic;
 }
 
-/// The fit of thesis_adaptive_fit(), in the notation of scene files.
+/// Fit of thesis_adaptive_fit() in the notation of scene files.
 constexpr std::string_view kThesisFit =
     R"({"mass_range_kg": [0.05, 0.2], "stiffness_n_per_m": [16.21, 116.53], "damping_n_s_per_m": [0.2]})";
 
-/// Converts a message that has been checked.
+/// Converts a message that has passed the checks.
 haptics::AdaptiveFit from_wire(const wire::AdaptiveFit& message) {
   haptics::AdaptiveFit fit;
   fit.mass_low_kg = message.mass_range_kg(0);
@@ -65,7 +65,7 @@ void check_polynomial(const Numbers& coefficients, const SceneField& field) {
   }
 }
 
-/// Checks that the values of both polynomials on `range` are within the ranges of the wire format.
+/// Checks that both polynomials stay within the ranges of the wire format for all arguments in `range`.
 void check_values(const Numbers& range, const haptics::Cubic& stiffness, const haptics::Cubic& damping,
                   std::string_view stiffness_name, std::string_view damping_name, const SceneField& fit) {
   for (int i = 0; i <= haptics::kFitSamples; ++i) {

@@ -10,9 +10,9 @@
 namespace tandem::server {
 
 void complete_coupling(wire::Coupling& coupling);
-/// Refuses an unknown law, and a fit that is missing or that the law cannot use.
+/// Refuses an unknown law, and a fit that the law needs and lacks or cannot use.
 void check_coupling(const wire::Coupling& coupling, const SceneField& file);
-/// Returns the fit of a complete description; nothing for a law without a fit.
+/// Returns the fit in a complete description; nothing for a law without a fit.
 std::optional<haptics::AdaptiveFit> adaptive_fit(const wire::Coupling& coupling);
 
 }  // namespace tandem::server

@@ -20,12 +20,12 @@ SceneField SceneField::in(const std::string& name, std::size_t index) const {
 }
 
 void SceneField::refuse(const std::string& text) const {
-  // The text may contain parts of the file, so it is made printable.
+  // The text may quote parts of the file, so it is made printable.
   throw SceneError(net::printable(origin_ + ": " + (field_.empty() ? "" : field_ + " ") + text, kMaxErrorBytes));
 }
 
 void SceneField::require_within(double value, double low, double high, const std::string& demand) const {
-  // This form of the comparison also refuses NaN.
+  // Written such that NaN is refused as well.
   if (value >= low && value <= high) return;
   refuse("is " + number_text(value) + "; it must be " + demand);
 }

@@ -1,4 +1,4 @@
-// Location of a value in a scene file. With it, every refusal names the location in the same form.
+// Location of a value in a scene file. All refusals name it in the same form.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace tandem::server {
 
-/// Error of a scene that cannot be used. what() names the file, the field with its index, the value and the valid
+/// Error for a scene that cannot be used. what() names the file, the field with its index, the value and the valid
 /// range:
 ///   peg.json: bodies[2].mass_kg is -1; it must be 0 (static) or more
 class SceneError : public std::runtime_error {
@@ -21,7 +21,7 @@ class SceneError : public std::runtime_error {
 /// A field of a scene file, e.g. `bodies[2].mass_kg` of `peg.json`.
 class SceneField {
  public:
-  /// Constructs the field of the whole file.
+  /// Constructs the location of the whole file.
   explicit SceneField(std::string origin) : origin_(std::move(origin)) {}
 
   SceneField in(const std::string& name) const;
@@ -31,7 +31,7 @@ class SceneField {
   const std::string& name() const { return field_; }
   /// Throws SceneError "<file>: <field> <text>".
   [[noreturn]] void refuse(const std::string& text) const;
-  /// Refuses a number outside [low, high]. These limits depend on other fields; `demand` describes them in words.
+  /// Refuses a number outside [low, high]. For limits that depend on other fields; `demand` describes them in words.
   void require_within(double value, double low, double high, const std::string& demand) const;
 
  private:

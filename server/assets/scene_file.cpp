@@ -24,14 +24,14 @@ namespace {
 
 constexpr std::size_t kMaxSceneFileBytes = 1U << 20U;
 
-/// Returns the line of a syntax error. It is found from the text that protobuf quotes above its caret; 0 if there is
-/// none.
+/// Returns the line of a syntax error; 0 if unknown. It is derived from the source text that protobuf quotes above its
+/// caret.
 std::size_t line_of_error(const std::string& json, const std::string& message) {
   const std::size_t quote_begin = message.find('\n');
   const std::size_t quote_end = message.rfind('\n');
   if (quote_begin == std::string::npos || quote_end <= quote_begin) return 0;
   const std::string quote = message.substr(quote_begin + 1, quote_end - quote_begin - 1);
-  // If the error is at the end of the text, the quoted text is empty.
+  // For an error at the end of the text, the quote is empty.
   std::size_t position = json.size();
   if (!quote.empty()) {
     position = json.find(quote);
@@ -68,7 +68,7 @@ wire::Scene parse(const std::string& json, const SceneField& file) {
   file.refuse(where + "not a scene in JSON: " + message.substr(0, message.find('\n')));
 }
 
-/// In      remedy  advice for a body without volume
+/// In      remedy  advice in the message about a body without volume
 MassProperties checked_mass(double mass_kg, const std::vector<SolidShape>& shapes, const SceneField& field,
                             const std::string& remedy) {
   try {
@@ -95,8 +95,8 @@ class SceneBuilder {
     wire::Scene& description = scene_->description;
     scene_->world = proto::world_from_wire(description);
     scene_->molecule_centres_angstrom.resize(scene_->world.bodies.size(), Vec3::Zero());
-    // All files are read before the first contact shape is built, because building takes long. A wrong scale is thus
-    // reported at once.
+    // All files are read before the first contact shape is built. Building takes long, and an error such as a wrong
+    // scale is thus reported at once.
     assets_.add_sources(description);
     for (int i = 0; i < description.bodies_size(); ++i) add_body(i);
     for (int i = 0; i < description.tools_size(); ++i) add_tool(i);
@@ -119,7 +119,7 @@ class SceneBuilder {
  private:
   using Shapes = google::protobuf::RepeatedPtrField<wire::Shape>;
 
-  /// Loads shapes without building contact shapes. Building takes long, so errors of a body are reported before it.
+  /// Loads the files of shapes without building contact shapes, so that errors are reported before the long build.
   std::vector<SolidShape> load_shapes(Shapes& shapes, const SceneField& field) {
     std::vector<SolidShape> solids;
     for (int i = 0; i < shapes.size(); ++i) {
@@ -258,10 +258,10 @@ class SceneBuilder {
     scene_->world.molecular_minimum_kcal_per_mol = field.minimum_kcal_per_mol();
   }
 
-  /// Refuses a scene that needs too much work for the step rate. The error is thus reported at load time, not felt by
-  /// users.
+  /// Refuses a scene whose steps would take too long for the step rate. The error is thus reported when the scene is
+  /// loaded, not felt by users.
   void check_atom_pairs() const {
-    // With a cut-off the work depends on the size of the contact area, which is not known here.
+    // With a cut-off, the work depends on the size of the contact area, which is unknown here.
     if (scene_->world.field_model.cutoff_angstrom > 0) return;
     double pairs = 0, atoms = 0;
     for (const physics::BodyDescription& body : scene_->world.bodies) {
@@ -278,13 +278,14 @@ class SceneBuilder {
                 "chains that touch (molecule.chains), or raise it where server and clients can bear that");
   }
 
-  /// Removes the folder of the force field, so that clients do not learn folders of the server.
+  /// Removes the path of the force field's folder, so that clients do not see folders of the server.
   static void hide_directory(wire::MolecularField& field) {
     field.set_force_field_directory(std::filesystem::path(field.force_field_directory()).filename().string());
   }
 
   void check_size() const {
-    // The message Joined contains the description and a few more kilobytes.
+    // The message Joined contains the description and a few more kilobytes. Half of the limit leaves enough space for
+    // them.
     const std::size_t size = scene_->description.ByteSizeLong();
     if (size > proto::kMaxControlBytes / 2) {
       file_.refuse("has a description of " + std::to_string(size) + " bytes; at most " +
@@ -333,7 +334,7 @@ std::shared_ptr<const LoadedScene> load_scene(const std::filesystem::path& file,
   if (!stream || std::filesystem::is_directory(file)) {
     throw SceneError(file.string() + ": cannot be read; give the path of a scene file (server/scenes holds examples)");
   }
-  // One byte above the limit is read, so that a file that is too large is detected without reading all of it.
+  // One byte above the limit is requested, so that a file that is too large is detected without reading all of it.
   std::string text(kMaxSceneFileBytes + 1, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(stream.gcount()));

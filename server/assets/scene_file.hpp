@@ -1,4 +1,4 @@
-// Converts a scene file into the data that a room needs: checked and completed, with meshes and molecules loaded.
+// Converts a scene file into the data that a room needs: checked and complete, with meshes and molecules loaded.
 #pragma once
 
 #include <filesystem>
@@ -17,10 +17,10 @@
 
 namespace tandem::server {
 
-/// A scene that is ready to run. It is immutable and shared by the room and the sessions.
+/// A scene that is ready to run. It is immutable; the room and the sessions share it.
 struct LoadedScene {
   wire::Scene description;          ///< all defaults are filled in; file names are without folder
-  physics::WorldDescription world;  ///< the same scene for the physics: masses, contact shapes, molecules
+  physics::WorldDescription world;  ///< the scene in the form for the physics: masses, contact shapes, molecules
   std::vector<std::vector<SolidShape>> body_shapes;  ///< parallel to world.bodies
   std::vector<Vec3> molecule_centres_angstrom;       ///< parallel to world.bodies: origin of the molecule in its file
   std::vector<WorkspaceMapping> workspaces;          ///< parallel to world.tools
@@ -33,11 +33,11 @@ struct LoadedScene {
 /// Returns the bodies that have a mass.
 std::vector<BodyId> moving_bodies_of(const LoadedScene& scene);
 
-/// Smallest radius of gyration of a tool, that of a pen-like object of 5 cm (length/√12). The colliding tip alone is
-/// much smaller: no coupling of useful stiffness could rotate its inertia stably.
+/// Smallest radius of gyration of a tool: that of a pen-like object of 5 cm (length/√12). The inertia of the colliding
+/// tip alone is much smaller, and no coupling of useful stiffness could rotate it stably.
 inline constexpr double kToolGyrationRadius_m = 0.015;
 
-/// Returns the mass that the coupling of tool `tool` moves: that of the tool itself, or of the body `held`.
+/// Returns the mass that the coupling of a tool moves: the mass of the tool itself, or of the held body `held`.
 physics::MovedMass moved_mass(const LoadedScene& scene, std::size_t tool, std::optional<std::size_t> held) noexcept;
 
 /// Returns the molecule of a body, in the frame of its file.

@@ -1,4 +1,4 @@
-// Hash that identifies a scene in checkpoints and in the names of its folders.
+// Hash that identifies a scene in checkpoints and in the names of folders for saved poses.
 #pragma once
 
 #include "proto/content_hash.hpp"
@@ -6,7 +6,7 @@
 
 namespace tandem::server {
 
-/// Hash of the scene's description and the assets it names, except drawings.
+/// Returns the hash of the scene's description and of the assets that it names, except drawings.
 proto::Sha256 hash_of(const LoadedScene& scene);
 
 }  // namespace tandem::server

@@ -7,7 +7,7 @@
 
 namespace tandem::server {
 
-/// Returns the folders that are searched for NAME.json, at present only that of the scenes shipped with Tandem.
+/// Returns the folders in which NAME.json is searched for; at present only the folder of the shipped scenes.
 std::vector<std::filesystem::path> scene_folders();
 
 /// Returns `name_or_file` if it is a file; otherwise NAME.json in the first folder that contains it.

@@ -11,11 +11,12 @@ namespace tandem::server {
 /// Fails   SceneError: the mesh is not closed, or has too many vertices
 SoftModel soft_model_of(const wire::SoftBody& body, const geometry::ContactMesh* mesh, const SceneField& field);
 
-/// Returns a note for the operator: the number of nodes, and the rate at which they are stepped.
+/// Returns a note for the operator: the number of nodes, and the rate of soft steps.
 std::string soft_note(const SoftModel& model, const wire::Scene& scene);
 
 /// Returns the settings of the soft world. Its `tools` are the tools of the scene followed by the bodies, in scene
-/// order; advance() takes the poses of all. Static bodies are obstacles, so advance() ignores their entries.
+/// order; advance() receives the poses of all. Static bodies are obstacles, so their entries in advance() have no
+/// effect.
 SoftWorldSettings soft_world_settings(const LoadedScene& scene);
 
 }  // namespace tandem::server

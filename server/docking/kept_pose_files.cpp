@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::uintmax_t kMaxListBytes = 1U << 20U;
 constexpr int kPoseNumbers = 7;
-/// Upper limit of pose numbers. A room cannot use so many, and it is far below the limit of the type.
+/// Upper limit of pose numbers: more than a room can use, and far below the limit of the type.
 constexpr std::uint32_t kMaxNumber = 1'000'000'000;
 constexpr std::array kStructureEndings{".cif", ".pdb"};
 
@@ -141,7 +141,7 @@ void save_kept_pose(const std::filesystem::path& folder, const wire::KeptPose& p
   result.coulomb_kj_per_mol = pose.coulomb_kj_per_mol();
   std::vector<std::string> remarks = energy_remarks(result, scene.world.field_model);
   remarks.insert(remarks.begin(), "pose " + std::to_string(pose.number()) + " of room " + room);
-  // If a file of this number exists, its list was lost, or a server was killed before it added the pose to the list.
+  // A file of this number may exist: its list was lost, or the server was killed before it added the pose to the list.
   const auto file = [&](const char* ending) { return folder / (std::to_string(pose.number()) + ending); };
   for (const char* ending : kStructureEndings) {
     std::error_code error;
@@ -152,7 +152,7 @@ void save_kept_pose(const std::filesystem::path& folder, const wire::KeptPose& p
   try {
     save_complex(file(".pdb"), in_file_a, in_file_b, X_files, remarks);
   } catch (const docking::MoleculeError&) {
-    // The PDB format cannot represent these molecules; the .cif file contains them.
+    // The PDB format cannot represent these molecules. The .cif file contains them.
   }
 }
 

@@ -1,5 +1,5 @@
-// Files with the saved poses of a room: a list that the next server reads, a table for spreadsheets, and molecular
-// structures for viewers.
+// Files with the saved poses of a room: a list for the next server, a table for spreadsheets, and molecular structures
+// for viewers.
 #pragma once
 
 #include <filesystem>
@@ -17,7 +17,7 @@ inline constexpr std::size_t kMaxKeptPoses = 200;
 /// Saved poses of a room, sorted by number; the first number is 1.
 struct KeptPoseList {
   std::vector<wire::KeptPose> poses;
-  std::uint32_t next_number = 1;  ///< number of the next saved pose; larger than all numbers used before
+  std::uint32_t next_number = 1;  ///< number for the next saved pose, larger than all numbers used before
 };
 
 /// Name of the room's folder, ROOM-SCENE. It is unique for each combination of room name and scene.
@@ -26,9 +26,9 @@ std::string kept_pose_folder(const Room& room);
 /// Pose of the second molecule in the frame of the first [Å]; none if its numbers do not form a valid pose.
 std::optional<Pose> in_first(const wire::KeptPose& pose);
 
-/// Reads poses.json. Fields that only a newer server defines are ignored.
+/// Reads poses.json. Fields of a newer version of the format are ignored.
 /// Out     the list, which is empty if the file does not exist; none if the file is not a valid list of at most
-///         kMaxKeptPoses poses. Such a file must not be overwritten, because its contents would be lost.
+///         kMaxKeptPoses poses. The caller must not overwrite such a file, because its contents would be lost.
 std::optional<KeptPoseList> read_kept_poses(const std::filesystem::path& folder);
 
 /// Writes poses.json, the list that read_kept_poses() reads, and poses.csv, a table with one line per pose. Each file
@@ -43,8 +43,8 @@ void write_kept_poses(const std::filesystem::path& folder, const KeptPoseList& l
 void save_kept_pose(const std::filesystem::path& folder, const wire::KeptPose& pose, const std::string& room,
                     const LoadedScene& scene, BodyId first, BodyId second);
 
-/// Removes NUMBER.cif and NUMBER.pdb of each number below next_number that is not in the list. This includes files
-/// that remain from a server that was killed before it could remove them. Other files are not changed.
+/// Removes NUMBER.cif and NUMBER.pdb for each number below next_number that is not in the list. A server that was
+/// killed may have left such files. Other files are not changed.
 void remove_deleted_poses(const std::filesystem::path& folder, const KeptPoseList& list);
 
 }  // namespace tandem::server

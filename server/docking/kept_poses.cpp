@@ -69,7 +69,8 @@ std::string KeptPoses::replace(KeptPoseList list, const wire::KeptPose* added) {
   return problem;
 }
 
-/// Writes the list, and the structure files of `added` unless it is null.
+/// Writes the list, and the structure files of `added` unless it is null. Returns the reason of a failure; empty if it
+/// succeeded.
 std::string KeptPoses::write(const KeptPoseList& list, const wire::KeptPose* added) {
   if (folder_.empty()) return {};
   std::error_code error;

@@ -13,10 +13,10 @@ namespace tandem::server {
 /// Maximum number of poses that one user may have saved in a room.
 inline constexpr std::size_t kMaxKeptPosesOfUser = 50;
 
-/// Saved poses of one room. Every change is written to the files first, and made only if that has succeeded.
+/// Saved poses of one room. A change is first written to the files, and takes effect only if that succeeds.
 ///
-/// Model   Several servers may share a folder. A lock is taken at the first change and held until the end. From then on
-///         no other server can change the files
+/// Model   Several servers may share a folder. The first change takes a lock, which is held until destruction. From
+///         then on, no other server can change the files
 /// Thread  one at a time
 class KeptPoses {
  public:
@@ -41,13 +41,13 @@ class KeptPoses {
   /// Returns the reason why the user or the room may not save another pose; empty if they may.
   std::string problem_of_adding(const std::string& user_name) const;
 
-  // The following functions return the reason of a failure; empty if the change is made.
+  // The following functions return the reason of a failure; an empty text means success.
 
   /// Adds a pose with the next number.
   std::string add(const wire::KeptPose& pose);
   /// In      number  number of a saved pose
   std::string remove(std::uint32_t number);
-  /// Changes the name of a pose. Only the list changes, because the structure files are named by number.
+  /// Changes the name of a pose in the list. Structure files are named by number, so they do not change.
   ///
   /// In      number  number of a saved pose
   std::string rename(std::uint32_t number, const std::string& name);
@@ -62,8 +62,8 @@ class KeptPoses {
   const MoleculePair* pair_;
   KeptPoseList list_;
   int lock_ = -1;  ///< descriptor of the lock file; -1 if it is not open
-  /// Whether poses.json was found to list the poses of list_. From then on, the held lock prevents other servers from
-  /// changing the file.
+  /// poses.json has been found to list the poses of list_. From then on, the lock prevents other servers from changing
+  /// it.
   bool is_known_ = false;
 };
 

@@ -14,7 +14,7 @@ void write(const Pose& X, google::protobuf::RepeatedField<double>& out) {
   for (const double number : {X.q.w(), X.q.x(), X.q.y(), X.q.z()}) out.Add(number);
 }
 
-/// Copies `count` atoms, beginning with atom `first`. Only the data that the energy needs are copied.
+/// Copies `count` atoms, beginning with atom `first`, with only the data that the energy depends on.
 docking::Molecule part_of(const docking::Molecule& molecule, std::size_t first, std::size_t count) {
   const auto copy = [first, count](const auto& from, auto& to) {
     const auto begin = from.begin() + static_cast<std::ptrdiff_t>(first);

@@ -9,7 +9,7 @@
 
 namespace tandem::server {
 
-/// Maximum number of atom pairs evaluated in one slice of work. It limits the time for which other rooms wait.
+/// Maximum number of atom pairs evaluated in one slice of work. It bounds the time for which other rooms are delayed.
 inline constexpr std::size_t kMaxPairsInSlice = 10'000'000;
 
 /// Energy of a relative pose, summed in slices over the atoms of the first molecule.
@@ -19,7 +19,7 @@ struct PoseEnergy {
   double lj_kj_per_mol = 0, coulomb_kj_per_mol = 0;
 };
 
-/// Two molecules of a scene. The second one is moved, or the first if the second is static.
+/// Two molecules of a scene. Requests move the second molecule, or the first if the second is static.
 ///
 /// Thread  any; constant after construction
 class MoleculePair {
@@ -36,17 +36,18 @@ class MoleculePair {
   bool moves() const { return moves_first_ || moves_second_; }
   std::size_t atom_pairs() const { return a_->size() * b_->size(); }
 
-  /// Returns the relative pose in the structure files [Å].
+  /// Returns the relative pose of the molecules in their structure files [Å].
   Pose as_in_files() const { return {centre_b_ - centre_a_, Quat::Identity()}; }
   /// Returns the relative pose [Å] of bodies with these poses [m].
   Pose relative(const Pose& X_WA, const Pose& X_WB) const;
   /// Returns the command that moves one molecule, so that their relative pose is X_AB. Requires moves().
   RoomCommand placing(const Pose& X_AB) const;
 
-  /// Evaluates the next slice of an energy: at most about kMaxPairsInSlice. Returns true when the energy is complete.
+  /// Evaluates the next slice of an energy, about kMaxPairsInSlice pairs at most. Returns true when the energy is
+  /// complete.
   bool evaluate_slice(PoseEnergy& energy) const;
-  /// Returns a pose with its energy, its distance from the pose in the structure files, and its contacts. Number, name
-  /// and user are not set.
+  /// Returns the data of a saved pose: its energy, its distance from the pose in the structure files, and its contacts.
+  /// The fields for number, name and user are not set.
   wire::KeptPose describe(const PoseEnergy& energy) const;
 
  private:
@@ -54,7 +55,7 @@ class MoleculePair {
   BodyId first_, second_;
   const docking::Molecule* a_;
   const docking::Molecule* b_;
-  Vec3 centre_a_, centre_b_;  ///< origins of the bodies in the structure files [Å]
+  Vec3 centre_a_, centre_b_;  ///< positions of the bodies' origins in the frames of the structure files [Å]
   bool moves_first_, moves_second_;
 };
 

@@ -20,7 +20,7 @@ constexpr const char* kLeft = "the requesting user has left";
 
 using Kind = wire::AskPose;
 
-/// Returns whether a request changes the list of poses. Such a request is completed even if its user has left.
+/// Returns whether a request changes the list of poses. Such a request is executed even if its user has left.
 bool changes_list(Kind::Kind kind) {
   return kind == Kind::KEEP || kind == Kind::DELETE || kind == Kind::RENAME;
 }
@@ -43,12 +43,12 @@ struct PoseKeeper::Impl {
   std::function<std::uint64_t()> unix_ms;
   std::atomic<bool> is_stopping{false}, has_finished{false};
   realtime::Ring<PoseAnswer> answers{kMaxAnswers};
-  // Used by the pose thread only.
+  // Members for the pose thread only.
   FairTurns turns{0};
   std::deque<PoseAnswer> unsent;
-  // Used by the io thread only.
+  // Members for the io thread only.
   std::uint64_t last_id = 0;
-  // Last member, so that the thread is joined before the members that it uses are destroyed.
+  // The thread is the last member, so that it is joined before the members that it uses are destroyed.
   std::unique_ptr<recording::RecorderThread> thread;
 
   PoseSite* find(const Room& room) const {
@@ -56,7 +56,7 @@ struct PoseKeeper::Impl {
     return found == sites.end() ? nullptr : found->get();
   }
 
-  /// Moves the answers to the ring. Returns false if some remain because the ring is full.
+  /// Moves the answers to the ring. Returns false if the ring is full and answers remain.
   bool send_answers() {
     while (!unsent.empty() && answers.push(unsent.front())) unsent.pop_front();
     return unsent.empty();
@@ -198,13 +198,13 @@ void PoseKeeper::deliver(
     const auto request = std::ranges::find(site.unanswered, answer.id, &PoseRequest::id);
     const bool is_open = request != site.unanswered.end();
     if (answer.id != 0 && !is_open) {
-      // refuse_unanswered() has answered this request.
+      // refuse_unanswered() has answered this request already.
       if (answer.placing) site.refuse_placing();
       continue;
     }
     const char* const why = is_open ? request->cancelled->load() : nullptr;
     if (is_open) site.unanswered.erase(request);
-    // If the request was cancelled while its answer was in the ring, the molecule is not moved.
+    // The request was cancelled while its answer was in the ring. The molecule is then not moved.
     const bool is_cancelled = answer.placing && why != nullptr;
     if (is_cancelled) {
       answer.message.mutable_error()->set_code(wire::ERROR_NOT_ALLOWED);

@@ -1,5 +1,5 @@
-// Saves relative poses of two molecules on request of a room's users, and moves the molecules back to saved or earlier
-// poses. Saved poses are stored in a list and as structure files.
+// Saved poses of two molecules: on request of a room's users, saves their relative pose, or moves the molecules back to
+// a saved or earlier pose. Saved poses are stored as a list and as structure files.
 //
 //   room threads ──one mailbox each: poses──▶ pose thread: slices of work for each room in turn (fair_turns.hpp);
 //   io thread ──one ring per room: requests─▶   │          energies, files, rest poses of the molecules (pose_site.hpp)
@@ -20,14 +20,15 @@
 
 namespace tandem::server {
 
-/// Serves rooms whose scenes have exactly two molecules with at most kMaxPairsToKeep pairs of atoms; ignores others.
+/// Serves rooms whose scenes have exactly two molecules, with at most kMaxPairsToKeep pairs of atoms. Ignores other
+/// rooms.
 ///
-/// Model   The second molecule is moved, or the first if the second is static. Poses are saved in `folder`
-///         (kept_pose_files.hpp), from which the next server with the same room and scene reads them. Undo returns to
-///         the previous rest pose, or to the pose before a request moved the molecule. A pose becomes a rest pose if
-///         the molecule stays there for kRests_s and if it is farther than kElsewhere_angstrom from the previous rest
-///         pose. Redo reverses undo until the molecule is moved by other means. Each accepted request gets one answer,
-///         at the latest in refuse_unanswered().
+/// Model   Requests move the second molecule, or the first if the second is static. Poses are saved in `folder`
+///         (kept_pose_files.hpp); the next server with the same room and scene reads them. Undo returns to the previous
+///         rest pose, or to the pose before a request moved the molecule. A pose becomes a rest pose if the molecule
+///         stays there for kRests_s and if it is farther than kElsewhere_angstrom from the previous rest pose. Redo
+///         reverses undo until the molecule is moved by other means. Each accepted request gets one answer, at the
+///         latest in refuse_unanswered().
 class PoseKeeper final : public RoomService {
  public:
   /// In      folder  root folder of the saved poses; if empty, no file is written
@@ -41,18 +42,18 @@ class PoseKeeper final : public RoomService {
 
   /// Starts the pose thread, which calls work() periodically. Without it, the caller must call work().
   void start();
-  /// Works on all pending requests until no more work can be done.
+  /// Does slices of work on all pending requests until nothing more can be done.
   void work();
-  /// Does one slice of work. Returns false if no work can be done now.
+  /// Does one slice of work. Returns false if there is none to do now.
   bool work_slice();
-  /// Ends the thread and discards open requests. To answer them first, call begin_stop() and then deliver().
+  /// Ends the thread and discards unanswered requests. To answer them first, call begin_stop() and then deliver().
   void finish() override;
 
   // The following functions are called on the io thread.
   bool has_molecules(const Room& room) const;
   /// Saved poses, sorted by number. Number 0 is the pose in the structure files from which the scene was loaded.
   const std::vector<wire::KeptPose>& kept(const Room& room) const;
-  /// Queues a request of any kind except CANCEL, for which cancel() is called.
+  /// Queues a request of any kind except CANCEL, which is handled by cancel().
   /// Out     empty if the request is accepted, otherwise the reason for the refusal, as text for users
   std::string submit(const Room& room, UserId user, const std::string& user_name, std::uint32_t request,
                      const wire::AskPose& message);
@@ -61,21 +62,21 @@ class PoseKeeper final : public RoomService {
   ///         why  string literal with the text of the refusals
   /// Out     false if there is no such minimisation
   bool cancel(const Room& room, std::optional<UserId> user, const char* why);
-  /// Cancels all requests of a user who has left, except those that change the list of poses.
+  /// Cancels all requests of a user who has left the room, except those that change the list of poses.
   void forget(const Room& room, UserId user);
-  /// Refuses all open and all later requests. A running slice of work is completed first.
+  /// Refuses all unanswered and all later requests. A slice of work that has begun is completed first.
   void begin_stop();
   /// Number of requests without an answer.
   std::size_t unanswered() const;
   /// Calls on_refused() for each unanswered request and removes it. A later deliver() discards the answers to these
-  /// requests, but kept() includes the poses that they saved, renamed or deleted.
+  /// requests, but kept() includes the changes that they have made to the list.
   void refuse_unanswered(const std::function<void(const Room& room, UserId user, std::uint32_t request)>& on_refused);
-  /// Calls on_answer() for each available answer. An error must be sent to the user who made the request. Other answers
-  /// must be sent to all users of the room. All answers except pose_progress contain the number of their request.
+  /// Calls on_answer() for each available answer. An error goes to the user who made the request, any other answer to
+  /// all users of the room. All answers except pose_progress contain the number of their request.
   ///
-  /// In      on_answer  sends an answer. If `placing` is not null, it must also pass that command, which moves a
-  ///                    molecule, to the room, after it has set the seat. It returns false if this fails. No later
-  ///                    request of the room is begun until the command has been executed or has failed.
+  /// In      on_answer  sends an answer. If `placing` is not null, on_answer also sets the seat of that command, which
+  ///         moves a molecule, and posts it to the room. It returns false if this fails. The next request of the room
+  ///         begins only after the command has been executed or has failed.
   void deliver(const std::function<bool(const Room& room, UserId user, const wire::ServerControl& answer,
                                         const RoomCommand* placing)>& on_answer);
 

@@ -12,7 +12,7 @@ namespace {
 
 /// Maximum number of atom pairs evaluated in all steps of one minimisation.
 constexpr std::size_t kMaxPairsToMinimise = 300'000'000;
-/// Assumed cost of a request that evaluates no energy, in pairs of atoms. It is mostly file access.
+/// Assumed cost of a request that evaluates no energy but accesses files, in the unit of work (atom pairs).
 constexpr std::uint64_t kPairsOfARequest = 100'000;
 constexpr std::uint64_t kProgressEvery_ms = 250;
 constexpr const char* kAsInFiles = "as in the files";
@@ -26,7 +26,7 @@ std::string text_of(double value) {
   return text.str();
 }
 
-/// Returns the pose in the structure files as a saved pose.
+/// Returns the pose of the structure files in the form of a saved pose.
 wire::KeptPose pose_of_files(const MoleculePair& pair) {
   PoseEnergy energy{pair.as_in_files()};
   while (!pair.evaluate_slice(energy)) {
@@ -52,7 +52,7 @@ void PoseSite::on_command(const RoomCommand& command) noexcept {
 }
 
 void PoseSite::on_step(const Room& of, ServerTime /*now*/, TickFaults /*faults*/) noexcept {
-  // In an empty room, poses are published only after a new kPlace command.
+  // In an empty room, a pose is published only after a new kPlace command has been executed.
   if (of.is_empty() && placings_ == placings_published_) return;
   placings_published_ = placings_;
   samples_.back() = {of.world().body(pair_.first()).X, of.world().body(pair_.second()).X, of.steps_done(), placings_};
@@ -83,7 +83,7 @@ std::uint64_t PoseSite::serve_slice(std::uint64_t unix_ms, std::deque<PoseAnswer
 }
 
 void PoseSite::refuse_all(const std::string& why, std::deque<PoseAnswer>& answers) {
-  has_work();  // moves the requests from the ring to waiting_
+  has_work();  // called for its side effect: it moves the requests from the ring to waiting_
   if (minimising_) end_minimising(why, answers);
   if (keeping_) waiting_.push_front(std::exchange(keeping_, std::nullopt)->request);
   for (const PoseRequest& request : waiting_) answers.push_back(refusal(request, wire::ERROR_NOT_ALLOWED, why));
@@ -196,7 +196,7 @@ std::uint64_t PoseSite::minimise_slice(std::uint64_t unix_ms, std::deque<PoseAns
   const bool has_more = running.minimiser.step();
   const bool is_over = !has_more || ++running.steps >= running.max_steps;
   const std::uint64_t work = kPairsOfARequest + pair_.atom_pairs();
-  // The first condition is true if the clock was set back.
+  // A clock that was set back makes the first condition true.
   const bool is_due = unix_ms < running.reported_ms || unix_ms - running.reported_ms >= kProgressEvery_ms;
   if (is_due || is_over) answers.push_back(progress(is_over));
   if (is_due) running.reported_ms = unix_ms;

@@ -1,4 +1,4 @@
-// Saved poses, rest poses and open requests of one room with two molecules.
+// Saved poses, rest poses and unanswered requests of one room with two molecules.
 //
 //   room thread: on_command(), on_step() ──mailbox──▶ pose thread: watch(), serve_slice()
 //   io thread: requests ──ring──▶                           └─▶ answers (PoseKeeper passes them to the io thread)
@@ -25,8 +25,8 @@ namespace tandem::server {
 // Limits on unanswered pose requests (WIRE.md). For limits on their rate, see session/limits.hpp.
 inline constexpr std::size_t kMaxPoseRequestsOfUser = 4, kMaxPoseRequestsOfRoom = 32;
 
-/// Maximum number of atom pairs of a scene with saved poses. The energy of each saved pose is summed over all pairs in
-/// double precision, which would take too long for larger scenes.
+/// Maximum number of atom pairs of a scene whose poses can be saved. The energy of a saved pose is summed over all
+/// pairs in double precision, which would take too long for more pairs.
 inline constexpr std::size_t kMaxPairsToKeep = 300'000'000;
 
 struct PoseRequest {
@@ -35,7 +35,7 @@ struct PoseRequest {
   std::string user_name;
   std::uint32_t number = 0;  ///< request number on the wire
   wire::AskPose message;
-  /// String literal with the reason for the cancellation, set by the io thread; null if the request is not cancelled.
+  /// Reason for the cancellation, a string literal set by the io thread; null if the request is not cancelled.
   std::shared_ptr<std::atomic<const char*>> cancelled;
 };
 
@@ -46,7 +46,7 @@ struct PoseAnswer {
   std::uint64_t id = 0;  ///< id of the answered request; 0 for a progress report of a minimisation
   UserId user;
   wire::ServerControl message;
-  std::optional<RoomCommand> placing;  ///< command to the room that moves a molecule, without the seat
+  std::optional<RoomCommand> placing;  ///< command that moves a molecule; its seat is not set
 };
 
 class PoseSite final : public RoomWatcher {
@@ -57,19 +57,19 @@ class PoseSite final : public RoomWatcher {
   PoseSite(const PoseSite&) = delete;
   PoseSite& operator=(const PoseSite&) = delete;
 
-  // Called on the room thread:
+  // Functions for the room thread.
   void on_command(const RoomCommand& command) noexcept override;
   void on_input(std::size_t /*seat*/, const proto::ClientUpdate& /*input*/) noexcept override {}
   void on_step(const Room& of, ServerTime now, TickFaults faults) noexcept override;
 
-  // Called on the pose thread:
+  // Functions for the pose thread.
   /// Reads the newest poses of the molecules, and detects rest poses.
   void watch();
-  /// Returns whether there is work for serve_slice(). While a command that moves a molecule is pending, no new request
-  /// is begun, because it refers to the pose after that command. Begun requests continue meanwhile.
+  /// Returns whether there is work for serve_slice(). A new request refers to the pose after a pending command that
+  /// moves a molecule, so it begins only after that command. Requests that have begun continue in any case.
   bool has_work();
-  /// Does one slice of work on a request. Appends the answer when the request is completed, and progress reports of a
-  /// minimisation. Requires has_work().
+  /// Does one slice of work on a request; requires has_work(). Appends the answer when the request is completed, and
+  /// progress reports of a minimisation.
   ///
   /// Model   Slices of a minimisation alternate with slices of other requests. A request that moves the molecules ends
   ///         the minimisation.
@@ -78,16 +78,16 @@ class PoseSite final : public RoomWatcher {
   /// Refuses every open request with the text `why`.
   void refuse_all(const std::string& why, std::deque<PoseAnswer>& answers);
 
-  // Used by the io thread:
+  // Members for the io thread.
   const Room* const room;
-  std::vector<PoseRequest> unanswered;  ///< copies of the requests whose answers have not been delivered yet
-  std::vector<wire::KeptPose> kept;     ///< pose number 0 and the saved poses, according to the delivered answers
+  std::vector<PoseRequest> unanswered;  ///< copies of the requests whose answers have not been delivered
+  std::vector<wire::KeptPose> kept;     ///< pose number 0 and the saved poses, as the delivered answers describe them
   realtime::Ring<PoseRequest> requests{2 * kMaxPoseRequestsOfRoom};
-  /// Reports that the last command that moves a molecule was not passed to the room.
+  /// Reports that the last command that moves a molecule has not reached the room.
   void refuse_placing() { is_refused_ = true; }
 
  private:
-  /// Poses of both bodies after a step, and the number of kPlace commands that the room had executed until then.
+  /// Poses of both bodies after a step, and the number of kPlace commands that the room had executed by then.
   struct Sample {
     Pose X_WA, X_WB;
     Step step;
@@ -122,18 +122,18 @@ class PoseSite final : public RoomWatcher {
 
   const MoleculePair pair_;
 
-  /// Number of executed kPlace commands, now and at the last publication; used by the room thread only.
+  /// Number of executed kPlace commands, now and at the last publication. For the room thread only.
   std::uint64_t placings_ = 0, placings_published_ = 0;
   realtime::Mailbox<Sample> samples_;
   std::atomic<bool> is_refused_{false};
 
-  // Used by the pose thread only.
+  // Members for the pose thread only.
   KeptPoses kept_poses_;
   PoseTrail trail_;
   std::deque<PoseRequest> waiting_;
   std::optional<Keeping> keeping_;
   std::optional<Minimisation> minimising_;
-  bool was_minimising_ = false;  ///< whether the last slice belonged to the minimisation
+  bool was_minimising_ = false;  ///< the last slice of work belonged to the minimisation
 };
 
 }  // namespace tandem::server

@@ -5,8 +5,8 @@
 namespace tandem::server {
 namespace {
 
-/// A molecule is at rest if it moves by less than kStill_angstrom (RMSD) for kRests_s. Its pose is added to the history
-/// if it is farther than kElsewhere_angstrom from the current entry. Poses closer than kSame_angstrom count as equal.
+/// A molecule rests if it moves by less than kStill_angstrom (RMSD) for kRests_s. Its pose is added to the history if
+/// it is farther than kElsewhere_angstrom from the current entry. Poses closer than kSame_angstrom count as equal.
 constexpr double kRests_s = 0.5, kStill_angstrom = 0.1, kElsewhere_angstrom = 0.5, kSame_angstrom = 0.01;
 constexpr std::size_t kMaxEntries = 100;
 
@@ -60,7 +60,7 @@ bool PoseTrail::is_elsewhere() const {
          docking::rmsd_angstrom(*second_, history_.poses[history_.at], *X_AB_) > kElsewhere_angstrom;
 }
 
-/// Appends a pose to the history after the current entry, if it differs from it. Deletes the entries for redo.
+/// Adds a pose to the history after the current entry, unless they are equal. Deletes the entries for redo.
 void PoseTrail::mark(const Pose& X_AB) {
   auto& [poses, at] = history_;
   if (!poses.empty() && docking::rmsd_angstrom(*second_, poses[at], X_AB) < kSame_angstrom) return;

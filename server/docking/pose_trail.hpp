@@ -15,8 +15,8 @@ namespace tandem::server {
 ///
 /// Model   A pose becomes a rest pose if the molecule moves by less than 0.1 Å (RMSD) for 0.5 s, and if it is farther
 ///         than 0.5 Å from the current entry of the history. A new entry deletes the entries for redo. The history has
-///         at most 100 entries. A move to another pose takes some steps; until then the target counts as the newest
-///         pose, so that later requests start from it
+///         at most 100 entries. The room executes a move some steps after its request. Until then the target of the
+///         move counts as the newest pose, so that later requests start from the target
 /// Thread  one at a time
 class PoseTrail {
  public:
@@ -24,26 +24,26 @@ class PoseTrail {
   ///         period  duration of a step of the room
   PoseTrail(const docking::Molecule& second, Duration period) : second_(&second), period_(period) {}
 
-  /// Observes the pose after a step. A sample from before the pending move is skipped.
+  /// Observes the pose after a step. A sample that was taken before a pending move was executed is ignored.
   ///
-  /// In      moves  number of moves that the room had executed until then
+  /// In      moves  number of moves that the room had executed by then
   void observe(const Pose& X_AB, Step step, std::uint64_t moves);
-  /// Newest pose; none before the first sample.
+  /// Returns the newest pose; none before the first sample.
   const std::optional<Pose>& newest() const { return X_AB_; }
-  /// Returns whether the room has not yet executed the last move.
+  /// Returns whether the last move is still pending, i.e. the room has not executed it.
   bool is_moving() const { return is_moving_; }
 
   /// Adds the newest pose to the history, if it is farther than 0.5 Å from the current entry.
   void mark_newest();
-  /// Begins a move to a pose. Before, adds the newest pose and the target to the history. Requires newest().
+  /// Begins a move to a pose. Adds the newest pose and the target to the history. Requires newest().
   void move_to(const Pose& X_AB);
   /// Begins a move to the previous entry of the history. Requires newest().
   /// Out     the target; none if there is no previous entry
   std::optional<Pose> undo();
   /// Begins a move to the next entry of the history. Requires newest().
-  /// Out     the target; none if there is no next entry, or if the molecule was moved by other means
+  /// Out     the target; none if there is no next entry, or if the molecule has been moved by other means
   std::optional<Pose> redo();
-  /// Reverts the last move, because the room does not execute it.
+  /// Reverts the last move, which the room does not execute.
   void cancel_move();
 
  private:
@@ -60,13 +60,13 @@ class PoseTrail {
   const docking::Molecule* second_;
   Duration period_;
   std::optional<Pose> X_AB_;
-  std::optional<Pose> still_;  ///< since still_since_ the molecule has moved by less than 0.1 Å from this pose
+  std::optional<Pose> still_;  ///< pose from which the molecule has moved by less than 0.1 Å since still_since_
   Step still_since_{};
   History history_;
   bool is_moving_ = false;
-  std::uint64_t moves_ = 0;  ///< number of moves at the last accepted sample
+  std::uint64_t moves_ = 0;  ///< number of executed moves at the last accepted sample
 
-  // State before the last move, for cancel_move().
+  // State before the last move; cancel_move() restores it.
   History history_before_;
   std::optional<Pose> X_AB_before_;
 };

@@ -1,5 +1,5 @@
-// Reports the server's state to Agones, which starts and ends game servers in a Kubernetes cluster. Each report is a
-// call to the sidecar that Agones runs beside each server (REST interface of its SDK).
+// Reports the server's state to Agones, which starts and ends game servers in a Kubernetes cluster. A report is a call
+// to the sidecar that Agones runs beside each server (REST interface of Agones' SDK).
 //
 //   rooms loaded ▶ POST /ready     first user ▶ GET /gameserver, and POST /allocate unless already Allocated
 //   every 2 s while healthy ▶ POST /health     empty for a minute ▶ POST /ready     ended ▶ POST /shutdown
@@ -19,32 +19,32 @@
 
 namespace tandem::server {
 
-/// Parses the port of the sidecar. For "auto" it is AGONES_SDK_HTTP_PORT if set, otherwise Agones' default.
+/// Parses the port of the sidecar. "auto" means AGONES_SDK_HTTP_PORT if it is set, otherwise Agones' default port.
 /// Fails   std::invalid_argument: not a port
 std::uint16_t agones_port(const std::string& text);
 
-/// Decides which call is due, without socket or clock, so that it can be tested.
+/// Decides which call is due. It uses neither socket nor clock, so that tests can control both.
 class AgonesPlan {
  public:
   enum class Call : std::uint8_t { kNone, kReady, kHealth, kGameServer, kAllocate, kShutdown };
-  /// State of the server.
+  /// State of the server, the input of the decision.
   struct Seen {
     bool is_ready = false;
     bool is_healthy = false;
     bool has_ended = false;
     std::size_t users = 0;
   };
-  /// Period of health reports. By default Agones declares a server unhealthy after three missed periods of five
-  /// seconds.
+  /// Period of health reports. With its default settings, Agones declares a server unhealthy after three missed periods
+  /// of 5 s.
   static constexpr Duration kHealthEvery{std::chrono::seconds(2)};
   static constexpr Duration kMinAgain{std::chrono::milliseconds(500)};
   static constexpr Duration kMaxAgain{std::chrono::seconds(4)};
-  /// Time without users after which the server is offered to others. By then, a user who lost the connection has
-  /// rejoined, or would find the scene reset.
+  /// Time without users after which the server is offered to others. A user who lost the connection has rejoined by
+  /// then, or would find the scene reset.
   static constexpr Duration kReturnAfter{std::chrono::minutes(1)};
 
   Call due(const Seen& seen, LocalTime now);
-  /// In      is_allocated  allocation state, from the answer to kGameServer
+  /// In      is_allocated  allocation state in the answer to kGameServer
   void note_answer(Call call, bool is_good, LocalTime now, bool is_allocated = false);
 
  private:
@@ -52,20 +52,21 @@ class AgonesPlan {
   bool has_game_server_ = false, is_allocated_ = false;
   LocalTime next_health_{};
   LocalTime not_before_{};
-  Duration again_{0};  ///< pause after the next failed call
+  Duration again_{0};  ///< pause after the last failed call, doubled by the next failed call
   std::optional<LocalTime> left_;
 };
 
-/// Thread  a separate one, of normal priority, which waits for the sidecar; the server also works without a sidecar
+/// Thread  a separate one, of normal priority, which may wait for the sidecar. The server works without a sidecar, too
 class Agones {
  public:
   /// In      port  the sidecar's port on this machine
   ///         read_status  called on the separate thread
-  ///         on_news  gets messages for the operator when the sidecar starts or stops answering; called on that thread
+  ///         on_news  receives messages for the operator when the sidecar starts or stops answering; called on that
+  ///         thread
   Agones(std::uint16_t port, std::function<AgonesPlan::Seen()> read_status,
          std::function<void(const std::string&)> on_news);
   ~Agones();
-  /// Reports the last state from `read_status` within about a second. Repeated calls have no effect.
+  /// Reports the last state that `read_status` returns, within about a second. Repeated calls have no effect.
   void finish();
 
  private:

@@ -8,12 +8,12 @@
 
 namespace tandem::server {
 
-/// Time limit for one iteration of io or of a room's loop. A step should take about a millisecond; a room that is too
-/// large still iterates within this limit.
+/// Time limit for one iteration of io or of a room's loop. A step should take about a millisecond, and even a room that
+/// is too large stays within this limit.
 inline constexpr Duration kGoesRoundWithin = std::chrono::seconds(1);
 
-/// Describes the loops that do not iterate. Returns an empty string if all run, or if run() has not begun. The loop of
-/// an empty room also iterates, to check for users.
+/// Describes the loops that have not iterated within kGoesRoundWithin. Returns an empty string if all run, or if run()
+/// has not begun. The loop of an empty room iterates as well, to check for users.
 /// In      rooms  names of the rooms
 std::string standstill(const ServerPulse& pulse, const std::vector<std::string>& rooms, LocalTime now);
 

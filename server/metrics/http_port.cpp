@@ -26,8 +26,8 @@ namespace http = beast::http;
 using asio::ip::tcp;
 using boost::system::error_code;
 
-/// Limit of unneeded bytes that are read after the answer. If they stayed unread, closing would send a reset, and the
-/// peer might lose the answer.
+/// Largest number of remaining request bytes that are read and discarded after the answer. If bytes stayed unread,
+/// closing would send a reset, and the peer might lose the answer.
 constexpr std::size_t kMaxLeftOverBytes = std::size_t{64} << 10U;
 constexpr Duration kListenAgain = std::chrono::milliseconds(100);
 
@@ -91,7 +91,7 @@ struct HttpPort::Impl {
   tcp::acceptor acceptor{io};
   tcp::endpoint opened;
   asio::steady_timer accept_again{io};
-  std::deque<ConnectionPointer> connections;  ///< in the order of their arrival
+  std::deque<ConnectionPointer> connections;  ///< ordered by the time of connecting
   std::thread thread;
 };
 
@@ -128,7 +128,7 @@ void HttpPort::Impl::accept() {
 }
 
 void HttpPort::Impl::welcome(tcp::socket socket) {
-  // Closes the oldest connection. A cooperative peer is served before sixteen others have connected.
+  // Closes the oldest connection. A well-behaved peer has been served before sixteen others connect.
   if (connections.size() >= kMaxHttpConnections) end(ConnectionPointer(connections.front()));
   const auto connection = std::make_shared<HttpConnection>(std::move(socket));
   connections.push_back(connection);
@@ -169,7 +169,7 @@ void HttpPort::Impl::respond(const ConnectionPointer& connection, HttpAnswer of)
   });
 }
 
-/// Reads until the peer closes the connection too, within the time limit of the answer.
+/// Reads and discards until the peer closes the connection as well, within the time limit of the answer.
 void HttpPort::Impl::drain(const ConnectionPointer& connection) {
   connection->stream.async_read_some(asio::buffer(connection->left_over),
                                      [this, connection](const error_code& error, std::size_t size) {

@@ -1,9 +1,10 @@
 // Loopback HTTP port that answers GET, for programs that monitor a server.
 //
-//   accept a connection (at most 16; one more closes the oldest) ▶ read the request head (within 2 s, at most 4 KiB)
+//   accept a connection (at most 16; a further one closes the oldest) ▶ read the request head (within 2 s, at most 4
+//   KiB)
 //     ▶ send one response (within 2 s) ▶ close the connection
 //
-// A peer may be hostile. An error in a connection ends only that connection.
+// A peer may be hostile. An error in a connection affects only that connection.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +21,8 @@ namespace tandem::server {
 
 inline constexpr std::size_t kMaxHttpConnections = 16;
 inline constexpr std::size_t kMaxHttpHeadBytes = 4096;
-/// Time limit from the connection to the end of the request head, and again from there to the end of the answer.
+/// Time limit from accepting the connection to the end of the request head, and again from there to the end of the
+/// answer.
 inline constexpr Duration kHttpWithin = std::chrono::seconds(2);
 
 struct HttpAnswer {
@@ -32,7 +34,7 @@ struct HttpAnswer {
 /// Thread  a separate one, of normal priority
 class HttpPort {
  public:
-  /// Returns the answer for a path without a query, or nothing if there is no such page. Called on the port's thread.
+  /// Returns the answer for a path without its query; nothing if there is no such page. Called on the port's thread.
   using Answer = std::function<std::optional<HttpAnswer>(const std::string& path)>;
 
   /// Opens the port and starts answering.

@@ -26,7 +26,7 @@ constexpr std::array kRoundTripBounds_s{0.5e-3, 1e-3,   2e-3,   5e-3,   10e-3,  
 std::string text_of(std::integral auto value) {
   return std::to_string(value);
 }
-/// Formats the shortest text that parses to the same number.
+/// Formats a number as the shortest text that parses to the same number.
 std::string text_of(double value) {
   std::array<char, 32> text{};
   const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general).ptr;
@@ -51,10 +51,10 @@ std::string plain(std::string name, std::string_view prefix) {
 
 using Labels = std::initializer_list<std::pair<std::string_view, std::string_view>>;
 
-/// Builds the text, one metric family after the other.
+/// Builds the text of the metrics, one metric family after the other.
 class Page {
  public:
-  /// Begins a family, to which the following samples belong.
+  /// Begins a family. The samples added next belong to it.
   void family(std::string_view name, std::string_view type, std::string_view help) {
     name_ = name;
     text_.append("# HELP ").append(name).append(" ").append(help).append("\n# TYPE ");
@@ -131,7 +131,7 @@ void add_datagrams(Page& page, const HubCounters& hub) {
   std::uint64_t dropped = 0;
   for (std::size_t i = 1; i < static_cast<std::size_t>(DropReason::kCount); ++i) {
     const auto reason = static_cast<DropReason>(i);
-    // Skips reasons that concern sending. kOverwritten is skipped because it concerns accepted datagrams.
+    // Reasons that concern sending are skipped; kOverwritten is skipped because it concerns accepted datagrams.
     if (reason == DropReason::kOverwritten || reason == DropReason::kSendFailed || reason == DropReason::kSimulatedLoss)
       continue;
     page.sample({{"result", proto::name_of(reason)}}, hub.received_drops.count(reason));

@@ -33,19 +33,19 @@ struct Monitor::Impl {
   std::optional<HttpAnswer> answer(const std::string& path);
   AgonesPlan::Seen seen();
   void finish();
-  // These functions require the lock.
+  // The caller of these functions must hold the lock.
   std::string standing_still() const;
   std::string not_ready() const;
   MetricsSnapshot snapshot();
 
-  std::mutex mutex;  ///< shared by the threads here and Monitor's callers; never locked by io or rooms
+  std::mutex mutex;  ///< used by the threads of the monitor and by Monitor's callers; io and rooms never lock it
   LiveServer* server = nullptr;
   const ServerRecorder* recorder = nullptr;
   const ServerCheckpoint* checkpoint = nullptr;
   const std::vector<std::unique_ptr<RoomMeter>>* meters = nullptr;  ///< valid while a server is attached
   bool has_ended = false;
   std::vector<std::string> rooms;
-  // Declared last, because their threads use the members above.
+  // The threads use the members above, so these objects are declared last.
   std::unique_ptr<HttpPort> port;
   std::unique_ptr<Agones> agones;
 };

@@ -1,4 +1,4 @@
-// Interfaces of a server for programs that monitor it:
+// Interfaces through which other programs monitor a server:
 //
 //   /metrics  Prometheus text    /healthz  do all loops run?    /readyz  can users join?    Agones' sidecar
 //
@@ -20,21 +20,21 @@
 
 namespace tandem::server {
 
-/// Monitors one server. It is made before the rooms are loaded, so that its port answers during the loading.
+/// Monitors one server. It exists before the rooms are loaded, so that its port answers during the loading.
 class Monitor {
  public:
   /// In      metrics  [ADDRESS:]PORT with a local address; none: no port
   ///         agones   port of the sidecar; none: no sidecar
-  ///         on_news  gets messages for the operator; called on the threads of the port and of the sidecar
+  ///         on_news  receives messages for the operator; called on the threads of the port and of the sidecar
   /// Fails   see HttpPort
   Monitor(const std::optional<std::string>& metrics, std::optional<std::uint16_t> agones,
           std::function<void(const std::string&)> on_news);
   Monitor(const Monitor&) = delete;
   Monitor& operator=(const Monitor&) = delete;
 
-  /// Starts to monitor the server. Called once, when its rooms are loaded and before run(). Adds a service to the
-  /// server. When that service finishes, the sidecar is notified of the end within about a second.
-  /// In      recorder, checkpoint  services already added to that server; null: none
+  /// Starts to monitor the server. Call it once, after its rooms are loaded and before run(). Adds a service to the
+  /// server; when that service finishes, the sidecar is notified of the end within about a second.
+  /// In      recorder, checkpoint  services that have been added to that server; null: none
   void watch(LiveServer& server, const ServerRecorder* recorder = nullptr,
              const ServerCheckpoint* checkpoint = nullptr);
   /// Address of the port; empty: no port is open.
@@ -43,7 +43,7 @@ class Monitor {
  private:
   struct Impl;
   class Watch;
-  std::shared_ptr<Impl> impl_;  ///< shared with the service, because either may be destroyed first
+  std::shared_ptr<Impl> impl_;  ///< shared with the service, because either of the two may be destroyed first
 };
 
 }  // namespace tandem::server

@@ -9,18 +9,18 @@
 
 namespace tandem::server {
 
-/// Written by the room's thread only; read by any thread.
+/// Counters of one room. Only the room's thread writes them; any thread may read them.
 class RoomMeter final : public RoomWatcher {
  public:
   void on_command(const RoomCommand& /*command*/) noexcept override {}
   void on_input(std::size_t /*seat*/, const proto::ClientUpdate& /*input*/) noexcept override {}
   void on_step(const Room& room, ServerTime now, TickFaults faults) noexcept override;
 
-  /// Number of steps in which this bit of TickFault was set.
+  /// Returns the number of steps in which this bit of TickFault was set.
   std::uint64_t fault_steps(std::size_t bit) const { return fault_steps_[bit].load(std::memory_order_relaxed); }
   double braked_j() const { return braked_j_.load(std::memory_order_relaxed); }
   std::uint64_t events_lost() const { return events_lost_.load(std::memory_order_relaxed); }
-  /// Returns whether the last step left the room awake (see Room::is_idle()).
+  /// Returns whether the room was awake after the last step (see Room::is_idle()).
   bool is_awake() const { return is_awake_.load(std::memory_order_relaxed); }
 
  private:

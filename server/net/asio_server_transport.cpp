@@ -24,27 +24,28 @@ using asio::ip::tcp;
 using asio::ip::udp;
 using boost::system::error_code;
 
-/// Time for which a closed connection stays open for sending, so that its peer can read the goodbye message.
+/// Time for which a closed connection may still send queued bytes, so that its peer can read the goodbye message.
 constexpr Duration kLinger = std::chrono::seconds(1);
 /// Pause after a failed accept. The usual cause is that no file descriptor is free.
 constexpr Duration kAcceptAgain = std::chrono::milliseconds(100);
 constexpr int kPortTries = 16;
-/// Limit of connections, above the hub's limit, because closing connections linger. Beyond it the oldest lingering one
-/// is dropped.
+/// Limit of connections. It exceeds the hub's limit, because closed connections linger. Beyond it the connection that
+/// has lingered longest is dropped.
 constexpr std::size_t kMaxPeers = 512;
 /// Minimum interval between new paths of a user whose source address keeps changing.
 constexpr Duration kNewPathAgain = std::chrono::milliseconds(100);
 constexpr Duration kCountTurnsFor = std::chrono::milliseconds(10);
-/// Longest gap between turns that counts as short, so that users' datagrams may wait for the next turn.
+/// Longest gap between turns that counts as short. If most gaps are short, users' datagrams are left for the next turn.
 constexpr Duration kOftenEnough = std::chrono::microseconds(300);
-/// Number of users whose datagrams are read in one go. It is small so that new states do not wait for all users'
-/// datagrams.
+/// Number of users whose datagrams are read before the next check for new states. It is small, so that new states are
+/// not delayed by the datagrams of all users.
 constexpr std::size_t kUsersAtOnce = 4;
-// Fraction of time with short gaps between turns above which datagrams begin to wait for turns, and below which they
-// cease to.
+// Fraction of time with short gaps between turns: above the first value datagrams begin to be read in turns, below the
+// second they are read on arrival again (hysteresis).
 constexpr double kShareToBegin = 0.8, kShareToGoOn = 0.6;
 
-/// Key under which limits are shared: a host, or for IPv6 the network that one host may own (64 bits).
+/// Returns the key under which limits are shared: the host, or for IPv6 its /64 network, because one host may own all
+/// of it.
 std::string name_of(const asio::ip::address& address) {
   if (!address.is_v6()) return address.to_string();
   // A listener on "::" also receives IPv4 connections.
@@ -57,7 +58,7 @@ std::string name_of(const asio::ip::address& address) {
 
 }  // namespace
 
-/// Path of a user's datagrams, given by their source address.
+/// Path of a user's datagrams, identified by their source address.
 struct AsioServerTransport::Path {
   Path(udp::endpoint from, std::uint64_t number) : to(std::move(from)), check(number) {}
   ~Path() { close(); }
@@ -83,7 +84,7 @@ struct AsioServerTransport::Peer {
       if (one != nullptr) one->close();
     }
   }
-  /// Destination of states: the checked path, or the one being checked if there is no checked one yet.
+  /// Returns the path for states: the checked path, or before the first check the path that is being checked.
   Path* destination() const { return path != nullptr ? path.get() : new_path.get(); }
 
   tcp::socket socket;
@@ -120,7 +121,7 @@ void AsioServerTransport::listen(const asio::ip::address& address, std::uint16_t
   const auto accept_both_families = [&address, &error](auto& socket) {
     if (!error && address.is_v6()) socket.set_option(asio::ip::v6_only(false), error);
   };
-  // A free TCP port may be in use for UDP, so "any port" may need several attempts.
+  // A TCP port that is free may be in use for UDP, so the choice of any free port may need several attempts.
   for (int attempt = 0; attempt < (port == 0 ? kPortTries : 1); ++attempt) {
     acceptor_ = tcp::acceptor(io_);
     udp_ = udp::socket(io_);
@@ -173,8 +174,8 @@ bool AsioServerTransport::read_some_users() {
   return has_unread_users_;
 }
 
-/// Decides whether users' datagrams wait for turns. The criterion is the fraction of time with short gaps: if turns
-/// come in bursts, a waiting datagram would miss the step that it is for.
+/// Decides whether users' datagrams are read in turns. The criterion is the fraction of time with short gaps between
+/// turns. If turns came in bursts, a datagram that waits for a turn would miss its step.
 void AsioServerTransport::count_turn(LocalTime now) {
   const Duration gap = now - std::exchange(turned_, now);
   if (gap <= kOftenEnough) often_ += gap;
@@ -242,15 +243,15 @@ void AsioServerTransport::read(const PeerPointer& peer) {
   });
 }
 
-/// Returns whether the peer must wait for the next turn before it can start the TLS handshake.
+/// Returns whether the limit of handshakes delays the peer's TLS handshake to the next turn.
 bool AsioServerTransport::must_wait(const Peer& peer, LocalTime now) const {
   return tls_ != nullptr && !peer.tls.has_answered() && !handshakes_.has_some(now);
 }
 
-/// Returns false when the stream has ended.
+/// Reads once from a connection. Returns false when its stream has ended.
 bool AsioServerTransport::read_some(const PeerPointer& peer) {
   const LocalTime now = clock_.now();
-  if (must_wait(*peer, now)) return true;  // other peers have used up the limit of this turn meanwhile
+  if (must_wait(*peer, now)) return true;  // other peers have consumed the handshakes of this turn
   peer->reads.consume(1, now);
   reads_.consume(1, now);
   error_code error;
@@ -269,7 +270,7 @@ void AsioServerTransport::receive_bytes(const PeerPointer& peer, std::span<const
   plain_.clear();
   const bool had_answered = peer->tls.has_answered();
   const bool is_good = peer->tls.receive(bytes, plain_, peer->unsent);
-  // An incomplete TLS greeting costs only its bytes, so it does not count against the limit of handshakes.
+  // An incomplete TLS greeting costs little time, so it does not count against the limit of handshakes.
   if (peer->tls.has_answered() && !had_answered) handshakes_.consume(1, clock_.now());
   if (peer->unsent.size() > kMaxQueuedControlBytes) return drop(peer);
   flush(peer);
@@ -302,8 +303,7 @@ std::optional<secure::Exported> AsioServerTransport::exported(ConnectionHandle c
   return found == peers_.end() ? std::nullopt : found->second->tls.exported(label, context);
 }
 
-// Write errors are left to the pending read, which fails too, because the hub must not be called from within its own
-// call.
+// Write errors are ignored here. The pending read fails as well and reports them, outside of a call of the hub.
 void AsioServerTransport::flush(const PeerPointer& peer) {
   if (peer->is_waiting_to_write || !peer->socket.is_open()) return;
   error_code error;
@@ -343,7 +343,8 @@ void AsioServerTransport::close(ConnectionHandle connection) {
   flush(peer);
 }
 
-// The peer's end of stream ends the connection later. Closing it here could discard unread bytes.
+// Ends the sending direction only. The connection is closed when the peer ends its stream, because closing it now could
+// discard bytes that the peer has not read.
 void AsioServerTransport::finish_sending(const PeerPointer& peer) {
   error_code ignored;
   peer->socket.shutdown(tcp::socket::shutdown_send, ignored);
@@ -368,14 +369,14 @@ void AsioServerTransport::await_datagrams() {
   if (!strangers_.has_some(clock_.now())) return rest([this] { await_datagrams(); });
   udp_.async_wait(udp::socket::wait_read, [this](const error_code& error) {
     if (error) return;
-    // The buffer has one byte more than allowed, so that a datagram that is too long is detected and not truncated.
+    // With one byte more than the largest datagram, a datagram that is too long is detected instead of being truncated.
     std::array<std::byte, proto::kMaxDatagramBytes + 1> buffer;
     udp::endpoint from;
     error_code problem;
     while (problem != asio::error::would_block && strangers_.has_some(clock_.now())) {
       strangers_.consume(1, clock_.now());
       const std::size_t size = udp_.receive_from(asio::buffer(buffer), from, 0, problem);
-      if (!problem) receive_datagram(std::span(buffer).first(size), from);  // a problem is an error of an earlier send
+      if (!problem) receive_datagram(std::span(buffer).first(size), from);  // a problem is the error of an earlier send
     }
     await_datagrams();
   });
@@ -389,7 +390,7 @@ void AsioServerTransport::await_users() {
   });
 }
 
-/// Reads datagrams of a few users. Returns true if more may be waiting.
+/// Reads datagrams of up to kUsersAtOnce users. Returns true if more may be unread.
 bool AsioServerTransport::read_users() {
   std::array<epoll_event, kUsersAtOnce> ready;
   const int count = epoll_wait(users_, ready.data(), static_cast<int>(ready.size()), 0);
@@ -405,8 +406,8 @@ bool AsioServerTransport::read_users() {
 }
 
 void AsioServerTransport::read_path(const PeerPointer& peer, const std::shared_ptr<Path>& path) {
-  // Usually one datagram is waiting. With space for two, the same call shows that there are no more. Another system
-  // call would cost as much as a datagram.
+  // Usually one datagram is unread. With space for two, one system call also shows that there is no further datagram. A
+  // second call would cost as much as a datagram.
   constexpr std::size_t kAtOnce = 2;
   std::array<std::array<std::byte, proto::kMaxDatagramBytes + 1>, kAtOnce> buffers;
   std::array<iovec, kAtOnce> places{};
@@ -424,7 +425,7 @@ void AsioServerTransport::read_path(const PeerPointer& peer, const std::shared_p
     }
     const int count = ::recvmmsg(path->socket, datagrams.data(), kAtOnce, MSG_DONTWAIT, nullptr);
     if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
-    // A call that reports an error of an earlier send costs as much as a datagram, so it counts as one.
+    // A call that reports the error of an earlier send costs as much as a datagram, so it counts as one.
     peer->datagram_turn.consume(std::max(1, count), now);
     for (int i = 0; i < count && path->is_open(); ++i) {
       const auto at = static_cast<std::size_t>(i);
@@ -440,12 +441,12 @@ void AsioServerTransport::expect_of(Path& path, ConnectionHandle peer, bool is_n
   epoll_event event{};
   event.events = expects ? static_cast<std::uint32_t>(EPOLLIN) : 0U;
   event.data.u64 = peer;
-  // If epoll has no memory for the socket, the public port is used.
+  // If epoll cannot add the socket for lack of memory, the path uses the public port.
   if (epoll_ctl(users_, is_new ? EPOLL_CTL_ADD : EPOLL_CTL_MOD, path.socket, &event) != 0) path.close();
 }
 
 void AsioServerTransport::receive_datagram(std::span<const std::byte> datagram, const udp::endpoint& from) {
-  // Without encryption only the address identifies the owner of a datagram.
+  // Without encryption, the source address is the only proof that a datagram belongs to a user.
   const auto comes_from_its_user = [this, &from](ConnectionHandle connection) {
     const auto found = peers_.find(connection);
     return found != peers_.end() && (tls_ != nullptr || found->second->address == from.address());
@@ -478,7 +479,8 @@ void AsioServerTransport::open_path(const PeerPointer& peer, const udp::endpoint
   if (peer->new_path != nullptr) peer->new_path->close();
   error_code error;
   udp::socket own(io_);
-  // The socket is bound to the local address of the TCP connection, because a machine may have several addresses.
+  // The socket is bound to the local address of the TCP connection, because a machine may have several addresses and
+  // the user expects this one.
   const udp::endpoint here(peer->socket.local_endpoint(error).address(), port_);
   if (!error) own.open(to.protocol(), error);
   if (!error) own.non_blocking(true, error);
@@ -486,7 +488,8 @@ void AsioServerTransport::open_path(const PeerPointer& peer, const udp::endpoint
   if (!error && to.address().is_v6()) own.set_option(asio::ip::v6_only(false), error);
   if (!error) own.bind(here, error);
   if (!error) own.connect(to, error);
-  // If this fails, the public port is used. The socket is taken from Asio, which would wake up for each datagram.
+  // If any step has failed, the public port is used. The socket is released from Asio, which would wake up for each
+  // datagram.
   if (!error) path->socket = own.release(error);
   peer->new_path = path;
   expect_of(*path, peer->handle, true, true);

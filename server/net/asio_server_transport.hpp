@@ -1,12 +1,12 @@
 // The server's sockets: one TCP listener, its connections, and one UDP socket on the same port number.
 //
-// Everything runs on the one thread that runs the io_context, so there is no lock here. Only datagrams may also be sent
-// by the helping thread (ServerTransport::send_datagram()). TCP bytes are passed to the kernel at once, as far as it
-// accepts them. The rest waits in a buffer whose size the session hub monitors. The hub ends the connection of a peer
-// that does not read, so nothing waits for that peer. A datagram that the kernel does not accept is discarded.
+// All code runs on the thread of the io_context, so there are no locks. Only datagrams may also be sent by the helping
+// thread (ServerTransport::send_datagram()). TCP bytes are passed to the kernel at once. Bytes that it does not accept
+// stay in a buffer, whose size the session hub monitors: it ends the connection of a peer that does not read. A
+// datagram that the kernel does not accept is discarded.
 //
 // A turn of this thread lasts from one sending of states to the next (begin_turn()). Each source of work has a limit
-// per turn, a token bucket, so no connection delays another:
+// per turn, a token bucket, so that no connection delays another:
 //
 //   source            limit                    above the limit, or other protection
 //   listener          kAcceptTurn              further connections wait in the kernel
@@ -17,14 +17,14 @@
 //                                              kernel buffer cannot be filled by a flood at the port
 //
 // While turns are rare, a user's datagram wakes this thread. If there are several turns per millisecond, datagrams are
-// read at the next turn, because waking up costs more than reading.
+// read at the beginning of a turn, because waking up costs more than reading.
 //
-// Each TCP socket passes its bytes through a secure::TlsStream. With --insecure the stream is transparent, and the
-// server is bound to loopback. The source of a user's datagrams is a path. A new path is used in addition to the old
-// one until it has answered the server's challenge (common/net/path_check.hpp). Then it replaces the old one.
+// Each TCP socket passes its bytes through a secure::TlsStream. With --insecure that stream is transparent, and the
+// server is bound to loopback. The source address of a user's datagrams is a path. A new path is used besides the old
+// one until it has answered the server's challenge (common/net/path_check.hpp). Then it replaces the old path.
 //
-// A source that has reached its limit is not polled until the next turn (begin_turn()). The datagrams of a flood stay
-// in the kernel, which drops them. They take no more time of this thread than the limit allows.
+// A source at its limit is not polled until the next turn (begin_turn()). Datagrams of a flood beyond the limit stay in
+// the kernel, which drops them without cost for this thread.
 #pragma once
 
 #include <array>
@@ -65,11 +65,11 @@ class AsioServerTransport final : public ServerTransport {
   /// Starts to accept connections and receive datagrams for `hub`.
   void serve(SessionHub& hub);
   void stop_accepting();
-  /// Resumes the sources that reached their limits in the last turn. Called after sending states.
+  /// Polls the sources again that reached their limits in the last turn. Call after sending states.
   void begin_turn();
-  /// Reads datagrams of some users while users' datagrams wait for turns. Returns true if more may be waiting.
+  /// Reads datagrams of some users, if they are read in turns. Returns true if more may be unread.
   bool read_some_users();
-  /// Number of open connections, including those that are closing and only send queued bytes.
+  /// Number of open connections, including closed ones that still send queued bytes.
   std::size_t open_connections() const { return peers_.size(); }
   /// Number of connections that ended because of a TLS error, in the handshake or later.
   std::uint64_t failed_handshakes() const { return failed_handshakes_; }
@@ -131,7 +131,7 @@ class AsioServerTransport final : public ServerTransport {
   /// the same descriptor, registered with the io_context while datagrams wake this thread
   boost::asio::posix::stream_descriptor users_wake_;
   bool reads_in_turns_ = false;
-  bool has_unread_users_ = false;  ///< whether datagrams of users may still be unread since the last begin_turn()
+  bool has_unread_users_ = false;  ///< datagrams of users may be unread since the last begin_turn()
   LocalTime turned_{}, turns_from_{};
   Duration often_{0};  ///< sum of the short gaps between turns since turns_from_
   std::array<std::byte, kReadBytes> incoming_{};

@@ -28,8 +28,8 @@ using boost::system::error_code;
 /// Period after which time-outs are checked, even if no room steps.
 constexpr Duration kPollPeriod = std::chrono::milliseconds(5);
 constexpr Duration kMetricsPeriod = std::chrono::milliseconds(100);
-/// Approximate time to read the datagrams of a few users. If new states are expected within this time, or were due less
-/// than this time ago, reading is postponed.
+/// Approximate time to read the datagrams of kUsersAtOnce users. Reading is postponed if new states are expected within
+/// this time, or were due less than this time ago.
 constexpr Duration kReading = std::chrono::microseconds(25);
 /// Time for which stop() waits for answers to pose requests, and time for clients to read the goodbye messages.
 constexpr Duration kAnswerWithin = std::chrono::milliseconds(400), kStopWithin = std::chrono::seconds(1);
@@ -40,7 +40,7 @@ int open_eventfd() {
   return descriptor;
 }
 
-/// Returns whether the signal is ignored, as under nohup.
+/// Returns whether the process ignores the signal; SIGHUP is ignored under nohup.
 bool is_ignored(int signal) {
   struct sigaction action {};
   return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
@@ -82,10 +82,10 @@ struct LiveServer::Impl {
   asio::steady_timer duration_timer{io};
   asio::steady_timer stop_timer{io};
   asio::signal_set signals{io};
-  std::atomic<bool> has_news{false};                    ///< unsent states are waiting
+  std::atomic<bool> has_news{false};                    ///< unsent states are ready
   std::atomic<LocalTime> expects_news_at{LocalTime{}};  ///< expected time of new states
-  std::atomic<bool> sleeps{false};                      ///< the io thread sleeps or is about to
-  // Read by other threads.
+  std::atomic<bool> sleeps{false};                      ///< the io thread sleeps, or is about to
+  // Published for other threads.
   std::atomic<bool> is_serving{false}, is_stopping{false};
   std::atomic<LocalTime> io_went_round{LocalTime{}};
   std::atomic<std::size_t> users{0};
@@ -117,8 +117,8 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings, S
             if (owner.on_step) owner.on_step(room, deadline);
           },
           [this] {
-            // Stored in the reverse order of reading. A reader that does not see has_news yet thus still sees the
-            // expected time.
+            // The two values are stored in the reverse order of their loads. A reader that misses has_news therefore
+            // still sees the expected time.
             has_news.store(true);
             expects_news_at.store(LocalTime{});
             wake();
@@ -129,7 +129,7 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings, S
     if (owner.on_log) owner.on_log(kind, line);
   };
   if (!settings.stops_on_signals) return;
-  // Handled from the opening of the port, so that a client that connects before run() also gets a goodbye message.
+  // Signals are handled from now on, so that a client that connects before run() also gets a goodbye message.
   signals.add(SIGINT);
   signals.add(SIGTERM);
   if (!is_ignored(SIGHUP)) signals.add(SIGHUP);
@@ -141,8 +141,8 @@ std::vector<Room*> LiveServer::Impl::room_pointers() const {
   return pointers;
 }
 
-/// Serves, then stops the rooms before the services finish, because services read the rooms. This order also holds if
-/// serve() throws.
+/// Serves, then stops the rooms, then finishes the services, which read the rooms. The order also holds if serve()
+/// throws.
 void LiveServer::Impl::run() {
   std::exception_ptr fault;
   started = clock.now();
@@ -190,9 +190,9 @@ void LiveServer::Impl::wake() {
   [[maybe_unused]] const auto written = ::write(step_event.native_handle(), &one, sizeof one);
 }
 
-/// Replaces io_context::run(): checks for new states before the io thread sleeps. Rooms wake the thread only if it
-/// sleeps. If a room's answer is expected soon, the thread is woken at the start of the step, so that it is awake when
-/// the new state is available. Between two checks, only the datagrams of a few users are read.
+/// Replaces io_context::run(): checks for new states before the io thread sleeps. Rooms wake the thread only while it
+/// sleeps. If the result of a step is expected soon, the room wakes the thread at the start of the step. The thread is
+/// then awake when the new state is ready. Between two checks, only the datagrams of a few users are read.
 void LiveServer::Impl::run_cycle() {
   bool has_read = false;
   while (!io.stopped()) {

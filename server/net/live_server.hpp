@@ -1,4 +1,4 @@
-// A whole server in one object: sockets, session hub, and rooms with their threads. The program and tests use it.
+// A whole server in one object: sockets, session hub, and rooms with their threads. Used by the program and by tests.
 //
 //   threads that step rooms                 io thread (run())
 //   Room::answer() ──mailboxes, rings──▶     SessionHub::poll(): sends updates and answers
@@ -26,8 +26,8 @@ struct LiveServerSettings {
   std::string bind_address = "127.0.0.1";  ///< without `tls` it must be a loopback address
   std::uint16_t port = 47800;              ///< for TCP and UDP; 0: any free one
   int realtime_priority = 0;               ///< SCHED_FIFO priority of the room threads; 0: normal scheduler
-  std::optional<Duration> duration{};      ///< time after which the server stops by itself
-  /// SIGINT, SIGTERM and SIGHUP call stop(). SIGHUP does not if it was ignored at the start.
+  std::optional<Duration> duration{};      ///< time after which the server stops without a request
+  /// SIGINT, SIGTERM and SIGHUP call stop(); SIGHUP is ignored if the process ignored it at the start.
   bool stops_on_signals = false;
   std::shared_ptr<const secure::TlsContext> tls{};  ///< null: no encryption
   HubSettings hub{};                                ///< if its connection_ids is empty, LiveServer sets it
@@ -61,8 +61,7 @@ class LiveServer {
 
   std::uint16_t port() const;
   const std::vector<std::unique_ptr<Room>>& rooms() const;
-  /// Adds a service of the rooms that is made after the server, and returns it. Call before run(). Null is returned
-  /// unchanged.
+  /// Adds a service that needs the server to exist, and returns it; null is returned unchanged. Call before run().
   template <class Service>
   Service* add(std::unique_ptr<Service> service) {
     return served().add(std::move(service));
@@ -70,7 +69,7 @@ class LiveServer {
 
   /// Serves until stopped. The calling thread becomes the io thread. Call only once. When run() returns or throws, all
   /// rooms have stopped and all services have finished.
-  /// Fails   rethrows the exception of the io thread, or else the first of a service's finish()
+  /// Fails   rethrows the exception of the io thread; without one, the first exception from a service's finish()
   void run();
   /// Refuses waiting requests and ends all connections. run() then returns within about 1.5 s.
   /// Thread  any
@@ -79,7 +78,7 @@ class LiveServer {
   /// Thread  any
   void abandon();
 
-  // State of the running server, up to 0.1 s old. Neither io nor rooms wait for the caller.
+  // State of the running server, up to 0.1 s old. Reading it blocks neither io nor rooms.
   /// Thread  any, but always the same one for both functions
   const ServerFigures& newest_figures();
   std::vector<RoomTiming> newest_timings();
@@ -93,15 +92,15 @@ class LiveServer {
   /// Timings of the rooms, in their order.
   std::vector<RoomTiming> room_timings() const;
 
-  /// Log sink; gets the kind of a line and the line. There are few kinds. Set before run(). It is called on the io
-  /// thread and must not block.
+  /// Log sink: receives the kind of a line and the line. The kinds are a small fixed set. Set it before run(). It is
+  /// called on the io thread and must not block.
   std::function<void(std::string_view kind, const std::string& line)> on_log;
   /// Called when the admission state (credentials, used tokens) changes. Set before run(). It is called on the io
   /// thread and must not block.
   std::function<void(const wire::AdmissionState&)> on_admission;
-  /// Called after a room's answer and before that answer is sent; meanwhile nothing else changes the room's world. Set
-  /// before run(). It is called on the room's thread and must not lock or wait. `deadline` is the time at which the
-  /// step was due.
+  /// Called between the answer of a room's step and the sending of its updates; meanwhile nothing else changes the
+  /// room's world. `deadline` is the time at which the step was due. Set it before run(). It is called on the room's
+  /// thread and must not lock or wait.
   std::function<void(const Room&, LocalTime deadline)> on_step;
 
  private:

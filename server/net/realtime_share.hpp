@@ -1,4 +1,4 @@
-// Decides which threads of a server get real-time priority, so that the kernel never has to throttle all of them.
+// Selects the threads of a server that get real-time priority, such that the kernel never has to throttle all of them.
 #pragma once
 
 #include <cstddef>
@@ -6,13 +6,14 @@
 
 namespace tandem::server {
 
-/// A user here is a thread. The first one (io) always has priority. The others get it in order of ascending demand,
-/// while none needs more than 93 % of a core and all together need at most 93 % of `cores`. A user that has lost the
-/// priority gets it back only below 85 % (hysteresis).
+/// A user of real-time priority is a thread. The first user (io) always has priority. The other users get it in
+/// ascending order of demand, within two limits: each needs at most 93 % of a core, and all together need at most 93 %
+/// of `cores`. A user that has lost priority regains it only below 85 % (hysteresis).
 ///
 /// Why     If real-time threads use more than 95 % of a core in one second, the kernel stops all of them for the rest
-///         of that second (sched_rt_runtime_us). No room would step for 50 ms. Below that limit the kernel distributes
-///         them well: five threads of 34 % each never waited longer than 2 ms on two cores.
+///         of that second (sched_rt_runtime_us). No room would then step for 50 ms. Below that limit the kernel
+///         distributes them well: of five threads with 34 % each on two cores, none was measured to wait longer than 2
+///         ms.
 /// In      demands       for each user: share of a core that it needs to keep its rate
 ///         cores         at least 1
 /// In-out  has_priority  for each user

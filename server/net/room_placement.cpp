@@ -6,7 +6,7 @@
 namespace tandem::server {
 namespace {
 
-// Loads as a fraction of a worker's time.
+// Loads as fractions of a worker's time. The gap between the first two is a hysteresis.
 constexpr double kMaxAcceptedLoad = 0.7;  ///< load up to which a worker accepts a room
 constexpr double kMaxToBear = 0.85;       ///< load above which a room is moved away
 constexpr double kUneven = 0.25;          ///< difference between the loads of two workers above which a room is moved
@@ -53,7 +53,7 @@ void place_rooms(std::span<const double> loads, std::span<std::optional<std::siz
   const double difference = sums[busiest] - sums[idlest];
   const bool has_too_much = sums[busiest] > kMaxToBear;
   if (!has_too_much && difference < kUneven) return;
-  // If the loads are only uneven, moving more than half of the difference would reverse the imbalance.
+  // When the loads are only uneven, a room of more than half of the difference would reverse the imbalance.
   const double room_left = kMaxAcceptedLoad - sums[idlest];
   const double most = has_too_much ? room_left : std::min(room_left, difference / 2);
   const auto one = largest_of(busiest, most, loads, workers);

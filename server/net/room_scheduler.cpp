@@ -17,13 +17,14 @@ namespace {
 
 /// Period at which empty rooms are checked for users.
 constexpr Duration kUserCheckPeriod = std::chrono::milliseconds(5);
-/// Approximate time to sleep and wake up. For a shorter wait, a thread stays awake.
+/// Approximate time to sleep and wake up. A thread spins through a shorter wait.
 constexpr Duration kNotWorthASleep = std::chrono::microseconds(50);
-/// Limit of the mean answer time up to which io is woken at the start of a step. It then wakes up during the step and
-/// waits for the end.
+/// Mean answer time of a room up to which io is woken at the start of a step. io then wakes up during the step and
+/// spins until its end.
 constexpr Duration kWakesAheadOf = std::chrono::microseconds(100);
-// Fractions of a core. If io needs more than the first, it is not notified after each short step, until it needs less
-// than the second. New states then wait for those of the next rooms, for at most kNotifyWithin.
+// Demands of io, as fractions of a core. Above the first value, io is not woken after each short step; below the
+// second, it is woken again (hysteresis). Unannounced states are sent with those of the next rooms, after at most
+// kNotifyWithin.
 constexpr double kBusyIo = 0.6, kNotBusyIo = 0.4;
 constexpr Duration kNotifyWithin = std::chrono::microseconds(60);
 constexpr Duration kTrustedAgainAfter = std::chrono::seconds(1), kIoWaitsAgainAfter = std::chrono::milliseconds(100);
@@ -31,20 +32,21 @@ constexpr Duration kSharePeriod = std::chrono::milliseconds(25), kPublishEvery =
 constexpr double kWindowsOfAMean = 10;
 constexpr int kStepsOfAMean = 64;
 constexpr std::uint64_t kEnoughSteps = 5;
-// Largest demand of a room on a shared thread, and the demand below which it may share again, as fractions of a core.
-// The same fractions of the shortest period of all rooms limit its step time.
+// Largest demand of a room on a shared thread, and the demand below which a room may share again, as fractions of a
+// core. The step time has the same limits, as fractions of the shortest period of all rooms.
 constexpr double kMaxShared = 0.3, kMaxToShareAgain = 0.2;
-/// A thread that would sleep longer than this checks in between for assigned rooms and new users.
+/// Longest sleep without a check for newly assigned rooms and for new users.
 constexpr Duration kLongSleep = std::chrono::milliseconds(2);
-/// A room's phase may deviate from its computed phase by the period / kPlaces. A larger deviation is corrected by at
-/// most this shift per step.
+/// Number of parts of a period. The phase of a room may differ from its computed phase by one part. A larger difference
+/// is corrected by at most one part per step.
 constexpr int kPlaces = 64;
-// io runs below the rooms while the steps of each thread together take at most kIoWaitsFor. It is raised above them
-// after kSlowStepsInARow steps of one room that exceed kIoWaitsNotFor, because it reads and sends for all rooms.
+// io has a lower priority than the rooms while the steps of each thread together take at most kIoWaitsFor. After
+// kSlowStepsInARow consecutive steps of one room longer than kIoWaitsNotFor, io gets a higher priority, because all
+// rooms depend on io.
 constexpr Duration kIoWaitsFor = std::chrono::microseconds(250), kIoWaitsNotFor = std::chrono::microseconds(500);
 constexpr int kSlowStepsInARow = 2;
 
-/// Cumulative time of an activity. One thread writes it, any thread may read it. begin() and end() return `now`.
+/// Cumulative time of an activity, written by one thread and read by any. begin() and end() return `now`.
 class Busy {
  public:
   LocalTime begin(LocalTime now) {
@@ -57,12 +59,14 @@ class Busy {
     began_.store(LocalTime{}, std::memory_order_release);
     return now;
   }
-  /// Total time, including the activity in progress.
+  /// Returns the total time, including that of the activity in progress.
   Duration until(LocalTime now) const {
     for (;;) {
       const LocalTime began = began_.load(std::memory_order_acquire);
       const Duration done(done_.load(std::memory_order_acquire));
-      if (began_.load(std::memory_order_relaxed) != began) continue;  // it has ended or begun meanwhile
+      if (began_.load(std::memory_order_relaxed) != began)
+        // The activity has begun or ended between the two loads.
+        continue;
       return began == LocalTime{} ? done : done + std::max(Duration{0}, now - began);
     }
   }
@@ -72,7 +76,7 @@ class Busy {
   std::atomic<Duration::rep> done_{0};
 };
 
-/// Measurements of a room from which io places it on a thread. Used by the io thread only.
+/// Measurements by which io assigns a room to a thread. Used by the io thread only.
 struct RoomLoad {
   std::uint64_t steps_before = 0;  ///< value of Loop::steps at the last measurement
   Duration busy_before{0};
@@ -84,7 +88,7 @@ struct RoomLoad {
 
 }  // namespace
 
-/// Timer and measurements of a room. Only its stepping thread uses them, except the atomics and the mailbox.
+/// Timer and measurements of a room. The thread that steps the room owns them, except the atomics and the mailbox.
 struct RoomScheduler::Loop {
   explicit Loop(Room& its_room)
       : room(its_room),
@@ -98,22 +102,21 @@ struct RoomScheduler::Loop {
   RoomTiming timing;
   std::uint64_t publish_every;  ///< number of steps between two publications of the timings
   bool is_awake = false;
-  Duration phase{0};   ///< phase of its deadlines within a period
+  Duration phase{0};   ///< phase of the deadlines within a period
   int slow_steps = 0;  ///< consecutive steps longer than kIoWaitsNotFor
   Duration mean_step{0};
   Duration mean_answer{0};   ///< part of mean_step for which users wait
-  Duration mean_turn{0};     ///< mean time of answer and help with sending, for which the next rooms of the thread wait
+  Duration mean_turn{0};     ///< mean time of answer and help with sending, a delay for the thread's next rooms
   bool is_answered = false;  ///< answer() has run, its finish() has not
-  LocalTime deadline{};      ///< deadline of that step
-  Duration answering{0};     ///< time of answer and help with sending in that step
-  LocalTime slow_until{};    ///< until then the room counts as slow, even if it keeps its rate again
+  LocalTime deadline{};      ///< deadline of the step that is_answered describes
+  Duration answering{0};     ///< time of the answer and of help with sending in that step
+  LocalTime slow_until{};    ///< end of the time for which the room counts as slow, even if it keeps its rate again
 
-  std::atomic<std::size_t> stepper{0};  ///< index of the owning thread; written only by the current owner, at the
-                                        ///< handover
+  std::atomic<std::size_t> stepper{0};  ///< index of the owning thread; only the owner changes it, at the handover
   std::atomic<std::size_t> wanted{0};   ///< index of the thread that should own the room; written by io
   std::atomic<std::uint64_t> steps{0};
   Busy busy;                         ///< steps of the room
-  std::atomic<bool> is_left{false};  ///< all users have left, and resetting the scene may take long
+  std::atomic<bool> is_left{false};  ///< all users have left; the reset of the scene may take long
   std::atomic<LocalTime> went_round{LocalTime{}};
   std::atomic<bool> is_slow{false};
   realtime::Mailbox<RoomTiming> published;
@@ -130,18 +133,19 @@ struct RoomScheduler::Stepper {
   }
 
   std::size_t index = 0;
-  double place = 0;                     ///< phase of its first room's deadlines, as a fraction of the period (0 to 1)
-  std::vector<Loop*> loops;             ///< in the order of their deadlines
-  LocalTime users_checked{};            ///< last check for users of empty rooms
-  LocalTime news_since{};               ///< time of the oldest states not announced; LocalTime{}: none
-  std::atomic<bool> is_called{true};    ///< a room was assigned, or stop() was called
-  std::counting_semaphore<> called{0};  ///< the thread sleeps on it until a call; trying it yields the processor
+  double place = 0;                   ///< phase of the deadlines of the thread's first room [periods]
+  std::vector<Loop*> loops;           ///< in the order of their deadlines
+  LocalTime users_checked{};          ///< last check for users of empty rooms
+  LocalTime news_since{};             ///< time of the oldest states that io was not notified of; LocalTime{}: none
+  std::atomic<bool> is_called{true};  ///< a room was assigned, or stop() was called
+  /// The thread sleeps on it until call(). try_acquire on it yields the processor.
+  std::counting_semaphore<> called{0};
   std::promise<std::vector<std::string>> not_granted;
   std::thread thread;
   Busy busy;  ///< steps of all its rooms
   // Used by the io thread only.
   Duration cpu_before{0}, busy_before{0};  ///< at the last measurement
-  double cpu_of_busy = 1;                  ///< processor time, wake-ups included, per busy time since then
+  double cpu_of_busy = 1;                  ///< processor time, wake-ups included, per busy time in the last interval
 };
 
 RoomScheduler::RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority,
@@ -163,8 +167,8 @@ RoomScheduler::RoomScheduler(const std::vector<Room*>& rooms, int realtime_prior
   for (std::size_t i = 0; i < workers_ + rooms.size(); ++i) {
     steppers_.push_back(std::make_unique<Stepper>());
     steppers_[i]->index = i;
-    // The thread's phase is the middle of its fraction of a period. It avoids whole milliseconds, at which the kernel's
-    // tick takes about 30 us.
+    // The phase of the thread is the middle of its part of a period. Its deadlines thus avoid whole milliseconds, at
+    // which the kernel's tick takes about 30 us.
     const std::size_t number = i < workers_ ? i : i - workers_, of = i < workers_ ? workers_ : rooms.size();
     steppers_[i]->place = (static_cast<double>(number) + 0.5) / static_cast<double>(of);
     steppers_[i]->loops.reserve(rooms.size());
@@ -203,7 +207,7 @@ void RoomScheduler::run(Stepper& stepper) {
   stepper.not_granted.set_value(realtime::request_realtime(realtime_priority_));
   while (!is_stopping_.load(std::memory_order_relaxed)) {
     hand_over(stepper);
-    // hand_over() may have consumed the call from stop(), which is not repeated.
+    // hand_over() may have consumed the semaphore's release by stop(), which does not release it twice.
     if (is_stopping_.load(std::memory_order_relaxed)) break;
     if (stepper.loops.empty()) {
       notify(stepper);
@@ -271,10 +275,10 @@ void RoomScheduler::answer(Stepper& stepper, Loop& loop) {
   finish(stepper, loop);
   loop.deadline = loop.timer.wait(kNotWorthASleep);
   const LocalTime begin = stepper.busy.begin(loop.busy.begin(SteadyClock().now()));
-  // Waking io costs time, so it must be justified: by a long answer, or because io is not busy.
+  // Waking io costs time. It is worth the time if the answer took long, or if io is not busy.
   const bool is_worth_it = loop.mean_answer >= kNotWorthASleep || !is_io_busy_.load(std::memory_order_relaxed);
   const bool notifies_at_once = cores_ > 1 && is_worth_it;
-  // If every core is stepping, an awake io would delay the end of a step.
+  // If every core is busy with a step, an awake io would delay the end of one of them.
   const bool has_free_core = stepping_.fetch_add(1, std::memory_order_relaxed) + 1 < cores_;
   const bool wakes_io = notifies_at_once && has_free_core && loop.mean_answer < kWakesAheadOf;
   if (wakes_io) before_news_(begin + loop.mean_answer);
@@ -283,8 +287,8 @@ void RoomScheduler::answer(Stepper& stepper, Loop& loop) {
   after_answer_(loop.room, std::min(loop.deadline, begin));
   if (stepper.news_since == LocalTime{}) stepper.news_since = now;
   if (notifies_at_once || now + loop.mean_answer - stepper.news_since >= kNotifyWithin) notify(stepper);
-  // Without help, the users of the next room would wait for these sends. Help is useless if every core is answering,
-  // because io may then have no core.
+  // The room thread helps, because otherwise the users of the next room would wait for these sends. If every core is
+  // answering, io may have no core, and help is useless.
   const bool may_help = wakes_io && stepping_.load(std::memory_order_relaxed) < cores_ && loop.has_priority;
   if (may_help && has_realtime_.load(std::memory_order_relaxed)) help_to_send_(loop.room);
   stepping_.fetch_sub(1, std::memory_order_relaxed);
@@ -294,7 +298,7 @@ void RoomScheduler::answer(Stepper& stepper, Loop& loop) {
   loop.mean_turn += (loop.answering - loop.mean_turn) / kStepsOfAMean;
 }
 
-/// Finishes a step: does the part for which no user waits.
+/// Finishes a step: the part that no user waits for.
 void RoomScheduler::finish(Stepper& stepper, Loop& loop) {
   if (!loop.is_answered) return;
   const LocalTime begin = stepper.busy.begin(loop.busy.begin(SteadyClock().now()));
@@ -322,7 +326,8 @@ void RoomScheduler::finish(Stepper& stepper, Loop& loop) {
   if (loop.timing.steps % loop.publish_every == 0 || !loop.is_awake) publish(loop);
 }
 
-/// Shifts a room's deadlines gradually until they are shortly after the answers of the previous rooms on the thread.
+/// Shifts the deadlines of a room gradually until they follow shortly after the answers of the previous rooms of the
+/// thread.
 void RoomScheduler::settle(const Stepper& stepper, Loop& loop) {
   const Duration period = loop.room.period();
   Duration all{0};
@@ -332,16 +337,16 @@ void RoomScheduler::settle(const Stepper& stepper, Loop& loop) {
     all += one->mean_step;
     ++count;
   }
-  // Half of the unused period stays free at its end. The other half limits the gaps after the rooms' answers. A gap is
-  // also at most half of the answer time and at most kNotWorthASleep. A longer step then does not delay all other
-  // rooms.
+  // Gaps separate the answers of the rooms, so that a longer step does not delay all other rooms. Half of the unused
+  // period is divided among the gaps; the other half stays free at the end of the period. A gap is also at most half of
+  // the answer time, and at most kNotWorthASleep.
   const Duration spare = std::max(Duration{0}, period - all) / std::max<Duration::rep>(1, 2 * count);
   Duration place = from_seconds(stepper.place * to_seconds(period));
   for (const Loop* before : stepper.loops) {
     if (before == &loop) break;
     if (before->is_awake) place += before->mean_turn + std::min({before->mean_turn / 2, kNotWorthASleep, spare});
   }
-  // The difference is wrapped to −½ to ½ of a period.
+  // The difference is wrapped to the range −½ to ½ of a period.
   const Duration off = ((place - loop.phase) % period + period + period / 2) % period - period / 2;
   const Duration most = period / kPlaces;
   if (off <= most && off >= -most) return;
@@ -350,7 +355,7 @@ void RoomScheduler::settle(const Stepper& stepper, Loop& loop) {
   loop.timer.shift(later);
 }
 
-/// Copies about 17 KB to the mailbox.
+/// Publishes the timings of a room, a copy of about 17 KB.
 void RoomScheduler::publish(Loop& loop) {
   RoomTiming& timing = loop.published.back() = loop.timing;
   timing.lateness = loop.timer.lateness();
@@ -389,9 +394,9 @@ void RoomScheduler::share(LocalTime now) {
   place(now);
 }
 
-/// Measures demands. A room with too little time makes fewer steps, so its load is extrapolated to its full rate. The
-/// processor time of a thread, wake-ups included, is distributed among its rooms by their busy time. Means cover about
-/// 250 ms, because the kernel's limit is per second and a short disturbance is no demand.
+/// Measures the demands of the rooms and of io. A room that lacks time makes fewer steps, so its load is extrapolated
+/// to its full rate. A thread's processor time, wake-ups included, is divided among its rooms in proportion to their
+/// busy time. The means cover about 250 ms, so that a short disturbance does not count as demand.
 void RoomScheduler::measure(LocalTime now, Duration window) {
   const auto share_of = [](Duration part, Duration whole) {
     return whole > Duration{0} ? std::max(0.0, part / std::chrono::duration<double, std::nano>(whole)) : 0;
@@ -419,8 +424,9 @@ void RoomScheduler::measure(LocalTime now, Duration window) {
   }
 }
 
-/// Withdraws priority at once, and restores it when the room has been within the limit for a second. It applies to
-/// separate threads only: shared threads always have priority, and a room without priority does not share.
+/// Withdraws real-time priority from a room at once, and restores it after the room has been within the limit for a
+/// second. Only rooms with separate threads are affected: shared threads always have priority, and a room without
+/// priority does not share a thread.
 void RoomScheduler::give_priority(LocalTime now) {
   std::vector<double> demands{io_demand_};
   std::vector<bool> have_priority{true};
@@ -439,8 +445,8 @@ void RoomScheduler::give_priority(LocalTime now) {
   }
 }
 
-/// Sets io below the rooms while their steps are short. If it were above them, it would often wake up on the core of a
-/// step. That step would then continue on another core about 40 us later.
+/// Gives io a lower priority than the rooms while their steps are short. With a higher priority, io would often preempt
+/// a step, which would then continue on another core about 40 us later.
 void RoomScheduler::give_io_priority(LocalTime now) {
   std::vector<Duration> steps(steppers_.size());
   for (const auto& loop : loops_) {
@@ -451,17 +457,18 @@ void RoomScheduler::give_io_priority(LocalTime now) {
   realtime::set_priority(io_thread_, std::max(1, realtime_priority_ - 1));
 }
 
-/// Sets io above the rooms. Rooms may call this too, because io cannot run if they use all processors.
+/// Gives io a higher priority than the rooms. Rooms call this as well, because io cannot run while they use all
+/// processors.
 /// Thread  io, rooms
 void RoomScheduler::raise_io_priority(LocalTime now) {
   io_first_at_.store(now, std::memory_order_relaxed);
   io_waits_.store(false, std::memory_order_relaxed);
-  // The priority is set even if unchanged, because io may be about to lower it and could not raise it again itself.
+  // The priority is set even if it is unchanged: io may be about to lower it, and could then not run to raise it again.
   realtime::set_priority(io_thread_, realtime_priority_ + 1);
 }
 
-/// Assigns rooms to threads. If periods differ, the step of a room with a longer one may take only a small part of the
-/// shortest one.
+/// Assigns rooms to threads. If periods differ, a step of a room with a longer period must be short compared with the
+/// shortest period.
 void RoomScheduler::place(LocalTime now) {
   Duration shortest = Duration::max();
   for (const auto& loop : loops_) shortest = std::min(shortest, loop->room.period());

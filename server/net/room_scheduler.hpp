@@ -1,4 +1,4 @@
-// Threads that step a server's rooms.
+// Threads that step the rooms of a server.
 #pragma once
 
 #include <atomic>
@@ -21,34 +21,32 @@ struct RoomTiming {
   std::uint64_t overruns = 0;  ///< number of steps finished after the next deadline (kFaultOverrun)
   std::uint64_t missed = 0;    ///< number of skipped deadlines
   std::uint64_t slow = 0;      ///< number of steps for which the room counted as slow (kFaultRoomSlow)
-  Histogram lateness;          ///< delay of the start of a step
-  /// Time of a whole step: the answer, the calls after it, and the rest of the step. Work for other rooms in between is
+  Histogram lateness;          ///< delay from the deadline to the start of a step
+  /// Duration of a whole step: the answer, the calls after it, and finish(). Work for other rooms in between is
   /// excluded.
   Histogram step_time;
 };
 
 /// Steps each room at the deadlines of its period. Small rooms share threads, one per core, and their deadlines follow
-/// one after the other. A thread that wakes up thus usually steps several rooms before it sleeps again. A room gets a
-/// separate thread (room_placement.hpp) if it needs much of a core, or if its steps are long compared with the periods
-/// of other rooms. A room that all users have left also gets one, because resetting its scene may take long. A room
-/// without users sleeps. A step is answered at its deadline. It is finished when no other room of the thread is about
-/// to be due (Room::answer(), Room::finish()).
+/// one after the other. A thread thus usually steps several rooms before it sleeps again. A room gets a thread of its
+/// own (room_placement.hpp) in three cases: it needs much of a core; its steps are long compared with the periods of
+/// other rooms; or all users have left, because the reset of its scene may take long. A room without users sleeps. A
+/// step is answered at its deadline. It is finished when no other room of the thread is about to be due
+/// (Room::answer(), Room::finish()).
 ///
-/// All threads run at one SCHED_FIFO priority. While the steps of no thread take more than 250 us, the priority of the
-/// io thread is lower, so that it does not interrupt a step. After two consecutive steps of more than 500 us in one
-/// room it is higher for 100 ms, because all other rooms would wait for io. If the rooms together need more than the
-/// cores provide, some lose the priority (share_realtime()), until they have been within the limit for a second. Then
-/// only their own users wait.
+/// All room threads run at one SCHED_FIFO priority. While the steps of every thread take at most 250 us, io has a lower
+/// priority, so that it does not interrupt a step. After two consecutive steps of more than 500 us in one room, io has
+/// a higher priority for 100 ms. Otherwise all other rooms would wait for io. If the rooms together need more than the
+/// cores provide, some rooms lose the priority (share_realtime()), and only their own users are delayed. They regain it
+/// after a second within the limit.
 class RoomScheduler {
  public:
   /// In      realtime_priority  1–98; 0: the normal scheduler
   ///         before_news        called at the start of a step with the time at which its result is expected
-  ///         after_answer       called with the deadline of the step when its result is available, before the step is
-  ///                            finished
+  ///         after_answer       called with the deadline of the step when its result is ready, before finish()
   ///         on_news            called when one or more rooms have new states to send
-  ///         help_to_send       sends updates of a room in parallel with the io thread, which waits for this call to
-  ///                            return
-  ///         All four are called on the room's thread. The first three must not lock or wait.
+  ///         help_to_send       sends updates of a room in parallel with io, which waits for this call to return
+  ///         All four functions are called on the room's thread. The first three must not lock or wait.
   RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority, std::function<void(LocalTime)> before_news,
                 std::function<void(const Room&, LocalTime)> after_answer, std::function<void()> on_news,
                 std::function<void(const Room&)> help_to_send);
@@ -57,15 +55,16 @@ class RoomScheduler {
   RoomScheduler(const RoomScheduler&) = delete;
   RoomScheduler& operator=(const RoomScheduler&) = delete;
 
-  /// Starts the threads. The calling thread becomes the io thread, at first one priority above them. Returns the
-  /// real-time requests that were not granted, without duplicates.
+  /// Starts the threads. The calling thread becomes the io thread, with a priority one above theirs at first. Returns
+  /// the real-time requests that the system has not granted, without duplicates.
   std::vector<std::string> start();
   void stop();
-  /// Measures the load of io and of each room, then reassigns threads and real-time priority. Acts at most every 25 ms.
+  /// Measures the load of io and of each room, then reassigns rooms and real-time priority. Has an effect at most every
+  /// 25 ms.
   /// Thread  io
   void share(LocalTime now);
-  /// Returns one line for the operator for each room that has become too slow, or keeps its rate again, since the last
-  /// call.
+  /// Returns lines for the operator: one for each room that has become too slow, or keeps its rate again, since the
+  /// last call.
   /// Thread  io
   std::vector<std::string> news();
   /// Timings of the rooms, in their order. Call after stop().
@@ -73,7 +72,7 @@ class RoomScheduler {
   /// Timings of the running rooms, up to 0.1 s old. Does not block the rooms.
   /// Thread  any, but always the same one
   std::vector<RoomTiming> newest_timings();
-  /// Time of the last iteration of the room's loop, in which it made a step or found no users. Thread: any.
+  /// Returns the time of the last iteration of the room's loop, in which it made a step or found no users. Thread: any.
   LocalTime went_round(std::size_t room) const;
 
  private:

@@ -1,4 +1,4 @@
-// Conversions between Bullet's vector types and those of this project. Only files that use Bullet include this header.
+// Conversions between the vector types of Bullet and of this project, for files that use Bullet.
 #pragma once
 
 #include <LinearMath/btTransform.h>

@@ -1,4 +1,4 @@
-// Convex hull of points, the collision shape of a moving mesh that Bullet steps.
+// Convex hull of points: the collision shape in Bullet of a mesh that moves.
 #pragma once
 
 #include <vector>

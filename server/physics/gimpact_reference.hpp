@@ -1,5 +1,5 @@
-// Contact of a moving triangle mesh with a fixed one in unmodified Bullet. The lab's benchmarks use it as a reference
-// for the contact solver of this project. The server does not use it.
+// Contact of a moving triangle mesh with a fixed mesh in unmodified Bullet. A reference for benchmarks of this
+// project's contact solver; the server does not use it.
 #pragma once
 
 #include <cstddef>

@@ -7,15 +7,15 @@
 namespace tandem::server {
 namespace {
 
-/// Decay length of a sample's weight in the plane fit, by its distance beyond that of the nearest sample.
+/// Decay length of a sample's weight in the plane fit, over the excess of its distance above the smallest distance.
 constexpr double kPlane_m = 1e-3;
-/// Distance below which the contact is imminent and the object is no longer pressed for a measurement.
+/// Distance below which the contact is imminent. The object is then not pressed into the copy any more.
 constexpr double kMinGap_m = 1e-3;
-/// Displacement of the object up to which the measured stiffness remains valid.
+/// Displacement of the object since the measurement up to which the measured stiffness remains valid.
 constexpr double kSamePlace_m = 5e-3;
 /// Trust radius of a predicted contact: displacement from its pose up to which it is valid.
 constexpr double kTrust_m = 1e-2;
-/// Range of accepted stiffness. A softer body could not be felt, a stiffer one cannot be a soft body.
+/// Range of accepted stiffness. A softer contact could not be felt, and a stiffer one cannot come from a soft body.
 constexpr double kMinStiffness_n_per_m = 1;
 constexpr double kMaxStiffness_n_per_m = 2000;
 
@@ -38,7 +38,7 @@ struct PredictedSoftContact::Near {
 struct PredictedSoftContact::Watched {
   std::optional<Surface> surface;
   std::optional<double> stiffness_n_per_m;
-  Vec3 p_WT = Vec3::Zero();  ///< position of the object at that measurement
+  Vec3 p_WT = Vec3::Zero();  ///< position of the object when the stiffness was measured
 };
 
 PredictedSoftContact::PredictedSoftContact(const SoftModel& model, const Vec3& gravity_m_per_s2, int sweeps,
@@ -96,7 +96,8 @@ void PredictedSoftContact::advance(const SoftStep& real, double step_s, double s
   if (steps_ < kSteps) press(step_s, speed_limit_m_per_s, things);
 }
 
-/// Chooses in cyclic order an object that has no contact yet and was not pressed at this position before.
+/// Selects the next object in cyclic order that has no contact yet and whose stiffness was not measured at this
+/// position.
 void PredictedSoftContact::choose_thing(const SoftBody& body, std::span<const SoftThing> things) {
   for (std::size_t i = 1; i <= watched_.size(); ++i) {
     const std::size_t thing = (pressing_ + i) % watched_.size();

@@ -1,5 +1,5 @@
-// Predicts the contact of an object that is about to touch a soft body. A client that receives the prediction with a
-// delay can then render the touch at the time when it occurs. Private to the soft world.
+// Predicts the contact of an object that is about to touch a soft body. A client receives the prediction with a delay,
+// and can still render the touch at the moment when it occurs. Private to the soft world.
 #pragma once
 
 #include <optional>
@@ -10,21 +10,22 @@
 
 namespace tandem::server {
 
-/// Measures the stiffness of a soft body near approaching objects, and predicts their contacts. For the measurement an
-/// object is pressed into a copy of the body.
+/// Measures the stiffness of a soft body near approaching objects, and predicts their contacts. To measure, it presses
+/// an object into a copy of the body.
 ///
 /// Model   surface    plane through the samples of the body nearest to the object, each weighted by
 ///                    exp(−(distance − least distance) / 1 mm)
-///         stiffness  k = n·f / d, where f is the force of the copy after kSteps soft steps with the object held
-///                    d = 3 mm inside it. Objects are pressed one after the other, so a soft step costs at most twice
-///                    as much. Each measurement begins with the current state of the body. An object is not pressed
-///                    twice at one position
-///         contact    For an object without contact: spring k along n, linearised at the depth d. Its force is zero at
-///                    the surface and outside, see soft_wrench(). For an object with a force below k d: the wrench of
-///                    the step, and a stiffness between that of the step and k. The first contact of a few samples
-///                    alone gives no reliable stiffness
-/// Limits  the surface is a plane; no friction before the touch; a body that yields as a whole feels too stiff; no
-///         prediction for an object that arrives in less than kSteps soft steps (0.25 s), or while another is pressed
+///         stiffness  k = n·f / d, where n is the plane's normal and f the force of the copy after kSteps soft steps
+///                    with the object held d = 3 mm inside. Objects are pressed one after the other, so a soft step
+///                    costs at most twice as much. Each measurement begins with the current state of the body. An
+///                    object is not pressed twice at one position
+///         contact    Object without contact: a spring k along n, linearised at the depth d. Its force is zero at the
+///                    surface and outside, see soft_wrench(). Object with a force below k d: the wrench of the step,
+///                    with a stiffness between that of the step and k, because the first contact of a few samples alone
+///                    gives no reliable stiffness
+/// Limits  The surface is a plane. There is no friction before the touch. A body that yields as a whole feels too
+///         stiff. An object that arrives in less than kSteps soft steps (0.25 s), or while another object is pressed,
+///         gets no prediction
 class PredictedSoftContact {
  public:
   /// Distance to the body below which an object is observed.
@@ -32,17 +33,17 @@ class PredictedSoftContact {
   static constexpr double kDepth_m = 3e-3;
   static constexpr int kSteps = 15;
 
-  /// In      things  number of objects that may touch; these are the first ones in the list of each step
+  /// In      things  number of objects that may touch; each step's list of objects begins with them
   PredictedSoftContact(const SoftModel& model, const Vec3& gravity_m_per_s2, int sweeps, std::size_t things);
   ~PredictedSoftContact();
 
-  /// Updates the surface near each object after a step of the real body. Then advances, by one soft step, the
-  /// simulation in which one object is pressed into the copy of the body.
+  /// Updates the surface near each object after a step of the real body. Then advances the copy, into which one object
+  /// is pressed, by one soft step.
   void advance(const SoftStep& real, double step_s, double speed_limit_m_per_s, std::span<const SoftThing> things);
-  /// Returns the distance from the object to the surface if a contact can be predicted; otherwise infinity.
+  /// Returns the distance from the object to the surface; infinity if no contact can be predicted.
   double gap_m(std::size_t thing) const;
-  /// Returns the predicted contact. `now` is the object's contact with all soft bodies in this step. It is returned
-  /// unchanged if nothing can be predicted.
+  /// Returns the predicted contact, or `now` if none can be predicted. `now` is the object's contact with all soft
+  /// bodies in this step.
   SoftContact predict(std::size_t thing, const Pose& X_WT, const SoftContact& now) const;
 
  private:
@@ -61,7 +62,7 @@ class PredictedSoftContact {
   std::vector<Vec3> p_W_;   ///< scratch: all samples
   std::vector<Near> near_;  ///< scratch: samples near an object
   std::size_t pressing_ = 0;
-  int steps_ = kSteps;  ///< number of steps done in the current press
+  int steps_ = kSteps;  ///< number of steps since the current press began
   Pose X_WT_pressing_;
   Vec3 normal_W_pressing_ = Vec3::UnitZ();
   Vec3 p_WT_pressing_ = Vec3::Zero();

@@ -15,7 +15,7 @@ SoftBody::SoftBody(const SoftModel& model, const Vec3& gravity_m_per_s2)
   material->m_kLST = model.traits.stiffness;
   for (std::size_t i = 0; i < model.nodes_W.size(); ++i)
     body_->appendNode(to_bullet(model.nodes_W[i]), model.mass_kg[i]);
-  // Bullet's check for existing links is off, because its cost is quadratic in the number of links.
+  // `false` skips Bullet's check for existing links, whose cost is quadratic in the number of links.
   for (const auto& [a, b] : model.links) body_->appendLink(a, b, material, false);
   rest_volume_m3_ = enclosed_volume_m3(model.nodes_W, model.faces);
 }
@@ -108,7 +108,7 @@ void SoftBody::set_at_rest(int index, const btVector3& p_W) {
 }
 
 bool SoftBody::is_finite() const {
-  // Positions beyond the range of any scene are treated as infinite. With this limit their squares do not overflow.
+  // Positions beyond the size of any scene count as infinite. Below this limit their squares do not overflow.
   constexpr double kFar_m = 1e6;
   for (int i = 0; i < node_count(); ++i) {
     const btSoftBody::Node& node = body_->m_nodes[i];

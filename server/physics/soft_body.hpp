@@ -15,10 +15,11 @@ namespace tandem::server {
 
 /// Position-based soft body. Between predict() and finish() the nodes are at the intermediate positions of the solver.
 ///
-/// Model   predict: v ← v + g h, x ← x + v h. Sweeps over links and volume (and contacts, SoftStep) then move the
-///         nodes; each correction conserves momentum. finish: v ← (x − x_start)/h.
-/// Source  Mueller, Heidelberger, Hennix, Ratcliff, "Position based dynamics", 2007; nodes, links, prediction and link
-///         sweeps are Bullet's. Its collisions are not used: they support neither distance fields nor forces on a tool.
+/// Model   predict: v ← v + g h, x ← x + v h, with gravity g and step h. Sweeps over links and volume, and over
+///         contacts (SoftStep), then move the nodes; each correction conserves momentum. finish: v ← (x − x_start)/h.
+/// Source  Mueller, Heidelberger, Hennix, Ratcliff, "Position based dynamics", 2007. Nodes, links, prediction and link
+///         sweeps are Bullet's. Bullet's collisions of soft bodies are not used: they support neither distance fields
+///         nor forces on a tool.
 class SoftBody {
  public:
   SoftBody(const SoftModel& model, const Vec3& gravity_m_per_s2);
@@ -34,7 +35,8 @@ class SoftBody {
   ///
   /// Model   C = V − V₀; Δxᵢ = −κ wᵢ ∇ᵢV C / Σⱼ wⱼ |∇ⱼV|², with wᵢ = 1/mᵢ
   void solve_volume();
-  /// Computes velocities from positions, damps them along the links and limits them. Returns true if a node was slowed.
+  /// Computes velocities from positions, damps them along the links and clamps them. Returns true if a node was
+  /// clamped.
   bool finish(double step_s, double speed_limit_m_per_s);
   /// Resets the body to its initial state with zero velocity.
   void reset() { set_nodes(model_.nodes_W); }
@@ -60,7 +62,7 @@ class SoftBody {
 
   /// Bullet's body, needed for the derivative of a step.
   const btSoftBody& bullet() const { return *body_; }
-  /// Gradient of the volume with respect to each node, from the last solve_volume(); volume_gain() is κ / Σ w|∇V|².
+  /// Gradient of the volume with respect to each node, from the last solve_volume(). volume_gain() is κ / Σ w|∇V|².
   const std::vector<Vec3>& volume_gradient() const { return volume_gradient_; }
   double volume_gain() const { return volume_gain_; }
 

@@ -27,7 +27,7 @@ class Lattice {
     const Vec3 fraction(double(x) / cells_[0], double(y) / cells_[1], double(z) / cells_[2]);
     return (fraction.array() - 0.5).matrix().cwiseProduct(size_m_);
   }
-  /// Returns the fraction of a cell's mass for a node: 1, halved for each side of the block on which the node lies.
+  /// Returns the mass fraction of a node: 1 inside, halved for each side of the block on which the node lies.
   double share(int x, int y, int z) const {
     const auto at_side = [](int i, int n) { return i == 0 || i == n ? 0.5 : 1.0; };
     return at_side(x, cells_[0]) * at_side(y, cells_[1]) * at_side(z, cells_[2]);
@@ -46,7 +46,8 @@ class Lattice {
   std::array<int, 3> cells_{};
 };
 
-/// Half of the 26 neighbours of a node, along edges, face diagonals and space diagonals.
+/// Offsets to half of the 26 neighbours of a node: along edges, face diagonals and space diagonals. The other half are
+/// their opposites.
 constexpr std::array<std::array<int, 3>, 13> kNeighbours{{{1, 0, 0},
                                                           {0, 1, 0},
                                                           {0, 0, 1},
@@ -70,8 +71,8 @@ void add_links(const Lattice& lattice, SoftModel& model) {
   }
 }
 
-/// Adds two triangles for each cell on the side at the low or high end of `axis`. The directions of the diagonals
-/// alternate, so that no direction is favoured.
+/// Adds two triangles for each cell on the side at the low or high end of `axis`. The diagonals alternate in direction,
+/// so that none is favoured.
 void add_side(const Lattice& lattice, int axis, bool is_high, SoftModel& model) {
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
   const auto node = [&](int i, int j) {
@@ -98,8 +99,8 @@ void add_side(const Lattice& lattice, int axis, bool is_high, SoftModel& model) 
   }
 }
 
-/// Groups the links so that no two links of a group share a node. A sweep is then not biased towards the start of the
-/// list.
+/// Sorts the links into groups in which no two links share a node (graph colouring). A sweep is then not biased towards
+/// the start of the list.
 void order_by_colour(SoftModel& model) {
   std::vector<std::vector<int>> taken(model.nodes_W.size());
   std::vector<std::pair<int, std::array<int, 2>>> coloured;
@@ -117,7 +118,8 @@ void order_by_colour(SoftModel& model) {
   for (std::size_t i = 0; i < coloured.size(); ++i) model.links[i] = coloured[i].second;
 }
 
-/// Anchors the nodes within 1 % of the body's size from the anchored sides. The nodes are still in the body's frame.
+/// Anchors the nodes of the anchored sides: those within 1 % of the body's size. The nodes are still in the body's
+/// frame.
 void anchor(SoftModel& model, SoftSides sides) {
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
   for (const Vec3& node : model.nodes_W) {
@@ -142,7 +144,7 @@ void scale_mass(SoftModel& model, double mass_kg) {
   for (double& share : model.mass_kg) share *= mass_kg / sum;
 }
 
-/// Samples a surface with `spacing_m`: its nodes, then points on its edges, then points inside its triangles.
+/// Samples a surface at `spacing_m`: the nodes, then points on the edges, then points inside the triangles.
 class Sampler {
  public:
   Sampler(const SoftModel& model, double spacing_m) : model_(model), spacing_m_(spacing_m) {}
@@ -174,7 +176,7 @@ class Sampler {
     return std::max(1, static_cast<int>(std::ceil(length_m / (std::sqrt(2.0) * spacing_m_))));
   }
   void add_edge(int a, int b) {
-    // The faces contain each edge twice, once in each direction.
+    // The faces list each edge twice, once in each direction. Only one direction is sampled.
     if (a > b) return;
     const int n = parts(length(a, b));
     for (int i = 1; i < n; ++i) samples_.push_back({{a, b, b}, {1.0 - double(i) / n, double(i) / n, 0}});
@@ -200,7 +202,7 @@ void add_samples(SoftModel& model) {
     const auto at = [&](std::size_t i) { return model.nodes_W[static_cast<std::size_t>(face[i])]; };
     area_m2 += 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).norm();
   }
-  // Two triangles of the sampling cover a square of side √2 · spacing and contain one sample.
+  // Two triangles of the sampling form a square with the side √2 · spacing, and one sample belongs to each square.
   double spacing_m = std::max(kSoftSampleSpacing_m, std::sqrt(0.5 * area_m2 / double(kMaxSoftSamples)));
   do {
     model.samples = Sampler(model, spacing_m).samples();
@@ -223,7 +225,7 @@ SoftModel finished(SoftModel model, const SoftTraits& traits) {
 std::array<std::uint64_t, 3> soft_block_cells(const Vec3& size_m, double spacing_m) {
   Cells cells{};
   for (int axis = 0; axis < 3; ++axis) {
-    // Without the tolerance, rounding could add a cell to a size that is a multiple of the spacing.
+    // Without the tolerance, rounding could add a cell where the size is a multiple of the spacing.
     const double count = std::clamp(std::ceil(size_m[axis] / spacing_m - 1e-9), 1.0, 1e6);
     cells[static_cast<std::size_t>(axis)] = static_cast<std::uint64_t>(count);
   }
@@ -254,7 +256,7 @@ SoftModel make_soft_surface(const geometry::TriangleMesh& mesh, const SoftTraits
   model.nodes_W = mesh.vertices;
   model.faces = mesh.triangles;
   model.mass_kg.assign(mesh.vertices.size(), 0.0);
-  std::map<std::pair<int, int>, int> far_corner;  // third corner of the first triangle found at each edge
+  std::map<std::pair<int, int>, int> far_corner;  // third corner of the first triangle at each edge
   for (const auto& face : mesh.triangles) {
     const auto at = [&](std::size_t i) { return mesh.vertices[static_cast<std::size_t>(face[i])]; };
     const double area = 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).norm();

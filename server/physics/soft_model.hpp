@@ -1,4 +1,4 @@
-// Structure of a soft body at rest: nodes, the links between them, and the surface that can be touched.
+// Soft body at rest: its nodes, the links between them, and its touchable surface.
 #pragma once
 
 #include <array>
@@ -11,12 +11,12 @@
 
 namespace tandem::server {
 
-/// Largest number of nodes. The steps of a body with more nodes would take longer than the soft period.
+/// Largest number of nodes. With more nodes, a step would take longer than the soft period.
 inline constexpr std::size_t kMaxSoftNodes = 2000;
 /// Largest number of surface samples in addition to the nodes. On a larger surface the spacing is increased.
 inline constexpr std::size_t kMaxSoftSamples = 20'000;
-/// Sample spacing. At rest no point of the surface is farther than this / √2 from a sample, unless kMaxSoftSamples
-/// limits their number.
+/// Sample spacing. At rest, the nearest sample of any surface point is within spacing / √2, unless kMaxSoftSamples
+/// increases the spacing.
 inline constexpr double kSoftSampleSpacing_m = 3e-3;
 
 /// A surface point that is tested for contact: a weighted mean of up to three nodes. The weights sum to 1.
@@ -28,10 +28,10 @@ struct SoftSample {
 /// Sides of the bounding box in the body's frame, as bits 0..5: −x, +x, −y, +y, −z, +z.
 using SoftSides = std::uint8_t;
 
-/// Properties common to both kinds of soft bodies.
+/// Properties of both kinds of soft bodies (block and surface).
 ///
-/// Stiffness and damping are coefficients of Bullet's position-based solver: the fraction of an error that one sweep
-/// corrects. The resulting stiffness depends on the rate and the mass (server/SOFT_BODIES.md).
+/// Stiffness and damping are coefficients of Bullet's position-based solver: fractions of an error that one sweep
+/// corrects. The resulting physical stiffness depends on the rate and the mass (server/SOFT_BODIES.md).
 struct SoftTraits {
   double mass_kg = 0.2;
   SoftSides anchored = 0;  ///< sides whose nodes do not move
@@ -49,7 +49,7 @@ struct SoftModel {
   std::vector<std::array<int, 2>> links;
   std::vector<std::array<int, 3>> faces;  ///< closed; corners counter-clockwise seen from outside
   std::vector<SoftSample> samples;        ///< the nodes of the surface come first
-  SoftTraits traits;                      ///< parameters from which the model was made
+  SoftTraits traits;                      ///< the parameters from which the model was made
 };
 
 /// Returns the numbers of cells of a block along x, y, z: the smallest for which no cell edge exceeds `spacing_m`.
@@ -57,11 +57,12 @@ std::array<std::uint64_t, 3> soft_block_cells(const Vec3& size_m, double spacing
 /// Number of nodes of a block with these cells.
 std::uint64_t soft_block_nodes(const std::array<std::uint64_t, 3>& cells);
 
-/// Makes a centred lattice of cells whose edges, face diagonals and space diagonals are links.
+/// Makes a lattice of cells, centred at the origin. The edges, face diagonals and space diagonals of the cells are
+/// links.
 SoftModel make_soft_block(const Vec3& size_m, double spacing_m, const SoftTraits& traits);
 
-/// Makes a closed surface. Its links are the edges and, to resist bending, the opposite corners of each pair of
-/// triangles that share an edge. The inside has no nodes; the enclosed volume provides the resistance.
+/// Makes a hollow closed surface. Its links are the edges of the mesh and, against bending, the connections between the
+/// opposite corners of triangles that share an edge. The enclosed volume resists compression.
 /// In      mesh  each edge belongs to two triangles; corners counter-clockwise seen from outside
 SoftModel make_soft_surface(const geometry::TriangleMesh& mesh, const SoftTraits& traits);
 

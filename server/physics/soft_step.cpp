@@ -6,14 +6,14 @@
 namespace tandem::server {
 namespace {
 
-/// Margin of the candidate search, in addition to the motion of sample and object. Corrections of neighbouring nodes
-/// may move a sample by up to this distance in a step.
+/// Margin of the candidate search, in addition to the motion of the sample and the object. Corrections of neighbouring
+/// nodes are assumed to move a sample by at most this distance in a step.
 constexpr double kMargin_m = 8e-3;
-/// Depth up to which contact is attributed to rounding, so that a sample just moved onto the surface is not moved
-/// again.
+/// Depth that is attributed to rounding. It prevents another correction of a sample that was just moved onto the
+/// surface.
 constexpr double kTouch_m = 1e-7;
 
-/// Returns the pose at the fraction `share` of the motion from `a` to `b`.
+/// Returns the pose at the fraction `share` (0..1) of the motion from `a` to `b`.
 Pose between(const Pose& a, const Pose& b, double share) {
   return {a.p + share * (b.p - a.p), a.q.slerp(share, b.q)};
 }
@@ -24,7 +24,7 @@ double way_m(const SoftThing& thing) {
   return (thing.X_WT.p - thing.X_WT_before.p).norm() + turn * thing.model->radius_m;
 }
 
-/// Returns ∂(gradient)/∂p by finite differences. It is zero at edges, where the direction is discontinuous.
+/// Returns ∂n/∂p of the unit gradient n by finite differences; zero at edges, where n is discontinuous.
 Eigen::Matrix3d bend(const contact::DistanceField& field, const Vec3& p_S) {
   constexpr double kStep_m = 2e-4;
   constexpr double kSharp_per_m = 1e3;
@@ -46,11 +46,11 @@ struct SoftStep::Candidate {
   int sample = 0;
   int thing = 0;
   int part = 0;
-  double mobility = 0;  ///< inverse of the effective mass of the sample
+  double mobility = 0;  ///< inverse effective mass of the sample [1/kg]
   Vec3 p_T_start = Vec3::Zero();
-  double normal_sum = 0;               ///< Σ λ
+  double normal_sum = 0;               ///< Σ λ of the sample so far in this step
   Vec3 friction_sum_W = Vec3::Zero();  ///< sum of the friction corrections
-  double clearance_m = 0;              ///< lower bound of the distance to the part at p_S_seen
+  double clearance_m = 0;              ///< lower bound of the distance to the part when the sample is at p_S_seen
   Vec3 p_S_seen = Vec3::Zero();        ///< position of the sample at the last distance query, in the frame of the part
   bool is_bend_known = false;
   Eigen::Matrix3d bend_S = Eigen::Matrix3d::Zero();
@@ -113,7 +113,8 @@ void SoftStep::update_bounds() {
 bool SoftStep::is_near(const SoftThing& thing, double margin_m) const {
   const Vec3 nearest = thing.X_WT.p.cwiseMax(low_W_).cwiseMin(high_W_);
   if ((nearest - thing.X_WT.p).norm() > thing.model->radius_m + margin_m) return false;
-  // The bounding sphere of a flat object such as a table is too large, so the distance to its surface is queried too.
+  // The bounding sphere of a flat object such as a table is much too large, so the distance to its surface is checked
+  // as well.
   const Vec3 centre = (low_W_ + high_W_) / 2;
   const double reach = (high_W_ - low_W_).norm() / 2 + margin_m;
   return std::any_of(thing.model->parts.begin(), thing.model->parts.end(), [&](const physics::TouchModel::Part& part) {
@@ -181,7 +182,7 @@ void SoftStep::solve_contact(const SoftThing& thing, int index, int sweep, std::
   const Pose X_WS = place.X_WT * thing.model->parts[static_cast<std::size_t>(candidate.part)].X_BS;
   const Vec3 p_W = body_.position(body_.model().samples[static_cast<std::size_t>(candidate.sample)]);
   const Vec3 p_S = X_WS.q.conjugate() * (p_W - X_WS.p);
-  // The distance changes by at most the displacement of the point (Lipschitz bound).
+  // A distance changes by at most the displacement of the point (Lipschitz bound), so most queries can be skipped.
   if (candidate.clearance_m > 0 && (p_S - candidate.p_S_seen).norm() < candidate.clearance_m) return;
   const contact::DistanceSample found = field.sample(p_S);
   candidate.clearance_m = found.distance_m - field.error_m();

@@ -1,5 +1,5 @@
-// One step of one soft body among rigid objects. It computes the motion of the body and the reactions on the objects
-// from their poses. Private to the soft world.
+// One step of one soft body among rigid objects. From the poses of the objects it computes the motion of the body and
+// its reactions on the objects. Private to the soft world.
 #pragma once
 
 #include <span>
@@ -26,21 +26,21 @@ struct SoftPush {
 
   Kind kind = Kind::kPress;
   int sweep = 0;
-  int candidate = 0;  ///< index, the same in all sweeps of a step
+  int candidate = 0;  ///< index of the candidate (sample and part), constant during a step
   int sample = 0;
   int thing = 0;
   double mass_kg = 0;                                ///< effective mass of the sample
-  double way_share = 0;                              ///< fraction of the object's motion that is done at this sweep
-  Vec3 normal_W = Vec3::Zero();                      ///< outward from the object
+  double way_share = 0;                              ///< fraction of the object's motion done up to this sweep
+  Vec3 normal_W = Vec3::Zero();                      ///< unit normal, outward from the object
   Vec3 lever_W = Vec3::Zero();                       ///< contact point relative to the object's origin
   double size = 0;                                   ///< kPress: λ [kg·m]
   Eigen::Matrix3d bend_W = Eigen::Matrix3d::Zero();  ///< kPress: ∂normal/∂p [1/m]
-  double friction = 0;                               ///< kStick, kSlide
+  double friction = 0;                               ///< kStick, kSlide: coefficient μ
   Vec3 slide_W = Vec3::Zero();                       ///< kSlide: unit direction of the friction on the sample
-  double slide_share = 0;                            ///< kSlide: μ Σλ divided by the friction needed to stick
+  double slide_share = 0;                            ///< kSlide: limit μ Σλ divided by the friction needed to stick
 };
 
-/// Effect of a soft step on an object.
+/// Effect of a soft step on one object.
 struct SoftReaction {
   Wrench impulse_W;        ///< about the object's origin [N·s, N·m·s]
   double lever_sum_m = 0;  ///< Σ |lever| · |impulse|
@@ -49,12 +49,13 @@ struct SoftReaction {
 
 /// Solves links, volume and contacts by iterative sweeps.
 ///
-/// Model   A surface sample p at depth d inside an object is moved onto its surface: λ = d / w, w = Σ bᵢ² / mᵢ,
-///         Δxᵢ = bᵢ λ n / mᵢ, where bᵢ and mᵢ are weights and masses of the sample's nodes. The object gets the impulse
-///         −λ n / h at p, so each correction conserves momentum. Friction pulls p along the surface towards the
-///         position at which it would have stuck to the object since the start of the step. The sum of the friction
-///         corrections is at most μ Σ λ. Objects move from pose to pose during the first half of the sweeps, so that
-///         thin or fast objects do not pass through the surface. The second half finds the equilibrium.
+/// Model   A surface sample p at depth d inside an object is moved onto the object's surface: λ = d / w, w = Σ bᵢ² /
+///         mᵢ, Δxᵢ = bᵢ λ n / mᵢ. n is the outward normal, bᵢ and mᵢ are the weights and masses of the sample's nodes.
+///         The object gets the impulse −λ n / h at p, so each correction conserves momentum. Friction moves p along the
+///         surface towards the position that p would have if it had stuck to the object since the start of the step.
+///         The sum of the friction corrections is at most μ Σ λ. The object moves from its old to its new pose during
+///         the first half of the sweeps, so that a thin or fast object does not pass through the surface. The second
+///         half of the sweeps approaches equilibrium.
 /// Limit   soft bodies do not collide with each other or with themselves
 class SoftStep {
  public:
@@ -62,20 +63,21 @@ class SoftStep {
   SoftStep(const SoftModel& model, const Vec3& gravity_m_per_s2, int sweeps);
   ~SoftStep();
 
-  /// In      things  their number is the same in every call
-  /// Out     reactions  the step's reactions are added, one entry for each object; returns true if a node was slowed
+  /// In      things  the same number of objects in every call
+  /// Out     reactions  one entry per object, to which the reactions of the step are added; returns true if a node was
+  ///         clamped to the speed limit
   bool step(double step_s, double speed_limit_m_per_s, std::span<const SoftThing> things,
             std::span<SoftReaction> reactions);
 
   SoftBody& body() { return body_; }
   const SoftBody& body() const { return body_; }
-  /// Corrections of the last step, in the order of their application.
+  /// Returns the corrections of the last step, in the order in which they were applied.
   std::span<const SoftPush> pushes() const { return pushes_; }
   std::size_t candidate_count() const;
   /// Positions of the nodes at the start of a sweep in the last step.
   std::span<const Vec3> nodes_at(int sweep) const;
   int sweeps() const { return sweeps_; }
-  /// Returns whether the object can be within `margin_m` of the body in the body's state at the start of the last step.
+  /// Returns whether the object may be within `margin_m` of the body in its state at the start of the last step.
   bool is_near(const SoftThing& thing, double margin_m) const;
 
  private:

@@ -8,7 +8,7 @@ namespace tandem::server {
 namespace {
 
 constexpr std::size_t kHeld = std::numeric_limits<std::size_t>::max();
-/// Lever arm that converts rotations to translations when eigenvalues of force and torque are compared.
+/// Lever arm by which torques are divided, so that eigenvalues of forces and torques are comparable.
 constexpr double kLever_m = 0.02;
 
 Eigen::Matrix3d cross_matrix(const Vec3& v) {
@@ -17,7 +17,8 @@ Eigen::Matrix3d cross_matrix(const Vec3& v) {
   return matrix;
 }
 
-/// Returns the nearest symmetric matrix without negative eigenvalues, with torques divided by kLever_m.
+/// Returns the nearest symmetric matrix without negative eigenvalues, in the norm in which torques are divided by
+/// kLever_m.
 Mat6 never_negative(Mat6 stiffness) {
   Vec6 scale;
   scale << 1, 1, 1, kLever_m, kLever_m, kLever_m;
@@ -34,12 +35,12 @@ Mat6 never_negative(Mat6 stiffness) {
 
 struct SoftTangent::Link {
   std::array<int, 2> nodes{};
-  std::array<std::size_t, 2> places{};  ///< indices of the nodes in the patch, or the index that stands for fixed nodes
+  std::array<std::size_t, 2> places{};  ///< indices of the nodes in the patch; kHeld: a fixed node
   double rest2_m2 = 0;                  ///< Bullet's c₁: rest length squared
   double mobility = 0;                  ///< Bullet's c₀: (w_a + w_b) / stiffness
 };
 
-/// Derivatives of the sums of a contact.
+/// Derivatives of the two sums of a contact over the sweeps.
 struct SoftTangent::Sums {
   Row normal = Row::Zero();
   Change friction = Change::Zero();
@@ -55,7 +56,7 @@ SoftTangent::SoftTangent(const SoftModel& model)
 
 SoftTangent::~SoftTangent() = default;
 
-/// Selects the nodes that the object pushed, and then the nodes around them, ring by ring.
+/// Selects the nodes that the object has pushed, and then their neighbours, ring by ring.
 bool SoftTangent::choose_patch(const SoftStep& step, int thing) {
   patch_.clear();
   std::fill(place_.begin(), place_.end(), kHeld);

@@ -1,5 +1,5 @@
 // Derivative of the force of soft bodies with respect to the pose of a touching rigid object. It is computed by
-// repeating the sweeps of the step on small changes. Private to the soft world.
+// repeating the sweeps of a step on the derivatives. Private to the soft world.
 #pragma once
 
 #include <span>
@@ -10,22 +10,26 @@
 
 namespace tandem::server {
 
-/// Forward differentiation of a SoftStep with respect to the pose X of one object (translation, then rotation about its
-/// origin, in W).
+/// Forward differentiation of a SoftStep with respect to the pose X of one object: translation, then rotation about the
+/// object's origin, in W.
 ///
-/// Model   δx of every node is a 3×6 matrix, initially 0 because the prediction does not depend on X. The same holds
-///         for the sums of each contact. Bullet moves a link along Δ by Δ (l₀² − |Δ|²) / (c₀ (l₀² + |Δ|²)). This is
-///         differentiated at the link's position in that sweep, so the sweep is repeated. δm = s [1, −r×] − δp is the
-///         motion of the object's surface relative to the sample; s is the fraction of the object's motion done so far.
-///         A normal contact correction gives δ(λ n) = n nᵀ δm / w − λ H δm,   H = ∂n/∂p. With P = 1 − n nᵀ, sticking
-///         friction F gives δF = δF + P δm / w =: δG. Friction that slides along t, with F = μ Σλ t and G the friction
-///         needed to stick, gives δF = μ t δΣλ + (|F|/|G|) (1 − t tᵀ) δG. K = −∂W/∂X = Σ [1; r×] δ(push) / h² over the
-///         pushes of that object. Its first push contributes m/h². Each sweep adds the part that links and volume have
-///         reversed in between. Therefore position-based stiffness depends on rate, mass and sweeps. The result is the
-///         symmetric part of K with its negative eigenvalues set to zero.
+/// Model   δx of every node is a 3×6 matrix, initially 0 because the prediction does not depend on X. The derivatives
+///         of the sums of each contact are initially 0, too. Bullet moves a link along its vector Δ by Δ (l₀² − |Δ|²) /
+///         (c₀ (l₀² + |Δ|²)). This expression is differentiated at the link's position in that sweep, which is
+///         therefore computed again.
+///         Let δm = s [1, −r×] − δp be the motion of the object's surface relative to the sample p, with lever r and
+///         the fraction s of the object's motion done so far. A normal correction gives δ(λ n) = n nᵀ δm / w − λ H δm,
+///         H = ∂n/∂p. With P = 1 − n nᵀ, sticking friction F gives δF = δF + P δm / w =: δG. Let G be the friction
+///         needed to stick. Friction that slides along t, with F = μ Σλ t, gives δF = μ t δΣλ + (|F|/|G|) (1 − t tᵀ)
+///         δG.
+///         K = −∂W/∂X = Σ [1; r×] δ(push) / h², summed over the pushes of that object; W is its wrench. The first push
+///         contributes m/h². Each sweep adds the part that links and volume have reversed in between, so position-based
+///         stiffness depends on rate, mass and sweeps. The result is the symmetric part of K, with its negative
+///         eigenvalues set to zero.
 /// Source  derived for this project
-/// Limit   Levers, volume gradient and the set of pushes are those of the step, so new contacts are not considered.
-///         Nodes farther than kRings links from the pushed nodes, or beyond the first kMaxPatch nodes, are fixed.
+/// Limit   Levers, volume gradient and the set of pushes are those of the step, so contacts that begin or end are not
+///         considered. Nodes more than kRings links away from the pushed nodes, and nodes beyond the first kMaxPatch,
+///         are fixed.
 class SoftTangent {
  public:
   static constexpr int kRings = 2;
@@ -49,8 +53,8 @@ class SoftTangent {
   void link_patch(const SoftBody& body);
   void sweep_links(const SoftBody& body, std::span<const Vec3> nodes_W);
   void sweep_volume(const SoftBody& body);
-  /// Computes the motion of the object's surface relative to the sample. Returns false if the sample is not in the
-  /// patch.
+  /// Computes the motion of the object's surface relative to the sample. Returns false if no node of the sample is in
+  /// the patch.
   bool find_lead(const SoftPush& push, bool is_own_push, Change& lead) const;
   Change pushed(const SoftPush& push, const Change& lead);
   void push(const SoftStep& step, const SoftPush& push, bool is_own_push);

@@ -16,13 +16,13 @@
 namespace tandem::server {
 namespace {
 
-/// Number of sweeps of a soft step. A correction advances by about one node per sweep; this number suffices for a pad
-/// of the size of a hand.
+/// Number of sweeps of a soft step. A correction spreads by about one node per sweep; 16 sweeps suffice for a pad of
+/// the size of a hand.
 constexpr int kSweeps = 16;
-/// Displacement of a tool in a soft period above which the tool counts as placed. It then does not push nodes aside on
-/// the path in between.
+/// Displacement of a tool in a soft period above which the tool counts as moved without contact, e.g. by a reset. It
+/// then does not push nodes aside on the path between the two poses.
 constexpr double kMaxWay_m = 0.3;
-/// Lower and upper limit of the trust radius of the linear contact.
+/// Lower and upper limit of the trust radius of a linear contact.
 constexpr double kMinTrust_m = 1e-3;
 constexpr double kMaxTrust_m = 1e-2;
 
@@ -44,7 +44,7 @@ struct SteppedBody {
   PredictedSoftContact predicted_contact;
 };
 
-/// Computes the soft steps, independently of their timing.
+/// Computes soft steps on the calling thread, without regard to time.
 class Stepper {
  public:
   explicit Stepper(const SoftWorldSettings& settings)
@@ -120,7 +120,7 @@ class Stepper {
     body.predicted_contact.advance(body.step, step_s_, settings_.speed_limit_m_per_s, things_);
   }
 
-  /// Sets the trust radius to the penetration depth at which a linear contact of this force and stiffness begins.
+  /// Sets the trust radius to the penetration depth at which a linear spring with this stiffness has this force.
   void finish_contacts(Result& result) const {
     for (SoftContact& contact : result.contacts) {
       const double force = contact.wrench_W.f.norm();
@@ -170,7 +170,7 @@ struct SoftWorld::Impl {
     made = taken;
     if (!steps_aside) return;
     worker = std::thread([this] {
-      // The reset of a room creates this thread on the room's thread, whose real-time priority it would inherit.
+      // A room that is reset creates this thread on its own thread, whose real-time priority would be inherited.
       realtime::drop_realtime();
       work();
     });
@@ -220,9 +220,9 @@ struct SoftWorld::Impl {
   const SoftWorldSettings settings;
   const int period;
   Stepper stepper;
-  std::vector<std::optional<Pose>> input;  ///< poses of the step in progress
-  Result made;                             ///< result of the step in progress
-  Result taken;                            ///< result that the room uses
+  std::vector<std::optional<Pose>> input;  ///< poses for the step that the worker computes
+  Result made;                             ///< result of the step that the worker computes
+  Result taken;                            ///< result that the room uses now
   int steps_left = 0;
   bool is_under_way = false;
   bool is_known_late = false;
@@ -251,7 +251,7 @@ TickFaults SoftWorld::advance(std::span<const std::optional<Pose>> X_WT) noexcep
       impl.steps_left = impl.period;
     }
   }
-  // Clears the contact of a tool whose user has left. Otherwise the tool's next user would feel it.
+  // The contact of a tool without a user is cleared. Otherwise the tool's next user would feel it.
   for (std::size_t i = 0; i < impl.taken.contacts.size() && i < X_WT.size(); ++i) {
     if (!X_WT[i]) impl.taken.contacts[i] = SoftContact{};
   }

@@ -1,13 +1,13 @@
-// Soft bodies of a room, stepped by Bullet's position-based solver at a lower rate than the tools (1 kHz).
+// Soft bodies of a room, stepped by Bullet's position-based solver at a lower rate than the room (1 kHz).
 //
 //   room step   k            k+1 … k+n−1            k+n                       (n room steps: one soft period)
 //   advance()   poses ─┐     contact(): result      take the result of k,
 //                      │     of k−n, linear         begin with poses of k+n ─┐
 //   soft step          └──── computed from the poses of k ────┘              └── …
 //
-// A result is used exactly one soft period after its inputs. It is computed either at once inside advance() (lab,
-// replays) or by a separate worker thread (live server). Both give bit-identical results if the worker is in time. The
-// room does not wait for a late worker: the last result remains in use, and kFaultSoftLate is reported at every step.
+// A result is used exactly one soft period after its inputs. It is computed either within advance() (lab, replays) or
+// by a worker thread (live server). Both give bit-identical results while the worker is in time. The room does not wait
+// for a late worker: the last result remains in use, and kFaultSoftLate is reported in every step until then.
 #pragma once
 
 #include <cstdint>
@@ -36,11 +36,11 @@ struct SoftWorldSettings {
   std::vector<SoftRigid> obstacles;  ///< static objects
   Vec3 gravity_m_per_s2{0, 0, -9.81};
   double room_rate_hz = 1000;
-  double rate_hz = 60;  ///< rate of soft steps; the nearest whole number of room steps is used
+  double rate_hz = 60;  ///< rate of soft steps, rounded such that a soft period is a whole number of room steps
   double speed_limit_m_per_s = 10;
-  /// Waits for a late worker. Used if the room runs faster than real time and its results must be bit-identical.
+  /// Wait for a late worker. For rooms that run faster than real time and need bit-identical results.
   bool waits_for_worker = false;
-  /// Called before each soft step, on the thread that computes it, for tests and tracing; may be empty.
+  /// Called before each soft step on the thread that computes it; for tests and tracing. May be empty.
   std::function<void()> before_step;
 };
 
@@ -49,14 +49,13 @@ int soft_period_steps(double room_rate_hz, double rate_hz);
 
 /// Soft bodies in motion, as a deterministic simulation.
 ///
-/// Invariant  in each correction, the impulses on tool and nodes are opposite; the impulse of a soft step on a tool is
-///         W₀ times the length of the step
+/// Invariant  The impulses of a correction on tool and nodes are opposite. The impulse of a soft step on a tool equals
+///            the wrench W₀ of its contact times the length of the step
 ///
 /// Thread  called from one thread at a time (the room's); with steps_aside a separate thread computes the steps
 class SoftWorld final : public physics::SoftBodies {
  public:
-  /// In      steps_aside  computes the steps in a separate thread, not within World::step(); the results are
-  ///                      bit-identical
+  /// In      steps_aside  compute the steps in a worker thread, not within World::step(); the results are bit-identical
   explicit SoftWorld(SoftWorldSettings settings, bool steps_aside = false);
   ~SoftWorld() override;
   SoftWorld(const SoftWorld&) = delete;
@@ -64,13 +63,13 @@ class SoftWorld final : public physics::SoftBodies {
 
   /// Advances by one room step. `X_WT` are the new poses of the tools, in the order of the settings' `tools`.
   ///
-  /// Out     faults of the soft step whose result is put into use now: kFaultNotFinite (that body is reset),
-  ///         kFaultSpeedLimited. kFaultSoftLate: the worker is not ready, and the last result remains in use
+  /// Out     faults of the soft step whose result comes into use: kFaultNotFinite (the body is reset),
+  ///         kFaultSpeedLimited. kFaultSoftLate: the worker is late, and the last result remains in use
   /// Cost    with a worker, every n-th step copies poses and swaps buffers, without allocation or lock; without a
   ///         worker, every n-th step includes a soft step
   TickFaults advance(std::span<const std::optional<Pose>> X_WT) noexcept override;
 
-  /// Contact of a tool for soft_wrench(), valid until the next advance(). It is empty for an absent tool.
+  /// Returns the contact of a tool, for soft_wrench(). Valid until the next advance(). Empty for an absent tool.
   const SoftContact& contact(std::size_t tool) const noexcept override;
 
   /// Nodes of the last result, and the model with their surface, for viewers.
@@ -82,7 +81,7 @@ class SoftWorld final : public physics::SoftBodies {
   int period_steps() const;
   /// Number of late results since the start. Thread: any.
   std::uint64_t late_count() const;
-  /// Duration of the soft step whose result is in use; only for benchmarks.
+  /// Returns the computation time of the soft step whose result is in use [s], for benchmarks.
   double last_step_seconds() const;
 
  private:

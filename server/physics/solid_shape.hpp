@@ -1,4 +1,4 @@
-// A shape of a body with its loaded data, which suffice to compute its mass and its contact shape.
+// A shape of a body with its loaded data: sufficient to compute its mass and its contact shape.
 #pragma once
 
 #include <memory>
@@ -10,7 +10,7 @@ namespace tandem::server {
 
 struct SolidShape {
   wire::Shape shape;                                                ///< with all defaults filled in
-  std::shared_ptr<const geometry::TriangleMesh> mesh;               ///< repaired mesh; for a solid, its closed part
+  std::shared_ptr<const geometry::TriangleMesh> mesh;               ///< repaired mesh; of a solid, only the closed part
   geometry::SurfaceKind mesh_kind = geometry::SurfaceKind::kSolid;  ///< a sheet encloses no volume
   std::shared_ptr<const geometry::ContactMesh> touched{};           ///< mesh for contact, with all open parts
 };

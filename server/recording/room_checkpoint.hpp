@@ -1,4 +1,4 @@
-// Conversion between the state of a room and the checkpoint message from which the room resumes.
+// Conversion between the state of a room and its checkpoint, the message from which the room can resume.
 #pragma once
 
 #include <optional>

@@ -62,7 +62,7 @@ wire::RecordedRoom RoomRecorder::description(std::uint32_t part) const {
   return out;
 }
 
-/// Appends a record to the ring. If it does not fit, later records of the step are not appended, and the step is lost.
+/// Appends a record to the ring. If it does not fit, the step is lost, and its later records are not appended.
 template <class What>
 void RoomRecorder::push(const What& what) noexcept {
   if (is_losing_ || !ring_.push({step_, what})) is_losing_ = true;

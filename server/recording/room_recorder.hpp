@@ -4,8 +4,8 @@
 //   on_command, on_input ──┐
 //   on_step: hashes, states ──ring──▶    drain(): complete steps to messages ▶ RecordingFile
 //
-// If a record of a step does not fit into the ring, the whole step is discarded and counted. Messages that the disk
-// does not accept are discarded and counted by RecordingFile.
+// If a record does not fit into the ring, its whole step is discarded and counted. Messages that the disk does not
+// accept are discarded and counted by RecordingFile.
 #pragma once
 
 #include <atomic>
@@ -22,11 +22,11 @@ namespace tandem::server {
 struct RoomRecording {
   std::filesystem::path file;
   std::string program;          ///< name and version of the recording program
-  std::string scene_file{};     ///< file name as given by the user
+  std::string scene_file{};     ///< scene as the user named it on the command line
   std::uint64_t recording = 0;  ///< number shared by the files of one recording
-  Duration unix_offset{0};      ///< Unix time minus time of the room's clock
+  Duration unix_offset{0};      ///< Unix time minus the time of the room's clock
   double states_hz = 50;        ///< rate of recorded states; limited to one per step
-  std::size_t capacity = 4096;  ///< capacity of the ring, in records; each step, command, input and state needs one
+  std::size_t capacity = 4096;  ///< ring capacity [records]; each step, command, input and state takes one record
   recording::RotationSettings rotation{};
   std::optional<wire::RoomCheckpoint> restored{};  ///< state from which the room resumes; none if it starts anew
 };
@@ -52,7 +52,7 @@ class RoomRecorder final : public RoomWatcher {
   std::uint64_t steps_lost() const { return steps_lost_.load(std::memory_order_relaxed); }
   /// Thread  the thread of drain(); its counters may be read on any thread
   const recording::RecordingFile& file() const { return writer_.file(); }
-  /// Message for the operator that arose since the last call; empty if there is none. Thread: the thread of drain().
+  /// Returns the message for the operator since the last call; empty if there is none. Thread: the thread of drain().
   std::string pop_news();
 
  private:
@@ -68,12 +68,12 @@ class RoomRecorder final : public RoomWatcher {
   realtime::Ring<StepRecord> ring_;
   std::atomic<std::uint64_t> steps_lost_{0};
 
-  // Used by the room thread only.
+  // Members for the room thread only.
   std::uint64_t step_ = 1;  ///< number of the current step
   std::uint32_t records_ = 0;
   bool is_losing_ = false;
 
-  // Used by the recorder thread only.
+  // Members for the recorder thread only.
   StepWriter writer_;
   StepRecord record_;
   std::uint64_t reported_lost_ = 0;

@@ -14,13 +14,13 @@ namespace tandem::server {
 namespace {
 
 constexpr const char* kFileName = "checkpoint.pb";
-/// Period of writes, and maximum back-off after failed ones.
+/// Period of writes, and maximum back-off after failed writes.
 constexpr Duration kCheckpointEvery = std::chrono::milliseconds(500), kMaxBackOff = std::chrono::seconds(8);
 /// Period in which a room publishes its state.
 constexpr double kCheckpointEvery_s = 0.1;
 /// Period in which the checkpoint thread checks for changes.
 constexpr Duration kCheckpointPeriod = std::chrono::milliseconds(20);
-/// Maximum size of the file. It is sufficient for 64 rooms with eight soft bodies each, and for all of AdmissionState.
+/// Maximum size of the file: sufficient for 64 rooms with eight soft bodies each, and a full AdmissionState.
 constexpr std::uintmax_t kMaxFileBytes = 64U << 20U;
 
 }  // namespace
@@ -37,19 +37,19 @@ class ServerCheckpoint::Watch final : public RoomWatcher {
   void on_command(const RoomCommand& /*command*/) noexcept override {}
   void on_input(std::size_t /*seat*/, const proto::ClientUpdate& /*input*/) noexcept override {}
   void on_step(const Room& room, ServerTime /*now*/, TickFaults /*faults*/) noexcept override {
-    // The last state before the room becomes idle is always published.
+    // The last state before the room becomes idle is published in any case.
     if (room.steps_done().value % every_ != 0 && !room.is_idle()) return;
     room.describe(states.back());
     states.publish();
   }
 
-  // Copies, because the room may be destroyed before this object.
+  // Copies are stored, because the room may be destroyed before this object.
   const std::string name;
   const std::shared_ptr<const LoadedScene> scene;
   realtime::Mailbox<RoomState> states;
 
  private:
-  /// Returns a state with space for all nodes of the soft bodies, so that the room thread does not allocate.
+  /// Returns a state with space for all nodes of the soft bodies. The room thread can then fill it without allocating.
   static RoomState with_all_nodes(const LoadedScene& scene) {
     RoomState state;
     for (const SoftModel& body : scene.soft_bodies) {

@@ -20,16 +20,16 @@
 
 namespace tandem::server {
 
-/// Each state is written to a temporary file, which is flushed to disk and then renamed. A reader therefore finds
-/// either the old or the new state, both complete.
+/// Checkpoint of a server. Each state is written to a temporary file, which is flushed to disk and then renamed. A
+/// reader therefore finds either the old or the new state, always complete.
 class ServerCheckpoint final : public RoomService {
  public:
-  /// Resumes the rooms from the file, and observes their later steps. The stored state of a room is ignored if it is
-  /// older than both kResumeWithin and limits.reset_after_s of the scene, or if it belongs to another scene. A
+  /// Resumes the rooms from the file, and then observes their steps. The stored state of a room is ignored if it is
+  /// older than both kResumeWithin and the scene's limits.reset_after_s, or if it belongs to another scene. A
   /// reset_after_s of 0 keeps the state for ever.
   /// In      folder  must be used by this server only (lock_state() of server/app)
   ///         rooms  must not step before the constructor returns
-  ///         audience  public key of the server; empty if it has none, and therefore no credentials
+  ///         audience  public key of the server; empty for a server without key, which has no credentials
   ///         unix_ms  returns the current time [ms since 1970], from which the next start computes the age of the file;
   ///                  the writes are timed by a monotonic clock
   ///         on_news  receives messages for the operator; called in the constructor and on the checkpoint thread
@@ -53,9 +53,10 @@ class ServerCheckpoint final : public RoomService {
   /// immediately. A failed write is retried with a back-off of 0.5 s to 8 s, even if all rooms are idle.
   /// Thread  checkpoint
   void work(LocalTime now);
-  /// Writes the final state. Call it after the last steps of the rooms and before they are destroyed. It is idempotent.
+  /// Writes the final state. Call it after the last steps of the rooms and before they are destroyed. Repeated calls
+  /// have no effect.
   void finish() override;
-  /// Number of successful writes, and number of failed ones. Thread: any.
+  /// Numbers of successful and of failed writes. Thread: any.
   std::uint64_t writes() const { return writes_.load(std::memory_order_relaxed); }
   std::uint64_t failures() const { return failures_.load(std::memory_order_relaxed); }
 
@@ -74,7 +75,7 @@ class ServerCheckpoint final : public RoomService {
   wire::AdmissionState admission_;
   std::vector<std::optional<wire::RoomCheckpoint>> restored_;
   realtime::Mailbox<std::string> admissions_;  ///< serialised wire::AdmissionState
-  // Used by the checkpoint thread only.
+  // Members for the checkpoint thread only.
   wire::ServerCheckpoint newest_;
   std::optional<LocalTime> next_{};  ///< earliest time of the next write; none before the first call of work()
   Duration back_off_{};              ///< time until the next attempt after a failed write; 0 if the last one succeeded

@@ -8,7 +8,8 @@
 namespace tandem::server {
 namespace {
 
-/// Period of the recorder thread. For comparison: the ring of a room holds at least one second of steps with two users.
+/// Period of the recorder thread. It is far shorter than the time that a room's ring covers: at least 1 s of steps with
+/// two users.
 constexpr Duration kWriteEvery = std::chrono::milliseconds(20);
 
 /// Replaces the characters of a room name that are not allowed in a file name.

@@ -129,8 +129,8 @@ wire::RecordedInput recorded(const TakenInput& input) {
   return out;
 }
 
-/// Checks the input with the parser for network input. The parser normalises the rotation once more, so the recorded
-/// rotation, which the room used, is copied afterwards.
+/// Checks an input with the parser for network input. The parser normalises the rotation. The recorded rotation is
+/// therefore copied afterwards, because the room used exactly that rotation.
 std::optional<TakenInput> input_of(const wire::RecordedInput& in) {
   TakenInput input{in.seat(), {}};
   const std::string payload = in.update().SerializeAsString();

@@ -12,10 +12,10 @@
 namespace tandem::server {
 
 wire::RecordedCommand recorded(const RoomCommand& command);
-/// Fails   returns none if a number is out of its range
+/// Fails   returns none if a number is out of range
 std::optional<RoomCommand> command_of(const wire::RecordedCommand& recorded);
 
-/// Client update that a step has taken from the mailbox of a seat.
+/// Client update that a step has read from the mailbox of a seat.
 struct TakenInput {
   std::size_t seat = 0;
   proto::ClientUpdate update;
@@ -27,8 +27,8 @@ std::optional<TakenInput> input_of(const wire::RecordedInput& recorded);
 /// Hash of the state of each object after a step. Equal states have equal hashes.
 struct StateHashes {
   boost::container::static_vector<std::uint32_t, proto::kMaxBodies + 9>
-      bodies;  ///< in scene order, then soft bodies and the game
-  boost::container::static_vector<std::uint32_t, proto::kMaxUsers> tools;  ///< in scene order
+      bodies;  ///< in the order of the scene, followed by soft bodies and the game
+  boost::container::static_vector<std::uint32_t, proto::kMaxUsers> tools;  ///< in the order of the scene
 
   bool operator==(const StateHashes&) const = default;
 };

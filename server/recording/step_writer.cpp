@@ -10,7 +10,7 @@
 namespace tandem::server {
 namespace {
 
-/// Period of flushes. If the server is killed, only steps younger than this period plus the period of the recorder
+/// Period of flushes. If the server is killed, at most the steps of this period and of one period of the recorder
 /// thread are lost.
 constexpr std::uint64_t kFlushEvery_ns = 250'000'000;
 

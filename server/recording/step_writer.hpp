@@ -1,4 +1,4 @@
-// Records that a room passes to its recorder, and the messages that are written from them.
+// Records that a room passes to its recorder, and the conversion of records to messages.
 #pragma once
 
 #include <cstdint>
@@ -42,14 +42,14 @@ class StepWriter {
  public:
   /// In      writer       has the channels of RecordedTopic
   ///         unix_offset  Unix time minus time of the room's clock
-  /// Fails   as RecordingFile
+  /// Fails   the exceptions of RecordingFile
   StepWriter(std::filesystem::path file, recording::McapWriter writer, recording::RotationSettings rotation,
              recording::RecordingFile::Describe describe, Duration unix_offset);
 
   /// Adds a record to the messages of its step, and writes the messages with the last record.
   void write(const StepRecord& record);
-  /// Flushes the file if the last flush was 250 ms before the newest step. If no step was written since the last call,
-  /// the room is idle, and everything is flushed.
+  /// Flushes the file if the newest step is 250 ms later than the last flush. If no step was written since the last
+  /// call, the room is idle, and everything is flushed.
   void flush_if_due();
 
   recording::RecordingFile& file() { return file_; }
@@ -64,7 +64,8 @@ class StepWriter {
   std::uint32_t records_ = 0;  ///< number of records of this step so far
   wire::RecordedStep message_;
   wire::RecordedStates states_;
-  std::uint64_t newest_ns_ = 0, checked_ns_ = 0, flushed_ns_ = 0;  ///< step times: newest, at the last check, and flush
+  /// Time of the step that is the newest now, was the newest at the last check, and at the last flush.
+  std::uint64_t newest_ns_ = 0, checked_ns_ = 0, flushed_ns_ = 0;
 };
 
 }  // namespace tandem::server

@@ -6,20 +6,21 @@
 namespace tandem::server {
 namespace {
 
-/// Tick rate assumed while only one input of a client is known.
+/// Tick rate of a client that is assumed until its second input arrives: the 1 kHz of usual haptic loops.
 constexpr double kUsualTicks_per_s = 1000;
-/// Longest gap between two inputs that counts as jitter. A longer silence is an absence of the user.
+/// Longest silence between two inputs that counts as network jitter. A longer silence counts as an absence of the user.
 constexpr Duration kMaxGap = std::chrono::milliseconds(115);
-/// Drift of the played tick from the wanted delay, in ticks, above which the stride changes (see InputPlayout).
+/// Deviation of the played tick from the tick that the delay demands, in ticks. Beyond it the stride changes (see
+/// InputPlayout).
 constexpr double kStrideTolerance = 0.75;
-/// Length of lead_ below which it is set to zero.
+/// Length of lead_ below which it is set to zero. A hand cannot feel a jump of this size.
 constexpr double kNoLead_m = 1e-6;
-/// Largest number of ticks between two inputs. If there are more, the client has restarted its count. Up to this
-/// number, differences of ticks are exact as doubles.
+/// Largest plausible difference of ticks between two inputs. A larger one means that the client has restarted its
+/// count. The bound also keeps differences of ticks exact as doubles.
 constexpr std::uint32_t kMaxStep = 1U << 20U;
 
-/// Value and rate at `u` (0..1) of a cubic that lasts `length_s`. The value rises from 0 to `to`; the rates at both
-/// ends are `from_rate` and `to_rate`.
+/// Returns value and rate of a cubic at the parameter `u` in 0..1. The cubic lasts `length_s`, rises from 0 to `to`,
+/// and has the rates `from_rate` and `to_rate` at its ends.
 struct Cubic {
   Vec3 value;
   Vec3 rate;
@@ -93,8 +94,8 @@ double InputPlayout::ticks_per_second() const noexcept {
   return count_ > 1 ? ticks / to_seconds(newest.sent - oldest.sent) : kUsualTicks_per_s;
 }
 
-/// Returns the number of ticks from the oldest input to `client_time`, interpolated between inputs. Outside the
-/// history, the mean rate of the history is used.
+/// Returns the number of ticks from the oldest input to `client_time`, a time of the client's clock. Between two inputs
+/// the ticks are interpolated; outside the history its mean rate is used.
 double InputPlayout::ticks_until(Duration client_time) const noexcept {
   std::size_t age = 0;
   while (age + 1 < count_ && input(age).sent > client_time) ++age;
@@ -108,9 +109,9 @@ double InputPlayout::ticks_until(Duration client_time) const noexcept {
   return static_cast<double>(before.tick.value - first) + to_seconds(client_time - before.sent) * rate;
 }
 
-/// Selects the tick to play, which is never before the last played one. If the play-out is behind, it catches up by two
-/// strides in every fourth step.
-/// In      wanted  tick that is due, counted from the oldest input
+/// Selects the tick to play, which never precedes the last played tick. A playout that lags behind catches up by two
+/// strides in every fourth step (kCatchUpSteps).
+/// In      wanted  tick that the delay demands now, counted from the oldest input
 void InputPlayout::choose_tick(double wanted) noexcept {
   const std::uint64_t first = input(count_ - 1).tick.value;
   const auto last = static_cast<double>(input(0).tick.value - first);
@@ -160,8 +161,8 @@ std::optional<PlayedInput> InputPlayout::play(Duration now) noexcept {
   return played;
 }
 
-/// Adds lead_, the offset that run_on() has caused. During an underrun, the extrapolated position is held. Later the
-/// offset fades, so that the position returns to the played inputs without a jump.
+/// Adds the offset lead_ that run_on() has caused. During an underrun lead_ is set such that the extrapolated position
+/// is held. Afterwards it fades, so that the position returns to the played inputs without a jump.
 void InputPlayout::lead(PlayedInput& played) noexcept {
   if (has_run_on_) lead_ = played_p_ - played.handle.X.p;
   if (!played.has_underrun) {

@@ -15,14 +15,14 @@ namespace tandem::server {
 
 /// One played input, as the room uses it.
 struct PlayedInput {
-  /// Tick that the values represent. It is the tick of the played input, or during and after run_on() the extrapolated
-  /// tick, until the due tick has been received.
+  /// Tick of the client for which the values below are valid. With run_on() it is the extrapolated tick, until an input
+  /// of the tick that is due arrives.
   Tick tick;
   RigidState handle;
-  std::uint32_t buttons = 0;      ///< for a lost tick, buttons of the next received tick, so a press never acts late
-  double energy_to_hand_j = 0;    ///< energy sum of ClientUpdate
-  double energy_from_hand_j = 0;  ///< energy sum of ClientUpdate
-  Wrench on_hand_W;               ///< displayed wrench of ClientUpdate
+  std::uint32_t buttons = 0;      ///< for a lost tick those of the next received tick, so that no press is late
+  double energy_to_hand_j = 0;    ///< cumulative energy as in ClientUpdate
+  double energy_from_hand_j = 0;  ///< cumulative energy as in ClientUpdate
+  Wrench on_hand_W;               ///< wrench that the client displays to the hand, as in ClientUpdate
   bool has_underrun = false;      ///< no input of the due tick or later has arrived, so the last input is held
   Duration sent{0};               ///< time of sending by the client's clock; zero for a lost tick
 };
@@ -31,18 +31,18 @@ struct PlayedInput {
 /// all of the inputs arrive in time.
 ///
 /// Model   The delay is that of PlayoutDelay, from the client's time stamps and the times of the room's steps.
-///         Lost ticks are interpolated between their neighbours. The position and the rotation vector between them
-///         follow cubics whose end rates are the neighbours' twists. Their error is at most T⁴/384 max|x⁗| over a gap
-///         of T. Energies and wrenches are interpolated linearly. In each step the played tick advances by the same
-///         number of ticks. This stride changes only after a drift of 0.75 ticks from the wanted delay, so jitter of
+///         Lost ticks are interpolated between their neighbours. The position and the rotation vector follow cubics
+///         whose end rates are the neighbours' twists. Over a gap of length T their error is at most T⁴/384 max|x⁗|.
+///         Energies and wrenches are interpolated linearly. In each step the played tick advances by the same number of
+///         ticks, the stride. The stride changes only after a drift of 0.75 ticks from the wanted delay, so jitter of
 ///         time stamps has no effect.
-///         During an underrun the last pose is held and its twist fades to zero in kTwistFade_s. Later inputs are
-///         caught up with at 5/4 of the hand's pace, two ticks in every fourth step, without a jump.
+///         During an underrun the last pose is held and its twist fades to zero in kTwistFade_s. When inputs arrive
+///         again, the playout catches up without a jump, at 5/4 of the hand's pace: two strides in every fourth step.
 ///         With run_on() the hand is extrapolated at a speed that falls to zero in kRunOn_s, by at most kRunOnMost_m.
-///         The result counts as the tick that is due, because the hand is known to have left the old pose. The next
-///         input is played at its due tick without delay, and the difference fades with the time constant kLeadFade_s.
-/// Limits  For a client that leaves gaps itself (a deadband) the delay increases by the length of the gaps.
-/// Thread  room; time is counted in steps; no allocation
+///         The extrapolated pose is assigned to the tick that is due. The next input is played at its due tick, and its
+///         difference from the extrapolated pose fades with the time constant kLeadFade_s.
+/// Limits  If the client itself leaves gaps between inputs (deadband), the delay grows by the length of the gaps.
+/// Thread  room; time advances by one period per step; no allocation
 class InputPlayout {
  public:
   static constexpr std::size_t kHistory = 128;
@@ -55,20 +55,20 @@ class InputPlayout {
 
   explicit InputPlayout(double step_s) : step_s_(step_s) {}
 
-  /// Stores a valid input that was first seen in the step at `now`. Discards an input that is not newer than the last.
+  /// Stores a valid input that reached the room in the step at `now`. Discards it if it is not newer than the last
+  /// input.
   void receive(const proto::ClientUpdate& update, Duration now) noexcept;
-  /// Returns the input to use in the step at `now`; must be called once a step. The first input is returned before it
-  /// is due, too, so that the hand is held there. Returns nothing if there is no input.
+  /// Returns the input to use in the step at `now`, or nothing if no input has arrived. Call it exactly once per step.
+  /// The first input is returned before its due time as well, so that the tool is held at the hand from the start.
   std::optional<PlayedInput> play(Duration now) noexcept;
   /// Extrapolates the input that play() has just returned with an underrun. If the hand has in fact stopped, the tool
-  /// is displaced too far, by up to kRunOnMost_m. Therefore this is used only for a tool that would otherwise lose a
+  /// moves too far, by up to kRunOnMost_m. Use it only where holding the tool is worse: where the tool would drop a
   /// shared object, or would stop a carried object and then fling it.
   void run_on(PlayedInput& played) noexcept;
   /// Discards all inputs. The next input starts a new sequence.
   void reset() noexcept;
 
-  /// Returns the delay beyond the smallest possible one, which would play the fastest input on arrival; 0 before the
-  /// first input.
+  /// Returns the played delay minus the delay of the fastest input; 0 before the first input.
   Duration delay() const noexcept { return delay_.delay(); }
 
  private:
@@ -88,8 +88,8 @@ class InputPlayout {
   double underrun_s_ = 0;
   bool has_run_on_ = false;
   std::uint64_t due_ = 0;         ///< tick that should be played now, received or not
-  std::uint64_t ran_to_ = 0;      ///< last tick that run_on() represented; 0: run_on() was never called
-  Vec3 lead_ = Vec3::Zero();      ///< offset of the played position from that of the input, caused by run_on()
+  std::uint64_t ran_to_ = 0;      ///< last tick to which run_on() has extrapolated; 0: run_on() was never called
+  Vec3 lead_ = Vec3::Zero();      ///< offset of the played position from the position in the input, caused by run_on()
   Vec3 played_p_ = Vec3::Zero();  ///< last played position, including lead_
 
   net::PlayoutDelay delay_{kDelay};

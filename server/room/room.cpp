@@ -9,7 +9,7 @@
 namespace tandem::server {
 namespace {
 
-/// Rate at which soft-body offsets are sent to windows.
+/// Rate at which the offsets of soft bodies are sent to clients for display.
 constexpr double kSoftOffsets_hz = 20;
 
 }  // namespace
@@ -23,7 +23,7 @@ proto::ServerUpdate RoomUpdate::for_seat(std::size_t seat) const {
   return update;
 }
 
-/// State of a seat in the room's loop. It is large, so it is allocated once and reused for the next user of the seat.
+/// State of a seat for the room's loop. It is large, so it is allocated once and reused for the next user of the seat.
 struct Room::User {
   explicit User(Room& room, bool is_limited)
       : port(room.world_, is_limited), drivers(make_tool_drivers(room.period_, port)), driver(drivers.front().get()) {}
@@ -31,7 +31,7 @@ struct Room::User {
   ToolDriver& driver_for(proto::ClientMode mode) const {
     return *drivers[std::min(static_cast<std::size_t>(mode), drivers.size() - 1)];
   }
-  /// Stops driving the tool until the next input.
+  /// Stops driving the tool until the next input arrives.
   void release_tool() noexcept {
     input.answered = input.newest.input_tick;
     driver->stop();
@@ -45,7 +45,7 @@ struct Room::User {
   ToolDrivers drivers;
   ToolDriver* driver;  ///< driver for the mode of the newest input; one of `drivers`
   bool grab_button = false;
-  bool has_grabbed = false;  ///< a grab or release was done in this step, possibly for the seat's previous user
+  bool has_grabbed = false;  ///< a grab or a release was done in this step, possibly by the seat's previous user
   std::uint64_t requests_served = 0;
 };
 
@@ -98,7 +98,7 @@ bool Room::is_idle() const {
   return commands_.is_empty() && stays_as_it_is && is_empty();
 }
 
-/// Resets the scene if the room has been empty for reset_after_s. A new user then finds the scene at its start.
+/// Resets the scene after the room has been empty for reset_after_s, so that the next user finds it at its start.
 void Room::start_anew_when_left() noexcept {
   steps_empty_ = is_empty() ? steps_empty_ + 1 : 0;
   is_as_at_start_ = is_as_at_start_ && steps_empty_ > 0;
@@ -117,7 +117,7 @@ void Room::step(ServerTime now) noexcept {
 
 void Room::answer(ServerTime now) noexcept {
   finish();
-  // Faults of the last step in an empty room concern no user and are discarded.
+  // In an empty room nobody receives the faults of the last step, so they are discarded.
   if (is_empty()) late_faults_ = 0;
   if (game_) game_->begin_step(Step{step_.value + 1});
   apply_commands();
@@ -152,7 +152,7 @@ void Room::publish_soft_offsets() noexcept {
   soft_offsets_.publish();
 }
 
-/// Moves all bodies back to their start, and notifies users whose held body is released by it.
+/// Moves all bodies back to their start. Emits a kReleased event for each user whose held body is released by the move.
 void Room::reset() noexcept {
   std::array<BodyId, proto::kMaxUsers> held{};
   const auto held_by = [this](const User& user) { return world_.tool(user.seat.tool).held; };
@@ -168,7 +168,7 @@ void Room::reset() noexcept {
   if (game_) game_->restart(world_, hands());
 }
 
-/// Returns the set of tools that have a user.
+/// Returns the tools that have a user, as a bit mask.
 std::uint32_t Room::hands() const noexcept {
   std::uint32_t tools = 0;
   for (const auto& user : users_) {
@@ -181,8 +181,8 @@ bool Room::moves(BodyId body) const noexcept {
   return std::ranges::find(moving_bodies_, body) != moving_bodies_.end();
 }
 
-/// Sets the pose of a body that exists. A tool that holds the body keeps its pose and gets a new grip, so its coupling force does not
-/// jump.
+/// Sets the pose of a body of the scene. A tool that holds the body keeps its pose and gets a new grip, so that its
+/// coupling force does not jump.
 void Room::place(BodyId body, const Pose& X_WB) noexcept {
   if (!moves(body) || world_.is_absent(body) || !is_finite(X_WB) || X_WB.p.norm() > proto::kMaxPositionM) return;
   constexpr double kWholeWay_m = 1e6;
@@ -211,7 +211,7 @@ void Room::apply(const RoomCommand& command) noexcept {
   if (command.seat.index >= proto::kMaxUsers) return;
   if (command.kind == RoomCommand::Kind::kJoin) return join(command.seat);
   User& user = *users_[command.seat.index];
-  // A command may wait in the queue after its user has left. It must not affect the next user of the seat.
+  // A command can be applied after its user has left. It must not affect the next user of the seat.
   if (!user.seat.user.is_valid() || user.seat.user != command.seat.user) return;
   switch (command.kind) {
     case RoomCommand::Kind::kLeave:
@@ -240,12 +240,13 @@ void Room::join(const Seat& seat) noexcept {
   leave(user);
   if (has_tool(seat.role) && seat.tool >= scene_->world.tools.size()) return;
   user.seat = seat;
-  // Discards the last input of the seat's previous user.
+  // Discards the last input of the seat's previous user from the mailbox.
   user.inbox.poll();
   if (seat.is_manipulator()) open_port(user);
 }
 
-/// Activates a user's tool. A state from resume() replaces the scene's, including the held body.
+/// Activates a user's tool. If resume() has saved a state for this tool, that state and its held body replace the
+/// scene's.
 void Room::open_port(User& user) noexcept {
   const std::size_t tool = user.seat.tool;
   const auto left = std::exchange(left_[tool], std::nullopt);
@@ -266,7 +267,7 @@ void Room::open_port(User& user) noexcept {
   }
 }
 
-/// Holds the bodies of reserved tools at the poses of the saved state, until kKeptFor has passed.
+/// Keeps the bodies that reserved tools hold at their saved poses, until kKeptFor has passed.
 void Room::keep_left_things() noexcept {
   for (auto& left : left_) {
     if (!left) continue;
@@ -361,8 +362,8 @@ void Room::leave(User& user) noexcept {
   user.requests_served = 0;
 }
 
-// Serves a request to grab or release. Each seat gets at most one per step, because a grab measures the distance to
-// every graspable body.
+// Serves a request to grab or release. At most one request per seat is served in a step, because a grab measures the
+// distance to every graspable body.
 void Room::serve_request(User& user, const RoomCommand& command) noexcept {
   ++user.requests_served;
   if (!user.seat.is_manipulator()) return;
@@ -391,7 +392,8 @@ void Room::release(User& user, std::uint32_t request) noexcept {
   const BodyId held = world_.tool(user.seat.tool).held;
   user.has_grabbed = true;
   world_.release(user.seat.tool);
-  // A request (number > 0) needs an answer even if no body was held; a release by button (number 0) does not.
+  // A request (number > 0) must be answered even if the tool held nothing. A release by button (number 0) needs no
+  // answer.
   if (!held.is_valid() && request == 0) return;
   emit({RoomEvent::Kind::kReleased, user.seat.user, held, request, {}});
 }
@@ -413,8 +415,8 @@ TickFaults Room::receive_input(User& user) noexcept {
   if (!input.has_arrived) return 0;
   const bool is_stale = time_done() - input.arrived > kInputStaleAfter;
   if (is_stale || !input.has_handle()) {
-    // Without a handle, the driver does not play out inputs with their buttons. A release of the button therefore acts
-    // now.
+    // Without a handle the driver plays out no inputs and therefore no buttons, so a release of the button acts at
+    // once.
     if ((input.newest.buttons & kButtonGrab) == 0) follow_grab_button(user, 0);
     user.release_tool();
     return is_stale ? TickFaults{kFaultInputStale} : 0;
@@ -434,8 +436,8 @@ void Room::receive_newest(User& user) noexcept {
   input.has_gaps = user.seat.leaves_gaps || has_left_a_gap;
   input.has_arrived = true;
   ToolDriver& driver = user.driver_for(input.newest.mode);
-  // Drivers with a delay evaluate the buttons of an input when they play it. Without a valid handle no input is played,
-  // so a release acts at once, and the user can drop the body.
+  // A driver with a delay applies the buttons of an input when it plays that input. Without a valid handle nothing is
+  // played, so a release acts at once, and the user can drop the body.
   const bool is_down = (input.newest.buttons & kButtonGrab) != 0;
   if (input.newest.handle_valid ? !driver.delays_buttons() : !is_down) follow_grab_button(user, input.newest.buttons);
   if (&driver != user.driver) {
@@ -448,7 +450,7 @@ void Room::receive_newest(User& user) noexcept {
 
 void Room::follow_grab_button(User& user, std::uint32_t buttons) noexcept {
   const bool is_down = (buttons & kButtonGrab) != 0;
-  // If a command has grabbed or released in this step, the button is evaluated with the next input.
+  // After a command has grabbed or released in this step, the button is evaluated with the next input.
   if (is_down == user.grab_button || user.has_grabbed) return;
   user.grab_button = is_down;
   if (is_down) {
@@ -480,7 +482,7 @@ void Room::describe_world(ServerTime now, TickFaults faults) noexcept {
     update.users.push_back({user->seat.user, tool.tool, held, user->seat.tool, tool.has_handle, tool.handle,
                             user->input.handle_age(), user->input.on_hand_W});
     const auto body = std::ranges::find(update.bodies, held, &proto::BodyState::id);
-    // If several users hold a body, the user in the first seat is named.
+    // If several users hold the body, the update names the user in the first seat.
     if (body != update.bodies.end() && !body->held_by.is_valid()) body->held_by = user->seat.user;
   }
   proto::OwnUpdate common;

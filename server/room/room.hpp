@@ -11,11 +11,12 @@
 //                ◀──ring── RoomEvent   finish(): 5 step the rest of the world and the game, notify
 //                                                   watchers, look ahead
 //
-// A seat may change users while values wait in mailboxes, so each update names its user. The io thread sets the time
-// stamps `received` and `sent`.
+// A seat may change users while values are still in mailboxes, so each update names its user. The io thread sets the
+// time stamps `received` and `sent`.
 //
-// The threads exchange nothing else. During a step the room thread never waits, logs or allocates. The work of a step
-// is bounded for any input from users: at most kMaxCommandsPerStep commands, with at most one grab or release per seat.
+// Besides the data of the diagram, the two threads exchange only soft-body offsets and the state of the game. During a
+// step the room thread never waits, logs or allocates. The work of a step is bounded for any input: at most
+// kMaxCommandsPerStep commands, and at most one grab or release per seat.
 #pragma once
 
 #include <array>
@@ -38,8 +39,8 @@
 
 namespace tandem::server {
 
-/// Command from the io thread to the room, about a seat. Of `seat` all commands use `index` and `user`; only kJoin uses
-/// the rest.
+/// Command from the io thread to the room, about a seat. Every command uses `index` and `user` of the seat; only kJoin
+/// uses its remaining fields.
 struct RoomCommand {
   enum class Kind : std::uint8_t {
     kJoin,
@@ -60,11 +61,11 @@ struct RoomCommand {
   const haptics::CouplingLawInfo* law = nullptr;  ///< kSetCoupling; null: the law is unchanged
   BodyId beside = {};                             ///< kPlace: reference body
   Pose X_SB = {};                                 ///< kPlace: pose of `body` in the frame of `beside`
-  std::uint8_t level = 0;                         ///< kStartLevel: index of the level of the game
+  std::uint8_t level = 0;                         ///< kStartLevel: index of the level in the scene's game
   bool is_weightless = false;                     ///< kSetWeight
 };
 
-/// Event from the room to the io thread. kReturned concerns all users; only its field `body` is valid.
+/// Event from the room to the io thread. kReturned concerns all users and has only the field `body`.
 struct RoomEvent {
   enum class Kind : std::uint8_t { kGrabbed, kGrabRefused, kReleased, kReturned };
   Kind kind = Kind::kGrabbed;
@@ -77,11 +78,10 @@ struct RoomEvent {
 /// State that a room publishes for its users after a step. Arrays are indexed by Seat::index.
 struct RoomUpdate {
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
-  /// States of all users with tools. for_seat() leaves out the recipient's own.
+  /// States of all users with tools. for_seat() removes the recipient's own state.
   boost::container::static_vector<proto::OtherUserState, proto::kMaxUsers> users;
-  std::array<UserId, proto::kMaxUsers> user;                      ///< user to whom the seat's entry belongs; invalid:
-                                                                  ///< none
-  std::array<std::uint64_t, proto::kMaxUsers> requests_served{};  ///< number of kGrab and kRelease served for the user
+  std::array<UserId, proto::kMaxUsers> user;                      ///< user of a seat's entry; invalid: none
+  std::array<std::uint64_t, proto::kMaxUsers> requests_served{};  ///< kGrab and kRelease served for the seat's user
   std::array<proto::OwnUpdate, proto::kMaxUsers> own;
 
   /// Returns the update for the user of one seat.
@@ -92,42 +92,42 @@ struct RoomUpdate {
 /// from their rest positions.
 using SoftOffsets = std::vector<std::vector<Vec3>>;
 
-/// Limit of commands applied in one step. Further commands wait in the ring until the next step.
+/// Largest number of commands applied in one step. Further commands remain in the ring until the next step.
 inline constexpr int kMaxCommandsPerStep = 64;
 
-/// Age from which an input is stale. From then on the tool no longer follows the handle of this input, because the hand
-/// may have moved anywhere.
+/// Age at which an input becomes stale. The tool then stops following the handle, because the hand may be anywhere by
+/// now.
 inline constexpr Duration kInputStaleAfter = std::chrono::milliseconds(115);
 
 /// Time after the loss of a connection within which its user may rejoin. The state of a room after a crash is kept for at
 /// least as long.
 inline constexpr Duration kResumeWithin = std::chrono::minutes(15);
 
-/// Time after resume() for which a tool and its held body are reserved for their previous user.
+/// Time after resume() during which a tool and its held body are reserved for their previous user.
 inline constexpr Duration kKeptFor = std::chrono::seconds(10);
 
-/// Settings of a common start for all hands of a room.
+/// Settings of a common start: the hands of all users of a room begin at the same time.
 struct RoomStartSettings {
   std::size_t users = 0;                        ///< manipulators required for the start; 0: hands start independently
-  Duration countdown{std::chrono::seconds(3)};  ///< time from the arrival of the last required user to the start
+  Duration countdown{std::chrono::seconds(3)};  ///< time from the arrival of the last required manipulator to the start
 };
 
 struct RoomOptions {
-  bool steps_soft_aside = false;        ///< soft bodies are stepped on a separate thread, with identical results
-  bool controls_tool_passivity = true;  ///< limits the energy of tools to that of their hands
+  bool steps_soft_aside = false;        ///< step soft bodies on a separate thread, with identical results
+  bool controls_tool_passivity = true;  ///< limit the energy of a tool to the supply of its hand
   RoomStartSettings start{};            ///< settings of the common start, used by RoomSeats
 };
 
-/// State from which a room can resume, for example after a crash of the server.
+/// State from which a room can be restored, for example after a crash of the server.
 struct RoomState {
-  /// Tool of a user.
+  /// A user's tool and its grip.
   struct Tool {
     std::uint8_t tool = 0;
     RigidState state;
     BodyId held;
     Pose X_BT;  ///< pose of the tool in the frame of the held body
   };
-  /// Bodies that are not at their start pose.
+  /// Bodies that have moved from their start pose.
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
   boost::container::static_vector<Tool, proto::kMaxUsers> tools;
   std::optional<GameStatus> game;  ///< none: the scene has no game
@@ -136,8 +136,8 @@ struct RoomState {
 
 class Room;
 
-/// Observer of a room's steps: the inputs of each step in the order of their use, and the end of the step. These data
-/// suffice to repeat the step.
+/// Observer of a room's steps. It receives the inputs of each step in the order of their use, and the end of the step.
+/// These data suffice to replay the step.
 ///
 /// Thread  room: no allocation, lock or wait
 class RoomWatcher {
@@ -145,7 +145,7 @@ class RoomWatcher {
   virtual ~RoomWatcher() = default;
   /// Called when a command is applied.
   virtual void on_command(const RoomCommand& command) noexcept = 0;
-  /// Called when all commands of the step are applied, before inputs are taken from the mailboxes.
+  /// Called after the last command of the step, before inputs are taken from the mailboxes.
   virtual void on_commands_done() noexcept {}
   /// Called when an input is taken from the mailbox of a seat.
   virtual void on_input(std::size_t seat, const proto::ClientUpdate& input) noexcept = 0;
@@ -164,60 +164,60 @@ class Room {
   Duration period() const { return period_; }
   const RoomStartSettings& start_settings() const { return start_settings_; }
 
-  // Functions for the io thread:
-  /// Posts a command. Returns false if 256 commands are already waiting, which means that the room is stuck or flooded.
+  // Functions for the io thread.
+  /// Posts a command. Returns false if 256 commands are queued already, which means that the room hangs or is flooded.
   bool post(const RoomCommand& command) { return commands_.push(command); }
   bool next_event(RoomEvent& event) { return events_.pop(event); }
   /// Returns the mailbox for the inputs of a seat (Seat::index), written by the io thread.
   realtime::Mailbox<proto::ClientUpdate>& input(std::size_t seat);
   /// Returns the mailbox of updates, written by the room thread.
   realtime::Mailbox<RoomUpdate>& output() { return output_; }
-  /// Returns the mailbox of soft-body offsets, written at 20 Hz in a room with soft bodies and never in others.
+  /// Returns the mailbox of soft-body offsets. A room with soft bodies writes it at 20 Hz; another room never does.
   realtime::Mailbox<SoftOffsets>& soft_offsets() { return soft_offsets_; }
 
-  /// Game of the scene; null if it has none. io reads its mailbox and its events.
+  /// Returns the game of the scene; null if it has none. The io thread reads the game's mailbox and events.
   Game* game() { return game_ ? &*game_ : nullptr; }
   const Game* game() const { return game_ ? &*game_ : nullptr; }
 
-  /// Adds a watcher before the first step. At most kMaxWatchers are allowed, and each must outlive the room's steps.
+  /// Adds a watcher; call it before the first step. At most kMaxWatchers are allowed, and each must outlive the room's
+  /// steps.
   void watch(RoomWatcher& watcher) { watchers_.push_back(&watcher); }
-  /// Restores a saved state before the first step. A user who takes a saved tool within kKeptFor finds it at its saved
-  /// pose and still holding its body. Until then that body does not move. Values out of range are ignored.
+  /// Restores a saved state; call it before the first step. A user who takes a saved tool within kKeptFor finds the
+  /// tool at its saved pose, holding its body. Until then that body does not move. Values out of range are ignored.
   void resume(const RoomState& state);
 
-  // Functions for the room thread:
+  // Functions for the room thread.
   /// Runs one fixed step: answer(), then finish(). `now` stamps the updates and does not affect the physics.
   void step(ServerTime now) noexcept;
-  /// First part of a step: takes the inputs and publishes the outputs that users wait for (World::answer()).
+  /// First part of a step: takes the inputs and publishes the updates for users (World::answer()).
   void answer(ServerTime now) noexcept;
-  /// Second part of a step, then World::look_ahead(). Its faults are reported to users with the next step. Does nothing
-  /// without a preceding answer().
+  /// Second part of a step, followed by World::look_ahead(). Its faults are sent to users with the next step. Has no
+  /// effect unless answer() was called before.
   void finish() noexcept;
   Step steps_done() const { return step_; }
-  /// Returns whether a body can move; false for a static body and for one that the scene lacks.
+  /// Returns whether a body can move; false for a static body and for an id that the scene does not contain.
   bool moves(BodyId body) const noexcept;
-  /// Returns whether steps can be skipped: no user, no waiting command, and the scene is at its start or has no
-  /// automatic reset.
+  /// Returns whether the loop may skip steps: the room has no user and no queued command, and the scene is at its start
+  /// or has no automatic reset.
   bool is_idle() const;
   /// Returns whether no seat has a user.
   bool is_empty() const noexcept;
-  /// Adds `faults` to the report of the next updates. The room loop uses it, e.g. for kFaultOverrun.
+  /// Adds `faults` to the next updates. The room loop reports its own faults by it, e.g. kFaultOverrun.
   void report(TickFaults faults) { pending_faults_ |= faults; }
-  /// Returns the number of events of the room and of its game that were dropped because 256 were waiting for io.
+  /// Returns the number of events of the room and its game that were dropped because the queue to io was full (256
+  /// events).
   std::uint64_t events_lost() const { return events_lost_ + (game_ ? game_->events_lost() : 0); }
-  /// Returns the energy that the passivity controllers have removed from the tools' motion [J].
+  /// Returns the energy that the passivity controllers have dissipated in the tools' motion [J].
   double braked_j() const noexcept;
   const physics::World& world() const { return world_; }
-  /// Writes the state for resume(). Does not allocate if `state` has been filled before or the scene has no soft
-  /// bodies.
+  /// Writes the state for resume(). Allocates only in a scene with soft bodies, the first time that `state` is filled.
   void describe(RoomState& state) const noexcept;
   /// Returns the seat with this index; its user is invalid if the seat is free.
   const Seat& seat(std::size_t index) const;
   const RoomOptions& options() const { return options_; }
-  /// Returns the tick of the newest input that moves the tool; Tick{} if there is none.
+  /// Returns the tick of the input whose handle pulls the tool now; Tick{} if there is none.
   Tick answered(std::size_t tool) const;
-  /// Returns the passivity controller of a seat. It has no effect in a room that does not control the passivity of
-  /// tools.
+  /// Returns the passivity controller of a seat. It has no effect in a room with controls_tool_passivity off.
   const haptics::ToolPassivityController& tool_passivity(std::size_t seat) const;
 
  private:
@@ -257,7 +257,7 @@ class Room {
   RoomOptions options_;
   Duration period_;
   RoomStartSettings start_settings_;
-  std::vector<BodyId> moving_bodies_;  ///< bodies listed in updates
+  std::vector<BodyId> moving_bodies_;  ///< bodies whose states are part of each update
   physics::World world_;
   std::optional<Game> game_;
   realtime::Ring<RoomCommand> commands_{256};
@@ -275,7 +275,7 @@ class Room {
   bool is_as_at_start_ = true;
   TickFaults pending_faults_ = 0;
   TickFaults late_faults_ = 0;  ///< faults of the last finish(), which the next step reports
-  /// Time and faults of the step that awaits finish(); none: finish() has run.
+  /// Time and faults of a step that still lacks finish(); none: finish() has run.
   std::optional<std::pair<ServerTime, TickFaults>> answered_;
   std::uint64_t events_lost_ = 0;
 };

@@ -5,7 +5,7 @@
 namespace tandem::server {
 namespace {
 
-/// Number of waiting commands above which a room accepts no new users, so that the queue stays bounded.
+/// Number of unposted commands above which a room accepts no new users, so that their queue stays bounded.
 constexpr std::size_t kMaxNewUsers = 4 * proto::kMaxUsers;
 
 }  // namespace
@@ -88,8 +88,8 @@ void RoomSeats::set_law(const Seat& seat, const haptics::CouplingLawInfo& law) {
 }
 
 void RoomSeats::follow_level(const physics::SceneCoupling& coupling) {
-  // Waiting couplings were set for the previous level and are discarded. One that is in the room's queue already is
-  // replaced by posting the coupling of the level after it.
+  // Couplings in waiting_ were set for the previous level and are discarded. A coupling in the room's queue already is
+  // overridden, because the coupling of the new level is posted after it.
   std::erase_if(waiting_, [](const RoomCommand& older) { return older.kind == RoomCommand::Kind::kSetCoupling; });
   coupling_ = of_level_ = coupling;
   const auto has_set = [](const auto& seat) { return seat && seat->role == UserRole::kOperator; };
@@ -98,7 +98,7 @@ void RoomSeats::follow_level(const physics::SceneCoupling& coupling) {
 }
 
 void RoomSeats::post_coupling(const Seat& seat) {
-  // Only the newest coupling is relevant. Older commands that still wait are removed, so that the queue stays short.
+  // Only the newest coupling matters. Older ones in waiting_ are removed, so that the queue stays short.
   std::erase_if(waiting_, [](const RoomCommand& older) { return older.kind == RoomCommand::Kind::kSetCoupling; });
   post_surely({.kind = RoomCommand::Kind::kSetCoupling,
                .seat = seat,

@@ -13,12 +13,13 @@
 
 namespace tandem::server {
 
-/// Limit of the resets that a room grants: one a second, and up to two at once.
+/// Rate limit of a room's resets: one per second, with bursts of two.
 inline constexpr net::Rate kResetRate{1, 2};
 
 /// Assigns the seats of one room, and posts the commands of their users to the room's loop.
 ///
-/// Thread  io; const members, and on_update() of another seat, also the room's thread that helps with sending
+/// Thread  io. Const members, and on_update() for different seats, are called by a room thread that helps with sending,
+///         too.
 class RoomSeats {
  public:
   explicit RoomSeats(Room& room);
@@ -31,44 +32,47 @@ class RoomSeats {
   /// Returns the coupling for the seat's tool and its held body (common/physics/coupling_in_force.hpp).
   haptics::CouplingParameters coupling_in_force(const Seat& seat) const;
 
-  /// Assigns a seat, to a manipulator also the first free tool. Returns nothing if the scene's limits are reached.
-  /// In      leaves_gaps  the user suppresses inputs that can be extrapolated (deadband)
+  /// Assigns a free seat, and to a manipulator also a free tool. Returns nothing if the limits of the scene are
+  /// reached.
+  /// In      leaves_gaps  the user's client suppresses inputs that can be extrapolated (deadband)
   ///         device_bounds  largest coupling that this user's device supports, in device newtons and metres
   ///         user_name  for recordings
   ///         tool  preferred if it is free: the tool that the user had before
   std::optional<Seat> allocate(UserRole role, bool leaves_gaps = false,
                                const haptics::CouplingParameters& device_bounds = haptics::kNoCouplingBounds,
                                std::string_view user_name = "", std::optional<std::uint8_t> tool = std::nullopt);
-  /// Returns whether allocate() would now find a seat, and a tool if the role has one.
+  /// Returns whether allocate() would succeed now for this role.
   bool has_place(UserRole role) const;
-  /// Releases a seat. If its user is the operator, the coupling of the scene or of the level is restored.
+  /// Releases a seat. If its user is the operator, the coupling of the scene or of the current level is restored.
   void leave(const Seat& seat);
   bool has_operator() const;
   void set_coupling(const Seat& seat, const haptics::CouplingParameters& parameters);
-  /// In      law  allowed for the scene (haptics::law_change_problem())
+  /// In      law  a law that the scene permits (haptics::law_change_problem())
   void set_law(const Seat& seat, const haptics::CouplingLawInfo& law);
   /// Moves all bodies back to their start (World::return_all()). Returns false, without effect, if the room's queue is
-  /// full or kResetRate is exceeded. Resets are limited because each one sends an event per moving body to every user.
+  /// full or kResetRate is exceeded. The rate is limited because each reset sends an event per moving body to every
+  /// user.
   bool reset(const Seat& seat, LocalTime now);
-  /// Sets the coupling of a level of the game. The room has applied it already.
+  /// Records the coupling of a new level of the game, which the room itself has already applied.
   void follow_level(const physics::SceneCoupling& coupling);
-  /// Posts a command to the game of the room. Returns false if the room's queue is full.
+  /// Posts a command for the game of the room. Returns false if the room's queue is full.
   bool play(const Seat& seat, RoomCommand command) { return place(seat, command); }
-  /// In      placing  its `seat` is ignored and replaced by the argument
+  /// In      placing  command to post; its `seat` is replaced by the argument
   /// Out     false: the room's queue is full
   bool place(const Seat& seat, RoomCommand placing);
-  /// Posts a grab. Returns false, without effect, if the room's queue is full or this seat's last request is not served
-  /// yet (see on_update()). A single user thus cannot fill the shared queue. The caller notifies the user.
+  /// Posts a grab. Returns false, without effect, if the room's queue is full or the last request of this seat is still
+  /// unserved (see on_update()). A single user can thus not fill the shared queue. The caller notifies the user of a
+  /// refusal.
   bool grab(const Seat& seat, BodyId body, std::uint32_t request);
   bool release(const Seat& seat, std::uint32_t request);
-  /// Copies the served requests and the held body of the seat's user from an update. Every step repeats them, so a lost
-  /// event causes no lasting error.
+  /// Copies the number of served requests and the held body of the seat's user from an update. Every update repeats
+  /// them, so a lost event causes no lasting error.
   void on_update(const Seat& seat, const RoomUpdate& update);
-  /// Posts again the commands that were refused because the room's queue was full.
+  /// Posts again the commands that did not fit into the room's queue.
   void flush();
 
  private:
-  /// Returns the number of occupied seats with a tool, or without a tool, according to `role`.
+  /// Returns the number of occupied seats that have a tool, or that have none, whichever applies to `role`.
   std::size_t count(UserRole role) const;
   std::optional<std::uint8_t> free_tool(std::optional<std::uint8_t> wanted) const;
   void post_coupling(const Seat& seat);
@@ -78,15 +82,15 @@ class RoomSeats {
   Room& room_;
   RoomStart start_;
   physics::SceneCoupling coupling_;
-  physics::SceneCoupling of_level_;  ///< coupling without an operator: that of the scene or of the present level
+  physics::SceneCoupling of_level_;  ///< coupling when no operator sets one: that of the scene or of the current level
   std::array<std::optional<Seat>, proto::kMaxUsers> seats_{};
   std::array<BodyId, proto::kMaxUsers> held_{};              ///< body held by the seat's tool, indexed by seat
   std::array<std::uint64_t, proto::kMaxUsers> requested_{};  ///< number of grabs and releases since the user joined
   std::array<std::uint64_t, proto::kMaxUsers> served_{};
   std::uint32_t last_user_ = 0;
   net::TokenBucket resets_{kResetRate};
-  /// Commands that the room's queue has refused and that must not be lost. A room with too many of them accepts no new
-  /// users, so their number is bounded.
+  /// Commands that did not fit into the room's queue and must not be lost. Their number is bounded, because a room with
+  /// many of them accepts no new users.
   std::deque<RoomCommand> waiting_;
 };
 

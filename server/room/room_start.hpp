@@ -14,18 +14,18 @@ namespace tandem::server {
 
 /// Counts the users whose hands are present, and sets the time of the common start.
 ///
-/// Model   As soon as the hands of RoomStartSettings::users users are present, the start is set to now + countdown. If
-///         a user leaves before that time and too few remain, the start is cancelled. After the start has passed, it
-///         remains in force until the last user leaves.
+/// Model   When the hands of RoomStartSettings::users users are present, the start is set to now + countdown. If a user
+///         leaves before that time and too few remain, the start is cancelled. A start that has passed stays in force
+///         until the last user leaves.
 /// Thread  io
 class RoomStart {
  public:
   explicit RoomStart(const RoomStartSettings& settings) : settings_(settings) {}
 
-  /// Returns whether a common start is used. If not, each hand starts when its client does, and the functions below
-  /// have no effect.
+  /// Returns whether the room has a common start. Otherwise each hand starts when its client does, and the functions
+  /// below have no effect.
   bool is_used() const { return settings_.users > 0; }
-  /// Must be called when the first valid handle of a manipulator arrives. Repeated calls for a user have no effect.
+  /// Reports that the first valid handle of a manipulator has arrived. Repeated calls for a user have no effect.
   /// Out     whether message() has changed
   bool add(UserId user, ServerTime now);
   /// Removes a user who has left.

@@ -15,7 +15,7 @@ constexpr bool has_tool(UserRole role) {
   return role != UserRole::kObserver;
 }
 
-/// A seat of a room and its user. The io thread and the room's loop have copies.
+/// A seat of a room and its user. The io thread and the room's loop each have a copy.
 struct Seat {
   std::uint8_t index = 0;  ///< index in the room's fixed arrays, < proto::kMaxUsers
   UserId user = {};        ///< user of the seat; invalid: the seat is free
@@ -23,8 +23,8 @@ struct Seat {
   std::uint8_t tool = 0;     ///< index of the user's tool; valid if has_tool(role)
   bool leaves_gaps = false;  ///< the user suppresses inputs that can be extrapolated (deadband)
   haptics::CouplingParameters coupling_bounds =
-      haptics::kNoCouplingBounds;    ///< largest coupling of the user's device, scaled to the world
-  std::array<char, 80> user_name{};  ///< name of the user for recordings; ends at the first zero
+      haptics::kNoCouplingBounds;    ///< largest coupling that the user's device can render, in the scale of the world
+  std::array<char, 80> user_name{};  ///< name of the user for recordings, terminated by zero
 
   bool is_manipulator() const { return user.is_valid() && has_tool(role); }
 };

@@ -1,4 +1,4 @@
-// The rooms of a server, and the services that run beside them on other threads. One owner ensures the order of
+// The rooms of a server, and the services that run beside them on other threads. One owner enforces the order of
 // destruction.
 //
 //   LiveServer ─owns─▶ ServerRooms ─owns─▶ rooms
@@ -19,25 +19,26 @@ namespace tandem::server {
 class RoomService {
  public:
   virtual ~RoomService() = default;
-  /// Completes or discards the waiting work, and joins the thread. It is called after the last step of each room and
-  /// after the last call from the io thread, even if that thread ended with an exception. Repeated calls have no
-  /// effect. If it was never called, the destructor does the same.
+  /// Completes or discards queued work, and joins the thread of the service. It is called after the last step of each
+  /// room and the last call from the io thread, even after an exception there. Repeated calls have no effect. The
+  /// destructor does the same if it was never called.
   virtual void finish() = 0;
 };
 
 class ServerRooms {
  public:
   ServerRooms() = default;
-  // The constructor is not explicit, because most callers have rooms but no services.
+  // The constructor is not explicit, so that rooms without services convert to a ServerRooms.
   ServerRooms(std::vector<std::unique_ptr<Room>> rooms) : rooms_(std::move(rooms)) {}
   ServerRooms(ServerRooms&&) = default;
-  ServerRooms& operator=(ServerRooms&&) = delete;  // deleted: an assignment would destroy rooms before their services
+  ServerRooms& operator=(ServerRooms&&) = delete;  // deleted: it would destroy the old rooms before their services
   ~ServerRooms() {
     while (!services_.empty()) services_.pop_back();
   }
 
   const std::vector<std::unique_ptr<Room>>& rooms() const { return rooms_; }
-  /// Adds a service and returns it; null is returned unchanged. A later service may refer to an earlier one.
+  /// Adds a service and returns it; null is returned unchanged. A service may refer to services that were added before
+  /// it.
   template <class Service>
   Service* add(std::unique_ptr<Service> service) {
     Service* const added = service.get();

@@ -8,7 +8,7 @@ namespace tandem::server {
 physics::World make_server_world(const std::shared_ptr<const LoadedScene>& scene, bool steps_soft_aside) {
   std::unique_ptr<physics::SoftBodies> soft;
   if (!scene->soft_bodies.empty()) soft = std::make_unique<SoftWorld>(soft_world_settings(*scene), steps_soft_aside);
-  // The world uses the description, which is a part of the scene, and therefore shares the ownership of the scene.
+  // The description is a member of the scene. The pointer to it therefore shares the ownership of the scene.
   return physics::World(std::shared_ptr<const physics::WorldDescription>(scene, &scene->world),
                         physics::make_untouched_bodies(scene->world), std::move(soft));
 }

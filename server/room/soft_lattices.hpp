@@ -1,4 +1,4 @@
-// Computes the offsets of the lattice points of soft bodies from their nodes, for windows.
+// Computes the offsets of the lattice points of soft bodies from the motion of their nodes, for display at clients.
 #pragma once
 
 #include <cstddef>
@@ -10,17 +10,19 @@
 
 namespace tandem::server {
 
-/// Offsets of the proto::soft_lattice() points in the rest box of each soft body. Each point follows its nearest nodes.
+/// Offsets of the points of a lattice (proto::soft_lattice()) in the rest box of each soft body. A point follows the
+/// nodes nearest to it.
 ///
-/// Model   offset of a point = Σ wᵢ (xᵢ − Xᵢ) over the four nodes nearest at rest, with w ∝ 1 / distance
+/// Model   offset of a point = Σ wᵢ (xᵢ − Xᵢ) over its four nearest nodes at rest: xᵢ position, Xᵢ rest position of
+///         node i, wᵢ ∝ 1 / distance at rest, Σ wᵢ = 1
 /// Thread  measure(): room, without allocation
 class SoftLattices {
  public:
   explicit SoftLattices(const std::vector<SoftModel>& bodies);
 
-  /// Returns zero offsets, one for each point.
+  /// Returns one zero offset for each point.
   std::vector<std::vector<Vec3>> at_rest() const;
-  /// In      out  sized like at_rest()
+  /// In      out  has the size of at_rest()
   void measure(const physics::World& world, std::vector<std::vector<Vec3>>& out) const noexcept;
 
  private:

@@ -9,7 +9,8 @@
 namespace tandem::server {
 namespace {
 
-/// Longest extrapolation of the handle of a user with a deadband: the longest gap (kDeadbandFloor) plus jitter.
+/// Longest extrapolation of a handle between the inputs of a client with a deadband: the longest gap (kDeadbandFloor)
+/// plus jitter.
 constexpr Duration kExtrapolatedFor = std::chrono::milliseconds(15);
 
 void report_energy(ToolPort& port, const UserInput& input) noexcept {
@@ -67,9 +68,10 @@ class PlayoutDriver final : public ToolDriver {
   InputPlayout playout_;
 };
 
-/// Driver for ClientMode::kWave. The received waves move a virtual handle, to which the coupling pulls the tool. The
-/// coupling's force is sent back as a wave. The hand's position is used only to prevent drift of the virtual handle.
-/// Both ends keep an energy balance, so a client with another impedance causes reflections but gains no energy.
+/// Driver for ClientMode::kWave. The received waves move a virtual handle, and the coupling pulls the tool to it. The
+/// coupling's force is sent back as a wave. The hand's position serves only to correct drift of the virtual handle.
+/// Both ends keep an energy balance: if the client assumes another wave impedance, waves are reflected but energy is
+/// not created.
 class WaveDriver final : public ToolDriver {
  public:
   WaveDriver(Duration period, ToolPort& port) : step_s_(to_seconds(period)), port_(port) {}

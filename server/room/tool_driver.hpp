@@ -1,5 +1,5 @@
-// Control of a tool by its user's inputs. Each ClientMode has one strategy, which matches the way in which that client
-// bridges the delay. The room selects the driver by the mode of the newest input and treats all drivers alike.
+// Control of a tool by its user's inputs, with one strategy per ClientMode. Each strategy matches the method by which
+// that client bridges the network delay. The room selects the driver by the mode of the newest input.
 #pragma once
 
 #include <array>
@@ -13,13 +13,13 @@
 
 namespace tandem::server {
 
-/// Newest input of a user, and the values in use.
+/// Newest input of a user, with the tick and the wrench of the handle in use.
 struct UserInput {
   proto::ClientUpdate newest;
-  Duration arrived{0};       ///< simulated time of the room when the newest input arrived
+  Duration arrived{0};       ///< simulated time of the room at which the newest input arrived
   Duration since_last{0};    ///< time since the previous arrival
   bool has_arrived = false;  ///< an input has arrived
-  bool has_gaps = false;     ///< the client leaves gaps (deadband), between which the handle is extrapolated
+  bool has_gaps = false;     ///< the client suppresses inputs (deadband); the handle is extrapolated between them
   Tick answered;             ///< tick of the handle in use
   Wrench on_hand_W;          ///< wrench displayed to the hand at that tick, if the client reports it
 
@@ -36,20 +36,20 @@ class ToolDriver {
  public:
   virtual ~ToolDriver() = default;
 
-  /// Returns whether the grab button acts when drive() returns it. The tool is then at the pose that its user felt.
-  /// Otherwise the button acts on arrival.
+  /// Returns whether buttons act only when drive() returns them, with the tool at the pose at which the user pressed
+  /// them. Otherwise buttons act when their input arrives.
   virtual bool delays_buttons() const noexcept { return false; }
-  /// Accepts an input of the driver's mode that arrived in the step at `now`; its handle may be invalid.
+  /// Accepts an input for the mode of this driver that arrived in the step at `now`. Its handle may be invalid.
   virtual void receive(const UserInput& input, Duration now) noexcept = 0;
   /// Sets the tool's handle and `answered` (the tick of that handle) for the step at `now`.
   /// In      input  has a valid handle
-  /// Out     buttons that act now; nothing from a driver that does not delay buttons
+  /// Out     buttons that act in this step; nothing from a driver that does not delay buttons
   virtual std::optional<std::uint32_t> drive(UserInput& input, Duration now) noexcept = 0;
-  /// Called after the world's step if the newest input has a handle.
+  /// Called after the world's step, provided that the newest input has a handle.
   virtual void settle() noexcept {}
-  /// Adds to an update the values that a client of this mode needs.
+  /// Adds the values that only clients of this mode use to an update.
   virtual void describe(proto::OwnUpdate& /*update*/) const noexcept {}
-  /// Discards pending inputs, because there is no valid handle at present.
+  /// Discards queued inputs. Called when there is no valid handle.
   virtual void stop() noexcept {}
   /// Prepares for another mode or another user.
   virtual void reset() noexcept { stop(); }

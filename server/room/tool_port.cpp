@@ -9,8 +9,8 @@
 namespace tandem::server {
 namespace {
 
-/// Factor by which the reported force of the hand may exceed the coupling's limits. Prediction and damper may exceed
-/// them for a short time.
+/// Factor by which the reported hand force may exceed the force limits of the coupling, because prediction and damping
+/// exceed them for a short time. The factor is an assumption.
 constexpr double kOverLimit = 2.0;
 
 }  // namespace
@@ -79,8 +79,8 @@ void ToolPort::settle() noexcept {
   const physics::ToolState tool = state();
   const double net_into_world_j = tool.energy_into_world_j - tool.energy_from_world_j;
   passivity_.stepped(tool.tool.X, tool.pull_on_tool_W, net_into_world_j);
-  // The solver applies the brake at the velocities at the end of the step, so its energy is E = b (v² + (kBrakeLever_m
-  // ω)²) h with these velocities.
+  // The solver applies the brake of damping b at the velocities at the end of the step of length h. The dissipated
+  // energy is therefore E = b (v² + (kBrakeLever_m ω)²) h with these velocities.
   const double lever_speed_m_per_s = physics::kBrakeLever_m * tool.tool.V.w.norm();
   const double speed_squared = tool.tool.V.v.squaredNorm() + lever_speed_m_per_s * lever_speed_m_per_s;
   const double braked_j = brake_n_s_per_m_ * speed_squared * step_s_;

@@ -1,4 +1,4 @@
-// Port between a user and the world. The handle pulls the tool, and the energy that the tool puts into the world is
+// Port between a user and the world: the handle pulls the tool, and the energy that the tool gives to the world is
 // accounted for.
 #pragma once
 
@@ -16,22 +16,21 @@ namespace tandem::server {
 class ToolPort {
  public:
   /// In      world  must outlive the port
-  ///         is_limited  limits the energy that the tool puts into the world to the hand's input
+  ///         is_limited  limit the energy that the tool gives to the world to the input of the hand
   ///         (ToolPassivityController)
   ToolPort(physics::World& world, bool is_limited) : world_(world), is_limited_(is_limited) {}
 
   /// Activates a tool for a new user, so that it appears in the world.
-  /// In      bounds  largest coupling that the user's device supports, in the world
+  /// In      bounds  largest coupling that the user's device can render, in the scale of the world
   void open(std::size_t tool, const haptics::CouplingParameters& bounds) noexcept;
   /// Removes the tool when its user leaves.
   void close() noexcept;
   std::size_t tool() const noexcept { return tool_; }
   physics::ToolState state() const noexcept { return world_.tool(tool_); }
-  /// Returns whether the hand is to be extrapolated in a gap of its inputs. There are two cases. Another tool touches
-  /// the same object as this tool, or acts on the body that this tool holds, also through other bodies. Or the tool
-  /// holds a body that has no contact.
+  /// Returns whether the hand is to be extrapolated during a gap in its inputs. This holds in two cases: another tool
+  /// acts on the touched or held object, directly or through other bodies; or the tool holds a body without contacts.
   bool runs_on() const noexcept;
-  /// Returns the coupling in force for this tool, after the limits of the user's device.
+  /// Returns the coupling in force for this tool, limited by the bounds of the user's device.
   const haptics::CouplingParameters& coupling() const noexcept { return world_.coupling(tool_); }
 
   /// Sets the handle that pulls the tool until the next call.
@@ -40,15 +39,15 @@ class ToolPort {
   void clear_handle() noexcept;
 
   /// Reports the client's cumulative energies at the handle pose `X_WH`, `elapsed_s` after the previous report. The
-  /// credited input is limited to the work that the hand can do on that path against the coupling's force limits.
+  /// credited energy is at most the work that a hand can do on the path since then at the coupling's force limits.
   void report(const Pose& X_WH, double from_hand_j, double to_hand_j, double elapsed_s) noexcept;
-  /// Called before a step. Limits the energy of the pull to the input of the hand.
+  /// Call before a step. Sets the brake on the tool that limits the energy of the pull to the energy from the hand.
   TickFaults limit(double step_s) noexcept;
-  /// Called after a step. Measures the work of the tool.
+  /// Call after a step. Measures the work of the tool on the world in that step.
   void settle() noexcept;
   const haptics::ToolPassivityController& passivity() const noexcept { return passivity_; }
-  /// Returns the energy that the passivity controller has removed from the tool's motion, for all users of this port
-  /// together [J].
+  /// Returns the energy that the passivity controller has dissipated in the tool's motion [J], summed over all users of
+  /// this port.
   double braked_j() const noexcept { return braked_j_; }
 
  private:

@@ -13,7 +13,7 @@ inline wire::Role wire_role(UserRole role) noexcept {
   return role == UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
 }
 
-/// Fails   returns nothing if a user cannot request `role`
+/// Fails   returns nothing if `role` is not one that a user can request
 inline std::optional<UserRole> role_of(wire::Role role) noexcept {
   if (role == wire::ROLE_MANIPULATOR) return UserRole::kManipulator;
   if (role == wire::ROLE_OBSERVER) return UserRole::kObserver;

@@ -26,7 +26,7 @@ Array array_of(const std::string& text) {
   return array;
 }
 
-/// Rank of a role. A role includes the rights of all roles with a lower rank.
+/// Rank of a role. A role includes the rights of every role of lower rank.
 int rank_of(wire::Role role) {
   if (role == wire::ROLE_OPERATOR) return 2;
   return role == wire::ROLE_MANIPULATOR ? 1 : 0;
@@ -61,7 +61,7 @@ Admission::Admission(AdmissionSettings settings)
 }
 
 void Admission::resume(const wire::AdmissionState& state) {
-  // A run without --resume changes the generation, so that all earlier credentials are invalid.
+  // A run without --resume starts a new generation, which makes all earlier credentials invalid.
   if (state.generation() != ledger_->generation()) return;
   for (const wire::ResumeCredential& in : state.credentials()) {
     if (in.id().size() != sizeof(Id) || in.key().size() != sizeof(secure::PublicKey)) continue;
@@ -69,7 +69,7 @@ void Admission::resume(const wire::AdmissionState& state) {
     Credential& credential = credentials_[array_of<Id>(in.id())];
     credential.key = array_of<secure::PublicKey>(in.key());
     credential.granted = in.granted();
-    // If the user was connected when the server ended, the connection counts as lost at this start.
+    // A user who was still connected when the previous run ended counts as lost at the start of this run.
     credential.lost_before_ms = in.lost_ms() != 0 ? in.lost_ms() : settings_.unix_ms();
     if (in.tool() > 0) credential.tool = static_cast<std::uint8_t>(in.tool() - 1);
     credential.claims = in.claims();
@@ -125,7 +125,7 @@ void Admission::poll(LocalTime now) {
   if (read_clock_ && now - *read_clock_ < kReadClockEvery) return;
   read_clock_ = now;
   const std::uint64_t now_ms = time_.update(settings_.unix_ms(), now);
-  // The first note is delayed, because the clock may be wrong for a moment after the machine has started.
+  // The first note is delayed, because the wall clock may be wrong for a moment after the machine has started.
   if (!note_time_) note_time_ = now + kClockHold;
   // While a step of the clock is pending, the note is postponed.
   if (time_.follows_in(now)) note_time_ = now + kReadClockEvery;
@@ -215,8 +215,8 @@ Admission::Credentials::iterator Admission::find_beside(const Id& first) {
   return std::ranges::find_if(credentials_, [&first](const auto& entry) { return entry.second.beside == first; });
 }
 
-/// Admits a resume. An unknown credential and a wrong signature give the same answer, so an attacker cannot learn which
-/// credentials exist.
+/// Admits a user who resumes a session. An unknown credential and a wrong signature give the same answer, so an
+/// attacker cannot find out which credentials exist.
 std::optional<Refusal> Admission::admit_again(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
                                               Ticket& ticket) {
   const auto found = find_signed(join.resume(), exported);
@@ -273,7 +273,7 @@ std::optional<Admission::Id> Admission::note_joined(const Ticket& ticket, const 
     return ticket.id;
   }
   if (ticket.beside) {
-    // The new second device replaces an earlier one whose connection was lost.
+    // A new second device replaces an earlier second device whose connection was lost.
     const auto before = find_beside(*ticket.beside);
     if (before != credentials_.end()) erase(before);
   }

@@ -1,5 +1,5 @@
-// Admission of users, and their rights. A new user needs a token, which is valid once. A user who resumes a session
-// needs the private key whose public key was sent in the first join.
+// Admission of users, and their rights. A new user presents a token, which is valid for one join. A user who resumes a
+// session signs with a private key; its public key was part of the first join.
 //
 //   JoinRoom.token ──▶ signature ▶ audience ▶ times ▶ not used ──▶ role, room, name and force limit of the token
 //   JoinRoom.resume ─▶ credential valid ▶ signature over keying material of this TLS connection ──▶ rights of the first
@@ -7,10 +7,10 @@
 //   JoinRoom.beside ─▶ the same checks, for the second device of a connected user ──▶ rights of the token, in the room
 //                      of the first device
 //
-// A user gets a seat only after the use of the token is on disk (invitation_ledger.hpp). If the user gets no seat, the
-// token remains valid. The list of used tokens is preserved over every restart. Credentials are preserved only over a
-// restart with --resume (state(), AdmissionSettings::resumed). Times are those of unix_time.hpp: a wall clock that is
-// wrong for less than 10 s has no effect.
+// A user gets a seat only after the use of the token is on disk (invitation_ledger.hpp). A token whose user got no seat
+// remains valid. The list of used tokens survives every restart. Credentials survive only a restart with --resume
+// (state(), AdmissionSettings::resumed). Times follow unix_time.hpp, so a wall clock that is wrong for less than 10 s
+// has no effect.
 #pragma once
 
 #include <array>
@@ -36,7 +36,7 @@ struct AdmissionSettings {
   secure::KeyId audience{};                ///< id of this server's key
   std::vector<secure::PublicKey> issuers;  ///< keys whose tokens are accepted
   std::function<std::uint64_t()> unix_ms;  ///< wall clock: milliseconds since 1970, UTC
-  InvitationLedger* ledger = nullptr;      ///< must outlive the Admission; null: a ledger in memory, for trials
+  InvitationLedger* ledger = nullptr;      ///< used tokens, must outlive the Admission; null: in memory, for trials
   std::size_t max_credentials = 1024;
   wire::AdmissionState resumed{};  ///< state of the previous run; if empty, all earlier credentials are invalid
 };
@@ -51,16 +51,16 @@ struct Refusal {
 class Admission {
  public:
   using Id = std::array<std::byte, 16>;
-  /// Join that has been admitted but has no seat yet.
+  /// A join that has been admitted but has no seat yet.
   struct Ticket {
     bool is_resumed = false;
-    Id id{};  ///< id of the token, or of the credential for a resume
+    Id id{};  ///< id of the token; when a session is resumed, id of the credential
     std::uint64_t expires_ms = 0;
     secure::PublicKey resume_key{};
     bool has_resume_key = false;
-    std::optional<std::uint8_t> tool{};  ///< for a resume in the same room, the previous tool of the user
-    wire::TokenClaims claims;            ///< claims of the new user's token, or of the first device's token
-    std::optional<Id> beside{};          ///< for a second device, the credential of the first
+    std::optional<std::uint8_t> tool{};  ///< previous tool of a user who resumes in the same room
+    wire::TokenClaims claims;            ///< claims of a new user's token, or of the first device's token
+    std::optional<Id> beside{};          ///< credential of the first device, if this is a second device
     bool uses_token() const { return !is_resumed && !beside; }
   };
 
@@ -70,38 +70,38 @@ class Admission {
   ///
   /// In      exported  keying material that this TLS connection exports with the label kResumeExport; without it, a
   ///                   resume or a second device is refused
-  /// Out     the reason for a refusal; none if the join is admitted
+  /// Out     reason for a refusal; none if the join is admitted
   std::optional<Refusal> admit(wire::JoinRoom& join, const std::optional<secure::Exported>& exported, LocalTime now,
                                Ticket& ticket);
-  // If the ticket uses_token(), a seat may be assigned only when use_of() is kWritten.
+  // If the ticket uses_token(), assign a seat only after use_of() has returned kWritten.
   /// Begins to write the use of the token to disk.
   void use(const Ticket& ticket) { ledger_->use(ticket.id, ticket.expires_ms); }
-  /// State of the use of the token. After use(), kNone means that the write failed.
+  /// Returns the state of the use of the token. kNone after use() means that the write failed.
   InvitationLedger::Use use_of(const Ticket& ticket) const { return ledger_->use_of(ticket.id); }
-  /// Refusal to be sent if the use of a token could not be written.
+  /// Returns the refusal for a user whose token could not be marked as used on disk.
   Refusal unwritten() const;
   /// Makes the token valid again, because its holder got no seat.
   void release(const Ticket& ticket) { ledger_->release(ticket.id); }
 
-  /// Records that the holder of the ticket has a seat and may later resume with the rights of `granted`. The holder
-  /// then gets `tool` again if it is free.
+  /// Records that the holder of the ticket has a seat and may later resume with the rights of `granted`. On a resume
+  /// the user gets `tool` again if it is free.
   /// Out     the credential; none if the ticket has no resume key, if max_credentials are stored, or if the resumed
   ///         credential has expired
   std::optional<Id> note_joined(const Ticket& ticket, const wire::JoinRoom& granted, std::optional<std::uint8_t> tool,
                                 LocalTime now);
   /// Records the loss of a connection, whose session may be resumed within kResumeWithin.
   void note_lost(const Id& credential, LocalTime now);
-  /// Credential of the user's first device, which may be `credential` itself.
+  /// Returns the credential of the user's first device, which may be `credential` itself.
   Id first_of(const Id& credential) const;
-  /// Revokes a credential, and that of the user's second device if there is one. The revocation is preserved over
+  /// Revokes a credential, and the credential of the user's second device if there is one. The revocation survives
   /// restarts once it is on disk.
   /// Out     credential of the second device; none if there is no second device
   std::optional<Id> revoke(const Id& credential);
-  /// Reads the wall clock and collects the results of disk writes. It may be called often, because it is cheap.
+  /// Reads the wall clock and collects the results of disk writes. Cheap enough for every cycle of the io thread.
   void poll(LocalTime now);
-  /// State to be saved for the next start.
+  /// Returns the state to save for the next start.
   wire::AdmissionState state(LocalTime now) const;
-  /// Number of changes of state() so far, for comparison with an earlier value.
+  /// Returns the number of changes of state() so far. A caller compares it with an earlier value.
   std::uint64_t changes() const { return changes_; }
 
  private:
@@ -122,7 +122,8 @@ class Admission {
                                      Ticket& ticket);
   std::optional<Refusal> admit_beside(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
                                       Ticket& ticket);
-  /// Finds the credential that `by` names. Returns end() if it does not exist or if its key did not make the signature.
+  /// Finds the credential that `by` names. Returns end() if there is none, or if the signature was not made with its
+  /// key.
   Credentials::iterator find_signed(const wire::Resume& by, const std::optional<secure::Exported>& exported);
   Credentials::iterator find_beside(const Id& first);
   std::optional<Refusal> check_times(const wire::TokenClaims& claims, LocalTime now) const;

@@ -15,7 +15,7 @@ namespace tandem::server {
 namespace {
 
 constexpr Duration kMinRetryAfter = std::chrono::milliseconds(500), kMaxRetryAfter = std::chrono::seconds(8);
-/// Maximum size of the file. A full list (kMaxUsedTokens and kMaxRevoked) takes 2 MB.
+/// Maximum size of the file that is read. A full list (kMaxUsedTokens and kMaxRevoked) takes 2 MB.
 constexpr std::uintmax_t kMaxLedgerBytes = 16U << 20U;
 constexpr unsigned kLedgerMode = 0600;
 
@@ -121,7 +121,7 @@ int InvitationFile::write(std::span<const InvitationChange> changes, LocalTime n
   const std::error_code error = replace();
   const bool was_failing = std::exchange(is_failing_, static_cast<bool>(error));
   if (error) {
-    // The joins with these tokens are refused, so the tokens become unused again.
+    // The joins with these tokens are refused, so the tokens count as unused again.
     for (const InvitationChange& change : changes) {
       if (change.kind == InvitationChange::Kind::kUse)
         apply({.kind = InvitationChange::Kind::kRelease, .id = change.id});

@@ -1,5 +1,5 @@
-// File with the used invitations: reading it at the start, and writing changes by a writer thread. The file contains a
-// SHA-256 of the list and the list (checkpoint.proto).
+// File with the used invitations. It is read at the start of a server, and a writer thread writes the changes. The file
+// consists of a SHA-256 of the list and the list (checkpoint.proto).
 #pragma once
 
 #include <array>
@@ -17,8 +17,8 @@
 
 namespace tandem::server {
 
-/// Maximum number of revoked credentials in the list. If it is exceeded, the oldest is deleted. For comparison: a
-/// checkpoint contains at most 1024 credentials.
+/// Maximum number of revoked credentials in the list; beyond it the oldest is deleted. A checkpoint contains at most
+/// 1024 credentials, so a deleted credential cannot be in it any more.
 inline constexpr int kMaxRevoked = 4096;
 
 /// Id of an invitation or of a credential.
@@ -32,15 +32,15 @@ struct InvitationChange {
   enum class Kind : std::uint8_t { kUse, kRelease, kRevoke, kForget, kTime };
   Kind kind = Kind::kUse;
   InvitationId id{};
-  /// Its meaning depends on the kind. kUse: expiry of the token. kForget: latest expiry among the deleted tokens.
-  /// kTime: current time. Others: unused.
+  /// kUse: time at which the token expires. kForget: latest expiry among the deleted tokens. kTime: current time. Other
+  /// kinds: unused.
   std::uint64_t unix_ms = 0;
   std::uint64_t number = 0;
 };
 
-/// The list as it is on disk, or will be after the next write.
+/// The list of used invitations in the state on disk, or in the state after the next write.
 ///
-/// Thread  one at a time: io until the writer thread starts and after it has ended, otherwise the writer thread
+/// Thread  the writer thread while it runs; before and after that the io thread
 class InvitationFile {
  public:
   /// Replaces a file. The new contents are on disk when the call returns.
@@ -65,8 +65,8 @@ class InvitationFile {
   /// In      keeps_credentials  if false, a new generation begins, and no credential is revoked
   /// Fails   std::invalid_argument if the file cannot be written
   void begin(bool keeps_credentials, std::uint64_t now_ms);
-  /// Makes the changes and writes the file. If the write fails, the uses among the changes are removed again. Without
-  /// changes, the file is written only to retry a failed write, with a back-off of 0.5 s to 8 s.
+  /// Applies the changes and writes the file. If the write fails, the kUse changes are reverted. Without changes, the
+  /// file is written only to retry a failed write, with a back-off of 0.5 s to 8 s.
   /// Out     errno of the write; 0 if it succeeded or was not necessary
   int write(std::span<const InvitationChange> changes, LocalTime now);
 

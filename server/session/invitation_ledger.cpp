@@ -9,7 +9,7 @@
 namespace tandem::server {
 namespace {
 
-/// Period of the writer thread. A join waits at most this long in addition to the time of the disk write.
+/// Period of the writer thread. It delays a join by at most this time, in addition to the disk write.
 constexpr Duration kWriterPeriod = std::chrono::milliseconds(5);
 
 }  // namespace
@@ -50,7 +50,7 @@ void InvitationLedger::finish() {
   poll();
   thread_->stop();
   thread_.reset();
-  // Writes the changes that did not fit into the ring.
+  // Changes that did not fit into the ring are written now.
   for (poll(); posted_ > settled_; poll()) work(SteadyClock().now());
 }
 
@@ -66,7 +66,8 @@ InvitationLedger::Use InvitationLedger::use_of(const Id& token) const {
   return found->second.number > settled_ ? Use::kBeingWritten : Use::kWritten;
 }
 
-/// If the list is full, deletes the expired entries. The list is searched only if an entry may have expired.
+/// Returns whether a use can be added. Deletes expired entries of a full list, but searches it only if one may have
+/// expired.
 bool InvitationLedger::has_room(std::uint64_t now_ms) {
   if (used_.size() < max_used_) return true;
   if (now_ms < none_expires_before_ms_) return false;
@@ -115,7 +116,7 @@ void InvitationLedger::post(Change change) {
 void InvitationLedger::poll() {
   Outcome outcome;
   while (outcomes_.pop(outcome)) settle(outcome);
-  // The number of changes without a result is limited to the capacity of `outcomes_`, so a result always fits into it.
+  // At most as many changes are in flight as `outcomes_` can store, so that a result always fits into it.
   while (!waiting_.empty() && sent_ - settled_ < kInFlight && changes_.push(waiting_.front())) {
     const Change& change = waiting_.front();
     sent_ = change.number;

@@ -1,18 +1,19 @@
-// List of used invitations, stored in a file beside the keys. The file is read at every start, with and without
-// --resume. Its ids are kept regardless of the clock, so a used invitation never admits a second user.
+// List of used invitations, stored in a file beside the keys and read at every start, with and without --resume. Ids
+// are kept regardless of the clock, so a used invitation never admits a second user.
 //
 //   io thread   use(), release(), revoke() ──ring──▶ writer thread: changes the list, replaces and flushes the file
 //               poll()                     ◀──ring── number of the last change that is on disk, or the error
 //
-// A join is processed in this order:
-//   1. use() adds the id to the list, so no other connection can use the invitation. The client waits (SessionHub).
+// A join has three steps:
+//   1. use() adds the id to the list, so no other connection can use the invitation. SessionHub holds the join
+//   meanwhile.
 //   2. The writer thread writes the file with the id to disk.
 //   3. The client gets a seat and is notified. If it gets no seat, release() removes the id.
-// If the server is killed before step 2, the invitation remains unused. If it is killed between steps 2 and 3, the
-// invitation is used, although no user was admitted. While the file cannot be written, no user is admitted.
+// If the server is killed before step 2 is complete, the invitation remains unused. If it is killed between steps 2
+// and 3, the invitation is used although no user was admitted. While the file cannot be written, no user is admitted.
 //
-// Ids are deleted only when the list is full, and only if their tokens have expired. From then on, all tokens that do
-// not expire later than the deleted ones are refused. Setting the clock back therefore makes none of them valid again.
+// Ids are deleted only from a full list, and only after their tokens have expired. From then on, every token is refused
+// that expires no later than a deleted one. A clock that is set back therefore makes no deleted token valid again.
 #pragma once
 
 #include <cstddef>
@@ -31,8 +32,8 @@
 
 namespace tandem::server {
 
-/// Maximum number of used tokens in the list. For comparison: 64 users who each need a new invitation every hour use
-/// 46,080 tokens in 30 days, the longest validity. A full list takes 7 MB of memory, in two copies, and 2 MB on disk.
+/// Maximum number of used tokens in the list. 64 users who each use a new invitation every hour use 46,080 tokens in 30
+/// days, the longest validity. A full list takes 7 MB of memory, in two copies, and 2 MB on disk.
 inline constexpr std::size_t kMaxUsedTokens = 65'536;
 /// Thread  io for all functions except work()
 class InvitationLedger {
@@ -58,16 +59,17 @@ class InvitationLedger {
   void begin(bool keeps_credentials, std::uint64_t now_ms);
   /// Starts the writer thread. Without it, the caller must call work().
   void start();
-  /// Writes the pending changes and ends the thread. It is idempotent.
+  /// Writes the pending changes and ends the thread. Repeated calls have no effect.
   void finish();
 
-  /// Last time that a previous run noted with note_time(), which it does every 10 minutes [ms since 1970].
+  /// Returns the last time that a previous run noted with note_time() [ms since 1970]. A running server notes it every
+  /// 10 minutes.
   std::uint64_t time_ms() const { return time_ms_; }
   /// Tokens issued before this time are refused [ms since 1970].
   std::uint64_t issued_from_ms() const { return issued_from_ms_; }
   /// Tokens that expire at this time or earlier are refused [ms since 1970].
   std::uint64_t forgotten_to_ms() const { return forgotten_to_ms_; }
-  /// Random id shared by all valid credentials; empty if the list is kept in memory only.
+  /// Returns the random id that all valid credentials share; empty if the list is kept in memory only.
   const std::string& generation() const { return generation_; }
   /// Returns whether a previous run revoked the credential. Call it before start().
   bool is_revoked(const Id& credential) const;
@@ -76,16 +78,16 @@ class InvitationLedger {
   /// Returns whether a use can be added. If the list is full, deletes the tokens that have expired at `now_ms` first.
   bool has_room(std::uint64_t now_ms);
   std::size_t max_used() const { return max_used_; }
-  /// Marks a token as used. Its state must be kNone. If the write fails, it becomes kNone again, and problem() returns
-  /// the reason.
+  /// Marks a token as used; its state must be kNone. If the write fails, the state becomes kNone again, and problem()
+  /// returns the reason.
   void use(const Id& token, std::uint64_t expires_ms);
   /// Removes the use of a token, because its holder got no seat.
   void release(const Id& token);
-  /// Revokes a credential that a checkpoint may still contain.
+  /// Revokes a credential, which a checkpoint may still contain.
   void revoke(const Id& credential);
-  /// Writes the time to the file. If the clock is behind it at the next start, the clock was set back.
+  /// Writes the time to the file. A clock that is earlier than this at the next start was set back.
   void note_time(std::uint64_t now_ms);
-  /// Collects the results of the writer thread, and passes changes to it. It never blocks.
+  /// Collects the results of the writer thread, and passes changes to the writer. Never blocks.
   void poll();
   /// Error of the last write; empty if it succeeded.
   std::string problem() const;
@@ -103,25 +105,26 @@ class InvitationLedger {
   };
   struct UsedToken {
     std::uint64_t expires_ms = 0;
-    std::uint64_t number = 0;  ///< number of the kUse change; 0 if it needs no write, such as one from a previous run
+    std::uint64_t number = 0;  ///< number of the kUse change; 0 if nothing must be written (from a previous run)
   };
 
   void post(Change change);
   void settle(const Outcome& outcome);
 
-  std::optional<InvitationFile> file_;  ///< none: the list is kept in memory only. The writer thread uses it
+  /// Accessed by the writer thread while it runs. None: the list is kept in memory only.
+  std::optional<InvitationFile> file_;
   std::size_t max_used_;
   std::uint64_t time_ms_ = 0, issued_from_ms_ = 0, forgotten_to_ms_ = 0;
   std::string generation_;
-  // Used by the io thread only.
+  // Members for the io thread only.
   std::map<Id, UsedToken> used_;
   std::deque<Change> waiting_{};        ///< changes that do not fit into the ring yet
   std::deque<Change> being_written_{};  ///< kUse changes passed to the writer, without a result yet
-  /// Number of the last change that was made, passed to the writer, and completed by it, respectively.
+  /// Number of the last change that io has made, that io has passed to the writer, and that the writer has completed.
   std::uint64_t posted_ = 0, sent_ = 0, settled_ = 0;
   std::uint64_t none_expires_before_ms_ = 0;
   int error_ = 0;
-  // Shared by both threads.
+  // Members for both threads.
   static constexpr std::size_t kInFlight = 256;
   realtime::Ring<Change> changes_{kInFlight};
   realtime::Ring<Outcome> outcomes_{kInFlight};

@@ -45,7 +45,7 @@ void fill_notes(const std::vector<std::string>& notes, wire::Joined& joined) {
   }
 }
 
-/// Sets the fields that are equal for all new users.
+/// Sets the fields that are the same for every new user.
 void fill(const LoadedScene& scene, wire::Joined& joined) {
   *joined.mutable_scene() = scene.description;
   for (const Asset& asset : scene.assets) fill(asset, *joined.add_assets());
@@ -104,7 +104,8 @@ wire::ServerControl joined_answer(std::uint32_t request, const RoomSeats& seats,
 }
 
 std::size_t joined_answer_bound(const LoadedScene& scene) {
-  // Bytes for the fields that depend on the user, and for coefficients that are absent in the description; rounded up.
+  // Allowance for the fields that depend on the user, and for coefficients that the description omits [bytes], rounded
+  // up.
   constexpr std::size_t kBesides = 256;
   wire::Joined joined;
   fill(scene, joined);

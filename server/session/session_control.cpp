@@ -23,7 +23,7 @@ void SessionHub::Impl::receive_control(Connection& connection, std::span<const s
   serve(connection);
 }
 
-/// Handles waiting messages of a connection, as far as the budgets allow. The others stay in the reader.
+/// Handles received messages of a connection, as far as the budgets allow. The remaining messages stay in the reader.
 void SessionHub::Impl::serve(Connection& connection) {
   wire::ClientControl message;
   while (connection.state != ConnectionState::kClosed && !connection.held_join && connection.reader.has_next() &&
@@ -43,7 +43,7 @@ void SessionHub::Impl::serve(Connection& connection) {
   }
 }
 
-/// Handles waiting messages of all connections in cyclic order, beginning after the last handled connection.
+/// Handles received messages of all connections, in cyclic order that begins after the connection handled last.
 void SessionHub::Impl::serve_waiting() {
   const auto serve_range = [this](auto from, auto to) {
     for (; from != to && turn.has_some(called_at); ++from) {
@@ -57,23 +57,23 @@ void SessionHub::Impl::serve_waiting() {
   serve_range(connections.begin(), next);
 }
 
-/// Returns whether the budgets allow another message of the connection. The budget of the address applies only before
-/// the user has joined, so that others at the same address do not delay a joined user.
+/// Returns whether the budgets allow another message of the connection. The budget of the address applies only until
+/// the user has joined, so that other connections from the same address do not delay a joined user.
 bool SessionHub::Impl::has_turn(const Connection& connection) const {
   if (!turn.has_some(called_at) || !connection.turn.has_some(called_at)) return false;
   return !connection.is_half_open() || connection.address->control.has_some(called_at);
 }
 
-/// Charges a message to the token buckets. Returns false if the connection exceeds its rate. It must then be closed,
-/// because it would delay the states of all users.
+/// Consumes tokens for a message. Returns false if the connection exceeds its rate. The caller must then close the
+/// connection, because its load would delay the states of all users.
 bool SessionHub::Impl::can_afford(Connection& connection, const wire::ClientControl& message) {
   const bool has_own_pace = message.has_state_datagram() || message.has_get_asset();
   const double price = has_own_pace ? kOwnPace : 1.0;
   const double work = message.has_get_asset() || message.has_join() ? kBigAnswer : 1.0;
   turn.consume(work, called_at);
   connection.turn.consume(work, called_at);
-  // The address is not charged for messages that a joined user's client sends automatically, so that they do not delay
-  // newcomers from the same address.
+  // Messages that a joined user's client sends automatically consume no tokens of the address. Otherwise they would
+  // delay new users from the same address.
   if (connection.is_half_open() || !has_own_pace) {
     connection.address->control.consume(message.has_join() ? kJoinPrice : price, called_at);
   }

@@ -11,7 +11,7 @@
 namespace tandem::server {
 namespace {
 
-using Connections = std::map<ConnectionHandle, std::unique_ptr<Connection>>;  // in the order of connecting
+using Connections = std::map<ConnectionHandle, std::unique_ptr<Connection>>;  // ordered by the time of connecting
 
 std::size_t half_open_of(const AddressUse& address, const Connections& connections) {
   return static_cast<std::size_t>(std::ranges::count_if(connections, [&address](const auto& entry) {
@@ -27,8 +27,8 @@ Connection* oldest_half_open(const AddressUse& address, const Connection& newcom
   return nullptr;
 }
 
-/// Returns the address with the most connections that have not joined, not counting the newcomer. If several addresses
-/// have equally many, returns the one with the oldest of these connections.
+/// Returns the address with the most connections that have not joined, without counting the newcomer. Among equals,
+/// returns the address with the oldest of these connections.
 AddressUse& most_half_open(const Connection& newcomer, const Connections& connections) {
   AddressUse* most = newcomer.address;
   std::size_t count = 0;
@@ -84,8 +84,8 @@ SessionHub::Impl::Impl(SessionHub& hub, HubSettings hub_settings, const std::vec
   }
 }
 
-/// If there are too many connections, closes the oldest one that has not joined, of the address with the most of them.
-/// Connections of joined users are never closed. If all others have joined, the newcomer is refused.
+/// At the limit of connections, closes the oldest connection that has not joined, from the address with the most of
+/// them. Connections of joined users are never closed. If all others have joined, the newcomer is refused.
 void SessionHub::Impl::make_room(Connection& newcomer) {
   const bool is_full = connections.size() > settings.max_connections;
   if (!is_full && half_open_of(*newcomer.address, connections) <= kMaxHalfOpen) return;
@@ -195,8 +195,8 @@ void SessionHub::Impl::announce(SessionUser& user, std::size_t key, std::functio
   static_cast<Connection&>(user).news[key] = std::move(make);
 }
 
-/// Sends the queued notifications, unless the user reads slowly. Changes made meanwhile by others are merged, so they
-/// do not accumulate in the queue of that user.
+/// Sends the queued notifications, unless the user reads slowly. In the queue, notifications with the same key replace
+/// each other, so they do not accumulate.
 void SessionHub::Impl::send_news(SessionUser& user) {
   auto& connection = static_cast<Connection&>(user);
   const bool has_news = !connection.presence.empty() || !connection.news.empty();
@@ -237,14 +237,15 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
     log("closed", connection.label() + " closed: " + text);
     return;
   }
-  // The log limits the lines of each kind. Short stays have a separate kind, so that they do not suppress other lines.
+  // A short stay is logged under a separate kind, because the log limits the lines of each kind.
   const std::string_view kind = called_at - connection.joined < kShortStay ? "left soon" : "left";
   log(kind, connection.label() + " left room " + connection.room().name() + ": " + text + "; " +
                 std::to_string(connection.stream->taken()) + " inputs taken");
   if (connection.credential && (reason == wire::DISCONNECT_LEFT || reason == wire::DISCONNECT_KICKED)) {
     end_other_device(*connection.credential, reason);
   } else if (connection.credential) {
-    // This includes an old connection of a resumed user, whose new connection has no seat yet and may be refused.
+    // The connection may be the old connection of a user who resumes. The new connection may still be refused, so the
+    // loss is noted.
     admission->note_lost(*connection.credential, called_at);
   }
   connection.seats->leave(connection.seat);
@@ -259,7 +260,7 @@ void SessionHub::Impl::sweep() {
     if (is_closed) --entry.second->address->connections;
     return is_closed;
   });
-  // An address is stored until its token bucket is full again, so a client gets no new budget by reconnecting.
+  // An address is stored until its token bucket is full again, so that reconnecting does not refill the bucket.
   if (erased == 0 && addresses.size() <= connections.size()) return;
   std::erase_if(addresses, [this](auto& entry) {
     return entry.second.connections == 0 && entry.second.control.is_full(called_at);

@@ -1,6 +1,6 @@
-// The server side of all connections, without sockets. Its functions receive the incoming bytes and the time; outgoing
-// bytes are passed to ServerTransport. The live server calls it from Asio (server/net), the lab from simulated links.
-// proto/STATES.md defines the states of a connection.
+// The server side of all connections, without sockets. It receives the incoming bytes and the time as arguments, and
+// passes outgoing bytes to ServerTransport. The live server calls it from Asio (server/net), the lab from simulated
+// links. proto/STATES.md defines the states of a connection.
 #pragma once
 
 #include <array>
@@ -28,27 +28,28 @@ class PoseKeeper;
 /// Handle of a TCP connection, chosen by the transport. It is not 0, and it is not reused while the connection is open.
 using ConnectionHandle = std::uint64_t;
 
-/// Interface through which the hub sends. Unless stated otherwise, it is called on the io thread, within a call of the
-/// hub.
+/// Interface through which the hub sends. The hub calls it on the io thread, within one of its own functions, unless
+/// stated otherwise.
 class ServerTransport {
  public:
   virtual ~ServerTransport() = default;
   /// Queues control bytes. All of them are sent, in order.
   virtual void send_control(ConnectionHandle connection, std::span<const std::byte> bytes) = 0;
   /// Sends one state datagram to the source address of the connection's last accepted datagram. If it cannot be sent
-  /// now, returns false and discards it, because a newer state follows. The caller counts it.
+  /// now, it is discarded, because a newer state follows, and false is returned. The caller counts the loss.
   /// Thread  io; while the io thread sends updates, also the thread in SessionHub::help(), for another connection
   virtual bool send_datagram(ConnectionHandle connection, std::span<const std::byte> datagram) = 0;
-  /// Number of queued control bytes that the connection has not accepted yet. The hub sends state over TCP only if it
-  /// is 0, so that no outdated state waits. It closes a connection with more than kMaxQueuedControlBytes.
+  /// Returns the number of queued control bytes that the connection has not accepted yet. The hub sends state over TCP
+  /// only if it is 0, so that no outdated state is queued. It closes a connection with more than
+  /// kMaxQueuedControlBytes.
   virtual std::size_t queued_control_bytes(ConnectionHandle connection) const = 0;
   /// Keying material exported from the TLS connection (RFC 8446 §7.5); none if the connection is not encrypted.
   virtual std::optional<secure::Exported> exported(ConnectionHandle, std::string_view /*label*/,
                                                    std::span<const std::byte> /*context*/) {
     return std::nullopt;
   }
-  /// Closes the connection after the queued bytes have been sent. The hub has already removed it, and ignores later
-  /// calls with this handle.
+  /// Closes the connection after the queued bytes have been sent. The hub has removed the connection already, and
+  /// ignores later calls with this handle.
   virtual void close(ConnectionHandle connection) = 0;
 };
 
@@ -62,12 +63,12 @@ struct HubSettings {
   Duration join_timeout{std::chrono::seconds(5)};             ///< maximum time from connecting to a completed join
   std::size_t max_connections = 64;
   std::uint16_t datagram_port = 0;
-  /// Generator of connection ids, which must not be predictable. The live server uses a cryptographic generator
-  /// (LiveServer), trials use a seeded one.
+  /// Generator of connection ids, which must be unpredictable. LiveServer uses a cryptographic generator, trials use a
+  /// seeded one.
   std::function<std::uint64_t()> connection_ids{};
   /// Settings for admission; none if everybody may join (--insecure, trials).
   std::optional<AdmissionSettings> admission{};
-  /// Service that saves poses. It belongs to ServerRooms and must outlive the hub. Null: no poses are saved.
+  /// Service that saves poses; owned by ServerRooms, must outlive the hub. Null: no poses are saved.
   PoseKeeper* poses = nullptr;
 };
 
@@ -83,8 +84,8 @@ struct HubCounters : proto::ChannelCounters {
   /// Refused connections and joins, by wire::ErrorCode.
   std::array<std::uint64_t, wire::ErrorCode_ARRAYSIZE> refusals{};
   std::array<std::uint64_t, wire::DisconnectReason_ARRAYSIZE> ends{};  ///< ended connections, by wire::DisconnectReason
-  /// Round-trip times, one for each accepted input, measured with the server's clock. A client can falsify them,
-  /// because the time for which it held the state is subtracted as reported.
+  /// Round-trip times by the server's clock, one for each accepted input. A client can falsify them, because the
+  /// reported time for which it held the state is subtracted.
   Histogram round_trip;
 };
 
@@ -124,7 +125,8 @@ class SessionHub {
   /// Refuses the unanswered requests, then ends all connections (DISCONNECT_SERVER_STOPPING).
   void stop(LocalTime now);
 
-  /// Returns whether messages of the connection wait for a later call of poll(). Meanwhile, do not read from it.
+  /// Returns whether received messages of the connection wait for a later poll(). If so, the transport must not read
+  /// from it.
   bool is_behind(ConnectionHandle connection) const;
   ConnectionState state_of(ConnectionHandle connection) const;
   std::size_t connection_count() const;

@@ -45,7 +45,7 @@ struct Connection final : SessionUser {
 
   // kJoining
   Admission::Ticket ticket;  ///< ticket of the last admitted join
-  /// Join that waits until the use of its token is on disk. Later messages of the connection wait too.
+  /// Join that is held until the use of its token is on disk. Later messages of the connection are held as well.
   std::optional<wire::ClientControl> held_join;
 
   // kActive
@@ -55,17 +55,17 @@ struct Connection final : SessionUser {
   std::optional<StateStream> stream;
   net::TokenBucket updates{kUpdateRate};
   std::optional<Admission::Id> credential;  ///< credential with which the user can resume
-  // Notifications not sent to the user yet.
+  // Notifications that have not been sent to the user yet.
   std::vector<wire::ServerControl> presence;                         ///< joins and leaves of other users, in order
-  std::map<std::size_t, std::function<wire::ServerControl()>> news;  ///< others, by key; see ServiceHost::announce()
+  std::map<std::size_t, std::function<wire::ServerControl()>> news;  ///< other notifications; see announce()
 
   std::string label() const { return seats == nullptr ? "connection " + std::to_string(handle) : SessionUser::label(); }
   bool is_half_open() const { return state == ConnectionState::kGreeting || state == ConnectionState::kJoining; }
   bool is_in(const Room& of) const { return state == ConnectionState::kActive && &room() == &of; }
 };
 
-// A connection that ends is only marked kClosed. sweep() erases it at the end of the outermost call, so that a loop
-// over the connections may end any of them.
+// A connection that ends is only marked kClosed, and sweep() erases it at the end of the outermost call of the hub. A
+// loop over the connections may therefore end any of them.
 struct SessionHub::Impl final : ServiceHost {
   Impl(SessionHub& owner, HubSettings hub_settings, const std::vector<Room*>& hub_rooms,
        ServerTransport& hub_transport);
@@ -114,7 +114,7 @@ struct SessionHub::Impl final : ServiceHost {
   void collect(Connection& connection);
   bool deliver_state(Connection& connection, std::span<const std::byte> datagram);
 
-  // Interface for services. Each SessionUser is a Connection.
+  // Interface for services. Each SessionUser is a Connection, so the casts are safe.
   LocalTime now() const override { return called_at; }
   const std::vector<std::unique_ptr<RoomSeats>>& rooms() const override { return room_seats; }
   std::vector<SessionUser*> users_of(const Room& room) const override;
@@ -135,7 +135,7 @@ struct SessionHub::Impl final : ServiceHost {
   std::vector<std::unique_ptr<RoomSeats>> room_seats;
   std::vector<std::unique_ptr<SessionService>> services;  ///< in the order in which they notify users
   std::map<SessionService::Case, SessionService*> handlers;
-  std::deque<SharedTurns> updates;     ///< parallel loop over the UDP users of a room, for each room
+  std::deque<SharedTurns> updates;     ///< one parallel loop per room, over its UDP users
   std::vector<Connection*> updated{};  ///< UDP users of the room whose update is being sent
   std::map<ConnectionHandle, std::unique_ptr<Connection>> connections;
   std::unordered_map<ConnectionId, Connection*> active;

@@ -17,7 +17,7 @@ const proto::CouplingField* find_bad_bound(const wire::Coupling& bounds) {
   return nullptr;
 }
 
-/// Finds a room by name. An empty name stands for the only room. Returns null if there is no such room.
+/// Finds a room by name; null if there is none. An empty name means the only room of the server.
 RoomSeats* find_room(const std::vector<std::unique_ptr<RoomSeats>>& rooms, const std::string& name) {
   if (name.empty() && rooms.size() == 1) return rooms.front().get();
   for (const auto& seats : rooms) {
@@ -49,7 +49,7 @@ bool SessionHub::Impl::admit_user(Connection& connection, std::uint32_t request,
     return false;
   }
   if (!connection.ticket.is_resumed) return true;
-  // If the loss of the user's old connection has not been detected yet, the old connection is ended now.
+  // The loss of the user's old connection may not have been detected yet. The old connection is then ended here.
   for (const auto& [handle, other] : connections) {
     if (other->credential != connection.ticket.id || other->state != ConnectionState::kActive) continue;
     end(*other, wire::DISCONNECT_RESUMED, "the user rejoined on another connection");
@@ -94,15 +94,16 @@ void SessionHub::Impl::join_as_granted(Connection& connection, const wire::Clien
   }
 }
 
-/// Holds a join until the use of its token is on disk, without blocking the io thread. If a seat were assigned before,
-/// a kill of the server in between would leave the token valid.
+/// Holds a join until the use of its token is on disk, without blocking the io thread. If the user got the seat before,
+/// a kill of the server in between would leave the token valid for a second user.
 void SessionHub::Impl::hold(Connection& connection, const wire::ClientControl& message) {
   connection.held_join = message;
   admission->use(connection.ticket);
   settle(connection);
 }
 
-/// Continues a held join after the write. Checks all conditions again, because others may have taken the last seat.
+/// Continues a held join after the write. All conditions are checked again, because another user may have taken the
+/// last seat.
 void SessionHub::Impl::settle(Connection& connection) {
   const InvitationLedger::Use use = admission->use_of(connection.ticket);
   if (use == InvitationLedger::Use::kBeingWritten) return;
@@ -118,7 +119,7 @@ void SessionHub::Impl::settle(Connection& connection) {
 void SessionHub::Impl::assign_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats) {
   const wire::JoinRoom& wanted = message.join();
   auto secret = transport.exported(connection.handle, secure::kDatagramExport, proto::seal_context(connection.id));
-  // If tokens are required, no datagram may be sent without a seal.
+  // If tokens are required, every datagram must be sealed.
   if (admission && !secret) return end(connection, wire::DISCONNECT_PROTOCOL_ERROR, "no keys for datagrams");
   const UserRole role = *role_of(wanted.role());
   std::vector<std::string> taken;
@@ -174,8 +175,8 @@ void SessionHub::Impl::introduce(Connection& newcomer, const wire::JoinRoom& gra
   announce_presence(newcomer, user_joined(newcomer.seat, newcomer.name));
 }
 
-/// Notifies the other users of a join or leave. If a user leaves before another user has been notified of the join,
-/// that user gets neither message.
+/// Notifies the other users of a join or a leave. If the notification of the join is still unsent when the user leaves,
+/// it is deleted, and the leave is not reported either.
 void SessionHub::Impl::announce_presence(const Connection& requester, const wire::ServerControl& message) {
   const auto is_join = [&requester](const wire::ServerControl& unsent) {
     return unsent.has_user_joined() && unsent.user_joined().user() == requester.seat.user.value;
@@ -187,7 +188,7 @@ void SessionHub::Impl::announce_presence(const Connection& requester, const wire
   }
 }
 
-/// Ends the user's other device too, if the user left with the first device or was kicked with either of them.
+/// Ends the user's other device if the user has left with the first device, or was kicked with either device.
 void SessionHub::Impl::end_other_device(const Admission::Id& credential, wire::DisconnectReason reason) {
   const Admission::Id first = reason == wire::DISCONNECT_KICKED ? admission->first_of(credential) : credential;
   const std::optional<Admission::Id> second = admission->revoke(first);

@@ -8,10 +8,10 @@
 namespace tandem::server {
 namespace {
 
-/// Minimum number of users for help by the room thread. With fewer users, the io thread alone is faster.
+/// Number of users from which the room thread helps. For fewer users, the io thread alone is faster.
 constexpr std::size_t kWorthHelping = 4;
-/// Maximum time for which the room thread waits for the io thread to begin. If the io thread is awake, it begins
-/// earlier.
+/// Maximum time for which the room thread spins until the io thread begins to send. An io thread that is awake begins
+/// sooner.
 constexpr Duration kHelpBeginsWithin = std::chrono::microseconds(20);
 
 void add_counts(const proto::ChannelCounters& more, proto::ChannelCounters& to) {
@@ -28,7 +28,7 @@ void add_counts(const proto::ChannelCounters& more, proto::ChannelCounters& to) 
 
 }  // namespace
 
-/// Sends the newest update of a room to its users. Both threads send to UDP users, but only the io thread writes to TCP
+/// Sends the newest update of a room to its users. Both threads send to UDP users; only the io thread writes to TCP
 /// connections.
 void SessionHub::Impl::send_updates(std::size_t room, const Clock& clock) {
   Room& count = room_seats[room]->room();
@@ -48,10 +48,10 @@ void SessionHub::Impl::send_updates(std::size_t room, const Clock& clock) {
   for (const auto& service : services) service->on_update(count);
 }
 
-/// Sends an update to one user. Changes only this connection.
+/// Sends an update to one user. Modifies only this connection, so two threads can serve different connections.
 /// Thread  io, or the room thread in help()
 void SessionHub::Impl::send_update(Connection& connection, const RoomUpdate& update, LocalTime now) {
-  // Skips an update that was made for the previous user of the seat.
+  // The update may have been made for the previous user of the seat.
   if (update.user[connection.seat.index] != connection.seat.user) return;
   connection.seats->on_update(connection.seat, update);
   const bool is_blocked = connection.state_over_tcp && queued_bytes(connection) > 0;

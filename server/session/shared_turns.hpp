@@ -1,10 +1,10 @@
-// Parallel loop of two threads: the owner, which runs the loop, and an idle helper. A turn is one iteration.
+// Parallel loop of two threads: the owner runs the loop, and an idle helper takes part. A turn is one iteration.
 //
 //   run():   opens the loop ── executes turns ── closes the loop ── waits until no helper executes a turn
 //   help():       finds the loop open ── executes turns
 //
 // A thread takes a turn by incrementing a shared counter, so each turn is executed once. A helper first registers
-// itself and then checks again that the loop is open. Therefore run() never returns while a helper executes a turn.
+// itself and then checks again that the loop is open. Therefore run() cannot return while a helper executes a turn.
 #pragma once
 
 #include <atomic>
@@ -21,7 +21,7 @@ class SharedTurns {
  public:
   using Turn = std::function<void(std::size_t)>;
 
-  /// Calls `turn` once with each number below `count`, on this thread or in help(). Returns when all calls have
+  /// Calls `turn` once with each number below `count`, on this thread or on one in help(). Returns after all calls have
   /// returned.
   /// Thread  one
   void run(std::size_t count, const Turn& turn) noexcept {
@@ -34,8 +34,8 @@ class SharedTurns {
     while (helpers_.load() > 0) {
     }
   }
-  /// Executes turns of the open loop. If it is not open, waits for it up to `time`, spinning.
-  /// Thread  any thread that does not block, because run() waits for turns that are executed here
+  /// Executes turns of the open loop. If the loop is not open, spins until it is, for at most `time`.
+  /// Thread  any thread that cannot block, because run() waits for the turns executed here
   void help(Duration time) noexcept {
     const SteadyClock clock;
     const LocalTime until = clock.now() + time;

@@ -31,7 +31,8 @@ proto::DropReason StateStream::receive(const proto::DatagramHeader& header, std:
       input.acknowledged_sent != ServerTime{}) {
     round_trip_ = server_time_of_own_clock(now) - input.acknowledged_sent - input.acknowledged_held;
   }
-  // The updates of an observer only keep the connection alive and reveal its address; the room does not get them.
+  // Client updates of an observer only keep the connection alive and reveal its address. The room does not receive
+  // them.
   if (has_tool(seat_.role) && seats_.room().input(seat_.index).publish(input)) {
     counters_.received_drops.add(proto::DropReason::kOverwritten);
   }
@@ -63,8 +64,8 @@ std::size_t StateStream::send(const RoomUpdate& published, bool is_blocked, Loca
 }
 
 // Returns whether the update differs from the last sent one by more than the deadband. A client without a local model
-// couples to the last received tool pose. A client with a local model compares its prediction with the received pose
-// for the same input, so the last sent pose is extrapolated here.
+// couples its hand to the last received tool pose. A client with a local model compares the received pose with its own
+// prediction; for that client the last sent pose is extrapolated here.
 bool StateStream::has_changed(const net::Deadband& deadband, Duration since, const proto::OwnUpdate& own,
                               std::size_t users) const {
   if (mode_ == proto::ClientMode::kWave || own.held_body != sent_.held_body) return true;

@@ -25,12 +25,12 @@ class StateStream {
   bool is_for(const proto::DatagramHeader& header) const { return channel_.is_for(header); }
   /// Number of accepted client updates.
   std::uint64_t taken() const { return taken_; }
-  /// Returns whether a client update with a valid handle pose has been accepted. An observer's never is.
+  /// Returns whether a client update with a valid handle pose has been accepted; always false for an observer.
   bool has_hand() const { return has_hand_; }
   /// Passes the client update in the datagram to the room, or returns the reason for dropping it.
   proto::DropReason receive(const proto::DatagramHeader& header, std::span<const std::byte> datagram, LocalTime now);
-  /// Round-trip time: from sending a state to receiving the input that acknowledges it, minus the time for which the
-  /// client held the state. Each acknowledged state gives one measurement, which is returned once.
+  /// Returns a round-trip time: from sending a state to receiving the input that acknowledges it, minus the time for
+  /// which the client held the state. Each acknowledged state gives one measurement, which is returned once.
   std::optional<Duration> pop_round_trip() { return std::exchange(round_trip_, std::nullopt); }
   /// Reads the number in the answer to a path challenge, or returns the reason for dropping the datagram.
   proto::DropReason receive_path(const proto::DatagramHeader& header, std::span<const std::byte> datagram,

@@ -8,7 +8,8 @@
 namespace tandem::server {
 namespace {
 
-/// Maximum difference between two updates that counts as drift. Real drift and the slew of adjtime(3) are far smaller.
+/// Largest deviation of the wall clock between two updates that counts as drift. Real drift and the slew of adjtime(3)
+/// are far smaller.
 constexpr std::int64_t kDrift_ms = 1000;
 /// End of the year 9999. Later times are clamped to it, so that sums do not overflow.
 constexpr std::uint64_t kLatest_ms = 253'402'300'799'000;

@@ -1,7 +1,7 @@
-// Unix time for the validity of invitations. The wall clock of the machine cannot be trusted at every moment: it may be
-// set while the server runs, or be wrong for a moment after the machine has started.
+// Unix time for the validity of invitations. The wall clock of the machine cannot always be trusted: it may be set
+// while the server runs, or be wrong for a moment after the machine has started.
 //
-//   at() = monotonic clock + offset    If the wall clock differs by at most 1 s (drift), the offset follows it at once.
+//   at() = monotonic clock + offset    A deviation of the wall clock of at most 1 s (drift) changes the offset at once.
 //                                      A larger step is followed after it has persisted for 10 s.
 #pragma once
 
@@ -21,17 +21,16 @@ inline constexpr Duration kClockHold = std::chrono::seconds(10);
 /// Thread  one
 class UnixTime {
  public:
-  /// In      last_ms  last time noted in the previous run; if the first reading is earlier, it is treated as a backward
-  ///                  step
+  /// In      last_ms  last time noted in the previous run; an earlier first reading counts as a backward step
   explicit UnixTime(std::uint64_t last_ms = 0) : last_ms_(last_ms) {}
 
-  /// Updates the offset from the wall clock. Call it at least once per second, so that a short step is not mistaken for
-  /// a persistent one.
+  /// Updates the offset from the wall clock. Call it at least once per second, so that a short step of the clock does
+  /// not look persistent.
   /// Out     current time
   std::uint64_t update(std::uint64_t wall_ms, LocalTime now);
   /// Current time; requires an earlier update().
   std::uint64_t at(LocalTime now) const;
-  /// Time left until a step of the wall clock is followed; none if there is no pending step.
+  /// Returns the time after which a pending step of the wall clock is followed; none if no step is pending.
   std::optional<Duration> follows_in(LocalTime now) const;
 
  private:

@@ -22,7 +22,7 @@ bool is_space(std::uint32_t code) {
          code == 0x205F || code == 0x3000;
 }
 
-/// Returns whether the code point has no visible glyph. Two names that differ only by such a code point look alike.
+/// Returns whether the code point has no visible glyph. Names that differ only in such code points look equal.
 bool is_invisible(std::uint32_t code) {
   return code == 0xAD || code == 0x34F || code == 0x61C || code == 0x115F || code == 0x1160 ||
          is_between(code, 0x17B4, 0x17B5) || is_between(code, 0x180B, 0x180F) || is_between(code, 0x200B, 0x200D) ||
@@ -45,7 +45,7 @@ std::string first_characters(std::string_view name, std::size_t most_bytes) {
 
 bool is_acceptable_user_name(std::string_view name) {
   if (name.empty() || name.size() > kMaxNameBytes) return false;
-  bool was_space = true;  // refuses a space at the beginning, where it is invisible
+  bool was_space = true;  // true, so that a leading space is refused
   while (!name.empty()) {
     const auto code = net::pop_code_point(name);
     if (!code || !net::is_harmless(*code) || is_invisible(*code)) return false;

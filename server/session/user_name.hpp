@@ -13,7 +13,7 @@ bool is_acceptable_user_name(std::string_view name);
 /// Returns `name`, with a number appended if it is taken: "ada (2)".
 std::string name_beside(const std::string& name, const std::vector<std::string>& taken);
 
-/// Returns text from a client in a form that is safe in logs and error texts: in quotes, or "(unprintable)".
+/// Returns text from a client in a form that is safe in logs and error messages: in quotes, or "(unprintable)".
 std::string quoted(const std::string& text);
 
 }  // namespace tandem::server

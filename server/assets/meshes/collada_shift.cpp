@@ -11,17 +11,17 @@
 namespace tandem::server::mesh_reader {
 namespace {
 
-/// Largest distance from the origin, in mesh sizes, at which positions are not shifted. Single precision then loses
-/// less than a millionth of the size.
+/// Largest distance from the origin, in mesh sizes, at which positions are not shifted. Up to it, single precision
+/// loses less than a millionth of the mesh size.
 constexpr double kFarthest = 4;
 
-/// Begin and end of a part of the file, as offsets.
+/// Part of the file between two offsets.
 struct Piece {
   std::size_t begin = 0, end = 0;
   std::string_view in(std::string_view text) const { return text.substr(begin, end - begin); }
 };
 
-/// Finds the next start tag of an element between `at` and `end`, with its attributes.
+/// Finds the next start tag of an element `name` between `at` and `end`, with its attributes.
 std::optional<Piece> next_tag(std::string_view text, std::string_view name, std::size_t at, std::size_t end) {
   const std::string start = "<" + std::string(name);
   text = text.substr(0, end);
@@ -109,7 +109,8 @@ void append(std::string& text, double number) {
 }  // namespace
 
 std::optional<ShiftedCollada> shifted_collada(std::string_view text) {
-  // Controllers (skins, morphs) compute with positions, so their files are not shifted.
+  // Controllers (skins, morphs) compute with positions. A shift would change their result, so such files are not
+  // shifted.
   if (next_tag(text, "controller", 0, text.size())) return std::nullopt;
   const auto lists = position_lists(text);
   if (!lists) return std::nullopt;

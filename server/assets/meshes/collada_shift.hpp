@@ -1,4 +1,4 @@
-// Shifts the positions of a .dae that are far from the origin, because Assimp reads them in single precision.
+// Shifts positions of a .dae file that are far from the origin, because Assimp would read them in single precision.
 #pragma once
 
 #include <optional>
@@ -14,7 +14,8 @@ struct ShiftedCollada {
   Vec3 shift = Vec3::Zero();  ///< offset in the frame and units of the geometries
 };
 
-/// Returns nothing if no position is far from the origin, or if positions are not lists of X, Y and Z.
+/// Returns the shifted file; nothing if no position is far from the origin, or if positions are not lists of X, Y and
+/// Z.
 std::optional<ShiftedCollada> shifted_collada(std::string_view text);
 
 }  // namespace tandem::server::mesh_reader

@@ -1,5 +1,5 @@
-// Readers of mesh formats that are lists of vertices and faces. Assimp is not used for them, because it reads
-// coordinates in single precision. In .ply and .off it also skips faces and uses wrong vertices without a message.
+// Readers of mesh formats that are lists of vertices and faces. They replace Assimp, which reads coordinates in single
+// precision. For .ply and .off it also skips faces and uses wrong vertices without a message.
 //
 // The bytes may be hostile. The length of the file bounds the memory, and deviations from the format are refused.
 #pragma once
@@ -13,10 +13,10 @@
 
 namespace tandem::server::mesh_reader {
 
-/// Reads v and f of Wavefront .obj. A free-form surface is refused with its name.
+/// Reads the lines v and f of Wavefront .obj. A free-form surface is refused, with its name in the message.
 Polygons polygons_of_obj(std::string_view text);
 
-/// Reads Geomview text, with one vertex or one face in each line. Other columns are skipped.
+/// Reads Geomview text with one vertex or one face per line. Further columns, such as colours, are skipped.
 Polygons polygons_of_off(std::string_view text);
 
 /// Reads Stanford .ply, text or binary of either byte order. Elements other than `vertex`, `face` and `tristrips` are

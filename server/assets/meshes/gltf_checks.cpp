@@ -15,10 +15,10 @@ namespace {
 
 namespace json = boost::json;
 
-constexpr std::int64_t kSingle = 5126;  // component type FLOAT of glTF
-/// Limit of the nesting depth of lists and objects. User data of exporters reach a depth of some tens.
+constexpr std::int64_t kSingle = 5126;  // glTF's code of the component type FLOAT
+/// Limit of the nesting depth of lists and objects. User data of known exporters have a depth of some tens.
 constexpr std::size_t kMaxDepth = 200;
-/// Extensions that do not change the shape.
+/// Prefixes of extensions that do not change the shape.
 constexpr std::array kHarmless{"KHR_materials_",        "KHR_technique", "KHR_texture_", "KHR_lights_",   "KHR_xmp",
                                "KHR_mesh_quantization", "EXT_texture_",  "EXT_lights_",  "MSFT_texture_", "MSFT_lod",
                                "MSFT_packing_"};

@@ -21,7 +21,7 @@ class ObjReader {
     throw Refusal("which has, in line " + std::to_string(line_) + ", " + what);
   }
 
-  /// Returns the next line without its comment. A backslash at the end of a line joins it with the next one.
+  /// Returns the next line without its comment. A backslash at the end of a line continues it on the next line.
   std::string_view whole_line() {
     ++line_;
     std::string_view line = next_line(rest_);
@@ -56,7 +56,7 @@ class ObjReader {
       if (count < 4) numbers[count] = *number;
     }
     if (count < 3) refuse("a vertex of " + std::to_string(count) + " numbers; export the mesh again");
-    // Four numbers are x y z w. With more numbers, those after x y z are a colour.
+    // Four numbers are x y z w. If there are more than four, a colour follows x y z.
     const double weight = count == 4 ? numbers[3] : 1;
     if (weight == 0) refuse("a vertex of weight 0; export the mesh again");
     mesh_.vertices.emplace_back(Vec3(numbers[0], numbers[1], numbers[2]) / weight);
@@ -68,7 +68,8 @@ class ObjReader {
     mesh_.add_face(face_);
   }
 
-  /// Returns the vertex of a face. Index 1 is the first vertex, -1 the last one read so far.
+  /// Returns the index of a vertex that a face names. In the file, 1 is the first vertex and -1 the last vertex read so
+  /// far.
   std::uint32_t corner(std::string_view word) const {
     const std::optional<long long> index = whole_number_in(word.substr(0, word.find('/')));
     const auto count = static_cast<long long>(mesh_.vertices.size());

@@ -22,7 +22,7 @@ class OffReader {
   }
 
  private:
-  /// Returns the next line that contains a word, without its comment; empty at the end.
+  /// Returns the next line with a word, without its comment; empty at the end of the file.
   std::string_view next_row() {
     while (!rest_.empty()) {
       const std::string_view line = next_line(rest_);
@@ -40,7 +40,7 @@ class OffReader {
     return next_word(line_);
   }
 
-  /// Reads the keyword [ST][C][N][4][n]OFF. Files without it begin with the counts.
+  /// Reads the keyword [ST][C][N][4][n]OFF. A file without the keyword begins with the counts.
   void header() {
     line_ = next_row();
     std::string_view after = line_;

@@ -26,7 +26,7 @@ constexpr std::array kTypes{
 
 struct Property {
   const NumberType* type = nullptr;
-  const NumberType* count_type = nullptr;  ///< type of the number of entries; set for a list only
+  const NumberType* count_type = nullptr;  ///< type of the count before a list; null if the property is no list
   std::string name;
 };
 
@@ -44,7 +44,7 @@ const NumberType* type_named(std::string_view name) {
   return &*found;
 }
 
-/// Header and body of a .ply.
+/// Reads header and body of a .ply.
 class PlyReader {
  public:
   explicit PlyReader(std::string_view text) : rest_(text) {}
@@ -113,7 +113,8 @@ class PlyReader {
   }
 
   void body(const Element& element) {
-    // Elements without properties take no bytes, so the length of the file does not bound their number.
+    // Elements without properties occupy no bytes, so the length of the file does not bound their number. They are
+    // skipped.
     if (element.properties.empty()) return;
     element_ = &element;
     if (element.name == "vertex") find_axes(element);
@@ -133,7 +134,7 @@ class PlyReader {
     }
   }
 
-  /// Returns the property with vertex indices; null if the element contains no faces.
+  /// Returns the property with vertex indices; null if the element has no faces.
   const Property* indices_of(const Element& element) const {
     if (element.name != "face" && element.name != "tristrips") return nullptr;
     const auto is_indices = [](const Property& one) {
@@ -187,7 +188,7 @@ class PlyReader {
     mesh_.add_face(face_);
   }
 
-  /// Adds the triangles of strips. Every second triangle has the opposite orientation. The index -1, or its unsigned
+  /// Adds the triangles of strips. The orientation alternates from triangle to triangle. The index -1, or its unsigned
   /// form, begins a new strip.
   void add_strips(const Property& indices) {
     const double restart = indices.type->is_signed ? -1 : std::ldexp(1, static_cast<int>(8 * indices.type->bytes)) - 1;
@@ -201,7 +202,7 @@ class PlyReader {
       if (face_.size() < 3) continue;
       const std::size_t last = face_.size() - 1;
       const std::uint32_t a = face_[last - 2], b = face_[last - 1], c = face_[last];
-      // Triangles with equal corners only connect parts of a strip.
+      // A triangle with equal corners has no area. It only connects two parts of a strip.
       if (a == b || b == c || c == a) continue;
       mesh_.add_face(last % 2 == 0 ? std::vector{a, b, c} : std::vector{b, a, c});
     }

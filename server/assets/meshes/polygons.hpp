@@ -1,4 +1,4 @@
-// Faces of a mesh file as its format stores them, before triangulation. Every format reader produces this type.
+// Faces of a mesh file before triangulation. Every format reader produces this type.
 #pragma once
 
 #include <cstddef>
@@ -12,31 +12,32 @@
 
 namespace tandem::server::mesh_reader {
 
-/// Refusal of a file. The text is a clause that follows the file's name: "which …; remedy".
+/// Refusal of a file. The text is a clause that continues the file's name: "which …; remedy".
 class Refusal : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Vertices in the file's units, with z up; face f has face_sizes[f] consecutive entries of `corners`.
+/// Vertices in the file's units, with z up. The corners of the faces follow each other in `corners`; face f has
+/// face_sizes[f] of them.
 struct Polygons {
   std::vector<Vec3> vertices;
   std::vector<std::uint32_t> corners;
   std::vector<std::uint32_t> face_sizes;
-  /// Relative rounding step of coordinates, which is the distance from 1 to the next number of the file's number type.
+  /// Relative rounding step of coordinates: the distance from 1 to the next number of the file's number type.
   double number_step = std::numeric_limits<double>::epsilon();
   /// Uncertainty of coordinates from other causes than `number_step`, in the file's units.
   double step = 0;
 
   void add_face(const std::vector<std::uint32_t>& face) {
-    if (face.size() < 3) return;  // points and lines are skipped
+    if (face.size() < 3) return;  // points and lines are not faces
     corners.insert(corners.end(), face.begin(), face.end());
     face_sizes.push_back(static_cast<std::uint32_t>(face.size()));
   }
 };
 
-/// Largest accepted rounding step of coordinates, as a fraction of the longest edge of the bounding box. With it the
-/// volume of a compact part is accurate to 1e-4. A file with a larger step is refused.
+/// Largest accepted rounding step of coordinates, as a fraction of the longest edge of the bounding box. With this step
+/// the volume of a compact part is accurate to 1e-4. Files with a larger step are refused.
 inline constexpr double kMaxStepShare = 1.0 / 32768;
 
 /// Longest edge and centre of the bounding box of the vertices that faces use, and the largest absolute coordinate.

@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t kHeader = 84, kRecord = 50;
 constexpr const char* kNotStl = "; export the mesh again, in the format that its name says";
 
-/// Reader of "solid … facet normal … outer loop vertex x y z … endloop endfacet … endsolid …", in any case.
+/// Reads the text form "solid … facet normal … outer loop vertex x y z … endloop endfacet … endsolid …", in any case.
 class TextStl {
  public:
   explicit TextStl(std::string_view text) : rest_(text) {}
@@ -24,7 +24,7 @@ class TextStl {
  private:
   std::string next() { return lower_case(next_word(rest_)); }
 
-  /// Skips names of solids. Returns false at the end.
+  /// Skips text up to the next facet, such as names of solids. Returns false at the end.
   bool begins_facet() {
     std::string before;
     for (std::string word = next(); !word.empty(); word = next()) {
@@ -100,8 +100,8 @@ Polygons binary_stl(std::span<const std::byte> bytes) {
   return mesh;
 }
 
-/// Returns whether an STL is text. A binary file may begin with the same word, but it has a zero byte: the upper byte
-/// of its count, if that is below 2^24.
+/// Returns whether an STL is text. A binary file may begin with "solid" as well. But it has a zero byte near the start:
+/// the upper byte of its count, which is below 2^24 in any accepted file.
 bool is_text(std::span<const std::byte> bytes) {
   std::string_view text = text_of(bytes);
   const bool has_zero = text.substr(0, kHeader).find('\0') != std::string_view::npos;

@@ -26,7 +26,7 @@ std::optional<Number> parsed(std::string_view word) {
 }
 
 /// Returns whether a number is too small for double. from_chars reports the same error for numbers that are too small
-/// and too large.
+/// and for numbers that are too large.
 bool is_tiny(std::string_view word) {
   return word.find("e-") != std::string_view::npos || word.find("E-") != std::string_view::npos;
 }

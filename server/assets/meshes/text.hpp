@@ -1,5 +1,5 @@
-// Splits text formats of meshes into words and lines, without copies. Numbers are accepted only if the whole word is
-// one.
+// Splits text formats of meshes into words and lines, without copies. A word counts as a number only if the whole word
+// is a number.
 #pragma once
 
 #include <cstddef>
@@ -28,8 +28,7 @@ std::optional<long long> whole_number_in(std::string_view word);
 
 std::string lower_case(std::string_view text);
 
-/// Returns the reason why number_in() returns nothing, for messages: the quoted word is no number, or the number is not
-/// finite.
+/// Returns the reason why number_in() refuses a word, for messages: the word is no number, or the number is not finite.
 std::string why_no_number(std::string_view word);
 
 /// Quotes a word for messages: at most 20 characters, with unprintable ones replaced.

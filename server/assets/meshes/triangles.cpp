@@ -25,7 +25,7 @@ namespace {
 constexpr const char* kPolygons = "polygons";
 constexpr double kSingleStep = std::numeric_limits<float>::epsilon();
 
-/// Restricts Assimp's file access to the files that were given.
+/// Restricts Assimp's file access to the given files in memory.
 class GivenFiles final : public Assimp::IOSystem {
  public:
   explicit GivenFiles(std::vector<GivenFile> files) : files_(std::move(files)) {}
@@ -49,8 +49,8 @@ class GivenFiles final : public Assimp::IOSystem {
   std::vector<GivenFile> files_;
 };
 
-/// Detects wrong indices in a file from Assimp's log. For an index out of range, Assimp uses another vertex or drops
-/// the face, and only logs it.
+/// Detects wrong indices from Assimp's log. For an index out of range, Assimp only logs an error and uses another
+/// vertex or drops the face.
 class Complaints final : public Assimp::LogStream {
  public:
   Complaints() {
@@ -64,7 +64,7 @@ class Complaints final : public Assimp::LogStream {
   void write(const char* message) override {
     const std::string_view text(message);
     const auto contains = [text](const char* words) { return text.find(words) != std::string_view::npos; };
-    // Messages of the .3ds and .gltf readers; readers of other formats throw.
+    // Messages of the .3ds and .gltf readers; the readers of other formats throw instead.
     constexpr std::array kWrongIndex{"Vertex index overflow", "out-of-range indices"};
     is_index_wrong |= std::ranges::any_of(kWrongIndex, contains);
   }
@@ -75,7 +75,7 @@ class Complaints final : public Assimp::LogStream {
   static constexpr unsigned kSeverity = Assimp::Logger::Err | Assimp::Logger::Warn;
 };
 
-/// Refuses a file with Assimp's reason in brackets.
+/// Refuses a file. Assimp's reason is quoted in brackets.
 [[noreturn]] void refuse_for(const std::string& reason) {
   constexpr std::array kWithoutTriangle{"No meshes remaining", "all meshes are orphaned", "There are no valid faces",
                                         "no data loaded"};
@@ -124,10 +124,11 @@ class SceneFlattener {
  public:
   SceneFlattener(const aiScene& scene, const Vec3& shift, bool has_master_scale) : scene_(scene), shift_(shift) {
     Eigen::Affine3d root = pose_of(scene.mRootNode->mTransformation);
-    // Assimp scales .3ds by the inverse of the editor's display scale, which is not a unit of the file.
+    // Assimp scales a .3ds by the inverse of the editor's display scale, which is not a unit of the file. The scale is
+    // removed here.
     const double volume = std::abs(root.linear().determinant());
     if (has_master_scale && volume > 0) root.linear() /= std::cbrt(volume);
-    // Assimp rotates every scene to y up.
+    // Assimp rotates every scene to y up. This rotation restores z up.
     const Eigen::Affine3d upright(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitX()));
     Eigen::Affine3d exactly_upright = Eigen::Affine3d::Identity();
     exactly_upright.linear() = upright.linear().array().round();
@@ -151,7 +152,8 @@ class SceneFlattener {
       }
     }
     for (std::size_t i = nodes_.size() - 1; i > 0; --i) nodes_[nodes_[i].parent].meshes += nodes_[i].meshes;
-    // A node above all meshes moves the whole scene, so rounding of its position does not change the shape.
+    // A node above all meshes moves the whole scene. Rounding of its position does not change the shape, so it is
+    // skipped.
     for (std::size_t i = 1; i < nodes_.size(); ++i) {
       if (nodes_[i].meshes == 0 || nodes_[i].meshes == nodes_[0].meshes) continue;
       const double moved = pose_of(nodes_[i].node->mTransformation).translation().cwiseAbs().maxCoeff();
@@ -181,7 +183,7 @@ class SceneFlattener {
     for (const aiFace& face : faces_of(part)) {
       corners.clear();
       for (unsigned c = 0; c < face.mNumIndices; ++c) {
-        // An index beyond this part is marked invalid. Otherwise it would address a vertex of the next part.
+        // An index beyond this part is marked as invalid, because it would address a vertex of the next part.
         const bool is_here = face.mIndices[c] < part.mNumVertices;
         corners.push_back(is_here ? static_cast<std::uint32_t>(first + face.mIndices[c]) : UINT32_MAX);
       }
@@ -196,7 +198,7 @@ class SceneFlattener {
   Polygons mesh_;
 };
 
-/// Assimp importer that reads polygons from memory.
+/// Importer that passes polygons in memory to Assimp.
 class PolygonLoader final : public Assimp::BaseImporter {
  public:
   PolygonLoader(const Polygons& mesh, const Extent& extent) : mesh_(mesh), extent_(extent) {}
@@ -243,9 +245,9 @@ class PolygonLoader final : public Assimp::BaseImporter {
   const Extent& extent_;
 };
 
-/// Returns for each vertex the index of its position among the distinct positions.
+/// Returns, for each vertex, the index of its position in the list of distinct positions.
 std::vector<int> places_of(const std::vector<Vec3>& vertices) {
-  // Adding 0.0 turns -0.0 into 0.0, so that both hash alike.
+  // -0.0 + 0.0 is 0.0, so both zeros get the same hash.
   const auto hash = [](const Vec3& p) {
     std::size_t sum = 0;
     for (const double x : p) sum = sum * 0x9E3779B97F4A7C15U + std::hash<double>()(x + 0.0);
@@ -295,7 +297,7 @@ Polygons polygons_of_scene(const std::vector<GivenFile>& files, std::optional<st
   }
   const bool is_3ds = files.front().name.ends_with("3ds");
   Polygons mesh = SceneFlattener(*scene, shift, is_3ds).flattened();
-  // Vertices of .3ds are in the frame of the scene.
+  // Vertices of a .3ds are single-precision numbers in the frame of the scene.
   if (is_3ds) mesh.number_step = kSingleStep;
   return mesh;
 }

@@ -1,6 +1,6 @@
 // Adapter of Assimp. It reads scenes of .dae, .gltf, .glb and .3ds as polygons, and cuts polygons into triangles.
-// Assimp computes in single precision. Therefore the poses of a scene are applied here, and polygons are moved near the
-// origin and scaled to about unit size before they are cut.
+// Assimp computes in single precision. To keep accuracy, the poses of a scene are applied here. Polygons are moved near
+// the origin and scaled to about unit size before they are cut.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ struct GivenFile {
 };
 
 /// Returns all meshes of a scene in one frame with z up. The unit is the metre if the format defines a unit.
-/// In      files  the scene file first, named mesh.FORMAT; then its additional files
+/// In      files  the scene file, named mesh.FORMAT, followed by its additional files
 ///         expected_faces  number of faces of all meshes, if the file states it
 ///         shift           offset that is added to the vertices of the meshes
 /// Fails   Refusal
@@ -32,8 +32,8 @@ Polygons polygons_of_scene(const std::vector<GivenFile>& files, std::optional<st
 /// Cuts each polygon into triangles, and merges vertices at the same position.
 geometry::TriangleMesh triangulated(const Polygons& mesh);
 
-/// Returns the triangles that Assimp reads from the file, in single precision. Returns nothing if reading fails or
-/// gives another number of faces.
+/// Returns the triangles that Assimp reads from the file, in single precision. Returns nothing if reading fails or the
+/// number of faces differs from `expected_faces`.
 std::optional<geometry::TriangleMesh> assimp_triangles(const std::vector<GivenFile>& files, std::size_t expected_faces);
 
 }  // namespace tandem::server::mesh_reader

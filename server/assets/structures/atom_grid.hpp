@@ -1,4 +1,5 @@
-// A grid of cubes for the search of nearby points. To bound the work, each cube stores only its first points.
+// A grid of cubes for the search of nearby points. A cube stores a limited number of points, so that the work is
+// bounded.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +14,7 @@ namespace tandem::server {
 
 class AtomGrid {
  public:
-  /// In      cube_angstrom  width of a cube: at least 0.5, and at least the largest distance of a search
+  /// In      cube_angstrom  edge of a cube: at least 0.5, and at least the largest distance of a search
   AtomGrid(double cube_angstrom, const std::vector<Vec3>& positions) : cube_(cube_angstrom) {
     for (std::size_t i = 0; i < positions.size(); ++i) {
       std::vector<std::uint32_t>& cell = cells_[key(cell_of(positions[i]))];
@@ -21,7 +22,8 @@ class AtomGrid {
     }
   }
 
-  /// Calls `visit` with the index of each stored point within one cube width, and of some points beyond.
+  /// Calls `visit` with the index of each stored point within one cube edge of `position`, and of some points farther
+  /// away.
   template <class Visit>
   void visit_near(const Vec3& position, const Visit& visit) const {
     const Cell centre = cell_of(position);
@@ -34,7 +36,8 @@ class AtomGrid {
 
  private:
   using Cell = Eigen::Matrix<std::int64_t, 3, 1>;
-  /// Limit of points in a cube. A cube of 5 Å has about 15 atoms; damaged and hostile files may have any number.
+  /// Limit of points in a cube. A cube of 5 Å contains about 15 atoms in a valid file; damaged and hostile files may
+  /// have any number.
   static constexpr std::size_t kMaxPointsPerCube = 100;
 
   Cell cell_of(const Vec3& position) const { return (position / cube_).array().floor().cast<std::int64_t>().matrix(); }

@@ -1,4 +1,4 @@
-// Built-in parameters that need no files of GROMACS.
+// Built-in force-field parameters, for use without the parameter files of GROMACS.
 #include <array>
 #include <string>
 #include <string_view>
@@ -35,7 +35,7 @@ constexpr std::array<Element, 17> kElements = {{
     {"FE", 55.845, 1.644, 0.875},
 }};
 
-/// Residue names that residue_typing.cpp uses for the amino acids, and for the caps of other programs.
+/// Residue names of the amino acids in residue_typing.cpp, and of caps in other programs.
 constexpr std::array<std::string_view, 32> kResidues = {"ALA",  "ARG", "ARGN", "ASN",  "ASP",  "ASPH", "CYS",  "CYS2",
                                                         "CYSH", "GLN", "GLU",  "GLUH", "GLY",  "HISD", "HISE", "HISH",
                                                         "ILE",  "LEU", "LYS",  "LYSH", "LYSN", "MET",  "PHE",  "PRO",

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kMaxLinkAngstrom = 2.0;
 
-/// All atoms with one name.
+/// Positions and residues of all atoms with one name.
 struct BondSites {
   std::vector<Vec3> positions;
   std::vector<std::size_t> residues;
@@ -28,8 +28,8 @@ BondSites sites_of(const std::vector<PdbResidue>& residues, std::string_view nam
   return sites;
 }
 
-/// Links each of `sources` to the nearest of `targets` that is within a bond length and in another residue. Each target
-/// is used once.
+/// Links each of `sources` to the nearest of `targets` within a bond length and in another residue. A target is used at
+/// most once.
 void link_nearest(const BondSites& sources, const BondSites& targets, std::vector<ChainLink>& links) {
   const AtomGrid grid(kMaxLinkAngstrom, targets.positions);
   for (std::size_t s = 0; s < sources.residues.size(); ++s) {
@@ -57,8 +57,8 @@ int number_of(const PdbResidue& residue) {
   return number;
 }
 
-/// Returns whether two residues belong to one chain. TER records also occur at gaps, where the numbers continue with
-/// some missing.
+/// Returns whether two residues belong to one chain. TER records also mark gaps: there the residue numbers continue,
+/// with some missing.
 bool is_same_chain(const PdbResidue& earlier, const PdbResidue& later) {
   if (earlier.chain != later.chain || find_atom(earlier, "OXT") != nullptr) return false;
   return earlier.segment == later.segment || number_of(later) > number_of(earlier) + 1;

@@ -1,5 +1,5 @@
-// Finds bonds between the residues of chains by distance, because chain letters, numbers and TER records are often
-// wrong.
+// Finds bonds between the residues of chains by distance. Chain letters, numbers and TER records are not used, because
+// in many files they are wrong.
 #pragma once
 
 #include <cstddef>
@@ -10,24 +10,24 @@
 
 namespace tandem::server {
 
-/// State of a residue's end in its chain.
+/// State of one end of a residue in its chain.
 enum class ChainEnd {
-  kBonded,  ///< it is bonded to a neighbour
-  kEnd,     ///< it is an end of the chain
-  kGap,     ///< neighbouring residues are missing, but the chain continues in the file after the gap
+  kBonded,  ///< bonded to a neighbour
+  kEnd,     ///< end of the chain
+  kGap,     ///< neighbouring residues are missing in the file; the chain continues after the gap
 };
 
 struct ChainLink {
-  std::optional<std::size_t> previous;  ///< residue whose C (or O3') is bonded to the N (or P) of this one
+  std::optional<std::size_t> previous;  ///< residue whose C (or O3') is bonded to the N (or P) of this residue
   ChainEnd begins = ChainEnd::kEnd;
   ChainEnd ends = ChainEnd::kEnd;
 };
 
-/// Returns the links of each residue, in file order. A residue that lacks the atoms of such a bond is linked to the
-/// next one of its chain. Such residues occur in damaged files and in files of alpha carbons.
+/// Returns the links of each residue, in file order. A residue that lacks the atoms of a chain bond is linked to the
+/// next residue of its chain. Such residues occur in damaged files and in files of alpha carbons.
 ///
-/// Model   Bonds are C-N and O3'-P pairs up to 2.0 Å apart. The bond lengths are 1.33 and 1.61 Å; other pairs of these
-///         atoms are at least 2.5 Å apart
+/// Model   Bonds are C-N and O3'-P pairs up to 2.0 Å apart. The bond lengths are 1.33 and 1.61 Å; unbonded pairs of
+///         these atoms are at least 2.5 Å apart
 std::vector<ChainLink> chain_links(const std::vector<PdbResidue>& residues);
 
 /// Returns the atom of that name; null if the residue has none.

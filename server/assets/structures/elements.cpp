@@ -48,7 +48,7 @@ constexpr std::array<ChemicalElement, 103> kPeriodicTable = {
      {"FM", 257, 3.286, 0.012},    {"MD", 258, 3.274, 0.011},    {"NO", 259, 3.248, 0.011},
      {"LR", 262, 3.236, 0.011}}};
 
-/// Names sorted for a binary search.
+/// Residue names, sorted for a binary search.
 constexpr std::array kStandardResidues = std::to_array<std::string_view>(
     {"A",    "ALA",  "ARG",  "ARGN", "ASH",  "ASN", "ASP", "ASPH", "C",   "CYM",  "CYS", "CYS2", "CYSH", "CYX", "DA",
      "DC",   "DG",   "DI",   "DT",   "DU",   "G",   "GLH", "GLN",  "GLU", "GLUH", "GLY", "HID",  "HIE",  "HIP", "HIS",
@@ -56,7 +56,7 @@ constexpr std::array kStandardResidues = std::to_array<std::string_view>(
      "LYSH", "LYSN", "MET",  "MSE",  "PHE",  "PRO", "SER", "THR",  "TRP", "TYR",  "U",   "VAL",  "WAT"});
 static_assert(std::ranges::is_sorted(kStandardResidues));
 
-/// Symbols with which no atom name of another element in use begins.
+/// Symbols that are not the beginning of a common atom name of another element.
 constexpr std::array kPlainSymbols = std::to_array<std::string_view>({"BR", "CL", "FE", "MG", "MN", "SE", "SI", "ZN"});
 
 bool is_upper(char c) {
@@ -71,7 +71,7 @@ std::string upper_case(std::string_view text) {
   return result;
 }
 
-/// Returns the first run of letters, after any digits.
+/// Returns the first run of upper-case letters, without preceding characters such as digits.
 std::string_view leading_letters(std::string_view name) {
   while (!name.empty() && !is_upper(name.front())) name.remove_prefix(1);
   std::size_t letters = 0;
@@ -84,12 +84,12 @@ std::string known_or_x(std::string_view symbol) {
   return find_element(symbol) != nullptr ? std::string(symbol) : "X";
 }
 
-/// Returns the element from the columns of a PDB name; empty if they do not determine it.
+/// Returns the element that the columns of a PDB atom name determine; empty if they do not.
 std::string by_columns(std::string_view name) {
   constexpr std::size_t kColumns = 4;
   if (name.size() != kColumns) return {};
   if (name[0] == ' ' && is_upper(name[1])) return known_or_x(name.substr(1, 1));
-  // A name of four letters begins in the first column for every element.
+  // A name of four letters begins in the first column for every element, so its columns determine nothing.
   if (name.find(' ') == std::string_view::npos || !is_upper(name[0]) || !is_upper(name[1])) return {};
   return find_element(name.substr(0, 2)) != nullptr ? std::string(name.substr(0, 2)) : std::string();
 }

@@ -1,5 +1,5 @@
-// Chemical elements: identifies the element of an atom in a structure file, and gives parameters for elements without
-// an entry in the force field.
+// Chemical elements: identification of the element of an atom in a structure file, and parameters for elements that the
+// force field lacks.
 #pragma once
 
 #include <span>
@@ -26,17 +26,17 @@ const ChemicalElement* find_element(std::string_view symbol);
 
 std::span<const ChemicalElement> periodic_table();
 
-/// Data in a structure file from which the element of an atom is derived.
+/// Data of a structure file that determine the element of an atom.
 struct ElementClues {
-  std::string_view name;     ///< PDB files: all four columns, if the names are aligned; otherwise without blanks
-  std::string_view element;  ///< the file's own column or item; empty if it has none
+  std::string_view name;     ///< in a PDB file with aligned names all four columns, otherwise the name without blanks
+  std::string_view element;  ///< element in the file; empty if the file has none
   std::string_view residue;
 };
 
 /// Returns the symbol in upper case; "X" if no element is found. Deuterium and tritium count as hydrogen.
 ///
-/// In standard residues (is_standard_residue()) only the first letter of the name counts, because they have no element
-/// of two letters. The exception is selenium in MSE. In other residues the first applicable rule decides:
+/// In standard residues (is_standard_residue()) the first letter of the name decides, because their elements have one
+/// letter. The exception is selenium in MSE. In other residues the first applicable rule decides:
 ///   1. a lone ion, whose atom and residue have the same name
 ///   2. the element that the file states
 ///   3. the columns of the name, because an element's symbol ends in the second column

@@ -1,5 +1,5 @@
-// Readers of GROMACS's parameter files; their formats are in the GROMACS reference manual, "File formats" and
-// "Force field organization". Units there are nm and kJ/mol.
+// Readers of GROMACS's parameter files. The formats are described in the GROMACS reference manual, "File formats" and
+// "Force field organization". Their units are nm and kJ/mol.
 #include "server/assets/structures/force_field.hpp"
 
 #include <algorithm>
@@ -24,7 +24,7 @@ constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{64} << 20;
 constexpr const char* kRemedy =
     "; install the Debian package gromacs-data or name another folder of GROMACS parameters (*.ff)";
 
-/// Returns the name in a line "[ name ]"; empty for other lines.
+/// Returns the name in a section line "[ name ]"; empty for other lines.
 std::string section_name(const Words& words) {
   if (words.front().front() != '[') return {};
   std::string joined;
@@ -33,7 +33,7 @@ std::string section_name(const Words& words) {
   return end == std::string::npos ? std::string() : joined.substr(1, end - 1);
 }
 
-/// Reads a parameter file line by line, without comments and blank lines, and tracks the line number for messages.
+/// Reads a parameter file line by line, without comments and blank lines. Counts the lines for messages.
 class ParameterFile {
  public:
   explicit ParameterFile(const fs::path& path) : path_(path.string()) {
@@ -47,7 +47,7 @@ class ParameterFile {
   ParameterFile(const ParameterFile&) = delete;
   ParameterFile& operator=(const ParameterFile&) = delete;
 
-  /// Reads the next nonempty line that the preprocessor keeps if no symbol is defined. Returns false at the end.
+  /// Reads the next nonempty line, as the preprocessor passes it if no symbol is defined. Returns false at the end.
   bool next(Words& words) {
     while (!rest_.empty()) {
       ++line_;
@@ -59,7 +59,7 @@ class ParameterFile {
     return false;
   }
 
-  /// Reads the next line of the sections named `wanted` and skips all others. Returns false at the end.
+  /// Reads the next line of the sections named `wanted` and skips all other sections. Returns false at the end.
   bool next_in(std::string_view wanted, Words& words) {
     while (next(words)) {
       if (std::string name = section_name(words); !name.empty()) {
@@ -100,11 +100,11 @@ class ParameterFile {
   std::string_view rest_;
   std::string section_;  ///< current section of next_in()
   std::size_t line_ = 0;
-  std::vector<bool> left_out_;  ///< for each open #if: whether its current branch is skipped
+  std::vector<bool> left_out_;  ///< one entry per open #if: its current branch is skipped
   bool skipping_ = false;
 };
 
-/// Returns true if σ is combined arithmetically.
+/// Returns whether the σ of two types is combined by the arithmetic mean, otherwise by the geometric mean.
 bool read_combination_rule(const fs::path& path) {
   ParameterFile file(path);
   Words words;
@@ -115,7 +115,7 @@ bool read_combination_rule(const fs::path& path) {
             quoted_text(words.size() > 1 ? words[1] : std::string_view()));
 }
 
-/// Reads the atom types. Columns are counted from the right, because the column of the atomic number may be missing.
+/// Reads the atom types. Columns are counted from the right, because the column of the atomic number is optional.
 void read_types(const fs::path& path, ForceField& force_field) {
   ParameterFile file(path);
   Words words;
@@ -171,15 +171,15 @@ HydrogenRule read_rule(const ParameterFile& file, const Words& words) {
   return rule;
 }
 
-/// Reads blocks such as "ALA 3" and their rules. The number is not needed. Rules for the oxygens of a C terminus, which
-/// AMBER's blocks have, are skipped, because those oxygens are in the structure.
+/// Reads blocks that begin with a line such as "ALA 3", and the rules that follow it. The number is ignored. Rules for
+/// the oxygens of a C terminus, which occur in AMBER's blocks, are skipped, because those oxygens are in the structure.
 void read_hydrogens(const fs::path& path, ForceField& force_field) {
   ParameterFile file(path);
   Words words;
   std::vector<HydrogenRule>* rules = nullptr;
   while (file.next(words)) {
     if (words.size() <= 2) {
-      // AMBER's RNA files repeat residues of thymine, as the DNA files do; the last entry is used.
+      // AMBER's RNA and DNA files repeat residues with thymine. The last entry is used.
       rules = &force_field.hydrogens[std::string(words.front())];
       rules->clear();
     } else if (rules == nullptr) {
@@ -190,7 +190,7 @@ void read_hydrogens(const fs::path& path, ForceField& force_field) {
   }
 }
 
-/// Reads an added atom. If "H" is added three times, the atoms are H1, H2 and H3; if once, it is H.
+/// Reads an added atom. "H" with a count of 3 adds H1, H2 and H3; with a count of 1 it adds H.
 void read_addition(ParameterFile& file, const Words& header, TerminusEdit& edit) {
   if (header.size() < 3) file.fail("an added atom needs count, rule and name");
   const int count = static_cast<int>(file.number(header[0]));
@@ -206,8 +206,8 @@ void read_addition(ParameterFile& file, const Words& header, TerminusEdit& edit)
   }
 }
 
-/// Reads a line "old [new] type mass charge". The new name is used by GROMACS only and does not occur in structure
-/// files.
+/// Reads a line "old [new] type mass charge". The new name is ignored: it is used within GROMACS and does not occur in
+/// structure files.
 void read_replacement(const ParameterFile& file, const Words& words, TerminusEdit& edit) {
   if (words.size() < 4) file.fail("a replaced atom needs name, type, mass and charge");
   edit.replaced.push_back(
@@ -239,8 +239,8 @@ std::map<std::string, TerminusEdit, std::less<>> read_termini(const fs::path& pa
   return termini;
 }
 
-/// Removes the oxygens that a C terminus adds under GROMACS's names (O1, O2, OT), because they are O and OXT under
-/// other names.
+/// Removes oxygens with GROMACS's names (O1, O2, OT) from the edits of C termini. They are the atoms O and OXT, which
+/// the structure contains already.
 void drop_renamed_additions(std::map<std::string, TerminusEdit, std::less<>>& c_termini) {
   for (auto& [name, edit] : c_termini) {
     std::erase_if(edit.added, [](const BlockAtom& atom) { return atom.name.starts_with('O'); });
@@ -271,7 +271,7 @@ void read_block_aliases(const fs::path& path, ForceField& force_field) {
   }
 }
 
-/// Reads nucleotides if the folder contains them.
+/// Reads the files of nucleotides if the folder contains them.
 void read_nucleotides(const fs::path& directory, const char* stem, const char* kind, ForceField& force_field) {
   std::error_code error;
   const auto path = [&](const char* ending) { return directory / (std::string(stem) + ending); };

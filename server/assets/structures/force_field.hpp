@@ -17,8 +17,8 @@ inline constexpr const char* kOplsDirectory = "/usr/share/gromacs/top/oplsaa.ff"
 /// Name of the built-in parameters by element, which need no folder.
 inline constexpr const char* kBuiltInForceField = "built-in";
 
-/// Name of OPLS-AA, the only force field with united atoms, and with atom types of its own that substitute for missing
-/// elements.
+/// Name of OPLS-AA. It is the only supported force field with united atoms, and the only one whose own atom types
+/// substitute for missing elements.
 inline constexpr std::string_view kOplsName = "oplsaa";
 inline constexpr std::string_view kElementPrefix = "element ";
 
@@ -28,7 +28,7 @@ struct AtomType {
   double epsilon_kj_per_mol = 0;
 };
 
-/// One atom of a residue block. The charge belongs to the block, not to the type.
+/// One atom of a residue block. The charge depends on the block, not on the type.
 struct BlockAtom {
   std::string name;
   std::string type;
@@ -40,8 +40,8 @@ struct HydrogenRule {
   int count = 0;
   int kind = 0;      ///< kind of geometry, see hydrogen_geometry.hpp
   std::string name;  ///< name of a single hydrogen; several are numbered: HB1, HB2
-  /// The atom that carries the hydrogens, then atoms that define directions. A name such as "-C" is that of an atom of
-  /// the previous residue.
+  /// The atom that carries the hydrogens, followed by atoms that define directions. A name such as "-C" means an atom
+  /// of the previous residue.
   std::vector<std::string> anchors;
 
   std::string hydrogen(int i) const { return count == 1 ? name : name + std::to_string(i + 1); }
@@ -50,14 +50,14 @@ struct HydrogenRule {
 struct ResidueBlock {
   std::string name;
   std::vector<BlockAtom> atoms;
-  std::string kind;  ///< "DNA" or "RNA", as aliases name it; empty for a block of aminoacids.rtp
+  std::string kind;  ///< "DNA" or "RNA", as in aliases; empty for a block of aminoacids.rtp
 
   const BlockAtom* find(std::string_view atom) const;
   bool is_amino_acid() const;  ///< has N, CA, C and O
   bool is_nucleotide() const;  ///< has C1' and O4' of a sugar
 };
 
-/// Names of the blocks that replace another block at a chain end; empty if there is none.
+/// Names of the blocks that replace a block at a chain end; empty if none does.
 struct EndBlocks {
   std::string first;  ///< block for the N terminus, or the 5' end
   std::string last;   ///< block for the C terminus, or the 3' end
@@ -66,7 +66,7 @@ struct EndBlocks {
 
 /// Changes to a residue's block at a chain end.
 struct TerminusEdit {
-  std::vector<BlockAtom> replaced;  ///< atoms of the block with these names; "OXT" is added if the block lacks it
+  std::vector<BlockAtom> replaced;  ///< new entries for atoms with these names; "OXT" is added if it is missing
   std::vector<BlockAtom> added;     ///< e.g. H1, H2, H3
   std::vector<std::string> deleted;
   std::vector<HydrogenRule> hydrogens;
@@ -86,14 +86,15 @@ struct ForceField {
   std::map<std::string, std::vector<HydrogenRule>, std::less<>> hydrogens;  ///< indexed by block
   std::map<std::string, TerminusEdit, std::less<>> n_termini;
   std::map<std::string, TerminusEdit, std::less<>> c_termini;
-  std::map<std::string, std::string, std::less<>> block_of_residue;  ///< if it differs from the residue's name: LYS →
-                                                                     ///< LYSH
-  std::map<std::string, EndBlocks, std::less<>> end_blocks;          ///< e.g. NALA and CALA for ALA
+  /// Name of a residue's block, if it differs from the residue's name: LYS → LYSH.
+  std::map<std::string, std::string, std::less<>> block_of_residue;
+  std::map<std::string, EndBlocks, std::less<>> end_blocks;  ///< e.g. NALA and CALA for ALA
   std::vector<AtomAlias> aliases;
-  /// Aliases for the atom names in this force field's blocks. Their `residue` is a block, a kind of blocks, or "*".
+  /// Aliases for the atom names in blocks of this force field. Their `residue` is a block, a kind of blocks, or "*".
   std::vector<AtomAlias> block_aliases;
   bool mixes_arithmetically = false;  ///< see docking::Molecule
-  /// The types are elements and "HP", a hydrogen that is not bonded to carbon. Blocks contain only names of residues.
+  /// The types are elements, and "HP" for a hydrogen that is not bonded to carbon. Blocks contain names of residues
+  /// only.
   bool is_by_element = false;
 
   const ResidueBlock* block(std::string_view name) const;
@@ -102,7 +103,7 @@ struct ForceField {
   const AtomType& type(std::string_view name) const;
 };
 
-/// Returns a substitute for OPLS-AA without its files: Lennard-Jones parameters by element, and no charges.
+/// Returns a substitute for OPLS-AA that needs no files: Lennard-Jones parameters by element, and no charges.
 ///
 /// Source  Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225: C, H of alkanes, N, O of amides, S of thiols, P and
 ///         halogens; Åqvist, J. Phys. Chem. 94 (1990) 8021: ions, with the values of magnesium for zinc and iron; other
@@ -110,9 +111,9 @@ struct ForceField {
 ForceField built_in_force_field();
 
 /// Reads a force-field folder: forcefield.itp, ffnonbonded.itp, aminoacids.rtp, .hdb, .n.tdb, .c.tdb, .r2b and, if
-/// present, .arn. Also reads .rtp, .hdb, .r2b and .arn of dna and rna, and xlateat.dat of the folder or its parent. A
-/// name such as "amber99sb" means the folder of that name in gromacs-data. Types "element C" … are added for atoms
-/// without an entry. For "built-in" it returns built_in_force_field().
+/// present, .arn. Reads .rtp, .hdb, .r2b and .arn of dna and rna as well, and xlateat.dat of the folder or its parent.
+/// A name such as "amber99sb" means the folder of that name in gromacs-data; "built-in" means built_in_force_field().
+/// Types "element C" … are added as substitutes for missing entries.
 ///
 /// Fails   MoleculeError: the folder or a file is missing (names the Debian package); a line cannot be read (names it);
 ///         the combination rule is neither 2 (arithmetic) nor 3 (geometric); there are parameters for single pairs of

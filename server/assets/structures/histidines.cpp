@@ -29,7 +29,7 @@ bool contains(const auto& names, std::string_view name) {
   return std::ranges::find(names, name) != names.end();
 }
 
-/// Evidence for a hydrogen on a nitrogen (positive sum) or against it (negative).
+/// Evidence for (positive) or against (negative) a hydrogen on one nitrogen.
 struct Evidence {
   double sum = 0;
   double strongest = 0;
@@ -114,7 +114,7 @@ class HistidineChooser {
     const PdbResidue* residue;
     const PdbAtom* atom;
   };
-  std::vector<Neighbour> atoms_;  ///< declared before the grid, because positions_of() fills it
+  std::vector<Neighbour> atoms_;  ///< must precede grid_, because positions_of() fills it
   AtomGrid grid_;
 };
 

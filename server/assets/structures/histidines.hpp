@@ -1,4 +1,4 @@
-// Chooses the nitrogen of a histidine that carries the hydrogen, if the file does not state it.
+// Chooses which nitrogen of a histidine carries the hydrogen, if the file does not state it.
 #pragma once
 
 #include <string>
@@ -9,19 +9,19 @@
 namespace tandem::server {
 
 struct HistidineChoice {
-  std::string block;   ///< "HISD" or "HISE"; empty: the residue is no histidine, or its ring has hydrogens
+  std::string block;   ///< "HISD" or "HISE"; empty if the residue is no histidine, or if its ring has hydrogens
   std::string reason;  ///< for the user: "ND1 is 2.8 Å from OD1 of ASP 102"
 };
 
-/// Chooses the neutral tautomer of each histidine in `residues`. The hydrogen is on the nitrogen that has the better
-/// acceptor in the direction of the bond. It is not on a nitrogen near a metal or a donor. Without such neighbours the
-/// choice is HISE, the usual tautomer in water.
+/// Chooses the neutral tautomer of each histidine in `residues`. The hydrogen is put on the nitrogen with the better
+/// acceptor in the direction of the N-H bond. It is not put on a nitrogen near a metal or a donor. Without such
+/// neighbours the choice is HISE, the usual tautomer in water.
 ///
 /// Model   Acceptors are oxygens of backbone, carboxylates, amides and phosphates up to 3.5 Å from the nitrogen and
 ///         within 60° of the N-H bond. Donors are nitrogens with hydrogens, within the same limits. Metals count up to
-///         2.8 Å. Hydroxyls and water are ignored, because they can be both. The weight falls from 1 at 2.5 Å to 0 at
-///         3.5 Å; a metal outweighs all others
-/// In      others  other groups nearby: ions, nucleic acids
+///         2.8 Å. Hydroxyls and water are ignored, because they may be donor or acceptor. The weight falls from 1 at
+///         2.5 Å to 0 at 3.5 Å; a metal outweighs all other neighbours
+/// In      others  other groups of the file: ions, nucleic acids
 std::vector<HistidineChoice> choose_histidines(const std::vector<PdbResidue>& residues,
                                                const std::vector<PdbResidue>& others);
 

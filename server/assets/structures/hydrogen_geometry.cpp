@@ -11,8 +11,8 @@ namespace {
 constexpr double kBondAngstrom = 1.0;
 constexpr double kTetrahedral = 109.47122063449069 * std::numbers::pi / 180;
 constexpr double kThird = 2 * std::numbers::pi / 3;
-/// Distance longer than any bond between two atoms of a rule. If atoms are farther apart, their residues are not
-/// consecutive.
+/// Longest distance that counts as a bond between two atoms of a rule. If atoms of two residues are farther apart, the
+/// residues are not consecutive.
 constexpr double kMaxBondAngstrom = 2.5;
 
 /// Returns a position bonded to i, at an angle to i-j and at a dihedral angle about i-j relative to k.
@@ -30,8 +30,8 @@ Vec3 away_from_mean(const std::vector<Vec3>& p) {
   return p[0] - mean / static_cast<double>(p.size() - 1);
 }
 
-/// Returns the hydrogens of a rule, whose atoms are at p. The result is empty for a kind of rule that does not occur in
-/// proteins, and for collinear atoms, which define no plane.
+/// Returns the hydrogens of a rule, whose atoms are at p. The result is empty if the kind of the rule does not occur in
+/// proteins, or if the atoms are collinear and define no plane.
 std::vector<Vec3> geometry(const HydrogenRule& rule, const std::vector<Vec3>& p) {
   constexpr double kMinSquareAngstrom2 = 0.01;
   std::vector<Vec3> made;
@@ -58,7 +58,7 @@ std::vector<Vec3> geometry(const HydrogenRule& rule, const std::vector<Vec3>& p)
   return made;
 }
 
-/// Returns the positions of the rule's atoms; nothing if one is missing or they are not bonded.
+/// Returns the positions of the rule's atoms; nothing if one of them is missing or not bonded.
 std::optional<std::vector<Vec3>> anchors_of(const HydrogenRule& rule, const AtomPlaces& own, const AtomPlaces* before) {
   std::vector<Vec3> found;
   for (const std::string& anchor : rule.anchors) {
@@ -74,7 +74,8 @@ std::optional<std::vector<Vec3>> anchors_of(const HydrogenRule& rule, const Atom
   return found;
 }
 
-/// Returns a heavy atom of the residue that is bonded to the rule's first atom and is not the rule's second atom.
+/// Returns a heavy atom of the residue that is bonded to the rule's first atom, other than the rule's second atom;
+/// nothing if there is none.
 std::optional<Vec3> other_neighbour(const HydrogenRule& rule, const AtomPlaces& own) {
   constexpr double kMaxNeighbourAngstrom = 1.8;
   if (rule.anchors.size() < 2) return std::nullopt;
@@ -108,8 +109,8 @@ std::vector<Vec3> hydrogen_places(const HydrogenRule& rule, const AtomPlaces& ow
 }
 
 std::optional<Vec3> carbon_before_gap(const AtomPlaces& own) {
-  // The angle C-N-CA is 121.7°, and the dihedral angle φ is that of a helix. Only the direction matters, so the bond
-  // length is arbitrary.
+  // The angle C-N-CA is 121.7°. The dihedral angle φ is that of a helix. Only the direction matters, so any bond length
+  // will do.
   constexpr double kAngle = 121.7 * std::numbers::pi / 180, kPhi = -63 * std::numbers::pi / 180;
   const auto n = own.find("N"), ca = own.find("CA"), c = own.find("C");
   if (n == own.end() || ca == own.end() || c == own.end()) return std::nullopt;

@@ -1,4 +1,4 @@
-// Computes the positions of an atom's hydrogens from the rules of GROMACS's hydrogen database.
+// Computes the positions of hydrogens on an atom by the rules of GROMACS's hydrogen database.
 #pragma once
 
 #include <map>
@@ -14,9 +14,9 @@ namespace tandem::server {
 /// Positions of a residue's atoms [Å], indexed by their names in the force field.
 using AtomPlaces = std::map<std::string, Vec3, std::less<>>;
 
-/// Returns the positions of the hydrogens of a rule. The result is empty if an atom of the rule is missing or not
-/// bonded, or if the atoms are collinear and define no plane. It is also empty for a kind of rule that does not occur
-/// in proteins and nucleic acids.
+/// Returns the positions of the hydrogens of a rule. The result is empty in three cases: an atom of the rule is missing
+/// or not bonded; the atoms are collinear and define no plane; the kind of the rule does not occur in proteins and
+/// nucleic acids.
 ///
 /// Model   Hydrogens are 1.0 Å from their atom i, as for the rules of aminoacids.hdb. j, k, l are neighbours of i.
 ///         Kinds 1 and 5: one, opposite to the mean of the neighbours. Kind 6: two, 109.5° apart, in the plane that
@@ -27,12 +27,12 @@ using AtomPlaces = std::map<std::string, Vec3, std::less<>>;
 /// In      before  atoms of the previous residue, for rules with "-C"; null if there is none
 std::vector<Vec3> hydrogen_places(const HydrogenRule& rule, const AtomPlaces& own, const AtomPlaces* before);
 
-/// Returns whether the hydrogens of a rule can rotate about the bond between its first two atoms. Returns false for an
-/// atom of a ring.
+/// Returns whether the hydrogens of a rule can rotate about the bond between the rule's first two atoms. They cannot on
+/// an atom of a ring.
 bool turns(const HydrogenRule& rule, const AtomPlaces& own);
 
-/// Returns the position of the carbon before a residue that begins after a gap, from the usual angles of a chain. It is
-/// needed to place the hydrogen on N. Returns nothing if N, CA or C is missing.
+/// Returns the position of the missing carbon before a residue that begins after a gap, by the usual angles of a chain.
+/// The position is needed to place the hydrogen on N. Returns nothing if N, CA or C is missing.
 std::optional<Vec3> carbon_before_gap(const AtomPlaces& own);
 
 }  // namespace tandem::server

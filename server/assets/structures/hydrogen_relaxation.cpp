@@ -21,24 +21,26 @@ namespace {
 
 constexpr std::size_t kNoAtom = std::numeric_limits<std::size_t>::max();
 constexpr double kDegree = std::numbers::pi / 180;
-/// Fraction of the contact distance below which groups are moved. It is slightly above the clash limit, so that no
-/// group remains just below that limit.
+/// Fraction of the contact distance below which groups are moved. It is slightly larger than the fraction that counts
+/// as a clash, so that no group remains just below that one.
 constexpr double kMovedShare = 0.72;
 constexpr double kOverlapAngstrom = 1.0;
-constexpr double kGivenHydrogenBondAngstrom = 1.5;  // largest distance of a hydrogen in the file from its atom
+constexpr double kGivenHydrogenBondAngstrom = 1.5;  // largest distance of a hydrogen in the file from its heavy atom
 constexpr double kMaxCovalentBondAngstrom = 2.6;
-/// Distances from the carrier of a group up to which other atoms matter: heavy atoms, and carriers of other hydrogens.
+/// Distances from the carrier of a group up to which atoms are considered: heavy atoms, and carriers of other
+/// hydrogens.
 constexpr double kReachAngstrom = 4.6, kReachOfCarriersAngstrom = 5.6;
 constexpr std::size_t kMaxGroups = 5000;
 constexpr int kMaxRounds = 40;
-/// Limit of the number of pair energies, which take about 2 s. 4JSV with 44,000 atoms needs 31 million. In damaged and
-/// hostile files, whose atoms overlap, the number would be unbounded.
+/// Limit of the number of evaluated pair energies, which take about 2 s. A structure of 44,000 atoms (4JSV) needs 31
+/// million. Without the limit, files with overlapping atoms (damaged or hostile) could need any number.
 constexpr std::size_t kMaxPairs = 50'000'000;
-/// Displacements below these limits end a search. They are far below the resolution of coordinates in files.
+/// Displacements below which a search ends, far below the resolution of coordinates in files.
 constexpr double kMinTurn_rad = 1e-7, kMinBend_angstrom = 1e-7;
 
-constexpr double kWell = 0.2, kHydrogenBondWell = 4, kHydrogenBondAngstrom = 1.85;  // depths of wells in kJ/mol
-constexpr double kNearest_angstrom = 0.5;  // pairs nearer than this have the energy at this distance
+// well depths in kJ/mol, and a distance
+constexpr double kWell = 0.2, kHydrogenBondWell = 4, kHydrogenBondAngstrom = 1.85;
+constexpr double kNearest_angstrom = 0.5;  // nearer pairs get the energy at this distance
 constexpr double kBarrier = 12, kHydroxylBarrier = 6, kPlanarBarrier = 14;
 constexpr double kBendPerAngstrom2 = 100;
 
@@ -50,7 +52,7 @@ struct RelaxedAtom {
   const PdbResidue* residue = nullptr;
   const PdbAtom* source = nullptr;
   bool is_hydrogen = false;
-  bool is_polar = false;           ///< N, O or S, or a hydrogen on one of them
+  bool is_polar = false;           ///< N, O or S, or a hydrogen bonded to one of them
   std::size_t carrier = kNoAtom;   ///< heavy atom to which a hydrogen is bonded
   std::vector<std::size_t> bonds;  ///< heavy neighbours of a heavy atom
   std::size_t hydrogens = 0;       ///< number of hydrogens bonded to it
@@ -60,13 +62,13 @@ struct RelaxedGroup {
   std::size_t part = 0;
   const BuiltGroup* built = nullptr;
   std::vector<std::size_t> atoms;
-  std::vector<PdbAtom*> targets;  ///< parallel to `atoms`: atoms that get the resulting positions
+  std::vector<PdbAtom*> targets;  ///< parallel to `atoms`: atoms that receive the resulting positions
   std::size_t carrier = kNoAtom;
-  std::vector<std::size_t> near;  ///< atoms more than three bonds away that its hydrogens may approach
+  std::vector<std::size_t> near;  ///< atoms more than three bonds away that the group's hydrogens may approach
   std::vector<Vec3> built_places;
   double turn_rad = 0;
   double periods = 3, barrier = kBarrier;
-  double energy = 0;  ///< energy of the nearest pair
+  double energy = 0;  ///< energy of the group's nearest pair
 
   Vec3 turned(std::size_t n, double angle_rad) const {
     if (!built->turns) return built_places[n];
@@ -184,7 +186,7 @@ class Relaxation {
     return all;
   }
 
-  /// Links heavy atoms by distance, and each hydrogen of the file to the nearest heavy atom.
+  /// Links heavy atoms by distance, and links each hydrogen of the file to the nearest heavy atom.
   void link_atoms() {
     const AtomGrid grid(kMaxCovalentBondAngstrom, positions());
     for (std::size_t i = 0; i < atoms_.size(); ++i) {
@@ -234,7 +236,7 @@ class Relaxation {
     }
   }
 
-  /// Chooses the rotation barrier by the atom on the axis of the group. An atom with three neighbours is planar.
+  /// Selects the rotation barrier by the atom at the other end of the axis, which is planar if it has three neighbours.
   void choose_barrier(RelaxedGroup& group, const RelaxedAtom& carrier) {
     if (group.atoms.size() == 1) group.barrier = kHydroxylBarrier;
     for (const std::size_t i : carrier.bonds) {
@@ -244,8 +246,8 @@ class Relaxation {
     }
   }
 
-  /// Returns whether an atom accepts hydrogen bonds. A nitrogen or sulphur with hydrogens does not, because the
-  /// hydrogens point at the approaching atom.
+  /// Returns whether an atom accepts hydrogen bonds. A nitrogen or sulphur with hydrogens does not, because its
+  /// hydrogens point towards the approaching atom.
   bool is_acceptor(const RelaxedAtom& atom) const {
     return atom.is_polar && !atom.is_hydrogen && (atom.source->element == "O" || atom.hydrogens == 0);
   }
@@ -290,8 +292,8 @@ class Relaxation {
     return found;
   }
 
-  /// Sorts by decreasing energy. Of two groups that clash with each other, the one nearer to the centre of all atoms
-  /// comes first. Neither criterion depends on the order of the file or on its frame.
+  /// Sorts the groups by decreasing energy. Of two groups that clash with each other, the group nearer to the centre of
+  /// all atoms comes first. Neither criterion depends on the order or the frame of the file.
   void sort_by_energy(std::vector<RelaxedGroup*>& groups) const {
     Vec3 middle = Vec3::Zero();
     for (const RelaxedAtom& atom : atoms_) middle += atom.p / static_cast<double>(atoms_.size());
@@ -313,7 +315,7 @@ class Relaxation {
     double best = group.turn_rad, least = energy_turned(group, best);
     for (int step = 0; step < 72; ++step) {
       const double energy = energy_turned(group, step * kStep);
-      // The first of equally good angles is chosen; a methyl group has several.
+      // If several angles are equally good, the first is chosen; a methyl group has three.
       if (energy >= least - 1e-9 * (1 + std::abs(least))) continue;
       least = energy;
       best = step * kStep;
@@ -336,8 +338,8 @@ class Relaxation {
     return energy_at(group, n, place) + kBendPerAngstrom2 * (place - group.turned(n, group.turn_rad)).squaredNorm();
   }
 
-  /// Moves each hydrogen down the gradient on the sphere around its carrier while the energy decreases. Returns whether
-  /// one moved.
+  /// Moves each hydrogen down the gradient, on the sphere around its carrier, while the energy decreases. Returns
+  /// whether a hydrogen has moved.
   bool bend(RelaxedGroup& group) {
     constexpr double kDifference = 1e-4, kFirstStep = 0.08;
     double farthest = 0;
@@ -421,7 +423,7 @@ class Relaxation {
 
   std::vector<RelaxedAtom> atoms_;
   std::vector<RelaxedGroup> groups_;
-  std::size_t pairs_ = 0;  ///< number of pair energies computed so far
+  std::size_t pairs_ = 0;  ///< number of pair energies evaluated so far
 };
 
 }  // namespace

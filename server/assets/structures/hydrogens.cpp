@@ -24,7 +24,7 @@ AtomPlaces places_of(const PdbResidue& residue, const TypedResidue& typed) {
   return found;
 }
 
-/// Returns the atoms of the previous residue; after a gap, only its carbon at a computed position.
+/// Returns the atoms of the previous residue. After a gap, returns only its carbon, at a computed position.
 std::optional<AtomPlaces> places_before(const ForceField& force_field, const std::vector<PdbResidue>& residues,
                                         std::span<const ResidueContext> contexts, std::size_t r,
                                         const AtomPlaces& own) {
@@ -36,7 +36,7 @@ std::optional<AtomPlaces> places_before(const ForceField& force_field, const std
   return carbon ? std::optional(AtomPlaces{{"C", *carbon}}) : std::nullopt;
 }
 
-/// Makes the group of a rule. Its rotation axis is the bond to the rule's second atom.
+/// Makes the group of a rule. Its rotation axis is the bond between the rule's first two atoms.
 BuiltGroup group_of(const HydrogenRule& rule, const AtomPlaces& own) {
   BuiltGroup group;
   group.carrier_angstrom = own.find(rule.anchors.front())->second;
@@ -47,8 +47,8 @@ BuiltGroup group_of(const HydrogenRule& rule, const AtomPlaces& own) {
   return group;
 }
 
-/// Adds the hydrogens of all rules, except rules whose hydrogens are all present. Returns the added groups; their
-/// residue index is 0.
+/// Adds the hydrogens of all rules. A rule whose hydrogens are all present is skipped. Returns the added groups; the
+/// caller sets their residue index.
 std::vector<BuiltGroup> add_hydrogens(PdbResidue& residue, const TypedResidue& typed, const AtomPlaces& own,
                                       const AtomPlaces* before) {
   std::vector<BuiltGroup> groups;
@@ -70,7 +70,7 @@ std::vector<BuiltGroup> add_hydrogens(PdbResidue& residue, const TypedResidue& t
       made.push_back(std::move(atom));
     }
   }
-  // All hydrogens of an incomplete group are rebuilt, because their positions depend on each other.
+  // All hydrogens of an incomplete group are built again, because their positions depend on each other.
   std::vector<PdbAtom> kept;
   for (std::size_t i = 0; i < residue.atoms.size(); ++i) {
     if (!removed.contains(typed.names[i])) kept.push_back(std::move(residue.atoms[i]));
@@ -119,7 +119,7 @@ bool complete_chain_end(const ForceField& force_field, PdbResidue& residue) {
   if (ca == nullptr || c == nullptr || o == nullptr) return false;
   const Vec3 inwards = (ca->position_angstrom - c->position_angstrom).normalized() +
                        (o->position_angstrom - c->position_angstrom).normalized();
-  constexpr double kMinOfALine = 0.1;  // below it, CA, C and O are nearly collinear and define no direction
+  constexpr double kMinOfALine = 0.1;  // below this length, CA, C and O are nearly collinear and define no direction
   if (!(inwards.norm() > kMinOfALine)) return false;
   PdbAtom atom;
   atom.name = "OXT";

@@ -1,5 +1,5 @@
-// Adds hydrogens that a structure file lacks, at the same positions as GROMACS's pdb2gmx. Also makes united atoms,
-// which include their hydrogens.
+// Adds hydrogens that a structure file lacks, at the positions that GROMACS's pdb2gmx would choose. Makes united atoms
+// as well, which include their hydrogens.
 #pragma once
 
 #include <span>
@@ -12,9 +12,9 @@
 namespace tandem::server {
 
 enum class Hydrogens {
-  kGiven,     ///< uses the hydrogens of the file
-  kBuild,     ///< builds all hydrogens of amino acids; those of the file are discarded
-  kUnited,    ///< same as kBuild, but carbon and its hydrogens become one united atom: CH, CH2, CH3
+  kGiven,     ///< the hydrogens of the file are used
+  kBuild,     ///< all hydrogens of amino acids are built, and those of the file are discarded
+  kUnited,    ///< all hydrogens are built, then a carbon and its hydrogens become one united atom: CH, CH2, CH3
   kAsNeeded,  ///< kGiven if the chosen chains have any hydrogens, otherwise kBuild
 };
 
@@ -23,24 +23,25 @@ enum class Hydrogens {
 Hydrogens hydrogens_of(const std::string& text);
 std::string text_of(Hydrogens hydrogens);
 
-/// Replaces the hydrogens of residues whose charges are not given in the file. The new hydrogens follow the rules of
-/// their blocks and chain ends (hydrogen_places()). A rule with a missing atom adds nothing.
+/// Replaces the hydrogens of each residue, unless the file states charges for its atoms. The new hydrogens follow the
+/// rules of the residue's block and chain ends (hydrogen_places()). A rule with a missing atom adds nothing.
 ///
 /// In      residues, contexts  one context for each residue, in file order
 std::vector<BuiltGroup> build_hydrogens(const ForceField& force_field, std::vector<PdbResidue>& residues,
                                         std::span<const ResidueContext> contexts);
 
-/// Adds the missing hydrogens of one residue. If a group such as CH3 lacks one hydrogen, all of its hydrogens are
-/// built.
+/// Adds the missing hydrogens of residue `r`. If a group such as CH3 lacks one hydrogen, all of its hydrogens are built
+/// again.
 std::vector<BuiltGroup> complete_hydrogens(const ForceField& force_field, std::vector<PdbResidue>& residues,
                                            std::span<const ResidueContext> contexts, std::size_t r);
 
-/// Adds the second oxygen of a chain's last amino acid if it is missing, in the plane of CA, C and O, 1.25 Å from C.
-/// Out     whether the oxygen was added
+/// Adds the second oxygen of the last amino acid of a chain if it is missing: in the plane of CA, C and O, 1.25 Å from
+/// C.
+/// Out     true if the oxygen was added
 bool complete_chain_end(const ForceField& force_field, PdbResidue& residue);
 
-/// Removes the hydrogens on carbon from a residue and from its entries. Their charge and mass are added to the carbon,
-/// which becomes one of the force field's united atoms.
+/// Removes the hydrogens on carbon from a residue and its entries. Their charge and mass are added to the carbon, which
+/// gets the type of one of the force field's united atoms.
 ///
 /// Source  Jorgensen, Tirado-Rives, JACS 110 (1988) 1657: CH, CH2, CH3 and aromatic CH, opls_005 to opls_011
 void unite_hydrogens(const ForceField& force_field, PdbResidue& residue, TypedResidue& typed);

@@ -1,4 +1,4 @@
-// Combines the structure readers and the force field into a molecule, and reports all omissions.
+// Combines the structure readers and the force field into a molecule, and reports everything that was left out.
 #include "server/assets/structures/loader.hpp"
 
 #include <algorithm>
@@ -20,8 +20,8 @@ namespace {
 
 constexpr std::size_t kMaxNamesInANote = 8;
 constexpr double kSigmaPerRadius = 1.7817974362806785;  // 2^(5/6)
-constexpr double kMinSigmaAngstrom = 0.1;  // lower limit of docking::validate(); atoms below it have no Lennard-Jones
-                                           // term
+// Lower limit of docking::validate(). Atoms with a smaller σ have no Lennard-Jones term.
+constexpr double kMinSigmaAngstrom = 0.1;
 constexpr double kLostCharge_e = 0.1;
 constexpr double kSamePlaceAngstrom = 0.01;
 
@@ -29,7 +29,8 @@ std::string chain_name(const std::string& chain) {
   return chain.empty() ? "(blank)" : chain;
 }
 
-/// Joins the first eight entries and the number of the others. Names are from the file, so they are made printable.
+/// Joins the first eight entries, and appends the number of the rest. Entries contain names of the file, so they are
+/// made printable.
 template <class Entries, class Text>
 std::string joined(const Entries& entries, const Text& text) {
   std::string list;
@@ -45,7 +46,7 @@ std::string joined(const std::set<std::string>& names) {
   return joined(names, [](const std::string& name) { return printable_text(name); });
 }
 
-/// Residues of one name that are not amino acids.
+/// Residues with one name that are not amino acids and are not loaded.
 struct LeftOut {
   std::size_t residues = 0;
   std::size_t atoms = 0;
@@ -58,7 +59,7 @@ std::string text_of(const LeftOutByName::value_type& entry) {
          counted(entry.second.atoms, "atom", "atoms") + ")";
 }
 
-/// Returns the names of the residues of one chain, for the user.
+/// Returns the names of the residues of one chain.
 std::set<std::string> names_in(const std::vector<PdbResidue>& residues, std::string_view chain) {
   std::set<std::string> names;
   for (const PdbResidue& residue : residues) {
@@ -97,7 +98,7 @@ void check_selection(const std::vector<PdbResidue>& in_chains, const std::vector
   }
 }
 
-/// Returns the selected residues. The others of the selected chains are counted by name for a note.
+/// Returns the selected residues. The unselected residues of the selected chains are counted by name, for a note.
 std::vector<PdbResidue> pick_selected(const std::vector<PdbResidue>& others, const StructureSelection& selection,
                                       LeftOutByName& left_out, std::vector<std::string>& dropped) {
   std::vector<PdbResidue> taken;
@@ -129,8 +130,9 @@ class Loader {
     add(united, typed);
   }
 
-  /// Adds a residue of no chain. Water and ions are typed by their blocks if all atoms are present. Otherwise, a water
-  /// without hydrogens would get the charge of an oxygen with two. Other residues are typed by their elements.
+  /// Adds a residue that belongs to no chain. Water and ions get the entries of their blocks if all atoms are present.
+  /// A water without hydrogens would otherwise get the charge of an oxygen that has two. All other residues get entries
+  /// by element.
   void add_other(const PdbResidue& residue) {
     if (!force_field_.is_by_element && has_block(force_field_, residue.name)) {
       const TypedResidue typed = type_residue(force_field_, residue, {});
@@ -158,7 +160,7 @@ class Loader {
     }
   }
 
-  /// Adds a residue that the force field lacks. Its charge is unknown, and its hydrogens are those of the file.
+  /// Adds a residue that the force field lacks. Its charge is unknown, and it has only the hydrogens of the file.
   void add_unknown(const PdbResidue& residue, const TypedResidue& typed) {
     add(residue, typed);
     if (has_own_charges(residue)) return;
@@ -208,7 +210,7 @@ class Loader {
     if (structure.has_more_models) note("all models of the file but the first left out");
   }
 
-  /// Changes the charge of a residue with a partial side chain to a whole number.
+  /// Shifts the charge of a residue whose side chain is incomplete to a whole number.
   void complete_charge(const PdbResidue& residue, TypedResidue& typed) {
     const std::optional<double> charge_e = make_whole(residue, typed);
     if (!charge_e || !typed.expected_charge_e) return;
@@ -219,7 +221,7 @@ class Loader {
     typed.expected_charge_e = charge_e;
   }
 
-  /// Adds notes about the origin of the hydrogens if it was left open or differs from "given".
+  /// Adds notes about the origin of the hydrogens, if the user left the choice open or if hydrogens were rebuilt.
   void write_hydrogen_notes(Hydrogens wanted, const std::vector<std::string>& rebuilt) {
     const auto plain = [](const std::string& text) { return text; };
     if (wanted == Hydrogens::kAsNeeded && report_.hydrogens == "build") {
@@ -243,7 +245,7 @@ class Loader {
   void write_charge_notes() {
     report_.charge = net_charge(molecule_, implied_);
     const auto plain = [](const std::string& text) { return text; };
-    // In a structure without hydrogens, the charges of residues are not whole.
+    // If the hydrogens are missing, the charges of residues are not whole, and a warning would be useless.
     const bool has_hydrogens = 2 * missing_hydrogens_ <= expected_hydrogens_;
     note("net charge " + charge_text(report_.charge) + (has_hydrogens ? "" : "; hydrogens are missing"));
     if (has_hydrogens && !report_.charge.suspects.empty()) {
@@ -289,7 +291,7 @@ class Loader {
       molecule_.guessed.emplace(molecule_.size(), guess);
       ++guesses_[residue.name];
     }
-    // The radius in a PQR file is half the distance of the energy minimum, 2^(1/6) σ.
+    // A PQR file gives as radius half the distance of the energy minimum, which is 2^(1/6) σ.
     const double sigma = atom.radius_angstrom ? kSigmaPerRadius * *atom.radius_angstrom : type.sigma_angstrom;
     molecule_.positions_angstrom.push_back(atom.position_angstrom);
     molecule_.sigma_angstrom.push_back(sigma < kMinSigmaAngstrom ? 0 : sigma);
@@ -317,11 +319,11 @@ class Loader {
   std::set<std::string> incomplete_;
   std::vector<ImpliedCharge> implied_;
   std::vector<std::string> uncharged_;
-  std::map<std::string, std::size_t> without_hydrogens_;  ///< number of residues, by name
-  std::map<std::string, std::size_t> guesses_;            ///< number of atoms, by residue name
+  std::map<std::string, std::size_t> without_hydrogens_;  ///< number of residues by name
+  std::map<std::string, std::size_t> guesses_;            ///< number of atoms by residue name
 };
 
-/// Refuses two atoms at one position. The atoms are sorted along x, so that only nearby ones are compared.
+/// Refuses two atoms at one position. The atoms are sorted along x, so that only neighbours in x are compared.
 void check_places(const std::vector<Vec3>& positions, const std::vector<std::string>& places,
                   const std::string& source) {
   std::vector<std::size_t> order(positions.size());
@@ -338,13 +340,13 @@ void check_places(const std::vector<Vec3>& positions, const std::vector<std::str
   }
 }
 
-/// Moves built hydrogens that overlap other atoms, including those of the structures in `beside`.
+/// Moves built hydrogens that overlap other atoms; the structures in `beside` are included.
 RelaxedHydrogens relax(PreparedStructure& prepared, const ForceField& force_field,
                        const std::filesystem::path& structure, std::span<const StructureSource> beside) {
   if (prepared.groups.empty()) return {};
   std::vector<PreparedStructure> neighbours;
   for (const StructureSource& source : beside) {
-    // A source with the same file is skipped, because all chains of the file are already included.
+    // A source with the same file is skipped, because all chains of that file are included already.
     std::error_code error;
     if (std::filesystem::equivalent(source.file, structure, error) || error) continue;
     PreparedStructure& neighbour = neighbours.emplace_back(read_residues(source.file, force_field));

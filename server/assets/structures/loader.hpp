@@ -1,4 +1,4 @@
-// Converts structure files to molecules, with readers that tolerate common errors and with GROMACS's parameter files.
+// Converts structure files to molecules. The readers tolerate common errors; parameters come from GROMACS's files.
 #pragma once
 
 #include <filesystem>
@@ -16,21 +16,21 @@ namespace tandem::server {
 
 /// Returns the default force field: `opls`, or kBuiltInForceField if that folder does not exist.
 std::string default_force_field(const std::filesystem::path& opls = kOplsDirectory);
-/// Returns the note that a molecule has the built-in parameters, with the remedy for OPLS-AA.
+/// Returns the note for the user that a molecule has built-in parameters. It includes the remedy: how to get OPLS-AA.
 ///
 /// In      is_installed  whether kOplsDirectory exists
 ///         is_charged    whether the file has charges
 std::string built_in_note(bool is_installed, bool is_charged);
 
-/// Details about single atoms for the user, in addition to Molecule::guessed and the counts in Molecule::notes.
+/// Details about single atoms for the user, to supplement Molecule::guessed and the counts in Molecule::notes.
 struct StructureReport {
   std::vector<std::string> places;      ///< for each atom of the molecule: "CG of VAL 12A of chain B"
   std::vector<std::string> missing;     ///< atoms that the force field expects and the file lacks
   std::vector<std::string> dropped;     ///< atoms and residues of the file that were not loaded, with the reason
   std::vector<std::string> built;       ///< heavy atoms that were added: OXT at chain ends
-  std::vector<std::string> gaps;        ///< e.g. "before GLY 45 of chain A"; includes starts of cut chains
+  std::vector<std::string> gaps;        ///< e.g. "before GLY 45 of chain A"; includes cut ends of chains
   std::vector<std::string> histidines;  ///< for each histidine without hydrogens in the file: the choice and its reason
-  std::string hydrogens;                ///< "given", "build" or "united", the choice that was applied
+  std::string hydrogens;                ///< "given", "build" or "united": the applied choice
   std::vector<std::string> moved;       ///< built hydrogens of the whole file that were moved: names and displacements
   std::vector<std::string> clashes;     ///< built hydrogens of the whole file that still overlap
   NetCharge charge;                     ///< charge of the loaded atoms; not computed with built-in parameters
@@ -43,25 +43,28 @@ struct StructureSource {
   Hydrogens hydrogens = Hydrogens::kAsNeeded;
 };
 
-/// Reads the selected residues (first model, one alternate location) and assigns each atom its type, charge and
-/// Lennard-Jones parameters, usually of OPLS-AA. Charges and radii of a PQR file are kept: σ = 2^(5/6) · radius, and an
-/// atom of radius 0 has no Lennard-Jones term.
+/// Reads the selected residues (first model, one alternate location), and assigns a type, a charge and Lennard-Jones
+/// parameters to each atom, usually those of OPLS-AA. Charges and radii of a PQR file are kept: σ = 2^(5/6) · radius,
+/// and an atom of radius 0 has no Lennard-Jones term.
 ///
-/// An atom without an exact entry gets its type by its element (residue_typing.hpp) and is listed in Molecule::guessed.
+/// An atom without an exact entry gets a type by its element (residue_typing.hpp) and is listed in Molecule::guessed.
 /// Atoms that the file lacks and atoms that are not loaded are counted in Molecule::notes and listed in the report.
-/// With kBuiltInForceField all atoms have the parameters of their elements and charge 0, except for charges and radii
-/// of a PQR file; a note says so, and hydrogens cannot be built. With Hydrogens::kGiven nothing is added. The heavy
-/// atoms of a file without hydrogens then have all-atom parameters, whose attraction is about a third too weak. Built
-/// hydrogens that would overlap other atoms of the file are moved (relax_hydrogens()).
 ///
-/// In      beside  other structures in the same frame, such as the other file of a complex. Built hydrogens avoid their
-///         atoms too. Nothing else depends on them
+/// With kBuiltInForceField, all atoms have the parameters of their elements and charge 0, except for charges and radii
+/// of a PQR file. A note says so, and hydrogens cannot be built.
+///
+/// With Hydrogens::kGiven nothing is added. The heavy atoms of a file without hydrogens then have all-atom parameters,
+/// whose attraction is about a third too weak. Built hydrogens that would overlap other atoms of the file are moved
+/// (relax_hydrogens()).
+///
+/// In      beside  other structures in the same frame, such as the second file of a complex. They only affect built
+///         hydrogens, which avoid their atoms
 /// Source  the parameter files of `force_field_directory` (load_force_field(); GROMACS: ffnonbonded.itp,
 ///         aminoacids.rtp, …), read at run time: of OPLS-AA, Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225
 /// Fails   MoleculeError: a file is missing or damaged; no atoms remain; two atoms are at one position; a chain or
-///         residue is missing (names the existing ones); the force field is missing (names the Debian package) or has a
-///         combination rule other than arithmetic or geometric; hydrogens other than given are requested with
-///         kBuiltInForceField; united is requested with a force field other than OPLS-AA
+///         residue is missing (the message names the existing ones); the force field is missing (the message names the
+///         Debian package), or has a combination rule other than arithmetic or geometric; hydrogens other than given
+///         are requested with kBuiltInForceField; united is requested with a force field other than OPLS-AA
 docking::Molecule load_molecule(const std::filesystem::path& structure, const StructureSelection& selection,
                                 const std::filesystem::path& force_field_directory,
                                 Hydrogens hydrogens = Hydrogens::kGiven, StructureReport* report = nullptr,

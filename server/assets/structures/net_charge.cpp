@@ -18,8 +18,8 @@ namespace {
 constexpr double kWhole_e = 0.02;
 constexpr double kWholeResidue_e = 0.005;
 
-/// Source  formal charges of the components in wwPDB's Chemical Component Dictionary; for phosphates and carboxylates
-///         those at pH 7
+/// Source  formal charges of the components in wwPDB's Chemical Component Dictionary; phosphates and carboxylates have
+///         their charges at pH 7
 constexpr auto kFormalCharges = std::to_array<std::pair<std::string_view, int>>(
     {{"LI", 1},   {"NA", 1},   {"K", 1},    {"RB", 1},   {"CS", 1},   {"AG", 1},   {"CU1", 1},  {"MG", 2},
      {"CA", 2},   {"SR", 2},   {"BA", 2},   {"MN", 2},   {"FE2", 2},  {"FE", 3},   {"CO", 2},   {"NI", 2},

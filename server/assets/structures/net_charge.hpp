@@ -1,4 +1,4 @@
-// Sums of charges. The charge of a molecule is a whole number, so the sums reveal most errors of a structure.
+// Sums of charges. Since the charge of a molecule is a whole number, the sums reveal most errors of a structure.
 #pragma once
 
 #include <optional>
@@ -19,22 +19,22 @@ struct NetCharge {
   double total_e = 0;
   std::vector<ChainCharge> chains;             ///< in file order
   std::vector<std::string> fractional_chains;  ///< chains whose sum is not whole: "A (+2.38 e)"
-  /// Residues whose charge differs from that of their block. In chains with a fractional sum, also residues with a
+  /// Residues whose charge differs from that of their block. For chains with a fractional sum, also residues with a
   /// fractional charge.
   std::vector<std::string> suspects;
 
   bool is_whole() const { return fractional_chains.empty(); }
 };
 
-/// Charge that a residue would have if its block were complete.
+/// Charge that a residue would have with all atoms of its block.
 struct ImpliedCharge {
   std::size_t first_atom = 0;  ///< index in the molecule
   double charge_e = 0;
 };
 
-/// Model   A sum is whole if it is within 0.02 e of a whole number, because files and force fields give charges with
+/// Model   A sum within 0.02 e of a whole number counts as whole, because files and force fields give charges with
 ///         three or four decimals
-/// In      implied  for residues whose charge is known, in ascending order
+/// In      implied  for the residues whose block is known, in ascending order
 NetCharge net_charge(const docking::Molecule& molecule, const std::vector<ImpliedCharge>& implied = {});
 
 /// Formats a charge, e.g. "+2" if it is whole, otherwise "+2.38".
@@ -43,8 +43,8 @@ std::string signed_charge(double charge_e);
 /// Formats all sums, e.g. "+3 e (A +4, B -1)".
 std::string charge_text(const NetCharge& charge);
 
-/// Charge of a group that the force field lacks. It is the sum of the formal charges in the file, or else the charge of
-/// a common ion, cofactor or modified residue of that name. Nothing if unknown.
+/// Returns the charge of a group that the force field lacks: the sum of the formal charges in the file, or without
+/// these the charge of a common ion, cofactor or modified residue of that name; nothing if it is unknown.
 std::optional<int> formal_charge_of(const PdbResidue& residue);
 
 }  // namespace tandem::server

@@ -34,7 +34,7 @@ void append(std::vector<BuiltGroup>& groups, std::vector<BuiltGroup> more) {
   for (BuiltGroup& group : more) groups.push_back(std::move(group));
 }
 
-/// Removes hydrogens that do not match the block of their residue, and builds the missing ones.
+/// Removes hydrogens that do not fit the block of their residue, and builds the missing ones.
 void rebuild_misfits(const ForceField& force_field, PreparedStructure& structure) {
   for (std::size_t r = 0; r < structure.chains.size(); ++r) {
     PdbResidue& residue = structure.chains[r];
@@ -51,7 +51,7 @@ void rebuild_misfits(const ForceField& force_field, PreparedStructure& structure
   }
 }
 
-/// Refuses structures with only alpha carbons or phosphorus atoms, because their field would be meaningless.
+/// Refuses structures of alpha carbons or phosphorus atoms alone, because their molecular field would be meaningless.
 void refuse_traces(const std::vector<PdbResidue>& chains, const std::string& source) {
   constexpr std::size_t kFewResidues = 4;
   const auto is_one_atom = [](const PdbResidue& residue) {
@@ -78,7 +78,8 @@ void check_hydrogens(const ForceField& force_field, Hydrogens hydrogens, const s
   }
 }
 
-/// Renames nucleotides of files from before 2007: O5' for O5*, and DA for an A without the hydroxyl of C2'.
+/// Gives the nucleotides of files from before 2007 their current names: O5' for O5*, and DA for an A without the
+/// hydroxyl of C2'.
 void modernise_nucleotide(PdbResidue& residue) {
   if (find_atom(residue, "C1*") != nullptr) {
     for (PdbAtom& atom : residue.atoms) std::ranges::replace(atom.name, '*', '\'');
@@ -88,7 +89,8 @@ void modernise_nucleotide(PdbResidue& residue) {
   if (is_deoxyribose) residue.name = "D" + residue.name;
 }
 
-/// Resolves Hydrogens::kAsNeeded to given, unless the chosen chains have none and the force field has rules.
+/// Replaces Hydrogens::kAsNeeded by a definite choice. It is kGiven, unless the chosen chains have no hydrogens and the
+/// force field has rules for them.
 Hydrogens needed_hydrogens(const PreparedStructure& structure, const ForceField& force_field,
                            const StructureSelection& selection) {
   if (force_field.is_by_element) return Hydrogens::kGiven;

@@ -1,4 +1,4 @@
-// Residues of a structure file with the atoms that the rules of a force field add. Together they are all atoms of a
+// Residues of a structure file, together with the atoms that the rules of a force field add. These are all atoms of the
 // molecule.
 #pragma once
 
@@ -17,14 +17,14 @@ namespace tandem::server {
 
 struct PreparedStructure {
   std::vector<PdbResidue> chains;           ///< amino acids, caps and nucleotides for which the force field has blocks
-  std::vector<PdbResidue> others;           ///< all other residues
+  std::vector<PdbResidue> others;           ///< all residues that are not in `chains`
   std::vector<ResidueContext> contexts;     ///< parallel to `chains`
   std::vector<HistidineChoice> histidines;  ///< parallel to `chains`
-  Hydrogens hydrogens = Hydrogens::kGiven;  ///< given, built or united, never as needed
+  Hydrogens hydrogens = Hydrogens::kGiven;  ///< kGiven, kBuild or kUnited, never kAsNeeded
   std::vector<BuiltGroup> groups;           ///< groups of the built hydrogens
-  std::vector<std::string> rebuilt;         ///< for the user: residues whose hydrogens in the file were replaced
+  std::vector<std::string> rebuilt;         ///< for the user: residues of the file whose hydrogens were replaced
   std::vector<std::size_t> ended;           ///< indices in `chains` of residues to which OXT was added at a chain end
-  PdbStructure read;                        ///< omissions of the reader; its residues are in `chains` and `others`
+  PdbStructure read;                        ///< omissions of the reader; its residues are moved to `chains`, `others`
 };
 
 /// Reads a file and sorts its residues, without adding atoms. Nucleotides of files from before 2007 get their current
@@ -32,10 +32,10 @@ struct PreparedStructure {
 /// Fails   MoleculeError: see read_structure()
 PreparedStructure read_residues(const std::filesystem::path& structure, const ForceField& force_field);
 
-/// Chooses histidines and chain ends, and builds hydrogens and ends. It processes all chains, selected or not, because
-/// disulfides and the hydrogens of a residue depend on other chains.
+/// Chooses the forms of histidines and chain ends, and builds missing hydrogens and end atoms. All chains are
+/// processed, selected or not, because disulfides and the hydrogens of a residue depend on neighbouring chains.
 ///
-/// Fails   MoleculeError, naming `source`: the file has alpha carbons only; this force field cannot build the requested
+/// Fails   MoleculeError, naming `source`: the file has alpha carbons only; the force field cannot build the requested
 ///         hydrogens; there are more cysteines than find_disulfides() allows
 void complete_residues(PreparedStructure& structure, const ForceField& force_field, Hydrogens hydrogens,
                        const StructureSelection& selection, const std::string& source);

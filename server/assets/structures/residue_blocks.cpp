@@ -18,7 +18,8 @@ struct Renaming {
   std::string_view to;
 };
 
-/// Residue names of other programs (AMBER, CHARMM, GROMOS, PDB components) and the names of GROMACS's blocks.
+/// Residue names of other programs (AMBER, CHARMM, GROMOS, PDB components) with the corresponding names of GROMACS's
+/// blocks.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 20> kResidueNames = {{
     {"HID", "HISD"},  {"HSD", "HISD"}, {"HISA", "HISD"}, {"HIE", "HISE"}, {"HSE", "HISE"},
     {"HISB", "HISE"}, {"HIP", "HISH"}, {"HSP", "HISH"},  {"CYX", "CYS2"}, {"ASH", "ASPH"},
@@ -26,7 +27,8 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 20> kResidue
     {"LYP", "LYSH"},  {"NME", "NAC"},  {"CT3", "NAC"},   {"PCA", "PGLU"}, {"MSE", "MET"},
 }};
 
-/// Atom names of the caps in the PDB's chemical components, which xlateat.dat lacks, with their blocks.
+/// Atom names of caps in the PDB's chemical components, which xlateat.dat lacks. Each entry has the block, the name,
+/// and the name in the block.
 constexpr std::array<Renaming, 12> kCapAtoms = {{
     {"ACE", "H", "HH31"},
     {"ACE", "H1", "HH31"},
@@ -50,7 +52,8 @@ bool has(const Names& names, std::string_view name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// Returns the block of a residue regardless of protonation. "HIS" has no block, so that of HISE is returned.
+/// Returns the block that the residue name alone determines, without regard to protonation. "HIS" has no block of its
+/// own, so the block of HISE is returned.
 const ResidueBlock* default_block(const ForceField& force_field, std::string_view residue_name) {
   const std::string_view canonical = canonical_residue(residue_name);
   return block_named(force_field, canonical == "HIS" ? "HISE" : canonical);
@@ -62,8 +65,8 @@ std::string digit_last(std::string_view name) {
   return std::string(name.substr(digits)) + std::string(name.substr(0, digits));
 }
 
-/// Returns whether an alias applies. Protein aliases do not apply to nucleotides, where O2 is an atom of a base, not of
-/// a chain end.
+/// Returns whether an alias applies. Aliases for proteins do not apply to nucleotides: there, O2 is an atom of a base
+/// and not of a chain end.
 bool alias_applies(const AtomAlias& alias, std::string_view residue_name, const ResidueBlock& block,
                    const ResidueContext& context) {
   if (alias.residue.starts_with("protein") && block.is_nucleotide()) return false;
@@ -77,7 +80,7 @@ Names normalised_names(const ForceField& force_field, const PdbResidue& residue,
   Names names;
   for (const PdbAtom& atom : residue.atoms) {
     std::string name = digit_last(atom.name);
-    // Name of that atom in files from before 2007.
+    // Name of this atom in files from before 2007.
     if (block.is_nucleotide() && name == "C5M" && block.find(name) == nullptr) name = "C7";
     for (const AtomAlias& alias : force_field.aliases) {
       if (alias.from == name && alias_applies(alias, residue.name, block, context)) {
@@ -103,11 +106,11 @@ double hydrogen_bond_length_angstrom(std::string_view element) {
   return element == "O" ? 0.96 : 1.01;
 }
 
-/// Returns the index of the heavy atom of each hydrogen, NamedAtoms::kNowhere if none is within a bond length; for
-/// other atoms their own index. It is the atom whose bond has the best length, not the nearest: hydrogens may be too
-/// near to other atoms (pdb2gmx's on a proline that begins a chain, 0.66 Å from CD).
+/// Returns for each hydrogen the index of its heavy atom, or NamedAtoms::kNowhere if none is within a bond length; for
+/// other atoms their own index. The best bond length decides, not the smallest distance, because a hydrogen may be too
+/// near to another atom. Example: pdb2gmx puts a hydrogen of a proline at the start of a chain 0.66 Å from CD.
 std::vector<std::size_t> carriers(const PdbResidue& residue) {
-  constexpr double kMaxHydrogenBondAngstrom = 1.5;  // an S-H bond has 1.34 Å, and structures are inexact
+  constexpr double kMaxHydrogenBondAngstrom = 1.5;  // an S-H bond has 1.34 Å; the rest allows for inexact structures
   std::vector<std::size_t> found(residue.atoms.size());
   for (std::size_t i = 0; i < found.size(); ++i) {
     found[i] = i;
@@ -136,8 +139,8 @@ void swap_names(Names& names, std::string_view a, std::string_view b) {
   }
 }
 
-/// Chooses the block of an acid. In a protonated block the hydrogen is on the second oxygen, but in a file it may be on
-/// the first.
+/// Returns the block of an acid. A protonated block has its hydrogen on the second oxygen. If the file has the hydrogen
+/// on the first oxygen, the names of the oxygens are swapped.
 std::string_view acid_block(NamedAtoms& named, char position, std::string_view charged, std::string_view neutral) {
   const std::string first = std::string("O") + position + "1", second = std::string("O") + position + "2";
   if (named.hydrogens_on(second) > 0) return neutral;
@@ -152,7 +155,7 @@ std::string_view histidine_block(const NamedAtoms& named, const ResidueContext& 
   return on_epsilon || context.histidine.empty() ? std::string_view("HISE") : std::string_view(context.histidine);
 }
 
-/// Returns the entry for this residue's block if there is one ("GLY-NH3+"), otherwise the general one ("NH3+").
+/// Returns the entry for this residue's block ("GLY-NH3+") if there is one, otherwise the general entry ("NH3+").
 const TerminusEdit* find_edit(const std::map<std::string, TerminusEdit, std::less<>>& edits, const std::string& block,
                               const std::string& terminus) {
   auto found = edits.find(block + "-" + terminus);
@@ -160,14 +163,14 @@ const TerminusEdit* find_edit(const std::map<std::string, TerminusEdit, std::les
   return found == edits.end() ? nullptr : &found->second;
 }
 
-/// Returns the name of the edit for an N terminus; empty for an amino acid within a chain.
+/// Returns the name of the edit for an N terminus; empty if the amino acid is within a chain.
 std::string n_terminus(const NamedAtoms& named, const std::string& block, ChainEnd begins) {
   const std::size_t hydrogens = named.hydrogens_on("N");
   if (begins == ChainEnd::kBonded || (begins == ChainEnd::kGap && hydrogens < 2)) return {};
   if (block == "PGLU") return "NH";
   if (block == "PRO") return hydrogens == 1 ? "NH" : "NH2+";
-  // One hydrogen means that the chain was cut out of a longer one. No edit applies, unless the block has a terminus
-  // "NH".
+  // With one hydrogen on N, the chain was cut out of a longer chain. No edit applies then, unless the block has a
+  // terminus "NH".
   if (hydrogens == 1) return "NH";
   return hydrogens == 2 ? "NH2" : "NH3+";
 }
@@ -200,8 +203,8 @@ Composition composition_of(const ForceField& force_field, const ResidueBlock& bl
 }
 
 /// Returns the special block of a chain end; null if there is none. AMBER's force fields have such blocks: for charged
-/// ends of amino acids ("NALA", "CALA"), and for nucleotides without a phosphate and at the 3' end ("DA5", "DA3",
-/// "DAN"). A residue that is both ends gets the block of the N terminus if there is none for both.
+/// ends of amino acids ("NALA", "CALA"), and for nucleotides without a phosphate or at the 3' end ("DA5", "DA3",
+/// "DAN"). A residue that is a whole chain gets the block for both ends, or else the block of the N terminus.
 const ResidueBlock* end_block(const ForceField& force_field, const ResidueBlock& block, bool is_first, bool is_last) {
   const auto found = force_field.end_blocks.find(block.name);
   if (found == force_field.end_blocks.end() || (!is_first && !is_last)) return nullptr;
@@ -221,7 +224,7 @@ void use_names_of(const ForceField& force_field, const ResidueBlock& block, Name
   }
 }
 
-/// Returns the block of a nucleotide. A 5' end with a phosphate has the same block as within the chain.
+/// Returns the composition of a nucleotide. A 5' end with a phosphate has the block of a nucleotide within the chain.
 Composition nucleotide_with_ends(const ForceField& force_field, const ResidueBlock& block,
                                  const ResidueContext& context, Names& names) {
   const bool is_first = context.begins != ChainEnd::kBonded && !has(names, "P");
@@ -282,7 +285,8 @@ NamedAtoms named_atoms(const ForceField& force_field, const PdbResidue& residue,
           carriers(residue)};
 }
 
-/// If a residue is both ends and both are charged, it gets the entries of a zwitterion.
+/// Returns the composition of a residue. A residue that is a whole chain with two charged ends gets the entries of a
+/// zwitterion.
 Composition block_with_ends(const ForceField& force_field, const ResidueBlock& block, const ResidueContext& context,
                             NamedAtoms& named) {
   Names& names = named.names;
@@ -297,7 +301,7 @@ Composition block_with_ends(const ForceField& force_field, const ResidueBlock& b
   if (has(names, "OXT")) {
     const bool has_hydrogen_on_oxt = named.hydrogens_on("OXT") > 0;
     c_end = has_hydrogen_on_oxt || named.hydrogens_on("O") > 0 ? "COOH" : "COO-";
-    // In GROMACS's COOH the hydrogen is on the oxygen named O; in PDB files it is on OXT.
+    // In GROMACS's COOH the oxygen with the hydrogen is called O; in PDB files it is called OXT.
     if (has_hydrogen_on_oxt) swap_names(names, "O", "OXT");
   }
   const ResidueBlock* const end = end_block(force_field, block, n_end.ends_with('+'), c_end == "COO-");

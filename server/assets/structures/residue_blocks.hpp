@@ -1,5 +1,5 @@
-// Chooses the block of a force field for a residue, by its name in the convention of any program, its protonation and
-// its chain ends.
+// Chooses the block of a force field for a residue. The choice depends on the residue's name, in the convention of any
+// program, on its protonation, and on its chain ends.
 #pragma once
 
 #include <cstddef>
@@ -16,20 +16,20 @@
 namespace tandem::server {
 
 struct ResidueContext {
-  std::optional<std::size_t> previous;  ///< previous residue in its chain
+  std::optional<std::size_t> previous;  ///< previous residue in the chain
   ChainEnd begins = ChainEnd::kBonded;
   ChainEnd ends = ChainEnd::kBonded;
   bool in_disulfide = false;
-  std::string histidine;  ///< block of a histidine whose ring has no hydrogens; empty: HISE
+  std::string histidine;  ///< block of a histidine whose ring has no hydrogens; empty means HISE
 };
 
-/// Names of a residue's atoms in the force field, and the carriers of its hydrogens.
+/// Names of a residue's atoms in the force field, and the heavy atoms that carry its hydrogens.
 struct NamedAtoms {
   static constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
 
   std::vector<std::string> names;
-  /// Index of the heavy atom of each hydrogen, kNowhere if none is within a bond length; for other atoms their own
-  /// index.
+  /// For each hydrogen the index of its heavy atom, or kNowhere if none is within a bond length; for other atoms their
+  /// own index.
   std::vector<std::size_t> carriers;
 
   std::size_t hydrogens_on(std::string_view heavy) const;
@@ -41,17 +41,17 @@ struct Composition {
   std::vector<HydrogenRule> rules;
 };
 
-/// Returns whether residues of this name are parts of chains. The force field must have a block of that name for an
+/// Returns whether residues of this name are parts of chains: the force field has a block of this name, and it is an
 /// amino acid, a cap (ACE, NAC/NME, NH2, NHE) or a nucleotide.
 bool is_chain_residue(const ForceField& force_field, std::string_view residue_name);
 bool is_amino_acid(const ForceField& force_field, std::string_view residue_name);
 bool is_histidine(std::string_view residue_name);
 
-/// Returns whether the force field has any block for the residue, water and ions included.
+/// Returns whether the force field has a block for the residue; water and ions may have one as well.
 bool has_block(const ForceField& force_field, std::string_view residue_name);
 
-/// Returns the block for a residue name of GROMACS: "HISE" is HIE in AMBER's force fields and HSE in CHARMM's. Returns
-/// null if there is none.
+/// Returns the block for a residue name of GROMACS; null if there is none. For example, "HISE" is HIE in AMBER's force
+/// fields and HSE in CHARMM's.
 const ResidueBlock* block_named(const ForceField& force_field, std::string_view residue);
 
 /// Returns "HIS" for HID, HSD and other variants; returns other names unchanged.
@@ -60,8 +60,8 @@ std::string_view canonical_residue(std::string_view name);
 /// In      residue  residue for which has_block() is true
 NamedAtoms named_atoms(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 
-/// Returns whether an amino acid at the start of a chain has one hydrogen on N, as within a chain. If so, the chain was
-/// cut out of a longer one.
+/// Returns whether the amino acid at the start of a chain has one hydrogen on N, as within a chain. The chain was then
+/// cut out of a longer chain.
 bool begins_cut(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 
 /// Chooses the block by the residue's name and the hydrogens on its atoms. If the hydrogen of an acid is on the first
@@ -69,8 +69,8 @@ bool begins_cut(const ForceField& force_field, const PdbResidue& residue, const 
 const ResidueBlock& choose_block(const ForceField& force_field, std::string_view residue_name,
                                  const ResidueContext& context, NamedAtoms& named);
 
-/// Returns the block with the changes at its chain ends, or the special block of an end. Adapts the atom names in
-/// `named`.
+/// Returns the atoms of the block with the changes at its chain ends, or those of a special end block. Adapts the atom
+/// names in `named`.
 Composition block_with_ends(const ForceField& force_field, const ResidueBlock& block, const ResidueContext& context,
                             NamedAtoms& named);
 

@@ -13,32 +13,32 @@ namespace tandem::server {
 namespace {
 
 constexpr std::size_t kMaxAtoms = 1'000'000;
-/// Limit of records in one residue, larger than any real residue with all its alternate locations. Beyond it a new
-/// residue begins.
+/// Limit of records in one residue, larger than any real residue with all of its alternate locations. A record beyond
+/// it begins a new residue.
 constexpr std::size_t kMaxRecordsPerResidue = 1000;
 constexpr std::size_t kMaxDropped = 100'000;
-/// Largest distance between positions that count as equal, for files with three decimals.
+/// Largest distance of two positions that count as equal, for files with three decimals.
 constexpr double kOnePlaceAngstrom = 0.01;
-/// Two atoms of one name within this distance, which is less than any bond, are one atom at two positions.
+/// Distance below any bond length. Two nearer atoms with one name are two positions of one atom.
 constexpr double kNearerThanAnyBondAngstrom = 0.6;
 /// Largest distance of an atom from the nearest other atom of its residue.
 constexpr double kMaxBondAngstrom = 2.5;
 
-/// Scores of the alternate locations, in the order in which they occur in the file.
+/// Statistics of the alternate locations, in the order of their first occurrence in the file.
 class Alternates {
  public:
   void add(char letter, const PdbAtom& atom) {
     const auto known = std::ranges::find(all_, letter, &Entry::letter);
     Entry& entry = known == all_.end() ? all_.emplace_back(Entry{letter}) : *known;
     ++entry.atoms;
-    // Hydrogens are not counted, because programs that add them set arbitrary occupancies.
+    // Occupancies of hydrogens are ignored, because programs that add hydrogens set arbitrary values.
     if (atom.element == "H") return;
     entry.heavy_occupancy += atom.occupancy;
     ++entry.heavy_atoms;
   }
   bool has(char letter) const { return std::ranges::find(all_, letter, &Entry::letter) != all_.end(); }
-  /// Returns the location with the largest mean occupancy, rounded to two digits; of equal ones the one with most
-  /// atoms, then the first. Returns ' ' if there is none.
+  /// Returns the location with the largest mean occupancy, rounded to two digits. Among equals, the one with the most
+  /// atoms is chosen, then the first. Returns ' ' if there is none.
   char best() const {
     const auto found = std::ranges::max_element(all_, {}, [](const Entry& e) {
       return std::pair(std::round(100 * e.heavy_occupancy / std::max(1.0, e.heavy_atoms)), e.atoms);
@@ -99,8 +99,9 @@ void ResidueCollector::add(PdbResidue residue, PdbAtom atom, char alternate) {
   const auto [entry, is_new] = index_of_place_.try_emplace(place, open_.size());
   std::size_t first_place = open_.size();
   if (!is_new) {
-    // One position may have alternate residues with different names, whose atoms may be interleaved in the file. The
-    // atom may therefore belong to the residue opened last at this position, or to the one opened first.
+    // One position in the chain may have alternate residues with different names, whose atoms may alternate in the
+    // file. The atom may therefore belong to the residue that was opened last at this position, or to the one opened
+    // first.
     for (const std::size_t index : {entry->second, open_[entry->second].place}) {
       if (!belongs_to(open_[index], residue, record)) continue;
       open_[index].records.push_back(std::move(record));
@@ -121,7 +122,7 @@ void ResidueCollector::drop(const PdbResidue& residue, const Record& record, con
   structure_.dropped.push_back("atom " + place_text(residue, record.atom.name) + ": " + why);
 }
 
-/// Returns whether the chain bond between two residues has alternates on both sides.
+/// Returns whether the chain bond between two residues has alternate locations at both of its atoms.
 bool ResidueCollector::are_linked(const OpenResidue& before, const OpenResidue& after) {
   const auto alternates = [](const OpenResidue& open, std::string_view a, std::string_view b) {
     return std::ranges::any_of(
@@ -142,8 +143,8 @@ void ResidueCollector::choose_alternates() {
   }
 }
 
-/// Chooses the alternate location for a run of residues that should have the same one. A residue without that location
-/// gets its own best one.
+/// Chooses one alternate location for a run of residues that must agree. A residue without that location gets the best
+/// of its own.
 void ResidueCollector::choose_alternate(std::size_t begin, std::size_t end) {
   Alternates all;
   std::map<std::size_t, Alternates> of_place;
@@ -161,7 +162,7 @@ void ResidueCollector::choose_alternate(std::size_t begin, std::size_t end) {
   }
 }
 
-/// Returns whether the alternate letter has no meaning, because the atom has full occupancy and no alternate.
+/// Returns whether an alternate letter is meaningless, because the atom has full occupancy and only one location.
 bool ResidueCollector::is_only_one(const OpenResidue& open, const Record& record) {
   constexpr double kAlways = 0.995;
   return record.atom.occupancy >= kAlways && std::ranges::none_of(open.records, [&record](const Record& other) {
@@ -169,9 +170,9 @@ bool ResidueCollector::is_only_one(const OpenResidue& open, const Record& record
          });
 }
 
-/// Removes other alternate locations and duplicates. The remaining atoms keep the order of the file.
+/// Removes atoms at other alternate locations, and duplicates. The remaining atoms keep the order of the file.
 void ResidueCollector::close(OpenResidue& open) {
-  std::unordered_map<std::string, std::vector<std::size_t>> kept;  // indices by atom name
+  std::unordered_map<std::string, std::vector<std::size_t>> kept;  // indices of kept atoms by name
   std::vector<char> alternates;
   for (const Record& record : open.records) {
     if (record.alternate != ' ' && record.alternate != open.chosen && !is_only_one(open, record)) {
@@ -202,7 +203,7 @@ void ResidueCollector::close(OpenResidue& open) {
   }
 }
 
-/// In a file without chain names but with several segment names, the segment names become the chain names.
+/// Uses the segment names as chain names, if a file has no chain names but several segment names.
 void ResidueCollector::name_chains_by_segment() {
   std::set<std::string_view> names;
   for (const OpenResidue& open : open_) {

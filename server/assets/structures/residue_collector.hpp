@@ -1,4 +1,4 @@
-// Sorts the atoms from a reader into residues, and chooses among alternate locations.
+// Sorts the atoms that a reader finds into residues, and chooses among alternate locations.
 #pragma once
 
 #include <cstddef>
@@ -20,27 +20,27 @@ struct PdbAtom {
   std::optional<double> charge_e;         ///< charge, if the format has one (PQR, PDBQT)
   std::optional<double> radius_angstrom;  ///< radius, if the format has one (PQR)
   double occupancy = 1;
-  int formal_charge_e = 0;  ///< 0 if the file states none
+  int formal_charge_e = 0;  ///< 0 if the file has no formal charge
 };
 
 struct PdbResidue {
-  std::string name;  ///< PDB files: columns 18-21, four letters as in GROMACS and CHARMM
+  std::string name;  ///< in PDB files columns 18-21, because GROMACS and CHARMM use four letters
   std::string id;    ///< number and insertion code, "12A"
   std::string chain;
-  int segment = 0;  ///< number of TER records before it
+  int segment = 0;  ///< number of TER records before the residue
   std::vector<PdbAtom> atoms;
-  std::string segment_name = {};  ///< PDB files: columns 73-76; used as the chain name in files without chain names
+  std::string segment_name = {};  ///< in PDB files columns 73-76; used as the chain name if the file has no chain names
 };
 
-/// Returns whether the file states charges of the atoms, as PQR and PDBQT files do. They are complete with the
-/// hydrogens in the file, so none are added.
+/// Returns whether the file states charges for the atoms, as PQR and PDBQT files do. These files are complete with
+/// their own hydrogens, so no hydrogens are added.
 bool has_own_charges(const PdbResidue& residue);
 
 struct PdbStructure {
   std::vector<PdbResidue> residues;  ///< in file order
   std::size_t alternate_atoms = 0;   ///< number of atoms omitted because they are at other alternate locations
   std::size_t duplicate_atoms = 0;   ///< number of atoms omitted because an atom of that name is at the same position
-  bool has_more_models = false;      ///< the file has more models, which are omitted
+  bool has_more_models = false;      ///< the file has further models, which are ignored
   std::vector<std::string> dropped;  ///< for the user: descriptions of the first 100,000 omitted atoms
 };
 
@@ -49,14 +49,14 @@ std::string residue_place(const PdbResidue& residue);
 /// Formats an atom, e.g. "CG of VAL 12A of chain B", with printable characters only.
 std::string place_text(const PdbResidue& residue, std::string_view atom);
 
-/// Sorts atoms into residues by chain, number and insertion code. A second residue of the same number begins if the
-/// backbone begins again or if later atoms are far from the first ones. Atoms with the same name are different atoms
+/// Sorts atoms into residues by chain, number and insertion code. A second residue with the same number begins if
+/// backbone atoms repeat, or if later atoms are far from the first ones. Atoms with the same name are different atoms
 /// unless they are at one position.
 ///
-/// For each residue one alternate location is chosen, together with the atoms that have none. It is the location with
-/// the largest mean occupancy of heavy atoms; of equal ones, the one with most atoms. Neighbours in a chain take the
-/// same location if the bond between them has alternates. Two residue names at one position are alternates too. The
-/// number of atoms is bounded, in total and in one residue.
+/// For each residue, the alternate location with the largest mean occupancy of heavy atoms is chosen, and among equals
+/// the one with the most atoms. Atoms without an alternate location are always kept. Neighbours in a chain get the same
+/// location if the bond between them has alternates. Two residue names at one position are alternates, too. The number
+/// of atoms is bounded, in total and in one residue.
 class ResidueCollector {
  public:
   /// Fails   MoleculeError: more than 1,000,000 atoms
@@ -69,11 +69,11 @@ class ResidueCollector {
     PdbAtom atom;
     char alternate = ' ';
   };
-  /// Atoms of one residue name at one place. A place is a chain and a residue number.
+  /// Atoms with one residue name at one place. A place is a chain and a residue number.
   struct OpenResidue {
     PdbResidue residue;
     std::vector<Record> records;
-    std::size_t place = 0;  ///< index of the first residue at its place
+    std::size_t place = 0;  ///< index of the first opened residue at this place
     char chosen = ' ';
   };
 
@@ -88,11 +88,11 @@ class ResidueCollector {
 
   std::size_t atoms_ = 0;
   std::vector<OpenResidue> open_;
-  std::unordered_map<std::string, std::size_t> index_of_place_;  ///< index of the last residue at each place
+  std::unordered_map<std::string, std::size_t> index_of_place_;  ///< index of the last opened residue at each place
   PdbStructure structure_;
 };
 
-/// Largest values that docking::validate() allows.
+/// Largest magnitudes that docking::validate() allows.
 inline constexpr double kMaxCoordinateAngstrom = 1e6, kMaxCharge_e = 100;
 
 }  // namespace tandem::server

@@ -14,8 +14,8 @@
 namespace tandem::server {
 namespace {
 
-/// Substitutes by element: the alkane, amide and sulfide entries of OPLS-AA. Selenium of MSE counts as sulfur. Zinc and
-/// iron count as magnesium, because their ions are of similar size.
+/// Substitute type for each element: the entries of alkanes, amides and sulfides in OPLS-AA. Selenium of MSE counts as
+/// sulfur. Zinc and iron count as magnesium, because their ions are of similar size.
 struct ElementType {
   std::string_view element;
   std::string_view type;
@@ -40,7 +40,8 @@ constexpr std::string_view kPolarHydrogen = "opls_241";
 
 constexpr double kDisulfideAngstrom = 2.0;
 constexpr double kDisulfideTolerance = 0.1;
-// Limit because all pairs may have to be compared. The shell of a virus with 60 proteins has a few hundred cysteines.
+// Limit of cysteines, because all pairs may have to be compared. The shell of a virus with 60 proteins has a few
+// hundred.
 constexpr std::size_t kMaxCysteines = 20'000;
 
 std::string_view stem(std::string_view name) {
@@ -57,9 +58,9 @@ bool alike(const BlockAtom& a, const BlockAtom& b) {
   return a.type == b.type && std::abs(a.charge_e - b.charge_e) < 1e-9;
 }
 
-/// Assigns a block atom, or none, to each atom of the file; each block atom is used once. The hydrogens that the
-/// block's rules put on an atom are matched with those that the file has on it, under any name. If the names differ,
-/// the hydrogen nearest to the rule's position is matched.
+/// Assigns a block atom, or none, to each atom of the file; each block atom is used once. Hydrogens are matched by
+/// their heavy atom, under any name. On each heavy atom, the hydrogens of the rules are matched with the hydrogens of
+/// the file. If the names differ, the nearest position of a rule decides.
 class Matcher {
  public:
   Matcher(const Composition& block, const PdbResidue& residue, const NamedAtoms& named)
@@ -78,7 +79,7 @@ class Matcher {
 
   const BlockAtom* match_of(std::size_t i) const { return match_[i] ? &atoms_[*match_[i]] : nullptr; }
   bool is_used(std::size_t block_atom) const { return used_[block_atom]; }
-  /// Returns whether a hydrogen has no carrier in the residue, or exceeds the number on a matched carrier.
+  /// Returns whether a hydrogen has no heavy atom in the residue, or is one too many on its heavy atom.
   bool is_misfit(std::size_t i) const {
     if (match_[i] || !is_hydrogen(i)) return false;
     return named_.carriers[i] == NamedAtoms::kNowhere || match_[named_.carriers[i]].has_value();
@@ -109,7 +110,7 @@ class Matcher {
                                                       : std::string_view(named_.names[named_.carriers[i]]);
   }
 
-  /// Returns whether a hydrogen is bonded to `carrier`, even if atoms are so crowded that another one is nearer.
+  /// Returns whether a hydrogen is bonded to `carrier`, even if another atom is nearer in a crowded structure.
   bool is_on(std::size_t hydrogen, const std::string& carrier) const {
     constexpr double kMaxCrowdedAngstrom = 1.15;
     if (carrier == carrier_name(hydrogen)) return true;
@@ -140,8 +141,7 @@ class Matcher {
     if (best) assign(i, *best);
   }
 
-  /// Matches hydrogens whose carrier is not stated by a rule. HG13 is matched with HG11 if that is unused and
-  /// equivalent.
+  /// Matches hydrogens whose heavy atom no rule states. HG13 is matched with HG11 if that is unused and equivalent.
   void match_stem(std::size_t i, std::string_view (*key)(std::string_view)) {
     std::optional<std::size_t> spare;
     const BlockAtom* first = nullptr;
@@ -164,7 +164,7 @@ class Matcher {
   const PdbResidue& residue_;
   const NamedAtoms& named_;
   AtomPlaces own_;
-  std::vector<std::string> carrier_;               ///< indexed by block atom; empty if no rule adds it
+  std::vector<std::string> carrier_;               ///< heavy atom of each block atom; empty if no rule adds the atom
   std::vector<std::optional<Vec3>> places_;        ///< indexed by block atom
   std::vector<bool> used_;                         ///< indexed by block atom
   std::vector<std::optional<std::size_t>> match_;  ///< indexed by file atom
@@ -184,14 +184,14 @@ bool is_bound_to_carbon(const PdbResidue& residue, std::size_t hydrogen) {
   return carbon;
 }
 
-/// Returns whether the name is that of a second oxygen. In AMBER's force fields OC1 and OC2 are the oxygens of a
-/// carboxylate.
+/// Returns whether the name is that of the second oxygen of a chain end. AMBER's force fields call the two oxygens OC1
+/// and OC2.
 bool is_second_oxygen(std::string_view name) {
   return name == "OXT" || name == "OC1";
 }
 
-/// Returns the type that substitutes for an element. An unknown element counts as carbon, the most likely size in a
-/// protein.
+/// Returns the type that substitutes for an element. An unknown element counts as carbon, whose size is the most common
+/// in a protein.
 std::string stand_in(const ForceField& force_field, const std::string& element, bool is_polar_hydrogen) {
   const bool is_opls = force_field.name == kOplsName;
   if (is_polar_hydrogen && is_opls) return std::string(kPolarHydrogen);
@@ -205,13 +205,13 @@ std::string stand_in(const ForceField& force_field, const std::string& element, 
   return is_opls ? "opls_135" : prefix + "C";
 }
 
-/// Handles selenium in place of sulfur: the charge of the sulfur entry is kept, but the size is that of selenium.
+/// Handles selenium in place of sulfur: it has the charge of the sulfur entry, but its own size.
 void match_selenium(const ForceField& force_field, TypedResidue& typed) {
   const std::string type = std::string(kElementPrefix) + "SE";
   if (force_field.types.contains(type)) typed.atoms.back().type = type;
 }
 
-/// Adds an entry for atom i by its element, and the explanation for the user.
+/// Adds an entry for atom i by its element, and an explanation for the user.
 void guess_by_element(const ForceField& force_field, const PdbResidue& residue, std::size_t i, const std::string& block,
                       TypedResidue& typed) {
   const PdbAtom& atom = residue.atoms[i];
@@ -228,8 +228,8 @@ void guess_by_element(const ForceField& force_field, const PdbResidue& residue, 
                           (atom.charge_e ? "the file's charge" : "charge 0"));
 }
 
-/// Marks the guesses that a guessed tautomer implies. If the ring has no hydrogens, every atom whose entry depends on
-/// the tautomer is a guess.
+/// Marks entries that depend on a guessed tautomer as guesses. The tautomer of a histidine is a guess if its ring has
+/// no hydrogens.
 void mark_guessed_tautomer(const ForceField& force_field, const PdbResidue& residue, const NamedAtoms& named,
                            const ResidueContext& context, TypedResidue& typed) {
   const bool is_delta = context.histidine == "HISD";
@@ -333,7 +333,7 @@ std::vector<bool> find_disulfides(const std::vector<PdbResidue>& residues) {
     throw docking::MoleculeError(std::to_string(sulfurs.size()) + " cysteines; at most " +
                                  std::to_string(kMaxCysteines) + " are possible: keep only the chains that are needed");
   }
-  // The sulfurs are sorted along x, so that only nearby ones are compared.
+  // The sulfurs are sorted along x, so that only neighbours in x are compared.
   std::sort(sulfurs.begin(), sulfurs.end(),
             [](const Sulfur& a, const Sulfur& b) { return a.position.x() < b.position.x(); });
   std::vector<bool> bonded(residues.size(), false);

@@ -1,5 +1,5 @@
-// Assigns force-field entries to the atoms of a residue. It considers protonation variants, chain ends, and the many
-// names that programs give to the same hydrogen.
+// Assigns force-field entries to the atoms of a residue. Takes into account protonation variants, chain ends, and the
+// different names that programs give to the same hydrogen.
 //
 // Order of decisions
 //   1. names        digit first to digit last (1HB → HB1), the aliases of xlateat.dat, names of caps and variants
@@ -22,32 +22,33 @@
 namespace tandem::server {
 
 struct TypedResidue {
-  std::vector<BlockAtom> atoms;             ///< parallel to the residue's atoms
+  std::vector<BlockAtom> atoms;             ///< entries, parallel to the residue's atoms
   std::vector<std::string> names;           ///< parallel to `atoms`: names in the force field, for hydrogens.hpp
   std::vector<HydrogenRule> rules;          ///< rules of the block and its chain ends
-  std::vector<std::string> guesses;         ///< parallel to `atoms`: explanation for the user; empty for an exact entry
+  std::vector<std::string> guesses;         ///< parallel to `atoms`: explanations for the user; empty if not guessed
   std::optional<double> expected_charge_e;  ///< sum over all atoms of the block; nothing if there is no block
   std::size_t expected_hydrogens = 0;
   std::size_t missing_hydrogens = 0;
-  std::vector<std::string> missing_heavy;  ///< names of heavy atoms
+  std::vector<std::string> missing_heavy;  ///< names of missing heavy atoms
   std::vector<std::string> missing_hydrogen_names;
-  std::vector<std::size_t> misfits;  ///< hydrogens without a carrier, or more than their carrier should have
+  std::vector<std::size_t> misfits;  ///< hydrogens without a heavy atom, or more than their heavy atom should have
 };
 
-/// Source  the choice of block and chain ends follows pdb2gmx (GROMACS manual, "gmx pdb2gmx"); the fallbacks are ours
+/// Source  choice of block and chain ends: pdb2gmx (GROMACS manual, "gmx pdb2gmx"); the fallbacks were made for this
+///         project
 /// In      residue  residue for which has_block() is true
 TypedResidue type_residue(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 
-/// Changes the charge of a residue with a partial side chain to the nearest whole number, by shifting the charges of
-/// the side chain's atoms equally.
+/// Changes the charges of the side chain's atoms equally, such that the charge of a residue with an incomplete side
+/// chain becomes the nearest whole number.
 /// Out     the new charge; nothing if the residue is complete
 std::optional<double> make_whole(const PdbResidue& residue, TypedResidue& typed);
 
-/// Types every atom by its element. This is used for a ligand, an ion or a sugar that the force field lacks. Each entry
-/// is a guess, unless the force field itself is by element.
+/// Assigns every atom an entry by its element, for a ligand, ion or sugar that the force field lacks. Each entry is a
+/// guess, unless the force field itself is by element.
 TypedResidue type_by_element(const ForceField& force_field, const PdbResidue& residue);
 
-/// For each residue, returns whether its SG is bonded to another SG.
+/// Returns for each residue whether its SG is bonded to another SG.
 ///
 /// Source  GROMACS's specbond.dat: SG-SG distance 0.2 nm, and pdb2gmx's tolerance of 10 %
 /// Fails   MoleculeError: there are more than 20,000 cysteines

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
 constexpr std::size_t kChunkBytes = std::size_t{1} << 20;
 
-/// Reads a file with zlib, which accepts uncompressed files too.
+/// Reads a file with zlib, which reads uncompressed files as well.
 std::string text_of(const fs::path& path) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) {
@@ -46,7 +46,7 @@ std::string text_of(const fs::path& path) {
   }
 }
 
-/// Returns whether the first word that is not a comment is the one with which mmCIF begins.
+/// Returns whether the first line that is not a comment begins with "data_", as every mmCIF file does.
 bool is_mmcif(std::string_view text) {
   while (!text.empty()) {
     const std::string_view line = trimmed(pop_line(text));
@@ -55,7 +55,7 @@ bool is_mmcif(std::string_view text) {
   return false;
 }
 
-/// Returns the extension without ".gz"; for "x.pqr.gz" it is ".pqr".
+/// Returns the extension without ".gz", e.g. ".pqr" for "x.pqr.gz".
 std::string format_ending(fs::path path) {
   if (path.extension() == ".gz") path.replace_extension();
   return path.extension().string();

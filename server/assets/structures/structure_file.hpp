@@ -1,4 +1,4 @@
-// Reads structure files of any format, and selects residues.
+// Reads structure files of any supported format, and selects residues.
 #pragma once
 
 #include <filesystem>
@@ -10,9 +10,9 @@
 
 namespace tandem::server {
 
-/// Reads PDB, mmCIF, PQR or PDBQT, gzip-compressed or not, of at most 256 MiB of text. mmCIF is detected by its first
-/// word, PQR and PDBQT by the file name (.pqr, .pqr.gz). gemmi is not used, because it has no readers for PQR and PDBQT
-/// and does not report omissions. It also fails at the line numbers in columns 79-80 of old PDB files.
+/// Reads PDB, mmCIF, PQR or PDBQT, gzip-compressed or not, up to 256 MiB of text. mmCIF is detected by its first word,
+/// PQR and PDBQT by the file name (.pqr, .pqr.gz). gemmi is not used: it has no readers for PQR and PDBQT, does not
+/// report omissions, and fails at the line numbers in columns 79-80 of old PDB files.
 ///
 /// Fails   MoleculeError naming the file, if it is missing, too large or damaged; see the readers
 PdbStructure read_structure(const std::filesystem::path& path);
@@ -24,11 +24,11 @@ struct StructureSelection {
   std::vector<std::string> entries;
 
   bool takes_chain(std::string_view chain) const;
-  /// Returns whether an entry names the residue, whether it is an amino acid or not.
+  /// Returns whether an entry names the residue; it may but need not be an amino acid.
   bool takes_residue(const PdbResidue& residue) const;
 };
 
-/// Parses "FILE:A,B/478" of a command line. If no entry follows a colon, the colon belongs to the file name.
+/// Result of structure_choice(). A colon without an entry after it belongs to the file name.
 struct StructureChoice {
   std::string file;
   StructureSelection selection;

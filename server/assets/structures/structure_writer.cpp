@@ -1,4 +1,4 @@
-// See structure_writer.hpp. The columns of the PDB format are in pdb_reader.cpp.
+// See structure_writer.hpp. pdb_reader.cpp lists the columns of the PDB format.
 #include "server/assets/structures/structure_writer.hpp"
 
 #include <algorithm>
@@ -22,7 +22,7 @@ using docking::Molecule;
 
 constexpr std::size_t kMaxSerial = 99'999;
 constexpr double kMinPdbCoordinate = -999.999, kMaxPdbCoordinate = 9999.999;  ///< Å
-/// number of columns for a remark, of 80 in a line
+/// Largest number of characters of a remark's text in a line of 80 columns.
 constexpr std::size_t kRemarkWidth = 69;
 constexpr std::string_view kChainLetters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789";
 constexpr std::array<std::string_view, 8> kNucleotides = {"A", "C", "G", "U", "DA", "DC", "DG", "DT"};
@@ -35,7 +35,7 @@ struct Row {
   Vec3 position_angstrom = Vec3::Zero();  ///< in the frame of the receptor's file
   bool is_standard = false;               ///< written as ATOM, otherwise as HETATM
   bool begins_residue = false;
-  bool begins_chain = false;  ///< or begins a part of one, after a TER
+  bool begins_chain = false;  ///< first atom of a chain, or of a part of a chain after a TER
 
   const std::string& name() const { return molecule->atom_names[atom]; }
   const std::string& element() const { return molecule->elements[atom]; }
@@ -48,8 +48,8 @@ struct ResidueNumber {
   std::string insertion;
 };
 
-using ChainNames = std::map<std::string, std::string, std::less<>>;  ///< maps the molecule's names to those in the
-                                                                     ///< output
+/// Names of chains in the output, indexed by the names in the molecule.
+using ChainNames = std::map<std::string, std::string, std::less<>>;
 
 struct Complex {
   ChainNames receptor_chains, ligand_chains;
@@ -66,8 +66,8 @@ struct Complex {
   refuse(row, what + "; write mmCIF (FILE.cif) instead");
 }
 
-/// Splits "12A" into 12 and A. Text without a leading number is used as the number, as in files with more than 9999
-/// residues.
+/// Splits "12A" into 12 and A. Text without a leading number becomes the number as a whole, as in files with more than
+/// 9999 residues.
 ResidueNumber number_of(const std::string& id) {
   std::size_t end = id.starts_with('-') ? 1 : 0;
   while (end < id.size() && is_digit(id[end])) ++end;
@@ -85,7 +85,7 @@ std::string chain_name(std::size_t n) {
   }
 }
 
-/// Chooses chain names that the other molecule does not have. `taken` contains those of both.
+/// Chooses chain names for a molecule that the other molecule does not use. `taken` contains the names of both.
 ChainNames chain_names(const Molecule& molecule, const ChainNames& others, std::set<std::string>& taken) {
   ChainNames names;
   std::set<std::string> written_by_others;
@@ -176,7 +176,7 @@ Complex complex_of(const Molecule& receptor, const Molecule& ligand, const Pose&
   return complex;
 }
 
-/// Divides text into printable lines of at most `width`, at blanks where possible.
+/// Divides text into printable lines of at most `width` characters, at blanks where possible.
 std::vector<std::string> divided(std::string text, std::size_t width) {
   std::replace_if(
       text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
@@ -191,7 +191,7 @@ std::vector<std::string> divided(std::string text, std::size_t width) {
   return lines;
 }
 
-/// Rounds to a multiple of 1/`decimals`, and never returns -0.
+/// Rounds to a multiple of 1/`decimals`. Returns 0 instead of -0.
 double rounded(double value, double decimals) {
   return std::round(value * decimals) / decimals + 0.0;
 }
@@ -211,7 +211,7 @@ void check_pdb(const Row& row, const ResidueNumber& number) {
   }
 }
 
-/// Returns the columns of the atom name. The element is in columns 13-14, unless the name needs all four.
+/// Returns the four columns of the atom name. The element is in the first two columns, unless the name needs all four.
 std::string name_columns(const Row& row) {
   const bool fills_first =
       row.name().size() == 4 || (row.element().size() == 2 && row.name().starts_with(row.element()));
@@ -249,7 +249,8 @@ std::string quoted_value(const Row& row, const std::string& value) {
   refuse(row, "mmCIF has no quotes for text with both kinds, " + value + "; correct it in its file");
 }
 
-/// Formats with three decimals, or more if they are not zero. The receptor's coordinates thus equal those of its file.
+/// Formats with three decimals, or up to six if the further decimals are not zero. The receptor's coordinates thus
+/// equal those of its file.
 std::string coordinate_text(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.6f", rounded(value, 1e6));

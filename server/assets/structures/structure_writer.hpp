@@ -1,4 +1,4 @@
-// Writes a receptor and a ligand in a pose as a file for viewers and other programs: PDB or mmCIF.
+// Writes a receptor and a ligand in a pose to one PDB or mmCIF file, for viewers and other programs.
 #pragma once
 
 #include <filesystem>
@@ -12,41 +12,40 @@
 
 namespace tandem::server {
 
-/// Returns both molecules as one structure that the readers can read. Every atom has its name, element, residue, chain
-/// and coordinates. The receptor keeps the coordinates of its file, so that a viewer can superimpose the complex on the
-/// original.
+/// Returns both molecules as one structure, which the readers of this folder can read. Every atom has its name,
+/// element, residue, chain and coordinates. The receptor keeps the coordinates of its file, so that a viewer can
+/// superimpose the complex on the original.
 ///
-/// A chain without a name gets an unused letter, as does a chain of the ligand whose name the receptor also has.
-/// Remarks state the letters and the pose. Residues with N, CA and C, and nucleotides, are ATOM records; all others are
-/// HETATM. A TER follows each chain. Parts of the files that were not loaded are omitted, as are charges and radii of a
-/// PQR file.
+/// A chain without a name gets an unused letter. A chain of the ligand gets one, too, if the receptor has its name.
+/// Remarks state these letters and the pose. Residues with N, CA and C, and nucleotides, are ATOM records; all others
+/// are HETATM. A TER follows each chain. Atoms that were not loaded, and charges and radii of a PQR file, are omitted.
 ///
 /// Source  wwPDB, "PDB file format" 3.30, ATOM, TER and REMARK
 /// In      X_AB     pose of the ligand's file frame in the receptor's file frame, position [Å]
 ///         remarks  REMARK lines for the user; bytes other than printable ASCII become '?', long lines are divided
 /// Out     coordinates with 3 decimals [Å]
-/// Fails   MoleculeError naming the atom: more than 99,999 atoms and TER records, more than 62 chains, names above 4
-///         letters, chain names above 1, numbers outside -999 … 9999, coordinates outside -999.999 … 9999.999 Å (then
-///         write mmCIF); bytes in a name that are not printable ASCII. std::invalid_argument: see
-///         docking::residue_starts(); a pose that is not finite
+/// Fails   MoleculeError naming the atom: more than 99,999 atoms and TER records; more than 62 chains; names above 4
+///         letters; chain names above 1 letter; numbers outside -999 … 9999; coordinates outside -999.999 … 9999.999 Å
+///         (in these cases write mmCIF instead); bytes in a name that are not printable ASCII. std::invalid_argument:
+///         see docking::residue_starts(); a pose that is not finite
 std::string complex_pdb(const docking::Molecule& receptor, const docking::Molecule& ligand, const Pose& X_AB_angstrom,
                         std::span<const std::string> remarks = {});
 
-/// Same as complex_pdb() without the limits of PDB: coordinates have 3 to 6 decimals, and remarks are comments. Each
-/// chain and each part of a chain has a separate label_asym_id. Names, numbers and chains of the molecules are auth_…
-/// items.
+/// The mmCIF form of complex_pdb(), without the limits of PDB: coordinates have 3 to 6 decimals, and remarks are
+/// comments. Each chain, and each part of a chain, has its own label_asym_id. Names, numbers and chains of the
+/// molecules are in the auth_… items.
 ///
 /// Fails   MoleculeError: a name that is not printable ASCII or has both kinds of quotes
 std::string complex_mmcif(const docking::Molecule& receptor, const docking::Molecule& ligand, const Pose& X_AB_angstrom,
                           std::span<const std::string> remarks = {});
 
-/// Checks the name of the output file, before the complex is computed.
+/// Checks the name of the output file; call it before the complex is computed.
 ///
 /// Fails   std::invalid_argument: the name ends neither in .pdb nor in .cif
 void check_complex_name(const std::filesystem::path& file);
 
-/// Writes the format of the file's extension. The data are written under another name first, so that a concurrent
-/// reader never gets a partial file.
+/// Writes the complex in the format of the file's extension. A temporary file is written first and then renamed, so
+/// that a concurrent reader never gets a partial file.
 ///
 /// Fails   MoleculeError naming the file: as complex_pdb() and complex_mmcif(), or a write error
 void save_complex(const std::filesystem::path& file, const docking::Molecule& receptor, const docking::Molecule& ligand,

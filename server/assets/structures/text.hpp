@@ -1,5 +1,5 @@
-// Small text functions that the readers of structures and parameters share. Inputs may be hostile, so none of them
-// fails.
+// Small text functions for the readers of structures and parameters. Inputs may be hostile, so none of the functions
+// fails for any input.
 #pragma once
 
 #include <cstddef>
@@ -22,8 +22,8 @@ bool begins_with_any_case(std::string_view text, std::string_view start);
 
 std::string_view trimmed(std::string_view text);
 
-/// Returns columns first … last of a fixed-column line, without outer blanks. They are counted from 1, as in format
-/// descriptions. Columns beyond the end of the line are left out.
+/// Returns columns first … last of a line with fixed columns, without outer blanks. Columns are counted from 1, as in
+/// format descriptions; those beyond the end of the line are omitted.
 std::string_view columns(std::string_view line, std::size_t first, std::size_t last);
 
 /// Splits a line into blank-separated words.
@@ -32,13 +32,13 @@ std::vector<std::string_view> words(std::string_view line);
 /// Removes the first line from `rest` and returns it; accepts LF and CRLF.
 std::string_view pop_line(std::string_view& rest);
 
-/// Returns true if the whole of `field` is one finite number.
+/// Returns whether the whole of `field` is one finite number, and stores it in `value`.
 bool parse_finite(std::string_view field, double& value);
 
-/// Returns text for messages: at most 40 characters, with '?' for all but printable ASCII.
+/// Returns text for messages: at most 40 characters, with '?' for characters other than printable ASCII.
 std::string printable_text(std::string_view text);
 
-/// Returns quoted text for messages: at most 40 characters, with '?' for all but printable ASCII.
+/// Returns quoted text for messages: at most 40 characters, with '?' for characters other than printable ASCII.
 std::string quoted_text(std::string_view text);
 
 }  // namespace tandem::server

@@ -8,7 +8,7 @@
 namespace tandem::server {
 namespace {
 
-/// Keys of notifications, in the order in which they are sent: users receive the law before the coefficients.
+/// Keys of notifications. A notification with a lower key is sent first: users receive the law before its coefficients.
 constexpr std::size_t kLawNews = 0, kCoefficientNews = 1;
 
 wire::ServerControl law_set(std::string_view law) {
@@ -33,11 +33,12 @@ class Coupling final : public SessionService {
   void handle(SessionUser& user, const wire::ClientControl& message) override;
   void on_joined(SessionUser& user, const wire::JoinRoom& /*granted*/) override { known_[&user] = in_force(user); }
   void on_left(SessionUser& user) override;
-  /// Reports changes, because the effective coefficients change when a tool grasps or releases a body.
+  /// Notifies users of their effective coefficients, which change when a tool grasps or releases a body.
   void on_update(const Room& room) override { announce_changes(room); }
 
  private:
-  /// Effective coupling at the last announce_changes(). It has been sent to the user, or its notification is queued.
+  /// Effective coupling of a user at the last announce_changes(). The user has received it, or the notification is
+  /// queued.
   struct Known {
     std::string_view law;
     haptics::CouplingParameters coefficients;
@@ -84,7 +85,7 @@ void Coupling::handle(SessionUser& user, const wire::ClientControl& message) {
   }
 }
 
-/// Other users receive the change with the next state of the game.
+/// Sets a parameter of the game. The other users receive the change with the next state of the game.
 void Coupling::set_game_parameter(SessionUser& user, const wire::ClientControl& message) {
   const wire::SetParameter& wanted = message.set_parameter();
   const std::optional<GameRefusal> problem = game_parameter_problem(user, wanted);
@@ -101,8 +102,8 @@ void Coupling::set_game_parameter(SessionUser& user, const wire::ClientControl& 
   host_.send(user, answer);
 }
 
-/// Sets a coefficient. Each of the other users is notified of its effective value for their tool, even if this value
-/// has not changed.
+/// Sets a coefficient. Every other user is notified of the effective value for their own tool, even if it has not
+/// changed.
 void Coupling::set_coefficient(SessionUser& setter, const wire::ClientControl& message,
                                const proto::CouplingField& field) {
   haptics::CouplingParameters parameters = setter.seats->coupling().parameters;
@@ -120,8 +121,8 @@ void Coupling::set_coefficient(SessionUser& setter, const wire::ClientControl& m
   host_.send(setter, answer);
 }
 
-/// Sets the coupling law. This is allowed during contact, because client and server both blend from the old law to the
-/// new one (haptics::LawFade).
+/// Sets the coupling law. This is safe during contact, because client and server both blend from the old law to the new
+/// law (haptics::LawFade).
 void Coupling::set_law(SessionUser& setter, const wire::ClientControl& message) {
   RoomSeats& seats = *setter.seats;
   const physics::SceneCoupling& of_scene = seats.room().scene().world.coupling;
@@ -145,7 +146,7 @@ void Coupling::set_law(SessionUser& setter, const wire::ClientControl& message) 
   send_changes(seats.room());
 }
 
-/// Reports changes, because the scene's coupling is restored when the operator leaves.
+/// When the operator leaves, the scene's coupling is restored, and the other users are notified.
 void Coupling::on_left(SessionUser& user) {
   known_.erase(&user);
   send_changes(user.room());
@@ -156,7 +157,7 @@ void Coupling::announce(SessionUser& user, const proto::CouplingField& field) {
   host_.announce(user, kCoefficientNews + index, [&user, &field] { return coefficient_set(field, user); });
 }
 
-/// Queues notifications for each user of the law, if it has changed, and of those effective coefficients that have
+/// Queues notifications for each user: of the law if it has changed, and of the effective coefficients that have
 /// changed.
 void Coupling::announce_changes(const Room& room) {
   for (SessionUser* user : host_.users_of(room)) {

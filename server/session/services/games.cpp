@@ -10,7 +10,7 @@
 namespace tandem::server {
 namespace {
 
-/// Key of the notification of a game's state. It is sent after those of the coupling, which have lower keys.
+/// Key of the notification of a game's state. Couplings have lower keys, so their notifications are sent first.
 constexpr std::size_t kGameNews = 100;
 
 class Games final : public SessionService {
@@ -20,7 +20,7 @@ class Games final : public SessionService {
   void on_poll() override;
 
  private:
-  /// Newest status of a room, and the part of it that users have received.
+  /// Newest status of a room's game, and the second and the number of level entries at the last call of receive().
   struct Known {
     GameStatus status;
     std::uint64_t second = 0;
@@ -58,7 +58,7 @@ void Games::on_poll() {
   }
 }
 
-/// Notifies the users of a change, and of the time once a second.
+/// Notifies the users when the state of the game changes, and of the game's time once a second.
 void Games::receive(RoomSeats& seats, const GameStatus& status) {
   const Room& room = seats.room();
   Known& known = rooms_[&room];

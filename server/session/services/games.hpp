@@ -1,4 +1,4 @@
-// Parameters of a game, which users set by SetParameter.
+// Parameters of a game that users set with the message SetParameter.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@ namespace tandem::server {
 
 /// Number of the level to start, from 1.
 inline constexpr std::string_view kLevelParameter = "game.level";
-/// 1: gravity of the level; 0: none.
+/// Gravity: 1 as in the level, 0 none.
 inline constexpr std::string_view kGravityParameter = "game.gravity";
 
 bool is_game_parameter(const std::string& name);
@@ -20,9 +20,9 @@ struct GameRefusal {
   wire::ErrorCode code = wire::ERROR_NOT_ALLOWED;
   std::string text;
 };
-/// Returns why the user may not set the parameter to this value; none if the user may.
+/// Returns the reason why the user may not set the parameter to this value; none if they may.
 std::optional<GameRefusal> game_parameter_problem(const SessionUser& user, const wire::SetParameter& wanted);
-/// Passes a checked request to the room. Returns false if the room's queue is full.
+/// Passes a request to the room that game_parameter_problem() has accepted. Returns false if the room's queue is full.
 bool post_game_parameter(SessionUser& user, const wire::SetParameter& wanted);
 
 }  // namespace tandem::server

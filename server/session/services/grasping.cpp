@@ -71,7 +71,7 @@ class Grasping final : public SessionService {
   ServiceHost& host_;
 };
 
-/// Passes the request to the room. on_poll() sends the answer.
+/// Passes the request to the room. on_poll() sends the answer when the room has served it.
 void Grasping::handle(SessionUser& user, const wire::ClientControl& message) {
   const std::uint32_t request = message.request();
   if (!has_tool(user.seat.role))

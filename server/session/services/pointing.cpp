@@ -21,7 +21,7 @@ class Pointing final : public SessionService {
   std::map<const Room*, net::TokenBucket> of_rooms_;
 };
 
-/// Sends the place to all users of the room. Their clients display it and give the hand a short force towards it.
+/// Sends the pointed position to all users of the room. Their clients display it and briefly push the hand towards it.
 void Pointing::handle(SessionUser& user, const wire::ClientControl& message) {
   const wire::Point& point = message.point();
   const auto refuse = [&](wire::ErrorCode code, const char* text) {

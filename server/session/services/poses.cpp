@@ -29,7 +29,7 @@ class Poses final : public SessionService {
   void refuse_unanswered() override;
 
  private:
-  /// Takes one token from the bucket of a user or of a room. Returns false if it has none.
+  /// Consumes one token of the bucket of a user or a room. Returns false if the bucket is empty.
   template <class Key>
   bool consume(std::map<const Key*, net::TokenBucket>& buckets, const Key& count, const net::Rate& rate) {
     return buckets.try_emplace(&count, rate).first->second.try_consume(1, host_.now());
@@ -88,9 +88,9 @@ void Poses::on_left(SessionUser& user) {
   if (keeper_ != nullptr) keeper_->forget(user.room(), user.seat.user);
 }
 
-/// Returns the reason why the user may not delete or rename a pose; empty if they may. A saved pose belongs to the name
-/// of the user who saved it. After that user has left, everybody may edit it. Otherwise nobody could make space in a
-/// full room.
+/// Returns the reason why the user may not delete or rename a pose; empty if they may. While the user who saved a pose
+/// is present, only that user and the operator may edit it. Once that user has left, everybody may, because otherwise
+/// nobody could free space in a full list.
 std::string Poses::edit_problem(const SessionUser& user, const wire::AskPose& edit) const {
   const bool edits = edit.kind() == wire::AskPose::DELETE || edit.kind() == wire::AskPose::RENAME;
   if (!edits || user.is_operator()) return {};
@@ -147,7 +147,7 @@ void Poses::begin_stop() {
   if (keeper_ != nullptr) keeper_->begin_stop();
 }
 
-/// Refuses all requests that have not been answered. A hung disk or a long evaluation therefore does not delay a stop.
+/// Refuses all unanswered requests, so that a stop is not delayed by a hung disk or a long evaluation.
 void Poses::refuse_unanswered() {
   if (keeper_ == nullptr) return;
   on_poll();

@@ -22,8 +22,8 @@ namespace tandem::server {
 
 inline constexpr const char* kRoomBusy = "the room is busy; try again";
 
-/// A joined user, as seen by services. The object is valid, at the same memory address, from on_joined() until
-/// on_left() returns.
+/// A joined user, as services see the user. The object keeps its memory address from on_joined() until on_left()
+/// returns.
 struct SessionUser {
   std::string name;
   RoomSeats* seats = nullptr;
@@ -31,12 +31,12 @@ struct SessionUser {
 
   const Room& room() const { return seats->room(); }
   bool is_operator() const { return seat.role == UserRole::kOperator; }
-  /// Text that identifies the user in logs.
+  /// Returns text that identifies the user in logs.
   std::string label() const;
 };
 
-/// Interface of the hub for its services. If a user reads too slowly, sending a message may end the user's connection.
-/// Messages to a user who has left are ignored.
+/// Interface through which services use the hub. If a user reads too slowly, sending a message may end that user's
+/// connection. Messages to a user who has left are ignored.
 class ServiceHost {
  public:
   /// Time of the current call of the hub.
@@ -47,12 +47,11 @@ class ServiceHost {
   virtual void send(SessionUser& user, const wire::ServerControl& message) = 0;
   /// Number of control bytes that the user has not read yet.
   virtual std::size_t queued_bytes(const SessionUser& user) const = 0;
-  /// Queues a notification for a user, which send_news() sends. A later notification with the same key replaces an
-  /// earlier one that has not been sent. Notifications are sent after joins and leaves, in the order of their keys.
-  /// `make` is called when the notification is sent.
+  /// Queues a notification, which send_news() sends after joins and leaves, in the order of keys. A notification
+  /// replaces an unsent one with the same key. `make` is called when the notification is sent.
   virtual void announce(SessionUser& user, std::size_t key, std::function<wire::ServerControl()> make) = 0;
   /// Sends the queued notifications, unless more than kMaxQueuedBeforeNews bytes are queued for the user. Each poll()
-  /// of the hub calls it for all users.
+  /// of the hub calls this function for all users.
   virtual void send_news(SessionUser& user) = 0;
   virtual void end(SessionUser& user, wire::DisconnectReason reason, const std::string& text) = 0;
   virtual void log(std::string_view kind, const std::string& line) const = 0;
@@ -74,19 +73,19 @@ class SessionService {
   using Case = wire::ClientControl::MessageCase;
 
   virtual ~SessionService() = default;
-  /// Kinds of messages that handle() accepts. Each kind is handled by one service only.
+  /// Returns the kinds of messages that handle() accepts. Only one service handles each kind.
   virtual std::vector<Case> cases() const { return {}; }
   virtual void handle(SessionUser& /*user*/, const wire::ClientControl& /*message*/) {}
   /// Called after a user has joined and has been sent Joined and the names of the other users.
   virtual void on_joined(SessionUser& /*user*/, const wire::JoinRoom& /*granted*/) {}
-  /// Called after a user has left: the seat is free and users_of() does not contain the user. The other users have not
-  /// received UserLeft yet.
+  /// Called after a user has left: the seat is free, and users_of() does not include the user. UserLeft has not been
+  /// sent to the other users yet.
   virtual void on_left(SessionUser& /*user*/) {}
   /// Called after an update of a room has been sent to its users.
   virtual void on_update(const Room& /*room*/) {}
   /// Called in each SessionHub::poll() after all updates have been sent. Delivers results from rooms and other threads.
   virtual void on_poll() {}
-  /// Refuses the requests that have not been begun, and all later ones. on_poll() delivers the answers.
+  /// Refuses the requests that have not been started, and all later requests. on_poll() sends the refusals.
   virtual void begin_stop() {}
   /// Returns whether a request has not been answered yet.
   virtual bool owes_answers() const { return false; }

@@ -1,4 +1,4 @@
-// Functions that make the services of a hub. Each service is in the source file of the same name.
+// Factory functions for the services of a hub. The source file of a service has the name of the service.
 #pragma once
 
 #include <memory>
@@ -8,10 +8,10 @@
 
 namespace tandem::server {
 
-/// Handles Grab and Release, and reports their results and bodies that were put back.
+/// Handles Grab and Release. Reports their results, and bodies that have returned to their start.
 std::unique_ptr<SessionService> make_grasping(ServiceHost& host);
-/// Handles SetParameter, which sets the law and the coefficients of a room's coupling, and reports their changes. It
-/// also passes on the parameters of games (games.hpp).
+/// Handles SetParameter: sets the law and the coefficients of a room's coupling, and reports their changes. Parameters
+/// of games go to the game (games.hpp).
 std::unique_ptr<SessionService> make_coupling(ServiceHost& host);
 /// Handles Kick and ResetRoom, which only the operator of a room may request.
 /// In      poses  null if no poses are saved
@@ -19,7 +19,7 @@ std::unique_ptr<SessionService> make_moderation(ServiceHost& host, PoseKeeper* p
 /// Handles AskPose: saved poses of a room's two molecules, undo and redo, and minimisation.
 /// In      poses  if null, every request is refused
 std::unique_ptr<SessionService> make_poses(ServiceHost& host, PoseKeeper* poses);
-/// Handles Point, which shows a place to all users of a room.
+/// Handles Point, which shows a position to all users of a room.
 std::unique_ptr<SessionService> make_pointing(ServiceHost& host);
 /// Handles GetAsset, which requests one chunk of an asset of the room's scene.
 std::unique_ptr<SessionService> make_assets(ServiceHost& host);

@@ -19,7 +19,7 @@ class SoftShapes final : public SessionService {
   void send(SessionUser& user, const wire::ServerControl& message);
 
   ServiceHost& host_;
-  /// Last sent offsets of each soft body, for each user who requested shapes.
+  /// Last sent offsets by user and soft body. Contains only users who requested shapes.
   std::map<const SessionUser*, std::map<std::uint32_t, std::string>> sent_;
 };
 
@@ -36,7 +36,8 @@ void SoftShapes::on_poll() {
   }
 }
 
-/// Sends a shape, unless it is unchanged or earlier bytes are still queued for the user. Shapes therefore never queue.
+/// Sends a shape, unless it is unchanged or control bytes are still queued for the user. Shapes therefore never
+/// accumulate in a queue.
 void SoftShapes::send(SessionUser& user, const wire::ServerControl& message) {
   const auto found = sent_.find(&user);
   if (found == sent_.end()) return;

@@ -1,5 +1,5 @@
-// Tests how the energy of a pair of molecules in a room is summed: the model, the reported errors, and the choice for
-// large pairs.
+// Tests how the energy of a pair of molecules is summed in a room: the chosen model for large pairs, and the reported
+// errors. A wrong choice would flatten the energy well that users feel, without a warning.
 #include "server/assets/field_choice.hpp"
 
 #include <gmock/gmock.h>
@@ -84,7 +84,7 @@ TEST(ChooseField, TakesTheGridWhereThereIsOneAndTheSameForSwappedRoles) {
 TEST(ChooseField, OfTooManyAtomsForAGridIsTheSmallestCutOffThatKeepsTheWellOrErrsLeast) {
   const ProteinPair pair(12'100, 12'050);
   const Vec3 offset(0, 0, 60);
-  // Without charges all terms are attractive and add up, so a wider cut-off has a smaller error.
+  // Without charges, all omitted terms are attractive and add up. A wider cut-off therefore has a smaller error.
   FieldModel chosen;
   choose_field(pair.a, pair.b, offset, chosen);
   EXPECT_FALSE(chosen.has_far_grid);

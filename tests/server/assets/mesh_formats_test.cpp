@@ -1,5 +1,5 @@
-// Generated files of every format are compared with the surface that they represent, because a parser may misread a
-// file without an error.
+// Compares generated mesh files of every format with the surface that they represent. The tests detect a parser that
+// misreads a file without an error.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -37,8 +37,8 @@ class MeshFormats : public ::testing::Test {
     write(name, bytes);
     return read_mesh_file(directory_ / name, "");
   }
-  /// Reads the file and returns the error message. The result is empty if there was no error; `mesh` then receives the
-  /// mesh, if it is not null.
+  /// Reads the file and returns the error message. Without an error the result is empty, and the mesh is stored in
+  /// `mesh` unless it is null.
   std::string refusal(const std::string& name, const std::string& bytes, geometry::TriangleMesh* mesh = nullptr) const {
     try {
       geometry::TriangleMesh is = read(name, bytes);
@@ -70,7 +70,7 @@ test::Surface box() {
 struct Part {
   test::Surface surface;
   double scale = 1;
-  double ratio = 0;  ///< distance from the origin, divided by the size
+  double ratio = 0;  ///< distance from the origin in units of the size
 };
 
 Part random_part(Random& random) {
@@ -93,7 +93,7 @@ Part random_part(Random& random) {
   return part;
 }
 
-/// A part that was written to a file, and the reason for which it may be refused.
+/// File contents for a part, and the reason for which the reader may refuse them.
 struct Written {
   std::string name, bytes;
   bool is_single = false;     ///< true if the file or its parser uses single precision

@@ -1,4 +1,5 @@
-// Tests sizes in a scene's files that are used as divisors: the size of a mesh and the mass of a molecule.
+// Tests values of a scene's files that are used as divisors: the size of a mesh and the mass of a molecule. Values near
+// 0 must be refused, because otherwise poses and inertias would be infinite.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -38,7 +39,7 @@ class MeshSizes : public ::testing::Test {
     for (const Vec3& p : mesh.vertices) file << "v " << p.x() << ' ' << p.y() << ' ' << p.z() << '\n';
     for (const auto& [a, b, c] : mesh.triangles) file << "f " << a + 1 << ' ' << b + 1 << ' ' << c + 1 << '\n';
   }
-  /// Returns the error when the scene is loaded. If there is none, the scene is in `loaded_`.
+  /// Returns the error message of loading the scene; empty if it loads, and `loaded_` then contains the scene.
   std::string refusal(const std::string& mesh_fields) {
     const std::string shape = R"({"mesh": {"file": "t.obj")" + mesh_fields + "}}";
     try {

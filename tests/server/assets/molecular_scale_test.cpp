@@ -1,5 +1,5 @@
-// Tests the results of the probe for two molecules, with closed forms for two atoms and with a real pair. Also tests a
-// scene that consists of two files.
+// Tests the force scale that probing finds: for two atoms against closed forms, and for a real pair of molecules. A
+// wrong scale makes docking forces imperceptible or saturated. Tests a scene made from two files, too.
 #include "server/assets/molecular_scale.hpp"
 
 #include <gmock/gmock.h>
@@ -51,11 +51,12 @@ TEST(MolecularScale, OfTwoAtomsIsThatOfTheClosedForm) {
   const std::array<const docking::Molecule*, 2> molecules{&a, &b};
   const std::array<Vec3, 2> centres{Vec3::Zero(), Vec3(4, 0, 0)};
   const auto notes = complete_molecular_scale(field, molecules, centres, {});
-  // The attraction has its maximum at (26/7)^(1/6) σ.
+  // The Lennard-Jones attraction is strongest at r = (26/7)^(1/6) σ. This attraction is scaled to 1 N.
   const double s6 = 7.0 / 26;
   const double pull = 24 * kEpsilon / kSigma * std::pow(s6, 1.0 / 6) * (s6 - 2 * s6 * s6) / kKilojoulesPerKilocalorie;
   EXPECT_NEAR(field.newtons_per_kcal_per_mol_angstrom(), 1 / pull, 0.01 / pull);
-  // Expected is the energy at which V' reaches a quarter of the force limit, between two steps of 0.1 Å.
+  // The knee is the energy at which the repulsion V' reaches a quarter of the force limit, here 5 N, up to the probe's
+  // step of 0.1 Å.
   const auto energy = [](double r) {
     const double x = std::pow(kSigma / r, 6);
     return 4 * kEpsilon * (x * x - x) / kKilojoulesPerKilocalorie;
@@ -72,8 +73,8 @@ TEST(MolecularScale, OfTwoAtomsIsThatOfTheClosedForm) {
   EXPECT_THAT(notes, ElementsAre(HasSubstr("pairs of atoms act on each other"), HasSubstr("1 N in the hand is")));
 }
 
-/// A block beside the origin with a pocket in the middle of one face. Only the inner surface of the pocket attracts
-/// strongly.
+/// A block beside the origin with a pocket in the middle of one face. Only the lining of the pocket attracts strongly,
+/// so a probe that never enters the pocket finds too little attraction.
 docking::Molecule block_with_pocket(const Vec3& pocket) {
   docking::Molecule block;
   for (int layer = 0; layer < 3; ++layer) {
@@ -96,7 +97,7 @@ docking::Molecule block_with_pocket(const Vec3& pocket) {
 TEST(MolecularScale, CountsWhatHoldsALigandWhereNoLineThroughTheCentreLeads) {
   const Vec3 pocket(40, 0, 0);
   const docking::Molecule a = block_with_pocket(pocket), b = atom();
-  double pull = 0;  // largest attraction along a straight path out of the pocket
+  double pull = 0;  // largest attraction on a straight path out of the pocket
   for (double out = 0; out < 8; out += 0.05) {
     const docking::FieldResult here = docking::exact_field(a, b, {pocket + Vec3(0, 0, out), Quat::Identity()});
     pull = std::max(pull, -here.force_on_b.z() / kKilojoulesPerKilocalorie);
@@ -136,8 +137,8 @@ TEST(MolecularScale, LikeChargesThatOnlyRepelHaveOneToo) {
   const std::array<Vec3, 2> centres{Vec3::Zero(), Vec3::Zero()};
   complete_molecular_scale(field, molecules, centres, model);
   EXPECT_NEAR(field.newtons_per_kcal_per_mol_angstrom(), 0.03, 1e-9) << "nothing pulls";
-  // At 0.03 N per kcal/mol/Å, a force of 5 N is 167 kcal/mol/Å. The repulsion of the charges alone does not reach this,
-  // but the repulsion of the atoms does.
+  // At 0.03 N per kcal/mol/Å, a push of 5 N is 167 kcal/mol/Å. The repulsion of the charges alone is weaker than that,
+  // so the knee must be at the repulsion of the atoms.
   const double charges = 16 * docking::kCoulombKjAngstromPerMol / (4 * kSigma * kSigma) / kKilojoulesPerKilocalorie;
   EXPECT_GT(field.knee_kcal_per_mol(), charges);
   EXPECT_LT(field.knee_kcal_per_mol(), 3 * charges);
@@ -146,7 +147,7 @@ TEST(MolecularScale, LikeChargesThatOnlyRepelHaveOneToo) {
 TEST(MolecularScale, AZeroAreaThatWouldTakeAllAttractionIsLeftOut) {
   const docking::Molecule a = atom(), b = atom();
   const std::array<const docking::Molecule*, 2> molecules{&a, &b};
-  // The centres coincide, so there is no direction between them.
+  // The centres coincide, so the line of centres has no direction. The probe must find the well from another side.
   const std::array<Vec3, 2> centres{Vec3::Zero(), Vec3::Zero()};
   wire::MolecularField field = open_field();
   field.set_zero_area_kt(1);
@@ -240,7 +241,7 @@ TEST(DockingScene, OfTwoFilesIsApartAsTheFilesHaveThemAndPullsWithOneNewton) {
   }
   EXPECT_GT(nearest_angstrom, 5) << "8 angstrom along the line of centres, askew to their surfaces";
   EXPECT_LT(nearest_angstrom, 12);
-  // The probe must find a minimum energy that is at most the energy of the pose in the files.
+  // The minimum must not exceed the energy of the pose in the files, from which one of the descents starts.
   const docking::Molecule native_a = load_molecule(kHelices, {{"A"}}, kOplsDirectory);
   const docking::Molecule native_b = load_molecule(kHelices, {{"B"}}, kOplsDirectory);
   const docking::FieldResult native = docking::exact_field(native_a, native_b, Pose{}, scene->world.field_model);
@@ -248,7 +249,8 @@ TEST(DockingScene, OfTwoFilesIsApartAsTheFilesHaveThemAndPullsWithOneNewton) {
   EXPECT_LT(field.minimum_kcal_per_mol(), -3) << "several kT: the zero area leaves most to be felt";
   EXPECT_GT(field.knee_kcal_per_mol(), field.minimum_kcal_per_mol());
 
-  // The line between the centres is one of the lines that the probe samples.
+  // The line of centres is one of the probed lines, so the attraction along it must not exceed 1 N by more than
+  // rounding.
   const physics::WorldDescription& world = scene->world;
   docking::MolecularField pull(*a.molecule, *b.molecule, world.field_model);
   const Pose X_AB = a.X_WB.inverse() * b.X_WB;
@@ -331,7 +333,7 @@ TEST(DockingScene, AGridBringsBackWhatTheCutOffLeavesOut) {
     EXPECT_LT(missed.norm(), 0.02 * wanted.norm()) << apart_m;
     EXPECT_GT((wanted - force_kcal_per_mol(*cut, apart_m)).norm(), 0.1 * wanted.norm()) << apart_m;
   }
-  // The results with a grid must equal those of all pairs within 5 %.
+  // The scales found with a grid must agree with those of all pairs within 5 %.
   EXPECT_NEAR(grid->world.newtons_per_kcal_per_mol_angstrom, all->world.newtons_per_kcal_per_mol_angstrom,
               0.05 * all->world.newtons_per_kcal_per_mol_angstrom);
 }

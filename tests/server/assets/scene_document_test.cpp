@@ -1,5 +1,6 @@
-// scene.proto, with shapes.proto and goals.proto, is the manual of the scene file. The ranges and defaults in its comments are compared with the table of
-// ranges and with the loader's defaults.
+// scene.proto, with shapes.proto and goals.proto, is the manual of the scene file. These tests compare the ranges and
+// defaults in its comments with the table of ranges and the defaults of the loader. They detect a manual that is out of
+// date.
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/message.h>
 #include <gtest/gtest.h>
@@ -29,8 +30,8 @@ void for_each_line(const Visit& visit) {
   }
 }
 
-/// Maps each "Message.field" to the number that follows "default" in its comment. The value is empty if the default is
-/// described in words ("default: …").
+/// Returns the number after "default" in the comment of each field, by "Message.field". The value is empty if words
+/// describe the default ("default: …").
 std::map<std::string, std::string> documented_defaults() {
   static const std::regex kMessage(R"(message (\w+) \{.*)");
   static const std::regex kField(R"(.* (\w+) = \d+; *//.*default(?: ([-+.0-9a-z ]+)|:).*)");
@@ -44,13 +45,13 @@ std::map<std::string, std::string> documented_defaults() {
   return defaults;
 }
 
-/// Compares the range that a comment states for each field, such as "0..1".
+/// Compares the range in each field's comment, such as "0..1", with the table.
 TEST(SceneDocument, RangesBesideTheFieldsAreThoseOfTheTable) {
   static const std::regex kMessage(R"(message (\w+) \{.*)");
   static const std::string kNumber = R"((-?\d+(?:\.\d+)?(?:e[-+]?\d+)?))";
   static const std::regex kField(R"(.*?(\w+) = \d+;(?: \})? *//.*?)" + kNumber + R"(\.\.)" + kNumber + R"(\b.*)");
   std::string message;
-  // These fields have a range that is stated once, above their messages.
+  // The ranges of these fields are stated once, above their message.
   std::set<std::string> documented{"Sphere.radius_m",
                                    "Box.size_m",
                                    "Cylinder.radius_m",
@@ -90,7 +91,7 @@ std::string number_in(const Message& message, const FieldDescriptor& field) {
   }
 }
 
-/// Returns a value in the notation of scene.proto, in which the numbers of an array are separated by a space.
+/// Returns a value in the notation of scene.proto, where blanks separate the numbers of an array.
 std::string value_in(const Message& message, const FieldDescriptor& field) {
   if (!field.is_repeated()) return number_in(message, field);
   std::string text;

@@ -1,4 +1,4 @@
-// Tests effects in scene files: their defaults, and errors that state the remedy.
+// Tests effects in scene files: their defaults, and that each mistake is refused with a remedy.
 #include "server/assets/scene_effects.hpp"
 
 #include <gmock/gmock.h>
@@ -12,7 +12,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// Returns a wall as JSON, with the effects `json`.
+/// Returns the JSON of a wall with the effects `json`.
 std::string wall_with(const std::string& json) {
   const std::string wall = physics::kWall;
   return wall.substr(0, wall.size() - 1) + R"(, "effects": [)" + json + "]}";

@@ -1,5 +1,5 @@
-// Newcomers write scene files, and the server relies on them. So each mistake must be refused with a message that
-// locates it.
+// Scene files are written by hand, and the server relies on their contents. Each mistake must be refused with a message
+// that names the faulty field.
 #include "server/assets/scene_file.hpp"
 
 #include <gmock/gmock.h>
@@ -318,8 +318,8 @@ TEST(SceneFile, RestingHandleMeetsTheToolWhereItStarts) {
 TEST(SceneFile, RotationTurnsAboutFixedXThenYThenZ) {
   wire::Placement placement;
   for (const double degrees : {90.0, 0.0, 90.0}) placement.add_rotation_xyz_deg(degrees);
-  // The first rotation does not change x, and the last one turns it into y. The first rotation turns y into z, which
-  // the last one does not change.
+  // Rotations are about fixed axes, in the order x, y, z. The rotation about x leaves x unchanged and turns y to z. The
+  // rotation about z turns x to y and leaves z unchanged.
   const Quat q = proto::pose_from_placement(placement).q;
   EXPECT_TRUE((q * Vec3::UnitX()).isApprox(Vec3::UnitY(), 1e-12));
   EXPECT_TRUE((q * Vec3::UnitY()).isApprox(Vec3::UnitZ(), 1e-12));
@@ -343,13 +343,13 @@ TEST(MassProperties, OfPrimitivesAreTheTextbookOnes) {
                   .principal_inertia_kg_m2.isApprox(Vec3(0.04 + 0.09, 0.01 + 0.09, 0.01 + 0.04), 1e-9));
   EXPECT_TRUE(mass_of(R"({"cylinder": {"radius_m": 0.1, "length_m": 0.6}})", 12)
                   .principal_inertia_kg_m2.isApprox(Vec3(0.03 + 0.36, 0.03 + 0.36, 0.06), 1e-9));
-  // A capsule whose cylindrical part is negligible is a sphere.
+  // A capsule whose cylinder has almost no length must have the inertia of a sphere.
   EXPECT_TRUE(mass_of(R"({"capsule": {"radius_m": 0.1, "length_m": 1e-6}})", 2)
                   .principal_inertia_kg_m2.isApprox(Vec3::Constant(0.4 * 2 * 0.01), 1e-4));
 }
 
 TEST(MassProperties, OfTwoShapesFollowTheParallelAxisTheorem) {
-  // Two equal spheres of 1 kg and 0.1 m radius, at x = 0 and x = 1.
+  // Two equal spheres of 1 kg and radius 0.1 m, with centres at x = 0 and x = 1.
   const std::string ball = R"({"sphere": {"radius_m": 0.1}})";
   const MassProperties mass =
       mass_of(ball + R"(, {"sphere": {"radius_m": 0.1}, "placement": {"position_m": [1, 0, 0]}})", 2);

@@ -1,4 +1,4 @@
-// Tests the files to which a scene refers: meshes, their cache, and the assets announced to clients.
+// Tests the files that a scene names: meshes, the cache of their contact shapes, and the assets announced to clients.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -27,7 +27,7 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// A temporary folder for the files of a test.
+/// Creates a temporary folder for the files of a test.
 class SceneFiles : public ::testing::Test {
  protected:
   SceneFiles() : directory_(std::filesystem::path(::testing::TempDir()) / unique_name()) {
@@ -59,7 +59,8 @@ class SceneFiles : public ::testing::Test {
   }
 };
 
-// A tetrahedron with corners at 0 and 2 along each axis, one triangle without area, and a line.
+// A tetrahedron with edges of length 2 along the axes, and two parts that must be skipped: a triangle without area and
+// a line.
 constexpr const char* kTetrahedron =
     "v 0 0 0\nv 2 0 0\nv 0 2 0\nv 0 0 2\n"
     "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\nf 1 2 2\nl 1 2\n";
@@ -126,7 +127,7 @@ TEST_F(SceneFiles, MeshOfAnUnlikelySizeIsNotedWithTheFieldThatMendsIt) {
 
 TEST_F(SceneFiles, MeshesOfAnUnlikelySizeAreReportedBeforeAnythingIsBuilt) {
   write("t.obj", kTetrahedron);
-  write("u.obj", "v 0 0 0\nv 5 0 0\nv 0 5 0\nf 1 2 3\n");  // a sheet is built in a fraction of a solid's time
+  write("u.obj", "v 0 0 0\nv 5 0 0\nv 0 5 0\nf 1 2 3\n");  // a sheet, which is built much faster than a solid
   std::vector<std::string> events;
   SceneLoading loading;
   loading.cache_directory.clear();
@@ -144,9 +145,9 @@ TEST_F(SceneFiles, MeshesOfAnUnlikelySizeAreReportedBeforeAnythingIsBuilt) {
 TEST_F(SceneFiles, MovingMeshHasTheInertiaOfItsSolid) {
   write("t.obj", kTetrahedron);
   const MassProperties mass = load(mesh_body("", R"(, "mass_kg": 3)"))->world.bodies[0].mass;
-  // For the corner tetrahedron with the edge a = 2, the centroid is at a/4. About the centroid ∫x² = 3ma²/80 and ∫xy =
-  // −ma²/80. The second moments have the eigenvalues ma²/80·(1, 4, 4). The inertia is their trace minus each of them:
-  // ma²/80·(8, 5, 5).
+  // The tetrahedron has three edges of length a = 2 along the axes, and its centroid is at a/4. About the centroid, ∫x²
+  // = 3ma²/80 and ∫xy = −ma²/80, so the second moments have the eigenvalues ma²/80·(1, 4, 4). Each principal inertia is
+  // their trace minus one of them: ma²/80·(8, 5, 5).
   EXPECT_TRUE(mass.X_BC.p.isApprox(Vec3::Constant(0.5), 1e-9));
   const double ma2 = 3.0 * 4.0;
   EXPECT_NEAR(mass.principal_inertia_kg_m2.maxCoeff(), 8 * ma2 / 80, 1e-9);
@@ -174,7 +175,8 @@ TEST_F(SceneFiles, BinaryPlyMayBeginWithTheByteOfANewline) {
       "ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
       "element face 4\nproperty list uchar int vertex_indices\nend_header\n";
   const auto append = [&ply](const auto& value) { ply.append(reinterpret_cast<const char*>(&value), sizeof value); };
-  // The lowest byte of 0.04 in single precision is 10, which is also the code of a line feed.
+  // The lowest byte of 0.04 in single precision is 10, the code of a line feed. A reader that splits the binary body
+  // into lines fails here.
   for (const float x : {0.04F, 0.F, 0.F, 0.F, 0.F, 0.F, 0.F, 0.04F, 0.F, 0.F, 0.F, 0.04F}) append(x);
   for (const auto& corners : {std::array{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}) {
     ply += '\3';
@@ -373,7 +375,7 @@ TEST_F(SceneFiles, ContactAssetOfAMeshComesFromTheCacheTheSecondTime) {
   EXPECT_THAT(cached->notes.back(), HasSubstr("contact from cache in"));
   EXPECT_EQ(built->assets[1].sha256, cached->assets[1].sha256);
 
-  // A truncated cache entry must be discarded.
+  // A truncated cache entry must be discarded and built again.
   const auto entry = *std::filesystem::directory_iterator(loading.cache_directory);
   std::filesystem::resize_file(entry.path(), entry.file_size() / 2);
   const auto rebuilt = load_with_cache();
@@ -382,7 +384,7 @@ TEST_F(SceneFiles, ContactAssetOfAMeshComesFromTheCacheTheSecondTime) {
   EXPECT_THAT(load_with_cache()->notes.back(), HasSubstr("contact from cache in")) << "and is kept again";
 }
 
-/// Invalid contents that replace a cache entry.
+/// A way to damage a cache entry.
 struct BadEntry {
   const char* name;
   std::function<void(const std::filesystem::path& entry)> write_entry;
@@ -410,7 +412,7 @@ TEST_P(BadCache, EntryIsIgnored) {
   EXPECT_THAT(load_with_cache()->notes.back(), HasSubstr(is_replaced ? "contact from cache in" : "cannot be written"));
 }
 
-/// Replaces the entry of this mesh by the entry of another mesh.
+/// Replaces the cache entry of this mesh by the entry of another mesh.
 void write_foreign_entry(const std::filesystem::path& entry) {
   SceneLoading loading;
   loading.cache_directory = entry.parent_path() / "other";

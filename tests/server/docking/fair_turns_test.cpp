@@ -1,4 +1,5 @@
-// Tests that the order in which rooms are served satisfies the bounds stated in fair_turns.hpp.
+// Tests that FairTurns satisfies the bounds (1) and (2) in fair_turns.hpp. If it does not, one room can delay the
+// others.
 #include "server/docking/fair_turns.hpp"
 
 #include <gtest/gtest.h>
@@ -16,12 +17,12 @@ namespace {
 
 constexpr std::uint64_t kLargest = 1000;
 
-/// Rooms that are served by FairTurns. Counts the work done for each room.
+/// Rooms that FairTurns serves. Counts the work done for each room.
 struct Bench {
   explicit Bench(std::size_t rooms) : turns(rooms), jobs(rooms), served(rooms) {}
 
   bool has_work(std::size_t room) const { return !jobs[room].empty(); }
-  /// Does the next slice of work. Returns its room, or none if no room has work.
+  /// Does the next slice of work. Returns the room of the slice; none if no room has work.
   std::optional<std::size_t> serve() {
     const auto next = turns.next([this](std::size_t i) { return has_work(i); });
     if (!next) return next;
@@ -53,7 +54,7 @@ TEST(FairTurns, SlicesOfAnySizeShareTheTimeEvenly) {
   EXPECT_NEAR(static_cast<double>(bench.served[0]), static_cast<double>(bench.served[1]), kLargest);
 }
 
-/// Checks bounds (1) and (2) of fair_turns.hpp with random sequences of requests.
+/// Checks the bounds (1) and (2) of fair_turns.hpp for random sequences of requests.
 class FairTurnsProperty : public ::testing::TestWithParam<int> {};
 
 TEST_P(FairTurnsProperty, NoRoomWaitsForMoreThanTwoSlicesOfEachOther) {
@@ -61,9 +62,9 @@ TEST_P(FairTurnsProperty, NoRoomWaitsForMoreThanTwoSlicesOfEachOther) {
   const auto below = [&random](std::uint64_t end) { return random.next_u64() % end; };
   const std::size_t rooms = 2 + below(7);
   Bench bench(rooms);
-  // For each room that waits for its first slice: the work done for all rooms before it began to wait.
+  // For each room that waits for its first slice: the work that each room had received when the wait began.
   std::vector<std::optional<std::vector<std::uint64_t>>> since_it_waits(rooms);
-  // For each pair of rooms: whether both have work, and the difference of their served work since then.
+  // For each pair of rooms: whether both have work, and the difference of the work that they have received since then.
   std::vector<std::vector<bool>> are_both(rooms, std::vector<bool>(rooms));
   std::vector<std::vector<std::int64_t>> lead(rooms, std::vector<std::int64_t>(rooms));
   for (int turn = 0; turn < 3000; ++turn) {

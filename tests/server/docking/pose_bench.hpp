@@ -1,4 +1,4 @@
-// Test fixture: a room with two helical molecules, and a PoseKeeper for it.
+// Test fixture: a room with two helices as molecules, and a PoseKeeper that serves it.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -17,8 +17,8 @@
 
 namespace tandem::server {
 
-/// Scene with two separate helices, which no tool holds.
-/// In      static_bodies  indices of the bodies that cannot move
+/// Returns a scene with two helices apart from each other, which no tool holds.
+/// In      static_bodies  indices of bodies to make static
 inline std::shared_ptr<const LoadedScene> load_helices(const std::vector<int>& static_bodies) {
   wire::Scene scene = docking_scene(molecule_source(std::string(test::k3al1File) + ":A", ""),
                                     molecule_source(std::string(test::k3al1File) + ":B", ""), wire::MolecularField());
@@ -27,7 +27,7 @@ inline std::shared_ptr<const LoadedScene> load_helices(const std::vector<int>& s
     scene.mutable_bodies(body)->clear_mass_kg();
     scene.mutable_bodies(body)->clear_graspable();
   }
-  // This scale makes the molecular forces too weak to move the helices.
+  // With this scale, the molecular forces are too weak to move the helices during a test.
   scene.mutable_molecular_field()->set_newtons_per_kcal_per_mol_angstrom(1e-6);
   return load_scene_text(scene_text(scene), "helices", ".");
 }
@@ -45,7 +45,7 @@ class PoseKeeperTest : public ::testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  /// Creates a new room with the scene, and a new PoseKeeper, as after a restart of the server.
+  /// Makes a new room with the scene and a new PoseKeeper, as a restart of the server does.
   void start(const std::filesystem::path& folder, const std::shared_ptr<const LoadedScene>& scene = helices()) {
     keeper_.reset();
     rooms_.clear();
@@ -64,7 +64,7 @@ class PoseKeeperTest : public ::testing::Test {
     keeper_->work();
   }
 
-  /// Moves the second molecule by `by_angstrom` and leaves it there for `rest_steps` steps.
+  /// Moves the second molecule by `by_angstrom`, then steps the room `rest_steps` times.
   void move(const Vec3& by_angstrom, int rest_steps) {
     RoomCommand command;
     command.kind = RoomCommand::Kind::kPlace;
@@ -79,7 +79,7 @@ class PoseKeeperTest : public ::testing::Test {
 
   Pose pose() { return room().world().body(BodyId{1}).X.inverse() * room().world().body(BodyId{2}).X; }
 
-  /// Submits a request, and executes the resulting kPlace command in the room. Returns the answer.
+  /// Submits a request, executes the kPlace command that may result, and returns the answer.
   wire::ServerControl submit(wire::AskPose::Kind kind, std::uint32_t number = 0, const std::string& name = "") {
     wire::AskPose request;
     request.set_kind(kind);
@@ -90,14 +90,14 @@ class PoseKeeperTest : public ::testing::Test {
     return serve();
   }
 
-  /// Folder that contains the room's poses.json; empty if there is none.
+  /// Returns the folder with the room's poses.json; empty if there is none.
   std::filesystem::path list_folder() const {
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
       if (entry.path().filename() == "poses.json") return entry.path().parent_path();
     }
     return {};
   }
-  /// Sorted names of the structure files.
+  /// Returns the sorted names of the structure files.
   std::vector<std::string> structure_files() const {
     std::vector<std::string> names;
     if (!std::filesystem::exists(folder_)) return names;

@@ -1,4 +1,4 @@
-// Tests that poses of two helices are saved, read after a restart, and restored by undo and redo.
+// Tests that poses of two helices are saved, found again after a restart, and restored by undo and redo.
 #include "server/docking/pose_keeper.hpp"
 
 #include <gmock/gmock.h>
@@ -21,7 +21,7 @@ TEST_F(PoseKeeperTest, UndoGoesBackToWhereItRestedAndRedoForwardAgain) {
   move({0, 0, 0}, 700);
   move({5, 0, 0}, 700);
   const Pose second = pose();
-  move({0, 5, 0}, 100);  // too short to become a rest pose
+  move({0, 5, 0}, 100);  // rests too briefly to become a rest pose
   const Pose third = pose();
   EXPECT_THAT(submit(wire::AskPose::UNDO).pose_taken().text(), HasSubstr("ada: back"));
   EXPECT_LT(apart_angstrom(pose(), second), 0.2);
@@ -49,7 +49,7 @@ TEST_F(PoseKeeperTest, WhatIsAskedWhileTheRoomPlacesWaitsForIt) {
     request.set_kind(kind);
     for (int i = 0; i < 2; ++i) EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 31, request), "");
     keeper_->work();
-    // The room has not stepped, so the molecule is not yet at its new pose. The second request must wait.
+    // The room has not stepped, so the first move is not executed yet. The second request must wait for it.
     keeper_->work();
     EXPECT_TRUE(serve().has_pose_taken());
     EXPECT_TRUE(serve().has_pose_taken());

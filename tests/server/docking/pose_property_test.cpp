@@ -1,5 +1,5 @@
-// Tests pose requests in random sequences with restarts. Each request gets exactly one answer, and the poses sent to
-// users equal those in the files.
+// Tests random sequences of pose requests and restarts. Each request must get exactly one answer, and the poses that
+// users receive must equal those in the files.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -53,8 +53,7 @@ class PoseSequences {
     const Room& of = room();
     const UserId by = user();
     wire::AskPose request;
-    request.set_kind(
-        static_cast<wire::AskPose::Kind>(below(9)));  // one kind is unknown; the keeper does not handle CANCEL
+    request.set_kind(static_cast<wire::AskPose::Kind>(below(9)));  // includes one unknown kind
     if (request.kind() == wire::AskPose::CANCEL) return;
     request.set_number(static_cast<std::uint32_t>(below(12)));
     request.set_name("name " + std::to_string(below(1000)));
@@ -87,7 +86,7 @@ class PoseSequences {
     }
   }
 
-  /// Updates a list of poses with an answer, as a client does.
+  /// Updates a list of poses by an answer, as a client would.
   static void apply(std::map<std::uint32_t, std::string>& list, const wire::ServerControl& answer) {
     if (answer.has_kept_pose()) list[answer.kept_pose().number()] = answer.kept_pose().name();
     if (!answer.has_pose_deleted()) return;
@@ -122,7 +121,7 @@ class PoseSequences {
     for (const auto& [number, name] : list) text += std::to_string(number) + " " + name + "\n";
     return text;
   }
-  /// Omits number 0, the pose in the structure files.
+  /// Returns a list of poses as text, without number 0, the pose of the structure files.
   static std::string text_of(const std::vector<wire::KeptPose>& poses) {
     std::map<std::uint32_t, std::string> list;
     for (const wire::KeptPose& pose : poses) {
@@ -137,8 +136,8 @@ class PoseSequences {
   std::vector<std::unique_ptr<Room>> rooms_;
   std::unique_ptr<PoseKeeper> keeper_;
   std::uint32_t last_request_ = 0;
-  std::map<std::uint32_t, std::pair<std::string, UserId>> open_;       ///< room and user of each unanswered request
-  std::map<std::string, std::map<std::uint32_t, std::string>> lists_;  ///< pose names by room and number, as received
+  std::map<std::uint32_t, std::pair<std::string, UserId>> open_;       ///< room and user of open requests, by number
+  std::map<std::string, std::map<std::uint32_t, std::string>> lists_;  ///< received pose names by room and number
 };
 
 class PoseKeeperProperty : public ::testing::TestWithParam<int> {};

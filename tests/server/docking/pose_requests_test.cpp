@@ -1,5 +1,5 @@
 // Tests requests for saved poses: limits per user and room, deletion, renaming, minimisation in slices, cancellation,
-// and the stop of the server.
+// and refusal at the stop of the server.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -56,7 +56,8 @@ TEST_F(PoseKeeperTest, ADeletedPoseIsGoneWithItsFilesAndItsNumberIsNotUsedAgain)
   EXPECT_THAT(submit(wire::AskPose::GO_TO, 1).error().text(), HasSubstr("no pose has that number"));
   EXPECT_THAT(submit(wire::AskPose::DELETE, 0).error().text(), HasSubstr("the files themselves stays"));
   EXPECT_EQ(structure_files(), (std::vector<std::string>{"2.cif", "2.pdb"}));
-  // Files that remain if a server is killed after it has written the list and before it has removed the files.
+  // A server that is killed between writing the list and removing the files leaves such files. The next server must
+  // remove them, but no others.
   for (const char* file : {"1.cif", "3.pdb"}) std::ofstream(list_folder() / file) << "left over";
   for (const char* file : {"notes.pdb", "01.cif", "7.cif"}) std::ofstream(list_folder() / file) << "somebody's own";
   start(folder_);
@@ -142,7 +143,7 @@ TEST_F(PoseKeeperTest, AMinimisationThatIsCalledOffLeavesTheMoleculesWhereTheyAr
   begin();
   keeper_->forget(room(), UserId{7});
   EXPECT_THAT(end(), HasSubstr("has left"));
-  // The minimisation is complete and its answer is queued when it is cancelled.
+  // The minimisation is complete and its answer is in the queue when it is cancelled. The molecule must not move then.
   begin();
   keeper_->work();
   EXPECT_TRUE(keeper_->cancel(room(), UserId{7}, "cancelled"));

@@ -1,4 +1,4 @@
-// History of rest poses, without a room: rest detection, undo and redo, and moves that the room does not execute.
+// Tests the history of rest poses without a room: detection of rest, undo and redo, and moves that the room refuses.
 #include "server/docking/pose_trail.hpp"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Steps after which a pose counts as a rest pose: 0.5 s at 1 kHz.
+/// Number of steps after which a pose counts as a rest pose: 0.5 s at 1 kHz.
 constexpr std::uint64_t kStepsOfRest = 500;
 
 docking::Molecule three_atoms() {
@@ -24,7 +24,7 @@ Pose at_x(double x_angstrom) {
   return {Vec3(x_angstrom, 0, 0), Quat::Identity()};
 }
 
-/// A molecule whose room executes each move one step later, unless the move is refused.
+/// A molecule in a room that executes each move one step later, unless execute_move() is not called.
 class TrailBench {
  public:
   void rest_at(double x_angstrom, std::uint64_t steps = kStepsOfRest) {
@@ -70,7 +70,8 @@ TEST(PoseTrail, AShortStopIsNoRestPose) {
 TEST(PoseTrail, SlowDriftIsNoRest) {
   TrailBench bench;
   bench.rest_at(1);
-  // 0.3 A in half a second: each pose is left by 0.1 A within 170 steps.
+  // A slow motion of 0.3 Å in 0.5 s: within 170 steps it leaves each pose by 0.1 Å, so no pose on the way is a rest
+  // pose.
   for (int i = 0; i < 5000; ++i) bench.step(1 + 6e-4 * i);
   bench.rest_at(5);
   EXPECT_EQ(x_of(bench.trail.undo()), 1);
@@ -119,7 +120,8 @@ TEST(PoseTrail, MotionByHandAfterUndoDiscardsRedo) {
   EXPECT_EQ(x_of(bench.trail.undo()), 1);
 }
 
-// The reference keeps the positions of all entries, and moves whole ångströms, so that every rest is a new entry.
+// Compares the history with a simple list and an index. Moves are whole ångströms, so that every rest gives a new
+// entry.
 TEST(PoseTrail, RandomSequencesMatchAListWithAnIndex) {
   Random random(test::test_seed(1), 0);
   TrailBench bench;
@@ -141,7 +143,7 @@ TEST(PoseTrail, RandomSequencesMatchAListWithAnIndex) {
     if (act == 0) {
       bench.rest_at(x = other);
       add(x);
-    } else if (act == 1) {  // a stop that is too short for a rest pose, but is kept when a request moves the molecule
+    } else if (act == 1) {  // too short for a rest pose, but recorded because a request moves the molecule away
       bench.step(x = other);
     } else if (act == 2) {
       bench.trail.move_to(at_x(other));

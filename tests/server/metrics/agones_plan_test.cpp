@@ -1,3 +1,5 @@
+// Tests which calls to Agones' sidecar are due. A wrong call lets the cluster end a server with users, or keep an
+// unused one.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -11,7 +13,7 @@ using Call = AgonesPlan::Call;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-/// A server and its Agones sidecar under a virtual clock. The server polls every 100 ms.
+/// A server with its Agones sidecar, under a virtual clock. The server polls every 100 ms.
 class Sidecar {
  public:
   /// Returns the calls to the sidecar within `duration`, except those to /health.
@@ -30,7 +32,7 @@ class Sidecar {
 
   AgonesPlan::Seen seen{.is_healthy = true};
   bool is_reachable = true;
-  bool is_allocated = false;  ///< true if the cluster allocated the server
+  bool is_allocated = false;  ///< the cluster has allocated the server
   int health_calls = 0;
   int tries = 0;
 
@@ -73,7 +75,7 @@ TEST(AgonesPlan, AllocatesItselfForItsFirstUserAndReturnsWhenItWasLeft) {
 TEST(AgonesPlan, DoesNotAllocateWhatIsAllocatedFromOutside) {
   Sidecar sidecar;
   sidecar.seen.is_ready = sidecar.is_allocated = true;
-  sidecar.calls_in(seconds(200));  // no user has joined yet, so the server is not shut down
+  sidecar.calls_in(seconds(200));  // no user has joined yet, so the server must not be offered to others
   sidecar.seen.users = 1;
   EXPECT_EQ(sidecar.calls_in(seconds(5)), std::vector{Call::kGameServer});
 }

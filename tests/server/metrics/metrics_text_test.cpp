@@ -1,3 +1,5 @@
+// Tests the text for Prometheus: each event is counted once, histogram buckets are cumulative, and no name breaks the
+// format.
 #include "server/metrics/metrics_text.hpp"
 
 #include <gmock/gmock.h>
@@ -12,7 +14,7 @@ namespace {
 
 using proto::DropReason;
 
-/// Maps the text before the last space of each line to the sample that follows.
+/// Returns the samples in the text: the value after the last space of each line, by the text before it.
 std::map<std::string, std::string> samples_of(const std::string& text) {
   std::map<std::string, std::string> samples;
   std::istringstream lines(text);
@@ -37,7 +39,7 @@ TEST(MetricsText, CountsEachDatagramByOneResult) {
   for (const DropReason reason : {DropReason::kNone, DropReason::kNone, DropReason::kNone, DropReason::kTag,
                                   DropReason::kUnknownConnection, DropReason::kUnknownConnection})
     hub.count_received(reason);
-  hub.received_drops.add(DropReason::kOverwritten);  // this reason counts an accepted datagram that was overwritten
+  hub.received_drops.add(DropReason::kOverwritten);  // counts an accepted datagram, so it must not count as dropped
   const auto samples = samples_of(metrics_text(snapshot));
   EXPECT_EQ(samples.at("tandem_datagrams_received_total{result=\"accepted\"}"), "3");
   EXPECT_EQ(samples.at("tandem_datagrams_received_total{result=\"tag\"}"), "1");

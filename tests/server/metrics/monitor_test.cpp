@@ -1,3 +1,4 @@
+// Tests the health reports of a server: a hung loop must be named, and the port must not be open to other machines.
 #include "server/metrics/monitor.hpp"
 
 #include <gmock/gmock.h>
@@ -50,7 +51,7 @@ TEST(Health, ReadyIsWhoServesAndDoesNotStop) {
   EXPECT_EQ(standstill(pulse, {}, now), "") << "what has not begun does not stand still";
 }
 
-/// Returns the complete response to a GET request.
+/// Sends a GET request for `path` and returns the complete response.
 std::string get(const Monitor& monitor, const std::string& path) {
   boost::asio::io_context io;
   boost::asio::ip::tcp::socket socket(io);

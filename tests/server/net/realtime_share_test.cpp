@@ -1,4 +1,4 @@
-// Tests how real-time priority is assigned: first to io, then to the rooms with the lowest load.
+// Tests which threads get real-time priority: io first, then rooms by ascending load, up to the limit of the kernel.
 #include "server/net/realtime_share.hpp"
 
 #include <gmock/gmock.h>
@@ -11,7 +11,7 @@ namespace {
 
 using testing::ElementsAre;
 
-/// Returns the threads that have priority after one call for two cores. Before the call, all or none had priority.
+/// Returns which threads have priority after one call with two cores. Before the call, all have it or none has.
 std::vector<bool> shared(const std::vector<double>& demands, bool had_priority = true) {
   std::vector<bool> have(demands.size(), had_priority);
   share_realtime(demands, have, 2);

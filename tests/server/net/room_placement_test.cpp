@@ -1,4 +1,4 @@
-// Tests how rooms are assigned to threads: only few rooms are moved, and a slow room does not delay other rooms.
+// Tests the assignment of rooms to threads: few rooms may be moved, and a slow room must not delay others.
 #include "server/net/room_placement.hpp"
 
 #include <gmock/gmock.h>
@@ -20,7 +20,7 @@ struct PlacedRoom {
   std::optional<std::size_t> worker;
 };
 
-/// Returns the workers of the rooms after `calls` calls with two workers.
+/// Returns the workers of the rooms after `calls` calls of place_rooms() with two workers.
 std::vector<std::optional<std::size_t>> placed(const std::vector<PlacedRoom>& rooms, int calls = 1) {
   std::vector<double> loads;
   std::vector<std::optional<std::size_t>> workers;

@@ -1,3 +1,5 @@
+// Tests the live server with real sockets and threads: addresses, threads of rooms, paths of datagrams, floods, and
+// stops.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -38,7 +40,7 @@ std::string failure_of(const std::function<void()>& action) {
   return "";
 }
 
-/// A client of the control channel with blocking calls.
+/// A client of the control channel that sends and receives with blocking calls.
 class RawClient {
  public:
   explicit RawClient(std::uint16_t port) : socket_(io_) {
@@ -49,7 +51,7 @@ class RawClient {
     proto::append_frame(message, frame);
     asio::write(socket_, asio::buffer(frame));
   }
-  /// Returns the next message. Empty at the end of the stream.
+  /// Returns the next message; nothing at the end of the stream.
   std::optional<wire::ServerControl> receive() {
     std::array<unsigned char, proto::kFrameLengthBytes> length{};
     boost::system::error_code error;
@@ -137,7 +139,7 @@ TEST(LiveServer, ARoomThatNobodyIsInSleeps) {
   EXPECT_EQ(running.server->room_timings()[0].steps, 0U);
 }
 
-/// Counts the steps in which a room is reported to its users as slow.
+/// Counts the steps in which users are told that the room is slow (kFaultRoomSlow).
 class SlowReports final : public RoomWatcher {
  public:
   void on_command(const RoomCommand&) noexcept override {}
@@ -148,7 +150,7 @@ class SlowReports final : public RoomWatcher {
   int count = 0;
 };
 
-/// There are two rooms. A step of the first one takes 4 ms, but its period is 1 ms.
+/// Two rooms. A step of the first takes 4 ms in a period of 1 ms, which must not delay the second.
 TEST(LiveServer, ASlowRoomSaysSoAndHoldsUpNobodyElse) {
   std::vector<std::unique_ptr<Room>> rooms;
   for (const char* name : {"slow", "quick"})
@@ -172,7 +174,7 @@ TEST(LiveServer, ASlowRoomSaysSoAndHoldsUpNobodyElse) {
   EXPECT_THAT(log, testing::Contains(HasSubstr("room slow steps at less than 90 %")));
 }
 
-/// Returns rooms with one observer in each.
+/// Returns `count` rooms with one observer in each, so that none of them sleeps.
 std::vector<std::unique_ptr<Room>> busy_rooms(std::size_t count, double rate_hz, double rate_of_first_hz) {
   std::vector<std::unique_ptr<Room>> rooms;
   for (std::size_t i = 0; i < count; ++i) {
@@ -186,7 +188,8 @@ std::vector<std::unique_ptr<Room>> busy_rooms(std::size_t count, double rate_hz,
   return rooms;
 }
 
-/// On a stalled machine a room may have a dedicated thread for some time, so the test allows many steps.
+/// Detects rooms that get a thread each, or steps that coincide. A stalled machine may isolate a room for some time, so
+/// many steps are allowed.
 TEST(LiveServer, SmallRoomsShareThreadsAndAreDueOneAfterTheOther) {
   const std::size_t threads = realtime::usable_cores();
   constexpr double kRate_hz = 100;
@@ -216,7 +219,7 @@ TEST(LiveServer, SmallRoomsShareThreadsAndAreDueOneAfterTheOther) {
   EXPECT_TRUE(all_follow);
 }
 
-/// Returns the thread of each room, when each step of the first room takes 3 ms longer.
+/// Returns the thread of each room while every step of the first room takes 3 ms longer.
 std::vector<std::thread::id> threads_beside_long_steps(double rate_hz, double rate_of_first_hz, int steps_of_first) {
   LiveServer server({.port = 0}, busy_rooms(2 * realtime::usable_cores(), rate_hz, rate_of_first_hz));
   std::vector<std::thread::id> thread(server.rooms().size());
@@ -272,8 +275,7 @@ TEST(LiveServer, IgnoresAUsersDatagramsFromAnotherAddress) {
   home.send_to(asio::buffer(state_datagram(client)), server);
   std::array<std::byte, 2048> buffer{};
   udp::endpoint from;
-  home.receive_from(asio::buffer(buffer), from);  // both datagrams have arrived, because one socket preserves their
-                                                  // order
+  home.receive_from(asio::buffer(buffer), from);  // one socket preserves the order, so both datagrams have arrived
   elsewhere.non_blocking(true);
   boost::system::error_code error;
   elsewhere.receive_from(asio::buffer(buffer), from, 0, error);
@@ -293,10 +295,10 @@ TEST(LiveServer, AFloodAtItsPortPushesOutNothingThatAUserSends) {
   std::array<std::byte, 2048> buffer{};
   udp::endpoint from;
   home.send_to(asio::buffer(state_datagram(client)), server);
-  home.receive_from(asio::buffer(buffer), from);  // the server now has the address of the user
+  home.receive_from(asio::buffer(buffer), from);  // from now on, the server has the user's address
   {
     const auto held = running.hold_io();
-    { const RawClient passing(running.server->port()); }  // produces a log line
+    { const RawClient passing(running.server->port()); }  // makes the server log a line
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
     const std::vector<std::byte> garbage(100, std::byte{0xFF});
     for (int i = 0; i < 20'000; ++i) elsewhere.send_to(asio::buffer(garbage), server);
@@ -343,8 +345,8 @@ TEST(LiveServer, EndsAClientThatAsksMuchAndReadsNothing) {
   const test::BenchClient client = raw.join();
   wire::ClientControl request;
   request.mutable_get_asset()->set_sha256(client.joined.assets(0).sha256());
-  // Each request causes an answer of 64 KiB. In total this is far more than the socket buffers and the server's limit.
-  // Sending fails once the server has closed the connection, and the log states the reason.
+  // Each request causes an answer of 64 KiB; together they exceed the socket buffers and the server's limit by far. The
+  // server must close the connection, after which sending fails, and log the reason.
   failure_of([&] {
     for (int i = 0; i < 100'000 && !running.has_logged("piled up"); ++i) raw.send(request);
   });

@@ -1,5 +1,6 @@
-// A server ends while each of its services is busy: poses, recordings, checkpoints, metrics, assets and joins. It ends
-// by stop(), as in a crash, or by an exception on its io thread. TANDEM_STOPS=200 sets the number of repetitions.
+// Ends a server while each of its services is busy: poses, recordings, checkpoints, metrics, assets and joins. The ends
+// are stop(), a simulated crash, and an exception on the io thread. Detects hangs, lost answers, and files that are
+// damaged or do not match. TANDEM_STOPS=200 sets the number of repetitions.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -33,7 +34,7 @@ namespace {
 namespace asio = boost::asio;
 using asio::ip::tcp;
 
-/// A control connection without encryption and with blocking calls. Results are empty once the connection has ended.
+/// A control connection without encryption, with blocking calls. Calls return nothing once the connection has ended.
 class Connection {
  public:
   explicit Connection(std::uint16_t port) { socket_.connect({asio::ip::make_address("127.0.0.1"), port}, error_); }
@@ -56,7 +57,7 @@ class Connection {
     }
     return std::nullopt;
   }
-  /// Receives messages until one satisfies `is_it`, and returns it. Empty if the connection ends before.
+  /// Receives messages up to the first that satisfies `is_it`, and returns it; nothing if the connection ends before.
   template <class IsIt>
   std::optional<wire::ServerControl> receive_until(const IsIt& is_it) {
     while (auto message = receive()) {
@@ -84,7 +85,7 @@ class Connection {
   proto::FrameReader reader_;
 };
 
-/// A user who sends pose requests, and the answers to them.
+/// A user who sends pose requests and stores the answers.
 struct Asker {
   Asker(std::uint16_t port, const std::string& room, const std::string& name) : connection(port) {
     EXPECT_TRUE(connection.join(room, name, wire::ROLE_MANIPULATOR)) << name;
@@ -102,18 +103,18 @@ struct Asker {
         connection.receive_until([request](const auto& message) { return message.request() == request; });
     return answer.value_or(wire::ServerControl{});
   }
-  /// Waits for the first progress message of a minimisation. Returns false if the connection ends before.
+  /// Waits for a progress message of a minimisation. Returns false if the connection ends before.
   bool sees_progress() {
     return read_until([](const auto& message) { return message.has_pose_progress(); });
   }
-  /// Sends a ping and waits for its answer. If it arrives, the server has read all requests before the ping.
+  /// Sends a ping and waits for its answer. The server has then read all requests that were sent before the ping.
   bool is_answered() {
     wire::ClientControl message;
     message.mutable_ping()->set_token(kToken);
     connection.send(message);
     return read_until([](const auto& answer) { return answer.has_pong() && answer.pong().token() == kToken; });
   }
-  /// Receives messages until goodbye.
+  /// Receives messages up to the goodbye.
   void read_rest() {
     read_until([](const auto& message) { return message.has_goodbye(); });
   }
@@ -130,7 +131,7 @@ struct Asker {
   static constexpr std::uint64_t kToken = 59;
   Connection connection;
   std::uint32_t last_request = 0;
-  std::map<std::uint32_t, wire::ServerControl> answers;  ///< answer to each request, by request number
+  std::map<std::uint32_t, wire::ServerControl> answers;  ///< answers by request number
 };
 
 enum class Ending { kStop, kCrash, kException };
@@ -143,7 +144,7 @@ const std::shared_ptr<const LoadedScene>& helices() {
   return kScene;
 }
 
-/// A server with all services of tandem-server, and clients that keep each of them busy.
+/// A server with all services of tandem-server, and clients that keep every service busy.
 class BusyServer {
  public:
   explicit BusyServer(const std::filesystem::path& folder)
@@ -158,7 +159,7 @@ class BusyServer {
     PoseKeeper* const poses = rooms.add(std::make_unique<PoseKeeper>(folder / "poses", rooms.rooms(), unix_ms));
     LiveServerSettings settings{.port = 0};
     settings.hub.poses = poses;
-    // On a loaded machine an answer may take longer than the usual silence timeout of a user.
+    // On a loaded machine, the test's users may be silent for longer than the usual time-out.
     settings.hub.silence_timeout = std::chrono::seconds(30);
     server_ = std::make_unique<LiveServer>(settings, std::move(rooms));
     recorder_ = server_->add(std::make_unique<ServerRecorder>(
@@ -191,7 +192,7 @@ class BusyServer {
 
   std::uint16_t port() const { return server_port_; }
 
-  /// Returns true if every service has made progress since the first call.
+  /// Returns whether every service has made progress since the first call.
   bool is_busy() {
     std::uint64_t recorded = 0;
     for (const auto& room : recorder_->rooms()) recorded += room->file().bytes_written();
@@ -207,7 +208,7 @@ class BusyServer {
     return text + "-> checkpoints " + std::to_string(checkpoint_->writes()) + ", chunks " + std::to_string(chunks_) +
            ", joins " + std::to_string(joins_) + ", scrapes " + std::to_string(scrapes_);
   }
-  /// Returns true if an asset request is not yet answered.
+  /// Returns whether the answer to an asset request is pending.
   bool is_fetching() const { return chunks_requested_ > chunks_; }
 
   void begin_to_end(Ending ending) {
@@ -215,7 +216,7 @@ class BusyServer {
     if (ending == Ending::kCrash) server_->abandon();
     if (ending == Ending::kException) throws_ = true;
   }
-  /// Waits until run() has returned. After that no room may step.
+  /// Waits until run() has returned. From then on, no room may step.
   void end() {
     running_.join();
     std::vector<std::uint64_t> steps;
@@ -240,7 +241,7 @@ class BusyServer {
   }
   static void rest() { std::this_thread::sleep_for(std::chrono::milliseconds(2)); }
 
-  /// Keeps four chunk requests pending at all times.
+  /// Keeps four requests for chunks pending, so that an end always interrupts some.
   void keep_fetching() {
     Connection connection(server_port_);
     const auto joined = connection.join("docking", "fetcher", wire::ROLE_OBSERVER);
@@ -292,7 +293,7 @@ class BusyServer {
   std::vector<std::thread> threads_;
 };
 
-/// Checks that every pose list is readable, and that the structure files beside it belong to its poses.
+/// Checks that every list of poses is readable, and that the structure files beside it match its poses.
 void expect_sound_poses(const std::filesystem::path& folder) {
   for (const auto& room : std::filesystem::directory_iterator(folder)) {
     const auto list = read_kept_poses(room.path());
@@ -323,7 +324,7 @@ void expect_sound_checkpoint(const std::filesystem::path& file) {
   EXPECT_EQ(checkpoint.rooms_size(), 3);
 }
 
-/// Starts a server in the folder of the previous server, loads it with requests and ends it.
+/// Starts a server in the folder that the previous server has left, loads it with requests, and ends it.
 void live_and_end(const std::filesystem::path& folder, Ending ending, const std::string& user) {
   BusyServer server(folder);
   Asker ada(server.port(), "docking", user), ben(server.port(), "docking too", user);
@@ -346,7 +347,7 @@ void live_and_end(const std::filesystem::path& folder, Ending ending, const std:
     for (const std::uint32_t request : of_ada) EXPECT_TRUE(ada.answers.contains(request)) << "ada's " << request;
     for (const std::uint32_t request : of_ben) EXPECT_TRUE(ben.answers.contains(request)) << "ben's " << request;
     const std::string words = ada.answers[of_ada[0]].error().text() + ben.answers[of_ben[0]].error().text();
-    // The second text occurs if this machine delays the thread that saves poses for longer than the stop takes.
+    // The second text occurs if a loaded machine delays the pose thread for longer than the stop takes.
     EXPECT_THAT(words,
                 testing::AnyOf(testing::HasSubstr("the server is stopping"), testing::HasSubstr("the server stops")))
         << "a minimisation was open";
@@ -368,7 +369,7 @@ TEST(Stop, WithEachServiceAtWorkLeavesNothingOpenAndEveryFileWhole) {
   const auto folder = std::filesystem::path(testing::TempDir()) / ("tandem_stop_" + std::to_string(::getpid()));
   for (int i = 0; i < times && !HasFailure(); ++i) {
     SCOPED_TRACE("stop " + std::to_string(i));
-    // The folder is cleared, because a room stores at most 200 poses and recordings would accumulate.
+    // The folder is cleared from time to time: a room stores at most 200 poses, and recordings accumulate.
     if (i % 12 == 0) std::filesystem::remove_all(folder);
     std::filesystem::create_directories(folder);
     const std::array endings{Ending::kStop, Ending::kCrash, Ending::kStop, Ending::kException};

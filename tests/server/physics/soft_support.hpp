@@ -1,4 +1,4 @@
-// A pad on a table and a ball that presses it, for the tests of soft bodies.
+// Soft pad on a table, and a ball that presses it, for tests of soft bodies.
 #pragma once
 
 #include <memory>
@@ -23,27 +23,27 @@ inline SoftRigid rigid(std::shared_ptr<const contact::ContactShape> shape, doubl
   return result;
 }
 
-/// The table is built once, because it has a hundred thousand points, which no test needs.
+/// Returns the shape of the table. It is built once, because it has a hundred thousand points.
 inline const std::shared_ptr<const contact::ContactShape>& table_shape() {
   static const auto kShape = contact::make_contact_box(Vec3(0.5, 0.4, 0.02));
   return kShape;
 }
 
-/// Settings with a pad on a table whose top is z = 0, and a ball as the tool.
+/// Returns settings with a pad on a table whose top is at z = 0, and a ball as the only tool.
 inline SoftWorldSettings pad_settings(SoftSides anchored, double friction = 0.5) {
   SoftTraits traits;
   traits.mass_kg = 0.3;
   traits.anchored = anchored;
   traits.X_WS.p = Vec3(0, 0, kPadHeight_m / 2);
   SoftWorldSettings settings;
-  // The tests run faster than real time, so the room must wait for the worker.
+  // Tests run faster than real time, so results are reproducible only if the room waits for the worker.
   settings.waits_for_worker = true;
   settings.bodies.push_back(make_soft_block(Vec3(0.08, 0.08, kPadHeight_m), 0.0134, traits));
   settings.obstacles.push_back(rigid(table_shape(), 0.5, {Vec3(0, 0, -0.01), Quat::Identity()}));
   settings.tools.push_back(rigid(contact::make_contact_sphere(kBallRadius_m), friction));
   return settings;
 }
-/// The same pad without table and gravity.
+/// Returns the settings of the pad without table and gravity.
 inline SoftWorldSettings floating_settings() {
   SoftWorldSettings settings = pad_settings(0);
   settings.obstacles.clear();
@@ -54,18 +54,18 @@ inline SoftWorldSettings floating_settings() {
 inline Pose ball_at(const Vec3& p_W) {
   return {p_W, Quat::Identity()};
 }
-/// Pose of a ball that is `depth_m` below the top of the pad. It is off the centre, so that no components cancel by
-/// symmetry.
+/// Returns the pose of a ball whose lowest point is `depth_m` below the top of the pad. The ball is off the centre, so
+/// that symmetry does not hide components.
 inline Pose ball_in_pad(double depth_m) {
   return ball_at(Vec3(0.003, 0.002, kPadHeight_m + kBallRadius_m - depth_m));
 }
 inline const Pose kAway = ball_at(Vec3(0, 0, 0.3));
 
-/// Runs one step of the room with the tool at `X_WT`. If it is empty, the tool is absent.
+/// Makes one step of the room with the tool at `X_WT`; the tool is absent if it is empty.
 inline TickFaults room_step(SoftWorld& world, const std::optional<Pose>& X_WT) {
   return world.advance({&X_WT, 1});
 }
-/// Runs one soft step. Its result can be read afterwards, because the next soft step uses the same pose of the tool.
+/// Makes one soft step with the tool at `X_WT`. Its result is in use afterwards.
 inline TickFaults soft_step(SoftWorld& world, const std::optional<Pose>& X_WT) {
   TickFaults faults = 0;
   for (int i = 0; i < world.period_steps(); ++i) faults |= room_step(world, X_WT);

@@ -1,5 +1,5 @@
-// Tests soft bodies on a separate thread. The results must be bit-identical to the results of stepping on the room's
-// thread, and the room must never wait for the separate thread.
+// Tests soft bodies that are stepped on a worker thread. The results must be bit-identical to those of stepping on the
+// room's thread, and the room must never wait for the worker.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -14,7 +14,7 @@
 namespace tandem::server {
 namespace {
 
-/// Returns the wrenches and nodes that a room reads in 20 soft steps while the tool moves.
+/// Returns the wrenches and node positions that a room reads during 20 soft steps with a moving tool.
 std::vector<double> story(bool steps_aside) {
   SoftWorld world(pad_settings(16), steps_aside);
   std::vector<double> numbers;

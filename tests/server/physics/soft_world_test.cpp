@@ -1,5 +1,5 @@
-// The stiffness of the soft-body solver does not follow directly from its coefficients. Therefore these tests compare
-// the wrench on a tool, and its change with the tool's pose, with the momentum and with the step itself.
+// The stiffness of the soft-body solver does not follow directly from its coefficients. These tests therefore compare
+// the wrench on a tool with the momentum of the nodes, and its derivative with finite differences of the step.
 #include "server/physics/soft_world.hpp"
 
 #include <gmock/gmock.h>
@@ -83,8 +83,8 @@ TEST(SoftWorld, PadDroppedOnATableRestsOnIt) {
       const Vec3 velocity = (world.nodes_W(0)[i] - before[i]) / step_s;
       energy += model.mass_kg[i] * (0.5 * velocity.squaredNorm() + 9.81 * world.nodes_W(0)[i].z());
     }
-    // In its first step, implicit Euler integration falls by g h² / 2 further than the exact solution. The energy m g
-    // times this height is lost.
+    // Implicit Euler integration with step h falls by g h² / 2 farther than the exact solution in its first step. The
+    // energy of this height is lost, so only an increase of the energy is a fault.
     EXPECT_LE(energy, energy_start * (1 + 1e-9)) << "soft step " << step;
     before.assign(world.nodes_W(0).begin(), world.nodes_W(0).end());
   }
@@ -112,7 +112,7 @@ TEST(SoftWorld, ForceRisesWithDepthAndIsGoneAfterLeaving) {
   EXPECT_EQ(physics::soft_wrench(world.contact(0), kAway).f.norm(), 0);
 }
 
-/// Returns Σ m (x − x_before), which is momentum times the step. Damping between nodes does not change it.
+/// Returns Σ m (x − x_before), which is the momentum times the step. Damping between nodes does not change it.
 Vec3 way_of_mass(const SoftModel& model, std::span<const Vec3> before, std::span<const Vec3> now) {
   Vec3 sum = Vec3::Zero();
   for (std::size_t i = 0; i < now.size(); ++i) sum += model.mass_kg[i] * (now[i] - before[i]);
@@ -122,7 +122,7 @@ Vec3 way_of_mass(const SoftModel& model, std::span<const Vec3> before, std::span
 TEST(SoftWorld, WhatTheToolGetsTheNodesLose) {
   SoftWorld world(floating_settings());
   const double step_s = world.period_steps() / 1000.0;
-  // These are enough steps for a predicted contact to be present.
+  // Enough steps for a predicted contact to be in use.
   soft_steps(world, ball_at(Vec3(0, 0, 0.0555)), 25);
   int light_touches = 0;
   Vec3 p_WT(0, 0, 0.0555);
@@ -130,7 +130,7 @@ TEST(SoftWorld, WhatTheToolGetsTheNodesLose) {
   Vec3 way_before = Vec3::Zero();
   double largest_n = 0;
   for (int step = 0; step < 40; ++step) {
-    // The tool moves down into the pad, and sideways so that friction acts.
+    // The tool moves down into the pad, and sideways so that friction acts as well.
     const Pose tool = ball_at(Vec3(0.0005 * step, 0, 0.056 - 0.0004 * step));
     soft_step(world, tool);
     const Vec3 way = way_of_mass(world.model(0), before, world.nodes_W(0));
@@ -138,7 +138,7 @@ TEST(SoftWorld, WhatTheToolGetsTheNodesLose) {
     way_before = way;
     before.assign(world.nodes_W(0).begin(), world.nodes_W(0).end());
     const Vec3 p_WT_before = std::exchange(p_WT, tool.p);
-    if (force_on_nodes_W.norm() < 1e-9) continue;  // no contact yet, or only a predicted one
+    if (force_on_nodes_W.norm() < 1e-9) continue;  // no contact yet, or a predicted one only
     EXPECT_LT((force_on_nodes_W + world.contact(0).wrench_W.f).norm(), 1e-9) << "soft step " << step;
     EXPECT_EQ(world.contact(0).X_WT0.p, p_WT_before) << "where that step had it";
     light_touches += force_on_nodes_W.norm() < 0.1 ? 1 : 0;
@@ -148,7 +148,7 @@ TEST(SoftWorld, WhatTheToolGetsTheNodesLose) {
   EXPECT_GT(light_touches, 2);
 }
 
-/// Returns the contact after the tool has rested at `depth_m` and one soft step was run with the tool at `last`.
+/// Returns the contact for a tool that has rested at `depth_m` and then, for one soft step, was at `last`.
 SoftContact contact_after(const SoftWorldSettings& settings, double depth_m, const Pose& last) {
   SoftWorld world(settings);
   soft_steps(world, kAway, 10);
@@ -220,7 +220,7 @@ TEST(SoftWorld, ToolThatIsNotFiniteIsNotThere) {
   EXPECT_EQ(world.contact(0).trust_radius_m, 0);
 }
 
-/// Returns the force on a ball that is held at `depth_m` in the pad for one second [N].
+/// Returns the force on a ball that has been held at `depth_m` in the pad for 1 s [N].
 double resting_force_n(double depth_m) {
   SoftWorld world(pad_settings(16));
   soft_steps(world, ball_in_pad(depth_m), 60);
@@ -245,7 +245,7 @@ TEST(SoftWorld, PredictedTouchIsFeltWhenItComesAndGoesOverIntoTheTouchWithoutASt
   soft_steps(world, ball_in_pad(-0.01), 25);
   double before_n = 0, greatest_step_n = 0, touched_at_m = 1;
   for (int ms = 0; ms <= 800; ++ms) {
-    const double depth_m = -0.01 + 2.5e-5 * ms;  // 25 mm/s, 10 mm deep at the end
+    const double depth_m = -0.01 + 2.5e-5 * ms;  // 25 mm/s; 10 mm deep at the end
     const Pose tool = ball_in_pad(depth_m);
     room_step(world, tool);
     const double force_n = physics::soft_wrench(world.contact(0), tool).f.z();
@@ -254,8 +254,8 @@ TEST(SoftWorld, PredictedTouchIsFeltWhenItComesAndGoesOverIntoTheTouchWithoutASt
     before_n = force_n;
   }
   EXPECT_GT(before_n, 0.3);
-  // The tool moves by 0.4 mm in a soft step. Without a predicted contact, the whole force of a soft step would appear
-  // at once.
+  // The tool moves by 0.4 mm in a soft step. Without prediction, the whole force of the first soft step in contact
+  // would appear at once, as a kick.
   EXPECT_NEAR(touched_at_m, 0, 3e-4);
   EXPECT_LT(greatest_step_n, 0.12 * before_n) << "from one soft step's contact to the next";
 }
@@ -287,8 +287,8 @@ TEST(SoftWorld, ToolThatLeavesHasNoContactAtOnce) {
 }
 
 TEST(SoftWorld, BallDoesNotJumpThroughAPadInOneSoftStep) {
-  // The ball moves from above the pad to below its centre within 17 ms. The nodes in its path are carried along and
-  // push back.
+  // The ball moves from above the pad to below its centre in one soft step of 17 ms. The nodes on its path must be
+  // carried along and push back.
   SoftWorld world(pad_settings(16));
   soft_steps(world, ball_at(Vec3(0, 0, 0.07)), 3);
   soft_steps(world, ball_at(Vec3(0, 0, 0.03)), 2);
@@ -335,7 +335,7 @@ TEST(SoftWrench, NeverPullsIsNotCarriedToTheSidesAndEndsContinuously) {
       const Wrench now = physics::soft_wrench(contact, {contact.X_WT0.p + way * direction, Quat::Identity()});
       EXPECT_GE(now.f.dot(contact.wrench_W.f), 0) << way;
       EXPECT_LE(now.f.norm(), most_n) << way;
-      // Over 10 µm the change of force is bounded by the stiffness, or by the fading over 15 mm and the release.
+      // Over 10 µm, the change of force is bounded by the stiffness, the fading over 15 mm, and the release.
       EXPECT_LT((now.f - before.f).norm(), 1e-5 * 10 * contact.stiffness.norm()) << way;
       before = now;
     }
@@ -458,7 +458,7 @@ TEST(SoftScene, ShippedPadIsPressedByItsTool) {
     double fastest_s = std::numeric_limits<double>::infinity();
     for (int i = 0; i < count * world.period_steps(); ++i) {
       world.advance(tools);
-      // The first result is that of the previous poses, so it is not counted.
+      // The first result belongs to the previous poses, so it is not measured.
       if (i > world.period_steps()) fastest_s = std::min(fastest_s, world.last_step_seconds());
     }
     return 1e3 * fastest_s;

@@ -1,3 +1,5 @@
+// Tests when the checkpoint thread writes: after changes, with a back-off after failures, and independently of the wall
+// clock. A missing write would lose the rooms' state in a crash.
 #include "server/recording/server_checkpoint.hpp"
 
 #include <gmock/gmock.h>
@@ -29,7 +31,7 @@ class ServerCheckpointTest : public testing::Test {
         state, bench.rooms, "key", [this] { return unix_ms; },
         [this](const std::string& line) { news.push_back(line); });
   }
-  /// Replaces the state folder by a file, so that even root cannot write into it.
+  /// Replaces the state folder by a file, so that writing fails even for root.
   void make_unwritable() {
     std::filesystem::rename(state, root_ / "aside");
     std::ofstream(state.string()) << "in the way";
@@ -88,7 +90,8 @@ TEST_F(ServerCheckpointTest, AClockThatIsSetBackHoldsUpNoWrite) {
   std::uint64_t writes = 0;
   for (int i = 0; i < 10; ++i) {
     unix_ms -= 3'600'000;
-    // Empty rooms are also stepped until they are idle. So the first two turns have a new state to write.
+    // Empty rooms are stepped, too, until they are idle. The first two turns therefore have new state, which must be
+    // written although the clock was set back.
     bench.step(200);
     checkpoint->work(LocalTime(1s * i));
     EXPECT_TRUE(checkpoint->writes() > writes || i >= 2);

@@ -1,4 +1,4 @@
-// The motion that is played must be the delayed motion of the hand, despite jitter, bursts of loss and drifting clocks.
+// Tests that the played motion is the delayed motion of the hand, despite jitter, bursts of loss and clock drift.
 #include "server/room/input_playout.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace tandem::server {
 namespace {
 
 constexpr double kInputPlayoutStep_s = 1e-3;
-/// The hand moves by 5 cm at 2 Hz, and rotates by 0.4 rad at 1.5 Hz about a fixed axis.
+/// Motion of the hand: circles of 5 cm radius at 2 Hz, and rotation by ±0.4 rad at 1.5 Hz about a fixed axis.
 constexpr double kHandReach_m = 0.05;
 constexpr double kRate = 2 * std::numbers::pi * 2;
 constexpr double kTurn_rad = 0.4;
@@ -49,17 +49,16 @@ proto::ClientUpdate input_of(std::uint64_t tick, double client_s) {
   return input;
 }
 
-/// A client whose clock is 1000 s ahead, a link, and a playout. The playout receives input and is queried once per
-/// step.
+/// A client whose clock is 1000 s ahead, a simulated link, and a playout that is queried once per step.
 struct Line {
   explicit Line(net::LinkParameters parameters, double its_drift = 0)
       : link(std::move(parameters), 1, 1), drift(its_drift) {}
 
-  /// Returns the input that is played in the next step.
+  /// Makes one step. Returns the input that is played in it.
   std::optional<PlayedInput> step() {
     ++steps;
     const LocalTime now{std::chrono::milliseconds(steps)};
-    // The client ticks in the middle between two steps of the room, at the rate of its clock.
+    // The client ticks midway between two steps of the room, at the rate of its own clock.
     const double client_now_s = (static_cast<double>(steps) + 0.5) * kInputPlayoutStep_s * (1 + drift);
     while (static_cast<double>(sent.size() + 1) * kInputPlayoutStep_s <= client_now_s) {
       const std::uint64_t tick = sent.size() + 1;
@@ -68,7 +67,7 @@ struct Line {
       std::memcpy(packet.data(), &tick, sizeof tick);
       link.send(now, packet);
     }
-    // Only the newest packet counts, as in the room's mailbox.
+    // Only the newest packet of a step is used, as in the room's mailbox.
     const proto::ClientUpdate* newest = nullptr;
     while (const auto packet = link.receive(now)) {
       std::uint64_t tick = 0;
@@ -89,7 +88,7 @@ struct Line {
   std::deque<proto::ClientUpdate> sent;
   std::uint64_t steps = 0;
   std::uint64_t taken = 0;        ///< last received tick
-  std::uint64_t longest_gap = 0;  ///< largest gap between two received ticks, in ticks
+  std::uint64_t longest_gap = 0;  ///< largest difference of two consecutively received ticks
 };
 
 net::LinkParameters link_of(double delay_s, double jitter_s, double loss) {
@@ -116,8 +115,8 @@ TEST(InputPlayout, OverAPerfectLinkPlaysEveryTickOnceAndUnchanged) {
     EXPECT_EQ(played.handle.X.p, truth.X.p);
     EXPECT_EQ(played.energy_from_hand_j, from_hand_j(played.tick.value));
   }
-  // The last datagram arrived in this step. The delay is one step longer, so that a later input is always available for
-  // interpolation.
+  // The last datagram arrived in this step. The delay is one step longer than necessary, so that a later input is
+  // always available for interpolation.
   EXPECT_LE(to_seconds(line.playout.delay()), 0.0025);
 }
 
@@ -147,8 +146,8 @@ TEST(InputPlayout, JitterAndBurstsOfLossChangeThePlayedHandByLessThanTheCubicsBo
     }
   }
   RecordProperty("largest_um", static_cast<int>(1e6 * largest_m));
-  // A cubic interpolation has an error of T⁴/384 max|x⁗| on each of the two axes, where T is the longest gap between
-  // two received inputs.
+  // A cubic has an error of at most T⁴/384 max|x⁗| on each of the two axes; T is the longest gap between received
+  // inputs.
   const double gap_s = static_cast<double>(line.longest_gap) * kInputPlayoutStep_s;
   const double bound_m = std::numbers::sqrt2 * std::pow(gap_s, 4) / 384 * kHandReach_m * std::pow(kRate, 4);
   EXPECT_LE(gap_s, 0.1) << "a longer one is no gap but a silence";
@@ -165,7 +164,7 @@ TEST(InputPlayout, WithoutItTheSameLineMovesTheHandByFarMore) {
   Line line(link_of(0.050, 0.010, 0.05));
   for (int i = 0; i < 3000; ++i) line.step();
   const double delay_s = to_seconds(line.playout.delay()) + 0.050;
-  // For comparison, the newest input is used as it arrives. With the same mean delay, the error is speed times jitter.
+  // For comparison, the newest input is used on arrival. At the same mean delay, its error is speed times jitter.
   double largest_m = 0;
   std::uint64_t newest = 0;
   net::LinkParameters same = link_of(0.050, 0.010, 0.05);
@@ -198,7 +197,8 @@ TEST(InputPlayout, AWorseNetworkIsFollowedNoFasterThanTheSlew) {
   };
   for (int i = 0; i < 4000; ++i) step(10);
   const double before_s = to_seconds(playout.delay());
-  // From here on every input arrives 30 ms later. The minimum over the last 2 s still includes the earlier inputs.
+  // From now on every input arrives 30 ms later. The delay must grow by 30 ms, no faster than its slew limit. The
+  // minimum delay over the last 2 s still includes the earlier inputs.
   double last_s = before_s;
   for (int i = 0; i < 1000; ++i) {
     step(40);
@@ -209,7 +209,7 @@ TEST(InputPlayout, AWorseNetworkIsFollowedNoFasterThanTheSlew) {
 }
 
 TEST(InputPlayout, FollowsAClockThatDriftsAndNeverSkipsMoreThanItMust) {
-  // A drift of 200 ppm is far more than crystals have. In 20 s the clocks diverge by 4 ms.
+  // 200 ppm is far more than the drift of crystals. In 20 s the clocks diverge by 4 ms.
   for (const double drift : {200e-6, -200e-6}) {
     SCOPED_TRACE(drift);
     Line line(link_of(0.020, 0, 0), drift);
@@ -222,11 +222,11 @@ TEST(InputPlayout, FollowsAClockThatDriftsAndNeverSkipsMoreThanItMust) {
       EXPECT_LE(stride, 2U);
       odd += stride != 1;
       before = played.tick;
-      // If two inputs arrive in one step, the first one is interpolated between its neighbours.
+      // If two inputs arrive in one step, the first one is lost, and its tick is interpolated between its neighbours.
       EXPECT_LE(difference_m(played.handle, stirring(static_cast<double>(before.value) * kInputPlayoutStep_s)), 1e-9);
     }
-    // The clocks diverge by four ticks. A stride changes by one tick, after a drift of 0.75 ticks, so at most one change
-    // more or less is due. Changes of the delay estimate must not add any.
+    // The clocks diverge by four ticks. A change of the stride corrects one tick, after a drift of 0.75 ticks, so the
+    // number of changes may differ from four by one. Changes of the delay estimate must not cause any.
     EXPECT_NEAR(odd, 4, 1);
     EXPECT_LE(to_seconds(line.playout.delay()), 0.004);
   }
@@ -254,7 +254,7 @@ TEST(InputPlayout, HoldsTheLastWhenDryAndLetsItsMotionFade) {
   EXPECT_EQ(speed, 0);
 }
 
-/// A hand moves at 0.15 m/s, and its ticks from 1001 to 1085 are lost. It stops at the tick `stops`.
+/// A hand moves at 0.15 m/s and stops at the tick `stops`. Its ticks from 1001 to 1085 are lost.
 struct Gap {
   explicit Gap(std::uint64_t its_stop) : stops(its_stop) {
     for (std::uint64_t now = 1; now <= 1600; ++now) {
@@ -323,7 +323,7 @@ TEST(InputPlayout, StartsAtTheFirstInputAndForgetsWhatALongSilenceLeft) {
   playout.receive(input_of(7, 5.0), std::chrono::milliseconds(1));
   ASSERT_TRUE(playout.play(std::chrono::milliseconds(1)));
   EXPECT_EQ(playout.play(std::chrono::milliseconds(2))->tick.value, 7U) << "held until it is due";
-  // This input is one second later and one metre away. The playout must not interpolate to it.
+  // An input 1 s later and 1 m away, after a silence of the user. The playout must not interpolate towards it.
   proto::ClientUpdate far = input_of(1007, 6.0);
   far.handle.X.p += Vec3(1, 0, 0);
   playout.receive(far, std::chrono::milliseconds(1001));

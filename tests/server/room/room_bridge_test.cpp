@@ -1,4 +1,4 @@
-// Tests the compensation of a user's delay in the room: played inputs, their states for other users, and waves.
+// Tests how the room bridges a user's delay: played inputs, their states for other users, and waves.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -50,7 +50,7 @@ class RoomBridge : public ::testing::Test {
     update.round_trip = std::chrono::milliseconds(60);
     return update;
   }
-  /// A circular path away from the box, with 0.1 s per turn.
+  /// Returns a position on a circle away from the box, with 0.1 s per turn.
   static Vec3 stirring(std::uint64_t tick) {
     const double angle = 2 * std::numbers::pi * static_cast<double>(tick) / 100;
     return {-0.08 + 0.01 * std::sin(angle), 0.01 * std::cos(angle), 0};
@@ -67,8 +67,7 @@ TEST_F(RoomBridge, APlayedHandleMovesTheToolAsTheSameHandleGivenDirectlyDoes) {
   for (std::uint64_t step = 1; step <= 2000; ++step) {
     played.room.input(0).publish(input(step, stirring(step), proto::ClientMode::kLocalModel));
     const proto::ServerUpdate received = played.step();
-    // `given` runs one step later than `played`, because the input that `played` has answered is known only after its
-    // step.
+    // `given` runs one step behind `played`, because the tick that `played` answers is known only after its step.
     if (received.answered_input.value != 0) {
       given.room.input(0).publish(input(step, stirring(received.answered_input.value), proto::ClientMode::kHandle));
     }
@@ -126,7 +125,7 @@ TEST_F(RoomBridge, AGraspIsOfTheInputThatPressed) {
   constexpr std::uint64_t kPressed = 404;
   proto::ServerUpdate before, received;
   for (std::uint64_t step = 1; step <= 500 && !received.held_body.is_valid(); ++step) {
-    // Publishes each tenth input, as if the mailbox had dropped the others. The playout must wait for inputs.
+    // Every tenth input is published, as if the mailbox had overwritten the others. The playout must then delay inputs.
     if (step % 10 == 0) {
       bench.room.input(0).publish(input(step, {-0.03, 0, 0}, proto::ClientMode::kLocalModel,
                                         step >= kPressed ? std::uint32_t{kButtonGrab} : 0U));
@@ -136,8 +135,8 @@ TEST_F(RoomBridge, AGraspIsOfTheInputThatPressed) {
   }
   ASSERT_TRUE(received.held_body.is_valid());
   EXPECT_GT(received.playout, std::chrono::milliseconds(4)) << "played at once, so nothing was tested";
-  // The input with the press was lost. In the last input before it the button is up, in the next one it is down. The
-  // grasp must be between these two.
+  // The input with the press was lost. The button is up in the last input before it, and down in the next. The grasp
+  // must happen between these two, where the user pressed.
   EXPECT_GT(received.answered_input, Tick{400});
   EXPECT_LE(before.answered_input, Tick{400});
 }
@@ -180,7 +179,7 @@ TEST_F(RoomBridge, WavesMoveTheToolWhereTheHandIsAndAreAnswered) {
   proto::ServerUpdate received;
   Wrench largest;
   for (std::uint64_t tick = 1; tick <= 3000; ++tick) {
-    // The hand moves 2 cm away from the box within the first second.
+    // During the first second, the hand moves 2 cm away from the box.
     const Pose X_WH{Vec3(-0.03 - 0.02 * std::min(1.0, static_cast<double>(tick) / 1000), 0, 0), Quat::Identity()};
     if (tick > 1) hand.receive(std::chrono::milliseconds(tick - 1), received.wave);
     const Wrench on_hand = hand.tick(X_WH, 1e-3);
@@ -215,7 +214,8 @@ TEST_F(RoomBridge, NoModeNorAChangeOfItAllocates) {
   EXPECT_EQ(test::allocation_count() - before, 0U);
 }
 
-/// The second of two users presses 8 mm deep and feels the force. The first user is idle.
+/// Two users: the operator is idle, the other one presses 8 mm deep and feels the coupling. Detects a law that stays in
+/// force after the operator has left.
 TEST(RoomLaw, IsTheScenesAgainWhenTheOperatorHasLeft) {
   const auto scene = physics::load_parts({.tools = R"({"name": "l", "placement": {"position_m": [0, 0, 2]}},
                    {"name": "r", "placement": {"position_m": [0, 0, 0.505]}})"});

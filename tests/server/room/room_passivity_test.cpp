@@ -1,5 +1,5 @@
-// Tests the passivity controller of a tool in the room. A hand that supplies energy can move bodies, other hands
-// cannot.
+// Tests the passivity controller of a tool in the room: a hand that supplies energy can move bodies, a hand that
+// supplies none cannot.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,12 +14,12 @@ constexpr const char* kRoomPassivityFloatingBox =
     R"({"name": "box", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.5, "graspable": true,
         "gravity": false})";
 constexpr const char* kTool = R"({"name": "t", "placement": {"position_m": [-0.02, 0, 0]}})";
-/// Maximum energy beyond that supplied by the hand, in a fling of 1.5 s: the threshold at which the brake is firm, plus
-/// the leak.
+/// Largest energy that a fling of 1.5 s may create beyond the hand's supply: up to the threshold at which the brake is
+/// firm, plus the leak.
 constexpr double kMaxCreated_j =
     -haptics::ToolPassivityController::kMinBalance_j + 1.5 * haptics::ToolPassivityController::kLeakRate_w;
 
-/// A user grasps the box and flings it at 0.6 m/s, which needs 90 mJ.
+/// A user grasps the box and flings it at 0.6 m/s, which takes 90 mJ.
 class Flung {
  public:
   explicit Flung(bool controls_tool_passivity, proto::ClientMode mode = proto::ClientMode::kHandle)
@@ -29,8 +29,8 @@ class Flung {
     EXPECT_TRUE(room_.post({.seat = {0, UserId{1}, UserRole::kManipulator}}));
   }
 
-  /// Runs a fling. The client reports the fraction `supplied_share` of the work along the handle's path, against the
-  /// wrench on the handle, as supplied by the hand.
+  /// Runs a fling. The client reports the fraction `supplied_share` of the true work as supplied by the hand. The true
+  /// work is that along the handle's path against the wrench.
   void run(double supplied_share) {
     for (std::uint64_t tick = 1; tick <= 1500; ++tick) {
       proto::ClientUpdate input;
@@ -59,16 +59,16 @@ class Flung {
       ASSERT_TRUE(is_finite(update_.wrench_on_hand_W)) << tick;
     }
   }
-  /// Sends invalid handle poses for 0.2 s, so that the room holds the box at its pose.
+  /// Sends invalid handles for 0.2 s. Meanwhile the room holds the box at its pose.
   void lose_hand() { rest(200, false); }
-  /// Reports additional work in each step although the hand rests.
+  /// Reports additional work in each step of a hand at rest, which a hostile client might do.
   void claim_at_rest(int steps, double work_j) {
     for (int i = 0; i < steps; ++i) {
       from_hand_j_ += work_j;
       rest(1, true);
     }
   }
-  /// The hand rests `away_m` from the initial pose of the tool for 1.5 s.
+  /// Lets the hand rest for 1.5 s at the distance `away_m` from the present pose of the tool.
   void begin_at(double away_m) {
     handle_p_ = room_.world().tool(0).tool.X.p + Vec3(0, away_m, 0);
     rest(1500, true);
@@ -76,7 +76,7 @@ class Flung {
   double way_to_handle_m() const { return (room_.world().tool(0).tool.X.p - handle_p_).norm(); }
   double kinetic_j() const { return 0.25 * room_.world().body(BodyId{1}).V.v.squaredNorm(); }
   double created_max_j() const { return created_max_j_; }
-  /// Returns the largest possible work of the coupling along the tool's path.
+  /// Returns the largest work that the coupling can do along the tool's path.
   double max_pull_j() const { return room_.world().coupling(0).force_limit_n * tool_way_m_; }
   double braked_j() const { return room_.braked_j(); }
   bool is_held() const { return update_.held_body.is_valid(); }
@@ -139,7 +139,8 @@ TEST(RoomPassivity, AHandAtRestIsNotBelievedThatItDoesWork) {
   EXPECT_LE(flung.controller().balance_j(), haptics::EnergyReport::kMaxUnclaimed_j + 1e-3) << "of 15 J";
 }
 
-/// The handle moves away. The coupling then pulls with almost its maximum force, and the brake acts against it.
+/// The handle moves away, and the coupling pulls with almost its maximum force. The brake must dissipate the work of
+/// this pull, and no more.
 TEST(RoomPassivity, WhatTheBrakeTakesIsWhatThePullDoes) {
   Flung flung(true);
   flung.run(0);

@@ -1,5 +1,5 @@
-// Tests a room that resumes from the state of another room. Bodies keep their poses, and a returning user gets the same
-// tool and the body that it held. Also tests commands that place bodies.
+// Tests a room that resumes from the state of another room: bodies keep their poses, and a returning user gets the
+// former tool with its held body. Tests commands that place bodies, too.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -29,8 +29,7 @@ constexpr const char* kTwoPads =
        {"name": "loose", "block": {"size_m": [0.08, 0.08, 0.04], "spacing_m": 0.02}, "mass_kg": 0.3,
         "placement": {"position_m": [-0.3, 0.3, 0.8]}}])";
 
-/// Distance g T² that a body falls in the first step, plus a margin of 1 %. At the end of this step the tool holds the
-/// body.
+/// Distance g T² that a body falls in the first step T, plus 1 %. From the end of this step the tool holds the body.
 constexpr double kFallOfAStep_m = 1.01 * 9.81e-6;
 
 class RoomResumeTest : public ::testing::Test {
@@ -78,7 +77,7 @@ TEST_F(RoomResumeTest, GoesOnFromTheStateOfAnother) {
   const Vec3 hung = next.world().body(BodyId{2}).X.p;
   for (int i = 1; i <= 1000; ++i) next.step(ServerTime(next.period() * i));
   EXPECT_LT((next.world().body(BodyId{2}).X.p - hung).norm(), kFallOfAStep_m) << "it hangs where it was held";
-  // The user of the other tool returns first. This user must not get the body that the first tool held.
+  // The user of the other tool returns first, and must not get the body that the first tool held.
   ASSERT_TRUE(next.post({.seat = {0, UserId{1}, UserRole::kManipulator, 1}}));
   ASSERT_TRUE(next.post({.seat = {1, UserId{2}, UserRole::kManipulator, 0}}));
   next.step(ServerTime(next.period() * 1001));
@@ -118,7 +117,8 @@ TEST_F(RoomResumeTest, SoftBodiesGoOnWhereTheyWere) {
     EXPECT_TRUE(std::ranges::equal(next.world().soft_nodes_W(pad), room.world().soft_nodes_W(pad))) << pad;
     EXPECT_FALSE(std::ranges::equal(next.world().soft_nodes_W(pad), scene->soft_bodies[pad].nodes_W)) << pad;
   }
-  // The soft bodies continue to move. The loose one has fallen for 0.3 s and continues to fall to the floor.
+  // The soft bodies must move on from the restored state. The loose one has fallen for 0.3 s and must go on falling to
+  // the floor.
   const auto lowest_m = [](const Room& of) {
     double lowest = 1;
     for (const Vec3& node_W : of.world().soft_nodes_W(1)) lowest = std::min(lowest, node_W.z());

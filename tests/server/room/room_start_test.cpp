@@ -1,3 +1,4 @@
+// Tests the common start of a room's hands: the countdown, its cancellation, and the messages to users.
 #include "server/room/room_start.hpp"
 
 #include <gtest/gtest.h>
@@ -53,8 +54,8 @@ TEST(RoomStart, WithoutUsersToWaitForNothingIsSaid) {
   EXPECT_FALSE(start.remove(UserId{1}, at(0)));
 }
 
-/// Reference for the rules in the class comment. It consists of the present users, the time since which enough of them
-/// are present, and whether the countdown has elapsed.
+/// Independent model of the rules in the class comment of RoomStart: the users present and the time of the start.
+/// RoomStart must agree with it for any sequence of events.
 struct Model {
   std::size_t users;
   std::set<std::uint32_t> here{};

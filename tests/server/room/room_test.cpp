@@ -1,4 +1,4 @@
-// Tests the room's protocol with its users: commands, inputs, buttons, updates and events.
+// Tests the data between users and a room: commands, inputs, buttons, updates and events.
 #include "server/room/room.hpp"
 
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ class RoomTest : public ::testing::Test {
   void step(int count = 1) {
     for (int i = 0; i < count; ++i) room_.step(ServerTime(room_.period() * static_cast<Duration::rep>(++steps_)));
   }
-  /// Returns the newest update of a seat. Empty if none was published since the last call.
+  /// Returns the newest update for a seat; nothing if none was published since the last call.
   std::optional<proto::ServerUpdate> update(std::uint8_t seat) {
     room_.output().poll();
     const RoomUpdate& received = room_.output().front();
@@ -81,7 +81,7 @@ TEST_F(RoomTest, OnlyOccupiedSlotsAreTold) {
   EXPECT_FALSE(update(3).has_value());
 }
 
-/// Counts the steps of which it is notified.
+/// Counts the completed steps of a room.
 struct StepCounter final : RoomWatcher {
   void on_command(const RoomCommand& /*command*/) noexcept override {}
   void on_input(std::size_t /*seat*/, const proto::ClientUpdate& /*input*/) noexcept override {}
@@ -114,7 +114,7 @@ TEST_F(RoomTest, UpdateAnswersTheNewestInput) {
   ASSERT_TRUE(received.has_value());
   EXPECT_EQ(received->step, Step{1});
   EXPECT_EQ(received->stepped, ServerTime(room_.period()));
-  // An input that a former user of the seat left in the mailbox is discarded when a user joins.
+  // An input that a former user has left in the seat's mailbox must be discarded when a user joins.
   EXPECT_EQ(received->answered_input, Tick{0});
   send(0, {0, 0, 0.06});
   step();
@@ -360,7 +360,7 @@ TEST(Room, StepDoesNotAllocateInSteadyContact) {
 }
 
 TEST_F(RoomTest, OurOwnPartOfAStepDoesNotAllocateEvenWhenItGrabs) {
-  // The recorder must not allocate either, although its ring buffer overflows during the test.
+  // The recorder must not allocate either, not even when its ring overflows, as it does in this test.
   const auto file =
       std::filesystem::temp_directory_path() / ("tandem_room_test" + std::to_string(::getpid()) + ".mcap");
   std::filesystem::remove(file);

@@ -1,4 +1,5 @@
-// Tests the conditions under which the motion of a hand is extrapolated while its inputs are missing.
+// Tests when a hand is extrapolated while its inputs are missing. A wrong decision drops a shared object or presses too
+// hard.
 #include "server/room/tool_port.hpp"
 
 #include <gtest/gtest.h>
@@ -12,7 +13,7 @@
 namespace tandem::server {
 namespace {
 
-/// A cube of 4 cm on a table with a tool on each side.
+/// A cube of 4 cm on a table, with a tool on each side.
 class OnTable {
  public:
   OnTable() {
@@ -21,7 +22,7 @@ class OnTable {
     move_to(left_at, right_at);
   }
 
-  /// Moves both hands within 0.2 s and lets them rest for 0.2 s.
+  /// Moves both hands during 0.2 s, then lets them rest for 0.2 s.
   void move_to(const Vec3& left_to, const Vec3& right_to) {
     for (int k = 1; k <= 400; ++k) {
       const double share = std::min(1.0, k / 200.0);
@@ -64,7 +65,7 @@ TEST(ToolPort, OfWhatIsHeldRunsOnWhatIsCarriedAndNotWhatIsPressedOnATable) {
   on.move_to(on.left_at - Vec3(0, 0, 0.055), on.right_at);
   ASSERT_GT(on.world.touch(0).contacts, 0U);
   EXPECT_FALSE(on.left.runs_on()) << "a hand that has stopped would press by as much more";
-  // Another hand presses on the cube, so that two hands act on it.
+  // A second hand presses on the cube, so that both hands must be extrapolated.
   on.move_to(on.left_at + Vec3(0, 0, 0.055), on.right_at + Vec3(0, 0, 0.05));
   on.move_to(on.left_at, on.left_at + Vec3(0.07, 0, 0));
   on.move_to(on.left_at, on.left_at + Vec3(0.05, 0, 0));

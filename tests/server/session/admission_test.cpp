@@ -1,4 +1,4 @@
-// Tests the answers of the hub to joins with a token and to resumes with a credential, valid and invalid ones.
+// Tests how the hub answers joins with a token and resumes with a credential, valid and invalid.
 #include "server/session/admission.hpp"
 
 #include <gmock/gmock.h>
@@ -55,7 +55,8 @@ class AdmissionTest : public testing::Test {
     bench->greet(client);
     return client;
   }
-  /// Sends a join and describes the answer of the hub. If the join is accepted, `in` is set to the joined message.
+  /// Sends a join and returns a description of the hub's answer. After an accepted join, `in` contains the message
+  /// Joined.
   std::string answer_to(const test::BenchClient& client, const wire::ClientControl& join, wire::Joined* in = nullptr) {
     bench->send(client, join);
     auto messages = bench->drain(client);
@@ -64,8 +65,8 @@ class AdmissionTest : public testing::Test {
     return test::described(messages);
   }
   std::string answer_to(const wire::ClientControl& join) { return answer_to(greeted(), join); }
-  /// Join message of a second device on the connection of `client`. The first device has `credential` and signs with
-  /// `key`.
+  /// Returns the join of a second device on the connection of `client`. The first device has `credential` and signs
+  /// with `key`.
   wire::ClientControl join_beside(const test::BenchClient& client, const std::string& credential,
                                   const secure::KeyPair& key) const {
     wire::ClientControl join = resume_by(client, credential, key);
@@ -80,12 +81,12 @@ class AdmissionTest : public testing::Test {
     bench->transport.is_encrypted = true;
   }
   void SetUp() override { start_server(); }
-  /// Advances the monotonic clock and the wall clock.
+  /// Advances the monotonic clock and the wall clock by the same time.
   void pass(Duration duration) {
     bench->now += duration;
     unix_ms += static_cast<std::uint64_t>(duration / std::chrono::milliseconds(1));
   }
-  /// Joins a new user, who gets a credential.
+  /// Joins as a new user, who gets a credential.
   test::BenchClient joined_client(const std::function<void(wire::TokenClaims&)>& change = {}) {
     test::BenchClient client = greeted();
     EXPECT_EQ(answer_to(client, join_by(token(change)), &client.joined), "joined");
@@ -162,7 +163,7 @@ TEST_F(AdmissionTest, WhenTheTableIsFullAnotherTokenIsRefusedAndNoneForgotten) {
   EXPECT_EQ(answer_to(join_by(once)), "error ERROR_TOKEN_USED, goodbye");
   pass(std::chrono::seconds(60));
   EXPECT_EQ(answer_to(join_by(token())), "joined") << "the first one's time is over";
-  bench.reset();  // the hub must be destroyed before its ledger
+  bench.reset();  // the hub uses the ledger, so it must be destroyed first
 }
 
 TEST_F(AdmissionTest, RoleNameAndForceAreTheTokens) {
@@ -259,7 +260,7 @@ TEST_F(AdmissionTest, ATokenForAnyRoomLetsItsUserGoFromOneToAnother) {
     EXPECT_EQ(user.joined.scene().name(), room);
     EXPECT_EQ(user.joined.resume_credential(), credential);
   }
-  // A user who resumes without naming a room returns to the last room.
+  // A user who resumes without a room name returns to the last room.
   bench->hub->on_disconnected(user.handle, bench->now);
   user = greeted();
   EXPECT_EQ(answer_to(user, resume_by(user, credential, client_key), &user.joined), "joined");
@@ -290,7 +291,8 @@ TEST_F(AdmissionTest, ASecondDeviceJoinsBesideTheFirstWithinItsToken) {
   EXPECT_EQ(answer_to(fourth, join_beside(fourth, second.joined.resume_credential(), second_key)),
             "error ERROR_NOT_ALLOWED, goodbye")
       << "and none beside the second";
-  // If the second device has lost its connection, another device may replace it. The lost one cannot resume afterwards.
+  // Another device may replace a second device that has lost its connection. The replaced device must not be able to
+  // resume.
   bench->hub->on_disconnected(second.handle, bench->now);
   test::BenchClient new_second = greeted();
   EXPECT_EQ(answer_to(new_second, join_beside(new_second, credential, client_key), &new_second.joined), "joined");
@@ -329,7 +331,7 @@ TEST_F(AdmissionTest, WhoIsKickedGoesWithBothDevicesAlsoAfterARestart) {
   };
   EXPECT_EQ(again.revoke(id_of(first)), id_of(second));
   test::BenchClient operator_client = greeted();
-  // The room has only two tools. The second device leaves, because the operator needs a tool.
+  // The room has two tools. The second device leaves, so that the operator gets its tool.
   bench->hub->on_disconnected(second.handle, bench->now);
   EXPECT_EQ(answer_to(operator_client, join_by(token([](auto& c) { c.set_role(wire::ROLE_OPERATOR); }))), "joined");
   bench->send(operator_client,
@@ -387,7 +389,7 @@ TEST_F(AdmissionTest, AServerThatGoesOnKnowsWhoMayComeBackToWhichTool) {
   bench->hub->on_disconnected(lost.handle, bench->now);
   bench->now += kResumeWithin - std::chrono::seconds(10);
   unix_ms += static_cast<std::uint64_t>((kResumeWithin - std::chrono::seconds(10)) / std::chrono::milliseconds(1));
-  bench->hub->poll(VirtualClock(bench->now));  // the other clients time out, because they were silent
+  bench->hub->poll(VirtualClock(bench->now));  // the other clients are silent and time out
   const auto restart = [&] {
     HubSettings resumed = settings();
     ASSERT_TRUE(resumed.admission->resumed.ParseFromString(kept.SerializeAsString()));

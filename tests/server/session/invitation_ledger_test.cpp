@@ -1,3 +1,5 @@
+// Tests the list of used invitations through failed writes, damaged files, restarts and a full list. A fault would
+// admit two users with one invitation, or refuse a valid one.
 #include "server/session/invitation_ledger.hpp"
 
 #include <gmock/gmock.h>
@@ -59,7 +61,7 @@ class InvitationLedgerTest : public testing::Test {
   }
 
   std::filesystem::path file;
-  std::errc error{};  ///< result of every write; 0 means success
+  std::errc error{};  ///< result of every write; std::errc{} means success
   int attempts = 0;
   std::vector<std::string> news;
 
@@ -206,13 +208,13 @@ TEST_F(InvitationLedgerTest, CredentialsEndWithAStartThatDoesNotKeepThem) {
 TEST_F(InvitationLedgerTest, AFullListForgetsOnlyWhatHasExpiredAndRefusesItFromThenOn) {
   Random random(test::test_seed(2));
   constexpr std::size_t kMost = 50;
-  std::map<std::uint64_t, std::uint64_t> used;  // expiry [ms] of each used invitation, by its number
+  std::map<std::uint64_t, std::uint64_t> used;  // expiry [ms] of each used invitation, by number
   std::uint64_t now_ms = 1000, newest_ms = 0, refused = 0;
   for (int run = 0; run < 20; ++run) {
     auto ledger = open(kMost);
     ledger->begin(random.next_u32() % 2 == 0, now_ms);
     for (int i = 0; i < 60; ++i) {
-      // The clock sometimes steps back. Deleted invitations must still be refused.
+      // Sometimes the clock steps back. Deleted invitations must be refused all the same.
       now_ms = random.next_u32() % 10 == 0 ? now_ms - 100 : now_ms + random.next_u32() % 60;
       newest_ms = std::max(newest_ms, now_ms);
       const std::uint64_t expires_ms = now_ms + 1 + random.next_u32() % 1000;
@@ -239,7 +241,7 @@ TEST_F(InvitationLedgerTest, AFullListForgetsOnlyWhatHasExpiredAndRefusesItFromT
 TEST_F(InvitationLedgerTest, HoldsTheNewestRevocationsAndALongRowOfChanges) {
   auto ledger = open();
   ledger->begin(true, 1000);
-  // Before the first write there are more revocations than the ring can hold.
+  // More revocations are pending before the first write than the ring can hold. None of the newest may be lost.
   for (std::uint64_t i = 0; i < kMaxRevoked + 10; ++i) ledger->revoke(id_of(i));
   for (int i = 0; i < 30; ++i) {
     ledger->work(LocalTime{});

@@ -1,5 +1,5 @@
-// Test support: a state folder, servers that use it one after the other, and a model that predicts which invitations
-// are valid.
+// Test support: a state folder with a sequence of servers that use it, and a model that predicts which invitations are
+// valid.
 #pragma once
 
 #include <algorithm>
@@ -27,13 +27,14 @@ struct Invitation {
   bool is_operator = false;
 };
 
-/// Model that predicts from the events so far whether an invitation is valid, independently of the server's code.
+/// Predicts from the events so far whether an invitation is valid, without using the server's code.
 struct Model {
-  std::set<std::size_t> used;  ///< invitations that admitted a user, or were on disk when the server was killed
-  // Range of clock offsets (wall clock minus true time) that the server may assume. If the clock has not been set for
-  // 10 s, the range is a single value.
+  /// Invitations that have admitted a user, or whose use was on disk when the server was killed.
+  std::set<std::size_t> used;
+  // Range of offsets (wall clock minus true time) that the server may assume. It is a single value if the clock has not
+  // been set for 10 s.
   std::int64_t low_ms = 0, high_ms = 0;
-  std::int64_t noted_ms = 0;  ///< upper bound of the clock offset of the time noted in the file
+  std::int64_t noted_ms = 0;  ///< upper bound of the offset in the time that the file contains
   std::int64_t wall_ms = 0;   ///< current offset of the wall clock
   std::int64_t set_at_ms = 0;
 
@@ -61,14 +62,14 @@ struct Model {
   }
 };
 
-/// A user who has been admitted at some time.
+/// A user who was admitted, connected or not.
 struct Guest {
   std::string credential;
-  std::int64_t joined_ms = 0, lost_ms = 0;  ///< lost_ms: 0 while connected
-  bool is_ended = false;                    ///< true if kicked, or if a run without --resume has started since
+  std::int64_t joined_ms = 0, lost_ms = 0;  ///< lost_ms is 0 while the user is connected
+  bool is_ended = false;                    ///< the user was kicked, or a run without --resume has started since
 };
 
-/// A state folder and the servers that use it one after the other. Each server has one room.
+/// A state folder and the servers that use it, one after the other. A server has one room.
 class Site {
  public:
   explicit Site(std::uint64_t seed) : random_(seed) {
@@ -106,7 +107,7 @@ class Site {
     bench = std::make_unique<test::HubBench>(settings);
     bench->transport.is_encrypted = true;
     bench->hub->on_admission = [this](const wire::AdmissionState& state) { kept_in_memory_ = state; };
-    const bool was_full = std::exchange(is_disk_full, false);  // a server does not start on a full disk
+    const bool was_full = std::exchange(is_disk_full, false);  // a server with a full disk would refuse to start
     ledger->begin(resumes, static_cast<std::uint64_t>(wall_ms()));
     is_disk_full = was_full;
     keeps_checkpoints_ = resumes;
@@ -117,7 +118,7 @@ class Site {
     model.start(now_ms);
     poll();
   }
-  /// Ends the server as kill -9 does: data not yet written are lost.
+  /// Ends the server as kill -9 would: data that is not on disk yet is lost.
   void kill() {
     bench.reset();
     ledger.reset();
@@ -128,13 +129,13 @@ class Site {
     if (bench) poll();
   }
   void pass(Duration duration) {
-    // Users time out if they are silent for the duration. The server reads the clock before and after it.
+    // Users who are silent for the duration time out. The server reads the clock before and after it.
     now_ms += milliseconds(duration);
     for (Guest& guest : guests) {
       if (duration >= 1500ms && guest.lost_ms == 0) guest.lost_ms = now_ms;
     }
     poll();
-    // The second poll handles the changes that the first one has caused.
+    // The second poll handles the changes that the first poll has caused.
     now_ms += 200;
     poll();
     write();
@@ -145,12 +146,12 @@ class Site {
     bench->hub->poll(VirtualClock(bench->now));
     if (!keeps_checkpoints_) return;
     kept_ = kept_in_memory_;
-    // The checkpoint is written at this time. After a restart, users who are connected now count as lost since then.
+    // The checkpoint is written now. After a restart, users who are connected now count as lost since this time.
     for (auto& credential : *kept_.mutable_credentials()) {
       if (credential.lost_ms() == 0) credential.set_lost_ms(static_cast<std::uint64_t>(wall_ms()));
     }
   }
-  /// Advances the time so far that the rate limits (limits.hpp) do not delay the next join.
+  /// Advances the time far enough that rate limits (limits.hpp) do not delay the next join.
   void breathe() {
     now_ms += 50;
     poll();
@@ -189,7 +190,7 @@ class Site {
     bench->send(client, join);
     return client;
   }
-  /// Reads the messages sent to the client. Returns whether it was admitted; `text` receives the text of an error.
+  /// Reads the messages to the client, and returns whether it was admitted. `text` receives the text of an error.
   bool is_in(test::BenchClient& client, std::string* text = nullptr) {
     for (const wire::ServerControl& message : bench->drain(client)) {
       if (text != nullptr && message.has_error()) *text = message.error().text();
@@ -197,7 +198,7 @@ class Site {
     }
     return client.joined.user() != 0;
   }
-  bool has_place() const { return bench->hub->users_in(0)[1] < 1; }  // the room has a seat for one observer
+  bool has_place() const { return bench->hub->users_in(0)[1] < 1; }  // the room has one seat for an observer
   void leave_all() {
     for (auto& client : here) bench->hub->on_disconnected(client.handle, bench->now);
     here.clear();
@@ -207,7 +208,7 @@ class Site {
     poll();
   }
 
-  std::int64_t now_ms = 1'700'000'000'000;  ///< true time [ms]
+  std::int64_t now_ms = 1'700'000'000'000;  ///< true time [ms since 1970]
   Model model;
   bool is_disk_full = false;
   int writes = 0;

@@ -1,5 +1,6 @@
 // Tests the validity of invitations in random sequences of events: joins, kicks, starts with and without --resume,
-// kills of the server, steps of the clock and full disks. A simple model (invitation_site.hpp) predicts the answers.
+// kills of the server, steps of the clock, and full disks. A model (invitation_site.hpp) predicts the answers. Detects
+// an invitation that admits two users, or that is lost.
 #include <gtest/gtest.h>
 
 #include "tests/server/session/invitation_site.hpp"
@@ -10,7 +11,7 @@ namespace {
 
 constexpr int kHistories = 120, kEventsEach = 40;
 
-/// Sequence of random events. After each, the answer of the hub is compared with the prediction of the model.
+/// Random sequence of events. After each event, the hub's answer is compared with the model's prediction.
 class Sequence {
  public:
   explicit Sequence(std::uint64_t seed) : random_(seed), site_(seed) {}
@@ -90,7 +91,7 @@ class Sequence {
   void present(std::size_t number) {
     const Invitation& invitation = invitations_[number];
     site_.breathe();
-    if (invitation.is_operator) site_.leave_all();  // a room can have only one operator
+    if (invitation.is_operator) site_.leave_all();  // makes space, because a room has only one operator
     if (!site_.has_place()) {
       auto client = site_.join_with(invitation);
       site_.write();
@@ -146,11 +147,11 @@ class Sequence {
       return client;
     };
     const auto by = enter(master), whom = enter(victim);
-    if (by.joined.user() == 0 || whom.joined.user() == 0) return;  // refused, because the clock was just set
+    if (by.joined.user() == 0 || whom.joined.user() == 0) return;  // a join may be refused if the clock was just set
     site_.bench->send(by,
                       test::message_of([&](auto& message) { message.mutable_kick()->set_user(whom.joined.user()); }));
     site_.ledger->poll();
-    site_.ledger->work(site_.bench->now);  // writes the revocation; the checkpoint is not written before the kill
+    site_.ledger->work(site_.bench->now);  // writes the revocation, but not the checkpoint, before the kill
     site_.guests.push_back(
         {.credential = whom.joined.resume_credential(), .joined_ms = site_.now_ms, .is_ended = true});
     if (below(2) == 0) {
@@ -208,7 +209,7 @@ TEST(InvitationsOverRestarts, LetInOnceWhateverHappensBetween) {
   EXPECT_LT(5 * either, joined + refused) << "a model that leaves much open shows nothing";
 }
 
-// Regression tests: sequences of events that have revealed faults.
+// Regression tests: sequences of events that have revealed faults in the past.
 
 TEST(InvitationsOverRestarts, AUsedOneStaysUsedOverARunWithoutResumeBetweenTwoWithIt) {
   Site site(1);

@@ -1,4 +1,4 @@
-// Tests that a client with excessive requests does not affect other users (server/session/limits.hpp).
+// Tests the limits in server/session/limits.hpp: a client with excessive requests must not affect other users.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -70,8 +70,8 @@ TEST(Limits, WhoHasJoinedKeepsNobodyOfHisAddressOutAtHisOwnPace) {
   std::vector<test::BenchClient> crowd;
   for (int i = 0; i < 12; ++i) crowd.push_back(bench.join("one of many", wire::ROLE_OBSERVER));
   const wire::ClientControl state = message_of([](auto& message) { message.set_state_datagram("x"); });
-  // Each of the 12 users sends 1900 messages per second, which cost 95 per second: less than kControlRate, but together
-  // more than kAddressControlRate.
+  // Each of the 12 users sends 1900 messages per second, with a cost of 95 per second. This is within kControlRate for
+  // each, but together more than kAddressControlRate. State datagrams must not count for the address.
   for (int ms = 0; ms < 20'000; ++ms) {
     for (test::BenchClient& user : crowd) {
       if (ms % 100 == 0) bench.send_state(user);

@@ -1,5 +1,4 @@
-// Tests that the law and the coefficients of the coupling can be set, and that their changes are sent to the affected
-// users.
+// Tests setting of the coupling's law and coefficients, and that all affected users receive the changes.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -41,7 +40,7 @@ TEST(SessionParameters, AParameterIsBoundedToldToAllAndKnownToNewcomers) {
   EXPECT_EQ(bench.join("cleo").joined.scene().coupling().stiffness_n_per_m(), 250);
 }
 
-/// Makes a bench with two_hands_scene(), in which the coupling is replaced by `coupling`.
+/// Returns a bench with two_hands_scene(), in which `coupling` replaces the coupling.
 test::HubBench bench_with_coupling(const std::string& coupling) {
   std::string scene = test::two_hands_scene();
   const std::string old = R"({"law": "spring-damper", "stiffness_n_per_m": 200, "damping_n_s_per_m": 2})";
@@ -49,7 +48,7 @@ test::HubBench bench_with_coupling(const std::string& coupling) {
   return test::HubBench({}, {scene.replace(scene.find(old), old.size(), coupling)});
 }
 
-/// Values in the parameter_set messages, by parameter name.
+/// Returns the values in the parameter_set messages, by name of the parameter.
 std::map<std::string, double> parameters_in(const std::vector<wire::ServerControl>& messages) {
   std::map<std::string, double> values;
   for (const wire::ServerControl& message : messages) {

@@ -1,5 +1,5 @@
-// Tests the services of joined users one by one, with a fake host in place of the session hub: the messages that each
-// handles, the roles that may send them, rate limits, refusals, and the messages to other users.
+// Tests each service of joined users with a fake host in place of the session hub: handled messages, permitted roles,
+// rate limits, refusals, and messages to other users.
 #include "server/session/services/services.hpp"
 
 #include <gmock/gmock.h>
@@ -23,7 +23,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using Case = SessionService::Case;
 
-/// A host with one room under a virtual clock. It records everything that a service sends.
+/// A host with one room, under a virtual clock. It stores everything that a service sends.
 class FakeHost final : public ServiceHost {
  public:
   explicit FakeHost(const std::string& scene) : FakeHost(test::scene_of(scene)) {}
@@ -42,7 +42,7 @@ class FakeHost final : public ServiceHost {
     step();
     return *users_.back();
   }
-  /// Removes a user from users_of(), as before SessionService::on_left(). The object stays valid.
+  /// Removes a user from users_of(), as the hub does before SessionService::on_left(). The object stays valid.
   void leave(SessionUser& user) {
     seats().leave(user.seat);
     const auto found = std::ranges::find_if(users_, [&user](const auto& each) { return each.get() == &user; });
@@ -99,7 +99,7 @@ class FakeHost final : public ServiceHost {
   std::map<const SessionUser*, std::map<std::size_t, std::function<wire::ServerControl()>>> news_;
 };
 
-/// One box, tools for `users` users, and the seats of up to four observers.
+/// Returns a scene with one box, tools for `users` users, and seats for up to four observers.
 std::string scene_for(int users) {
   std::string tools;
   for (int i = 0; i < users; ++i) {
@@ -130,7 +130,7 @@ TEST(Services, EachMessageHasOneHandler) {
   for (const auto& service : services) {
     for (const Case each : service->cases()) handled.insert(static_cast<int>(each));
   }
-  // The hub itself handles these, in any state of a connection or before a user has joined.
+  // The hub itself handles these kinds, in any state of a connection or before a user has joined.
   for (const Case each : {Case::kHello, Case::kJoin, Case::kLeave, Case::kStateDatagram, Case::kPing}) {
     handled.insert(static_cast<int>(each));
   }
@@ -161,7 +161,7 @@ wire::ClientControl law_message(const std::string& law) {
   return parameter_message(std::string(proto::kLawParameter), 0, law);
 }
 
-/// A request that some roles may not send, and the role that the refusal names.
+/// A request that only some roles may send.
 struct Restricted {
   std::string name;
   wire::ClientControl message;
@@ -182,7 +182,7 @@ std::vector<Restricted> restricted_requests() {
   };
 }
 
-/// Passes a message to the service that handles it.
+/// Passes a message to the service that handles its kind.
 void handle(const std::vector<std::unique_ptr<SessionService>>& services, SessionUser& user,
             const wire::ClientControl& message) {
   for (const auto& service : services) {
@@ -222,7 +222,7 @@ TEST(Grasping, AnswersTheRequesterWithTheRoomsResult) {
   SessionUser& ben = host.join("ben");
   const auto grab = [&](SessionUser& user, std::uint32_t body) {
     service->handle(user, message_of([body](auto& message) { message.mutable_grab()->set_body(body); }));
-    // The seat accepts the next request after an update with the result of this one.
+    // The seat accepts the next request only after an update that contains the result of this one.
     for (int i = 0; i < 3; ++i) {
       host.step();
       while (host.room().output().poll()) {
@@ -239,7 +239,7 @@ TEST(Grasping, AnswersTheRequesterWithTheRoomsResult) {
   EXPECT_EQ(granted[0].grabbed().body(), 1U);
   EXPECT_EQ(described(grab(ada, 1)), "error ERROR_ALREADY_HOLDING");
   EXPECT_EQ(host.received(ben), "") << "others see the state of the body";
-  // The answer to a request of a user who has left is dropped.
+  // The answer to a user who has left must be dropped, not sent to others.
   service->handle(ben, message_of([](auto& message) { message.mutable_grab()->set_body(9); }));
   host.step();
   host.leave(ben);
@@ -310,7 +310,7 @@ TEST(Coupling, AnswersTheOperatorAndNotifiesTheOthers) {
   ASSERT_FALSE(law.empty());
   EXPECT_EQ(law[0].parameter_set().text(), "stable-dynamic") << "the law precedes the coefficients";
   host.drain(chief);
-  // The scene's coupling is restored when the operator leaves.
+  // When the operator leaves, the scene's coupling is restored, and users must be notified.
   host.leave(chief);
   service->on_left(chief);
   std::map<std::string, wire::ParameterSet> restored;
@@ -349,7 +349,7 @@ TEST(Moderation, ResetsAtTheRateOfTheRoomAndTellsAll) {
   SessionUser& ben = host.join("ben");
   int granted = 0, refused = 0;
   constexpr int kTries = 1000;
-  for (int i = 0; i < kTries; ++i) {  // every 10 ms, for 10 s
+  for (int i = 0; i < kTries; ++i) {  // every 10 ms for 10 s
     service->handle(chief, message_of([](auto& message) { message.mutable_reset_room(); }));
     const auto own = host.drain(chief), others = host.drain(ben);
     ASSERT_EQ(own.size(), 1U);
@@ -389,7 +389,7 @@ TEST(Pointing, ShowsThePlaceToAllAndRefusesWhatIsNone) {
   EXPECT_EQ(others[0].pointed().point().place(0), 0.1);
 }
 
-/// Number of granted requests if each of `users` points once every `period_ms`, for 20 s.
+/// Returns the number of granted requests if each of `users` users points once every `period_ms` for 20 s.
 int granted_points(int users, int period_ms) {
   FakeHost host(scene_for(users));
   const auto service = make_pointing(host);

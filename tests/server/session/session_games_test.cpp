@@ -1,4 +1,4 @@
-// What users receive of a game, and who may start its levels.
+// Tests the messages that users receive about a game, and which users may start its levels.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -47,7 +47,7 @@ Received received(const std::vector<wire::ServerControl>& messages) {
   return out;
 }
 
-/// Steps while a user sends input.
+/// Steps the bench while a user sends input, so that the user does not time out.
 void keep_alive(test::HubBench& bench, test::BenchClient& client, int steps) {
   for (int i = 0; i < steps; ++i) {
     bench.send_state(client);

@@ -1,3 +1,5 @@
+// Tests the session hub with a fake transport: joins, requests, time-outs and refusals. A user who misbehaves must not
+// affect other users.
 #include "server/session/session_hub.hpp"
 
 #include <gmock/gmock.h>
@@ -204,7 +206,8 @@ TEST(SessionHub, ASilentUserIsGoneAndItsGrabFreeWithinTwoSeconds) {
   bench.step();
   ASSERT_EQ(bench.newest_update(ben)->bodies.at(0).held_by, UserId{ada.joined.user()});
   bench.drain(ben);
-  // The connection of ada remains open although nothing arrives, as if the cable was pulled. Only ben sends.
+  // Ada's connection remains open without any traffic, as if a cable was unplugged. Only ben sends. The hub must end
+  // ada's connection, so that her tool releases the body.
   const LocalTime vanished = bench.now;
   while (bench.hub->user_count() == 2 && bench.now - vanished < std::chrono::seconds(3)) {
     bench.send_state(ben);
@@ -240,7 +243,7 @@ TEST(SessionHub, AnObserverSeesEverythingAndMovesNothing) {
   EXPECT_EQ(bench.join("eva", wire::ROLE_OBSERVER).joined.user(), 0U) << "limits.observers is 1";
 }
 
-/// Mesh file of a flat square, used as an asset. Its comment of `comment_bytes` makes it larger than one chunk.
+/// Returns a mesh file of a flat square. A comment of `comment_bytes` makes it larger than one chunk.
 std::string square_obj(std::size_t comment_bytes) {
   return "# " + std::string(comment_bytes, 'x') + "\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n";
 }
@@ -287,7 +290,7 @@ TEST(SessionHub, ServesAnAssetChunkByChunkToItsLastByte) {
   EXPECT_EQ(test::described(bench.drain(ada)), "error ERROR_BAD_VALUE");
 }
 
-/// Checks that a join is refused, because a value is out of its range.
+/// Checks that a join with a value out of range is refused.
 void expect_refused(const wire::ClientControl& join) {
   test::HubBench bench;
   test::BenchClient ada = bench.connect();
@@ -340,7 +343,7 @@ TEST(SessionHub, JoinedTellsHowMassIsSpreadInEveryBodyAndTool) {
   EXPECT_EQ(box.mass_kg(), 0.1);
   ASSERT_EQ(box.centre_size(), 7);
   ASSERT_EQ(box.principal_inertia_kg_m2_size(), 3);
-  // The moment of inertia of a cube about every axis through its centre is m a²/6.
+  // The moment of inertia of a cube with the edge a about any axis through its centre is m a²/6.
   for (const double moment : box.principal_inertia_kg_m2()) EXPECT_NEAR(moment, 0.1 * 0.02 * 0.02 / 6, 1e-12);
 }
 
@@ -403,7 +406,7 @@ TEST(SessionHub, StoppingSaysGoodbyeToEverybody) {
   EXPECT_EQ(bench.hub->connection_count(), 0U);
 }
 
-/// Returns two_hands_scene() with a soft pad under the first tool.
+/// Returns two_hands_scene() with a soft pad below the first tool.
 std::string soft_scene() {
   std::string scene = test::two_hands_scene();
   const std::string old = "\"coupling\"";
@@ -473,10 +476,10 @@ TEST(SessionHub, MeasuresTheRoundTripByItsOwnClock) {
     input.acknowledged_held = held;
     bench.deliver(bench.datagram_of(anna, input));
   };
-  bench.send_state(anna);  // acknowledges no state yet
+  bench.send_state(anna);  // acknowledges no state yet, so it must give no measurement
   EXPECT_EQ(bench.hub->counters().round_trip.count(), 0U);
   answer_after(std::chrono::milliseconds(42), std::chrono::milliseconds(2));
-  answer_after(-std::chrono::hours(1), Duration{0});  // invalid, because it acknowledges a future state
+  answer_after(-std::chrono::hours(1), Duration{0});  // acknowledges a future state, so it must give no measurement
   EXPECT_EQ(bench.hub->counters().round_trip.count(), 1U);
   EXPECT_EQ(bench.hub->counters().round_trip.max(), std::chrono::milliseconds(40));
 }

@@ -1,4 +1,4 @@
-// Tests the permissions and rate limits of requests for a room's poses, and the messages sent to other users.
+// Tests permissions and rate limits of pose requests, and the messages that other users receive.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -30,13 +30,14 @@ class SessionPosesTest : public ::testing::Test {
  protected:
   void SetUp() override {
     TANDEM_NEEDS_FILES(test::k3al1File, test::kOplsDirectory);
-    // PoseKeeper needs the rooms of the bench, and the hub needs PoseKeeper, so the hub is replaced.
+    // PoseKeeper needs the rooms of the bench, and the hub needs PoseKeeper. The hub of the bench is therefore
+    // replaced.
     bench_ = std::make_unique<test::HubBench>(HubSettings{}, std::vector<std::string>{helices_json()});
     bench_->hub.reset();
     keeper_ = std::make_unique<PoseKeeper>("", bench_->rooms, [] { return 1'700'000'000'000ULL; });
     HubSettings settings;
     settings.poses = keeper_.get();
-    settings.silence_timeout = std::chrono::hours(1);  // the users of this test send no state
+    settings.silence_timeout = std::chrono::hours(1);  // the users of this test send no state and must not time out
     settings.connection_ids = [ids = Random(1)]() mutable { return ids.next_u64(); };
     bench_->hub =
         std::make_unique<SessionHub>(settings, std::vector<Room*>{bench_->rooms.front().get()}, bench_->transport);
@@ -62,7 +63,7 @@ class SessionPosesTest : public ::testing::Test {
                    message.mutable_ask_pose()->set_name(name);
                  }));
   }
-  /// Sends a request and returns the answer that its user receives.
+  /// Sends a request and returns the answer that the requesting user receives.
   wire::ServerControl request(const test::BenchClient& client, wire::AskPose::Kind kind, std::uint32_t number = 0,
                               const std::string& name = "") {
     step(300);  // refills the user's token bucket
@@ -152,7 +153,7 @@ TEST_F(SessionPosesTest, OneUsersFloodLeavesTheOthersTheirRequests) {
 TEST_F(SessionPosesTest, AUserWhoAsksTooOftenGetsTheAllowedRate) {
   bench_->drain(ada_);
   int served = 0;
-  for (int i = 0; i < 250; ++i) {  // every 20 ms, for 5 s
+  for (int i = 0; i < 250; ++i) {  // every 20 ms for 5 s
     send(ada_, wire::AskPose::GO_TO, 99);
     step(20);
     for (const wire::ServerControl& message : bench_->drain(ada_))

@@ -1,4 +1,5 @@
-// Tests of SharedTurns with several threads. They are also run under ThreadSanitizer.
+// Tests SharedTurns with several threads: turns that are lost, done twice, or still running when run() returns. Run
+// under ThreadSanitizer, too.
 #include "server/session/shared_turns.hpp"
 
 #include <gtest/gtest.h>
@@ -14,7 +15,7 @@
 namespace tandem::server {
 namespace {
 
-/// Thread that calls `help` repeatedly until the Helper is destroyed.
+/// Thread that calls `help` again and again until the Helper is destroyed.
 class Helper {
  public:
   explicit Helper(const std::function<void()>& help)
@@ -42,11 +43,11 @@ TEST(SharedTurns, EachIsTakenOnceAndIsOverWhenRunReturns) {
   std::atomic<std::size_t> helped{0};
   while (helped < kHelped) {
     std::vector<std::size_t> taken(
-        kTurns);  // not atomic, because each turn writes another element and run() synchronises
+        kTurns);  // not atomic: each turn writes its own element, and run() synchronises. ThreadSanitizer checks this
     turns.run(kTurns, [&](std::size_t i) {
       ++taken[i];
       if (std::this_thread::get_id() != runner) ++helped;
-      std::this_thread::yield();  // lets a helper run if there is only one processor
+      std::this_thread::yield();  // with a single processor, lets a helper run
     });
     ASSERT_EQ(taken, std::vector<std::size_t>(kTurns, 1));
   }
@@ -87,13 +88,13 @@ TEST(SessionHub, TellsEachUserEachStepOnceWhileTheRoomsThreadHelps) {
   std::atomic<std::size_t> published{0};
   std::size_t steps = 0;
   {
-    // Calls help() once after each step, as the room thread does.
+    // Calls help() once per step, as the room thread does.
     const Helper helper([&, helped = std::size_t{0}]() mutable {
       if (published.load() == helped) return;
       helped = published.load();
       bench.hub->help(room);
     });
-    // With a single processor more steps are needed until the helper runs while the loop is open.
+    // With a single processor, it may take more steps until the helper runs while the loop is open.
     for (; steps < kLeastSteps || (bench.transport.sent_elsewhere == 0 && steps < kMostSteps); ++steps) {
       bench.now += std::chrono::milliseconds(1);
       room.step(server_time_of_own_clock(bench.now));

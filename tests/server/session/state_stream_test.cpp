@@ -1,4 +1,4 @@
-// Tests of the state stream of a user: which updates of the room are sent, and which client updates are accepted.
+// Tests the state stream of a user: which updates of the room are sent, and which client updates are accepted.
 #include <gtest/gtest.h>
 
 #include "tests/support/hub_bench.hpp"
@@ -16,8 +16,8 @@ TEST(StateStream, ANewcomerIsNotSentWhatItsSeatsFormerUserWas) {
   test::BenchClient ben = bench.join("ben", wire::ROLE_MANIPULATOR, "state-tcp");
   ASSERT_EQ(ben.joined.tool(), ada.joined.tool());
   bench.drain(ben);
-  // After ben has joined, the room may publish one more update for ada, before it has read the join from its ring. This
-  // test cannot delay the ring, so it publishes such an update in place of the room.
+  // After ben has joined, the room may publish one more update for ada, if it has not read the join from its ring yet.
+  // The test publishes such an update in place of the room, because it cannot delay the ring. Ben must not receive it.
   RoomUpdate late;
   late.user[0] = UserId{ada.joined.user()};
   late.own[0].step = Step{77};
@@ -56,7 +56,7 @@ TEST(StateStream, SendsEachPublishedStepOnceWithTheFourTimeStamps) {
   EXPECT_EQ(update.answered_input, input.input_tick);
 }
 
-/// Clock that advances by 10 µs each time it is read.
+/// Clock that advances by 10 µs at each reading, so that updates sent one after the other have different times.
 class BusyClock final : public Clock {
  public:
   explicit BusyClock(LocalTime now) : now_(now) {}
@@ -187,7 +187,8 @@ TEST(StateStream, ANewUserNeverGetsAnUpdateMadeForTheSeatsFormerUser) {
   pulled.handle.X.p.y() += 0.05;
   bench.deliver(bench.datagram_of(ada, pulled));
   bench.step(200);
-  // The update is published for ada. Before the hub sends it, ada leaves and ben gets the same seat and tool.
+  // The room publishes an update for ada. Before the hub sends it, ada leaves and ben gets the same seat and tool. Ben
+  // must not receive it.
   bench.now += std::chrono::milliseconds(1);
   bench.rooms.front()->step(server_time_of_own_clock(bench.now));
   bench.send(ada, message_of([](auto& message) { message.mutable_leave(); }));
@@ -201,8 +202,8 @@ TEST(StateStream, ANewUserNeverGetsAnUpdateMadeForTheSeatsFormerUser) {
   EXPECT_LT(std::abs(bench.newest_update(ben)->tool.X.p.y()), 0.01) << "the tool starts anew";
 }
 
-/// Joins with a deadband, and sends the state of a hand at rest every millisecond. Returns the number of updates that
-/// the client receives in one second.
+/// Joins with a deadband and sends the state of a hand at rest every millisecond. Returns the number of updates that
+/// the client receives in 1 s.
 std::size_t updates_in_a_second(double deadband) {
   test::HubBench bench;
   test::BenchClient ada = bench.connect();

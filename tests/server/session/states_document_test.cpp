@@ -1,4 +1,4 @@
-// Compares the server's tables in proto/STATES.md with SessionHub. For each row, the event is produced and the result
+// Compares the server's tables in proto/STATES.md with SessionHub: for each row, the event is produced and its result
 // is checked.
 #include <gtest/gtest.h>
 
@@ -53,7 +53,7 @@ void wait_out(Subject& subject) {
 }
 
 void send_forbidden(Subject& subject) {
-  // A hello is allowed only once. A ping is not allowed before the hello.
+  // Messages that are forbidden in the state: a ping before the hello, and a second hello.
   if (subject.state() == "greeting") {
     subject.send([](auto& message) { message.mutable_ping(); });
   } else {

@@ -1,3 +1,5 @@
+// Tests the filtered Unix time: short steps of the wall clock must have no effect, and lasting steps must be followed
+// after 10 s.
 #include "server/session/unix_time.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Tests which user names are permitted, and how two users with the same name are distinguished.
+// Tests which user names are permitted, and that two users with the same name get different names.
 #include "server/session/user_name.hpp"
 
 #include <gmock/gmock.h>

@@ -18,7 +18,7 @@ constexpr std::string_view kMmcifBlanks = " \t\r\n";
 constexpr std::size_t kMaxColumns = 200;
 constexpr double kMaxFormalCharge_e = 20;
 
-/// Compares keywords and names of CIF, ignoring case.
+/// Compares keywords or names of CIF, which ignores case.
 bool is_named(std::string_view text, std::string_view name) {
   return std::ranges::equal(text, name, {}, small_letter, small_letter);
 }
@@ -32,7 +32,7 @@ struct Word {
   bool ends_loop() const {
     return is_keyword("_") || is_keyword("loop_") || is_keyword("data_") || is_keyword("save_");
   }
-  /// Value of the word; "." and "?" mean that there is none.
+  /// Returns the value of the word. "." and "?" mean that there is no value.
   std::string_view value() const { return !is_quoted && (text == "." || text == "?") ? std::string_view() : text; }
 };
 
@@ -49,7 +49,7 @@ class MmcifWords {
       at_ = std::min(at_ + word.text.size() + 3, text_.size());
     } else if (first == '\'' || first == '"') {
       std::size_t end = at_ + 1;
-      // A quote ends the value only if a blank follows it.
+      // A quote character ends the value only if a blank follows it.
       while (end < text_.size() && text_[end] != '\n' && !(text_[end] == first && is_blank(end + 1))) ++end;
       word = {text_.substr(at_ + 1, end - at_ - 1), true};
       at_ = std::min(end + 1, text_.size());
@@ -194,7 +194,7 @@ class MmcifParser {
   ResidueCollector residues_;
   const std::vector<std::string_view>* tags_ = nullptr;
   std::vector<std::string_view> row_;
-  std::size_t row_at_ = 0;  ///< position after the first word of the row
+  std::size_t row_at_ = 0;  ///< position in the file after the first word of the row
   std::size_t name_ = kNone, residue_ = kNone, chain_ = kNone, number_ = kNone, entity_ = kNone, insertion_ = kNone,
               alternate_ = kNone, element_ = kNone, model_ = kNone, occupancy_ = kNone, formal_charge_ = kNone;
   std::string_view first_model_, last_entity_;

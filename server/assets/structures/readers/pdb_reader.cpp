@@ -3,7 +3,8 @@
 //    1-6 record   13-16 name   17 alternate location   18-20 residue   22 chain   23-26 number
 //   27 insertion code   31-38, 39-46, 47-54 x y z [Å]   55-60 occupancy   73-76 segment   77-78 element   79-80 charge
 //
-// Input may contain any bytes. Therefore file size (structure_file.hpp), atoms, and atoms of one residue are bounded.
+// The input may contain any bytes. File size (structure_file.hpp), atoms, and atoms of one residue are therefore
+// bounded.
 #include "server/assets/structures/readers/pdb_reader.hpp"
 
 #include <algorithm>
@@ -19,7 +20,7 @@ namespace tandem::server {
 namespace {
 
 constexpr std::size_t kLastCoordinateColumn = 54;
-/// Types of AutoDock 4 that are not element symbols, or are the symbols of other elements.
+/// Atom types of AutoDock 4 that are no element symbols, or are the symbol of another element.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kElementOfDockingType = {{{"A", "C"},
                                                                                                   {"C", "C"},
                                                                                                   {"N", "N"},
@@ -50,7 +51,7 @@ class PdbParser {
 
   const std::string& source_;
   PdbFlavour flavour_;
-  bool is_aligned_ = true;  ///< the names of one-letter elements begin in column 14
+  bool is_aligned_ = true;  ///< names of one-letter elements begin in column 14, as the format demands
   std::size_t line_ = 0;
   int segment_ = 0;
   ResidueCollector residues_;
@@ -70,21 +71,21 @@ double PdbParser::coordinate(std::string_view line, std::size_t first, std::size
   return value;
 }
 
-/// Returns the four columns of a name if they determine the element. They do not if an alpha carbon of the file begins
-/// in column 13.
+/// Returns all four columns of a name if they determine the element. In a file in which an alpha carbon begins in
+/// column 13, they do not.
 std::string_view PdbParser::name_field(std::string_view line, std::string_view residue) {
   const std::string_view field = line.substr(12, 4);
   if (field == "CA  " && is_standard_residue(residue)) is_aligned_ = false;
   return is_aligned_ ? field : trimmed(field);
 }
 
-/// Returns the segment name. A field without letters is a line number and is ignored.
+/// Returns the segment name. A field without letters is a line number, not a name.
 std::string_view segment_name(std::string_view field) {
   const auto is_letter = [](char c) { return small_letter(c) >= 'a' && small_letter(c) <= 'z'; };
   return std::ranges::any_of(field, is_letter) ? field : std::string_view();
 }
 
-/// Parses "2+", "1-" and "-1". Returns 0 for any other text, such as line numbers.
+/// Parses a formal charge: "2+", "1-" or "-1". Returns 0 for any other text, such as a line number.
 int formal_charge(std::string_view field) {
   if (field.size() != 2) return 0;
   const bool is_reversed = is_digit(field[1]);
@@ -109,7 +110,7 @@ void PdbParser::add_docking_columns(std::string_view line, std::string_view resi
 }
 
 void PdbParser::add_atom(std::string_view line) {
-  // The line length is checked, because a truncated number would still parse.
+  // The length of the line is checked, because a truncated coordinate would parse as another number.
   if (line.size() < kLastCoordinateColumn) {
     fail("atom line ends at column " + std::to_string(line.size()) +
          ", within the coordinates in columns 31-54; complete or delete this line");

@@ -1,5 +1,5 @@
-// A tolerant reader of the atoms of the PDB format. Real files break its rules because of old versions, extensions by
-// other programs and manual edits. The reader therefore accepts everything that is unambiguous and refuses the rest.
+// A tolerant reader of the atoms of a PDB file. Real files deviate from the format: old versions, extensions by other
+// programs, manual edits. The reader accepts every deviation that is unambiguous and refuses the others.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@ namespace tandem::server {
 
 enum class PdbFlavour {
   kPdb,
-  kPdbqt,  ///< AutoDock's format, with its own charges and atom types after the temperature factor
+  kPdbqt,  ///< AutoDock's format, with charges and atom types after the temperature factor
 };
 
 /// Reads ATOM and HETATM records of the first model, up to ENDMDL or END.

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kMaxRadiusAngstrom = 10;
 
-/// Returns the fields after the record name. There may be no blank between the record name and a six-digit serial.
+/// Returns the fields after the record name. A six-digit serial number may follow the record name without a blank.
 std::vector<std::string_view> fields_of(std::string_view line) {
   const std::size_t record = line.starts_with("HETATM") ? 6 : 4;
   return words(line.substr(record));
@@ -25,7 +25,8 @@ bool is_chain_end(std::string_view residue) {
   return residue == "NTER" || residue == "NTE" || residue == "CTER" || residue == "CTE";
 }
 
-/// Returns true for "A1000", "B-5" and "A12B". From residue 1000 on there is no blank between chain and number.
+/// Returns true for a chain and number without a blank between them, which occur from residue 1000 on: "A1000", "B-5",
+/// "A12B".
 bool has_chain_before_number(std::string_view field) {
   if (field.size() < 2 || is_digit(field[0]) || field[0] == '-') return false;
   return is_digit(field[1]) || (field[1] == '-' && field.size() > 2 && is_digit(field[2]));
@@ -36,7 +37,7 @@ struct PqrRecord {
   std::array<double, 5> numbers{};  ///< x y z [Å], charge [e], radius [Å]
 };
 
-/// Reads blank-separated fields, as the format defines. Open Babel writes an element after the radius.
+/// Reads fields separated by blanks, as the format defines. Open Babel writes an additional element after the radius.
 bool read_words(std::string_view line, PqrRecord& record) {
   std::vector<std::string_view> fields = fields_of(line);
   if (double number = 0; fields.size() > 9 && !parse_finite(fields.back(), number)) {
@@ -60,7 +61,7 @@ bool read_words(std::string_view line, PqrRecord& record) {
   return true;
 }
 
-/// Reads PDB columns followed by "%8.4f%7.4f", as PDB2PQR writes them; wide numbers then leave no blanks.
+/// Reads fixed columns: those of PDB, followed by "%8.4f%7.4f". PDB2PQR writes them, and wide numbers leave no blanks.
 bool read_columns(std::string_view line, PqrRecord& record) {
   constexpr std::array<std::array<std::size_t, 2>, 5> kColumns = {{{31, 38}, {39, 46}, {47, 54}, {55, 62}, {63, 69}}};
   for (std::size_t i = 0; i < record.numbers.size(); ++i) {
@@ -95,7 +96,7 @@ bool add_atom(std::string_view line, int segment, ResidueCollector& residues) {
   return true;
 }
 
-/// Joins residues that are split at chain ends: "NTER 4" and "GLU 4" are one residue, the glutamate.
+/// Joins residues that are split at a chain end: "NTER 4" and "GLU 4" are parts of one residue, a glutamate.
 void join_chain_ends(std::vector<PdbResidue>& residues) {
   std::vector<PdbResidue> joined;
   for (PdbResidue& residue : residues) {

@@ -1,4 +1,4 @@
-// Tests the parameters by element, which are used on machines without the package gromacs-data.
+// Tests the force-field parameters by element, which are used on machines without the package gromacs-data.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -32,7 +32,7 @@ TEST(BuiltInForceField, IsWhatNobodyNamedWhereThePackageIsMissing) {
 }
 
 TEST(BuiltInForceField, TypesAminoAcidsCapsAndLigandsByElementWithoutCharges) {
-  // The atoms of test::residue_text are in a row, and a hydrogen is bonded to the atom before it.
+  // test::residue_text puts the atoms in a row, so that a hydrogen is bonded to the atom before it.
   const test::PdbFile file(test::residue_text("ACE", "C O CH3", 1) + test::residue_text("CYS", "N H CA C O SG", 2) +
                            test::residue_text("HIE", "N CA HA C O", 3) + test::residue_text("ZN", "ZN", 4) +
                            test::residue_text("LIG", "C1 XX", 5));

@@ -1,5 +1,5 @@
-// Tests the force fields of GROMACS other than OPLS-AA. The supported ones must give exact parameters, and the others
-// must be refused.
+// Tests the force fields of GROMACS other than OPLS-AA. Supported force fields must give exact parameters; all others
+// must be refused rather than misread.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -40,7 +40,7 @@ class ForceFields : public testing::Test {
   void SetUp() override { TANDEM_NEEDS_FILES(test::kOplsDirectory); }
 };
 
-/// A force field that uses the arithmetic mean of two σ.
+/// Tests of force fields that combine two σ by the arithmetic mean.
 class ArithmeticForceField : public ForceFields, public testing::WithParamInterface<const char*> {
  protected:
   static docking::Molecule load(const std::string& text, Hydrogens hydrogens = Hydrogens::kGiven) {
@@ -60,7 +60,8 @@ struct Chain {
 
 const std::string kBackbone = "N H CA HA C O CB ";
 
-/// Chains with all residues and protonation states, each once between a cap and a charged end.
+/// Returns chains with all residues and protonation states. Each is within a chain: after a cap, and before a charged
+/// end.
 std::vector<Chain> chains() {
   const auto capped = [](const std::string& name, const std::string& atoms) {
     return residue_text("ACE", "C O CH3 H1 H2 H3", 1) + residue_text(name, atoms, 2) +

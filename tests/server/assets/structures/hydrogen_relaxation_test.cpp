@@ -1,4 +1,4 @@
-// Tests built hydrogens that overlap: which atoms are moved, how far, and which atoms stay fixed.
+// Tests which of the built hydrogens that overlap are moved, and how far. All other atoms must keep their positions.
 #include "server/assets/structures/hydrogen_relaxation.hpp"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ namespace {
 const std::filesystem::path kUbiquitin = "/usr/share/freesasa/test-data/1ubq.pdb";
 const std::filesystem::path kProtease = "/usr/share/pymol/data/tut/1hpv.pdb";
 
-/// A residue "SER" that consists of carbon, oxygen and hydrogen. Its hydroxyl hydrogen was built.
+/// Residue "SER" with only a carbon, an oxygen and a built hydroxyl hydrogen.
 struct Hydroxyl {
   Hydroxyl(const std::string& id, const Vec3& oxygen, const Vec3& carbon, const Vec3& hydrogen) {
     residue.name = "SER";
@@ -63,9 +63,9 @@ struct Structure {
   const Vec3& hydrogen(std::size_t residue) const { return chains[residue].atoms[2].position_angstrom; }
 };
 
-/// Two hydroxyl groups, each along x from its carbon. Their hydrogens are 0.9 Å apart.
+/// Returns two hydroxyl groups, each with its carbon-oxygen bond along x. Their hydrogens overlap, at 0.9 Å.
 Structure two_hydroxyls() {
-  const double down = -1.0 / 3, out = std::sqrt(8.0) / 3;  // the angle at the oxygen is 109.5°
+  const double down = -1.0 / 3, out = std::sqrt(8.0) / 3;  // for an angle of 109.5° at the oxygen
   Structure structure;
   structure.add({"1", {0, 0, 0}, {-1.43, 0, 0}, {-down, out, 0}});
   structure.add({"2", {0, 2 * out + 0.9, 0}, {-1.43, 2 * out + 0.9, 0}, {-down, out + 0.9, 0}});
@@ -157,7 +157,8 @@ std::map<std::string, Vec3> places(const std::vector<PdbResidue>& residues) {
   return all;
 }
 
-/// Returns the structure rotated and displaced, with its residues in random order.
+/// Returns the structure rotated and displaced, with its residues in random order. Relaxation must give the same
+/// result.
 PreparedStructure rewritten(const PreparedStructure& from, const Pose& X, std::mt19937& random) {
   PreparedStructure to = from;
   std::vector<std::size_t> order(from.chains.size());
@@ -172,7 +173,7 @@ PreparedStructure rewritten(const PreparedStructure& from, const Pose& X, std::m
   }
   for (BuiltGroup& group : to.groups) {
     group.residue = static_cast<std::size_t>(std::ranges::find(order, group.residue) - order.begin());
-    // The carrier's position must be exactly that of its atom.
+    // The carrier's position must equal that of its atom bit by bit.
     for (const PdbAtom& atom : from.chains[order[group.residue]].atoms) {
       if (atom.position_angstrom == group.carrier_angstrom) group.carrier_angstrom = X * atom.position_angstrom;
     }
@@ -262,7 +263,7 @@ std::size_t clashes_between(const PreparedStructure& a, const PreparedStructure&
 
 TEST(HydrogenRelaxation, OfPiecesPressedTogetherClashesBecomeFewAndTheOrderDoesNotMatter) {
   TANDEM_NEEDS_FILES(test::kOplsDirectory, kUbiquitin);
-  // In an interface the nearest heavy atoms are 2.6 to 3 Å apart, with hydrogens between them.
+  // In a real interface, the nearest heavy atoms are 2.6 to 3 Å apart, with hydrogens between them.
   constexpr double kGapAngstrom = 2.8;
   constexpr int kTrials = 30;
   std::mt19937 random(static_cast<std::uint32_t>(test::test_seed(1)));

@@ -1,4 +1,4 @@
-// Compares built hydrogens with the positions of GROMACS, and tests united atoms.
+// Compares built hydrogens with the positions that GROMACS computes, and tests united atoms.
 #include "server/assets/structures/hydrogens.hpp"
 
 #include <gtest/gtest.h>
@@ -52,17 +52,17 @@ TEST_F(Ubiquitin, EveryBuiltHydrogenIsWhereGromacsPutsIt) {
   EXPECT_NEAR(total(molecule.charge_e), 0, 1e-9);
   std::size_t compared = 0, moved = 0;
   for (std::size_t i = 0; i < molecule.size(); ++i) {
-    // An entry reads, for example, "HB1 of MET 1 of chain A".
+    // An entry has the form "HB1 of MET 1 of chain A".
     std::istringstream words(report.places[i]);
     std::string name, of, residue_name, residue;
     words >> name >> of >> residue_name >> residue;
     const auto found = expected.find(name + " of " + residue);
     if (!name.starts_with('H')) continue;
     ASSERT_NE(found, expected.end()) << report.places[i];
-    // The golden file has three decimals in nm. The heavy atoms had the same precision in the input of GROMACS.
+    // The golden file has three decimals in nm, so positions agree within 0.002 Å unless a hydrogen was moved.
     const double apart = (molecule.positions_angstrom[i] - found->second).norm();
     if (apart >= 0.002) ++moved;
-    // Hydrogens that overlapped with atoms of other residues are displaced by less than this.
+    // Hydrogens that overlap atoms of other residues are moved, by less than 0.3 Å.
     EXPECT_LT(apart, 0.3) << report.places[i];
     ++compared;
   }
@@ -75,8 +75,8 @@ TEST_F(Ubiquitin, UnitedAtomsKeepTheChargeAndTheMassAndOnlyPolarHydrogens) {
   const docking::Molecule all = load_molecule(k1ubqFile, {}, test::kOplsDirectory, Hydrogens::kBuild);
   const docking::Molecule united = load_molecule(k1ubqFile, {}, test::kOplsDirectory, Hydrogens::kUnited);
   EXPECT_NEAR(total(united.charge_e), total(all.charge_e), 1e-9);
-  // These are the masses of the force field. Its aromatic CH has the mass of the carbon alone; there are 16 in one TYR,
-  // two PHE and one HIS.
+  // The masses are those of the force field. Its aromatic CH has the mass of the carbon alone, so the hydrogens of 16
+  // such atoms are missing: one TYR, two PHE and one HIS.
   EXPECT_NEAR(total(united.mass_u), total(all.mass_u) - 16 * 1.008, 0.01);
   std::size_t hydrogens = 0;
   for (std::size_t i = 0; i < united.size(); ++i) {
@@ -103,7 +103,7 @@ TEST_F(Ubiquitin, HydrogensOfTheFileAreReplaced) {
   EXPECT_GT(farthest, 0.01);
 }
 
-/// The rule of GROMACS would place one of the hydrogens 0.66 Å from CD.
+/// Detects an implementation that follows GROMACS's rule literally: it would put one of the hydrogens 0.66 Å from CD.
 TEST(BuiltHydrogens, OfAProlineThatBeginsAChainAreAwayFromItsRing) {
   const std::filesystem::path protease = "/usr/share/pymol/data/tut/1hpv.pdb";
   TANDEM_NEEDS_FILES(test::kOplsDirectory, protease);
@@ -124,8 +124,8 @@ TEST(BuiltHydrogens, OfAProlineThatBeginsAChainAreAwayFromItsRing) {
 
 TEST(BuiltHydrogens, AreLeftOutWhereAnAtomIsMissing) {
   TANDEM_NEEDS_FILES(test::kOplsDirectory);
-  // The atoms lie on a line, and CB is missing. So the perpendicular directions are not defined, but all results must
-  // be finite.
+  // The atoms are collinear and CB is missing. Perpendicular directions are therefore undefined, and a division by zero
+  // would give positions that are not finite.
   const test::PdbFile file(test::residue_text("ALA", "N CA C O", 1) + test::residue_text("GLY", "N CA C O", 2));
   StructureReport report;
   const docking::Molecule molecule = load_molecule(file.path(), {}, test::kOplsDirectory, Hydrogens::kBuild, &report);

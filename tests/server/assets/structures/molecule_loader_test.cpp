@@ -1,5 +1,5 @@
-// Tests how a structure file and the OPLS-AA files of GROMACS give parameters. If an entry exists, they are exact;
-// otherwise the atom is reported by its name.
+// Tests the parameters that a structure file gets from the OPLS-AA files of GROMACS. They must be exact where an entry
+// exists; every other atom must be reported by name.
 #include "server/assets/structures/loader.hpp"
 
 #include <gmock/gmock.h>
@@ -61,7 +61,7 @@ struct ResidueCase {
   std::string name;
   std::string atoms;  ///< atom names of the remediated PDB format
   double charge_e;
-  std::string probe;  ///< an atom whose type is known from the force field's table
+  std::string probe;  ///< atom whose type is known from the force field's table
   std::string type;
 };
 
@@ -158,7 +158,7 @@ TEST_F(OplsLoader, AChainCutOutOfALongerOneIsNotCharged) {
   EXPECT_NEAR(total_charge(molecule), 0.0, 1e-9);
 }
 
-/// Two cysteines without HG. Their sulfurs are `distance` apart.
+/// Returns two cysteines without HG, with a distance of `distance` between their sulfurs.
 std::string cysteines(double distance, char second_chain) {
   test::PdbLine sulfur = {.name = " SG ", .residue = "CYS", .number = 1, .z = 30};
   std::string text = test::residue_text("CYS", "N H CA HA CB HB2 HB3 C O", 1) + test::to_text(sulfur);
@@ -265,7 +265,7 @@ TEST_F(OplsLoader, Loads3al1WithoutAGuess) {
     const docking::Molecule molecule = load_molecule(test::k3al1File, {{chain}}, test::kOplsDirectory);
     EXPECT_EQ(molecule.size(), 220U);
     EXPECT_TRUE(molecule.guessed.empty()) << molecule.guessed.begin()->second;
-    // The charge is that of 3 GLU, 3 LYS and the carboxylate of GLY 112 / 212.
+    // The net charge is that of 3 GLU, 3 LYS and the carboxylate of GLY 112 / 212.
     EXPECT_NEAR(total_charge(molecule), -1.0, 1e-9);
     EXPECT_EQ(type_of(molecule, "ACE", "1H"), "opls_140");
     EXPECT_EQ(type_of(molecule, "GLY", "OXT"), "opls_272");
@@ -324,7 +324,7 @@ TEST_F(OplsLoader, SurvivesDamagedStructures) {
   for (unsigned seed = 0; seed < 100; ++seed) {
     std::mt19937 random(seed);
     std::string text = valid;
-    // Only names and residues are damaged, so that the reader accepts most files.
+    // Only names and residues are damaged, so that most files pass the reader and reach the typing.
     for (unsigned i = 0; i <= seed % 40; ++i)
       text[random() % (text.size() / 67) * 67 + 12 + random() % 10] = static_cast<char>(random());
     try {

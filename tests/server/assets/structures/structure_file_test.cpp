@@ -1,4 +1,4 @@
-// Tests files of every format and selections from them: mmCIF, PQR, gzip, and the structures in Debian packages.
+// Tests reading of every file format (mmCIF, PQR, gzip), selection of residues, and the structures in Debian packages.
 #include "server/assets/structures/structure_file.hpp"
 
 #include <gtest/gtest.h>
@@ -159,7 +159,7 @@ TEST(StructureChoice, SplitsFileAndEntries) {
   EXPECT_TRUE(all.takes_residue({"DG", "1", "A", 0, {}}));
 }
 
-/// A file in the temporary folder that is deleted after the test.
+/// A file in the temporary folder. The destructor removes it.
 class TemporaryFile {
  public:
   TemporaryFile(const std::string& ending, const std::string& bytes)
@@ -210,7 +210,7 @@ TEST(StructureFile, DamagedArchivesAreErrors) {
   EXPECT_THROW(read_structure(TemporaryFile(".pdb.bz2", "BZh91AY").path()), docking::MoleculeError);
 }
 
-/// A structure file, its Debian package and its number of atoms.
+/// Structure file, its Debian package, and its number of atoms.
 struct RealFile {
   std::string path;
   std::string package;
@@ -242,8 +242,8 @@ TEST_P(RealStructure, HasAnExactEntryForNinetyEightOfAHundredAtoms) {
   ASSERT_EQ(report.places.size(), molecule.size());
   std::size_t inexact = 0;
   for (const auto& [atom, why] : molecule.guessed) {
-    // Which nitrogen of a histidine has the hydrogen is a guess, but the parameters are still an entry of the force
-    // field.
+    // A guess of the nitrogen that carries a histidine's hydrogen is not counted: its parameters are still an exact
+    // entry of the force field.
     if (why.find("neither HD1 nor HE2") == std::string::npos) ++inexact;
   }
   EXPECT_LE(static_cast<double>(inexact), 0.02 * static_cast<double>(molecule.size()))
@@ -257,7 +257,7 @@ TEST(LoadedPqr, HasTheFilesOwnChargesAndRadii) {
   const docking::Molecule molecule = load_molecule(file, {}, test::kOplsDirectory);
   EXPECT_NEAR(molecule.charge_e[0], 0.185, 1e-12);
   EXPECT_NEAR(molecule.sigma_angstrom[0] * std::pow(2.0, 1.0 / 6.0), 2 * 1.824, 1e-12);
-  // The sum of the charge column in the file.
+  // sum of the charge column in the file, computed independently
   EXPECT_NEAR(std::accumulate(molecule.charge_e.begin(), molecule.charge_e.end(), 0.0), 4.053, 1e-9);
 }
 

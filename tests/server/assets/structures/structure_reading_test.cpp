@@ -1,4 +1,4 @@
-// Tests structures that real programs wrote: their atoms, elements, chains and charges.
+// Tests structures in the forms that real programs write: atoms, elements, chains and charges must be recognised.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -79,14 +79,15 @@ TEST(AtomIdentity, SegmentsNameTheChainsOfAFileWithoutThem) {
   const PdbStructure two = parse_pdb(with_segment(atom, "PROA") + with_segment(atom, "PROB"), "x.pdb");
   ASSERT_EQ(two.residues.size(), 2U);
   EXPECT_EQ(two.residues[1].chain, "PROB");
-  // In old files these columns contain the PDB code, which is not a segment name.
+  // In old files, these columns contain the PDB code, which must not become a segment name.
   const PdbStructure one = parse_pdb(with_segment(atom, "1ABC"), "x.pdb");
   EXPECT_EQ(one.residues[0].chain, "");
 }
 
 TEST(Alternates, NeighboursWhoseBondHasAlternatesTakeTheSame) {
   std::string text;
-  // In residue 1 location A has a slightly higher occupancy, in residue 2 location B has a much higher one.
+  // Residue 1 slightly prefers location A, residue 2 strongly prefers location B. Both must get B, because they are
+  // bonded.
   const auto add = [&text](const char* name, int number, char letter, double occupancy, double x) {
     text += test::to_text({.name = name, .number = number, .alternate = letter, .x = x, .occupancy = occupancy});
   };
@@ -262,7 +263,7 @@ TEST(Hydrogens, ThoseThatFitNowhereAreLeftOutAndBuiltAnew) {
 
 TEST(Histidines, CarryTheirHydrogenWhereAnAcceptorIsNearAndNotWhereAMetalIs) {
   const auto ring = [](const std::string& near, double x, double y) {
-    // A ring in the plane z = 0, in which ND1 is on the side of −x and NE2 on the side of +x.
+    // A ring in the plane z = 0. ND1 is on the side of −x, NE2 on the side of +x.
     std::string text;
     const auto add = [&text](const char* name, double ax, double ay) {
       text += test::to_text({.name = name, .residue = "HIS", .x = ax, .y = ay});
@@ -304,7 +305,7 @@ TEST(Nucleotides, HaveTheBlocksOfAForceFieldThatKnowsThem) {
 TEST(Nucleotides, OfFilesFromBefore2007AreThoseOfToday) {
   const std::filesystem::path folder = test::kOplsDirectory.parent_path() / "amber99sb.ff";
   TANDEM_NEEDS_FILES(folder);
-  // The last nucleotide is a pyrimidine. Its O2 must not be mistaken for the end of a protein chain.
+  // The last nucleotide is a pyrimidine. Its O2 must not be mistaken for an oxygen at the end of a protein chain.
   const auto chain = [](const std::string& phosphate, const std::string& methyl, const std::string& prefix) {
     const std::string sugar = "O5' C5' H5' H5'' C4' H4' O4' C1' H1' ", end = " C3' H3' C2' H2' H2'' O3'";
     std::string first = sugar + "N9 C8 H8 N7 C5 C6 N6 H61 H62 N1 C2 H2 N3 C4" + end;
@@ -317,7 +318,7 @@ TEST(Nucleotides, OfFilesFromBefore2007AreThoseOfToday) {
   const docking::Molecule today = load_text(chain("P OP1 OP2 ", "C7", "D"), folder.string());
   std::string old_text = chain("P O1P O2P ", "C5M", "");
   for (std::size_t at = 0; (at = old_text.find('\'', at)) != std::string::npos;) {
-    // Hydrogens keep their names, because they are recognised by their bonded atoms.
+    // Only the primes of heavy atoms become asterisks. Hydrogens are recognised by the atoms to which they are bonded.
     if (old_text[at - 1] != '\'' && old_text[at + 1] != '\'') old_text[at] = '*';
     ++at;
   }

@@ -1,5 +1,5 @@
-// Variants of one structure as different programs write it: names, letters, columns, elements, orders. Each variant
-// must be read as the same structure, or the difference must be reported.
+// Tests one structure in the variants that different programs write: names, letters, columns, elements, orders. Each
+// variant must be read as the same structure, or the difference must be reported. A silent difference is a fault.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -55,7 +55,7 @@ std::string text_of(const Lines& lines) {
   return text + "END\n";
 }
 
-/// Calls `change` for the atoms of each residue.
+/// Calls `change` for the atoms of each residue, as a range of lines.
 void for_residues(Lines& lines, const std::function<void(Lines::iterator, Lines::iterator)>& change) {
   for (auto begin = lines.begin(); begin != lines.end();) {
     if (!is_atom(*begin)) {
@@ -118,7 +118,7 @@ void give_twice(Lines& lines, Random& random) {
   lines = more;
 }
 
-/// Adds a second location for each atom of some residues, with a lower occupancy, before or after the first location.
+/// Gives each atom of some residues a second location of lower occupancy, before or after the first location.
 void add_alternates(Lines& lines, Random& random) {
   Lines more;
   std::map<std::string, bool> has_alternates;
@@ -168,7 +168,7 @@ void write_elements_in_small_letters(Lines& lines, Random&) {
   }
 }
 
-/// Numbers the lines as in old files of the Protein Data Bank, with PDB code and line number in columns 73-80.
+/// Numbers the lines as old files of the Protein Data Bank do: PDB code and line number in columns 73-80.
 void number_lines(Lines& lines, Random&) {
   int n = 0;
   for (std::string& line : lines) {
@@ -199,7 +199,7 @@ void remove_ends_of_chains(Lines& lines, Random&) {
   std::erase_if(lines, [](const std::string& line) { return !is_atom(line); });
 }
 
-/// Adds a chain end after every residue, as some programs do.
+/// Ends the chain after every residue (TER), as some programs do.
 void end_chains_everywhere(Lines& lines, Random&) {
   Lines more;
   for_residues(lines, [&more](auto begin, auto end) {
@@ -209,7 +209,7 @@ void end_chains_everywhere(Lines& lines, Random&) {
   lines = more;
 }
 
-/// Uses the names of CHARMM for the hydrogen on N and for the oxygens at the end of a chain.
+/// Uses CHARMM's names for the hydrogen on N and the oxygen at the end of a chain.
 void use_charmm_names(Lines& lines, Random&) {
   for (std::string& line : lines) {
     if (!is_atom(line)) continue;
@@ -230,7 +230,7 @@ void renumber_residues(Lines& lines, Random& random) {
   }
 }
 
-/// Gives every second residue the number of the previous residue, with an insertion letter.
+/// Gives every second residue the number of the previous residue with an insertion letter.
 void insert_residues(Lines& lines, Random&) {
   std::map<std::string, int> count;
   for_residues(lines, [&count](auto begin, auto end) {
@@ -251,7 +251,7 @@ void write_hetatm(Lines& lines, Random& random) {
   }
 }
 
-/// Writes atom numbers with six digits, which shift the following columns to the right.
+/// Writes serial numbers of six digits, which shift the columns after them to the right.
 void drift_columns(Lines& lines, Random& random) {
   int serial = 99'990 - static_cast<int>(random() % 50);
   for (std::string& line : lines) {
@@ -288,8 +288,8 @@ void move_hydrogens_away(Lines& lines, Random& random) {
   }
 }
 
-/// Adds a second location of equal occupancy for some residues. The selection between them is arbitrary, and the notes
-/// must report it.
+/// Gives some residues a second location of equal occupancy. The choice between equal locations is arbitrary, so the
+/// reader must report it.
 void add_equal_alternates(Lines& lines, Random& random) {
   add_alternates(lines, random);
   for (std::string& line : lines) {
@@ -299,11 +299,11 @@ void add_equal_alternates(Lines& lines, Random& random) {
 
 enum class Keeps {
   kEnergy,   ///< the atoms are the same, so the energy must equal that of the original file
-  kIsNamed,  ///< atoms differ or a choice is made, so a change of the energy must be reported
+  kIsNamed,  ///< atoms differ or are chosen arbitrarily, so a change of the energy must be reported
 };
 
-/// A change of the file. At most one variant of each stage is applied, in the order of the stages. Later stages keep
-/// the columns that earlier ones need.
+/// A change of a file. At most one variant of each stage is applied, in the order of the stages. A stage keeps the
+/// columns that the stages before it need.
 struct Variant {
   const char* name;
   void (*change)(Lines&, Random&);
@@ -340,7 +340,7 @@ constexpr std::array kVariants = std::to_array<Variant>({
     {"some lines shifted", shift_some_lines, 5, Keeps::kIsNamed},
 });
 
-/// Returns true if one variant removes columns that the other writes.
+/// Returns whether one variant removes columns that the other variant writes.
 bool exclude_each_other(const Variant& one, const Variant& other) {
   const auto has_alternates = [](const Variant& v) {
     return v.change == add_alternates || v.change == add_equal_alternates;
@@ -352,7 +352,7 @@ bool exclude_each_other(const Variant& one, const Variant& other) {
          (one.change == move_chains_to_segments && ends_early(other));
 }
 
-/// For each stage, in order, selects one variant at random or none.
+/// Selects for each stage one variant at random, or none, in the order of the stages.
 std::vector<const Variant*> some_variants(Random& random) {
   std::vector<const Variant*> chosen;
   for (int stage = 0; stage < kStages; ++stage) {
@@ -371,7 +371,7 @@ class Variants : public testing::Test {
   struct Pair {
     docking::Molecule a, b;
     double energy = 0;
-    std::size_t reported = 0;  ///< number of notes, guesses, missing or omitted atoms, and gaps
+    std::size_t reported = 0;  ///< number of reports: notes, guesses, missing or omitted atoms, and gaps
   };
 
   static Pair load(const std::filesystem::path& file, const std::string& a, const std::string& b) {
@@ -426,8 +426,8 @@ class VariantsOfFile : public Variants, public testing::WithParamInterface<File>
     ASSERT_GT(std::abs(expected_.energy), 10) << "they touch";
   }
 
-  /// Expects the energy of the original file. If a variant allows a difference, the reader may instead report it or
-  /// refuse the file.
+  /// Checks that the changed file has the energy of the original file. If one of the variants permits a difference, a
+  /// report or a refusal is accepted as well.
   void check(const std::vector<const Variant*>& variants, Random& random) {
     Lines changed = lines_;
     bool may_differ = false, has_segments = false;

@@ -1,5 +1,5 @@
-// A complex that is written and read again must be the same, in both formats. Data that the PDB format cannot represent
-// must be refused.
+// Tests that a complex is the same after it is written and read again, in both formats. Data that the PDB format cannot
+// represent must be refused, not truncated.
 #include "server/assets/structures/structure_writer.hpp"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ namespace {
 namespace fs = std::filesystem;
 using docking::Molecule;
 
-/// Half of the last decimal place [Å].
+/// Half of the last decimal place in each format [Å].
 constexpr double kPdbRounding = 0.5e-3, kMmcifRounding = 0.5e-6;
 
 void add_atom(Molecule& molecule, const std::string& name, const std::string& element, const std::string& residue,
@@ -101,7 +101,7 @@ void expect_atoms(const PdbStructure& read, const std::vector<const Molecule*>& 
   EXPECT_EQ(read.duplicate_atoms + read.alternate_atoms, 0U);
 }
 
-/// Writes a temporary file. The caller removes it.
+/// Writes a temporary file and returns its path. The caller removes it.
 fs::path written(const std::string& text, const std::string& ending) {
   const fs::path file = fs::path(testing::TempDir()) / ("tandem_writer_" + std::to_string(getpid()) + ending);
   std::ofstream(file, std::ios::binary) << text;
@@ -116,8 +116,8 @@ class RealComplex : public testing::Test {
     return load_molecule(file, {{chain}}, test::kOplsDirectory, hydrogens);
   }
 
-  /// To first order, an error of the coordinates changes the energy by force · error. The bound is twice as large, to
-  /// cover the second order.
+  /// Checks that a complex is read back with the energy of the original. To first order, rounded coordinates change the
+  /// energy by force times error. The bound is twice as large, to cover the second order.
   static void expect_reads_back(const std::string& ending, Hydrogens hydrogens, const Pose& X_AB, double rounding) {
     const Molecule a = load(test::k3al1File, "A", hydrogens), b = load(test::k3al1File, "B", hydrogens);
     const fs::path file = written("", ending);
@@ -264,7 +264,7 @@ TEST(ComplexWriter, AnswersWhatPdbCannotHoldWithTheOtherFormat) {
     expect_atoms(parse_mmcif(complex_mmcif(molecule, ligand, Pose{}), "x.cif"), {&molecule, &ligand}, 1e-6);
   }
   EXPECT_EQ(pdb_message(one_residue("1", "A", {9999.9994, -999.9994, 0})), "");
-  // The coordinates are checked after the pose is applied.
+  // The range is checked for the coordinates after the pose is applied.
   EXPECT_NE(message_of([] {
               complex_pdb(one_residue("1", "A"), one_residue("1", "B"), Pose{Vec3(1e4, 0, 0), Quat::Identity()});
             }).find("not 10000.0"),
@@ -272,7 +272,7 @@ TEST(ComplexWriter, AnswersWhatPdbCannotHoldWithTheOtherFormat) {
 }
 
 TEST(ComplexWriter, HoldsTheLargestPdbAndRefusesTheNextAtom) {
-  // Each atom needs a serial number, and so does each end of a chain.
+  // Each atom needs a serial number, and each end of a chain needs one, too.
   Molecule receptor = many_atoms(99'996);
   EXPECT_EQ(pdb_message(receptor), "");
   add_atom(receptor, "C", "C", "LIG", "9999", "A", Vec3::Zero());

@@ -1,4 +1,4 @@
-// Tests the PDB reader: accepted files, refusals that state place and remedy, and robustness against arbitrary bytes.
+// Tests the PDB reader: files that it must accept, refusals with place and remedy, and that no input makes it crash.
 #include "server/assets/structures/readers/pdb_reader.hpp"
 
 #include <gtest/gtest.h>
@@ -73,7 +73,7 @@ TEST(PdbReader, KeepsTheAlternateLocationOfTheLargerOccupancyThroughoutAResidue)
     for (const PdbAtom& atom : structure.residues.at(0).atoms) x.push_back(atom.position_angstrom.x());
     return x;
   };
-  // If the occupancies are equal, the location with more atoms is used, never a mixture of both.
+  // If the occupancies are equal, the location with more atoms is chosen. A mixture of both would be a wrong structure.
   EXPECT_EQ(places(parse_pdb(text, "x.pdb")), (std::vector<double>{1, 3, 4, 6}));
   text.replace(text.find("  0.50"), 6, "  0.60");
   const PdbStructure structure = parse_pdb(text, "x.pdb");
@@ -138,7 +138,7 @@ TEST(PdbReader, MissingFilesAndFoldersAreErrorsNotCrashes) {
   EXPECT_TRUE(parse_pdb("", "x.pdb").residues.empty());
 }
 
-/// Reads hostile bytes. MoleculeError is the only permitted exception.
+/// Parses hostile bytes. MoleculeError is the only permitted exception, and all coordinates must be finite.
 void expect_no_crash(const std::string& text, unsigned seed) {
   try {
     const PdbStructure structure = parse_pdb(text, "x.pdb");
