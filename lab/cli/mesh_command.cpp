@@ -47,7 +47,7 @@ std::string format_of(const fs::path& file) {
   return text.empty() ? text : text.substr(1);
 }
 
-/// Returns why a wall is too thin for the pressing force of a hand; empty if it is thick enough.
+/// Returns a warning if a wall is too thin for the pressing force of a hand; otherwise an empty text.
 std::string why_too_thin(const MeshFacts& facts) {
   return facts.thinnest_wall_m > 0 ? contact::why_too_thin(facts.thinnest_wall_m / 2) : std::string();
 }

@@ -1,5 +1,5 @@
-// Expands an experiment into trials. Each block of axes gives the product of the values of its axes; each combination
-// runs with every seed.
+// Expands an experiment into trials. The trials of a block are all combinations of the values of its axes, each with
+// every seed.
 #pragma once
 
 #include <optional>
@@ -35,10 +35,10 @@ struct GridRequest {
 std::vector<Trial> expand(const ExperimentFile& file, const GridRequest& request);
 inline constexpr std::size_t kMaxTrials = 20000;
 
-// Reference trials have the same hands with the same seed on a perfect link, without passivity controller, predictor,
-// deadband or model errors. reference_of() uses the trial's reference stage, which is truth_stage() by default.
+// Returns the reference trial: the same hands with the same seed on a perfect link, without passivity controller,
+// predictor, deadband or model errors. Its stage is the trial's reference stage, by default truth_stage().
 Trial reference_of(const Trial& trial);
-/// Returns the reference trial that runs each user on the user's own stage.
+/// Returns a reference trial like that of reference_of(), but each user keeps the user's own stage.
 Trial same_stage_of(const Trial& trial);
 
 }  // namespace tandem::lab

@@ -1,4 +1,5 @@
-// Quality measures of CAPRI, which compare a pose of two rigid molecules with their native pose.
+// Quality measures of CAPRI (Critical Assessment of Predicted Interactions). They compare a pose of two rigid molecules
+// with their native pose.
 #pragma once
 
 #include <cstddef>
@@ -10,10 +11,9 @@
 
 namespace tandem::lab {
 
-/// Two residues are in contact if heavy atoms of both are closer than this distance [Å].
+/// Maximum distance of two heavy atoms of residues that are in contact [Å].
 inline constexpr double kResidueContact_angstrom = 5;
-/// A residue belongs to the interface if a heavy atom of it is closer than this to a heavy atom of the other molecule
-/// [Å].
+/// Maximum distance of an interface residue from the other molecule, between heavy atoms [Å].
 inline constexpr double kInterfaceReach_angstrom = 10;
 
 /// Returns the pairs of a residue of A and a residue of B that have heavy atoms (all except hydrogens) within

@@ -46,7 +46,7 @@ double round_trip_ms(const TickSample& tick) {
   return to_seconds(tick.round_trip) * 1e3;
 }
 
-// Applies a function of a sample to the pointers that settled_hold_ticks() returns.
+// Adapts a function of a sample to the pointers that settled_hold_ticks() returns.
 template <double (*F)(const TickSample&)>
 double of_pointer(const TickSample* tick) {
   return F(*tick);
