@@ -12,7 +12,7 @@
 
 namespace tandem::lab {
 
-/// Owns a handle of the HDF5 library. `close` is the library's function that closes this kind of handle.
+/// Owns a handle of the HDF5 library. `close` is the function of the library that closes a handle of this type.
 /// Fails   std::runtime_error: the handle is invalid
 class Hdf5Handle {
  public:

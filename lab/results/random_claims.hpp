@@ -29,8 +29,8 @@ struct RandomClaim {
   bool holds() const { return is_measured() && value <= bound; }
 };
 
-/// Computes all claims. A trial in which the link was silent for more than 110 ms counts only for claims that mention
-/// silences, because the force must decay during a silence.
+/// Computes all claims. A trial whose link was silent for more than 110 ms counts only in claims about silences,
+/// because the force must decay during a silence.
 std::vector<RandomClaim> random_claims(std::span<const RandomOutcome> outcomes);
 
 }  // namespace tandem::lab
