@@ -13,6 +13,7 @@ namespace tandem::lab {
 /// Returns the file with two designed helices from Debian's package pymol-data. The parameter file of gromacs-data is
 /// used if it is installed.
 std::filesystem::path docking_file();
+/// Runs the comparison.
 /// Fails   docking::MoleculeError: one of the two files is missing; the message names the package
 Reproduction reproduce_docking(const Clock& clock);
 
