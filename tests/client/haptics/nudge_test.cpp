@@ -1,4 +1,4 @@
-// The force pulses of a nudge: their direction, size and length.
+// Tests the force pulses of a nudge: their number, direction, size and duration.
 #include "client/haptics/nudge.hpp"
 
 #include <gtest/gtest.h>

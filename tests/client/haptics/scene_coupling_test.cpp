@@ -1,4 +1,4 @@
-// Tests how the coupling law and coefficients of a scene message reach the hand.
+// Tests the conversion of the coupling law and coefficients of a scene message into those of the hand.
 #include "client/haptics/scene_coupling.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// A device whose pose is set by the test. It records the wrench that it receives.
+// A device whose pose the test sets. It stores the wrench that it receives.
 #pragma once
 
 #include <atomic>
