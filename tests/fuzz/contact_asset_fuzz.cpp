@@ -1,5 +1,5 @@
-// Treats arbitrary bytes as a contact asset that a client or the cache reads. Every accepted asset can be queried at
-// any point and does not change when it is written and read again. The target first corrects the checksum at the end,
+// Reads arbitrary bytes as a contact asset, as a client or the cache does. Every accepted asset must be queryable at
+// any point and must not change when it is written and read again. The target first corrects the checksum at the end,
 // because otherwise every input would be refused.
 #include <cmath>
 #include <cstdint>

@@ -1,5 +1,5 @@
-// Treats arbitrary bytes as a datagram that the client or the server reads. Every accepted datagram must not change
-// when it is written and read again.
+// Reads arbitrary bytes as a datagram of the client or the server. Every accepted datagram must not change when it is
+// written and read again.
 #include <cstdint>
 #include <span>
 

@@ -1,5 +1,5 @@
-// Treats arbitrary bytes as a sealed datagram at either end of a connection with known keys. The target adds a valid
-// seal, so that messages of an authenticated but hostile peer are also tested. A datagram that was opened once must be
+// Reads arbitrary bytes as a sealed datagram at either end of a connection with known keys. The target adds a valid
+// seal, so that messages of an authenticated but hostile peer are tested too. A datagram that was opened once must be
 // refused as a replay.
 #include <cstdint>
 #include <span>
