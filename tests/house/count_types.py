@@ -57,12 +57,12 @@ def function_lengths(text):
 
 
 def code_lines(text):
-    """Lines of a source that are neither blank nor a comment only."""
+    """Returns the number of lines of a source that are neither blank nor only a comment."""
     return sum(1 for line in re.sub(r"//[^\n]*", "", text).splitlines() if line.strip())
 
 
 def shared_headers(root):
-    """Headers that a source of another top-level folder includes."""
+    """Returns the headers that a source of another top-level folder includes."""
     return {name for path in sources.sources(root) for name in sources.includes(path, root)[0]
             if name.split("/")[0] in sources.PRODUCT and name.split("/")[0] != path.parts[0]}
 

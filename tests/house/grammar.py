@@ -54,8 +54,8 @@ def folder_for(path, folders):
 
 
 def measure(root, folders):
-    """Returns, for each folder, the number of comments, and those that are bare or have a clause without a noun, as
-    (path, number, text)."""
+    """Returns, for each folder, the number of comments, and the comments that are bare or have a clause without a noun,
+    as (path, number, text)."""
     counts = {folder: {"comments": 0, "bare": [], "clause": []} for folder in folders}
     for path in sources.sources(root, folders=FOLDERS):
         folder = folder_for(path, folders)
