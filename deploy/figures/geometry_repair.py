@@ -1,7 +1,7 @@
 """Draws mean winding numbers of both sides of faces, and the decisions of mesh repair: common/geometry/REPAIR.md.
 
-The picture is a section: a square with a wall inside and a fin outside. The number at an edge is the winding number of all
-other edges at its midpoint. Mesh repair computes the same for triangles.
+The picture is a section of a square with a wall inside and a fin outside. The number at an edge is the winding number
+of all other edges at its midpoint. Mesh repair computes the corresponding number for triangles.
 """
 from math import atan2, pi
 
