@@ -32,7 +32,7 @@ def together(*meshes):
 
 
 def lattice(place, columns, rows, closes_columns=False, closes_rows=False):
-    """Returns a surface over two parameters from 0 to 1."""
+    """Returns the mesh of the surface place(u, v), u and v from 0 to 1, on a grid of columns × rows."""
     width, height = columns + (not closes_columns), rows + (not closes_rows)
     vertices = [place(i / columns, k / rows) for k in range(height) for i in range(width)]
     triangles = []

@@ -25,8 +25,7 @@ struct Pipeline {
   std::string stage = default_stage();
   std::string predictor =
       client::StageSettings{}.predictor;               ///< predictor of the residual force (server minus local model)
-  bool passivity = client::StageSettings{}.passivity;  ///< whether a passivity controller is applied to the output of
-                                                       ///< the stage
+  bool passivity = client::StageSettings{}.passivity;  ///< whether a passivity controller follows the stage
   double deadband = 0;        ///< Weber fraction below which messages are suppressed; 0: no message is suppressed
   client::ModelErrors model;  ///< deliberate errors of the local model
 };

@@ -17,8 +17,7 @@ constexpr double kMillimetres = 1e3;
 constexpr double kFeltForce_n = 0.3;  // several times the force that the late-pose coupling exerts on a resting hand
 constexpr double kBodyDisplacement_m = 0.002;  // larger than the penetration and settling of a contact
 constexpr double kClampedFraction = 0.01;      // above this fraction, the device limits the force and not the scene
-constexpr double kSettledHandSpeed_m_per_s = 0.020;  // above the speed of tremor; a limit cycle is about ten times as
-                                                     // fast
+constexpr double kSettledHandSpeed_m_per_s = 0.020;  // above tremor; a limit cycle is about ten times as fast
 constexpr double kTicksRunFraction = 0.99;
 constexpr double kTickRate_hz = 1000;
 constexpr double kTickRateErrorFraction = 0.01;

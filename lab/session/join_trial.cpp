@@ -18,9 +18,9 @@ constexpr Duration kGoingOver = std::chrono::milliseconds(400);
 /// Data of the first user of a trial.
 struct JoinTrial {
   SessionTrace trace;
-  std::vector<Vec3> tool_W;           ///< tool position at each tick according to the local model
-  Duration coarse_at{0}, full_at{0};  ///< times of the first local model and of the first with all assets; 0: before
-                                      ///< the hands started
+  std::vector<Vec3> tool_W;  ///< tool position at each tick according to the local model
+  /// times of the first local model and of the first with all assets; 0: before the hands started
+  Duration coarse_at{0}, full_at{0};
 };
 
 JoinTrial run_trial(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene) {

@@ -23,8 +23,7 @@ struct JoinFigures {
   double states_per_s = 0;  ///< rate at which the server sends states until full_local_after_s
   // The following values compare this trial with the trial that has all assets from the start. The first three cover
   // the time from the first local model (plus 0.4 s of blending) to the first with all assets.
-  std::size_t coarse_ticks = 0;   ///< number of compared ticks: those at which the force of the other trial is at least
-                                  ///< 0.5 N
+  std::size_t coarse_ticks = 0;   ///< number of ticks at which the force of the other trial is at least 0.5 N
   double coarse_force_share = 0;  ///< RMS force error relative to the RMS force of the other trial
   double coarse_mm = 0;           ///< RMS distance between the tool positions of the two trials [mm]
   double going_over_n = 0;        ///< force when the model with all assets becomes active

@@ -78,18 +78,18 @@ struct UserTrace {
   std::vector<AnsweredInput> answered;  ///< inputs used by the server since the hands started
   double energy_to_hand_j = 0;          ///< work on the hand since the hands started
   double energy_from_hand_j = 0;
-  double passivity_dissipated_j = 0;  ///< energy withheld by the controller since the hands started [world joules];
-                                      ///< NaN: no controller
+  /// energy withheld by the passivity controller since the hands started [world joules]; NaN: no controller
+  double passivity_dissipated_j = 0;
   double hand_joules_per_world_joule = 1;
   client::SessionCounters session;
   net::LinkCounters link_up;  ///< counters of datagrams from the client to the server
   net::LinkCounters link_down;
   TrafficCounters traffic;  ///< traffic since the hands started
   // The following values count from the start of the connection.
-  std::optional<Duration> local_after = {};       ///< time to a first local model (client::Client::local_after())
-  std::optional<Duration> full_local_after = {};  ///< time to a first local model with all assets
-                                                  ///< (client::Client::full_local_after())
-  std::uint64_t stream_bytes = 0;                 ///< bytes of the stream in both directions
+  std::optional<Duration> local_after = {};  ///< time to a first local model (client::Client::local_after())
+  /// time to a first local model with all assets (client::Client::full_local_after())
+  std::optional<Duration> full_local_after = {};
+  std::uint64_t stream_bytes = 0;  ///< bytes of the stream in both directions
   /// time that the server's datagrams waited for the line; if assets are fetched, only until full_local_after
   Histogram state_waits;
 };

@@ -32,7 +32,7 @@ ContactBench describe(const TouchObject& a, const TouchObject& b);
 
 boost::json::object to_json(const TouchFigures& figures);
 boost::json::object to_json(const ContactBench& bench);
-/// Returns the figures as a text table.
+/// Returns the results as a text table.
 std::string to_text(const ContactBench& bench);
 
 /// Returns the hand's path that every benchmark with two meshes uses.

@@ -14,8 +14,8 @@ namespace tandem::lab {
 struct MeshFacts {
   geometry::ContactMesh mesh;
   Vec3 size_units = Vec3::Zero();  ///< size in units of the file
-  double scale_m = 1;              ///< metres per unit of the file; if the file states its unit, the remaining factor
-                                   ///< after conversion to metres
+  /// metres per unit of the file; if the file states its unit, the remaining factor after conversion to metres
+  double scale_m = 1;
   Vec3 size_m = Vec3::Zero();
   double volume_m3 = 0;        ///< sum over the solids; volume in which solids overlap counts twice
   double overlap_share = 0;    ///< fraction of the solids' surface that overlaps (wall_thickness.hpp)

@@ -164,8 +164,7 @@ std::size_t separations_of(const TouchTrace& trace) {
 
 void judge_energy(const TouchTrace& trace, TouchFigures& figures) {
   double work_j = 0, least_work_j = 0;
-  double least_j = std::numeric_limits<double>::infinity();  // minimum so far of (work done before a step + energy
-                                                             // stored then)
+  double least_j = std::numeric_limits<double>::infinity();  // minimum so far of work before a step + energy
   for (const TouchStep& step : trace) {
     least_j = std::min(least_j, work_j + step.contact_stored_j);
     work_j += step.contact_work_j;

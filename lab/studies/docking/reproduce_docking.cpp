@@ -63,8 +63,7 @@ struct Condition {
   std::string name, published_direct, published_stable;
   std::string device;
   Duration round_trip{0};
-  double deeper_angstrom = kPressed_angstrom;  ///< distance by which the molecules approach beyond their contact
-                                               ///< distance
+  double deeper_angstrom = kPressed_angstrom;  ///< approach beyond the contact distance
   double tremor_rms_n = 0;
 };
 

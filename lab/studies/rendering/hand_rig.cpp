@@ -68,8 +68,7 @@ struct HandRig::Impl {
 
   Pose X_WT;
   Twist V_WT;
-  std::array<contact::ContactPoint, 1> contact;  ///< contact of tool and plane; keeps the friction bristle between
-                                                 ///< ticks
+  std::array<contact::ContactPoint, 1> contact;  ///< contact with the plane; keeps the friction bristle
   Wrench on_tool_W;
   double normal_force_n = 0;
   double work_on_tool_j = 0;  ///< work on the tool in the last step
