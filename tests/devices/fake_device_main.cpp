@@ -132,8 +132,7 @@ int run_with(char** program_and_arguments) {
   const sched_param priority{.sched_priority = 75};
   sched_setscheduler(0, SCHED_FIFO, &priority);
   Fake fake;
-  std::_Exit(run(fake.commands(), program_and_arguments));  // exit() would wait, because the command thread blocks on
-                                                            // stdin
+  std::_Exit(run(fake.commands(), program_and_arguments));  // exit() would wait for the command thread
 }
 
 }  // namespace
