@@ -160,8 +160,7 @@ TEST(TrialMetrics, FeltMassIsHeldAgainstZeroDelay) {
 
 TEST(TrialMetrics, TheLimitCycleIsTheSpeedOfAHandThatShouldRest) {
   const SessionTrace trace = pressing([](TickSample& tick, double t) {
-    tick.hand_twist_D.v.y() = t < 5 ? 1 : 0.004 * sine(5, t);  // in the first second of the hold, the hand still
-                                                               // settles
+    tick.hand_twist_D.v.y() = t < 5 ? 1 : 0.004 * sine(5, t);  // the hand settles in the first second of the hold
   });
   EXPECT_NEAR(metric("limit_cycle_m_per_s", trace), 0.004 / std::sqrt(2.0), 1e-9);
 }
