@@ -125,8 +125,7 @@ TEST(ServerUpdateEncoder, AllThatFitsIsSentInEveryMessage) {
 TEST(ServerUpdateEncoder, RestingBodiesAreThinnedBeforeMovingOnes) {
   ServerUpdate update;
   for (std::uint32_t id = 1; id <= kMaxBodies; ++id) {
-    const bool is_moving = id > kMaxBodies - 8;  // the moving ones come last in the list, so that list order alone
-                                                 // would omit them
+    const bool is_moving = id > kMaxBodies - 8;  // last in the list: list order alone would omit them
     update.bodies.push_back(body_of(id, is_moving ? moving_state(id) : resting_state(id)));
   }
   Receiver receiver;

@@ -69,8 +69,7 @@ TEST(ClientUpdateCodec, ReadsBackEveryField) {
         largest_client_update(ClientMode::kHandle), ClientUpdate{}}) {
     Bytes bytes;
     append_client_update(written, bytes);
-    ClientUpdate read = largest_client_update(ClientMode::kWave);  // a used slot: decoding must overwrite all of its
-                                                                   // contents
+    ClientUpdate read = largest_client_update(ClientMode::kWave);  // a used slot, to be overwritten completely
     ASSERT_EQ(parse_client_update(bytes, read), DropReason::kNone);
     EXPECT_EQ(read.input_tick, written.input_tick);
     // Decoding normalises the unit quaternion, which changes it by rounding only.
