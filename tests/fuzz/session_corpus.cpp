@@ -96,8 +96,7 @@ class Session final : public server::ServerTransport, public client::ClientTrans
   void close() override {}
 
  private:
-  using Messages = std::vector<std::pair<bool, proto::Bytes>>;  ///< the flag is true for bytes of the control stream,
-                                                                ///< false for a datagram
+  using Messages = std::vector<std::pair<bool, proto::Bytes>>;  ///< the flag is true on the control stream
 
   static std::vector<std::unique_ptr<server::Room>> one_room(const std::shared_ptr<const server::LoadedScene>& scene) {
     std::vector<std::unique_ptr<server::Room>> rooms;
