@@ -223,8 +223,8 @@ def gromacs_line(lab, text, probe):
     for (place, mine), (block, other) in zip(ours, theirs):
         same = len(mine) == len(other) and all(a[0] == b[0] and abs(a[1] - b[1]) < CHARGE_BOUND for a, b in zip(mine, other))
         if not same and not is_whole(other) and is_whole(mine):
-            in_parts += 1  # in a chain of one residue, pdb2gmx adds both chain ends instead of the entries for a
-                           # zwitterion
+            # In a chain of one residue, pdb2gmx adds both chain ends instead of the entries for a zwitterion.
+            in_parts += 1
         elif not same:
             different.append(f"{place} ({block})")
     atoms = sum(len(atoms) for _, atoms in theirs)
