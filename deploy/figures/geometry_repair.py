@@ -22,7 +22,8 @@ def winding(p, edges):
 
 
 def sides(edges, asked):
-    """Returns {edge: (number, side, clear)} for the queried edges, computed from all others."""
+    """Returns {edge: (winding number, side, whether the side is clear)} for the queried edges. The number at an edge is
+    computed from all other edges."""
     found = {}
     for edge in asked:
         middle = tuple((u + v) / 2 for u, v in zip(*edge))

@@ -6,8 +6,8 @@ PATH = "server/room/scheduling.svg"
 # Example values in microseconds. PERIOD, EARLY and the formulas are those of room_scheduler.cpp.
 PERIOD, EARLY, WAKING = 1000.0, 50.0, 45.0
 PLACE = 0.25  # phase of the first of two workers: (0 + 0.5) / 2
-ROOMS = [("A", 40.0, 20.0, 30.0), ("B", 25.0, 15.0, 20.0), ("C", 60.0, 20.0, 60.0)]  # durations: answer, help with
-                                                                                     # sending, finish
+# Name of each room, and its durations: answer, help with sending, finish.
+ROOMS = [("A", 40.0, 20.0, 30.0), ("B", 25.0, 15.0, 20.0), ("C", 60.0, 20.0, 60.0)]
 COLOURS = [BLUE, ORANGE, GREEN]
 LEFT, SCALE, FROM = 120.0, 2.05, 165.0
 
