@@ -62,7 +62,7 @@ struct Energies {
   docking::FieldResult result;
   Pose X_AB;
   std::vector<Vec3> on_receptor, on_ligand;
-  std::vector<ResidueEnergy> of_receptor, of_ligand;  ///< filled only if requested; sorted by descending energy
+  std::vector<ResidueEnergy> of_receptor, of_ligand;  ///< filled only if requested; largest magnitude first
   Vec3 centre = Vec3::Zero();              ///< centre of mass of the ligand, in the coordinates of the receptor's file
   Vec3 torque = Vec3::Zero();              ///< torque about that centre
   std::vector<docking::CloseAtoms> close;  ///< pairs of atoms that are closer than a non-bonded contact allows
