@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Checks proto/BOUNDS.md against the tree: each place, each constant kName and each test that it names must exist."""
+"""Checks proto/BOUNDS.md against the source tree: each source location, each constant kName and each test in it must
+exist."""
 import argparse
 import pathlib
 import re

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Checks which folder may include which. Reads every #include of the product and fails if includes.txt does not allow
+"""Checks which folder may include which. Reads every #include of the product and fails if includes.txt does not permit
 it.
 
-includes.txt has a line for each group of folders, in the order of dependency:
+includes.txt has a line for each group of folders, in the order of dependency. An entry for a folder applies to all
+folders below it. Files of one folder may always include each other.
 
-    FOLDER: WHAT IT MAY INCLUDE ...              a folder stands for all below it, a header for itself; own files always
+    FOLDER: WHAT IT MAY INCLUDE ...              folders, or single headers
     HEADER: WHAT IT MAY INCLUDE ...              a header of a lower layer than the rest of its folder
     library PREFIX: FOLDERS THAT MAY INCLUDE IT  for headers of other projects
 """

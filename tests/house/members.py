@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Counts the data members of each class of the product, with those of the private structs nested in it.
+"""Counts the data members of each class of the product, together with those of the private structs nested in it.
 
-A class above the limit holds several things that could be understood, tested and replaced apart. A struct whose members
-are all plain numbers, flags, times or texts describes settings and is exempt. Fails above the limits of members.json;
-entries there are classes that are larger today, with their count as a ceiling that only falls.
+A class above the limit usually has several responsibilities, which could be understood, tested and replaced separately.
+A struct whose members are all plain numbers, flags, times or texts describes settings and is exempt. Fails above the
+limits of members.json. The file lists classes that exceed the general limit, with their present count as a ceiling that
+may only be lowered.
 """
 import argparse
 import json

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Checks that no test omits its claim without a record. Only the helpers may skip; they fail, or count what is left
-out."""
+"""Checks that no test omits its claim without a record. Only the helpers may skip a test; they fail, or count the claim
+as left out."""
 import argparse
 import ast
 import pathlib
