@@ -66,7 +66,7 @@ def run_pair(options, mesh, name, partner, file):
 
 
 def is_loaded(options, mesh):
-    """Returns whether the mesh can be loaded, or None if it has no triangle."""
+    """Returns whether the mesh can be loaded; None if it has no triangle."""
     try:
         done = subprocess.run([options.lab, "mesh", str(mesh), "--json"], capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
     except subprocess.TimeoutExpired:

@@ -106,6 +106,7 @@ std::vector<Trial> trials_of_live(const LiveOptions& options) {
 /// Cache of virtual runs at zero delay. Each run is computed only once.
 class References {
  public:
+  /// Returns the trace of a virtual run at zero delay. It is computed at the first request.
   /// In      at_zero_delay  result of reference_of() or same_stage_of() for a trial
   const SessionTrace& trace_of(const Trial& at_zero_delay, const std::shared_ptr<const server::LoadedScene>& scene) {
     const std::string key = compact_json(experiment_json(at_zero_delay.experiment));

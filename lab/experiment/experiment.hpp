@@ -21,7 +21,7 @@
 
 namespace tandem::lab {
 
-/// Name of a role in experiment files.
+/// Returns the name of a role in experiment files.
 std::string_view role_name(server::UserRole role);
 
 /// One simulated user with its device, client and link.
@@ -55,7 +55,7 @@ struct OutcomeRule {
 struct Experiment {
   std::string name;
   std::string description;
-  std::filesystem::path scene;        ///< path of the scene file, which exists
+  std::filesystem::path scene;        ///< path of an existing scene file
   boost::json::object scene_changes;  ///< changes to the scene file: maps dotted field names to values
   Duration duration{from_seconds(10)};
   std::uint64_t seed = 1;

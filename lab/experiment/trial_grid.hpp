@@ -14,14 +14,14 @@ namespace tandem::lab {
 /// One trial: an experiment in which every quantity has one value.
 struct Trial {
   Experiment experiment;
-  ExperimentFile file;           ///< document of the experiment file after the settings are applied
+  ExperimentFile file;           ///< document of the experiment file with the settings applied
   boost::json::object settings;  ///< quantities that differ from the experiment file, by name
 };
 
 /// Command-line options that select the trials of each file.
 struct GridRequest {
-  bool is_single = false;  ///< no grid: the file unchanged, except for the axes below
-  bool is_full = false;    ///< the product of all stages, predictors, passivity on and off, delays, jitter and loss
+  bool is_single = false;  ///< whether the grid is omitted: the file runs unchanged, except for the axes below
+  bool is_full = false;    ///< whether all combinations of stages, predictors, passivity, delays, jitter and loss run
   std::optional<std::uint64_t> seeds;  ///< number of seeds; they count up from the seed in the file
   std::vector<Axis> axes;              ///< axes that replace those of the same name in the grid
 };

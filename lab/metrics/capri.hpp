@@ -32,7 +32,7 @@ std::vector<std::pair<std::size_t, std::size_t>> residue_pairs_within(const dock
 /// backbone.
 double ligand_rmsd_angstrom(const docking::Molecule& ligand, const Pose& X_AB, const Pose& Y_AB);
 
-/// Returns f_nat: the share of the native residue contacts (kResidueContact_angstrom) that the pose `X_AB` also has,
+/// Returns f_nat: the fraction of the native residue contacts (kResidueContact_angstrom) that the pose `X_AB` also has,
 /// from 0 to 1. The result is NaN if the native pose has no contacts.
 ///
 /// Source  Méndez, Leplae, De Maria, Wodak, Proteins 52 (2003) 51; Lensink, Méndez, Wodak, Proteins 69 (2007) 704

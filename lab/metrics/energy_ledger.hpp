@@ -8,7 +8,8 @@
 
 namespace tandem::lab {
 
-/// Energies in world joules. E(t) is defined at energy_ledger().
+/// Energies in world joules (joules in the server's world, before the scaling of force and motion to the hand). E(t) is
+/// defined at energy_ledger().
 struct EnergyLedger {
   double created_max_j = 0;        ///< maximum of E(t); 0 or more, since E(0) = 0
   double created_in_100_ms_j = 0;  ///< maximum rise of E(t) within 100 ms

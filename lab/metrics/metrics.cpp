@@ -57,7 +57,8 @@ double ticks_with(const UserTrace& user, haptics::SafetyFaults fault) {
                                            [&](const TickSample& tick) { return (tick.safety_faults & fault) != 0; }));
 }
 
-/// Faults that would stop a real device. The start ramp, the slew limit and silences occur in normal operation.
+/// Safety faults that would stop a real device. The start ramp, the slew limit and silences of the link are excluded,
+/// because they occur in normal operation.
 constexpr haptics::SafetyFaults kRealFaults =
     haptics::kSafetyNotFinite | haptics::kSafetyTooFast | haptics::kSafetyInvalidSample;
 

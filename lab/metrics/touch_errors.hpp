@@ -8,7 +8,8 @@
 
 namespace tandem::lab {
 
-/// Duration of a silence of the link after which the displayed force must decay [ms].
+/// Minimum duration of a long silence, in which the displayed force must decay [ms]. During a silence no state arrives,
+/// or the server confirms no new input.
 inline constexpr double kLongSilence_ms = 110;
 
 /// Returns which phases of a hand's path are in contact: those in which the reference displays a mean force of at least

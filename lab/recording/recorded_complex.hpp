@@ -1,4 +1,4 @@
-// Saves the pose of two molecules from a room's recording as a structure file.
+// Saves the recorded pose of two molecules in a room as a structure file.
 #pragma once
 
 #include <filesystem>

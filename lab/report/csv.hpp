@@ -23,8 +23,9 @@ struct CsvTable {
   std::vector<std::vector<double>> columns;
 
   std::size_t row_count() const { return columns.empty() ? 0 : columns.front().size(); }
-  /// Returns null if there is no such column.
+  /// Returns the column with this name, or null if there is none.
   const std::vector<double>* find(std::string_view name) const;
+  /// Returns the column with this name.
   /// Fails   std::invalid_argument naming file and column, if there is no such column
   const std::vector<double>& column(std::string_view name) const;
 };

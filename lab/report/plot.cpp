@@ -230,7 +230,7 @@ void Renderer::scale_y(double bottom_px, double top_px) {
     y_ticks_ = log_ticks(y_.range, count);
     return;
   }
-  // The axis ends at ticks, except where a limit is fixed.
+  // The axis ends at ticks, except at a fixed limit.
   y_ticks_ = ticks_around(y_.range, count);
   const double low = y_.range.low;
   y_.range = with_fixed_ends({y_ticks_.front().value, y_ticks_.back().value}, plot_.y);

@@ -14,7 +14,7 @@ constexpr double kInPercent = 100;
 constexpr double kMillimetres = 1e3;
 
 // Bounds of the checks. They are our choice, for the reason beside each.
-constexpr double kFeltForce_n = 0.3;  // several times the force that the late-pose coupling exerts on a resting hand
+constexpr double kFeltForce_n = 0.3;           // several times the force of the stage late-pose on a resting hand
 constexpr double kBodyDisplacement_m = 0.002;  // larger than the penetration and settling of a contact
 constexpr double kClampedFraction = 0.01;      // above this fraction, the device limits the force and not the scene
 constexpr double kSettledHandSpeed_m_per_s = 0.020;  // above tremor; a limit cycle is about ten times as fast

@@ -27,7 +27,7 @@ class Hdf5Handle {
   herr_t (*close_)(hid_t);
 };
 
-/// Creates the file under a temporary name, lets `fill` write into it, and then renames it.
+/// Creates the file under a temporary name, calls `fill` to write its content, and then renames it.
 /// Fails   std::runtime_error: the file cannot be written
 void write_hdf5(const std::filesystem::path& file, const std::function<void(hid_t)>& fill);
 

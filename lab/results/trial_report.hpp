@@ -14,7 +14,7 @@ namespace tandem::lab {
 /// Another run of the same hands, drawn together with a trial.
 struct ComparedTrace {
   const SessionTrace* trace = nullptr;
-  std::string name;  ///< for the legend
+  std::string name;  ///< name in the legend
 };
 
 /// Returns the page of a trial in virtual time. `reference` is the trace of the same hands at zero delay; null if there

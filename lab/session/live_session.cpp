@@ -36,7 +36,7 @@ LocalTime next_whole_millisecond(LocalTime time) {
   return LocalTime((since / kHapticPeriod + 1) * kHapticPeriod);
 }
 
-// Returns whether a link has neither delay nor disturbances. Such a link is not simulated; only the delay of the
+// Returns whether a link has neither delay nor disturbances. A perfect link is not simulated; only the delay of the
 // loopback remains.
 bool is_perfect(const net::LinkParameters& link) {
   return link.delay == Duration(0) && link.jitter == Duration(0) && link.trace.empty() &&

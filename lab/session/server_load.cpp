@@ -163,7 +163,7 @@ struct ServerLoad::User {
     state.send(asio::buffer(datagram), 0, error);
     return !error;
   }
-  /// Answers the server's path challenge.
+  /// Answers the server's path challenge, which verifies the address of the user.
   void answer_challenge(std::span<const std::byte> number) {
     datagram.clear();
     proto::append_header({proto::DatagramType::kPathResponse, epoch, connection, ++sequence}, datagram);

@@ -14,6 +14,7 @@ namespace tandem::lab {
 /// Thread  the room's thread
 class SimulatedUser {
  public:
+  /// Joins the room and takes its tool number `index`.
   /// In      seed  random seed of the hand's tremor
   SimulatedUser(server::Room& room, std::size_t index, devices::HandPath path, std::uint64_t seed);
 

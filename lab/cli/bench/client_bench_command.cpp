@@ -38,13 +38,13 @@ namespace {
 
 /// Results of one run of a session.
 struct ClientBenchRun {
-  Histogram tick;   ///< time of HapticCore::tick(), including the reads of the clock
-  Histogram fit;    ///< time of one fit of the AR models outside the tick: six axes, with the settings of the stage
-  Histogram clock;  ///< time of one read of the clock, measured at each tick
+  Histogram tick;   ///< duration of HapticCore::tick(), including the reads of the clock
+  Histogram fit;    ///< duration of one fit of the AR models outside the tick: six axes, with the settings of the stage
+  Histogram clock;  ///< duration of one read of the clock, measured at each tick
   Histogram work;   ///< duration of a fixed computation at each tick; its tail shows the jitter of the machine
   double force_max_n = 0;
-  double local_share = 0;       ///< share of the ticks in which the local model drives the hand
-  double predicting_share = 0;  ///< share of the ticks in which a part of the force is predicted
+  double local_share = 0;       ///< fraction of the ticks in which the local model drives the hand
+  double predicting_share = 0;  ///< fraction of the ticks in which a part of the force is predicted
 };
 
 constexpr Duration kJoinTimeout = std::chrono::seconds(30);

@@ -55,9 +55,9 @@ struct LoopBenchOptions {
 struct LoopFigures {
   double p50_us = 0, p99_us = 0, p999_us = 0, max_us = 0;
   double missed = 0;
-  double late_percent = 0;  ///< share of ticks that are more than 1 ms late
+  double late_percent = 0;  ///< percentage of ticks that are more than 1 ms late
   double tick_p50_us = 0, tick_p99_us = 0;
-  double awake = 0;  ///< 1 if the processor was kept out of deep idle states
+  double awake = 0;  ///< 1 if deep idle states of the processor were disabled
 };
 
 struct LoopBenchResult {

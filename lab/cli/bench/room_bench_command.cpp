@@ -25,7 +25,7 @@ namespace tandem::lab {
 namespace {
 
 struct RoomBenchResult {
-  Histogram step;              ///< time of a step of the room: inputs, physics, updates
+  Histogram step;              ///< duration of a step of the room: inputs, physics, updates
   std::uint64_t overlong = 0;  ///< number of steps that took longer than the period
   Histogram lateness;          ///< lateness of the wake-ups; the machine causes it, not the room
   std::uint64_t missed = 0;    ///< number of periods skipped because a wake-up was more than one period late

@@ -84,7 +84,7 @@ struct ServerBenchResult {
   std::vector<double> kept;  ///< for each room: step rate reached during the load, as a fraction of the nominal rate
   std::vector<server::RoomTiming> timings;
   double server_cpu_s_per_s = 0;
-  double aead_percent = 0;  ///< processor time of sealing and opening, in per cent of the server's processor time
+  double aead_percent = 0;  ///< processor time of sealing and opening, in per cent of the server's
   double wake_us = 0;       ///< processor time of one sleep and wake-up [µs]
   double taken = 0;         ///< fraction of the machine's time that the host of a virtual machine took during the load
 };

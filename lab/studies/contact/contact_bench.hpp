@@ -22,7 +22,7 @@ struct ContactBench {
   std::size_t memory_bytes = 0;
   TouchFigures ours;
   std::optional<TouchFigures> gimpact;
-  double field_sample_ns = 0;    ///< time of one field sample: a lower bound for every method
+  double field_sample_ns = 0;    ///< time of one field sample: a lower bound for every contact method
   TimeQuantiles memory_copy_us;  ///< time to copy 256 KiB; its spread is the timing jitter of the machine
 };
 

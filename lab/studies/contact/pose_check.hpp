@@ -14,7 +14,7 @@ struct PoseCheck {
   std::size_t poses = 0;
   /// number of points that the exhaustive search found deeper than 0.2 mm, over all poses
   std::size_t exact_points = 0;
-  std::size_t missed_poses = 0;  ///< number of poses in which such a point has no contact near it
+  std::size_t missed_poses = 0;  ///< number of poses in which one of these points has no contact near it
   double deepest_error_max_m = 0;
   std::uint64_t worst_pose = 0;  ///< number of the pose with deepest_error_max_m
   double deepest_max_m = 0;      ///< largest depth according to the exact surfaces

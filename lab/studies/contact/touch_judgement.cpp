@@ -34,6 +34,7 @@ double deepest_exact_m(const TouchTrace& trace, const ExactSurface& tool, const 
 /// Tracks points on the surface of one body in their motion relative to another body.
 class PointsThrough {
  public:
+  /// Begins to track the points.
   /// In      points_M  points in the frame of the moving body
   ///         half_m    distance of the body's surface from these points: half the thickness of a plate, 0 for a solid
   PointsThrough(const std::vector<Vec3>& points_M, double half_m, const ExactSurface& other)
@@ -53,7 +54,7 @@ class PointsThrough {
     Vec3 entry_O = Vec3::Zero();  ///< normal of the nearest surface when the point was last outside
     bool is_inside = false;
     bool is_through = false;
-    bool was_through = false;  ///< true if the point was through at any time in this step
+    bool was_through = false;  ///< whether the point was through at any time in this step
   };
   void move(Follower& follower, const Vec3& p_O);
 

@@ -17,7 +17,8 @@
 
 namespace tandem::lab {
 
-/// Returns the atoms for which `is_in_part(atom)` is true, with all properties that the field uses but without names.
+/// Returns the atoms for which `is_in_part(atom)` is true. All properties that the field uses are copied, but not the
+/// names.
 docking::Molecule part_of(const docking::Molecule& molecule, const std::function<bool(std::size_t)>& is_in_part);
 
 /// Returns the pose of the ligand (body 1) in the receptor's frame (body 0) as given by the structure files. Both
@@ -36,7 +37,7 @@ std::pair<Pose, double> native_minimum(const server::LoadedScene& scene);
 /// Cost    that of native_minimum() for each minimum
 std::vector<std::pair<Pose, double>> minima_around_native(const server::LoadedScene& scene, std::size_t count,
                                                           double rmsd_angstrom, std::uint64_t seed);
-/// Returns the pose interpolated between `from` (share 0) and `to` (share 1).
+/// Returns the pose interpolated between `from` (share = 0) and `to` (share = 1).
 Pose pose_between(const Pose& from, const Pose& to, double share);
 /// Returns the pose of the ligand in the receptor's frame [Å], taken from a sample of a trace's bodies.
 Pose ligand_pose(const server::LoadedScene& scene, const BodiesSample& sample);

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kStepAngstrom = 2;
 constexpr double kPlaceAngstrom = 1e-3;
-constexpr int kMaxCells = 128;  ///< maximum number of cells along an axis
+constexpr int kMaxCells = 128;  ///< maximum number of cells of the grid along an axis
 
 struct Facts {
   std::size_t atoms = 0;

@@ -1,4 +1,5 @@
-// Reproduces the thesis' docking of two helices, with and without its stable method, for `tandem-lab reproduce`.
+// Reproduces the docking of two helices in the source thesis, with and without its stable method, for `tandem-lab
+// reproduce`.
 //
 // Source  Hou Xiyuan, "Stable Haptic Rendering in Virtual Environment", PhD thesis, NTU, 2014, chapter 7
 #pragma once

@@ -12,7 +12,7 @@ namespace tandem::lab {
 /// Error statistics of one quantity with three components.
 struct ErrorFigures {
   double mean = 0;      ///< mean of |displayed − true|
-  double variance = 0;  ///< mean of |e − ē|², where e is displayed − true
+  double variance = 0;  ///< mean of |e − ē|², where e is displayed − true and ē its mean
   double rms = 0;
   double largest = 0;
 };

@@ -12,10 +12,10 @@ namespace tandem::lab {
 
 /// Criteria for a pair, parameters of the simulated hands, and the choice of the masses.
 struct CalibrationSettings {
-  double gain_margin = 2;        ///< the loop must be stable if all forces are multiplied by this factor …
+  double gain_margin = 2;        ///< stability is required if all forces are multiplied by this factor …
   int delay_margin_periods = 1;  ///< … and are delayed by this number of additional periods
   double rate_hz = 1000;
-  double tremor_rms_n = 0.05;  ///< tremor of the pressing hands; our choice: clearly visible at a relaxed hand
+  double tremor_rms_n = 0.05;  ///< tremor of the pressing hands; our choice: clearly visible in a relaxed hand
   /// Encoder step assumed for a device that reports exact positions: the step of the device in the source thesis; see
   /// devices/PROFILES.md.
   double nominal_step_m = 3e-5;

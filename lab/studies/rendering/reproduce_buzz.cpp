@@ -27,7 +27,7 @@ constexpr std::array kTremors_n{0.02, 0.05, 0.1, 0.2};
 /// Force limit F_max of the published comparisons. It is tested in addition to the limit that is used with the light
 /// tool.
 constexpr double kLargerLimit_n = kForceLimit_n;
-/// Contact stiffness of a wall in a scene, which is much stiffer than a coupling.
+/// Contact stiffness of a typical wall in a scene, which is much stiffer than a coupling.
 constexpr double kHardPlane_n_per_m = 20000;
 
 struct LawBuzz {

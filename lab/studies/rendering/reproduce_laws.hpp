@@ -1,4 +1,4 @@
-// Repeats the thesis's comparisons of rendering laws in the hand rig, and adds further ones.
+// Repeats the comparisons of rendering laws in the source thesis with the hand rig, and adds further comparisons.
 //
 // Source  Hou Xiyuan, "Stable Haptic Rendering in Virtual Environment", PhD thesis, NTU, 2014, chapters 4 and 5
 #pragma once

@@ -20,7 +20,7 @@ struct PressSettings {
   double secant_n_per_m = 300;     ///< secant stiffness of every law at a force of 1 N
   double damping_n_s_per_m = 0.2;  ///< damping of every law with a damper
   double tool_mass_kg = 0.02;
-  double encoder_step_m = 3e-5;  ///< encoder step, as in the thesis
+  double encoder_step_m = 3e-5;  ///< encoder step of the device in the source thesis
   double tremor_rms_n = 0.05;
   double settling_s = 2.5;
   double recorded_s = 8;
