@@ -153,7 +153,7 @@ def asset_flood(port, count):
 
 
 def big_messages(port, count):
-    """Sends hellos with the maximum number of fields, which are slow to parse."""
+    """Sends hello messages with the maximum number of fields, which are slow to parse."""
     words = wire.part(3, b"") * ((1 << 18) // 2 - 32)
     join_and_flood(port, count, NAME, None, lambda _: wire.control(wire.HELLO, words))
 

@@ -1,4 +1,4 @@
-"""Measures how well a server under attack serves a well-behaved user."""
+"""Measures the service of a server under attack for a well-behaved user: states, forces and joining."""
 import csv
 import json
 import os
@@ -19,7 +19,7 @@ BIN = os.environ.setdefault("TANDEM_BIN", os.path.join(SOURCE, "build/release/bi
 PATIENCE_S = 60
 STEPS_PER_S = 1000
 SLEW_N_PER_MS = 4.0  # slew limit of the simulated device
-SETTLED_S = 2.5  # time until the hand presses on the wall and rests
+SETTLED_S = 2.5  # time until the hand has reached the wall and rests
 AFTER_S = 0.7
 PRESSES = {"points": [{"t_s": 0, "position_m": [0, 0, 0], "phase": "approach"},
                       {"t_s": 1.5, "position_m": [0.073, 0, 0], "phase": "hold"},
@@ -50,7 +50,7 @@ def write_hand(folder):
 
 class Server:
     def __init__(self, scene, *arguments, state=None):
-        """`state` is the folder of the keys, or None for a server without encryption."""
+        """Starts the server. `state` is the folder of its keys, or None for a server without encryption."""
         self.log, self.state = [], state
         security = ["--state", state, "--bind", "127.0.0.1"] if state else ["--insecure"]
         self.process = subprocess.Popen([os.path.join(BIN, "tandem-server"), *security, "--scene", scene, "--port", "0", "--cache", "",

@@ -188,7 +188,7 @@ class UsbBus {
     }
     const auto now = std::chrono::steady_clock::now();
     if (now < next_in_) return false;
-    next_in_ = now + std::chrono::milliseconds(1);  // latency timer of the bridge
+    next_in_ = now + std::chrono::milliseconds(1);  // 1 ms, the latency timer of the bridge
     const auto packet = falcon_.read();
     const int length = std::min(static_cast<int>(packet->size()), fields.buffer_length);
     umockdev_ioctl_data_update(urb.buffer, 0, const_cast<guint8*>(packet->data()), length);

@@ -23,7 +23,7 @@ using std::chrono::seconds;
 
 /// State shared by the driver and the test.
 struct Seen {
-  std::atomic<double> force_n{0};  ///< last force received [N]
+  std::atomic<double> force_n{0};  ///< last force that the driver has received [N]
   std::atomic<double> most_n{0};
   std::atomic<bool> throws{false};
   std::atomic<bool> hangs{false};

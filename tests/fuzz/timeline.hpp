@@ -52,7 +52,7 @@ class TimelineReader {
     const auto size = static_cast<std::int64_t>(whole());
     return is_negative ? -size : size;
   }
-  /// Returns a number from −1 to 1.
+  /// Returns a number from −1 to 1 with uniform steps.
   double share() { return (static_cast<double>(byte()) - 127.5) / 127.5; }
 
  private:

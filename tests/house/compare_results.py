@@ -26,7 +26,7 @@ def renamed(value, names):
 
 
 def differences(before, after, at=""):
-    """Yields (place, before, after) for each leaf value that differs."""
+    """Yields (path of the value, before, after) for each leaf value that differs."""
     if isinstance(before, dict) and isinstance(after, dict):
         for key in list(before) + [key for key in after if key not in before]:
             yield from differences(before.get(key, "absent"), after.get(key, "absent"), f"{at}/{key}")

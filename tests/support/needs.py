@@ -1,5 +1,5 @@
-"""Requirements of a test that are outside of this source tree. No test may skip its claim silently (see
-tests/README.md)."""
+"""Requirements of a test that are outside this source tree: packages and capabilities of the machine. No test may skip
+its claim silently (see tests/README.md)."""
 
 import os
 import shutil

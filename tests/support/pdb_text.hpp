@@ -1,4 +1,4 @@
-// Structures for tests: records in PDB format, and files that are deleted after the test.
+// Structures for tests: records in PDB format, and structure files that are deleted after the test.
 #pragma once
 
 #include <unistd.h>

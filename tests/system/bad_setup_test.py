@@ -132,7 +132,7 @@ class WrongVersion(ProgramTest):
             peer.settimeout(20)
             peer.sendall(control(HELLO, whole(1, 999), 1))
             answer = receive_frame(peer)
-            error = part(ERROR, b"")[:1]  # the tag byte of ServerControl.error
+            error = part(ERROR, b"")[:1]  # first byte (tag) of the field ServerControl.error
             self.assertIn(error, answer)
             self.assertIn(whole(1, ERROR_WRONG_VERSION), answer)
             self.assertIn(b"999", answer)

@@ -197,7 +197,7 @@ class SpaceMouse(FakeDevice):
             mouse = self.begin(server, "spacemouse")
             mouse.wait_for("device spacemouse shows no force")
             mouse.until(lambda state: state["light"] == 1)
-            mouse.do("report 01 5e 01 00 00 00 00")  # a deflection of 350 to the right
+            mouse.do("report 01 5e 01 00 00 00 00")  # a deflection of 350 units to the right
             time.sleep(1)
             mouse.do("report 01 00 00 00 00 00 00")
             mouse.do("unplug")

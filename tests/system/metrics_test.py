@@ -25,7 +25,7 @@ class Watched(Server):
         self.metrics_port = int(re.search(r"127\.0\.0\.1:(\d+)/metrics", line).group(1))
 
     def get(self, path):
-        """Sends a GET request. Returns (status, headers, body)."""
+        """Sends a GET request to the metrics port. Returns (status, headers, body)."""
         connection = http.client.HTTPConnection("127.0.0.1", self.metrics_port, timeout=PATIENCE_S)
         connection.request("GET", path)
         answer = connection.getresponse()

@@ -203,7 +203,7 @@ class Stopping(ProgramTest):
             client = self.start(server, stdout=writing)
             os.close(writing)
             os.close(reading)
-            time.sleep(2.5)  # time for two status lines
+            time.sleep(2.5)  # long enough for two status lines
             self.assertIsNone(client.poll(), "alive")
             stopped_ns = time.monotonic_ns()
             client.terminate()
@@ -216,7 +216,7 @@ class Stopping(ProgramTest):
             reading, writing = full_pipe()
             client = self.start(server, stdout=writing)
             os.close(writing)
-            time.sleep(2.5)  # time for two status lines
+            time.sleep(2.5)  # long enough for two status lines
             stopped_ns = time.monotonic_ns()
             client.terminate()
             code, _, err = finish(client)

@@ -14,7 +14,7 @@ from window_use_test import blocks, is_arrow_button
 
 #: Distance from a button of the forms to the field on its left, in pixels.
 TO_FIELD = 120
-#: Time-out to open a scene. A mesh is made ready for touch first, which takes long on a busy machine.
+#: Time-out for opening a scene [s]. A mesh is first prepared for contact, which takes long on a busy machine.
 OPENING_S = 3 * PATIENCE_S
 CUBE = """OFF
 8 12 0

@@ -171,7 +171,7 @@ is_rose = is_hue(0.971, by=0.03)
 
 
 def colored_things(scene):
-    """Returns (name, hue, place, whether the hue is unique in the scene) for each coloured body."""
+    """Returns (name, hue, position, whether the hue is unique in the scene) for each coloured body."""
     # Tools are green and pink; arrows are yellow and cyan. Molecules are excluded, because only their carbon atoms have
     # the molecule's colour.
     things = [thing for thing in scene.get("bodies", []) + scene.get("soft_bodies", [])

@@ -1,4 +1,4 @@
-// Tests of the C interface against a server in this process.
+// Tests the C interface against a server in this process.
 #include "client/embed/c/tandem.h"
 
 #include <gtest/gtest.h>
@@ -45,6 +45,7 @@ Struct sized() {
   return made;
 }
 
+/// Returns settings for a client of `server`.
 /// In      server  must outlive the settings
 tandem_client_settings settings_for(const std::string& server) {
   auto settings = sized<tandem_client_settings>();

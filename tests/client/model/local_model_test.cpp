@@ -98,7 +98,7 @@ class Across {
   /// Starts or ends a gap in which no input reaches the server. During the gap the server extrapolates the pose of the
   /// hand and confirms the ticks that are due.
   void lose_inputs(bool is_gap) { is_gap_ = is_gap; }
-  /// Limits the rate of the received states: one state each `ticks` ticks, from the next tick on.
+  /// Limits the rate of the received states to one state per `ticks` ticks, from the next tick on.
   void receive_each(int ticks) { receive_each_ = ticks; }
   /// Increases the delay to the server by `ticks`.
   void lengthen(int ticks) { one_way_up_ += static_cast<std::size_t>(ticks); }
@@ -149,6 +149,7 @@ class Across {
     server.set_gravity(m_per_s2);
     scene_.gravity_m_per_s2 = m_per_s2;
   }
+  /// Removes bodies from the scene.
   /// In      bodies  bit i: body i does not exist in the level of the game
   void set_absent(std::uint64_t bodies) { scene_.absent_bodies = bodies; }
   LocalModel& newest_model() { return next_ ? *next_ : model; }

@@ -26,7 +26,7 @@ constexpr Size kSizes[] = {{500, 500, 1},   {800, 600, 1},   {1280, 900, 1},
                            {1000, 1000, 2}, {1600, 1200, 2}, {2560, 1800, 2}};
 
 struct Glyph {
-  ImVec2 from, to;  ///< the drawn box
+  ImVec2 from, to;  ///< the drawn rectangle
   ImVec4 clip;      ///< left, top, right, bottom of the clip rectangle
   int list = 0;
 };
@@ -101,7 +101,7 @@ class Layout : public testing::TestWithParam<Size> {
     ImGuiIO& io = ImGui::GetIO();
     io.DisplaySize = {GetParam().width, GetParam().height};
     apply_style(GetParam().scale);
-    ImGui::GetStyle().AntiAliasedLinesUseTex = false;  // lines would look like glyphs
+    ImGui::GetStyle().AntiAliasedLinesUseTex = false;  // otherwise lines would be drawn like glyphs
     unsigned char* pixels = nullptr;
     int width = 0, height = 0;
     io.Fonts->GetTexDataAsRGBA32(&pixels, &width, &height);
