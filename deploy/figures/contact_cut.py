@@ -20,7 +20,8 @@ def ball(first, count):
 
 
 def walk(first, count, found):
-    """Appends (first, count, kind) for each node of the cut below a node, and for the nodes above the cut."""
+    """Appends (first, count, kind) for each node of the cut at or below a node, and for the visited nodes above the
+    cut."""
     x, y, radius = ball(first, count)
     if y - radius > BAND:
         found.append((first, count, "far"))

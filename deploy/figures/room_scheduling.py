@@ -1,4 +1,5 @@
-"""Draws one period of a shared thread with three rooms, with the io thread, and a move of a room between two threads."""
+"""Draws one period of a thread that three rooms share, the io thread, and a move of a room from one thread to another.
+"""
 from drawing import BLUE, GREEN, GREY, INK, LIGHT, ORANGE, RED, Drawing
 
 PATH = "server/room/scheduling.svg"
@@ -17,8 +18,8 @@ TAKES, BEARS = 0.7, 0.85
 
 
 def deadlines():
-    """Returns the phases that settle() gives: after the answers of the previous rooms, each with a gap of half its answer time,
-    at most 50 us and at most the spare time."""
+    """Returns the phases that settle() gives: each room follows the answer of the previous room after a gap. The gap is
+    half of the room's answer time, at most 50 µs and at most the spare time."""
     spare = max(0.0, PERIOD - sum(sum(room[1:]) for room in ROOMS)) / (2 * len(ROOMS))
     at, all_of_them = PLACE * PERIOD, []
     for _, answer, help_us, _ in ROOMS:
