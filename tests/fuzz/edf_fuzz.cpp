@@ -1,5 +1,5 @@
 // Reads arbitrary bytes as an EDF or BDF file (recordings of biosignals). The file must be refused with a message, or
-// its signals must be within their limits.
+// its number of samples must be limited by the size of the file.
 #include <sys/mman.h>
 #include <unistd.h>
 

@@ -1,5 +1,5 @@
-// Reads arbitrary bytes as a join token and as the text of an invitation. Every accepted value must be within its range
-// and must not change when it is written and read again.
+// Reads arbitrary bytes as a join token and as the text of an invitation. Claims that can be read must form a valid
+// token after signing. An accepted invitation must give the same text when it is written.
 #include <cstdint>
 #include <span>
 #include <string_view>

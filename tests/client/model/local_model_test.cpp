@@ -420,7 +420,8 @@ TEST(LocalModel, APartnerWhoHasLeftTouchesNothing) {
   EXPECT_NEAR(far.model.body(kBlock).X.p.x(), far.server.body(kBlock).X.p.x(), 5e-3);
 }
 
-/// Moves the server's tool away by 30 mm in each tick. Returns the number of ticks until the model is reset to it.
+/// Holds the server's tool 30 mm away from the handle. Returns the number of ticks until the model is reset to that
+/// tool.
 int ticks_to_reset(Across& across) {
   const Vec3 handle{-0.04, 0, 0.02};
   for (int k = 0; k < 600; ++k) across.tick(at(handle));

@@ -164,8 +164,8 @@ TEST(Drop, OfAConeIsOnAFaceWhereItsBaseIs) {
   EXPECT_LT(all.back().rest_s, 0.1);
 }
 
-// A plate of one triangle. Its longest side passes through the middle of its bounding box, so that the plate tips over
-// that edge; it is not on a face. After the shift, the middle is inside the triangle.
+// A plate of one triangle, whose longest side passes through the tool's origin at first. The plate then tips over this
+// side and is not on a face. After the shift, the origin is above the triangle.
 TEST(Drop, OfAPlateIsOnAFaceWhereItsMiddleIsAboveIt) {
   geometry::TriangleMesh plate;
   plate.vertices = {{-0.02, -0.02, 0}, {0.02, 0.02, 0}, {-0.02, 0.02, 0}};
