@@ -47,7 +47,7 @@ std::vector<Session> load_sessions(const std::vector<std::string>& options) {
   return sessions;
 }
 
-/// Returns all checks. Those of the tasks come first: a session whose task was not completed has failed even if it had
+/// Returns all checks, the checks of the tasks first: a session whose task was not completed has failed even if it had
 /// no errors.
 std::vector<Check> all_checks(const std::vector<Session>& sessions, const SessionTasks& tasks) {
   for (const auto& [name, task] : tasks) {
