@@ -364,8 +364,8 @@ TEST(WatchdogLine, AZeroThatIsNotOutIsWithdrawnWhenTheOwnerGoesOnAndNotCounted) 
   EXPECT_LE(counted, reader.silences) << "counted, and nothing was written";
 }
 
-/// The owner requests a zero while the line is full. Returns false if the machine stalled the owner until its watchdog
-/// wrote the zero; such a trial is inconclusive.
+/// Requests the owner's own zero while the line is full. Returns false if the machine stalled the owner until its
+/// watchdog wrote a zero; the trial is then inconclusive.
 bool an_owners_zero_waits(LineKind kind) {
   TestLine line(kind);
   Owner owner(kind, line.writing);
