@@ -9,7 +9,7 @@ begun=$SECONDS
 
 clock() { printf '%d min %02d s' $(($1 / 60)) $(($1 % 60)); }
 
-# Runs a command as a step, and returns its exit code.
+# step NAME COMMAND...: runs a command as a step, and returns its exit code.
 step() {
   local name=$1 code=0 at=$SECONDS
   shift
@@ -20,8 +20,8 @@ step() {
   return $code
 }
 
-# Prints a table of the steps, their total time, and a verdict. $1: allowed total time in minutes. Returns 1 if a step
-# failed.
+# summary MINUTES: prints a table of the steps, their total time, and a verdict. MINUTES is the allowed total time.
+# Returns 1 if a step failed.
 summary() {
   local total=$((SECONDS - begun))
   echo "$run: times"

@@ -34,7 +34,7 @@ LANDING_HEAD = ["class", "meshes", "runs", "hand's force steps, of a rigid stop'
 
 
 def partners_in(folder):
-    """Writes the partners other than the mesh itself. Returns their files by name."""
+    """Writes the meshes that each mesh touches, except the mesh itself. Returns their files by name."""
     files = {"box": folder / "partner-box.obj", "plate": folder / "partner-plate.obj"}
     files["box"].write_bytes(mesh_corpus.obj(mesh_corpus.box(100, 70, 50)))
     files["plate"].write_bytes(mesh_corpus.obj(mesh_corpus.box(100, 100, 5)))
@@ -43,8 +43,8 @@ def partners_in(folder):
 
 
 def run_bench(options, mesh, file, kept, *arguments):
-    """Returns the result of the benchmark for a pair and stores it in the file `kept`. If it printed no result, this is
-    {"error": reason}."""
+    """Runs the benchmark for a pair, or reads its result from the file `kept` if that exists. Returns the result. If
+    the benchmark printed none, the result is {"error": reason}."""
     if kept.exists():
         return json.loads(kept.read_text(encoding="utf-8"))
     command = [options.lab, "bench", "contact", "--a", str(mesh), "--b", str(file), "--json", "--cache", str(options.out / "cache"), *arguments]
@@ -66,7 +66,7 @@ def run_pair(options, mesh, name, partner, file):
 
 
 def is_loaded(options, mesh):
-    """Returns whether the mesh can be loaded, or None if it has no triangle."""
+    """Returns whether the mesh can be loaded; None if it has no triangle."""
     try:
         done = subprocess.run([options.lab, "mesh", str(mesh), "--json"], capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
     except subprocess.TimeoutExpired:
@@ -82,7 +82,7 @@ def median_and_worst(numbers, digits):
 
 
 def row(kind, meshes):
-    """Returns the table row of a class. `meshes` contains pairs (whether the mesh was loaded, its runs)."""
+    """Returns the table row of a class of meshes. `meshes` contains pairs (whether the mesh was loaded, its runs)."""
     runs = [run for _, its in meshes for run in its]
     good = [run for run in runs if "error" not in run]
     p99 = [run["step_us"]["p99"] for run in good]
@@ -99,7 +99,7 @@ def row(kind, meshes):
 
 
 def landing_row(kind, meshes):
-    """Returns the table row of a class for --landing: the worst values of landings and drops."""
+    """Returns the table row of a class of meshes for --landing: the worst values of landings and drops."""
     runs = [run for _, its in meshes for run in its]
     results = [run["landing"] for run in runs if "error" not in run]
     landings = [landing for result in results for landing in result["landings"]]

@@ -28,7 +28,8 @@ LONG_SILENCE_MS = 110
 
 
 def trials(lab, out, stages, cases, first_seed, seeds):
-    """Returns the rows by stage and case. All stages share the reference run of a case and seed."""
+    """Runs the trials and returns their rows by stage and case. All stages share the reference run of a case and seed.
+    """
     if seeds < 1:
         return {stage: {case: [] for case in cases} for stage in stages}
     command = [lab, "run", *cases, "--single", "--json", "--truth-alone", "--stage", ",".join(stages),
@@ -99,7 +100,7 @@ def table(default, others, cases, seeds, other_seeds):
 
 
 def with_rows(text, rows):
-    """Returns the text after the table rows of some cases have been replaced."""
+    """Returns the text of the page with the table rows of some cases replaced by `rows`."""
     lines = text.split("\n")
     for row in rows:
         case = row.split("|")[1]
@@ -111,7 +112,7 @@ def with_rows(text, rows):
 
 
 def replaced(text, new, file=PAGE, begins=BEGIN, ends=END):
-    """Returns the text of a file after the part between two marker lines has been replaced by `new`."""
+    """Returns the text of a file in which the part between two marker lines is replaced by `new`."""
     before, begin, rest = text.partition(begins)
     _, end, after = rest.partition(ends)
     if not begin or not end:

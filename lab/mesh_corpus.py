@@ -32,7 +32,7 @@ def together(*meshes):
 
 
 def lattice(place, columns, rows, closes_columns=False, closes_rows=False):
-    """Returns a surface over two parameters from 0 to 1."""
+    """Returns the mesh of the surface place(u, v), u and v from 0 to 1, on a grid of columns × rows."""
     width, height = columns + (not closes_columns), rows + (not closes_rows)
     vertices = [place(i / columns, k / rows) for k in range(height) for i in range(width)]
     triangles = []
@@ -68,7 +68,8 @@ def box(x, y, z):
 
 
 def turned(profile, sides):
-    """Returns a closed solid of revolution about z. The profile (radius, height) starts and ends on the axis."""
+    """Returns a closed solid of revolution about z. The profile, a list of (radius, height), starts and ends on the
+    axis."""
     vertices = [(0.0, 0.0, profile[0][1]), (0.0, 0.0, profile[-1][1])]
     rings = []
     for radius, height in profile[1:-1]:
@@ -130,7 +131,7 @@ def without(mesh, is_gone):
 
 
 def finer(mesh):
-    """Returns the mesh after each triangle has been divided into four."""
+    """Returns the mesh with each triangle divided into four."""
     vertices, middles, triangles = list(mesh.vertices), {}, []
 
     def between(a, b):
@@ -214,7 +215,7 @@ def obj(mesh):
 
 
 def off(mesh):
-    """Returns an .off file that contains comments and face colours, to test the reader."""
+    """Returns the content of an .off file with comments and face colours, which a reader must accept."""
     lines = ["OFF # of the corpus", f"{len(mesh.vertices)} {len(mesh.triangles)} 0", "# places"]
     lines += [f"{x:.6g} {y:.6g} {z:.6g}" for x, y, z in mesh.vertices]
     return "\n".join(lines + [f"3 {a} {b} {c} 200 100 50" for a, b, c in mesh.triangles]).encode() + b"\n"
@@ -238,7 +239,7 @@ WRITERS = {"obj": obj, "off": off, "stl": stl, "ply": ply}
 
 
 def write_made(folder):
-    """Writes all generated meshes, each in the next of the formats in turn. Returns (class, file) for each."""
+    """Writes all generated meshes; successive meshes cycle through the file formats. Returns (class, file) for each."""
     folder.mkdir(parents=True, exist_ok=True)
     files = []
     for number, (kind, name, mesh) in enumerate(made()):

@@ -20,7 +20,8 @@ def ball(first, count):
 
 
 def walk(first, count, found):
-    """Appends (first, count, kind) for each node of the cut below a node, and for the nodes above the cut."""
+    """Appends (first, count, kind) for each node of the cut at or below a node, and for the visited nodes above the
+    cut."""
     x, y, radius = ball(first, count)
     if y - radius > BAND:
         found.append((first, count, "far"))
@@ -75,7 +76,7 @@ def draw_tree(d, found):
 
 
 def draw_motion(d):
-    """Draws a node that approaches by 75 % of its accumulated motion; the rest of the motion is sideways."""
+    """Draws a node whose accumulated motion is to 75 % an approach; the rest is sideways."""
     left, bottom, per_step, per_m = 70.0, 560.0, 13.0, 0.36
     at = lambda step, m: (left + per_step * step, bottom - per_m * m)
     d.text(20, 326, "Verlet slack of one far node: it is queried only where the two lines meet", 14, weight="bold")

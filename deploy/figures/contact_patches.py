@@ -31,7 +31,8 @@ def cut(polygon, low, high):
 
 
 def four(polygon):
-    """Returns the mean ± deviations along x and y. This is exact for shapes that are symmetric about the x axis, as these."""
+    """Returns the mean ± deviations along x and y. The result is exact for shapes that are symmetric about the x axis,
+    such as these."""
     n, sums = 240, [0.0] * 5
     low, high = min(x for x, _ in polygon), max(x for x, _ in polygon)
     for i in range(n):
@@ -57,7 +58,7 @@ def draw_slices(d):
         d.path([at(p) for p in part], INK, 1.0, None, "#fbe3cd" if colour == ORANGE else "#e3eef7", True)
         for p in four(part):
             d.circle(*at(p), 3.5, colour, 1.0, colour)
-    # side view
+    # Side view of the node and the plane.
     y, up = 446.0, 0.3
     d.line(x0 - 190, y, x0 + 190, y, INK, 1.5)
     d.text(x0 - 190, y + 34, "plane of the field; heights 0.3 px a µm", 11, GREY)

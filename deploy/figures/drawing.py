@@ -20,7 +20,7 @@ def _number(value):
 
 
 class Drawing:
-    """Shapes in the order in which they were added; later ones lie on top."""
+    """Shapes in the order in which they were added. Later shapes cover earlier ones."""
 
     def __init__(self, width, height, title):
         self._width, self._height, self._title = width, height, title

@@ -1,4 +1,4 @@
-"""Draws the energy balances at both ends of the network, and the two laws by which they act: gain and brake."""
+"""Draws the energy balances at both ends of the network, and the two control laws based on them: gain and brake."""
 from drawing import BLUE, Drawing, GREEN, GREY, INK, LIGHT, ORANGE
 
 PATH = "common/haptics/passivity/energy_accounts.svg"
@@ -10,12 +10,12 @@ GENTLE, FIRM = 20.0, 2000.0
 
 
 def max_gain(balance):
-    """Returns the largest gain at a negative balance."""
+    """Returns the largest permitted gain at a negative balance."""
     return min(1.0, max(0.0, (balance - HAND_MIN) / (-HAND_MIN - HAND_CREDIT)))
 
 
 def max_brake(missing):
-    """Returns the largest brake for the missing energy."""
+    """Returns the largest permitted brake for the missing energy."""
     share = min(1.0, max(0.0, (missing - GENTLE_TO) / (-TOOL_MIN - TOOL_CREDIT - GENTLE_TO)))
     return GENTLE + share * (FIRM - GENTLE)
 

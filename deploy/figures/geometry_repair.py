@@ -1,7 +1,7 @@
 """Draws mean winding numbers of both sides of faces, and the decisions of mesh repair: common/geometry/REPAIR.md.
 
-The picture is a section: a square with a wall inside and a fin outside. The number at an edge is the winding number of all
-other edges at its midpoint. Mesh repair computes the same for triangles.
+The picture is a section of a square with a wall inside and a fin outside. The number at an edge is the winding number
+of all other edges at its midpoint. Mesh repair computes the corresponding number for triangles.
 """
 from math import atan2, pi
 
@@ -22,7 +22,8 @@ def winding(p, edges):
 
 
 def sides(edges, asked):
-    """Returns {edge: (number, side, clear)} for the queried edges, computed from all others."""
+    """Returns {edge: (winding number, side, whether the side is clear)} for the queried edges. The number at an edge is
+    computed from all other edges."""
     found = {}
     for edge in asked:
         middle = tuple((u + v) / 2 for u, v in zip(*edge))

@@ -1,4 +1,5 @@
-"""Draws, on the left, the split of a potential at the cut-off, and on the right clusters and the grid of the first molecule."""
+"""Draws, on the left, the split of a potential at the cut-off. Draws, on the right, clusters and the grid of the first
+molecule."""
 import math
 
 from drawing import BLUE, Drawing, GREEN, GREY, INK, LIGHT, ORANGE, RED
@@ -6,7 +7,7 @@ from drawing import BLUE, Drawing, GREEN, GREY, INK, LIGHT, ORANGE, RED
 PATH = "common/docking/molecular_field.svg"
 
 START, CUTOFF = 6.0, 8.0  # Å; kSwitchWidthAngstrom is 2
-ALPHA = 1.0  # Coulomb with a constant dielectric
+ALPHA = 1.0  # exponent α of the Coulomb energy r^−α with a constant dielectric
 LEAF = 8  # atoms per cluster in this figure; 16 in the code
 
 

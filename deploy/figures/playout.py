@@ -14,7 +14,8 @@ LOST = range(2475, 2509)
 
 
 def packets():
-    """Returns (stamp, arrival) [ms] in the order of arrival, for one datagram per millisecond; a burst of 34 is lost."""
+    """Returns (time stamp, arrival) [ms] in the order of arrival, for one datagram per millisecond. A burst of 34 is
+    lost."""
     source = random.Random(5)
     last, found = 0.0, []
     for stamp in range(COUNT):
@@ -28,7 +29,7 @@ def packets():
 
 
 def waiting_times(found, base):
-    """Returns the waiting time and the length of each gap [ms], as PlayoutDelay::add() counts them."""
+    """Returns (waiting time, length) of each gap [ms], by the rule of PlayoutDelay::add()."""
     return [(max(0.0, arrival - before - base), stamp - before)
             for (before, _), (stamp, arrival) in zip(found, found[1:])]
 

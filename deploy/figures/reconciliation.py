@@ -1,5 +1,6 @@
-"""Draws reconciliation at matched time. The server's answer to input k is compared with the model at input k. The sum of the
-corrections since then is subtracted. The lower curves are computed by the rule of client/model/reconciler.cpp.
+"""Draws reconciliation at matched time. The server's answer to input k is compared with the model at input k, and the
+sum of the corrections since then is subtracted. The lower curves are computed by the rule of
+client/model/reconciler.cpp.
 """
 from drawing import BLUE, GREEN, GREY, INK, LIGHT, ORANGE, RED, Drawing
 

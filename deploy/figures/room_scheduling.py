@@ -1,12 +1,14 @@
-"""Draws one period of a shared thread with three rooms, with the io thread, and a move of a room between two threads."""
+"""Draws one period of a thread that three rooms share, the io thread, and a move of a room from one thread to another.
+"""
 from drawing import BLUE, GREEN, GREY, INK, LIGHT, ORANGE, RED, Drawing
 
 PATH = "server/room/scheduling.svg"
 
 # Example values in microseconds. PERIOD, EARLY and the formulas are those of room_scheduler.cpp.
 PERIOD, EARLY, WAKING = 1000.0, 50.0, 45.0
-PLACE = 0.25  # first of two workers: (0 + 0.5) / 2
-ROOMS = [("A", 40.0, 20.0, 30.0), ("B", 25.0, 15.0, 20.0), ("C", 60.0, 20.0, 60.0)]  # answer, help with sending, finish
+PLACE = 0.25  # phase of the first of two workers: (0 + 0.5) / 2
+# Name of each room, and its durations: answer, help with sending, finish.
+ROOMS = [("A", 40.0, 20.0, 30.0), ("B", 25.0, 15.0, 20.0), ("C", 60.0, 20.0, 60.0)]
 COLOURS = [BLUE, ORANGE, GREEN]
 LEFT, SCALE, FROM = 120.0, 2.05, 165.0
 
@@ -16,8 +18,8 @@ TAKES, BEARS = 0.7, 0.85
 
 
 def deadlines():
-    """Returns the phases that settle() gives: after the answers of the previous rooms, each with a gap of half its answer time,
-    at most 50 us and at most the spare time."""
+    """Returns the phases that settle() gives: each room follows the answer of the previous room after a gap. The gap is
+    half of the room's answer time, at most 50 µs and at most the spare time."""
     spare = max(0.0, PERIOD - sum(sum(room[1:]) for room in ROOMS)) / (2 * len(ROOMS))
     at, all_of_them = PLACE * PERIOD, []
     for _, answer, help_us, _ in ROOMS:

@@ -1,10 +1,10 @@
-"""Draws at which end of the network each stage of the client closes the loop, which is where the stiff spring is."""
+"""Draws the end of the network at which each client stage closes the control loop. The stiff spring is at that end."""
 from drawing import BLUE, GREEN, GREY, INK, LIGHT, ORANGE, Drawing
 
 PATH = "client/stages.svg"
 ROW, TOP = 92, 62
 HAND, NEAR, NET, FAR = 205, 330, 520, 700
-# columns: names, at the client, to the server, to the client, at the server, end at which the coupling is drawn
+# Columns: names, at the client, to the server, to the client, at the server, end at which the coupling is drawn.
 ROWS = [
     (["local-model"], ["tool and bodies", "(local model)"], "handle, buttons", "state: slow correction", ["tool and bodies"], "client"),
     (["god-object"], ["ball, bodies", "as last received"], "handle", "poses of bodies", ["tool and bodies"], "client"),
@@ -15,7 +15,7 @@ ROWS = [
 
 
 def spring(drawing, x1, x2, y, colour):
-    """Adds a zigzag from x1 to x2, which stands for the virtual coupling."""
+    """Adds a zigzag from x1 to x2, the symbol of the virtual coupling."""
     points = [(x1, y), (x1 + 8, y)]
     count = 7
     for index in range(count):

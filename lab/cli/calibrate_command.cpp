@@ -1,4 +1,4 @@
-// `tandem-lab calibrate`: computes the table of the adaptive law for one device.
+// `tandem-lab calibrate`: computes the table of the adaptive coupling law for one device.
 
 #include <CLI/CLI.hpp>
 #include <iostream>

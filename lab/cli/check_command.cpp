@@ -29,7 +29,7 @@ namespace {
 namespace json = boost::json;
 
 constexpr std::string_view kAdaptiveLaw = "adaptive";
-// Limits that are our choice. They are far beyond any tool and device, so that values outside them are typing errors.
+// Limits of the options, chosen far beyond any tool and device. Values outside them are typing errors.
 constexpr double kMinMass = 1e-6;
 constexpr double kMinInertia = 1e-12;
 constexpr double kMaxMass = 1e4;
@@ -51,9 +51,9 @@ struct CheckOptions {
   int delay_periods = 0;
   std::string out;
   bool prints_json = false;
-  /// options that the user may not give, because the adaptive law determines their values
+  /// options that the user may not set together with the adaptive law, because the law determines their values
   std::vector<const CLI::Option*> chosen_by_fit;
-  /// options that the adaptive law also determines if the fit includes rotation
+  /// options that the adaptive law determines only if its fit includes rotation
   std::vector<const CLI::Option*> turning_chosen_by_fit;
 };
 
@@ -82,7 +82,7 @@ haptics::LoopDevice device_of(const CheckOptions& options, devices::DeviceProfil
   return device;
 }
 
-/// Throws an error if the user gave an option that would be ignored.
+/// Throws std::invalid_argument if the user set one of `options`, because the adaptive law would override its value.
 void refuse_given(const std::vector<const CLI::Option*>& options) {
   for (const CLI::Option* const option : options) {
     if (option->count() == 0) continue;
@@ -164,7 +164,7 @@ json::object to_json(const CheckOptions& options, const CheckRun& check) {
           {"findings", std::move(findings)}};
 }
 
-/// Returns the verdict in one sentence.
+/// Returns the result of the check in one sentence.
 std::string verdict_of(const CheckRun& check) {
   if (check.is_refused) return "refused: the coupling is unstable in some hand";
   if (check.loops.empty()) return "not checked: this law has no loop whose stability can be computed";
@@ -196,8 +196,8 @@ void print(const CheckRun& check, const CheckOptions& options) {
   std::printf("%s\n", verdict_of(check).c_str());
 }
 
-/// Returns the largest stiffness at which every loop of translation is stable with this damping, at most
-/// kMaxStiffness_n_per_m; NaN if not even 1 N/m is stable.
+/// Returns the largest stiffness at which every loop of translation is stable with this damping [N/m]. It is at most
+/// kMaxStiffness_n_per_m, and NaN if not even 1 N/m is stable.
 double largest_stable_n_per_m(const CheckRun& check, double damping_n_s_per_m) {
   haptics::CouplingParameters parameters = check.loop->parameters;
   parameters.damping_n_s_per_m = damping_n_s_per_m;
@@ -269,14 +269,14 @@ CLI::Option* add_number(CLI::App& command, const std::string& name, T& value, do
                         const std::string& help) {
   const auto problem = [low, high](const std::string& text) {
     double number = 0;
-    // The condition is written such that a NaN is refused.
+    // A NaN fails both comparisons and is therefore refused.
     if (CLI::detail::lexical_cast(text, number) && number >= low && number <= high) return std::string();
     return "'" + text + "' must be a number from " + format_significant(low, 3) + " to " + format_significant(high, 3);
   };
   return command.add_option(name, value, help)->check(problem);
 }
 
-/// Adds an option for a coefficient. Its range is that of scene files.
+/// Adds an option for a coefficient of the coupling. The permitted range is that of scene files.
 CLI::Option* add_coefficient(CLI::App& command, const std::string& name, CheckOptions& options,
                              double haptics::CouplingParameters::*value, const std::string& help) {
   const auto* const field = std::ranges::find(proto::kCouplingFields, value, &proto::CouplingField::value);

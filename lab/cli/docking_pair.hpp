@@ -39,7 +39,8 @@ void add_docking_options(CLI::App& command, DockingOptions& options);
 /// is not a number.
 std::optional<double> cutoff_of(const std::string& text);
 
-/// Throws docking::MoleculeError or std::invalid_argument that names the file or the option.
+/// Loads both structures and selects the field model.
+/// Fails   docking::MoleculeError or std::invalid_argument that names the file or the option
 DockingPair load_docking_pair(const DockingOptions& options);
 
 boost::json::array json_of(const Vec3& vector);

@@ -31,13 +31,15 @@ namespace {
 namespace json = boost::json;
 namespace fs = std::filesystem;
 
-/// A residue is listed only if one of its two energy terms has at least this magnitude.
+/// Minimum magnitude of a listed residue's energy. A residue is listed if its Lennard-Jones or its Coulomb energy
+/// reaches it.
 constexpr double kMinResidueEnergyKjPerMol = 0.01;
 
-/// Progress is shown from this number of atom pairs on, which take about 2 s in double precision.
-constexpr std::size_t kPairsWithProgress = 50'000'000;
-/// Maximum number of pairs for which the energy without cut-off is also computed. That takes about 0.1 s in single
+/// Minimum number of atom pairs for which progress is shown. The evaluation of so many pairs takes about 2 s in double
 /// precision.
+constexpr std::size_t kPairsWithProgress = 50'000'000;
+/// Maximum number of pairs for which the energy without cut-off is also computed. That computation takes about 0.1 s in
+/// single precision.
 constexpr std::size_t kPairsToCompare = 200'000'000;
 
 struct EnergyOptions {
@@ -60,10 +62,10 @@ struct Energies {
   docking::FieldResult result;
   Pose X_AB;
   std::vector<Vec3> on_receptor, on_ligand;
-  std::vector<ResidueEnergy> of_receptor, of_ligand;  ///< filled only if requested; the largest energy comes first
+  std::vector<ResidueEnergy> of_receptor, of_ligand;  ///< filled only if requested; largest magnitude first
   Vec3 centre = Vec3::Zero();              ///< centre of mass of the ligand, in the coordinates of the receptor's file
   Vec3 torque = Vec3::Zero();              ///< torque about that centre
-  std::vector<docking::CloseAtoms> close;  ///< pairs of atoms that are too close for a non-bonded contact
+  std::vector<docking::CloseAtoms> close;  ///< pairs of atoms that are closer than a non-bonded contact allows
   /// computed only if there is a cut-off and at most kPairsToCompare pairs
   std::optional<double> all_pairs_kj_per_mol;
 };
@@ -179,8 +181,8 @@ json::array close_json(const DockingPair& pair, const Energies& found) {
   return rows;
 }
 
-/// Returns a text that names the molecules whose total charge is not an integer. It is empty if there are none or if
-/// the user accepted them.
+/// Returns a text that names the molecules whose total charge is not an integer. The text is empty if there are none,
+/// or if the user accepted such charges.
 std::string doubtful_charges(const DockingPair& pair, const EnergyOptions& options) {
   if (options.accepts_charge) return {};
   std::string which;
@@ -258,8 +260,8 @@ void print_molecule(const char* which, const docking::Molecule& molecule, const 
   print_lines("  overlaps: ", report.clashes);
 }
 
-/// The last line contains the sum over all residues that are not listed, so that the columns add up to the total
-/// energies.
+/// Prints the energies of the listed residues. The last line contains the sum over all other residues, so that the
+/// columns add up to the total energies.
 void print_residues(const char* which, const docking::Molecule& molecule, const std::vector<ResidueEnergy>& residues,
                     const docking::FieldResult& result) {
   std::printf("%s, chain residue number: Lennard-Jones, Coulomb, both [kJ/mol]\n", which);
@@ -276,7 +278,7 @@ void print_residues(const char* which, const docking::Molecule& molecule, const 
               others.sum());
 }
 
-/// Prints the closest pairs of one kind.
+/// Prints the closest pairs of one kind, at most kMaxPairLines of them.
 void print_close(const DockingPair& pair, const Energies& found, docking::Closeness closeness, const char* what) {
   constexpr std::size_t kMaxPairLines = 8;
   std::size_t count = 0;
@@ -317,7 +319,8 @@ void print(const DockingPair& pair, const Energies& found, const EnergyOptions& 
   if (!options.save.empty()) std::printf("saved as %s\n", options.save.c_str());
 }
 
-/// Returns the file names without folders, so that a complex that is passed on does not reveal the user's folders.
+/// Returns a remark for the saved file that names an input file without its folder, so that a published complex does
+/// not reveal the user's folders.
 std::string file_remark(const char* which, const std::string& text) {
   const server::StructureChoice choice = server::structure_choice(text);
   std::string remark = std::string(which) + " from " + fs::path(choice.file).filename().string();
@@ -325,7 +328,8 @@ std::string file_remark(const char* which, const std::string& text) {
   return remark;
 }
 
-/// Checks, before the computation, that the output name is valid and that no input structure would be overwritten.
+/// Checks before the computation that the output name is valid and that the output would not overwrite an input
+/// structure.
 void check_save(const EnergyOptions& options) {
   if (options.save.empty()) return;
   server::check_complex_name(options.save);

@@ -40,7 +40,7 @@ haptics::ArFit fit_named(const std::string& name) {
   for (const haptics::ArFit fit : kFits) {
     if (haptics::name_of(fit) == name) return fit;
   }
-  // cannot occur, because the option's check refuses unknown names
+  // This line is unreachable: the check of the option refuses unknown names.
   throw std::invalid_argument("--fit " + name + " is not known");
 }
 
@@ -51,7 +51,7 @@ std::vector<SeriesOrders> orders_of(const FitOrderOptions& options) {
   for (std::size_t i = 0; i < series.names.size(); ++i) {
     const std::vector<double> values = options.on_values ? series.columns[i] : differences(series.columns[i]);
     auto orders = haptics::fpe_of_orders(values, options.most_order, fit_named(options.fit), options.on_values);
-    // If the result contains only order 0, the series is constant.
+    // Only order 0 is fitted to a constant series.
     if (orders.size() < 2) orders.clear();
     result.push_back({series.names[i], values.size(), std::move(orders)});
   }

@@ -1,4 +1,4 @@
-// `tandem-lab link`: runs the simulated link as a program between unmodified clients and a server.
+// `tandem-lab link`: runs the simulated link as a separate program between unmodified clients and a server.
 
 #include <poll.h>
 #include <unistd.h>
@@ -49,7 +49,7 @@ void obey(const std::string& word, LinkProxy& proxy) {
   }
 }
 
-/// Executes a line: either one word, which applies to all links, or an address and a word for that link.
+/// Executes one line of input. A single word applies to all links; an address followed by a word applies to that link.
 void obey_line(const std::string& line, const Proxies& proxies) {
   const std::size_t space = std::min(line.find(' '), line.size());
   const std::string word = line.substr(0, space);
@@ -63,7 +63,7 @@ void obey_line(const std::string& line, const Proxies& proxies) {
   std::cout << line << std::endl;
 }
 
-/// Executes the lines that were typed on standard input since the last call.
+/// Executes the complete lines that were typed on standard input since the last call. `begun` holds an incomplete line.
 void listen_to_stdin(std::string& begun, bool& has_ended, const Proxies& proxies) {
   pollfd input{STDIN_FILENO, POLLIN, 0};
   if (has_ended || ::poll(&input, 1, 0) <= 0) return;

@@ -1,5 +1,5 @@
-// `tandem-lab live`: runs the trials of an experiment file in real time over sockets, and compares them with the same
-// trials in virtual time. This checks that results of the lab hold for the real client.
+// `tandem-lab live`: runs the trials of an experiment file in real time over sockets and compares them with the same
+// trials in virtual time. The comparison checks that results of the lab hold for the real client.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -41,9 +41,9 @@ namespace {
 
 namespace json = boost::json;
 
-/// A metric that is compared between a live and a virtual trial. The permitted difference is the larger of a share of
-/// the virtual value and an absolute value. Both values are our choice. The aim is to detect a component that works in
-/// only one of the two, not small deviations.
+/// A metric that is compared between a live and a virtual trial. The permitted difference is the larger of a fraction
+/// of the virtual value and an absolute value. Both are our choice. The comparison should detect a component that works
+/// in only one of the two trials, not small deviations.
 struct Compared {
   std::string_view metric;
   const char* what;
@@ -103,9 +103,10 @@ std::vector<Trial> trials_of_live(const LiveOptions& options) {
   return expand(read_experiment_file(experiment_files(names).front()), request);
 }
 
-/// Virtual runs at zero delay. Each is computed only once.
+/// Cache of virtual runs at zero delay. Each run is computed only once.
 class References {
  public:
+  /// Returns the trace of a virtual run at zero delay. It is computed at the first request.
   /// In      at_zero_delay  result of reference_of() or same_stage_of() for a trial
   const SessionTrace& trace_of(const Trial& at_zero_delay, const std::shared_ptr<const server::LoadedScene>& scene) {
     const std::string key = compact_json(experiment_json(at_zero_delay.experiment));
@@ -140,7 +141,7 @@ std::string scope_of(const LiveResult& result) {
          compact_json(row.at("seed"));
 }
 
-/// Returns the checks of the values that exist in both trials or in one of them.
+/// Returns one check for each compared value that at least one of the two trials has.
 std::vector<Check> checks_of(std::span<const LiveResult> results) {
   std::vector<Check> checks;
   for (const LiveResult& result : results) {
@@ -172,7 +173,7 @@ Table comparison_table(std::span<const LiveResult> results) {
   return table;
 }
 
-/// Returns the first page without figures: the question, what was compared, and whether it agrees.
+/// Returns the first page of the report, without figures: the question, the compared values, and whether they agree.
 HtmlReport comparison_page(std::span<const LiveResult> results) {
   HtmlReport page("Real time against virtual time", text_in(results.front().live.row, "experiment"));
   page.question(
@@ -197,7 +198,7 @@ HtmlReport single_report(const Experiment& experiment, const LiveResult& result,
   return page;
 }
 
-/// Returns a figure of a value over the delay: lines in virtual time, markers in real time.
+/// Returns a figure of a value as a function of the delay: lines in virtual time, markers in real time.
 Plot figure_of(std::span<const LiveResult> results, const Compared& value) {
   Plot figure;
   figure.description = std::string(value.what) + " in real and virtual time over the delay";
@@ -244,8 +245,8 @@ HtmlReport grid_report(std::span<const LiveResult> results, std::span<const Tria
   return page;
 }
 
-/// Runs a trial and compares it with its virtual counterpart. The time series are written to the folder `files_in`, if
-/// given.
+/// Runs a trial and compares it with its virtual counterpart. If `files_in` is given, the time series are written to
+/// that folder.
 LiveResult run_trial(const Trial& trial, References& references, int realtime_priority,
                      const std::optional<std::filesystem::path>& files_in) {
   server::SceneLoading loading;
@@ -273,7 +274,7 @@ LiveResult run_trial(const Trial& trial, References& references, int realtime_pr
   return result;
 }
 
-/// Returns whether all compared values agree. The result is false if no value could be compared.
+/// Returns whether all values that can be compared agree. The result is false if no value can be compared.
 bool agrees(const LiveResult& result) {
   const auto possible = [](const Comparison& each) { return each.is_possible(); };
   const auto good = [](const Comparison& each) { return !each.is_possible() || each.agrees(); };
@@ -372,7 +373,7 @@ void write_files(const std::filesystem::path& folder, const std::vector<LiveResu
                                            {"results.csv", study_csv(live)},
                                            {"virtual.json", pretty_json(study_json(beside))},
                                            {"comparison.json", pretty_json(comparisons_json(results))}};
-  // The report of a single trial shows its forces over time; it is written with its time series.
+  // The report of a single trial shows forces over time and is written together with the time series of the trial.
   if (results.size() > 1) files = with_report(std::move(files), grid_report(results, live));
   files["timing.json"] = pretty_json(json::object{{"wall_s", wall_s}});
   write_all_files(folder.string(), files);
@@ -403,7 +404,7 @@ int run_live(const LiveOptions& options) {
       if (results.size() == 1) std::cerr << line << '\n';
     }
     if (!options.prints_json) print_result(results.back());
-    // written after each trial, because the next one may fail
+    // Written after each trial, so that earlier results remain if a later trial fails.
     write_files(folder, results, to_seconds(wall.now() - begin));
   }
   if (options.prints_json) std::cout << pretty_json(comparisons_json(results));

@@ -10,7 +10,7 @@
 
 namespace {
 
-/// Returns an error message in one line. If the subcommand is missing, the message lists the subcommands.
+/// Returns a parsing error as a message of one line. If the subcommand is missing, the message lists the subcommands.
 std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App* command = &app;
   std::string path = "tandem-lab";

@@ -47,7 +47,7 @@ std::string format_of(const fs::path& file) {
   return text.empty() ? text : text.substr(1);
 }
 
-/// Returns why a wall is too thin for the pressing force of a hand; empty if it is thick enough.
+/// Returns a warning if a wall is too thin for the pressing force of a hand; otherwise an empty text.
 std::string why_too_thin(const MeshFacts& facts) {
   return facts.thinnest_wall_m > 0 ? contact::why_too_thin(facts.thinnest_wall_m / 2) : std::string();
 }
@@ -79,7 +79,7 @@ json::object json_of(const std::string& file, const MeshFacts& facts) {
           {"notes", std::move(notes)}};
 }
 
-/// Returns the size stated in the file and the resulting size in metres.
+/// Returns a text with the size stated in the file and the resulting size in metres.
 std::string size_text(const std::string& file, const MeshFacts& facts) {
   const bool is_stated = server::states_unit(file);
   const Vec3 size_mm = facts.size_m * 1e3;
@@ -117,7 +117,7 @@ MeshScale scale_of(const MeshOptions& options) {
   return {.scale = options.scale, .largest_size_m = options.largest_size_m, .y_is_up = options.up == "y"};
 }
 
-/// For each file format: the number of files that were loaded and contain triangles, and the reasons why files were
+/// Statistics for each file format: the number of loaded files with triangles, and the reasons for which files were
 /// refused.
 struct Tally {
   std::map<std::string, int> loaded;

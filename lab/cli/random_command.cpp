@@ -62,8 +62,8 @@ std::vector<Trial> trials_of(const std::vector<NumberedTrial>& selected) {
   return trials;
 }
 
-/// Runs trials. For trials that the user selected by number, and for their references, a time series with one row per
-/// millisecond is stored.
+/// Runs trials. Trials that the user selected by number, and their references, store a time series with one row per
+/// millisecond.
 std::vector<TrialResult> run_trials(std::vector<Trial> trials, const RandomOptions& options) {
   RunSettings settings;
   settings.out = options.out;
@@ -86,7 +86,8 @@ bool succeeds(const TrialResult& result) {
   return text_in(result.row, "outcome") == "completed";
 }
 
-/// Runs references at zero delay only for trials that did not succeed and for trials with stored time series.
+/// Evaluates the trials. References at zero delay are run only for trials that did not succeed and for trials with
+/// stored time series.
 std::vector<RandomOutcome> outcomes_of(const std::vector<NumberedTrial>& trials,
                                        const std::vector<TrialResult>& results, const RandomOptions& options) {
   std::vector<RandomOutcome> outcomes;

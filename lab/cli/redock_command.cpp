@@ -1,4 +1,4 @@
-// `tandem-lab redock`: two simulated hands separate a complex and reassemble it over a network.
+// `tandem-lab redock`: two simulated hands separate a molecular complex and reassemble it over a network.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -122,7 +122,7 @@ void print_lock(const json::object& lock) {
   }
 }
 
-/// Prints why some seeds did not end docked.
+/// Prints the reason for each group of seeds that did not end docked.
 void print_ends(const json::object& redocked) {
   struct End {
     std::string_view name, text;
@@ -162,7 +162,7 @@ void print_far_minimum(const json::object& redocked) {
                "that were left out or lost their charge.\n";
 }
 
-/// Prints an explanation of the result as text.
+/// Prints an explanation of the result in words.
 void print_remark(const json::object& redocked) {
   if (redocked.at("minimum_rmsd_to_native_angstrom").to_number<double>() > kNative_angstrom)
     print_far_minimum(redocked);
@@ -170,7 +170,7 @@ void print_remark(const json::object& redocked) {
   redocked.at("guided").get_bool() ? print_offset(redocked) : print_ends(redocked);
 }
 
-/// Returns a curve over the seeds.
+/// Returns one value of each seed as a series of markers.
 Series over_seeds(const json::object& redocked, const char* label, const char* field, int style) {
   Series series{label, {}, {}, style, Draw::kMarkers};
   for (const json::value& value : redocked.at("seeds").get_array()) {

@@ -22,7 +22,7 @@ namespace {
 
 struct ReportOptions {
   std::vector<std::string> sessions;  ///< each is NAME=DIR
-  std::string tasks;                  ///< file with the tasks; empty: no tasks
+  std::string tasks;                  ///< path of the file with the tasks; empty: no tasks
   std::string out;
   bool prints_json = false;
 };
@@ -47,8 +47,8 @@ std::vector<Session> load_sessions(const std::vector<std::string>& options) {
   return sessions;
 }
 
-/// Returns all checks, those of the tasks first, because a session whose task was not completed has failed even if it
-/// had no errors.
+/// Returns all checks, the checks of the tasks first: a session whose task was not completed has failed even if it had
+/// no errors.
 std::vector<Check> all_checks(const std::vector<Session>& sessions, const SessionTasks& tasks) {
   for (const auto& [name, task] : tasks) {
     if (std::ranges::find(sessions, name, &Session::name) == sessions.end()) {
@@ -84,7 +84,7 @@ int run_report(const ReportOptions& options) {
 }  // namespace
 
 void add_report_command(CLI::App& app, int& exit_code) {
-  // The options are shared with the callback, which exists longer than this function runs.
+  // The options are shared with the callback, which outlives this function.
   const auto options = std::make_shared<ReportOptions>();
   CLI::App* command = app.add_subcommand("report", "Checks sessions of tandem-client and writes an HTML report");
   command

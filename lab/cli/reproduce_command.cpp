@@ -29,7 +29,7 @@ std::filesystem::path no_file() {
 struct Benchmark {
   std::string_view name;
   std::string_view description;
-  /// returns a required file that is not part of the project; null: none is required
+  /// returns the path of a required file that is not part of the project; null: no such file is required
   std::filesystem::path (*needs)();
   Reproduction (*run)(const Clock& clock);
 };
@@ -47,7 +47,7 @@ constexpr std::array kBenchmarks{
               reproduce_docking},
 };
 
-/// Returns whether all claims hold.
+/// Runs a benchmark and writes its results to `folder`. Returns whether all claims hold.
 bool run_reproduce(const Benchmark& benchmark, const std::filesystem::path& folder) {
   Reproduction reproduction = benchmark.run(SteadyClock{});
   reproduction.question = "Subject: " + std::string(benchmark.description) + ".";
@@ -58,8 +58,8 @@ bool run_reproduce(const Benchmark& benchmark, const std::filesystem::path& fold
   return all_hold(reproduction.claims);
 }
 
-/// Runs each benchmark and writes its results to a folder of its own. If the required file of a benchmark is missing,
-/// it is skipped with a message; the last line contains the number of benchmarks that ran.
+/// Runs each benchmark and writes its results to a folder of its own. A benchmark whose required file is missing is
+/// skipped with a message. The last line states how many benchmarks ran.
 bool run_all(const std::string& out) {
   bool do_all_hold = true;
   std::size_t done = 0;

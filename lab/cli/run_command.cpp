@@ -33,8 +33,8 @@
 namespace tandem::lab {
 namespace {
 
-/// Typical speed of studies on one core, as a multiple of real time. It is used only for the estimate before the first
-/// trial.
+/// Typical speed of studies on one core, as a multiple of real time. It serves only for the estimate of the duration
+/// before the first trial has run.
 constexpr double kExpectedSpeed = 10;
 
 struct RunOptions {
@@ -97,7 +97,7 @@ std::string time_text(double seconds) {
   return text.str();
 }
 
-/// Displays progress: as a bar on a terminal, otherwise as occasional lines.
+/// Displays the progress of a study: as a bar on a terminal, otherwise as occasional lines.
 class StudyLine {
  public:
   explicit StudyLine(std::size_t total) : total_(total) {}
@@ -141,15 +141,15 @@ void write_results(const std::filesystem::path& folder, std::span<const TrialRes
                    bool is_one_with_files) {
   std::map<std::string, std::string> files{{"results.json", pretty_json(study_json(results))},
                                            {"results.csv", study_csv(results)}};
-  // The report of a single trial shows its forces over time. A study report would show curves over delay with a single
-  // point.
+  // The report of a single trial shows its forces over time. A study report of one trial would contain curves with a
+  // single point.
   if (!is_one_with_files) files = with_report(std::move(files), study_report(results));
   files["timing.json"] = pretty_json(study_timing_json(results, wall_s));
   write_all_files(folder.string(), files);
   write_study_hdf5(folder / "results.h5", results);
 }
 
-/// Prints notes on results that the table alone does not explain.
+/// Prints notes that explain results which the table alone does not.
 void print_notes(const std::filesystem::path& folder, std::span<const TrialResult> results) {
   std::set<std::string> here, reasons;
   for (const TrialResult& result : results) {

@@ -18,11 +18,11 @@ namespace {
 
 namespace json = boost::json;
 
-// Limits the duration of a trial, summed over its users. Each tick of a user takes about 0.6 kB of memory until the
-// trial has been evaluated and its files have been written.
+// Maximum duration of a trial, summed over its users [s]. It limits memory: each tick of a user occupies about 0.6 kB
+// until the trial is evaluated and its files are written.
 constexpr double kMaxUserSeconds = 1200;
 constexpr double kLongest_s = 600;
-// Largest seed. Other programs may round a larger JSON number.
+// Largest seed. Programs that read JSON numbers as double precision may round larger ones.
 constexpr std::uint64_t kMaxSeed = 1ULL << 53U;
 
 /// Names of the roles, in the order of server::UserRole.
@@ -108,7 +108,7 @@ std::string one_of(JsonFields& fields, std::string_view name, const std::string&
   return fields.has(name) ? std::string(choices[fields.choice(name, 0, choices)]) : otherwise;
 }
 
-/// Reads the fields of a pipeline, either of the whole experiment or of one user.
+/// Reads the pipeline of the whole experiment or of one user. Missing fields keep their values in `result`.
 Pipeline pipeline_of(JsonFields& fields, Pipeline result) {
   result.stage = one_of(fields, "stage", result.stage, known_stages());
   result.predictor = one_of(fields, "predictor", result.predictor, known_predictors());
@@ -135,19 +135,19 @@ json::object with(json::object base, const json::object& changes) {
   return base;
 }
 
-/// Defaults and file that are needed to read the fields of a user.
+/// Defaults and the source file that are needed to read the fields of a user.
 struct UserContext {
   const ExperimentFile& file;
   const Pipeline& pipeline;
   json::object link;
 };
 
-/// Reads a user's links. The uplink is the experiment's link with the changes in the user's `link`; the downlink also
-/// has the changes in the user's `downlink`.
+/// Reads the links of one user. The uplink is the experiment's link with the changes in the user's `link`. The downlink
+/// is the uplink with the changes in the user's `downlink`.
 void read_links(JsonFields& user, const json::object& document, std::size_t index, const UserContext& context,
                 ExperimentUser& result) {
   const std::string path = "users[" + std::to_string(index) + "].";
-  user.object("link");  // checks that both are objects; their fields are checked below
+  user.object("link");  // checks that both values are objects; their fields are read below
   user.object("downlink");
   const json::object up = with(context.link, object_in(document, "link"));
   const json::object down = with(up, object_in(document, "downlink"));
@@ -224,7 +224,7 @@ json::object json_of(const OutcomeRule& rule) {
   return {{"body", rule.body}, {"ends_at_m", json::array{p.x(), p.y(), p.z()}}, {"within_m", rule.ends_within_m}};
 }
 
-/// Collects the changes to the scene file, including those of the law and the coupling.
+/// Collects all changes to the scene file. The fields for law and coupling are changes to the scene as well.
 json::object scene_changes_of(JsonFields& file, const json::object& document) {
   json::object changes = object_in(document, "scene_changes");
   file.object("scene_changes");
@@ -236,8 +236,8 @@ json::object scene_changes_of(JsonFields& file, const json::object& document) {
   return changes;
 }
 
-// Accepts the fields that define the set of trials. They are not part of a single trial; lab/experiment/trial_grid
-// reads them.
+// Accepts the fields that define the set of trials, so that they are not reported as unknown. They are not part of a
+// single trial; lab/experiment/trial_grid reads them.
 void skip_grid(JsonFields& file) {
   file.whole_number("seeds", 1, kMaxSeeds);
   file.has("grid");

@@ -1,4 +1,4 @@
-// The checked content of an experiment file: a scene, simulated hands, their links, the pipeline between hand and
+// The validated content of an experiment file: a scene, simulated hands, their links, the pipeline between hand and
 // scene, and a seed. Together they determine a trial completely. lab/EXPERIMENTS.md lists the fields.
 #pragma once
 
@@ -21,7 +21,7 @@
 
 namespace tandem::lab {
 
-/// Name of a role in experiment files.
+/// Returns the name of a role in experiment files.
 std::string_view role_name(server::UserRole role);
 
 /// One simulated user with its device, client and link.
@@ -30,9 +30,9 @@ struct ExperimentUser {
   server::UserRole role = server::UserRole::kManipulator;
   std::string hand_name = "rest";
   devices::HandPath hand = devices::named_hand_path("rest");
-  devices::HandParameters hand_parameters;  ///< parameters of the hand alone; they exclude the device
-  devices::DeviceProfile device = devices::find_device_profile("sim");  ///< device that the hand holds
-  bool is_bounded = false;  ///< the device's workspace is limited; its user sees the tool and steers by it
+  devices::HandParameters hand_parameters;  ///< parameters of the user's hand without the device
+  devices::DeviceProfile device = devices::find_device_profile("sim");  ///< the device that the hand holds
+  bool is_bounded = false;  ///< whether the device's workspace is limited; its user then steers by the displayed tool
   double motion_scale = 1;  ///< see WorkspaceSettings::scale
   double pace = 1;          ///< speed factor of the hand's path: 2 is twice as fast
   Pipeline pipeline;        ///< processing between the server's state and the hand
@@ -42,7 +42,7 @@ struct ExperimentUser {
   Duration tick_phase{0};  ///< phase of the user's 1 kHz loop within the millisecond: a multiple of kSlot
 };
 
-/// Condition for the success of a trial, besides uninterrupted connections.
+/// Condition for the success of a trial. In addition, all connections must last until the end.
 struct OutcomeRule {
   std::string body;
   double lifted_above_m = 0;  ///< required height of the body above its start position …
@@ -55,7 +55,7 @@ struct OutcomeRule {
 struct Experiment {
   std::string name;
   std::string description;
-  std::filesystem::path scene;        ///< path of the scene file, which exists
+  std::filesystem::path scene;        ///< path of an existing scene file
   boost::json::object scene_changes;  ///< changes to the scene file: maps dotted field names to values
   Duration duration{from_seconds(10)};
   std::uint64_t seed = 1;
@@ -74,31 +74,32 @@ struct Experiment {
   }
 };
 
-/// Ways in which users get the assets of the scene. "here": they are present from the start, for trials that study the
-/// state only. "fetched": they are fetched over the user's link after joining, as in practice. "fetched-in-turn": as
-/// "fetched", but each piece is requested after the previous one has arrived.
+/// Delivery of the scene's assets to the users. "here": present from the start, for trials that study only the exchange
+/// of states. "fetched": transferred over the user's link after joining, as in practice. "fetched-in-turn": as
+/// "fetched", but each piece is requested after the previous piece has arrived.
 std::vector<std::string_view> asset_deliveries();
 
-/// Step of virtual time. Loops with a period of 1 ms have four possible phases relative to each other.
+/// Step of virtual time. With this step, loops with a period of 1 ms have four possible phases relative to each other.
 inline constexpr Duration kSlot{from_seconds(0.00025)};
 inline constexpr Duration kHapticPeriod{from_seconds(0.001)};
 inline constexpr std::uint64_t kMaxSeeds = 1000;
 
-/// An experiment file after parsing. It is checked only to be a JSON object, so that quantities can be set before the
-/// full check.
+/// An experiment file after parsing. The document is a JSON object whose fields are not yet checked, so that quantities
+/// can be set before the full check.
 struct ExperimentFile {
   std::string origin;               ///< file name, for error messages
   std::filesystem::path directory;  ///< base of relative paths
   boost::json::object document;
 };
+/// Reads a file without checking its fields.
 /// Fails   std::invalid_argument: the file cannot be read, is not JSON, or is not an object
 ExperimentFile read_experiment_file(const std::filesystem::path& file);
 
-/// Checks one trial: the document after all quantities are set. Fields that only define the set of trials (`seeds`,
-/// `grid`) are ignored.
+/// Checks the document of one trial, in which all quantities have been set. Fields that only define the set of trials
+/// (`seeds`, `grid`) are ignored.
 /// Fails   std::invalid_argument naming file, field, value and remedy
 Experiment parse_experiment(const ExperimentFile& file);
-/// Parse from text and from a file. A scene name without a path refers to a shipped scene.
+/// Parse one trial from text and from a file. A scene name without a path refers to a shipped scene.
 Experiment parse_experiment(std::string_view json, const std::string& origin, const std::filesystem::path& directory);
 Experiment load_experiment(const std::filesystem::path& file);
 

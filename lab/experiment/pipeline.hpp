@@ -13,7 +13,8 @@ namespace tandem::lab {
 
 /// Returns the default stage of a client.
 std::string default_stage();
-/// Returns the stage that displays the server's own contact forces. At zero delay it is the reference.
+/// Returns the stage that displays the contact forces of the server unchanged. At zero delay it is the reference of a
+/// trial.
 std::string truth_stage();
 std::vector<std::string_view> known_stages();
 std::vector<std::string_view> known_predictors();

@@ -56,7 +56,7 @@ bool is_of_a_whole_trial(const std::string& name) {
   return name != "users" && name != "name" && name != "description" && name != "scene_changes";
 }
 
-/// Converts "users.ben.x" and "users.1.x" to "users.0.x", the form in which names are listed.
+/// Converts the name of a quantity of any user ("users.ben.x", "users.1.x") to the listed form "users.0.x".
 std::string listed_form(const std::string& name) {
   if (!name.starts_with(kUserPrefix)) return name;
   const std::size_t dot = name.find('.', kUserPrefix.size());
@@ -67,7 +67,7 @@ bool is_of_the_scene(const std::string& name) {
   return (name.starts_with("scene.") && name.size() > 6) || (name.starts_with("coupling.") && name.size() > 9);
 }
 
-/// Lists names for an error message: either those of a single user or those of all users.
+/// Lists names for an error message: those of a single user if `is_of_a_user`, otherwise those of all users.
 std::string listed(const std::vector<std::string>& names, bool is_of_a_user) {
   std::string text;
   for (const std::string& name : names) {
@@ -120,7 +120,7 @@ json::object& user_called(json::object& document, const std::string& name) {
   throw std::invalid_argument("users." + name + ": there is no such user; known: " + known);
 }
 
-/// Erases the quantity from all single users, so that the common value applies to them.
+/// Erases a quantity from every single user, so that the common value applies to all.
 void forget_users_own(json::object& document, const std::vector<std::string>& parts) {
   for (json::value& user : users_of(document)) {
     if (!user.is_object()) continue;

@@ -17,13 +17,12 @@
 
 namespace tandem::lab {
 
-/// Returns the current name of a quantity that older files may contain under a previous name ("guard" is now
-/// "passivity").
+/// Returns the current name of a quantity. Older files may contain a previous name: "guard" is now "passivity".
 std::string current_name(const std::string& quantity);
 /// Replaces the previous names of all fields in an experiment's document by the current ones.
 boost::json::object with_current_names(boost::json::object document);
 
-/// One quantity and the list of its values, one for each trial.
+/// One quantity and the list of its values. Each value gives one trial.
 struct Axis {
   std::string name;
   std::vector<boost::json::value> values;
@@ -37,14 +36,16 @@ Axis parse_axis(const std::string& text);
 /// Splits a dotted name: "a.b" → "a", "b".
 std::vector<std::string> parts_of_name(std::string_view name);
 
-/// Returns the names that can be set in an experiment, given its complete document (experiment_json()). Names that
-/// belong to a user begin with "users.0."; placeholders for fields of the scene file end in "…".
+/// Returns the names of all quantities that can be set in an experiment, given its complete document (see
+/// experiment_json()). Names that belong to a user begin with "users.0."; placeholders for fields of the scene file end
+/// in "…".
 std::vector<std::string> known_quantities(const boost::json::object& complete);
 /// Checks that a quantity exists.
 /// Fails   std::invalid_argument: the name is unknown; the message lists the most similar names and all known names
 void check_quantity(const boost::json::object& complete, const std::string& name);
 
-/// Sets a quantity in an experiment's document. A quantity for all users also replaces the values of single users.
+/// Sets a quantity in an experiment's document. A quantity that applies to all users replaces the values of single
+/// users too.
 /// Fails   std::invalid_argument: the user does not exist
 void set_quantity(boost::json::object& document, const std::string& name, const boost::json::value& value);
 

@@ -15,7 +15,7 @@ namespace json = boost::json;
 
 constexpr std::uint64_t kDefaultSeeds = 3;
 
-/// Axes of which all combinations are tried.
+/// Axes of the grid. Every combination of their values is a trial.
 struct Block {
   std::vector<Axis> axes;
   std::optional<std::uint64_t> seeds;
@@ -31,7 +31,7 @@ Axis axis_of_names(std::string name, const std::vector<std::string_view>& values
   return result;
 }
 
-/// Returns the stages that can render every scene.
+/// Returns the stages that can render every scene. Stages that need a proxy world are excluded.
 std::vector<std::string_view> general_stages() {
   std::vector<std::string_view> stages = known_stages();
   std::erase_if(stages, client::needs_proxy_world);
@@ -109,7 +109,7 @@ std::vector<Block> blocks_of(const ExperimentFile& file, const GridRequest& requ
   return grid != nullptr ? blocks_of_file(file, *grid) : default_blocks();
 }
 
-/// Adds the axes of the command line. An axis of the block with the same name is removed.
+/// Adds the axes of the command line to a block. They replace axes of the block with the same name.
 void apply_request(Block& block, const GridRequest& request) {
   for (const Axis& axis : request.axes) {
     std::erase_if(block.axes, [&](const Axis& own) { return own.name == axis.name; });
@@ -117,8 +117,8 @@ void apply_request(Block& block, const GridRequest& request) {
   }
 }
 
-/// Adds an axis of consecutive seeds. It begins with the seed of the file or of `--set seed`. A block that lists
-/// several seeds remains unchanged.
+/// Adds an axis of consecutive seeds to a block, beginning with the seed of the file or of `--set seed`. A block with
+/// several explicit seeds remains unchanged.
 void add_seeds(Block& block, const ExperimentFile& file, const GridRequest& request) {
   JsonFields fields(file.document, file.origin);
   std::uint64_t first = fields.whole_number("seed", 1, 1ULL << 53U);
@@ -148,7 +148,7 @@ std::size_t combinations(const Block& block) {
   return count;
 }
 
-/// Returns the combination number `index`; the last axis changes fastest.
+/// Returns combination number `index` of a block. The last axis changes fastest.
 json::object combination(const Block& block, std::size_t index) {
   json::object settings;
   std::size_t stride = combinations(block);
@@ -177,8 +177,8 @@ void check_names(const Block& block, const json::object& complete, const Experim
   }
 }
 
-/// Parses the file after `settings` were applied. An error is attributed to the settings, because the unchanged file
-/// has already been parsed successfully.
+/// Parses the document after `settings` were applied. The message of an error names the settings, because the unchanged
+/// file has already been parsed successfully.
 Experiment experiment_with(const json::object& settings, const ExperimentFile& file) {
   try {
     return parse_experiment(file);

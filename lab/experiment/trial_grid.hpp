@@ -1,5 +1,5 @@
-// Expands an experiment into trials. Each block of axes gives the product of the values of its axes; each combination
-// runs with every seed.
+// Expands an experiment into trials. The trials of a block are all combinations of the values of its axes, each with
+// every seed.
 #pragma once
 
 #include <optional>
@@ -14,14 +14,14 @@ namespace tandem::lab {
 /// One trial: an experiment in which every quantity has one value.
 struct Trial {
   Experiment experiment;
-  ExperimentFile file;           ///< document of the experiment file after the settings are applied
+  ExperimentFile file;           ///< document of the experiment file with the settings applied
   boost::json::object settings;  ///< quantities that differ from the experiment file, by name
 };
 
 /// Command-line options that select the trials of each file.
 struct GridRequest {
-  bool is_single = false;  ///< no grid: the file unchanged, except for the axes below
-  bool is_full = false;    ///< the product of all stages, predictors, passivity on and off, delays, jitter and loss
+  bool is_single = false;  ///< whether the grid is omitted: the file runs unchanged, except for the axes below
+  bool is_full = false;    ///< whether all combinations of stages, predictors, passivity, delays, jitter and loss run
   std::optional<std::uint64_t> seeds;  ///< number of seeds; they count up from the seed in the file
   std::vector<Axis> axes;              ///< axes that replace those of the same name in the grid
 };
@@ -35,10 +35,10 @@ struct GridRequest {
 std::vector<Trial> expand(const ExperimentFile& file, const GridRequest& request);
 inline constexpr std::size_t kMaxTrials = 20000;
 
-// Reference trials have the same hands with the same seed on a perfect link, without passivity controller, predictor,
-// deadband or model errors. reference_of() uses the trial's reference stage, which is truth_stage() by default.
+// Returns the reference trial: the same hands with the same seed on a perfect link, without passivity controller,
+// predictor, deadband or model errors. Its stage is the trial's reference stage, by default truth_stage().
 Trial reference_of(const Trial& trial);
-/// Returns the reference trial that runs each user on the user's own stage.
+/// Returns a reference trial like that of reference_of(), but each user keeps the user's own stage.
 Trial same_stage_of(const Trial& trial);
 
 }  // namespace tandem::lab

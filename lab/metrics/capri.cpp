@@ -16,8 +16,8 @@ using ResiduePairs = std::vector<std::pair<std::size_t, std::size_t>>;
 
 constexpr std::array<std::string_view, 4> kAminoAcidBackbone{"N", "CA", "C", "O"};
 constexpr std::array<std::string_view, 6> kNucleotideBackbone{"P", "O5'", "C5'", "C4'", "C3'", "O3'"};
-/// Names of atoms by which a residue is recognised as an amino acid (first three atoms of the backbone) or as a
-/// nucleotide (last four, because the first residue may lack the phosphate).
+/// Names of backbone atoms that identify a residue as an amino acid (the first three) or as a nucleotide (the last
+/// four, because the first residue may lack the phosphate).
 constexpr std::span kAminoAcidMarks = std::span(kAminoAcidBackbone).first<3>();
 constexpr std::span kNucleotideMarks = std::span(kNucleotideBackbone).last<4>();
 
@@ -33,7 +33,7 @@ std::vector<std::size_t> heavy_atoms(const Molecule& molecule) {
   return atoms;
 }
 
-/// Returns the index of the residue for each atom.
+/// Returns, for each atom, the index of its residue.
 std::vector<std::size_t> residues_of_atoms(const Molecule& molecule) {
   const std::vector<std::size_t> starts = docking::residue_starts(molecule);
   std::vector<std::size_t> residues(molecule.size());
@@ -43,7 +43,7 @@ std::vector<std::size_t> residues_of_atoms(const Molecule& molecule) {
   return residues;
 }
 
-/// Returns those of `atoms`, the atoms of one residue, whose name is in `names`.
+/// Returns the atoms of one residue (`atoms`) whose names are in `names`.
 std::vector<std::size_t> atoms_called(const Molecule& molecule, std::span<const std::size_t> atoms,
                                       std::span<const std::string_view> names) {
   std::vector<std::size_t> found;
@@ -53,7 +53,8 @@ std::vector<std::size_t> atoms_called(const Molecule& molecule, std::span<const 
   return found;
 }
 
-/// Returns the atoms of a residue that the interface RMSD uses, given all heavy atoms of the residue.
+/// Returns the atoms of a residue that the interface RMSD uses: those of its backbone, or all heavy atoms if the
+/// backbone is incomplete. `atoms` are the heavy atoms of the residue.
 std::vector<std::size_t> backbone_or_all(const Molecule& molecule, const std::vector<std::size_t>& atoms) {
   const auto has_all = [&](std::span<const std::string_view> names) {
     return atoms_called(molecule, atoms, names).size() >= names.size();
@@ -74,7 +75,7 @@ std::vector<std::size_t> interface_atoms(const Molecule& molecule, const std::se
   return atoms;
 }
 
-/// Returns the RMSD after the optimal superposition (Umeyama's method). Columns are points.
+/// Returns the RMSD after the optimal superposition by Umeyama's method. Columns are points.
 double superposed_rmsd(const Eigen::Matrix3Xd& moving, const Eigen::Matrix3Xd& fixed) {
   const Eigen::Matrix4d best = Eigen::umeyama(moving, fixed, false);
   const Eigen::Matrix3Xd rest = (best.topLeftCorner<3, 3>() * moving).colwise() + best.topRightCorner<3, 1>().eval();

@@ -1,4 +1,5 @@
-// Quality measures of CAPRI, which compare a pose of two rigid molecules with their native pose.
+// Quality measures of CAPRI (Critical Assessment of Predicted Interactions). They compare a pose of two rigid molecules
+// with their native pose.
 #pragma once
 
 #include <cstddef>
@@ -10,10 +11,9 @@
 
 namespace tandem::lab {
 
-/// Two residues are in contact if heavy atoms of both are closer than this distance [Å].
+/// Maximum distance of two heavy atoms of residues that are in contact [Å].
 inline constexpr double kResidueContact_angstrom = 5;
-/// A residue belongs to the interface if a heavy atom of it is closer than this to a heavy atom of the other molecule
-/// [Å].
+/// Maximum distance of an interface residue from the other molecule, between heavy atoms [Å].
 inline constexpr double kInterfaceReach_angstrom = 10;
 
 /// Returns the pairs of a residue of A and a residue of B that have heavy atoms (all except hydrogens) within
@@ -32,7 +32,7 @@ std::vector<std::pair<std::size_t, std::size_t>> residue_pairs_within(const dock
 /// backbone.
 double ligand_rmsd_angstrom(const docking::Molecule& ligand, const Pose& X_AB, const Pose& Y_AB);
 
-/// Returns f_nat: the share of the native residue contacts (kResidueContact_angstrom) that the pose `X_AB` also has,
+/// Returns f_nat: the fraction of the native residue contacts (kResidueContact_angstrom) that the pose `X_AB` also has,
 /// from 0 to 1. The result is NaN if the native pose has no contacts.
 ///
 /// Source  Méndez, Leplae, De Maria, Wodak, Proteins 52 (2003) 51; Lensink, Méndez, Wodak, Proteins 69 (2007) 704

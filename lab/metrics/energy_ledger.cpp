@@ -34,7 +34,7 @@ struct HandWork {
   double withheld_j = 0;
 };
 
-/// Contribution of one user to E, valid from this time until the user's next contribution.
+/// Contribution of one user to E(t), valid from `time` until the user's next contribution.
 struct Share {
   Duration time{0};
   std::size_t user = 0;
@@ -52,7 +52,7 @@ void add_shares(const UserTrace& user, std::size_t index, const HandWork& work, 
   for (const AnsweredInput& answer : user.answered) shares.push_back({answer.time, index, sum_j(answer) - before_j});
 }
 
-/// Computes the maximum rise of a series within a sliding window incrementally.
+/// Computes the maximum rise of a series within a sliding window. Values are added one by one.
 class GreatestRise {
  public:
   explicit GreatestRise(Duration window) : window_(window) {}
@@ -66,7 +66,7 @@ class GreatestRise {
 
  private:
   Duration window_;
-  std::deque<std::pair<Duration, double>> rising_;  ///< possible minima of the window, in ascending order
+  std::deque<std::pair<Duration, double>> rising_;  ///< candidates for the minimum of the window, in ascending order
   double greatest_ = 0;
 };
 

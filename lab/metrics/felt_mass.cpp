@@ -12,10 +12,10 @@ namespace {
 
 constexpr Duration kSkippedBegin{from_seconds(1.0)};
 constexpr Duration kSkippedEnd{from_seconds(0.5)};
-/// Number of ticks between two rows of the regression. The rows have 100 Hz, which is sufficient for motions of up to 5
-/// Hz.
+/// Number of ticks between two rows of the regression. It gives rows at 100 Hz, which is sufficient for motions of up
+/// to 5 Hz.
 constexpr std::size_t kStride = 10;
-constexpr std::size_t kLag = 20;  ///< lag of the covariance estimate, in rows: 0.2 s
+constexpr std::size_t kLag = 20;  ///< maximum lag of the covariance estimate, in rows: 0.2 s
 constexpr std::size_t kMinRows = 200;
 constexpr double kMinAcceleration_m_per_s2 = 0.01;  ///< minimum RMS acceleration
 constexpr double kNormal95 = 1.96;
@@ -28,7 +28,7 @@ struct AxisSeries {
   std::vector<double> force;
 };
 
-/// First and last tick of the phase that the fit uses. The range is empty if the phase does not occur.
+/// First and last tick that the fit uses. The range is empty if the shake phase does not occur.
 struct FittedRange {
   std::size_t begin = 0;
   std::size_t end = 0;
@@ -76,7 +76,8 @@ AxisSeries axis_series(const UserTrace& user, const FittedRange& range, int axis
   return series;
 }
 
-/// Returns Σ x_t u_t u_s x_sᵀ over pairs of rows at most kLag apart, with Bartlett weights.
+/// Returns the covariance sum Σ x_t u_t u_s x_sᵀ over pairs of rows at most kLag apart, with Bartlett weights. x is a
+/// row, u its residual.
 Eigen::Matrix3d newey_west(const AxisSeries& axis, const Row& fit) {
   std::vector<Row> scores;
   for (std::size_t i = 0; i < axis.rows.size(); ++i) {

@@ -8,7 +8,8 @@ namespace {
 
 constexpr int kSections = 4;
 
-/// Applies one section: s²/(s² + 2ζ ω s + ω²) with s = (z − 1)/(z + 1), ω = tan(π f/f_s), ζ = damping ratio.
+/// Applies one second-order section in place: s²/(s² + 2ζ ω s + ω²) with s = (z − 1)/(z + 1) and ω = tan(π f/f_s). ζ is
+/// the damping ratio, f the corner frequency and f_s the sampling rate.
 void filter_section(std::vector<double>& samples, double omega, double damping_ratio) {
   const double a0 = 1 + 2 * damping_ratio * omega + omega * omega;
   const double a1 = 2 * (omega * omega - 1) / a0;

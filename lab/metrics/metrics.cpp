@@ -46,7 +46,7 @@ double round_trip_ms(const TickSample& tick) {
   return to_seconds(tick.round_trip) * 1e3;
 }
 
-// Applies a function of a sample to the pointers that settled_hold_ticks() returns.
+// Adapts a function of a sample to the pointers that settled_hold_ticks() returns.
 template <double (*F)(const TickSample&)>
 double of_pointer(const TickSample* tick) {
   return F(*tick);
@@ -57,7 +57,8 @@ double ticks_with(const UserTrace& user, haptics::SafetyFaults fault) {
                                            [&](const TickSample& tick) { return (tick.safety_faults & fault) != 0; }));
 }
 
-/// Faults that would stop a real device. The start ramp, the slew limit and silences occur in normal operation.
+/// Safety faults that would stop a real device. The start ramp, the slew limit and silences of the link are excluded,
+/// because they occur in normal operation.
 constexpr haptics::SafetyFaults kRealFaults =
     haptics::kSafetyNotFinite | haptics::kSafetyTooFast | haptics::kSafetyInvalidSample;
 

@@ -1,6 +1,6 @@
-// Metrics that need the trace of one user only. Each metric is one function, listed with its unit in the table of
-// metrics.cpp. A metric in that table also appears in trial.json and in the trial's report. Metrics that compare stages
-// are in trial_metrics.hpp.
+// Metrics of a single user's trace. Each metric is one function, listed with its unit in the table of metrics.cpp. A
+// metric in that table also appears in trial.json and in the trial's report. Metrics that compare stages are in
+// trial_metrics.hpp.
 #pragma once
 
 #include <limits>
@@ -14,13 +14,13 @@ namespace tandem::lab {
 /// Value of a metric that is not defined for a trace.
 inline constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 
-/// Returns the magnitude of the force that the device displayed.
+/// Returns the magnitude of the force that the device displayed [N].
 inline double displayed_force_n(const TickSample& tick) {
   return tick.displayed_D.f.norm();
 }
 
-/// Returns the ticks in which the hand rests at a waypoint, except the first second of each such phase, in which the
-/// hand still settles. Motion that remains after that second is a limit cycle.
+/// Returns the ticks in which the hand rests at a waypoint, without the first second of each such phase, in which the
+/// hand still settles. Motion after that second is a limit cycle.
 inline constexpr Duration kSettling{from_seconds(1.0)};
 std::vector<const TickSample*> settled_hold_ticks(const UserTrace& user);
 
@@ -33,7 +33,7 @@ const std::vector<UserMetric>& user_metrics();
 /// Returns the value of the metric with this name. Fails: std::invalid_argument for an unknown name.
 double user_metric(const UserTrace& user, std::string_view name);
 
-/// Returns the distance of a body from its start position, for each sample in SessionTrace::bodies.
+/// Returns the distance of a body from its start position [m], for each sample in SessionTrace::bodies.
 std::vector<double> body_travel_m(const SessionTrace& trace, std::size_t body);
 
 /// Returns the index of the phase with this name, as in TickSample::phase, or a value below −1 if there is none.

@@ -7,14 +7,18 @@
 
 namespace tandem::lab {
 
-/// Smallest contact force, as a share of the contact force in the reference, with which a user still feels the contact.
-/// Below it, the outcome is "weak".
+/// Smallest contact force that a user still feels, as a fraction of the contact force in the reference. Below it, the
+/// outcome is "weak".
 inline constexpr double kMinForceRatio = 0.5;
 
-/// Returns "completed", or "lost" if a user lost the connection. A rule may also give "never-lifted" (the body never
-/// reached the required height), "dropped" (it was below that height at some time in the rule's phase) or "missed" (its
-/// final position was wrong). The result is "weak" if none of these applies but the contact_force_ratio of a user is
-/// below kMinForceRatio. Without this rule, a force of zero would be rated as calm.
+/// Returns the outcome of a trial; the first that applies:
+///   "lost"          a user lost the connection
+///   "never-lifted"  the body never reached the height that the rule requires
+///   "dropped"       the body was below that height at some time in the rule's phase
+///   "missed"        the final position of the body was wrong
+///   "weak"          the contact_force_ratio of a user is below kMinForceRatio; without it, a force of zero would be
+///                   rated as calm
+///   "completed"     otherwise
 std::string outcome_of(const TrialView& view);
 
 }  // namespace tandem::lab

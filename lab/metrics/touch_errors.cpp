@@ -12,15 +12,15 @@ namespace tandem::lab {
 namespace {
 
 constexpr double kGhostForce_n = 0.2;  ///< a ghost force: the displayed force is above this value …
-constexpr double kNoForce_n = 0.05;    ///< … although the force in the run at zero delay is below this value
+constexpr double kNoForce_n = 0.05;    ///< … although the force in the reference at zero delay is below this value
 constexpr double kMinPeakForce_n = 0.5;
-constexpr double kMinPeakTorque_n_m = 0.01;  ///< equals the torque of kMinPeakForce_n at a lever of 2 cm
+constexpr double kMinPeakTorque_n_m = 0.01;  ///< torque of kMinPeakForce_n at a lever of 2 cm
 constexpr double kMinLoadedTravel_m = 1e-4;
 constexpr double kMinFit = 0.8;  ///< smallest R² of a line whose slope is used
 constexpr double kHapticRate_hz = 1000;
 constexpr double kSoftCorner_hz = 60;
-/// Tolerance of time when force steps are compared. A step of the trial is reduced by the largest step that the
-/// reference has within this time plus a round trip.
+/// Time tolerance for the comparison of force steps with the reference. From a step of the trial, the largest step of
+/// the reference within this time plus a round trip is subtracted.
 constexpr Duration kSameInstant{from_seconds(0.1)};
 constexpr Duration kReturn = std::chrono::milliseconds(500);
 
@@ -50,8 +50,8 @@ bool is_any_tick(const TickSample& /*tick*/) {
 
 using Quantity = Vec3 (*)(const TickSample& tick);
 
-/// Returns the RMS of the difference from `other` at equal times since the hands started. After the end of a trace, its
-/// last value is used.
+/// Returns the RMS of the difference from `other` at equal times since the hands started. Beyond the end of a trace,
+/// its last value is used.
 template <class Counts>
 double rms_difference(const UserTrace& user, const UserTrace& other, const Counts& counts, Quantity of) {
   if (other.ticks.empty()) return kUndefined;
@@ -83,7 +83,7 @@ double free_force_rms_n(const UserTrace& user) {
       [&](std::size_t k) { return user.ticks[k].displayed_D.f.squaredNorm(); }));
 }
 
-/// Returns whether the phase of a tick is in contact; see contact_phases().
+/// Predicate: whether the hand's phase at a tick is in contact; see contact_phases().
 struct InContact {
   explicit InContact(const UserView& view) : phases(contact_phases(view)) {}
   bool operator()(const TickSample& tick) const {
@@ -122,7 +122,7 @@ Slope felt_slope(const UserTrace& user, const InContact& in_contact, const Vec3&
   return {xf / xx, xf * xf / (xx * ff), std::sqrt(xx)};
 }
 
-/// Returns the change of a quantity per millisecond for each tick, before the slew limit.
+/// Returns, for each tick, the change of a quantity per millisecond. The quantity is taken before the slew limit.
 std::vector<double> steps_per_ms(const UserTrace& user, Quantity of) {
   std::vector<double> steps(user.ticks.size(), 0.0);
   for (std::size_t k = 1; k < user.ticks.size(); ++k) {
@@ -136,7 +136,7 @@ std::vector<double> steps_per_ms(const UserTrace& user, Quantity of) {
 /// Returns, for each element, the maximum of those elements of `values` that are at most `reach` positions away.
 std::vector<double> greatest_around(const std::vector<double>& values, std::size_t reach) {
   std::vector<double> result(values.size());
-  std::deque<std::size_t> falling;  // indices of values that may become the maximum, in descending order of value
+  std::deque<std::size_t> falling;  // indices of candidates for the maximum, in descending order of value
   std::size_t next = 0;
   for (std::size_t k = 0; k < values.size(); ++k) {
     for (; next < values.size() && next <= k + reach; ++next) {

@@ -1,5 +1,5 @@
-// Errors of the touch in a trial, relative to the reference: a trial of the same hands at zero delay that displays the
-// server's own contact forces.
+// Errors of the displayed force in a trial, relative to the reference: a trial of the same hands at zero delay that
+// displays the server's own contact forces.
 #pragma once
 
 #include <vector>
@@ -8,17 +8,18 @@
 
 namespace tandem::lab {
 
-/// Duration of a silence of the link after which the displayed force must decay [ms].
+/// Minimum duration of a long silence, in which the displayed force must decay [ms]. During a silence no state arrives,
+/// or the server confirms no new input.
 inline constexpr double kLongSilence_ms = 110;
 
-/// Returns which phases of a hand's path are in contact. In such a phase the reference displays a mean force of at
-/// least kContactForce_n. The phases "approach", "move" and "retreat" are excluded. If there is no reference, the trial
+/// Returns which phases of a hand's path are in contact: those in which the reference displays a mean force of at least
+/// kContactForce_n. The phases "approach", "move" and "retreat" are excluded. If there is no reference, the trial
 /// itself is used.
 inline constexpr double kContactForce_n = 0.1;
 std::vector<bool> contact_phases(const UserView& view);
 
-// The following metrics are for one user; the table in trial_metrics.cpp defines them. A metric is NaN if it is
-// undefined or there is no reference.
+// Metrics of one user, defined in the table in trial_metrics.cpp. A metric is NaN if it is undefined or there is no
+// reference.
 double free_drag_rms_n(const UserView& view);
 double contact_force_mean_n(const UserView& view);
 double contact_force_ratio(const UserView& view);

@@ -15,7 +15,7 @@
 namespace tandem::lab {
 namespace {
 
-/// If a trial exchanges less energy than this, no share of the exchanged energy is computed.
+/// Minimum exchanged energy of a trial for which the dissipated fraction is defined [J].
 constexpr double kMinExchange_j = 0.020;
 
 // Names of the metrics in metrics.cpp that need the trace of one user only.
@@ -79,7 +79,7 @@ double energy_of_late_display_j(const TrialView& view) {
 }
 
 /// Returns the position of the watched body as displayed to a user at `time`, interpolated between ticks. The search
-/// starts at tick number `from`, which is updated.
+/// starts at tick `from` and advances it, so `time` must not decrease between calls.
 std::optional<Vec3> view_at(const UserTrace& user, Duration time, std::size_t& from) {
   while (from + 1 < user.ticks.size() && user.ticks[from + 1].time <= time) ++from;
   if (from + 1 >= user.ticks.size()) return std::nullopt;

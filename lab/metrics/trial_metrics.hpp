@@ -14,7 +14,7 @@ namespace tandem::lab {
 struct UserView {
   const Experiment& experiment;
   const UserTrace& user;
-  const UserTrace* reference;   ///< trace of the same hand at zero delay on the reference stage: the truth
+  const UserTrace* reference;   ///< trace of the same hand at zero delay on the reference stage
   const UserTrace* same_stage;  ///< trace of the same hand at zero delay on the user's own stage
 };
 
@@ -26,7 +26,7 @@ struct TrialView {
   const SessionTrace* same_stage = nullptr;
 };
 
-/// Rule that combines the values of several users into the value of the trial. Users for whom a metric is undefined are
+/// Rule that combines the values of all users into one value of the trial. Users for whom a metric is undefined are
 /// ignored.
 enum class Combine { kGreatest, kLeast, kMean, kSum, kFarthestFromOne };
 std::string_view name_of(Combine combine);
@@ -42,7 +42,7 @@ struct TrialMetric {
 const std::vector<TrialMetric>& trial_metrics();
 /// Returns the metric with this name. Fails: std::invalid_argument for an unknown name.
 const TrialMetric& trial_metric_called(std::string_view name);
-/// Returns the worst value of a metric over several trials, according to its rule for combining users. For a sum it is
+/// Returns the worst value of a metric over several trials, by the metric's rule for combining users. For a sum it is
 /// the largest value. The result is NaN if there are no values, or if neither large nor small values are worse (kMean).
 double worst_value(const TrialMetric& metric, const std::vector<double>& values);
 

@@ -21,7 +21,7 @@
 namespace tandem::lab {
 namespace {
 
-/// Finds the requested states in a recording, and the scene of its room.
+/// Searches a recording for the requested states, and loads the scene of its room.
 class Search {
  public:
   Search(std::optional<Duration> at, const std::filesystem::path& scene_file) : at_(at), scene_file_(scene_file) {}
@@ -50,7 +50,7 @@ class Search {
 
  private:
   bool begin(const recording::Message& message) {
-    if (scene != nullptr) return true;  // a start record in a later file repeats the first one
+    if (scene != nullptr) return true;  // the start record of a continuation file repeats the first one
     wire::RecordedRoom recorded;
     proto::require_recorded(message, recorded);
     scene = recorded_scene(recorded, scene_file_);

@@ -1,4 +1,4 @@
-// Saves the pose of two molecules from a room's recording as a structure file.
+// Saves the recorded pose of two molecules in a room as a structure file.
 #pragma once
 
 #include <filesystem>
@@ -13,12 +13,11 @@ namespace tandem::lab {
 /// PDB or mmCIF. An existing file is never overwritten.
 ///
 /// In      recording  recording of a room
-///         at      time since the start of the recording; the last states up to this time are saved. Without a time,
-///                 the states with the lowest field energy are saved
-///         scene   scene file used instead of the file that the recording names; empty: the file that the recording
-///                 names
-/// Out     t_s, lj_kj_mol, coulomb_kj_mol, total_kj_mol (by exact_field() and the model of the scene), saved, and
-///         rmsd_angstrom. The latter is the RMSD of the second molecule from its pose in the structure files after the
+///         at         time since the start of the recording; the last states up to this time are saved. Without a time,
+///                    the states with the lowest field energy are saved
+///         scene      scene file that replaces the one named in the recording; empty: the recorded one is used
+/// Out     t_s, lj_kj_mol, coulomb_kj_mol, total_kj_mol (by exact_field() and the model of the scene), saved,
+///         rmsd_angstrom. The last is the RMSD of the second molecule from its pose in the structure files, after the
 ///         first molecule is superposed on its own file
 /// Fails   std::invalid_argument: see replay_session(); the scene has fewer than two molecules, there are no states up
 ///         to `at`, the extension is not supported, or the file exists. docking::MoleculeError: see save_complex()

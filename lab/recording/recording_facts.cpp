@@ -87,7 +87,7 @@ class Facts {
 
   bool read_room(const recording::Message& message) {
     wire::RecordedRoom room;
-    if (out_.contains("room")) return true;  // a start record in a later file repeats the first one
+    if (out_.contains("room")) return true;  // the start record of a continuation file repeats the first one
     proto::require_recorded(message, room);
     out_["kind"] = "room";
     out_["program"] = room.program();
@@ -99,7 +99,7 @@ class Facts {
   }
   bool read_session(const recording::Message& message) {
     wire::RecordedSession session;
-    if (out_.contains("user")) return true;  // a start record in a later file repeats the first one
+    if (out_.contains("user")) return true;  // the start record of a continuation file repeats the first one
     proto::require_recorded(message, session);
     out_["kind"] = "client";
     out_["program"] = session.program();

@@ -8,10 +8,13 @@
 
 namespace tandem::lab {
 
-/// Returns the summary of a recording. `kind` is "room" or "client". Both kinds have the fields program, files,
-/// is_whole, is_damaged, why, begun_utc, duration_s, and the number of messages by topic. A room also has scene, users
-/// with their times, steps, commands, inputs and faults. A client also has user, device, stage, ticks and faults.
-/// `gaps` is the number of steps or ticks missing between the first and the last.
+/// Returns the summary of a recording. `kind` is "room" or "client". `gaps` is the number of steps or ticks missing
+/// between the first and the last.
+///
+/// Out     both    program, files, is_whole, is_damaged, why, begun_utc, duration_s, and the number of messages by
+///         topic
+///         room    scene, users with their times, steps, commands, inputs and faults
+///         client  user, device, stage, ticks and faults
 /// Fails   see read_recording()
 boost::json::object recording_facts(const std::filesystem::path& file);
 

@@ -138,7 +138,7 @@ class Tables {
     return is_in_scene ? csv_name(room_.scene().bodies(index).name()) : "body_" + std::to_string(id);
   }
 
-  /// Uses the client's trace writer, so that the columns are those of --trace.
+  /// Converts a tick with the client's trace writer, so that the columns are those of --trace.
   void read_tick(const recording::Message& message) {
     wire::RecordedTick recorded;
     proto::require_recorded(message, recorded);
@@ -166,7 +166,7 @@ class Tables {
   wire::RecordedRoom room_;
   std::uint64_t begun_ns_ = 0;
   LocalTime ticks_begun_{};
-  std::string lines_;  ///< trace lines of ticks that are not parsed yet
+  std::string lines_;  ///< CSV lines of ticks that are not parsed yet
   int waiting_ = 0;
   std::map<std::uint32_t, std::uint32_t> users_;  ///< maps a seat to the id of its user
 };

@@ -1,4 +1,4 @@
-// Converts the time series of a recording to tables.
+// Converts a recording to tables of time series.
 #pragma once
 
 #include <filesystem>
@@ -9,10 +9,11 @@
 
 namespace tandem::lab {
 
-/// Returns the tables of a recording. A room has `steps` (every step), `bodies` and `tools` (every recorded state) and
-/// `inputs` (each input that a step used, with its user and tick). A client has `ticks`, with the columns of its
-/// --trace, and `link`. The time t_s counts from the first message; unix_s counts from 1970.
+/// Returns the tables of a recording by name. The time t_s counts from the first message; unix_s counts from 1970.
 ///
+/// Out     room    `steps` (every step), `bodies` and `tools` (every recorded state), `inputs` (each input that a step
+///         used, with its user and tick)
+///         client  `ticks`, with the columns of its --trace, and `link`
 /// Fails   see read_recording()
 std::map<std::string, CsvTable> recording_tables(const std::filesystem::path& file);
 

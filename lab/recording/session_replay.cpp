@@ -23,6 +23,7 @@ class StepFeeder final : public server::RoomWatcher {
  public:
   explicit StepFeeder(server::Room& room) : room_(room) { room.watch(*this); }
 
+  /// Passes the content of one recorded step to the room.
   /// Fails   std::invalid_argument: a value is out of range
   void feed(const wire::RecordedStep& step) {
     inputs_.clear();
@@ -38,7 +39,8 @@ class StepFeeder final : public server::RoomWatcher {
   }
 
   void on_command(const RoomCommand& /*command*/) noexcept override {}
-  /// Inputs are published after the commands, because a user who joins in this step starts with an empty mailbox.
+  /// Publishes the inputs of the step. Commands come first, because a user who joins in this step starts with an empty
+  /// mailbox.
   void on_commands_done() noexcept override {
     for (const TakenInput& input : inputs_) room_.input(input.seat).publish(input.update);
   }
@@ -85,7 +87,7 @@ class Replay {
 
  private:
   bool begin(const recording::Message& message) {
-    if (room_ != nullptr) return true;  // a start record in a later file repeats the first one
+    if (room_ != nullptr) return true;  // the start record of a continuation file repeats the first one
     wire::RecordedRoom recorded;
     if (!proto::parse_recorded(message, recorded) || recorded.part() != 1) {
       throw std::invalid_argument("this file is not the first of its recording; name that one");

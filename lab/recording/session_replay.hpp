@@ -1,5 +1,5 @@
 // Replays a room's recording: a new room runs the same steps with the same inputs. With the same build on the same
-// machine, it must reach the same state after each step.
+// machine, it must reach the recorded state after each step.
 #pragma once
 
 #include <cstdint>
@@ -16,23 +16,23 @@ namespace tandem::lab {
 
 struct ReplayResult {
   std::uint64_t steps = 0, commands = 0, inputs = 0;
-  std::optional<std::uint64_t> differs_at_step;  ///< first step after which the two rooms differ
-  std::string differing_thing;  ///< name of the first body or tool of the scene that differs at that step
+  std::optional<std::uint64_t> differs_at_step;  ///< first step after which recorded and replayed state differ
+  std::string differing_thing;  ///< name of the first body or tool of the scene whose state differs at that step
   /// first step that is missing in the recording; the replay ends before it
   std::optional<std::uint64_t> missing_step;
   bool is_whole = true;  ///< each file of the recording ends with its end record
   std::string program;   ///< program that wrote the recording
-  std::string note;      ///< known reason why the states may differ
+  std::string note;      ///< known reason for a difference of the states
 };
 
 /// Loads the scene that a room's recording names.
-/// In      instead  scene file used instead of the recorded one; empty: the recorded one is used
+/// In      instead  scene file that replaces the recorded one; empty: the recorded one is used
 /// Fails   std::invalid_argument: no scene file is named, or the scene differs from the recorded one; SceneError
 std::shared_ptr<const server::LoadedScene> recorded_scene(const wire::RecordedRoom& recorded,
                                                           const std::filesystem::path& instead);
 
-/// Replays a recording and compares the states.
-/// In      scene    scene file used instead of the recorded one; empty: the recorded one is used
+/// Replays a recording and compares the replayed states with the recorded ones.
+/// In      scene    scene file that replaces the recorded one; empty: the recorded one is used
 ///         on_step  called after each step
 /// Fails   std::invalid_argument: the file is not a recording of a room or not the first file of a recording, or the
 ///         scene differs from the recorded one

@@ -32,7 +32,7 @@ boost::json::value json_number(double value) {
 }  // namespace
 
 bool Check::holds() const {
-  // If value or bound is NaN, these comparisons are false.
+  // If value or bound is NaN, these comparisons are false and the check fails.
   switch (relation) {
     case Relation::kAtLeast:
       return value >= bound;

@@ -1,5 +1,5 @@
-// A claim that is compared with a bound. holds() always computes the result from value and bound, and the result is
-// never stored. Therefore the table, the JSON and the exit code cannot disagree.
+// A claim that is compared with a bound. holds() computes the result from value and bound each time; the result is not
+// stored. Therefore the table, the JSON and the exit code cannot disagree.
 #pragma once
 
 #include <cstdint>
@@ -37,7 +37,7 @@ bool all_hold(std::span<const Check> checks);
 boost::json::array to_json(std::span<const Check> checks);
 
 /// Prints a table for a terminal. The checks are grouped by scope; each line begins with "ok" or "FAILED", and values
-/// are aligned. Then the number of failed checks is printed, and the first failed check as a sentence.
+/// are aligned. After the table, the number of failed checks is printed, and the first failed check as a sentence.
 void print_checks(std::ostream& out, std::span<const Check> checks);
 
 }  // namespace tandem::lab

@@ -24,7 +24,7 @@ bool is_name(std::string_view text) {
   });
 }
 
-/// Removes the text before `separator`, and the separator, from the front of `rest`. Returns the text.
+/// Removes the text before `separator`, and the separator, from the front of `rest`. Returns the removed text.
 std::string_view pop_until(std::string_view& rest, char separator) {
   const std::size_t end = std::min(rest.find(separator), rest.size());
   const std::string_view part = rest.substr(0, end);
@@ -96,7 +96,7 @@ class CsvParser {
   }
 
   std::string where() const { return "line " + std::to_string(line_); }
-  /// Throws the error, prefixed with the file name. If the error begins with a line number, a colon separates the two,
+  /// Throws the error with the file name as prefix. A colon separates them if the error begins with a line number,
   /// otherwise a space.
   [[noreturn]] void fail(const std::string& what) const {
     throw std::invalid_argument(table_.origin + (what.starts_with("line ") ? ": " : " ") + what);

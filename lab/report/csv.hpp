@@ -1,6 +1,6 @@
 // Time series in the format of the client's CSV files: a header line with names and units, then lines of numbers. The
-// files may come from other programs and machines. Therefore all sizes are limited and every error message contains the
-// position in the file.
+// files may come from other programs and machines. Therefore all sizes are limited, and every error message contains
+// the position in the file.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace tandem::lab {
 
-/// Limits of a file. They leave a margin above twenty minutes at 1 kHz.
+/// Limits of a file. Twenty minutes at 1 kHz stay well below them.
 inline constexpr std::size_t kMaxCsvBytes = std::size_t{512} << 20U;  ///< maximum size of a file
 inline constexpr std::size_t kMaxCsvColumns = 256;
 inline constexpr std::size_t kMaxCsvRows = 2'000'000;
@@ -23,8 +23,9 @@ struct CsvTable {
   std::vector<std::vector<double>> columns;
 
   std::size_t row_count() const { return columns.empty() ? 0 : columns.front().size(); }
-  /// Returns null if there is no such column.
+  /// Returns the column with this name, or null if there is none.
   const std::vector<double>* find(std::string_view name) const;
+  /// Returns the column with this name.
   /// Fails   std::invalid_argument naming file and column, if there is no such column
   const std::vector<double>& column(std::string_view name) const;
 };

@@ -9,7 +9,7 @@
 namespace tandem::lab {
 namespace {
 
-/// Indices of the samples that are kept for one pixel column.
+/// Indices of the samples that are kept in one pixel column.
 struct PixelColumn {
   std::size_t number;
   std::size_t first;

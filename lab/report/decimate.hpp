@@ -1,5 +1,5 @@
 // Reduces time series for drawing. One minute at 1 kHz has 60,000 samples, but a figure has about 800 pixel columns.
-// The figure must be small and still show every extreme value.
+// The reduced figure is small and still shows every extreme value.
 #pragma once
 
 #include <Eigen/Core>

@@ -17,9 +17,9 @@ std::string not_finite_text(double value) {
   return value > 0 ? "\u221E" : std::string(kMinus) + "\u221E";
 }
 
-/// Formats a value in ASCII. A value that rounds to zero has no sign.
+/// Formats a value in ASCII. A value that is rounded to zero gets no sign.
 std::string plain(double value, std::chars_format format, int precision) {
-  // The longest number in fixed notation has 309 digits, sign, point and 17 decimals.
+  // The longest number in fixed notation has 309 digits before the point, a sign, the point and 17 decimals.
   std::array<char, 352> buffer;
   const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, format, precision);
   std::string text(buffer.data(), result.ptr);
@@ -78,7 +78,7 @@ bool is_unprintable(char32_t c) {
   return is_control || is_bidi_override;
 }
 
-/// Returns whether a character has the width of two columns.
+/// Returns whether a character is two columns wide in a monospaced font.
 /// Source  Unicode 15, Annex #11 (East Asian Width): the blocks that contain nearly all characters of classes W and F,
 ///         and emoji
 bool is_wide(char32_t c) {
@@ -122,7 +122,7 @@ std::string format_significant(double value, int digits) {
   const int mantissa_digits = std::clamp(digits, 1, 17) - 1;
   std::string scientific = plain(value, std::chars_format::scientific, mantissa_digits);
   const std::size_t e = scientific.find('e');
-  // exponent after rounding: 9.99 with 2 digits gives 1.0e+01
+  // The exponent is taken after rounding: 9.99 with 2 digits gives 1.0e+01.
   const int exponent = std::stoi(scientific.substr(e + 1));
   std::string text;
   if (exponent >= -4 && exponent < 7) {
@@ -183,7 +183,7 @@ std::size_t text_width(std::string_view text) {
 std::string shortened(std::string_view text, std::size_t max_width) {
   if (text_width(text) <= max_width) return std::string(text);
   if (max_width == 0) return {};
-  std::size_t width = 1;  // initially the width of the ellipsis
+  std::size_t width = 1;  // the ellipsis takes one column
   std::size_t end = 0;
   while (end < text.size()) {
     const CodePoint point = decode(text.substr(end));

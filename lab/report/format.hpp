@@ -1,5 +1,5 @@
 // Formats numbers and text for readers. All reports use these functions. Therefore the same data gives the same bytes
-// on every machine and in every locale, and names received over the network cannot become markup.
+// on every machine and in every locale. Names received over the network cannot become markup.
 #pragma once
 
 #include <cstddef>

@@ -9,7 +9,7 @@
 namespace tandem::lab {
 namespace {
 
-// Style of the page around the figures. Figures have white paper on a dark screen, too, so that they look as printed.
+// Style of the page around the figures. Figures have white paper on a dark screen too, so that they look as printed.
 constexpr std::string_view kStyle = R"css(
 :root {
   color-scheme: light dark;
@@ -98,7 +98,7 @@ std::string body_cell(const Column& column, std::string_view text, bool is_first
          tag + ">";
 }
 
-constexpr std::size_t kMaxChecks = 10;  ///< number of rows of a table on the first page
+constexpr std::size_t kMaxChecks = 10;  ///< maximum number of rows of a table on the first page
 
 std::string check_cell(const Check& check) {
   const bool holds = check.holds();
@@ -128,16 +128,16 @@ std::string verdict_text(std::span<const Check> checks) {
          (failed == 1 ? " checks does not hold." : " checks do not hold.");
 }
 
-/// Stands for the folder of the figures in the links of a page whose name is not known yet. escape_html() replaces
-/// control characters, so no text contains it.
+/// Placeholder for the folder of the figures in links, because the name of the page is not known while links are
+/// written. No text contains it: escape_html() replaces control characters.
 constexpr char kFolderMark = '\x01';
 
 bool is_letter_or_digit(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
 }
 
-/// Returns the folder of the figures of a page: "figures/" for report.html, otherwise with the page's name, so that
-/// two pages in one folder do not overwrite each other's data.
+/// Returns the folder of the figures of a page: "figures/" for report.html, otherwise a folder with the page's name.
+/// Two pages in one folder therefore do not overwrite each other's data.
 std::string figure_folder(const std::string& page) {
   std::string stem = std::filesystem::path(page).stem().string();
   if (stem == "report") return "figures/";
@@ -146,7 +146,7 @@ std::string figure_folder(const std::string& page) {
   return stem + "-figures/";
 }
 
-/// Returns the file name of the last figure, without extension: its number and the quantity of its y axis.
+/// Returns the file name of the last figure without extension: the figure's number and the quantity of its y axis.
 std::string figure_name(std::span<const Plot> figures) {
   std::string name = std::to_string(figures.size()) + "-";
   for (const char c : figures.back().y.quantity) {

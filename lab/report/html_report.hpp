@@ -1,5 +1,5 @@
 // A self-contained HTML file with style sheet, figures and numbers. It can be mailed and printed, and needs neither
-// network access nor scripts. Its first page answers a question in words and at most three figures.
+// network access nor scripts. The first page answers a question in words and at most three figures.
 #pragma once
 
 #include <map>
@@ -31,10 +31,10 @@ struct Origin {
   std::string command;
   std::string version;
   std::string date;                                ///< UTC
-  std::map<std::string, std::string> sha256 = {};  ///< of each file with results, by its name
+  std::map<std::string, std::string> sha256 = {};  ///< hash of each file with results, by the name of the file
 };
 
-/// Builds the page from top to bottom. It escapes all text, so that input cannot become markup.
+/// Builds the page from top to bottom. All text is escaped, so that input cannot become markup.
 ///
 /// Out     deterministic: contains no date and no random id, except those of origin()
 class HtmlReport {
@@ -43,26 +43,27 @@ class HtmlReport {
 
   void question(std::string_view text);
   void answer(std::string_view text);
-  /// Ends the first page. Later elements are placed in the appendix.
+  /// Ends the first page. Elements that are added later belong to the appendix.
   void appendix();
 
   void heading(std::string_view text);
   void paragraph(std::string_view text);
-  /// Adds a banner that states whether all checks hold. Below it follows a table of values and bounds. A table that
-  /// would fill the first page begins the appendix, and only the checks that fail are on the first page.
+  /// Adds a banner that states whether all checks hold, followed by a table of values and bounds. If the table would
+  /// fill the first page, it begins the appendix, and the first page has only the failed checks.
   void verdict(std::span<const Check> checks);
   void table(const Table& table);
   void figure(const Plot& plot);
-  /// Adds figures two by two if the page is wide enough; otherwise they are placed below each other.
+  /// Adds figures in rows of two. On a narrow page the figures are placed below each other.
   void side_by_side(std::span<const Plot> plots);
   void footer(std::string_view text);
   /// Adds the origin to the end of the first page.
   void origin(const Origin& origin);
 
+  /// Returns the HTML text of the page.
   /// In      name  file name of the page; the links to its figures depend on it
   std::string html(const std::string& name = "report.html") const;
-  /// Returns the page, and each figure as SVG and CSV, by file name. They are in the folder figures/ for report.html,
-  /// and in NAME-figures/ for a page NAME.html.
+  /// Returns the page, and each figure as SVG and CSV, by file name. The figures are in the folder figures/ for
+  /// report.html, and in NAME-figures/ for a page NAME.html.
   std::map<std::string, std::string> files(const std::string& name = "report.html") const;
 
  private:

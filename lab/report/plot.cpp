@@ -15,8 +15,8 @@
 namespace tandem::lab {
 namespace {
 
-// The size of text cannot be measured here. Therefore boxes assume this advance width for a 12 px sans-serif font. It
-// is rather wide: 0.6 em, while digits of common fonts have 0.56 to 0.64.
+// Assumed advance width of a character in a 12 px sans-serif font, because the size of text cannot be measured here.
+// The value is rather large: 0.6 em, while digits of common fonts have 0.56 to 0.64 em.
 constexpr double kCharacterPx = 7.2;
 constexpr double kTextPx = 12, kAxisLabelPx = 13;  ///< font sizes, as in kFigureStyle
 constexpr double kLinePx = 18;
@@ -25,16 +25,17 @@ constexpr double kRightPx = 22;
 constexpr double kBottomPx = 46;
 constexpr double kTickPx = 5;
 constexpr double kAxisTitlePx = 30;
-/// Minimum width of the tick labels: four characters, so that figures above one another are aligned.
+/// Minimum width of the tick labels: four characters, so that the axes of figures above one another are aligned.
 constexpr double kMinLabelPx = 4 * kCharacterPx;
 constexpr double kPixelsPerXTick = 56;
 constexpr double kPixelsPerYTick = 34;
 constexpr double kPixelsPerMarker = 110;
-constexpr double kSlightlyBelow = 0.05;  ///< share of the axis
-constexpr double kLimitRoom = 0.1;       ///< share of the axis above a limit
-/// A series of at most this many points has a marker at each.
+constexpr double kSlightlyBelow = 0.05;  ///< fraction of the axis
+constexpr double kLimitRoom = 0.1;       ///< fraction of the axis that is kept free above a limit line for its label
+/// Maximum number of points of a series that has a marker at each point.
 constexpr std::size_t kFewPoints = 40;
-/// A longer series is reduced to its visible samples in the data of a figure.
+/// Maximum number of points of a series that the data file of a figure contains in full. A longer series is reduced to
+/// its visible samples.
 constexpr std::size_t kManyPoints = 2000;
 
 double text_px(std::string_view text) {
@@ -63,7 +64,7 @@ std::string series_class(const Series& series) {
   return "line s" + std::to_string(style_of(series));
 }
 
-/// Outline of each style's marker, about its centre.
+/// SVG path of each style's marker, relative to its centre.
 constexpr std::array<std::string_view, kStyles> kMarkers = {"m-4,0a4,4 0 1,0 8,0a4,4 0 1,0 -8,0z",
                                                             "m-3.5,-3.5h7v7h-7z",
                                                             "m0,-4.5l4.5,8h-9z",
@@ -79,13 +80,13 @@ std::string marker_element(const Series& series, const Eigen::Vector2d& at) {
          format_coordinate(at.y()) + std::string(kMarkers[static_cast<std::size_t>(style)]) + "\"/>\n";
 }
 
-/// Widens a logarithmic range to powers of ten if it spans more than one, so that its ends have ticks.
+/// Widens a logarithmic range to whole powers of ten if it spans more than one, so that its ends have ticks.
 Range whole_decades(Range range) {
   if (range.high / range.low <= 10) return range;
   return {std::pow(10.0, std::floor(std::log10(range.low))), std::pow(10.0, std::ceil(std::log10(range.high)))};
 }
 
-/// Widens a range to `span`. A range that begins at 0 still does.
+/// Widens a range to at least `span`. A range that begins at 0 keeps that limit.
 Range widened(Range range, double span) {
   const double missing = span - (range.high - range.low);
   if (!(missing > 0)) return range;
@@ -101,7 +102,7 @@ class Extent {
     low_ = std::min(low_, value);
     high_ = std::max(high_, value);
   }
-  /// Returns an infinite range if no value was added.
+  /// Returns the interval; it is infinite if no value was added.
   Range range() const { return {low_, high_}; }
 
  private:
@@ -216,7 +217,7 @@ Range Renderer::y_extent() const {
   if (plot_.y.is_log) return with_fixed_ends(whole_decades(sane_log(extent.range())), plot_.y);
   const Range range = widened(sane_linear(with_fixed_ends(extent.range(), plot_.y)), least_span(plot_.y.unit));
   for (const AxisMark& limit : plot_.limits) {
-    // The label above the limit needs room.
+    // Leaves space for the label above the limit line.
     if (can_show(limit.value, false)) extent.add(limit.value + kLimitRoom * (range.high - range.low));
   }
   return sane_linear({range.low, std::max(range.high, plot_.y.high ? range.high : extent.range().high)});
@@ -229,11 +230,11 @@ void Renderer::scale_y(double bottom_px, double top_px) {
     y_ticks_ = log_ticks(y_.range, count);
     return;
   }
-  // The axis ends at ticks, except where a limit is fixed.
+  // The axis ends at ticks, except at a fixed limit.
   y_ticks_ = ticks_around(y_.range, count);
   const double low = y_.range.low;
   y_.range = with_fixed_ends({y_ticks_.front().value, y_ticks_.back().value}, plot_.y);
-  // Values just below 0 need no tick below them.
+  // An axis that begins just below 0 gets no tick there.
   if (!plot_.y.low && low < 0 && -low < kSlightlyBelow * y_.range.high) y_.range.low = low;
   std::erase_if(y_ticks_, [this](const AxisMark& tick) { return !y_.contains(tick.value); });
 }
@@ -296,7 +297,7 @@ void Renderer::draw_bands() {
     out_ += "<rect class=\"band" + std::string(is_odd ? " odd" : "") + "\"" + attribute("x", left) +
             attribute("y", top) + attribute("width", width) + attribute("height", y_.px_low - top) + "><title>" +
             escape_html(band.label) + "</title></rect>\n";
-    // If a label does not fit, it appears only in the title element, which browsers show as a tooltip.
+    // A label that does not fit appears only in the title element, which browsers show as a tooltip.
     if (text_px(band.label) + 4 <= width) {
       out_ += text_element("band-label", {left + width / 2, top_px_ - 5}, band.label);
     }
@@ -328,7 +329,7 @@ void Renderer::draw_y_axis() {
 }
 
 Eigen::Vector2d Renderer::pixel(double x, double y) const {
-  // If a fixed axis limit excludes a value, the curve follows the edge of the plot.
+  // A value beyond a fixed axis limit is drawn at the edge of the plot.
   return {x_.px(x), std::clamp(y_.px(y), y_.px_high, y_.px_low)};
 }
 
@@ -363,8 +364,8 @@ void Renderer::draw_series(const Series& series) {
     }
     Range range = x_.range;
     if (plot_.x.is_log) {
-      // Pixel columns are equally spaced on the screen, so decimation works on the logarithm. Values that are not
-      // positive are mapped to a value out of range.
+      // Decimates in the logarithm of x, because pixel columns are equally spaced on the screen. Values that are not
+      // positive are mapped to a value outside the range.
       for (double& value : x) value = value > 0 ? std::log(value) : std::numeric_limits<double>::lowest();
       range = {std::log(range.low), std::log(range.high)};
     }
@@ -381,14 +382,14 @@ void Renderer::draw_series(const Series& series) {
 void Renderer::draw_polyline(const Series& series, const Polyline& line) {
   out_ += "<polyline class=\"" + series_class(series) + "\" points=\"";
   for (const Eigen::Vector2d& point : line) out_ += coordinates(point.x(), point.y());
-  // A single point is drawn as a short line, because the round caps of a line without length are not drawn.
+  // A single point is drawn as a very short line, because renderers omit the round caps of a line without length.
   const Eigen::Vector2d end = pixel(line.back().x(), line.back().y());
   if (line.size() == 1) out_ += format_coordinate(end.x() + 0.01) + "," + format_coordinate(end.y());
   out_ += "\"/>\n";
 }
 
-/// Draws a marker at each point of a short series. A long one has a marker about every kPixelsPerMarker; the first is
-/// shifted by the style, so that the markers of curves that coincide stay apart.
+/// Draws a marker at each point of a short series. A long series has a marker about every kPixelsPerMarker. The first
+/// marker is shifted by the style, so that the markers of coinciding curves stay apart.
 void Renderer::draw_markers(const Series& series) {
   const bool has_all = series.draw == Draw::kMarkers || series.x.size() <= kFewPoints;
   double next_px = has_all ? 0 : x_.px_low + kPixelsPerMarker * (0.5 + style_of(series)) / kStyles;
@@ -425,8 +426,9 @@ void Renderer::draw_legend() {
 
 }  // namespace
 
-// The colours are those of Okabe and Ito, "Color Universal Design", 2008, which colour-blind readers can distinguish,
-// some of them darkened for lines on white paper. Dashes repeat after five styles, markers and colours never.
+// Style sheet of all figures. The colours are those of Okabe and Ito, "Color Universal Design", 2008, which
+// colour-blind readers can distinguish; some are darkened for lines on white paper. Dashes repeat after five styles;
+// markers and colours never do.
 const std::string_view kFigureStyle = R"css(
 .plot { background: #ffffff; font-family: system-ui, "Noto Sans", "Helvetica Neue", Arial, sans-serif; }
 .plot text { fill: #1b1f24; font-size: 12px; font-variant-numeric: tabular-nums; }

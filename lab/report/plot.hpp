@@ -1,5 +1,5 @@
-// Figures as SVG: axes, legend, curves with their spread, limits. The style sheet of all figures is kFigureStyle.
-// Everything is deterministic.
+// Figures as SVG: axes, legend, curves with their spread, limits. All figures use the style sheet kFigureStyle. The
+// output is deterministic.
 #pragma once
 
 #include <cstdint>
@@ -16,12 +16,12 @@ namespace tandem::lab {
 inline constexpr int kStyles = 8;
 
 enum class Draw : std::uint8_t {
-  kLineAndMarkers,  ///< of a long series, only some points have a marker
+  kLineAndMarkers,  ///< only some points of a long series have a marker
   kLine,
   kMarkers
 };
 
-/// One curve of a plot. NaN and infinite values cause gaps.
+/// One curve of a plot. NaN and infinite values are gaps in the curve.
 struct Series {
   std::string label;  ///< text in the legend; an empty label omits the series from the legend
   std::vector<double> x;
@@ -44,7 +44,7 @@ struct PlotAxis {
   std::string quantity;
   std::string unit = "1";  ///< "1": the quantity is a ratio or a number
   bool is_log = false;
-  /// Fixed axis limits. If they are not set, the axis covers the data and the limit lines.
+  /// Fixed axis limits. Without a value, the axis covers the data and the limit lines.
   std::optional<double> low = {};
   std::optional<double> high = {};
 
@@ -52,8 +52,8 @@ struct PlotAxis {
   std::string label() const { return quantity + " [" + unit + "]"; }
 };
 
-/// Returns the least range of an axis in this unit, 0 for an unknown unit. A smaller range would magnify differences
-/// that are of no interest, for example below the just-noticeable difference of a force.
+/// Returns the minimum range of an axis in this unit; 0 for an unknown unit. A smaller range would magnify irrelevant
+/// differences, for example forces below the just-noticeable difference.
 double least_span(std::string_view unit);
 
 /// Width of a plot that shares a row of the page with another plot.
@@ -68,18 +68,18 @@ struct Plot {
   std::vector<AxisMark> limits;  ///< horizontal lines that mark bounds
   std::vector<Band> bands;
   int width_px = 960;
-  int height_px = 300;  ///< without the second and further lines of the legend
+  int height_px = 300;  ///< height without the second and further lines of the legend
 };
 
 /// Returns an <svg> element for a page that contains kFigureStyle.
 ///
 /// Cost    O(samples); the output has at most 4 points for each pixel column and series
-/// Fails   std::invalid_argument: a series whose x, y and spread differ in size, or whose x is not finite or decreases
+/// Fails   std::invalid_argument: x, y and spread of a series differ in size, or its x is not finite or decreases
 std::string render_svg(const Plot& plot);
-/// Returns the content of an SVG file, which contains its style.
+/// Returns the content of a stand-alone SVG file, which includes the style sheet.
 std::string svg_file(const Plot& plot);
-/// Returns the points of a plot, one a line: series, x, y and the limits of the spread. Of a series with thousands of
-/// points, these are the first, lowest, highest and last of each pixel column.
+/// Returns the points of a plot as CSV, one point per line: series, x, y and the limits of the spread. A series with
+/// thousands of points is reduced to the first, lowest, highest and last of each pixel column.
 std::string plot_csv(const Plot& plot);
 
 extern const std::string_view kFigureStyle;

@@ -8,16 +8,16 @@
 namespace tandem::lab {
 namespace {
 
-/// Tolerance for rounding: in the decimal text of a trace, a force at the limit may slightly exceed the limit.
+/// Tolerance for rounding: the decimal text of a trace may exceed the force limit slightly.
 constexpr double kTraceRounding = 1e-4;
 constexpr double kInPercent = 100;
 constexpr double kMillimetres = 1e3;
 
-// Bounds of the checks. They are our choice; the comment beside each states the reason.
-constexpr double kFeltForce_n = 0.3;  // several times the force that the late-pose coupling exerts on a resting hand
+// Bounds of the checks. They are our choice, for the reason beside each.
+constexpr double kFeltForce_n = 0.3;           // several times the force of the stage late-pose on a resting hand
 constexpr double kBodyDisplacement_m = 0.002;  // larger than the penetration and settling of a contact
-constexpr double kClampedFraction = 0.01;      // if the share is larger, the device limits the force and not the scene
-constexpr double kSettledHandSpeed_m_per_s = 0.020;  // above the speed of tremor; a limit cycle is ten times as fast
+constexpr double kClampedFraction = 0.01;      // above this fraction, the device limits the force and not the scene
+constexpr double kSettledHandSpeed_m_per_s = 0.020;  // above tremor; a limit cycle is about ten times as fast
 constexpr double kTicksRunFraction = 0.99;
 constexpr double kTickRate_hz = 1000;
 constexpr double kTickRateErrorFraction = 0.01;
@@ -39,8 +39,8 @@ double largest_finite(const std::vector<double>& values) {
   return largest;
 }
 
-/// Returns the number of samples with a force that is not finite. The result is at least one if the client reports such
-/// a force, even if the trace does not contain it.
+/// Returns the number of samples with a force that is not finite. The result is at least one if the client's summary
+/// reports such a force, even if the trace does not contain it.
 double not_finite_count(const ClientRun& user) {
   const auto& force = user.trace.force_n;
   const auto& torque = user.trace.torque_n_m;
@@ -75,7 +75,7 @@ void add_force_checks(const std::string& scope, const ClientRun& user, std::vect
 }
 
 void add_timing_checks(const std::string& scope, const ClientRun& summary, std::vector<Check>& out) {
-  // Without expected ticks 0/0 is NaN, and the check fails.
+  // If no ticks are expected, 0/0 gives NaN, and the check fails.
   const double run = static_cast<double>(summary.loop.ticks_run) / static_cast<double>(summary.loop.ticks_expected);
   const double error = std::abs(summary.loop.tick_rate_hz / kTickRate_hz - 1);
   out.push_back({scope, "haptic ticks run, of those expected", run * kInPercent, Relation::kAtLeast,

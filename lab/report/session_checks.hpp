@@ -1,4 +1,4 @@
-// Checks of a session in which two hands hold one body. They decide the exit code of the demo.
+// Checks of a session in which two hands hold one body. The demo's exit code depends on them.
 #pragma once
 
 #include <span>

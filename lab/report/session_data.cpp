@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kMinUsers = 2;
 constexpr std::size_t kMaxUsers = 16;
 constexpr std::size_t kMaxPhases = 256;
-/// Limits that refuse only values that no client can measure.
+/// Upper limits of numbers in a summary. They refuse only values that no client can measure.
 constexpr double kMaxNumber = 1e12;
 constexpr std::uint64_t kMaxCount = 1'000'000'000'000;
 
@@ -33,8 +33,8 @@ bool required_boolean(JsonFields& fields, std::string_view name) {
   return fields.boolean(name, false);
 }
 
-/// Reads a number. A null, which the summary has for an unknown value, becomes NaN. `pointer` is the JSON pointer of
-/// the object that contains the number.
+/// Reads a number. A null, which a summary has for an unknown value, becomes NaN. `pointer` is the JSON pointer of the
+/// object that contains the number.
 double measured(const boost::json::value& root, const std::string& pointer, JsonFields& fields, std::string_view name) {
   boost::json::error_code error;
   const auto* value = root.find_pointer(pointer + "/" + std::string(name), error);
@@ -127,8 +127,8 @@ Axes extract_axes(const CsvTable& table, const std::string& before) {
   throw std::invalid_argument(table.origin + ": line " + std::to_string(row + 2) + ": " + what);
 }
 
-/// Converts the time of each row to the server's clock [s]. If a client never measured the clock offset, it is assumed
-/// to run on the server's machine. If it never received an answer, the times need no alignment.
+/// Converts the time of each row to the server's clock [s]. If the client measured no clock offset, the
+/// offset is assumed to be 0, as on the server's machine.
 std::vector<double> server_time_s(const CsvTable& table, const ClientRun& summary) {
   std::vector<double> time_s = table.column("local_ns");
   if (time_s.empty()) throw std::invalid_argument(table.origin + " has no row; the client must have ticked");
@@ -165,7 +165,7 @@ ClientRun load_user(const std::filesystem::path& summary_file) {
   return run;
 }
 
-/// Returns the summary files in sorted order, because the order in a directory is arbitrary.
+/// Returns the summary files in sorted order, because the order within a directory is arbitrary.
 std::set<std::filesystem::path> summary_files(const std::filesystem::path& folder) {
   std::set<std::filesystem::path> files;
   try {
@@ -228,7 +228,7 @@ Trace make_trace(const CsvTable& table, const ClientRun& summary) {
   trace.tool_m = extract_axes(table, "tool_");
   trace.body_m = extract_axes(table, "body_");
   trace.state_age_s = table.column("state_age_s");
-  // Traces of older clients do not have this column; then the energy is unknown.
+  // Traces of older clients lack this column. The energy is then unknown.
   const std::vector<double>* const energy = table.find("field_energy_kj_per_mol");
   trace.energy_kj_per_mol =
       energy != nullptr ? *energy : std::vector(table.row_count(), std::numeric_limits<double>::quiet_NaN());

@@ -1,5 +1,5 @@
-// Results of one session: the JSON summary and the trace of each client. The names of keys and columns occur only in
-// session_data.cpp; the rest of the report uses numbers in SI units.
+// Results of one session: the JSON summary and the trace of each client. Only session_data.cpp contains the names of
+// keys and columns; the rest of the report uses numbers in SI units.
 #pragma once
 
 #include <array>
@@ -28,10 +28,10 @@ struct PhaseSummary {
 /// Number of dropped messages by reason (proto/drop_reason.hpp), in the order of the file.
 using Drops = std::vector<std::pair<std::string, std::uint64_t>>;
 
-/// A position over time: one vector each for x, y and z in W.
+/// A position over time in W: one vector each for x, y and z.
 using Axes = std::array<std::vector<double>, 3>;
 
-/// A client's trace with one entry for each tick. Values that are not known yet are NaN.
+/// A client's trace with one entry for each tick. A value that the client had not received yet is NaN.
 struct Trace {
   std::vector<double> time_s;   ///< time since the first tick of the session's first client, on the server's clock
   std::vector<double> force_n;  ///< displayed force
@@ -44,7 +44,7 @@ struct Trace {
   std::vector<Band> phases;               ///< intervals of the phases in ClientRun::phases [s]
 };
 
-/// The haptic loop of a client: ticks, and their lateness [µs].
+/// Summary of a client's haptic loop: ticks, and their lateness [µs].
 struct LoopSummary {
   std::uint64_t ticks_run = 0;
   std::uint64_t ticks_expected = 0;
@@ -53,10 +53,10 @@ struct LoopSummary {
   double lateness_p99_us = 0;
   double lateness_p999_us = 0;
   double lateness_max_us = 0;
-  std::uint64_t missed = 0;  ///< deadlines that were skipped
+  std::uint64_t missed = 0;  ///< number of deadlines that were skipped
 };
 
-/// The connection of a client.
+/// Summary of a client's connection.
 struct ConnectionSummary {
   double round_trip_newest_ms = 0;
   double round_trip_minimum_ms = 0;
@@ -65,7 +65,7 @@ struct ConnectionSummary {
   Drops sent_drops;
 };
 
-/// Results of one client: its JSON summary, with NaN for null (not known), and its trace.
+/// Results of one client: its JSON summary, with NaN for unknown values (null), and its trace.
 struct ClientRun {
   std::string name;  ///< name of the user
   std::string scene;
@@ -84,7 +84,7 @@ struct ClientRun {
   bool all_forces_finite = false;
 
   std::vector<PhaseSummary> phases;
-  std::string watched_body;  ///< empty if the client saw no watched body
+  std::string watched_body;  ///< empty if the client received no watched body
   double body_displacement_m = std::numeric_limits<double>::quiet_NaN();
 
   Trace trace;
@@ -98,11 +98,11 @@ struct Session {
   std::vector<ClientRun> users;  ///< at least two, in the order of the file names
 };
 
-/// Reads a summary; the trace remains empty. Unknown keys are ignored.
+/// Reads a summary. The trace of the result is empty. Unknown keys are ignored.
 /// Fails   std::invalid_argument naming file, key, value and remedy
 ClientRun parse_client_summary(const boost::json::value& json, const std::string& origin);
 
-/// Extracts the columns that the report needs from a client's CSV file. time_s is the server's clock.
+/// Extracts the columns that the report needs from a client's CSV file. time_s is on the server's clock.
 /// Fails   std::invalid_argument: a column is missing, there is no row, time decreases, or a phase is not in `summary`
 Trace make_trace(const CsvTable& table, const ClientRun& summary);
 

@@ -27,7 +27,7 @@ std::vector<double> scaled(std::vector<double> values, double factor) {
   return values;
 }
 
-/// Returns the values minus the first known value.
+/// Subtracts the first finite value from all values.
 std::vector<double> since_first(std::vector<double> values) {
   const auto first = std::find_if(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
   const double origin = first == values.end() ? 0 : *first;
@@ -68,7 +68,7 @@ Plot base_plot(const Session& session, const std::string& what, const PlotAxis& 
   plot.description = what + " over time, session " + session.name + ", users " + user_list(session);
   plot.x = {.quantity = "time", .unit = "s", .low = 0, .high = end_s(session)};
   plot.y = y;
-  plot.bands = session.users.front().trace.phases;  // the hands run their phases at the same time
+  plot.bands = session.users.front().trace.phases;  // all hands run their phases at the same time
   return plot;
 }
 
@@ -97,8 +97,8 @@ double largest(const Session& session, std::vector<double> Trace::*values) {
   return result;
 }
 
-/// Draws the force limits of the devices. If a limit is so high that the lines below it would be unreadable, it is not
-/// drawn. Its text is then returned for the caption.
+/// Draws the force limits of the devices. A limit so high that the curves below it would be unreadable is not drawn; it
+/// is returned as text for the caption.
 std::string add_limits(Plot& plot, const Session& session, double ClientRun::*limit, std::vector<double> Trace::*values,
                        double factor, const std::string& unit) {
   constexpr double kReadable = 5;
@@ -169,8 +169,8 @@ Plot body_figure(const Session& session) {
   return plot;
 }
 
-/// Returns the largest value in each interval of `width_s`, plotted at the start of the interval. If all values were
-/// plotted, an oscillation of 1 ms would fill the figure.
+/// Returns the largest value in each interval of `width_s`, plotted at the start of the interval. Otherwise an
+/// oscillation with a period of 1 ms would fill the figure.
 Series largest_each(double width_s, const std::vector<double>& time_s, const std::vector<double>& values) {
   Series series;
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -268,7 +268,7 @@ std::uint64_t count_of(const Drops& drops, std::string_view reason) {
   return found == drops.end() ? 0 : found->second;
 }
 
-/// Returns the reasons that occurred, in the order of their first occurrence.
+/// Returns the drop reasons of all users, in the order of their first occurrence.
 std::vector<std::string> reasons_seen(const Session& session) {
   std::vector<std::string> reasons;
   for (const ClientRun& user : session.users) {
@@ -304,7 +304,8 @@ void add_drops_table(HtmlReport& report, const Session& session) {
   report.table(table);
 }
 
-/// In      has_force  true: adds the figure of the forces, which is not on the first page
+/// Adds the tables and figures of one session.
+/// In      has_force  whether the figure of the forces is added; false if the first page has it
 void add_session(HtmlReport& report, const Session& session, bool has_force) {
   const ClientRun& first = session.users.front();
   report.heading("Session " + session.name);

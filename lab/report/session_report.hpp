@@ -9,7 +9,7 @@
 
 namespace tandem::lab {
 
-/// Returns the page. It contains the verdict and the forces, then the figures and tables of each session.
+/// Returns the page: the verdict and the forces, then the figures and tables of each session.
 HtmlReport session_report(std::span<const Session> sessions, std::span<const Check> checks);
 
 }  // namespace tandem::lab

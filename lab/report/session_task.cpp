@@ -49,7 +49,7 @@ Vec3 at(const Axes& axes, std::size_t row) {
   return {axes[0][row], axes[1][row], axes[2][row]};
 }
 
-/// Returns the largest value, or NaN if there are no rows or any value is NaN.
+/// Returns the largest value over the rows, or NaN if there are no rows or any value is NaN.
 template <class Value>
 double largest(const std::vector<std::size_t>& rows, const Value& value) {
   double result = rows.empty() ? std::numeric_limits<double>::quiet_NaN() : -std::numeric_limits<double>::infinity();

@@ -1,5 +1,5 @@
-// The task of the hands in a session and the check whether they fulfilled it. session_checks.hpp checks the quality of
-// the touch.
+// The task of the hands in a session, and the check whether the hands completed it. The checks of the displayed touch
+// are in session_checks.hpp.
 #pragma once
 
 #include <filesystem>
@@ -15,13 +15,13 @@
 
 namespace tandem::lab {
 
-/// Conditions for the settled part of each user's phase "hold". A field that is not set is not checked.
+/// Conditions for the settled part of each user's phase "hold". A condition without a value is not checked.
 struct SessionTask {
   std::string body;              ///< name of the watched body; empty: any body
   std::optional<Vec3> place_W;   ///< required position of the watched body's origin [m]
   double within_m = 0;           ///< largest permitted distance from place_W
   std::optional<double> rest_m;  ///< largest permitted distance of the watched body from its mean position
-  /// upper limit of the energy of the molecular field; it is negative, because molecules in contact attract
+  /// upper limit of the energy of the molecular field; negative, because molecules in contact attract each other
   std::optional<double> energy_kj_per_mol;
 };
 
@@ -34,7 +34,7 @@ using SessionTasks = std::map<std::string, SessionTask, std::less<>>;
 SessionTasks parse_session_tasks(std::string_view json, const std::string& origin);
 SessionTasks load_session_tasks(const std::filesystem::path& file);
 
-/// Returns one check for each field and user. If a value is missing in the traces it is NaN, and the check fails.
+/// Returns one check for each condition and user. A value that is missing in the traces is NaN, and its check fails.
 std::vector<Check> check_task(const Session& session, const SessionTask& task);
 
 }  // namespace tandem::lab

@@ -8,11 +8,11 @@
 namespace tandem::lab {
 namespace {
 
-/// Largest magnitude of a limit for which the sum and difference of two limits cannot overflow.
+/// Largest magnitude of a range limit. The sum and difference of two such limits cannot overflow.
 constexpr double kLargest = 1e290;
-/// Minimum relative width of a range. Narrower ranges have no room for distinct ticks.
+/// Minimum relative width of a range. Narrower ranges cannot hold distinct ticks.
 constexpr double kMinRelativeWidth = 1e-9;
-/// Tolerance in steps. If a limit of a range is a multiple of the step except for rounding, it still gets a tick.
+/// Tolerance as a fraction of a step. A range limit that is a multiple of the step except for rounding gets a tick.
 constexpr double kSlack = 1e-6;
 
 /// A step m·10^e. The two parts are stored separately, so that i·step is the double nearest to the decimal number.

@@ -30,8 +30,8 @@ std::vector<AxisMark> ticks_inside(Range range, std::size_t max_count);
 /// Same as ticks_inside(), but the first and last tick lie on or just outside the limits of `range`.
 std::vector<AxisMark> ticks_around(Range range, std::size_t max_count);
 
-/// Returns powers of ten inside `range`, thinned to at most `max_count`. If there is room, each decade has ticks at 1,
-/// 2 and 5.
+/// Returns powers of ten inside `range`, thinned to at most `max_count`. If `max_count` allows it, each decade has
+/// ticks at 1, 2 and 5.
 std::vector<AxisMark> log_ticks(Range range, std::size_t max_count);
 
 }  // namespace tandem::lab

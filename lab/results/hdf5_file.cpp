@@ -13,7 +13,7 @@ void check(herr_t status, const std::string& what) {
 void write_column(hid_t group, const std::string& name, const std::vector<double>& values) {
   const hsize_t size = values.size();
   const Hdf5Handle space(H5Screate_simple(1, &size, nullptr), H5Sclose, name);
-  // No time stamps are stored, so that the same study gives the same file.
+  // Time stamps are omitted, so that the same study gives the same file.
   const Hdf5Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, name);
   check(H5Pset_obj_track_times(properties.id(), false), name);
   const Hdf5Handle dataset(
@@ -62,7 +62,7 @@ void write_hdf5_table(hid_t parent, const std::string& name, const CsvTable& tab
 }
 
 void write_hdf5(const std::filesystem::path& file, const std::function<void(hid_t)>& fill) {
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // the library must not print errors, because they are thrown
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // disables error output of the library, because errors are thrown
   const std::string unfinished = file.string() + ".unfinished";
   try {
     const Hdf5Handle out(H5Fcreate(unfinished.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose,

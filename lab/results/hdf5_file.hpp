@@ -12,7 +12,7 @@
 
 namespace tandem::lab {
 
-/// Owns a handle of the HDF5 library. `close` is the library's function that closes this kind of handle.
+/// Owns a handle of the HDF5 library. `close` is the function of the library that closes a handle of this type.
 /// Fails   std::runtime_error: the handle is invalid
 class Hdf5Handle {
  public:
@@ -27,7 +27,7 @@ class Hdf5Handle {
   herr_t (*close_)(hid_t);
 };
 
-/// Creates the file under a temporary name, lets `fill` write into it, and then renames it.
+/// Creates the file under a temporary name, calls `fill` to write its content, and then renames it.
 /// Fails   std::runtime_error: the file cannot be written
 void write_hdf5(const std::filesystem::path& file, const std::function<void(hid_t)>& fill);
 

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Blocks SIGINT and SIGTERM during its lifetime. Signals received meanwhile take effect afterwards.
+/// Blocks SIGINT and SIGTERM during its lifetime. A signal that arrives meanwhile takes effect afterwards.
 class SignalsWait {
  public:
   SignalsWait() {
@@ -36,8 +36,8 @@ class SignalsWait {
   sigset_t before_{};
 };
 
-/// Creates the missing folders of a path, innermost first in the list. The destructor removes them unless keep() was
-/// called.
+/// Creates the missing folders of a path. The list holds them innermost first. The destructor removes them unless
+/// keep() was called.
 class MadeFolders {
  public:
   void make(const std::string& out) {
@@ -52,7 +52,7 @@ class MadeFolders {
   }
   MadeFolders() = default;
   ~MadeFolders() {
-    std::error_code ignored;  // a folder that another program has filled is not removed
+    std::error_code ignored;  // fails if another program has put files into the folder; the folder then remains
     for (const fs::path& folder : folders_) fs::remove(folder, ignored);
   }
   MadeFolders(const MadeFolders&) = delete;
@@ -63,7 +63,7 @@ class MadeFolders {
   std::vector<fs::path> folders_;
 };
 
-/// Files that exist under a temporary name. The destructor removes those that were not renamed.
+/// Files that exist under temporary names. The destructor removes those that were not renamed.
 class UnfinishedFiles {
  public:
   UnfinishedFiles() = default;
@@ -92,7 +92,7 @@ class UnfinishedFiles {
   std::vector<Names> files_;
 };
 
-/// Returns the command line of this process, with the program's name alone.
+/// Returns the command line of this process. The program's name is given without its folder.
 std::string this_command() {
   std::ifstream in("/proc/self/cmdline", std::ios::binary);
   std::string command;

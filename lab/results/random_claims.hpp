@@ -19,18 +19,18 @@ struct RandomOutcome {
 
 struct RandomClaim {
   std::string text;        ///< text of the claim, with unit
-  double value = 0;        ///< NaN if no trial to which the claim applies has a value
+  double value = 0;        ///< NaN if no trial of the claim has a value
   double bound = 0;        ///< upper bound for `value`
   std::size_t trials = 0;  ///< number of trials that have a value
   std::string worst;       ///< experiment and number of the trial that determines the value
 
   bool is_measured() const { return trials > 0; }
-  /// Returns false if no trial was measured.
+  /// Returns false if no trial has a value.
   bool holds() const { return is_measured() && value <= bound; }
 };
 
-/// Computes all claims. A trial in which the link was silent for more than 110 ms counts only for claims that mention
-/// silences, because the force must decay during a silence.
+/// Computes all claims. A trial whose link was silent for more than 110 ms counts only in claims about silences,
+/// because the force must decay during a silence.
 std::vector<RandomClaim> random_claims(std::span<const RandomOutcome> outcomes);
 
 }  // namespace tandem::lab

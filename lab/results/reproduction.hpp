@@ -10,7 +10,7 @@
 
 namespace tandem::lab {
 
-/// One compared figure. A text is empty if that source does not report the figure.
+/// One compared figure. An empty text means that the source does not report the figure.
 struct ReproductionRow {
   std::string what;
   std::string published;
@@ -19,7 +19,7 @@ struct ReproductionRow {
 
 struct Reproduction {
   std::string title;
-  std::string question = {};  ///< asked on the first page of the report
+  std::string question = {};  ///< the question that the first page of the report answers
   std::string summary;        ///< settings of the run and its differences from the published source
   std::vector<ReproductionRow> rows;
   std::vector<Check> claims;

@@ -12,7 +12,7 @@ namespace {
 
 namespace json = boost::json;
 
-// Lists only the reasons that occurred; proto/drop_reason.hpp lists all.
+// Lists only the drop reasons that occurred; proto/drop_reason.hpp lists all.
 json::object drops_json(const proto::DropCounters& drops) {
   json::object result;
   for (std::size_t i = 0; i < static_cast<std::size_t>(proto::DropReason::kCount); ++i) {
@@ -88,7 +88,7 @@ json::object server_json(const SessionTrace& trace) {
           {"field_kernel", trace.field_kernel}};
 }
 
-// Writes nine digits, as in the traces of clients (client/app/trace.cpp).
+// Appends a cell with nine significant digits, as in the traces of clients (client/app/trace.cpp).
 void append_cell(double value, std::string& line) {
   char text[32];
   line += ',';

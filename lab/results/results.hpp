@@ -1,4 +1,4 @@
-// Result files of one trial. trial.json contains the parameters and the outcome but nothing about the host. Therefore
+// Result files of one trial. trial.json contains the parameters and the outcome, but no data about the host. Therefore
 // two runs of the same experiment give the same bytes. bodies.csv contains the motion of the bodies.
 #pragma once
 

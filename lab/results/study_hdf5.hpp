@@ -13,7 +13,7 @@
 
 namespace tandem::lab {
 
-/// Writes the file.
+/// Writes the results of all trials to `file`.
 /// Fails   std::runtime_error: the file cannot be written
 void write_study_hdf5(const std::filesystem::path& file, std::span<const TrialResult> results);
 

@@ -25,7 +25,7 @@ namespace json = boost::json;
 
 constexpr int kFigureHeight_px = 260;
 constexpr std::size_t kFirstPageFigures = 3;
-/// Metrics that answer whether a stage hides the delay, the most important first.
+/// Metrics that show whether a stage hides the delay, the most important first.
 constexpr std::array<std::string_view, 8> kHeadline{
     "path_error_of_peak",      "contact_force_ratio", "free_drag_rms_n",      "limit_cycle_m_per_s",
     "force_step_max_n_per_ms", "felt_mass_ratio",     "felt_stiffness_ratio", "view_divergence_max_m"};
@@ -39,13 +39,13 @@ struct Sweep {
   const char* field;
   PlotAxis axis;
   double factor = 1;
-  std::string shared = {};  ///< settings that all trials share, which no name of a curve repeats
+  std::string shared = {};  ///< settings that all trials have in common; the names of the curves omit them
 
   double of(const json::object& row) const { return factor * number_in(row, field); }
   std::string text(double value) const { return format_significant(value, 3) + " " + axis.unit + " " + axis.quantity; }
 };
 
-/// Returns the settings of --set as text; empty: none.
+/// Returns the settings of --set as text; empty if there are none.
 std::string overrides_of(const json::object& row) {
   const json::value* const overrides = row.if_contains("overrides");
   std::string text;
@@ -55,7 +55,7 @@ std::string overrides_of(const json::object& row) {
   return text;
 }
 
-/// Returns the first quantity that has several values; the round trip if there is none.
+/// Returns the first quantity that has several values in the study, or the round trip if there is none.
 Sweep sweep_of(std::span<const TrialResult> results) {
   std::set<std::string> overrides;
   for (const TrialResult& result : results) overrides.insert(overrides_of(result.row));
@@ -71,7 +71,7 @@ Sweep sweep_of(std::span<const TrialResult> results) {
   return sweeps.front();
 }
 
-/// Returns the settings of the client that differ from the default, as text; empty: none.
+/// Returns the settings of the client that differ from the default, as text; empty if there are none.
 std::string variant_of(const json::object& row, const Sweep& sweep) {
   std::string text;
   if (const std::string predictor = text_in(row, "predictor"); predictor != client::StageSettings{}.predictor)
@@ -83,7 +83,7 @@ std::string variant_of(const json::object& row, const Sweep& sweep) {
   return overrides == sweep.shared ? text : text + ", " + overrides;
 }
 
-/// Returns jitter and loss of the link as text; empty: none.
+/// Returns jitter and loss of the link as text; empty if both are zero or swept.
 std::string link_text(const json::object& row, const Sweep& sweep) {
   std::string text;
   const auto add = [&](const char* field, double factor, const std::string& unit) {
@@ -95,11 +95,11 @@ std::string link_text(const json::object& row, const Sweep& sweep) {
   return text;
 }
 
-/// Disturbances of the link, in the order from the least to the greatest. The swept quantity is none of them.
+/// Disturbances of a link, ordered from the least to the greatest. The swept quantity is excluded.
 struct Disturbance {
   double loss = 0, jitter_ms = 0;
   bool is_after_silence = false;
-  std::string text = {};  ///< empty: none
+  std::string text = {};  ///< description; empty: no disturbance
 
   auto operator<=>(const Disturbance&) const = default;
 };
@@ -114,8 +114,8 @@ Disturbance disturbance_of(const json::object& row, const Sweep& sweep) {
   return result;
 }
 
-/// Trials under one disturbance of the link, by the name of their curve. The curves of clients without a variant come
-/// first; `mains` is their number.
+/// Trials under one disturbance of the link, grouped by the name of their curve. The first `mains` curves are those of
+/// clients with default settings.
 struct Curves {
   std::vector<std::pair<std::string, std::vector<SeedGroup>>> curves;
   std::size_t mains = 0;
@@ -177,8 +177,8 @@ Plot empty_figure(std::string_view metric, const Sweep& sweep) {
   return figure;
 }
 
-/// Returns the figures of a metric with curves from `begin` to `end`; none if no curve has two points. A figure has at
-/// most kStyles curves.
+/// Returns figures of a metric with the curves from `begin` to `end`. There are none if no curve has two points. A
+/// figure has at most kStyles curves.
 std::vector<Plot> figures_of(const Curves& all, std::size_t begin, std::size_t end, std::string_view metric,
                              const Sweep& sweep) {
   std::vector<Plot> figures;
@@ -195,7 +195,8 @@ std::vector<Plot> figures_of(const Curves& all, std::size_t begin, std::size_t e
   return has_curve ? figures : std::vector<Plot>();
 }
 
-/// Returns whether the values of a figure differ by less than is of interest.
+/// Returns whether all values of a figure lie within the minimum range of its axis (least_span()), so that the
+/// differences are irrelevant.
 bool is_flat(const Plot& figure) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const Series& series : figure.series) {
@@ -232,7 +233,7 @@ Table definitions_table() {
   return table;
 }
 
-/// Returns a row of the table: every metric of a group. `of` combines the values of the seeds.
+/// Returns a row of the table with every metric of a group. `of` combines the values of the seeds.
 std::vector<std::string> results_row(const SeedGroup& group, const Sweep& sweep, const std::string& seeds,
                                      double (*of)(const SeedGroup& group, std::string_view metric)) {
   const json::object& row = *group.front();
@@ -261,7 +262,8 @@ Table results_table(const std::vector<SeedGroup>& groups, const Sweep& sweep) {
   return table;
 }
 
-/// The comparison on the first page: curves under the least disturbance, and the metrics that are defined there.
+/// The comparison of stages on the first page: curves under the least disturbance, and the metrics that are defined
+/// there.
 struct Headline {
   Sweep sweep;
   std::string disturbance;
@@ -291,7 +293,7 @@ Headline headline_of(const std::vector<SeedGroup>& groups, const Sweep& sweep) {
   return result;
 }
 
-/// Returns " (k of n trials)" if not all trials at the headline's x have a value; otherwise nothing.
+/// Returns " (k of n trials)" if some trials at the headline's x have no value; otherwise an empty text.
 std::string share_with_value(const Headline& headline, const std::vector<SeedGroup>& groups, std::size_t with_value) {
   std::size_t all = 0;
   for (const SeedGroup& group : groups) all += headline.sweep.of(*group.front()) == headline.at ? group.size() : 0;
@@ -335,7 +337,8 @@ Table headline_table(const Headline& headline) {
   return table;
 }
 
-/// Returns a sentence that ranks the stages by the first metric, the stage nearest to its ideal value first.
+/// Returns a sentence that ranks the stages by the first metric. The stage nearest to the metric's ideal value comes
+/// first.
 std::string ranking(const Headline& headline) {
   if (headline.metrics.empty()) return "No metric that compares stages is defined in these trials.";
   const std::string_view metric = headline.metrics.front();
@@ -378,8 +381,8 @@ void add_first_page(HtmlReport& page, const std::vector<SeedGroup>& groups, cons
   page.side_by_side(figures);
 }
 
-/// Adds the figures of one experiment under one disturbance: of every metric on the least disturbed link, of the
-/// headline metrics elsewhere.
+/// Adds the figures of one experiment under one disturbance: all metrics if `has_all`, which is set for the least
+/// disturbance, otherwise only the headline metrics.
 void add_figures(HtmlReport& page, const std::vector<SeedGroup>& groups, const Sweep& sweep, bool has_all) {
   const Curves curves = curves_of(groups, sweep);
   std::vector<Plot> figures;

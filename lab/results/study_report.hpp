@@ -1,4 +1,4 @@
-// Results of a study as one HTML page. Its first page compares the stages at the longest delay with a value. The
+// Results of a study as one HTML page. The first page compares the stages at the longest delay that has values. The
 // appendix plots each metric over the delay, with the spread over the seeds, and defines it.
 #pragma once
 
@@ -14,15 +14,16 @@ HtmlReport study_report(std::span<const TrialResult> results);
 /// Adds the figures and tables of each experiment, and the definitions of the metrics.
 void add_study(HtmlReport& page, std::span<const TrialResult> results);
 
-/// Quantity and unit of an axis for a metric, by the suffix of its name, and the factor from its SI value.
+/// Axis for the values of a metric: quantity and unit, by the suffix of the metric's name, and the factor from its SI
+/// value.
 struct MetricAxis {
   PlotAxis axis;
   double factor = 1;
 };
 MetricAxis axis_of_metric(std::string_view metric);
 
-/// Returns the name of a trial's curve over the delay: stage, settings of the client, jitter and loss. Trials that differ
-/// in delay and seed only have the same name.
+/// Returns the name of a trial's curve over the delay: stage, settings of the client, jitter and loss. Trials that
+/// differ only in delay and seed have the same name.
 std::string curve_of(const boost::json::object& row);
 
 }  // namespace tandem::lab

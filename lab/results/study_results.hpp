@@ -12,7 +12,8 @@
 
 namespace tandem::lab {
 
-/// Returns {"trials": [...]}. It contains neither host data nor run times, so that the same study gives the same bytes.
+/// Returns {"trials": [...]}. The result contains neither host data nor run times, so that the same study gives the
+/// same bytes.
 boost::json::object study_json(std::span<const TrialResult> results);
 /// Returns one line for each trial. Values of single users are omitted.
 std::string study_csv(std::span<const TrialResult> results);
@@ -23,8 +24,8 @@ boost::json::object study_timing_json(std::span<const TrialResult> results, doub
 double number_in(const boost::json::object& row, std::string_view name);
 std::string text_in(const boost::json::object& row, std::string_view name);
 
-/// Returns whether a user's link was silent for longer than kLongSilence_ms. If so, the outcome of the trial is not
-/// attributed to the stage.
+/// Returns whether a user's link was silent for longer than kLongSilence_ms. In that case the stage is not responsible
+/// for the outcome of the trial.
 bool was_silent(const boost::json::object& row);
 
 /// Rows of one or more trials that differ only in their seed. Trials with a long silence form separate groups.
@@ -38,9 +39,9 @@ std::string outcomes_of(const SeedGroup& group);
 /// Groups the trials that differ only in their seed. The groups are in the order of their first trials.
 std::vector<SeedGroup> seed_groups(std::span<const TrialResult> results);
 
-/// Prints one line for each group. If the group has several seeds, a second line contains the worst values.
+/// Prints one line for each group. A second line with the worst values follows if the group has several seeds.
 void print_study(std::ostream& out, std::span<const TrialResult> results);
-/// Returns whether, in any trial, a user lost the connection or never obtained one.
+/// Returns whether any user of any trial lost the connection or never obtained one.
 bool has_lost_users(std::span<const TrialResult> results);
 
 }  // namespace tandem::lab

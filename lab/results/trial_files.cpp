@@ -41,7 +41,7 @@ void TrialFiles::finish(const SessionTrace& trace, const std::string& key, const
   }
   boost::json::object details{{"key", key}};
   for (const auto& field : results_json(experiment_, trace)) details[field.key()] = field.value();
-  // The last file in the order of their names is trial.json, so it is also the last that is written.
+  // Files are written in the order of their names, so trial.json is the last one.
   write_all_files(folder_.string(),
                   with_report({{"bodies.csv", bodies_csv(trace)}, {"trial.json", pretty_json(details)}}, report));
 }
@@ -54,7 +54,7 @@ bool has_trial_files(const std::filesystem::path& folder, const std::string& key
     const auto* own = details.is_object() ? details.get_object().if_contains("key") : nullptr;
     return own != nullptr && *own == boost::json::value(key);
   } catch (const std::exception&) {
-    return false;  // the file is incomplete, so the trial runs again
+    return false;  // a file is incomplete, so the trial runs again
   }
 }
 

@@ -12,8 +12,8 @@
 
 namespace tandem::lab {
 
-/// Writes N-NAME.csv for every user during the trial. At the end of the trial it writes bodies.csv, the report and, last,
-/// trial.json (results.hpp). Therefore a folder that contains trial.json is complete.
+/// Writes N-NAME.csv for every user during the trial. At the end of the trial it writes bodies.csv, the report and,
+/// last, trial.json (results.hpp). Therefore a folder that contains trial.json is complete.
 class TrialFiles {
  public:
   /// Creates the folder.

@@ -19,7 +19,7 @@ namespace {
 constexpr double kMilli = 1e3;
 constexpr int kHalfHeight_px = 260;
 
-/// Returns a series over one user's ticks. `value_of` returns the value of a tick, NaN if unknown.
+/// Returns a series over one user's ticks. `value_of` returns the value of a tick; NaN if it is unknown.
 template <class Of>
 Series series_of(const UserTrace& user, std::string label, int style, const Of& value_of) {
   Series series;
@@ -34,7 +34,7 @@ Series series_of(const UserTrace& user, std::string label, int style, const Of& 
   return series;
 }
 
-/// Returns the phases of the first user's hand. The hands of an experiment run their phases at the same time.
+/// Returns the phases of the first user's hand. All hands of an experiment run their phases at the same time.
 std::vector<Band> phase_bands(const SessionTrace& trace) {
   std::vector<Band> bands;
   const UserTrace& user = trace.users.front();
@@ -60,7 +60,7 @@ class Figures {
     const auto force_n = [](const TickSample& tick) { return tick.displayed_D.f.norm(); };
     add_each_user(plot, force_n);
     add_other(plot, force_n);
-    std::map<double, std::string> devices;  // devices with equal limits share a line
+    std::map<double, std::string> devices;  // names of the devices by limit; devices with equal limits share a line
     for (const UserTrace& user : trace_.users) devices[user.user.device.spec.force_limit_n] = user.user.device.name;
     for (const auto& [limit_n, name] : devices) plot.limits.push_back({limit_n, "limit of " + name});
     plot.caption =
@@ -206,7 +206,7 @@ Table users_table(const SessionTrace& trace) {
   return table;
 }
 
-/// Returns a sentence for each user: its force, and the error against the reference.
+/// Returns a sentence for each user: the displayed force, and the error against the reference.
 std::string answer_of(const Experiment& experiment, const SessionTrace& trace, const SessionTrace* reference) {
   std::string text;
   for (const UserTrace& user : trace.users) {

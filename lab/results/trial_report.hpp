@@ -1,5 +1,5 @@
-// The report of a trial: diagrams of each hand's touch over time, beside those of the same hands elsewhere. It depends
-// only on the traces, so that the same trial gives the same bytes.
+// The report of a trial: diagrams of each hand's touch over time, together with those of the same hands in another run.
+// The report depends only on the traces, so that the same trial gives the same bytes.
 #pragma once
 
 #include <string>
@@ -11,13 +11,14 @@
 
 namespace tandem::lab {
 
-/// Another run of the same hands, drawn beside a trial.
+/// Another run of the same hands, drawn together with a trial.
 struct ComparedTrace {
   const SessionTrace* trace = nullptr;
-  std::string name;  ///< for the legend
+  std::string name;  ///< name in the legend
 };
 
-/// Returns the page of a trial in virtual time. The reference is the same hands at zero delay; null: there is none.
+/// Returns the page of a trial in virtual time. `reference` is the trace of the same hands at zero delay; null if there
+/// is none.
 HtmlReport trial_report(const Experiment& experiment, const SessionTrace& trace, const SessionTrace* reference);
 
 /// Returns the figures of a trial. The first is the force on the hands.

@@ -1,4 +1,4 @@
-// Converts a trial to a line of results.json; see trial_runner.hpp.
+// Converts a trial to its row in results.json; see trial_runner.hpp.
 #include <algorithm>
 #include <array>
 #include <set>
@@ -65,7 +65,7 @@ json::object users_json(const TrialView& view, std::size_t index) {
   return result;
 }
 
-/// Returns the settings that have no column of their own.
+/// Returns the settings of a trial that have no column of their own in the results.
 json::object overrides_json(const Trial& trial) {
   constexpr std::array<std::string_view, 7> kColumns{"stage",          "predictor", "passivity", "link.rtt_ms",
                                                      "link.jitter_ms", "link.loss", "seed"};

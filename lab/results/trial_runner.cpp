@@ -53,8 +53,8 @@ std::string text_of(const net::DelayPath& path) {
   return text.str();
 }
 
-/// Returns the content of all hand paths, device profiles and delay paths, so that the key changes if one of their
-/// files changes.
+/// Returns the content of all hand paths, device profiles and delay paths. It is part of the key, so that the key
+/// changes with any of these files.
 std::string files_text(const Experiment& experiment, const fs::path& directory) {
   std::string text;
   std::vector<devices::DeviceProfile> devices;
@@ -67,7 +67,7 @@ std::string files_text(const Experiment& experiment, const fs::path& directory) 
   return text;
 }
 
-/// Returns the hash of everything that determines the result of a trial.
+/// Returns the key of a trial: the hash of everything that determines its result.
 std::string key_of(const Trial& trial, const KeptScene& scene, const std::string& program) {
   json::object document = experiment_json(trial.experiment);
   document.erase("description");
@@ -81,11 +81,11 @@ std::string scene_key(const Experiment& experiment) {
   return experiment.scene.string() + "\n" + compact_json(experiment.scene_changes);
 }
 
-/// A run that several trials use as their reference. The first trial that needs it runs it; it is released after the
-/// last.
+/// A reference run that several trials share. The first trial that needs the reference runs it; it is released after
+/// the last of these trials.
 struct SharedReference {
   Trial trial;
-  std::size_t open = 0;  ///< number of trials that still need it
+  std::size_t open = 0;  ///< number of unfinished trials that need it
   std::mutex running;
   std::shared_ptr<const SessionTrace> trace;
 };
@@ -95,10 +95,10 @@ struct Job {
   const KeptScene* scene = nullptr;
   std::string key;
   SharedReference* reference = nullptr;
-  SharedReference* same_stage = nullptr;  ///< often the same run as the other reference; null if not requested
+  SharedReference* same_stage = nullptr;  ///< often the same run as `reference`; null if not requested
 };
 
-// Converts a row to text and back, so that new and reused results have the same number types and give the same bytes.
+// Converts a row to text and back. New and reused results then have the same number types and give the same bytes.
 json::object as_read_back(const json::object& row) {
   return parse_json(pretty_json(row), "a trial's row").get_object();
 }
@@ -116,7 +116,7 @@ std::optional<TrialResult> kept_result(const fs::path& file, const std::string& 
     result.was_done = true;
     if (result.key == key) return result;
   } catch (const std::exception&) {
-    return std::nullopt;  // the result is from another program, or the file is damaged: the trial runs again
+    return std::nullopt;  // another program wrote the result, or the file is damaged: the trial runs again
   }
   return std::nullopt;
 }
@@ -129,7 +129,7 @@ void keep_result(const fs::path& file, const TrialResult& result) {
   fs::rename(unfinished, file);
 }
 
-/// Returns the row of a trial that some user could not join. It contains no measurements.
+/// Returns the row of a trial that a user could not join. The row contains no measurements.
 json::object row_without_trace(const Trial& trial, const std::string& why) {
   SessionTrace nothing;
   for (const ExperimentUser& user : trial.experiment.users) nothing.users.emplace_back().user = user;
@@ -162,7 +162,7 @@ struct TrialRunner::Impl {
   RunSettings settings;
   std::map<std::string, KeptScene> scenes;
   std::map<std::string, std::unique_ptr<SharedReference>> references;
-  std::vector<Job> jobs;  ///< jobs that share a reference are adjacent
+  std::vector<Job> jobs;  ///< jobs with the same reference are adjacent
   std::atomic<std::size_t> next_job{0};
   std::atomic<bool> has_failed{false};
 

@@ -22,15 +22,15 @@ namespace tandem::lab {
 
 struct RunSettings {
   std::filesystem::path out;            ///< folder for the results; it must exist
-  std::size_t threads = 1;              ///< number of threads, 1 or more
-  bool keeps_samples = false;           ///< write the time series of every trial …
-  bool samples_lie_in_out = false;      ///< … or, if there is only one trial, write them directly to `out`
-  bool holds_against_own_stage = true;  ///< also compute the metrics that need TrialView::same_stage
+  std::size_t threads = 1;              ///< number of threads; at least 1
+  bool keeps_samples = false;           ///< whether the time series of every trial are written …
+  bool samples_lie_in_out = false;      ///< … directly to `out`, for a study of a single trial
+  bool holds_against_own_stage = true;  ///< whether the metrics that need TrialView::same_stage are computed as well
   std::string program;                  ///< fingerprint of this program; results of other programs are not reused
 };
 
 struct TrialResult {
-  boost::json::object row;  ///< the trial's line of results.json
+  boost::json::object row;  ///< row of the trial in results.json
   std::string key;
   std::filesystem::path samples;  ///< folder with the time series; empty if there are none
   double virtual_s = 0;
@@ -38,7 +38,7 @@ struct TrialResult {
   bool was_done = false;
 };
 
-/// Amount of work of a study. It is known before the study starts.
+/// Amount of work of a study, known before the study starts.
 struct StudySize {
   std::size_t trials = 0;
   std::size_t references = 0;  ///< number of runs at zero delay
@@ -54,7 +54,7 @@ class TrialRunner {
   ~TrialRunner();
 
   StudySize size() const;
-  /// Runs all trials and returns the results in the order of the trials. It may be called only once.
+  /// Runs all trials and returns the results in the order of the trials. May be called only once.
   /// In      on_progress  called after each trial with the numbers of finished and of reused trials
   /// Fails   rethrows the first exception of a run after the other threads have stopped; the results of finished trials
   ///         are stored
@@ -65,11 +65,10 @@ class TrialRunner {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Returns a row with the parameters and the results of the trial. Undefined numbers are null.
+/// Returns the row of a trial in results.json: parameters and metrics. Undefined numbers are null.
 boost::json::object trial_row(const Trial& trial, const TrialView& view);
 
-/// Returns the SHA-256 hash of the running program's file, in hexadecimal. Two builds therefore count as different
-/// programs.
+/// Returns the SHA-256 hash of the running program's file, in hexadecimal. Two builds count as different programs.
 std::string program_fingerprint();
 
 }  // namespace tandem::lab

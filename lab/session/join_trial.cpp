@@ -10,16 +10,17 @@
 namespace tandem::lab {
 namespace {
 
-/// The force error of a tick is counted only if the force is at least this value.
+/// Minimum force at which the force error of a tick is counted. Forces are those of the trial with all assets.
 constexpr double kMinForce_n = 0.5;
-/// Time in which the client changes smoothly from one local model to the next.
+/// Time in which the client blends from one local model to the next.
 constexpr Duration kGoingOver = std::chrono::milliseconds(400);
 
 /// Data of the first user of a trial.
 struct JoinTrial {
   SessionTrace trace;
-  std::vector<Vec3> tool_W;           ///< tool position at each tick according to the local model
-  Duration coarse_at{0}, full_at{0};  ///< times of the first model and of the first with all assets; 0: before start
+  std::vector<Vec3> tool_W;  ///< tool position at each tick according to the local model
+  /// times of the first local model and of the first with all assets; 0: before the hands started
+  Duration coarse_at{0}, full_at{0};
 };
 
 JoinTrial run_trial(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene) {
@@ -49,8 +50,8 @@ double largest_step_n(const std::vector<TickSample>& ticks, Duration from) {
   return largest;
 }
 
-/// Compares a trial, tick by tick, with the trial that has all assets from the start. Only the ticks with a local model
-/// of coarse assets are compared.
+/// Compares a trial, tick by tick, with the trial `here` that has all assets from the start. Only ticks are compared at
+/// which the local model has coarse assets and its blending has ended.
 void compare_coarse(const JoinTrial& trial, const JoinTrial& here, JoinFigures& figures) {
   const std::vector<TickSample>&ticks = trial.trace.users.front().ticks, &usual = here.trace.users.front().ticks;
   double error = 0, square = 0, apart = 0;

@@ -1,4 +1,4 @@
-// Measures how a user joins a room if the assets must first be fetched over a line that also carries the state.
+// Measures joining a room over a line that must transfer the assets and the state at the same time.
 #pragma once
 
 #include <cstddef>
@@ -13,22 +13,22 @@ namespace tandem::lab {
 
 /// Results for the first user of one trial.
 struct JoinFigures {
-  std::string assets;  ///< how assets are delivered, as in Experiment::assets
-  // Time from joining until there is a local model, and until there is one that has all assets. Empty: the trial ended
-  // before that.
+  std::string assets;  ///< delivery of the assets, as in Experiment::assets
+  // Time from joining until the first local model exists, and until the first with all assets exists. Empty: the trial
+  // ended earlier.
   std::optional<double> local_after_s = {}, full_local_after_s = {};
   double stream_bytes = 0;  ///< number of bytes of control and assets in both directions
   double wait_p99_ms = 0;   ///< 99th percentile of the time that states wait for the line, until full_local_after_s
-  double wait_max_ms = 0;   ///< maximum of the same waiting time, which delays states in addition to the link's delay
+  double wait_max_ms = 0;   ///< maximum of the same waiting time; it adds to the link's delay
   double states_per_s = 0;  ///< rate at which the server sends states until full_local_after_s
-  // The following values describe the time from the first local model to the first one with all assets. They compare
-  // the trial with the trial in which all assets are present from the start.
-  std::size_t coarse_ticks = 0;   ///< compared ticks: force of the other trial at least 0.5 N
-  double coarse_force_share = 0;  ///< RMS force error relative to the RMS force
-  double coarse_mm = 0;           ///< RMS distance between the tool positions of the two trials
-  double going_over_n = 0;        ///< force at the moment when the model with all assets takes over
-  double step_n = 0;              ///< largest change of the force within one tick, during the 0.4 s after that moment
-  double usual_step_n = 0;        ///< largest change of the force in the other trial in this time
+  // The following values compare this trial with the trial that has all assets from the start. The first three cover
+  // the time from the first local model (plus 0.4 s of blending) to the first with all assets.
+  std::size_t coarse_ticks = 0;   ///< number of ticks at which the force of the other trial is at least 0.5 N
+  double coarse_force_share = 0;  ///< RMS force error relative to the RMS force of the other trial
+  double coarse_mm = 0;           ///< RMS distance between the tool positions of the two trials [mm]
+  double going_over_n = 0;        ///< force when the model with all assets becomes active
+  double step_n = 0;              ///< largest change of the force within one tick, in the 0.4 s after that moment
+  double usual_step_n = 0;        ///< largest change of the force within one tick of the other trial, in the same 0.4 s
 };
 
 /// Runs one trial for each of asset_deliveries(). With "here" nothing is fetched, and the values about states cover the

@@ -20,15 +20,15 @@ using net::SimulatedLink;
 
 constexpr std::size_t kBytesAtOnce = 16 * 1024;
 constexpr int kDatagramsAtOnce = 256;
-/// A client address is removed after this time without a datagram, because its client has moved or ended.
+/// Time without a datagram after which a client address is removed. The client has then moved or ended.
 constexpr Duration kForgetAfter = std::chrono::minutes(1);
 
-/// One direction of a stream.
+/// One direction of a TCP stream.
 struct Pipe {
   Pipe(const net::LinkParameters& parameters, std::uint64_t seed, std::uint64_t stream)
       : link(SimulatedLink::reliable(parameters, seed, stream)) {}
 
-  /// Returns whether the sender has closed its end and all of its bytes have been passed on.
+  /// Returns whether the sender has closed the stream and all its bytes have been forwarded.
   bool is_done() const { return has_ended && unsent.empty() && !link.next_due(); }
 
   SimulatedLink link;
@@ -56,7 +56,7 @@ struct Flow {
   udp::socket server;
   SimulatedLink up;
   SimulatedLink down;
-  LocalTime last_received{};  ///< time at which the last datagram of the client was received
+  LocalTime last_received{};  ///< time of the last datagram from the client
 };
 
 /// Closes the socket by a TCP reset instead of an orderly shutdown.
@@ -99,8 +99,8 @@ struct LinkProxy::Impl {
   std::vector<std::unique_ptr<Stream>> streams;
   std::map<udp::endpoint, std::unique_ptr<Flow>> flows;
   std::uint64_t links = 0;
-  // The line that all streams and datagrams of a direction share. These two links carry no data; they only model when
-  // the line is busy.
+  // Occupancy of the shared line in each direction. All streams and datagrams share its rate limit. These two links
+  // carry no data.
   SimulatedLink line_up{settings.link, settings.seed, 0};
   SimulatedLink line_down{settings.link, settings.seed, 0};
   bool is_cut = false;
@@ -113,7 +113,7 @@ void LinkProxy::Impl::accept() {
   if (error) return;
   tcp::socket server(io);
   server.connect(to, error);
-  if (error) return;  // no connection to the server: returning closes the client's connection, too
+  if (error) return;  // no connection to the server: returning also closes the client's connection
   for (tcp::socket* socket : {&client, &server}) {
     socket->non_blocking(true);
     socket->set_option(tcp::no_delay(true));

@@ -1,5 +1,5 @@
-// Simulates the project's link for unmodified programs: a proxy that clients connect to and that forwards to the
-// server. It has the same port number for TCP and UDP.
+// Simulates the project's link for unmodified programs: a proxy to which clients connect and which forwards to the
+// server. TCP and UDP have the same port number.
 //
 //   client ══ TCP ══▶ [reliable link up] ══▶ server        each user's datagrams leave by their own socket, as behind a
 //   client ◀══ UDP ══ [link down] ◀══════════ server       NAT: move() replaces these, cut() blocks all traffic,
@@ -19,25 +19,27 @@ namespace tandem::lab {
 struct LinkProxySettings {
   std::string listen = "127.0.0.2";  ///< address to which the clients connect
   std::string server = "127.0.0.1";
-  /// port of both proxy and server, because the server announces the number of its own UDP port
+  /// port of both proxy and server; they must be equal, because the server announces its own UDP port
   std::uint16_t port = 47800;
   net::LinkParameters link;  ///< link in each direction; its rate limit applies to all users together
   std::uint64_t seed = 1;
   std::string capture;  ///< file to which all bytes of both directions are written; empty: none
 };
 
+/// The proxy with its sockets.
 /// Thread  one thread calls all functions
 class LinkProxy {
  public:
+  /// Opens the sockets.
   /// Fails   std::exception: an address is invalid, or a port is in use
   explicit LinkProxy(const LinkProxySettings& settings);
   ~LinkProxy();
 
-  /// Receives the waiting traffic and forwards the packets that are due. It should be called about every 0.5 ms.
+  /// Receives the waiting traffic and forwards the packets that are due. Must be called about every 0.5 ms.
   void step(LocalTime now);
-  /// Blocks all traffic, or passes it again. While traffic is blocked, datagrams are lost and streams wait.
+  /// Blocks all traffic, or forwards it again. While traffic is blocked, datagrams are lost and streams wait.
   void cut(bool is_cut);
-  /// From now on, sends datagrams to the server from new ports, as after a change of a NAT's mapping.
+  /// Sends later datagrams to the server from new ports, as after a change of a NAT's mapping.
   void move();
   /// Terminates all streams at once at both ends (TCP reset), as a restarted NAT does. New streams are accepted.
   void reset();

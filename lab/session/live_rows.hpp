@@ -15,12 +15,12 @@ struct LiveTick {
   client::TickRecord record;
   Pose hand_D;
   Twist hand_twist_D;
-  Duration round_trip{0};  ///< time of a round trip in the session's newest snapshot; the reading thread adds it
+  Duration round_trip{0};  ///< newest round trip that the session has measured; added by the thread that reads the ring
 };
 
-/// Returns one row for each millisecond of the duration. Row k is the newest tick before k + 1 ms after `start`, with
-/// the time of that tick. If the machine skipped a tick, the previous tick is repeated, because the device also holds
-/// its force. Phase and intended position are those at the time of the row.
+/// Returns one row for each millisecond of the duration. Row k contains the newest tick before k + 1 ms after `start`,
+/// with the time of that tick. If the machine skipped a tick, the row repeats the previous tick, because the device
+/// also holds its force. Phase and intended position are those at the time of the row.
 ///
 /// In      ticks    in order of time; if it is empty, no rows are returned
 /// Out     skipped  number of repeated rows

@@ -22,12 +22,12 @@ namespace {
 
 constexpr Duration kMainPeriod = std::chrono::milliseconds(10);
 constexpr Duration kLiveJoinTimeout = std::chrono::seconds(30);
-/// The hands start this time after the decision to start them. Every haptic thread reads the start time before then.
+/// Time from the decision to start the hands until their start. Every haptic thread reads the start time within it.
 constexpr Duration kStartIn = std::chrono::milliseconds(50);
-/// Capacity of the ring buffer, as in HapticLoopSettings::trace_capacity. If the main thread falls behind by more
-/// ticks, records are lost.
+/// Capacity of the ring buffer in ticks, as in HapticLoopSettings::trace_capacity. Records are lost if the main thread
+/// falls behind by more ticks.
 constexpr std::size_t kRingTicks = 4096;
-/// Difference by which the priority of the io thread is lower than that of the haptic thread, as in the client.
+/// The real-time priority of the io thread is lower than that of the haptic thread by this number, as in the client.
 constexpr int kIoPriorityBelow = 10;
 constexpr Duration::rep kNotYet = -1;
 
@@ -36,7 +36,7 @@ LocalTime next_whole_millisecond(LocalTime time) {
   return LocalTime((since / kHapticPeriod + 1) * kHapticPeriod);
 }
 
-// Returns whether a link has neither delay nor loss. Such a link is not simulated, so that only the delay of the
+// Returns whether a link has neither delay nor disturbances. A perfect link is not simulated; only the delay of the
 // loopback remains.
 bool is_perfect(const net::LinkParameters& link) {
   return link.delay == Duration(0) && link.jitter == Duration(0) && link.trace.empty() &&
@@ -65,8 +65,8 @@ std::vector<std::unique_ptr<server::Room>> one_room(const Experiment& experiment
   return rooms;
 }
 
-/// The server of a trial on a free loopback port. At each step it records the poses of the bodies and the inputs that
-/// the step used (note_answer()).
+/// The server of a trial on a free loopback port. At each step it records the inputs that the step used
+/// (note_answer()), and periodically the poses of the bodies.
 class LiveTrialServer {
  public:
   /// Runs the server until stop().
@@ -75,10 +75,10 @@ class LiveTrialServer {
   ~LiveTrialServer() { stop(); }
 
   std::uint16_t port() const { return server_.port(); }
-  /// Records samples from `start` on, for at most the duration of the experiment.
+  /// Records samples from `start` on, at most for the duration of the experiment.
   void record_from(LocalTime start) { start_ns_.store(start.time_since_epoch().count(), std::memory_order_release); }
   void stop();
-  /// Moves the records into the trace. It may be called only after stop().
+  /// Moves the records into the trace. May be called only after stop().
   void collect(SessionTrace& trace, LiveTiming& timing);
 
  private:
@@ -87,8 +87,7 @@ class LiveTrialServer {
   const Experiment& experiment_;
   server::LiveServer server_;
   std::atomic<Duration::rep> start_ns_{kNotYet};
-  // The following members are used by the room thread only, until stop(). Their memory is reserved, so that no step
-  // allocates.
+  // The room thread alone uses the following members until stop(). Their memory is reserved, so that no step allocates.
   Duration next_bodies_{0};
   std::vector<BodiesSample> bodies_;
   std::size_t bodies_taken_ = 0;
@@ -146,7 +145,7 @@ void LiveTrialServer::collect(SessionTrace& trace, LiveTiming& timing) {
   timing.room = server_.room_timings().front();
 }
 
-/// A user with all objects on the client's side of the network.
+/// A user with all client objects: device, client and haptic loop.
 class LiveUser {
  public:
   LiveUser(const ExperimentUser& description, client::ClientIoSettings io, std::uint64_t hand_seed,
@@ -155,8 +154,8 @@ class LiveUser {
   const ExperimentUser& user() const { return user_; }
   void watch(BodyId body) { io_.haptics().watch(body); }
   void connect() { io_.start(); }
-  /// Starts the haptic thread close to the user's phase within the millisecond. Returns the real-time permissions that
-  /// were not granted.
+  /// Starts the haptic thread at the user's phase within the millisecond. Returns the real-time permissions that were
+  /// not granted.
   std::vector<std::string> start_loop();
   /// Moves the content of the ring buffer to ticks().
   void collect_ticks();
@@ -168,11 +167,11 @@ class LiveUser {
   const std::vector<LiveTick>& ticks() const { return ticks_; }
   /// Returns whether the haptic core has received the server's state and, if the stage needs one, has a local model.
   bool is_ready() const;
-  /// Same as collect_ticks(), but then discards all ticks except the newest.
+  /// Moves the content of the ring buffer to ticks() and discards all ticks except the newest.
   void collect_newest_tick();
   void forget_ticks_before(LocalTime time);
 
-  // The following functions may be called only after stop().
+  // These functions may be called only after stop().
   const client::HapticCounters& counters() const { return io_.haptics().counters(); }
   const client::HapticCounters& counters_at_start() const { return at_start_; }
   double passivity_dissipated() const {
@@ -191,8 +190,8 @@ class LiveUser {
   client::ClientIo io_;
   realtime::Ring<LiveTick> ring_{kRingTicks};
   std::atomic<std::uint64_t> lost_{0};
-  std::vector<LiveTick> ticks_;  // used by the main thread
-  bool is_hand_moving_ = false;  // used by the haptic thread until stop(), like the next two members
+  std::vector<LiveTick> ticks_;  // used by the main thread only
+  bool is_hand_moving_ = false;  // until stop(), this and the next two members are used by the haptic thread only
   client::HapticCounters at_start_;
   double passivity_dissipated_at_start_j_ = 0;
   std::optional<client::HapticLoop> loop_;  // declared last, so that it is destroyed before the objects that it uses
@@ -212,8 +211,7 @@ LiveUser::LiveUser(const ExperimentUser& description, client::ClientIoSettings i
 std::vector<std::string> LiveUser::start_loop() {
   client::HapticLoopSettings settings;
   settings.realtime_priority = realtime_priority_;
-  // The loop's own trace is not used, so it has the minimum size. ring_ stores the records with the true state of the
-  // hand.
+  // The loop's own trace is unused and has the minimum size. The records with the true state of the hand are in ring_.
   settings.trace_capacity = 1;
   loop_.emplace(settings, io_.haptics(), [this] { after_tick(); });
   std::this_thread::sleep_until(std::chrono::steady_clock::time_point(
@@ -265,8 +263,8 @@ void LiveUser::stop() {
   io_.stop();
 }
 
-/// Returns the datagrams and bytes that one client sent and received. Datagrams that the simulated link loses on the
-/// way to the client are counted, but their bytes are not.
+/// Returns the datagrams and bytes that one client sent and received. Datagrams lost on the way to the client are
+/// counted, but their bytes are not.
 TrafficCounters traffic_of(const client::ClientIoSnapshot& io) {
   TrafficCounters traffic;
   const bool has_link = io.links.up.sent > 0;
@@ -300,7 +298,7 @@ struct LiveSession {
   LiveTrialServer server;
   std::vector<std::unique_ptr<LiveUser>> users;
   std::vector<TrafficCounters> traffic_at_start;
-  std::vector<std::size_t> reported;  // number of ticks of each user already passed to on_tick
+  std::vector<std::size_t> reported;  // for each user: number of ticks already passed to on_tick
   SessionTrace trace;
   LiveTiming& timing;
   const OnTick& on_tick;
@@ -341,8 +339,8 @@ LiveSession::LiveSession(const Experiment& its_experiment, std::shared_ptr<const
   }
 }
 
-/// Waits until `is_done` returns true. After a time-out, it throws an error that names the missing item. Ticks that
-/// arrive meanwhile are discarded.
+/// Waits until `is_done` returns true. After kLiveJoinTimeout it throws an error that names the missing item. Ticks
+/// that arrive meanwhile are discarded.
 template <class IsDone>
 void LiveSession::wait_for(const LiveUser& user, const char* missing, const IsDone& is_done) {
   const LocalTime give_up = clock.now() + kLiveJoinTimeout;
@@ -385,7 +383,7 @@ void LiveSession::start_hands() {
 void LiveSession::follow(std::size_t index) {
   LiveUser& user = *users[index];
   user.collect_ticks();
-  // The user's first ticks may be from before the start of the hands, and are removed.
+  // Removes ticks from before the start of the hands.
   if (reported[index] == 0) user.forget_ticks_before(hands_started);
   for (; reported[index] < user.ticks().size(); ++reported[index]) {
     const client::TickRecord& record = user.ticks()[reported[index]].record;
@@ -399,7 +397,7 @@ void LiveSession::follow(std::size_t index) {
   user_trace.why_disconnected = status.why;
 }
 
-// Runs somewhat longer than the duration of the trial, so that the last tick has been recorded.
+// Runs slightly longer than the trial, so that the last tick is recorded.
 void LiveSession::keep_going() {
   const LocalTime end = hands_started + experiment.duration + kMainPeriod;
   while (clock.now() < end) {

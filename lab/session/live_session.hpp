@@ -9,9 +9,9 @@
 //   the rings
 //   afterwards: rows at whole milliseconds
 //
-// Alignment with the virtual trial: all hands start at the same whole millisecond, and the time on their paths counts
-// from there. Row k of a user is the newest tick before k + 1 ms. If the machine skipped a tick, the row repeats the
-// previous tick; such ticks are counted.
+// Alignment with the virtual trial: all hands start at the same whole millisecond, which is time 0 of their paths. Row
+// k of a user contains the newest tick before k + 1 ms. If the machine skipped a tick, the row repeats the previous
+// tick and is counted.
 #pragma once
 
 #include <cstdint>
@@ -44,11 +44,9 @@ struct LiveTiming {
 ///
 /// Limits  model errors and the check of the coupling against the device are excluded: tandem-client has no setting for
 ///         model errors, and a virtual trial has no such check
-/// In      beside   trace of the virtual trial of the same experiment; seeds, names and the watched body are taken from
-///         it
-///         on_tick  called on the caller's thread for each haptic tick of a moving hand, some ten milliseconds late at
-///                  most
-/// Out     timing  timing quality of the clients and of the room
+/// In      beside   trace of the virtual trial of the same experiment; supplies seeds, names and the watched body
+///         on_tick  called on the caller's thread for each haptic tick of a moving hand, some 10 ms late at most
+/// Out     timing   timing quality of the clients and of the room
 /// Fails   std::invalid_argument: the experiment has model errors; CouldNotJoin (names user and reason);
 ///         std::runtime_error, std::system_error: a port or a thread cannot be created
 SessionTrace run_live_session(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene,

@@ -27,9 +27,9 @@ using asio::ip::udp;
 
 constexpr double kSpacing_m = 0.15;
 constexpr double kCube_m = 0.04;
-/// Limit of the delay of sending. If sending is later than this, the inputs in between are skipped.
+/// Maximum lateness of an input. Inputs that are due earlier are skipped.
 constexpr Duration kMaxLate = std::chrono::milliseconds(10);
-/// Ages of states above this value are implausible and are not recorded.
+/// Maximum plausible age of a state. Larger ages are not recorded.
 constexpr Duration kMaxAge = std::chrono::seconds(1);
 
 /// Returns the horizontal position (x, y) of the user's cube on the table.
@@ -66,7 +66,7 @@ std::string crowded_scene(const std::string& name, std::size_t users, std::size_
   return out.str();
 }
 
-/// One user: a control connection, which is used only to join, and a socket for states and inputs.
+/// One simulated user: a control connection that is used only for joining, and a socket for states and inputs.
 struct ServerLoad::User {
   User(asio::io_context& io, std::uint16_t port, const std::string& name, const std::string& room,
        const secure::TlsContext* context, const secure::Bytes& token)
@@ -139,8 +139,8 @@ struct ServerLoad::User {
     X_WT = proto::pose_from_placement(tool.placement());
   }
 
-  /// Sends an input. Once a second, the hand presses 5 mm into the cube and lifts off again. `place` shifts this motion
-  /// in time [s].
+  /// Sends an input. Once a second, the hand presses 5 mm into the cube and lifts off again. `place` [s] shifts the
+  /// motion in time.
   void send(LocalTime now, Tick tick, double place, LoadResult& result) {
     const double phase = 2 * std::numbers::pi * (to_seconds(now.time_since_epoch()) - place);
     proto::ClientUpdate update;
@@ -163,7 +163,7 @@ struct ServerLoad::User {
     state.send(asio::buffer(datagram), 0, error);
     return !error;
   }
-  /// Answers the server's path challenge.
+  /// Answers the server's path challenge, which verifies the address of the user.
   void answer_challenge(std::span<const std::byte> number) {
     datagram.clear();
     proto::append_header({proto::DatagramType::kPathResponse, epoch, connection, ++sequence}, datagram);
@@ -171,7 +171,7 @@ struct ServerLoad::User {
     deliver();
   }
 
-  /// Receives all waiting states and records their times.
+  /// Receives all waiting states and records their latencies.
   /// In      deadline_of  returns the deadline of a step of this user's room
   void receive(LocalTime now, Tick newest, const std::function<LocalTime(Step)>& deadline_of, LoadResult& result) {
     std::array<std::byte, 2048> buffer;
@@ -190,7 +190,7 @@ struct ServerLoad::User {
       ++result.states_received;
       const LocalTime deadline = deadline_of(update.step);
       if (update.sent > server_time_of_own_clock(deadline + kMaxAge))
-        continue;  // the deadline of this step is not known yet, so its latency cannot be measured
+        continue;  // the deadline of this step is unknown, so its latency cannot be measured
       result.added_latency.record(update.sent - server_time_of_own_clock(deadline));
       if (received_at != LocalTime{}) silence = std::max(silence, now - received_at);
       received_at = now;
@@ -223,7 +223,7 @@ struct ServerLoad::Impl {
   asio::io_context io;
   std::optional<secure::TlsContext> tls;
   std::vector<std::unique_ptr<User>> users;
-  std::vector<std::function<LocalTime(Step)>> deadlines;  ///< for each user: returns the deadlines of the user's room
+  std::vector<std::function<LocalTime(Step)>> deadlines;  ///< for each user: deadline of a step of the user's room
   Tick tick;
 };
 
@@ -279,8 +279,8 @@ LoadResult ServerLoad::run(Duration duration, double rate_hz) {
   }
   while (sent < begin + duration) {
     const LocalTime due = timer.wait();
-    // After a lack of processor time, several inputs are due and are sent late. Users on machines of their own would
-    // have sent them in time.
+    // After a lack of processor time, several inputs are due at once and are sent late. Users on separate machines
+    // would have sent them in time.
     for (sent = std::max(sent + period, due - kMaxLate); sent <= due; sent += period) {
       ++impl_->tick.value;
       for (std::size_t i = 0; i < impl_->users.size(); ++i) {

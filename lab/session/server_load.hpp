@@ -15,9 +15,9 @@
 
 namespace tandem::lab {
 
-/// Returns a scene for `users` hands. Each tool is above a cube of its own; more cubes stand around it.
+/// Returns a scene for `users` hands. Each tool is above a cube of its own; the further bodies are cubes around it.
 /// In      users            1..16
-///         bodies_per_user  1..4, and at most 63 bodies in all
+///         bodies_per_user  1..4, and at most 63 bodies in total
 ///         rate_hz          step rate of the room
 std::string crowded_scene(const std::string& name, std::size_t users, std::size_t bodies_per_user, double rate_hz);
 
@@ -37,18 +37,19 @@ struct LoadResult {
   Histogram longest_silence;  ///< longest time without a state; one entry for each user
 };
 
-/// Load from all users on the calling thread. First it joins all users. Then, once a tick, it sends an input of each
-/// user and reads the received states. Each hand presses on its own cube.
+/// Load of all users, generated on the calling thread. The constructor joins all users. Once a tick, each user sends an
+/// input and reads the received states. Each hand presses on its own cube.
 class ServerLoad {
  public:
+  /// Connects and joins all users.
   /// In      security  authentication; none: no TLS
-  ///         deadline  returns the deadline of a step (0, 1, …) of a room; it must be known as soon as the state of
-  ///                   that step is sent
+  ///         deadline  returns the deadline of a step (0, 1, …) of a room; it must be known when the state of that step
+  ///                   is sent
   /// Fails   std::runtime_error: a user could not connect or join
   ServerLoad(std::uint16_t port, std::size_t users, std::size_t rooms, const std::optional<LoadSecurity>& security,
              const std::function<LocalTime(std::size_t room, Step step)>& deadline);
   ~ServerLoad();
-  /// Runs at `rate_hz` for `duration`. It may be called several times.
+  /// Runs at `rate_hz` for `duration`. May be called several times.
   LoadResult run(Duration duration, double rate_hz);
   /// Returns the time to seal or open one datagram of usual size on this machine: the minimum of several measurements.
   static Duration seal_cost();

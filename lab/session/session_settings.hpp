@@ -11,16 +11,16 @@
 
 namespace tandem::lab {
 
-/// Returns a store with all assets of a scene, so that none is fetched.
+/// Returns a store that already contains all assets of a scene, so that nothing is fetched.
 std::shared_ptr<client::AssetStore> assets_of(const server::LoadedScene& scene);
-/// Returns the same store if the experiment's users have all assets from the start. Otherwise the result is null, and
+/// Returns such a store if the experiment's users have all assets from the start. Otherwise the result is null, and
 /// assets are fetched.
 std::shared_ptr<client::AssetStore> assets_of(const Experiment& experiment, const server::LoadedScene& scene);
 
 /// Returns the settings of a user's client.
 /// In      assets  may be shared by the users of one thread
 client::ClientSettings client_settings(const ExperimentUser& user, std::shared_ptr<client::AssetStore> assets);
-/// Returns the same settings, with the asset delivery of `experiment`.
+/// Returns the settings of a user's client with the asset delivery of `experiment`.
 client::ClientSettings client_settings(const Experiment& experiment, const ExperimentUser& user,
                                        std::shared_ptr<client::AssetStore> assets);
 
@@ -29,7 +29,7 @@ client::ClientSettings client_settings(const Experiment& experiment, const Exper
 /// it.
 server::HubSettings hub_settings(std::uint64_t seed);
 
-/// Returns the energy that the client's passivity controller has withheld from the hand so far [world joules]. NaN:
+/// Returns the energy that the client's passivity controller has withheld from the hand so far [world joules]; NaN if
 /// there is no controller.
 double passivity_dissipated_j(const client::HapticCore& core, const Pipeline& pipeline);
 

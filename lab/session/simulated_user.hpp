@@ -9,18 +9,20 @@
 
 namespace tandem::lab {
 
-/// A hand that holds the room's tool of the same index from construction to the end.
+/// A hand that holds the room's tool number `index` during its whole lifetime.
 ///
 /// Thread  the room's thread
 class SimulatedUser {
  public:
+  /// Joins the room and takes its tool number `index`.
   /// In      seed  random seed of the hand's tremor
   SimulatedUser(server::Room& room, std::size_t index, devices::HandPath path, std::uint64_t seed);
 
   Duration path_length() const { return device_.path().length(); }
-  /// Sets the hand's pose before a step.
+  /// Publishes the hand's pose to the room. Must be called before a step.
   void move(LocalTime now);
-  /// Applies the step's wrench to the hand without delay, after the step. Returns the wrench in W.
+  /// Applies the wrench of the last step to the hand without delay. Returns the wrench in W. Must be called after the
+  /// step.
   Wrench feel(LocalTime now);
 
  private:

@@ -29,12 +29,12 @@ struct TickSample {
   Vec3 intended_D;  ///< intended position of the hand
   RigidState handle_W;
   Pose tool_W;             ///< newest tool pose received from the server
-  Wrench stage_D;          ///< wrench of the stage on the hand, before the safety stages
+  Wrench stage_D;          ///< wrench on the hand from the stage, before the passivity controller and the safety stages
   Wrench requested_D;      ///< wrench on the hand after the passivity controller, before safety stages and clamp
   Wrench displayed_D;      ///< displayed wrench on the hand
   Wrench server_wrench_W;  ///< newest wrench on the hand received from the server
   Duration state_age{0};   ///< age of the newest state; negative: no state was received yet
-  Duration input_age{0};   ///< age of the newest input that the server had received; 0 if unknown
+  Duration input_age{0};   ///< age of the newest input that the server has confirmed; 0 if unknown
   Duration round_trip{0};
   BodyId held_body;
   Vec3 view_W = Vec3::Zero();  ///< position of the watched body as displayed to this user
@@ -44,28 +44,29 @@ struct TickSample {
   bool is_clamped = false;
 };
 
-/// Returns whether the room limited the energy of a tool in the newest step known at this tick.
+/// Returns whether the room limited the energy of a tool in the newest step received at this tick.
 inline bool is_tool_energy_limited(const TickSample& tick) {
   return (tick.server_tick_faults & kFaultToolEnergyLimited) != 0;
 }
 
-/// Copies the client's record. The fields about the hand have their default values.
+/// Converts the client's record of a tick. The fields about the simulated hand have their default values.
 TickSample sample_of(const client::TickRecord& record);
 
-/// Callback for each tick of a moving hand, with the index of the user and the index of the phase of the hand's path.
+/// Callback for each tick of a moving hand. `user` is the index of the user, `phase` the index of the phase of the
+/// hand's path.
 using OnTick = std::function<void(std::size_t user, const client::TickRecord& record, int phase)>;
 
 /// An input that a step of the server has used.
 struct AnsweredInput {
   Duration time{0};  ///< time of the first step that used it
   Tick tick;
-  double taken_j = 0;  ///< energy_taken_j() after the last step that used the input
+  double taken_j = 0;  ///< energy_taken_j() after the last step that used this input
 };
 
 /// Returns the energy that a tool's coupling has put into the world, minus the energy taken from the world, plus the
 /// energy stored in its spring [J].
 double energy_taken_j(const physics::World& world, std::size_t tool);
-/// Records the input that the tool's last step used. It must be called after each step of the room.
+/// Appends the input that the tool's last step used. Must be called after each step of the room.
 void note_answer(const server::Room& room, std::size_t tool, Duration time, std::vector<AnsweredInput>& answered);
 
 struct UserTrace {
@@ -74,19 +75,21 @@ struct UserTrace {
   bool stayed_connected = true;
   std::string why_disconnected;
   std::vector<TickSample> ticks;
-  std::vector<AnsweredInput> answered;  ///< inputs that the server used since the hands started
+  std::vector<AnsweredInput> answered;  ///< inputs used by the server since the hands started
   double energy_to_hand_j = 0;          ///< work on the hand since the hands started
   double energy_from_hand_j = 0;
-  double passivity_dissipated_j = 0;  ///< energy withheld since the hands started [world joules]; NaN: no controller
+  /// energy withheld by the passivity controller since the hands started [world joules]; NaN: no controller
+  double passivity_dissipated_j = 0;
   double hand_joules_per_world_joule = 1;
   client::SessionCounters session;
   net::LinkCounters link_up;  ///< counters of datagrams from the client to the server
   net::LinkCounters link_down;
   TrafficCounters traffic;  ///< traffic since the hands started
   // The following values count from the start of the connection.
-  std::optional<Duration> local_after = {};       ///< time to a first local model (client::Client::local_after())
-  std::optional<Duration> full_local_after = {};  ///< time to one with all assets (client::Client::full_local_after())
-  std::uint64_t stream_bytes = 0;                 ///< bytes of the stream in both directions
+  std::optional<Duration> local_after = {};  ///< time to a first local model (client::Client::local_after())
+  /// time to a first local model with all assets (client::Client::full_local_after())
+  std::optional<Duration> full_local_after = {};
+  std::uint64_t stream_bytes = 0;  ///< bytes of the stream in both directions
   /// time that the server's datagrams waited for the line; if assets are fetched, only until full_local_after
   Histogram state_waits;
 };
@@ -108,7 +111,7 @@ struct SessionTrace {
   std::uint64_t room_steps = 0;
   TickFaults faults_seen = 0;
   Duration joined_after{0};  ///< virtual time from the first connection until the hands started
-  std::string field_kernel;  ///< implementation ("kernel") used for the molecular field; empty: the scene has none
+  std::string field_kernel;  ///< implementation ("kernel") of the molecular field; empty: the scene has no field
 };
 
 }  // namespace tandem::lab

@@ -23,17 +23,18 @@ using asio::ip::udp;
 using boost::system::error_code;
 
 constexpr std::size_t kDatagramBytes = 220;
-/// Time that the thread needs to set up its memory and priority, with a large margin. Earlier datagrams are not
+/// Time that the thread needs to set up its memory and priority, with a large margin. Datagrams sent earlier are not
 /// counted.
 constexpr Duration kEchoSettling = std::chrono::milliseconds(200);
-/// Relative deviation of the sending rate from a room's rate. Without it, all datagrams of a run would arrive at one
-/// phase of the room's period, and the processor may be busy or idle at that phase.
+/// Relative difference of the sending rate from a room's rate. Without it, all datagrams of a run would arrive at one
+/// phase of the room's period, at which the processor may always be busy or always be idle.
 constexpr double kDrift = 1e-3;
 using Datagram = std::array<std::byte, kDatagramBytes>;
 
 /// A separate thread that sends each datagram back to its sender.
 class Echo {
  public:
+  /// Starts the thread.
   /// In      from  datagrams sent before this time are not counted
   Echo(int priority, LocalTime from) : from_(from), socket_(io_, udp::endpoint(asio::ip::address_v4::loopback(), 0)) {
     timeval receive_timeout{.tv_sec = 0, .tv_usec = 10'000};

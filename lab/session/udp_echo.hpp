@@ -1,4 +1,4 @@
-// Measures a lower bound for the latency of a server: a thread that only echoes each datagram.
+// Measures a lower bound for the latency of a server, by a thread that only echoes each datagram.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@
 
 namespace tandem::lab {
 
-/// Sends one datagram from each of `users` sockets in turn to an echo thread over loopback; the calling thread sends.
-/// The rate is `rate_hz` minus 0.1 %, so that the sending times drift through the period of rooms at `rate_hz`. A
+/// Sends one datagram from each of `users` sockets in turn to an echo thread over loopback. The calling thread sends.
+/// The rate is `rate_hz` minus 0.1 %, so that the sending times drift through the period of a room at `rate_hz`. A
 /// datagram has the size of a user's usual input.
 ///
 /// In      priority  real-time priority of the echo thread; 0: normal priority

@@ -5,7 +5,7 @@
 namespace tandem::lab {
 namespace {
 
-// The simulated stream contains the events of a TCP connection. Each event has a header with its kind and the number of
+// Events of a simulated TCP connection, which a stream carries. Each event has a header with its kind and the number of
 // the connection attempt.
 enum class Chunk : std::uint8_t { kConnect, kAccepted, kBytes, kEnd };
 constexpr std::size_t kChunkHeaderBytes = 5;

@@ -43,7 +43,7 @@ class VirtualClientTransport final : public client::ClientTransport {
   std::size_t queued_control_bytes() const override;
   void close() override;
 
-  /// Receives the packets that are due at both ends. It must be called before either end sends in this slot.
+  /// Receives the packets that are due at both ends. Must be called before either end sends in this slot.
   void collect(LocalTime now);
   /// Passes the packets that have arrived at the client to its session.
   void deliver(client::ClientSession& session, LocalTime now);
@@ -51,7 +51,7 @@ class VirtualClientTransport final : public client::ClientTransport {
   const net::LinkCounters& datagrams_up() const { return datagrams_up_.counters(); }
   const net::LinkCounters& datagrams_down() const { return datagrams_down_.counters(); }
   const TrafficCounters& traffic() const { return traffic_; }
-  /// Returns the times that the server's datagrams waited for the line, which they share with the stream.
+  /// Histogram of the times for which the server's datagrams waited for the line, which they share with the stream.
   const Histogram& waits_down() const { return waits_down_; }
   /// Returns the time of the last arrival at the server.
   LocalTime received_at_server() const { return received_at_server_; }
@@ -76,7 +76,7 @@ class VirtualClientTransport final : public client::ClientTransport {
   TrafficCounters traffic_;
   Histogram waits_down_;
   LocalTime received_at_server_{};
-  // Packets that have arrived but have not been passed on yet.
+  // Packets that have arrived but are not delivered yet.
   Packets arrived_datagrams_up_;
   Packets arrived_datagrams_down_;
   Packets arrived_stream_up_;
@@ -85,7 +85,7 @@ class VirtualClientTransport final : public client::ClientTransport {
   bool has_datagram_port_ = false;
   std::uint32_t attempt_ = 0;  ///< number of connection attempts so far; stream data of earlier attempts is discarded
   server::ConnectionHandle connection_ = 0;  ///< server's handle of the connection; 0: no connection
-  std::uint32_t server_attempt_ = 0;         ///< value of attempt_ with which connection_ was made
+  std::uint32_t server_attempt_ = 0;         ///< number of the attempt that created connection_
   bool server_knows_address_ = false;
 };
 
@@ -94,7 +94,7 @@ class VirtualNetwork final : public server::ServerTransport {
  public:
   explicit VirtualNetwork(const Clock& clock) : clock_(clock) {}
 
-  /// Adds a client, which may then connect. The client exists as long as the network.
+  /// Adds a client, which may then connect. Its lifetime is that of the network.
   VirtualClientTransport& add_client(const net::LinkParameters& up, const net::LinkParameters& down,
                                      std::uint64_t seed);
 
@@ -103,7 +103,7 @@ class VirtualNetwork final : public server::ServerTransport {
   std::size_t queued_control_bytes(server::ConnectionHandle connection) const override;
   void close(server::ConnectionHandle connection) override;
 
-  /// Receives the packets that are due at both ends of every link. It must be the first call in a slot.
+  /// Receives the packets that are due at both ends of every link. Must be the first call in a slot.
   void collect(LocalTime now);
   /// Passes the packets that have arrived at the server to the hub. The clients are processed in the order of
   /// add_client().

@@ -13,8 +13,8 @@
 namespace tandem::lab {
 namespace {
 
-/// Number of the first random stream used for hands; the links use smaller numbers (virtual_network.cpp). All streams
-/// derive from the seed of the experiment.
+/// Index of the first random stream for hands. The links use smaller indices (virtual_network.cpp). All streams derive
+/// from the seed of the experiment.
 constexpr std::uint64_t kHandStreams = 1U << 16U;
 constexpr Duration kJoinTimeout = std::chrono::seconds(30);
 
@@ -22,7 +22,7 @@ std::uint64_t hand_seed(std::uint64_t seed, std::size_t user) {
   return Random(seed, kHandStreams + user).next_u64();
 }
 
-// Chooses the watched body: the body of the outcome rule, otherwise the first graspable body, otherwise the first
+// Returns the watched body: the body of the outcome rule, otherwise the first graspable body, otherwise the first
 // movable one.
 std::optional<std::size_t> watched_body(const Experiment& experiment, const server::LoadedScene& scene) {
   std::optional<std::size_t> movable;
@@ -47,7 +47,7 @@ devices::DeviceSpec spec_of(const ExperimentUser& user) {
   return spec;
 }
 
-/// A user with all objects on the client's side of the network.
+/// A user with all client objects: device, transport and client.
 struct VirtualUser {
   VirtualUser(const ExperimentUser& description, const client::ClientSettings& settings,
               VirtualClientTransport& its_transport, std::uint64_t seed)
@@ -60,7 +60,7 @@ struct VirtualUser {
     device.begin_path_at(LocalTime::max());
   }
 
-  /// Steers the hand along its path by means of the displayed pose of the handle, like a user who watches the tool.
+  /// Corrects the hand's path by the displayed pose of the handle, like a user who watches the tool.
   void steer(const WorkspaceMapping& scene) {
     const client::TickRecord& seen = client.haptics().record();
     if (seen.scene_generation == 0 || !seen.sample.is_valid) return;
@@ -208,7 +208,7 @@ void VirtualSession::join_all() {
       run_slot();
     }
   }
-  // The hands start only when every manipulator has received a state of the world, which takes one more round trip.
+  // The hands start only after every manipulator has received a state of the world, which takes one more round trip.
   for (const auto& user : users) {
     const LocalTime give_up = clock.now() + kJoinTimeout;
     const bool is_manipulator = server::has_tool(user->user.role);
@@ -217,7 +217,7 @@ void VirtualSession::join_all() {
   }
 }
 
-// Starts at a whole millisecond, so that the ticks of a hand have the same times in two trials.
+// Starts the hands at a whole millisecond, so that the ticks of a hand have the same times in two trials.
 void VirtualSession::start_hands() {
   while (clock.now().time_since_epoch() % kHapticPeriod != Duration(0)) run_slot();
   hands_started = clock.now();

@@ -10,8 +10,8 @@
 //                   io: ClientSession::poll, sends the tick's update
 //
 // Nothing else determines the order of events, and nothing depends on the host. A packet sent in a slot is received in
-// a later one, so a link without delay takes one slot in each direction. Therefore the order of clients within a slot
-// has no influence, and delays are rounded up to whole slots.
+// a later slot. Therefore the order of clients within a slot has no influence, delays are rounded up to whole slots,
+// and a link without delay takes one slot in each direction.
 #pragma once
 
 #include <functional>
@@ -34,8 +34,8 @@ using OnClient = std::function<void(std::size_t user, Duration time, client::Cli
 
 /// Runs one trial of an experiment.
 ///
-/// The users join in order, so that the n-th manipulator gets the n-th tool, whatever the links. Then all hands start
-/// on their paths at the same time, which is time 0 of the trace.
+/// The users join in order, so that the n-th manipulator gets the n-th tool on any link. Then all hands start on their
+/// paths at the same time, which is time 0 of the trace.
 /// In      on_tick    called after each haptic tick of a moving hand
 ///         on_client  called before that tick
 /// Fails   std::invalid_argument: the scene has fewer tools than there are manipulators; CouldNotJoin (names user and

@@ -3,7 +3,7 @@
 
 namespace tandem::lab {
 
-/// Voluntary motion and tremor have frequencies below this limit. Force components above it are perceived as buzz.
+/// Upper limit of the frequencies of voluntary motion and tremor. Users perceive force components above it as buzz.
 inline constexpr double kVibration_hz = 30;
 
 inline constexpr double kGravity_m_per_s2 = 9.81;

@@ -1,6 +1,6 @@
 """Attackers of a server. `attackers.py NAME PORT SECONDS` attacks 127.0.0.1:PORT and prints {"sent": number of
 messages, "ended": number of connections that the server ended}. Each attack is limited in time; run.py starts each in a
-process of its own.
+separate process.
 """
 import json
 import os
@@ -28,7 +28,7 @@ class Count:
 
 
 def flood_stream(client, message, count, keep_alive=False, reads=True):
-    """Sends a message at the highest possible rate until the server ends the connection or the time has passed."""
+    """Sends a message at the highest possible rate, until the server ends the connection or the time is over."""
     blob, pending = message * max(1, AT_ONCE_BYTES // len(message)), b""
     client.stream.setblocking(False)
     alive_at = 0.0
@@ -53,7 +53,7 @@ def flood_stream(client, message, count, keep_alive=False, reads=True):
 
 
 def join_and_flood(port, count, name, role, message_of, **how):
-    """Floods a connection, and connects again whenever the server ends it."""
+    """Floods a connection, and reconnects whenever the server ends it."""
     while count.is_running():
         try:
             client = RawClient(port)
@@ -71,7 +71,7 @@ def ping_flood(port, count):
 
 
 def ping_flood_before_joining(port, count):
-    """Repeats an attack on the first version of the server: a hello, then pings."""
+    """Sends a hello and then pings, without joining."""
     while count.is_running():
         try:
             client = RawClient(port)
@@ -85,8 +85,8 @@ def ping_flood_before_joining(port, count):
 
 
 def many_pings_at_the_limit(port, count):
-    """Opens forty connections with 95 pings per second each. Each is below the limit of one connection, but the total
-    is a flood."""
+    """Opens forty connections with 95 pings per second each. Each rate is below the limit of one connection, but the
+    total is a flood."""
     clients = {}
     while count.is_running():
         begin = time.monotonic()
@@ -114,8 +114,8 @@ def parameter_flood(port, count):
 
 
 def _tell_a_slow_reader(port, count, message_of):
-    """One client sends 90 broadcasts per second, and another never reads. The server's memory must not grow, and the
-    server must not disconnect the slow reader."""
+    """One client sends 90 broadcasts per second, and another client never reads. The server's memory must not grow, and
+    the server must not disconnect the slow reader."""
     slow = RawClient(port)
     slow.stream.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     slow.join("slow", OBSERVER)
@@ -153,13 +153,13 @@ def asset_flood(port, count):
 
 
 def big_messages(port, count):
-    """Sends hellos with the maximum number of fields, which are slow to parse."""
+    """Sends hello messages with the maximum number of fields, which are slow to parse."""
     words = wire.part(3, b"") * ((1 << 18) // 2 - 32)
     join_and_flood(port, count, NAME, None, lambda _: wire.control(wire.HELLO, words))
 
 
 def _stay(port, count, at_once, hello=b"", secure=False):
-    """Connects repeatedly, sends `hello` and stays connected. `at_once` connections are open at a time."""
+    """Connects repeatedly, sends `hello` and keeps the connections open, `at_once` at a time."""
     silent = []
     while count.is_running():
         try:
@@ -177,7 +177,7 @@ def _stay(port, count, at_once, hello=b"", secure=False):
 
 
 def half_open(port, count):
-    """Connects and sends nothing; 200 connections are open at a time."""
+    """Connects without sending anything; 200 connections are open at a time."""
     _stay(port, count, 200)
 
 
@@ -257,8 +257,8 @@ def datagram_of_a_user(port, count):
 
 
 def tls_handshakes(port, count):
-    """Completes handshakes and sends nothing more. A handshake is the most expensive request of a peer that is not
-    authenticated."""
+    """Completes TLS handshakes and sends nothing more. A handshake is the most expensive operation that an
+    unauthenticated peer can cause."""
     _stay(port, count, 16, secure=True)
 
 
@@ -280,11 +280,11 @@ def tls_joins_by_guess(port, count):
 
 
 def datagram_sealed_by_nobody(port, count):
-    """Sends random datagrams of the usual length to an unknown connection."""
+    """Sends random datagrams of the usual length, addressed to an unknown connection."""
     datagrams(port, count, wire.header(wire.CLIENT_UPDATE, 0x1234567890ABCDEF, 0, 1) + os.urandom(120))
 
 
-# Attacks on servers with the default security; all other attacks are directed at a server with --insecure.
+# Attacks on a server with the default security. All other attacks are directed at a server with --insecure.
 OF_SECURE_SERVERS = {function.__name__: function for function in (
     tls_handshakes, tls_half_hello, tls_joins_by_guess, datagram_sealed_by_nobody)}
 ATTACKS = {function.__name__: function for function in (

@@ -1,4 +1,4 @@
-"""Measures how well a server under attack serves a well-behaved user."""
+"""Measures the service of a server under attack for a well-behaved user: states, forces and joining."""
 import csv
 import json
 import os
@@ -19,7 +19,7 @@ BIN = os.environ.setdefault("TANDEM_BIN", os.path.join(SOURCE, "build/release/bi
 PATIENCE_S = 60
 STEPS_PER_S = 1000
 SLEW_N_PER_MS = 4.0  # slew limit of the simulated device
-SETTLED_S = 2.5  # time until the hand presses on the wall and rests
+SETTLED_S = 2.5  # time until the hand has reached the wall and rests
 AFTER_S = 0.7
 PRESSES = {"points": [{"t_s": 0, "position_m": [0, 0, 0], "phase": "approach"},
                       {"t_s": 1.5, "position_m": [0.073, 0, 0], "phase": "hold"},
@@ -27,7 +27,7 @@ PRESSES = {"points": [{"t_s": 0, "position_m": [0, 0, 0], "phase": "approach"},
 
 
 def write_scene(folder):
-    """Writes the wall scene with additional places for attackers and an asset that they can request."""
+    """Writes the wall scene with additional user slots for attackers, and with an asset that they can request."""
     with open(os.path.join(SOURCE, "server/scenes/wall.json")) as file:
         scene = json.load(file)
     scene["tools"] += [{"name": f"other {i}", "placement": {"position_m": [-0.05, 0.3 * i, 0]}, "mass_kg": 0.03} for i in (1, 2)]
@@ -50,7 +50,7 @@ def write_hand(folder):
 
 class Server:
     def __init__(self, scene, *arguments, state=None):
-        """`state` is the folder of the keys, or None for a server without encryption."""
+        """Starts the server. `state` is the folder of its keys, or None for a server without encryption."""
         self.log, self.state = [], state
         security = ["--state", state, "--bind", "127.0.0.1"] if state else ["--insecure"]
         self.process = subprocess.Popen([os.path.join(BIN, "tandem-server"), *security, "--scene", scene, "--port", "0", "--cache", "",
@@ -70,7 +70,7 @@ class Server:
         return done.stdout.split("--join ")[1].strip()
 
     def how_to_join(self):
-        """Returns the options with which tandem-client joins this server."""
+        """Returns the options of tandem-client for joining this server."""
         return ("--join", self.invitation()) if self.state else ("--insecure", "--server", f"127.0.0.1:{self.port}")
 
     def memory_mb(self):
@@ -87,12 +87,12 @@ class Server:
 
 
 def clock_ns():
-    """Returns the time on the clock of the trace's column local_ns [ns]."""
+    """Returns the current time on the clock of the trace's column local_ns [ns]."""
     return time.clock_gettime_ns(time.CLOCK_BOOTTIME)
 
 
 class Newcomer(threading.Thread):
-    """Joins and leaves repeatedly, and measures how long a new user waits during an attack."""
+    """Joins and leaves repeatedly, and measures the time that a new user needs to join during an attack."""
 
     def __init__(self, server):
         super().__init__(daemon=True)
@@ -170,7 +170,7 @@ def start_client(*arguments):
 
 
 def run_attack(name, seconds, folder, rights=()):
-    """Runs one attack. Returns its row of the table. `rights` are server options that control real-time rights."""
+    """Runs one attack. Returns its row of the table. `rights` are server options that control real-time permissions."""
     trace = os.path.join(folder, "trace.csv")
     state = os.path.join(folder, "state") if name in attackers.OF_SECURE_SERVERS else None
     server = Server(write_scene(folder), *rights, state=state)

@@ -1,4 +1,4 @@
-// Sends one datagram repeatedly to a local port, in batches by sendmmsg. It reaches a higher rate than a script.
+// Sends one datagram repeatedly to a local port, in batches by sendmmsg. Its rate is higher than that of a script.
 //
 //   attack-flood PORT SECONDS RATE HEX [--count]
 //

@@ -9,7 +9,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(bench.HERE), "system"))
 import hostile_files  # noqa: E402  found through the line above
 
 REFUSED_WITHIN_S, MEMORY_MB = 5.0, 1024
-BUILD_LIMIT = ("--build-limit", "2s")  # a valid file that takes longer to build is refused
+BUILD_LIMIT = ("--build-limit", "2s")  # a valid file that takes longer to build must be refused
 
 
 def load(case):

@@ -1,7 +1,6 @@
-"""A hostile server for the real client. It is a proxy in front of a real server, and falsifies messages from a given
-time on.
+"""A hostile server for the real client: a proxy in front of a real server that falsifies messages from a given time on.
 
-Before that time the hand presses on a real wall, so that a force is displayed.
+Before that time the hand presses on a real wall, so that a force is displayed when the falsification begins.
 """
 import os
 import select
@@ -43,12 +42,12 @@ def raw_fields(data):
 
 
 def replaced(data, number, field):
-    """Returns `data` after all fields with this number have been replaced by `field`."""
+    """Returns `data` with all fields of this number replaced by `field`."""
     return b"".join(raw for n, raw in raw_fields(data) if n != number) + field
 
 
 class Lies:
-    """The changes that a scenario makes. Messages are forwarded unchanged unless a method is overridden."""
+    """Falsifications of a scenario. Messages are forwarded unchanged unless a subclass overrides a method."""
 
     def __init__(self):
         self.is_lying = False
@@ -58,11 +57,11 @@ class Lies:
         return body
 
     def state(self, payload):
-        """Returns the changed payload of a ServerUpdate, or None to drop it."""
+        """Returns the falsified payload of a ServerUpdate, or None to drop it."""
         return payload
 
     def control(self):
-        """Returns additional control bytes, which are sent to the client repeatedly while messages are falsified."""
+        """Returns additional control bytes. They are sent to the client repeatedly while messages are falsified."""
         return b""
 
 
@@ -77,7 +76,7 @@ class Frozen(Lies):
 
 
 class Timeless(Lies):
-    """The step numbers increase, but the time of the world is constant."""
+    """The step numbers increase, but the time of the simulated world is constant."""
 
     first = None
 
@@ -105,7 +104,7 @@ class Replacing(Lies):
 
 
 class Saying(Lies):
-    """Sends a message on the control channel as fast as the client can read it."""
+    """Sends a control message as fast as the client can read it."""
 
     def __init__(self, text):
         super().__init__()
@@ -116,7 +115,7 @@ class Saying(Lies):
 
 
 class Joined(Lies):
-    """Changes the reply to a request to join."""
+    """Falsifies the reply to a request to join."""
 
     def __init__(self, change):
         super().__init__()
@@ -151,7 +150,7 @@ def many_users():
     return b"".join(user_joined(user) for user in range(1, 5000))
 
 
-# In these scenarios the force must be zero, or the program must have ended with an error message.
+# In these scenarios, the force must become zero, or the program must end with an error message.
 SCENARIOS = {
     "frozen step, rising sequence": Frozen,
     "frozen time, rising steps": Timeless,
@@ -169,7 +168,7 @@ SCENARIOS = {
     "a mass of 1e300 kg": lambda: Joined(with_mass(HUGE)),
     "assets of 2^40 bytes": lambda: Joined(with_asset(1 << 40)),
 }
-# In these scenarios the force may continue, because the display uses the server's states or the remaining assets.
+# In these scenarios, the force may continue: the client displays it from the server's states or the remaining assets.
 HARMLESS = {"assets of 2^40 bytes", "a mass of 1e300 kg"}
 GROWING = {"users without end": lambda: Saying(many_users())}
 

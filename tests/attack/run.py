@@ -23,7 +23,7 @@ NOT_REAL_TIME = ("--rt-priority", "0")
 WITHOUT_RIGHTS = ("datagram_garbage",)
 
 KEPT, SILENCE_MS, FORCE_STEP_N_PER_MS, GROWTH_MB, JOIN_MS = 0.95, 60, 0.1, 100, 2000
-FLOOD_PER_S = 150_000  # if the rate of the flood is lower, the row is not meaningful
+FLOOD_PER_S = 150_000  # a row with a lower flood rate is not meaningful
 
 
 def attack_problems(row, is_short, may_be_late):
@@ -95,8 +95,8 @@ def run_attacks(names, is_short):
         problems = attack_problems(row, is_short, bool(rights))
         if rights:
             row["attack"] += ", server without real-time rights"
-            # Without real-time rights the loop of the room is late under any attack, so that states are lost. But the
-            # user's inputs must still arrive.
+            # Without real-time permissions, the room's loop is late under any attack, so that states are lost. The
+            # user's inputs must arrive nevertheless.
             problems = [problem for problem in problems if not problem.startswith("states")]
         rows.append(attack_cells(row))
         failures += [f"{row['attack']}: {problem}" for problem in problems]

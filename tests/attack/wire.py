@@ -1,4 +1,4 @@
-"""A minimal implementation of proto/WIRE.md for clients and servers that misbehave."""
+"""A minimal implementation of proto/WIRE.md for clients and servers that violate the protocol."""
 import base64
 import math
 import socket
@@ -16,7 +16,7 @@ PONG = 13
 KEPT_POSE, POSE_TAKEN, POINTED, POSE_DELETED, POSE_PROGRESS = 17, 18, 19, 20, 21
 
 
-# The following functions encode one Protobuf field each.
+# Encoders of one Protobuf field each.
 def varint(value):
     out = b""
     while value > 0x7F:
@@ -83,7 +83,7 @@ def frame(message):
 
 
 def receive_frame(stream):
-    """Receives the next message. Fails: ConnectionError at the end of the stream."""
+    """Receives the next message. Raises ConnectionError at the end of the stream."""
     (size,) = struct.unpack(">I", receive_exactly(stream, 4))
     return receive_exactly(stream, size)
 
@@ -172,7 +172,7 @@ class RawClient:
         self.assets = []
 
     def join(self, name, role=OBSERVER, state="state-udp", token=b""):
-        """Joins the server. Fails: ConnectionError if the server refuses."""
+        """Joins the server. Raises ConnectionError if the server refuses."""
         self.stream.sendall(hello(state))
         for number, value in fields(self.receive_kind(WELCOME)):
             self.connection = value if number == 4 else self.connection
@@ -185,8 +185,8 @@ class RawClient:
         self.datagrams.connect(("127.0.0.1", self.port))
 
     def receive_kind(self, kind):
-        """Returns the body of the next message, which must be of this kind. Fails: ConnectionError that contains the
-        message otherwise received."""
+        """Returns the body of the next message, which must be of this kind. Otherwise raises ConnectionError with the
+        received message."""
         for number, value in fields(self.receive()):
             if number == kind:
                 return value

@@ -1,4 +1,4 @@
-// Tests the whole client in virtual time, between a scripted device and a simulated server.
+// Tests the whole client in virtual time, with a scripted device and a simulated server.
 #include "client/client.hpp"
 
 #include <gmock/gmock.h>
@@ -31,20 +31,20 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 
-/// A server's reply to the first user who joins a room with one box.
+/// The server's reply to the first user who joins a room with one box.
 wire::Joined box_scene() {
   static const wire::Joined kJoined = test::HubBench().join("ada").joined;
   return kJoined;
 }
 
-/// A scene for which no local model can be made, because its tool has no mass.
+/// A scene without a valid local model, because its tool has no mass.
 wire::Joined unusable_scene() {
   wire::Joined joined = box_scene();
   joined.mutable_tool_masses(0)->set_mass_kg(0);
   return joined;
 }
 
-/// A scene whose asset never arrives, so that no local model can be made.
+/// A scene without a local model, because its asset never arrives.
 wire::Joined scene_without_its_asset() {
   wire::Joined joined = box_scene();
   wire::AssetInfo& asset = *joined.add_assets();
@@ -82,8 +82,8 @@ class ClientBench {
     join(joined);
   }
 
-  /// In each millisecond a state arrives, the haptic thread ticks and the io thread polls. If a state arrives before
-  /// the tick that adopts a scene, it is not displayed in that scene.
+  /// Runs the client for some milliseconds. In each of them a state arrives, the haptic thread ticks and the io thread
+  /// polls. A state that arrives before the tick that adopts a scene is not displayed in that scene.
   void run(int milliseconds = 2) {
     for (int i = 0; i < milliseconds; ++i) {
       now += std::chrono::milliseconds(1);
@@ -245,7 +245,7 @@ TEST(Client, ThatGoesToAnotherSceneCallsOffTheModelOfTheOld) {
   bench.join(box_scene());
   making.wait_until_it_began();
   bench.join_again(box_scene());
-  while (making.points < 2) bench.client.poll(bench.now);  // no state needs to arrive: virtual time does not advance
+  while (making.points < 2) bench.client.poll(bench.now);  // polling suffices; virtual time does not advance
   EXPECT_TRUE(making.is_called_off);
 }
 
@@ -256,8 +256,8 @@ double thread_s() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-// The mesh has 327,680 triangles; its processing takes about a second on a slow machine. The longest time between two
-// cancellation points must be a small share of the total.
+// Uses a mesh of 327,680 triangles, whose processing takes about a second on a slow machine. Fails if the work between
+// two cancellation points is a large part of the total, so that cancellation would take long.
 TEST(CallOff, OfALargeMeshWaitsForASmallPieceOfItsWork) {
   const geometry::TriangleMesh mesh = contact::sphere_mesh(0.1, 7);
   const std::size_t pieces_of_one_pass = mesh.triangles.size() / kCallOffEvery;
@@ -387,11 +387,11 @@ TEST(Client, AModelMadeAsideIsShownWhenItIsReady) {
 
 TEST(Client, AModelOfASceneThatWasLeftIsNotShownInTheNext) {
   ClientBench bench({.makes_models_aside = true});
-  bench.join(box_scene());  // the construction on another thread starts here …
+  bench.join(box_scene());  // the construction starts here on another thread …
   bench.client.session().on_disconnected(bench.now, "cut");
   bench.now += std::chrono::seconds(1);
   bench.client.session().poll(bench.now);
-  bench.join(scene_without_its_asset());  // … and ends after the next scene is in force
+  bench.join(scene_without_its_asset());  // … and ends after the client has adopted the next scene
   const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(100);
   while (std::chrono::steady_clock::now() < until) {
     bench.run();

@@ -93,7 +93,7 @@ TEST(ShippedProfiles, SimIsTheDefaultSimulatedDevice) {
   EXPECT_EQ(sim.spec.speed_limit_m_per_s, expected.speed_limit_m_per_s);
   EXPECT_EQ(sim.spec.slew_limit_n_per_s, expected.slew_limit_n_per_s);
   EXPECT_EQ(sim.spec.slew_limit_n_m_per_s, expected.slew_limit_n_m_per_s);
-  // An ideal device must not change the parameters of the hand.
+  // An ideal device must leave the parameters of the hand unchanged.
   const HandParameters hand;
   EXPECT_EQ(holding(hand, sim).mass_kg, hand.mass_kg);
   EXPECT_EQ(holding(hand, sim).damping_n_s_per_m, hand.damping_n_s_per_m);
@@ -120,8 +120,8 @@ TEST(ShippedProfiles, HaveAFitOverARangeOfMassesOrNone) {
   }
 }
 
-/// Returns the entry in the README's device table: the adaptive coupling, and the stiffness cap if the device has no
-/// verified maximum.
+/// Returns the text of the entry in the README's device table: whether there is an adaptive coupling, and the stiffness
+/// cap of a device without a verified maximum.
 std::string calibrated_text(const DeviceProfile& profile) {
   const bool is_capped = !is_verified(profile.stiffness_maximum_n_per_m);
   const auto cap = std::to_string(std::lround(coupling_bounds(profile).stiffness_n_per_m));
@@ -205,7 +205,7 @@ TEST(Holding, AddsMassAndDampingAndTakesTheCoarserStep) {
   EXPECT_EQ(holding(hand, falcon).encoder_step_m, 1e-3);
 }
 
-/// Returns a valid profile file in which one substring was replaced.
+/// Returns a valid profile file in which the substring `piece` is replaced.
 std::string file_with(const std::string& piece, const std::string& replacement) {
   std::string text = R"({"profiles": [{"name": "mine", "title": "My device", "force_axes": 3,
     "force_maximum_n": {"value": 5, "source": "its data sheet"},

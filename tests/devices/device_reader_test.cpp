@@ -1,4 +1,4 @@
-// Tests which samples of a device the reader accepts, and which it treats as faults.
+// Tests which device samples the reader accepts, and which it reports as faults.
 #include "devices/device_reader.hpp"
 
 #include <gmock/gmock.h>
@@ -18,7 +18,7 @@ using testing::HasSubstr;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// A device that returns the sample set by the test. Its time stamp is the read time minus `age`.
+/// A device that returns the sample set by the test. Its time stamp is the time of the read minus `age`.
 class SpokenDevice final : public Device {
  public:
   SpokenDevice() {
@@ -57,7 +57,7 @@ TEST(DeviceReader, PassesAHandThatMovesAsHandsDo) {
   Rig rig;
   for (int i = 0; i < 1000; ++i) {
     const double t_s = 1e-3 * i;
-    rig.device.sample.X_DH.p = Vec3(0.1 * std::sin(20 * t_s), 0.05, 0);  // moves with up to 2 m/s
+    rig.device.sample.X_DH.p = Vec3(0.1 * std::sin(20 * t_s), 0.05, 0);  // speed of up to 2 m/s
     rig.device.sample.X_DH.q = quaternion_of(Vec3(0, 0, 1.5 * std::sin(15 * t_s)));
     rig.device.sample.V_DH.v = Vec3(2 * std::cos(20 * t_s), 0, 0);
     ASSERT_EQ(fault_of(rig), "") << i;
@@ -109,7 +109,7 @@ TEST(DeviceReader, APlaceThatTheDeviceCannotReachIsAFault) {
 
 TEST(DeviceReader, SpeedOfThreeTimesTheLimitIsAFaultAndLessIsTheSafetyChains) {
   Rig rig;
-  rig.device.sample.V_DH.v.z() = 8.9;  // the limit is 3 m/s
+  rig.device.sample.V_DH.v.z() = 8.9;  // above the limit of 3 m/s
   EXPECT_EQ(fault_of(rig), "");
   rig.device.sample.V_DH.v.z() = 9.1;
   EXPECT_THAT(fault_of(rig), HasSubstr("faster than any hand"));

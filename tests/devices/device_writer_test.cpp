@@ -1,5 +1,5 @@
-// Tests the force clamp of the writer. It is the last stage and exact, and only a verified data sheet can raise its
-// limits.
+// Tests the force clamp of the writer. The clamp is the last stage and must be exact. Only a verified data sheet may
+// raise its limits.
 #include "devices/device_writer.hpp"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 namespace tandem::devices {
 namespace {
 
-// clamped_to_length() scales twice, so two rounding errors may affect the length.
+// Bound of the length after clamped_to_length(), which scales twice: two rounding errors may add up.
 constexpr double kOneClampRounding = 4 * std::numeric_limits<double>::epsilon();
 
 class RecordingDevice final : public Device {

@@ -38,8 +38,8 @@ struct FakeFalcon {
   FakeFalcon() {
     std::thread([this] { tremble(); }).detach();
   }
-  /// Moves the grip slightly and continually, as a hand does. If encoders do not change under a force, the driver
-  /// considers them frozen.
+  /// Moves the grip slightly and continually, like a hand. The driver regards encoders that do not change under a force
+  /// as frozen.
   [[noreturn]] void tremble() {
     for (int i = 0;; ++i) {
       bus.with_falcon([&](FalconSimulator& f) { f.grip_m = at_m + Vec3(2e-4 * (i % 2), 0, 0); });
@@ -93,7 +93,7 @@ struct FakeSpaceMouse {
             {"plug", [this](std::istream&) { node.plug_in(); }},
             {"tell", [this](std::istream&) { write_line("light " + std::to_string(node.light())); }}};
   }
-  /// Parses the hexadecimal bytes of a report. The report is then sent repeatedly, as for a cap that is held deflected.
+  /// Sets the report of a held, deflected cap. It is sent repeatedly. The input contains its bytes in hexadecimal.
   void report(std::istream& in) {
     std::vector<std::uint8_t> bytes;
     for (unsigned byte = 0; in >> std::hex >> byte;) bytes.push_back(static_cast<std::uint8_t>(byte));
@@ -127,13 +127,12 @@ int run(const Commands& commands, char** program_and_arguments) {
 
 template <class Fake>
 int run_with(char** program_and_arguments) {
-  // Requests real-time priority, if allowed, so that response times are as short as a kernel's. Threads that are
-  // started later inherit it.
+  // Requests real-time priority, if permitted, so that responses are as fast as a kernel's. Threads that are started
+  // later inherit it.
   const sched_param priority{.sched_priority = 75};
   sched_setscheduler(0, SCHED_FIFO, &priority);
   Fake fake;
-  std::_Exit(run(fake.commands(), program_and_arguments));  // not exit(), because the command thread still blocks on
-                                                            // stdin
+  std::_Exit(run(fake.commands(), program_and_arguments));  // exit() would wait for the command thread
 }
 
 }  // namespace

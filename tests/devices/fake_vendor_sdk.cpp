@@ -1,6 +1,6 @@
-// A shared library with the functions of the SDKs by Force Dimension and 3D Systems that the drivers use. It returns
-// values that the test sets, and records the values that it receives. If it is compiled with WITHOUT_FORCE, it lacks
-// the functions that set or release a force.
+// A library that replaces the SDKs by Force Dimension and 3D Systems in tests. It has the functions that the drivers
+// use. It returns values that the test sets, and records the values that it receives. Compiled with WITHOUT_FORCE, it
+// lacks the functions that set or release a force.
 #include <cstring>
 
 #define EXPORTED extern "C" __attribute__((visibility("default")))
@@ -15,7 +15,7 @@ struct HdError {
 
 }  // namespace
 
-// Inputs that the test sets, and outputs that it checks.
+// Inputs that the test sets, and outputs that the test checks.
 extern "C" {
 __attribute__((visibility("default"))) int fake_is_there = 1;
 __attribute__((visibility("default"))) double fake_place[3] = {};    // position [m] for DHD, [mm] for HD

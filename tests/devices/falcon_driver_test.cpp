@@ -1,4 +1,4 @@
-// Tests the driver of the Falcon with a simulator of its protocol: opening, firmware, homing, a session, and faults.
+// Tests the driver of the Falcon against a simulator of its protocol: opening, firmware, homing, a session, and faults.
 #include "devices/falcon/falcon_driver.hpp"
 
 #include <gmock/gmock.h>
@@ -32,7 +32,7 @@ class SimulatedPort final : public FalconPort {
   bool write(std::span<const std::uint8_t> bytes) override { return falcon_.write(bytes); }
   bool is_written() const override { return true; }
   int read(std::span<std::uint8_t> bytes, Duration longest) override {
-    // The bridge delivers one packet per millisecond.
+    // The USB bridge delivers one packet per millisecond.
     for (Duration waited{0}; waited <= longest; waited += milliseconds(1)) {
       const auto packet = falcon_.read();
       if (!packet) return -1;
@@ -78,7 +78,7 @@ struct Rig {
     for (int i = 0; i < steps; ++i) sample = step(wrench);
     return sample;
   }
-  /// Steps until the device is in `state`, at most `most` times. Returns the last sample.
+  /// Runs steps until the device is in `state`, at most `most` steps. Returns the last sample.
   DeviceSample until(DeviceState state, int most) {
     DeviceSample sample = step();
     for (int i = 0; i < most && sample.state != state; ++i) sample = step();
@@ -92,7 +92,7 @@ struct Rig {
     run(5);
   }
 
-  /// Homes the device by moving the grip in and out again.
+  /// Homes the device by moving the grip inwards and out again.
   DeviceSample home() {
     falcon.grip_m = Vec3(0, 0, 0.078);
     run(3);
@@ -163,7 +163,7 @@ TEST(FalconDriver, WithoutFirmwareItSaysWhatToGiveIt) {
   const DeviceSample sample = rig.run(3000);
   EXPECT_EQ(sample.state, DeviceState::kOpening);
   EXPECT_THAT(std::string(sample.reason), HasSubstr("--firmware"));
-  rig.falcon.has_firmware = true;  // another program has loaded it
+  rig.falcon.has_firmware = true;  // another program has loaded the firmware
   rig.until(DeviceState::kHoming, 2000);
 }
 
@@ -293,7 +293,7 @@ TEST(FalconDriver, EncodersOfNoPlaceGiveNoSampleAndNoForce) {
   rig.make_ready();
   rig.falcon.grip_m = Vec3(0, 0, 0.18);
   rig.run(10);
-  rig.falcon.is_homed = false;  // a device that lost its zero position must be homed again
+  rig.falcon.is_homed = false;  // a device that has lost its zero position must be homed again
   EXPECT_EQ(rig.step({Vec3(0, 0, 2), Vec3::Zero()}).state, DeviceState::kHoming);
   rig.step({Vec3(0, 0, 2), Vec3::Zero()});
   EXPECT_TRUE(rig.falcon.motors.isZero());

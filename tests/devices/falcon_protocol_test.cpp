@@ -30,7 +30,8 @@ struct Vector {
   FalconCounts counts;
   std::uint8_t bits;
 };
-// Packets of the manufacturer's driver. Source: libnifalcon, util/translate_packet.py
+// Packets of the manufacturer's driver with their motor counts and lights. Source: libnifalcon,
+// util/translate_packet.py
 const Vector kVectors[] = {
     {"<AAAAAAAAAAAAAA>", {0, 0, 0}, 0},
     {"<PPPACEPACMPAEA>", {4095, 3906, 4034}, kFalconBlue},
@@ -99,7 +100,7 @@ TEST(FalconPacketParser, AnyBytesAreSurvivedAndAPacketBehindThemIsFound) {
   }
 }
 
-/// Returns a grid of positions in the whole workspace.
+/// Returns a grid of positions that covers the whole workspace.
 std::vector<Vec3> places() {
   std::vector<Vec3> all;
   for (double z = 0.080; z <= 0.1701; z += 0.015) {
@@ -156,7 +157,7 @@ TEST(FalconKinematics, JacobianIsTheDerivativeOfTheInverse) {
     ASSERT_TRUE(j);
     for (int axis = 0; axis < 3; ++axis) {
       const Vec3 h = kStep * Vec3::Unit(axis);
-      // The fourth-order difference has an error below 1e-9 rad/m.
+      // Fourth-order central difference with an error below 1e-9 rad/m.
       const Vec3 slope = (8 * (*falcon_inverse(place + h) - *falcon_inverse(place - h)) -
                           (*falcon_inverse(place + 2 * h) - *falcon_inverse(place - 2 * h))) /
                          (12 * kStep);
@@ -184,7 +185,7 @@ TEST(FalconForce, TorquesDoTheWorkOfTheForce) {
   }
 }
 
-/// Returns the force on the hand for the given motor counts.
+/// Returns the force on the hand that the given motor counts cause.
 Vec3 force_of(const Vec3& place, const FalconCounts& counts, double counts_per_n_m) {
   return falcon_jacobian(place)->transpose() * (counts.cast<double>() / -counts_per_n_m);
 }
@@ -201,7 +202,7 @@ TEST(FalconForce, KeepsItsDirectionAtAnyRequestAndNeverWraps) {
       ASSERT_EQ(sent->encoders, counts);
       const Vec3 shown = force_of(place, counts, 10000);
       EXPECT_LE(shown.norm(), newton + 0.005) << "a fraction of a count of each motor is cut off";
-      // Counts are rounded to integers. The rounding error is small compared with 4095, but larger for a weak force.
+      // Counts are rounded to integers. The relative error is larger for a weak force; the maximum count is 4095.
       EXPECT_GT(shown.normalized().dot(direction), counts.cwiseAbs().maxCoeff() > 1000 ? 0.999 : 0.97)
           << place.transpose() << ", " << newton << " N";
     }

@@ -1,4 +1,4 @@
-// See falcon_simulator.hpp.
+// Implementation of the simulator; see falcon_simulator.hpp.
 #include "tests/devices/falcon_simulator.hpp"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// Emulates the kernel's side of a Falcon on USB by umockdev. The simulator receives every URB. A program that uses this
-// must run under umockdev-wrapper.
+// Emulates the kernel's side of a Falcon on USB with umockdev. The simulator receives every URB. A program that uses
+// this file must run under umockdev-wrapper.
 #pragma once
 
 #include <glib.h>
@@ -25,8 +25,7 @@ namespace tandem::devices {
 
 inline constexpr const char* kFalconPath = "/sys/devices/pci0000:00/0000:00:14.0/usb1/1-2";
 inline constexpr const char* kFalconNode = "/dev/bus/usb/001/011";
-// Device and configuration descriptors with one interface and two bulk endpoints of 64 bytes, like those of an FTDI
-// bridge.
+// Device and configuration descriptors with one interface and two bulk endpoints of 64 bytes, as in an FTDI bridge.
 inline constexpr const char* kFalconUsbDevice = R"(P: /devices/pci0000:00/0000:00:14.0/usb1/1-2
 N: bus/usb/001/011
 E: DEVNAME=/dev/bus/usb/001/011
@@ -162,7 +161,7 @@ class UsbBus {
   void reap(UMockdevIoctlClient* client) {
     const auto done = std::ranges::find_if(waiting_, [this](Urb& urb) { return finish(urb); });
     if (done == waiting_.end()) {
-      // The file that represents the device is always ready for poll(). Without this pause libusb would poll in a busy
+      // The file that represents the device is always ready for poll(). Without this pause, libusb would poll in a busy
       // loop.
       std::this_thread::sleep_for(std::chrono::microseconds(200));
       return umockdev_ioctl_client_complete(client, -1, EAGAIN);
@@ -174,7 +173,7 @@ class UsbBus {
     --outstanding;
     waiting_.erase(done);
   }
-  /// Completes the URB with its result if it is due. Returns true if it was.
+  /// Completes the URB with its result if it is due. Returns whether it was due.
   bool finish(Urb& urb) {
     usbdevfs_urb& fields = urb_of(urb.data);
     if (urb.is_cancelled) return end(urb, -ENOENT, 0);
@@ -189,7 +188,7 @@ class UsbBus {
     }
     const auto now = std::chrono::steady_clock::now();
     if (now < next_in_) return false;
-    next_in_ = now + std::chrono::milliseconds(1);  // latency timer of the bridge
+    next_in_ = now + std::chrono::milliseconds(1);  // 1 ms, the latency timer of the bridge
     const auto packet = falcon_.read();
     const int length = std::min(static_cast<int>(packet->size()), fields.buffer_length);
     umockdev_ioctl_data_update(urb.buffer, 0, const_cast<guint8*>(packet->data()), length);

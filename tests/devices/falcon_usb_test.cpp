@@ -1,5 +1,5 @@
 // Tests the Falcon's driver with the real libusb. umockdev emulates the kernel's USB devices, and the simulator
-// receives every URB. The test runs under umockdev-wrapper, which intercepts the system calls of libusb.
+// receives every URB. The test must run under umockdev-wrapper, which intercepts the system calls of libusb.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <umockdev.h>
@@ -17,7 +17,7 @@
 #include "tests/devices/falcon_usb_bus.hpp"
 
 #ifdef __SANITIZE_ADDRESS__
-// If a context is closed after a device was unplugged, libusb 1.0.26 leaks 56 bytes.
+// libusb 1.0.26 leaks 56 bytes if a context is closed after a device was unplugged.
 extern "C" const char* __lsan_default_suppressions() {
   return "leak:libusb-1.0";
 }
@@ -38,8 +38,8 @@ FalconSettings settings() {
   return result;
 }
 
-/// Ticks like the haptic loop until `is_over` returns true. Writes `force` while samples are valid. Returns false after
-/// a timeout of 60 s.
+/// Runs ticks like the haptic loop until `is_over` returns true. Writes `force` while samples are valid. Returns false
+/// after a timeout of 60 s.
 template <class Over>
 bool tick_until(Device& device, const Vec3& force, Over is_over) {
   DeviceReader reader(device);
@@ -96,8 +96,8 @@ TEST_F(FalconUsb, LoadsHomesAndShowsAForceAndItsEndIsZero) {
     believed += sample.is_valid ? 1 : 0;
     return believed >= 300;
   }));
-  // The condition is evaluated between ticks. If the loop blocks on the lock here, it counts as stalled, and the force
-  // becomes zero.
+  // The condition takes the lock of the bus between ticks. A loop that blocks there for long counts as stalled, and the
+  // force becomes zero.
   EXPECT_TRUE(tick_until(*device, Vec3(0, 0, 2), [this](const DeviceSample&) {
     return bus.with_falcon([](FalconSimulator& f) { return !f.motors.isZero(); });
   }));

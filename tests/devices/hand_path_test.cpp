@@ -27,7 +27,8 @@ HandPath straight_move() {
 
 TEST(HandPath, MovesByMinimumJerk) {
   const HandPath path = straight_move();
-  // Exactly, s(¼) = 10/64 − 15/256 + 6/1024 = 0.103515625 and s(½) = ½. The derivative is s'(½) = 15/8, with T = 2 s.
+  // Exact values: s(¼) = 10/64 − 15/256 + 6/1024 = 0.103515625 and s(½) = ½. The derivative is s'(½) = 15/8, with T = 2
+  // s.
   EXPECT_NEAR(path.pose_at(milliseconds(1500)).p.x(), 0.1 * 0.103515625, 1e-15);
   EXPECT_NEAR(path.pose_at(milliseconds(2000)).p.z(), -0.2 * 0.5, 1e-15);
   EXPECT_NEAR(path.twist_at(milliseconds(2000)).v.x(), 0.1 * 1.875 / 2, 1e-15);
@@ -43,7 +44,7 @@ TEST(HandPath, TwistIsTheDerivativeOfThePose) {
     const Pose before = path.pose_at(time - from_seconds(h_s));
     const Pose after = path.pose_at(time + from_seconds(h_s));
     const Twist twist = path.twist_at(time);
-    // A central difference has an error of h²/6 times the third derivative. Here |x‴| ≤ 60/T³·|Δ| < 2.
+    // Bound of a central difference: h²/6 times the third derivative. Here |x‴| ≤ 60/T³·|Δ| < 2.
     EXPECT_LT((twist.v - (after.p - before.p) / (2 * h_s)).norm(), h_s * h_s) << i;
     EXPECT_LT((twist.w - rotation_vector(after.q * before.q.conjugate()) / (2 * h_s)).norm(), 10 * h_s * h_s) << i;
   }
@@ -169,7 +170,7 @@ SineComponent sine(const Vec3& axis, double frequency_hz, double amplitude_m, do
   return {axis, frequency_hz, amplitude_m, phase_rad};
 }
 
-/// A path with two way points and a multisine from 4 s to 10 s. The multisine has a circle of 10 mm and a sine of 5 Hz,
+/// A path with two waypoints and a multisine from 4 s to 10 s. The multisine has a circle of 10 mm and a sine of 5 Hz,
 /// both faded in and out within 0.5 s.
 HandPath shaken_move() {
   std::vector<WayPoint> points(2);
@@ -212,8 +213,8 @@ TEST(Multisine, TwistIsTheDerivativeOfThePoseAlsoInTheFades) {
     const Duration time = milliseconds(50) * i;
     const Vec3 slope =
         (path.pose_at(time + from_seconds(h_s)).p - path.pose_at(time - from_seconds(h_s)).p) / (2 * h_s);
-    // The bound is h²/6 times the third derivative. The sine of 5 Hz has 0.002 (2π 5)³ = 62 m/s³, its fade 0.002 ·
-    // 60/0.5³ = 1 m/s³.
+    // Bound: h²/6 times the third derivative. The sine of 5 Hz has 0.002 (2π 5)³ = 62 m/s³, its fade 0.002 · 60/0.5³ =
+    // 1 m/s³.
     EXPECT_LT((path.twist_at(time).v - slope).norm(), 20 * h_s * h_s) << to_seconds(time);
   }
 }
@@ -225,7 +226,7 @@ TEST(Multisine, IsNotThereBeforeAndAfter) {
     EXPECT_EQ(path.pose_at(time).p, alone.pose_at(time).p);
     EXPECT_EQ(path.twist_at(time).v, alone.twist_at(time).v);
   }
-  // The multisine starts and ends without a jump. At 1 ns inside its interval, position and velocity equal those
+  // The multisine must start and end without a jump. At 1 ns inside its interval, position and velocity equal those
   // outside.
   for (const Duration time : {Duration(seconds(4)) + Duration(1), Duration(seconds(10)) - Duration(1)}) {
     EXPECT_LT((path.pose_at(time).p - alone.pose_at(time).p).norm(), 1e-15);
@@ -300,7 +301,7 @@ TEST(NamedPaths, ShakeHasSinesFromHalfToFiveHertzOverTwoWholePeriods) {
   }
   EXPECT_EQ(lowest, 0.5);
   EXPECT_EQ(highest, 5);
-  // The button stays pressed during the multisine. After the path, the phase is "hold".
+  // The button stays pressed during the multisine. The phase after its end is "hold".
   for (Duration time = shaking.from; time <= shaking.to; time += milliseconds(10)) {
     EXPECT_EQ(path.buttons_at(time), 1U);
   }

@@ -1,5 +1,5 @@
-// Emulates the hidraw node of a SpaceNavigator by umockdev, for use with hidapi. A program that uses this must run
-// under umockdev-wrapper.
+// Emulates the hidraw node of a SpaceNavigator with umockdev, for use with hidapi. A program that uses this file must
+// run under umockdev-wrapper.
 #pragma once
 
 #include <glib.h>
@@ -24,7 +24,7 @@ namespace tandem::devices {
 inline constexpr const char* kHidPath =
     "/sys/devices/pci0000:00/0000:00:14.0/usb1/1-3/1-3:1.0/0003:046D:C626.0001/hidraw/hidraw5";
 inline constexpr const char* kHidNode = "/dev/hidraw5";
-// hidapi reads only the first usage of the descriptor, which is the multi-axis controller.
+// Report descriptor. hidapi reads only its first usage: multi-axis controller.
 inline std::uint8_t kHidDescriptor[] = {0x05, 0x01, 0x09, 0x08, 0xa1, 0x01, 0xc0};
 inline constexpr const char* kHidDevice =
     R"(P: /devices/pci0000:00/0000:00:14.0/usb1/1-3/1-3:1.0/0003:046D:C626.0001/hidraw/hidraw5
@@ -56,7 +56,7 @@ A: manufacturer=3Dconnexion\n
 A: product=SpaceNavigator\n
 )";
 
-/// Sends the current report every 8 ms and records the commands to the light.
+/// Sends the current report every 8 ms and records the commands to the device's light.
 class HidNode {
  public:
   HidNode() : testbed_(umockdev_testbed_new()) {
@@ -78,7 +78,7 @@ class HidNode {
   HidNode(const HidNode&) = delete;
   HidNode& operator=(const HidNode&) = delete;
 
-  /// Sets the current report. If it is empty, nothing is sent.
+  /// Sets the current report. An empty report stops the sending.
   void hold(std::vector<std::uint8_t> report) {
     const std::lock_guard lock(mutex_);
     report_ = std::move(report);

@@ -1,5 +1,5 @@
-// Tests the Inverse3 driver over a real local WebSocket, with a simulated service that has the protocol of the
-// manufacturer's service.
+// Tests the Inverse3 driver over a real local WebSocket. A simulated service uses the protocol of the manufacturer's
+// service.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/types.h>
@@ -34,7 +34,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using testing::HasSubstr;
 
-/// A service that answers each command with a state and sends nothing else.
+/// A service that answers each command with a state, and sends nothing else.
 class FakeService {
  public:
   explicit FakeService(std::uint16_t port = 0) : acceptor_(io_, {asio::ip::address_v4::loopback(), port}) {
@@ -137,7 +137,7 @@ std::string moved_state(double x_m) {
 struct Rig {
   explicit Rig(tcp::endpoint service) : driver(DeviceSpec{}, std::move(service)) {}
   DeviceSample step(const Wrench& wrench = {}) { return driver.step(clock.now(), wrench); }
-  /// Steps until the device is in `state`, for at most 20 s. Returns the last sample.
+  /// Runs steps until the device is in `state`, for at most 20 s. Returns the last sample.
   DeviceSample until(DeviceState state, const Wrench& wrench = {}) {
     const LocalTime give_up = clock.now() + seconds(20);
     DeviceSample sample = step(wrench);
@@ -219,7 +219,7 @@ TEST(Inverse3, ZeroWaitsForNoStateOfAServiceThatHasFallenSilent) {
   FakeService service;
   Rig rig(service.endpoint());
   rig.until(DeviceState::kReady);
-  const LocalTime give_up = rig.clock.now() + seconds(1);  // well before the missing states count as a fault
+  const LocalTime give_up = rig.clock.now() + seconds(1);  // well before missing states count as a fault
   const auto is_shown = [&service](const char* z) { return service.last_command().find(z) != std::string::npos; };
   while (!is_shown(R"("z":1.5E0)") && rig.clock.now() < give_up) rig.step({Vec3(0, 0, 1.5), Vec3::Zero()});
   service.is_mute = true;
@@ -263,7 +263,7 @@ TEST(Inverse3, AConnectionThatIsCutIsMadeAnew) {
   Rig rig(service.endpoint());
   rig.until(DeviceState::kReady);
   service.hangs_up = true;
-  std::this_thread::sleep_for(seconds(1));  // the device was connected for a long time
+  std::this_thread::sleep_for(seconds(1));  // simulates a long connection
   rig.until(DeviceState::kLost, {Vec3(1, 0, 0), Vec3::Zero()});
   const LocalTime lost = rig.clock.now();
   rig.until(DeviceState::kReady);

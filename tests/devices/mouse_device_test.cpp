@@ -1,5 +1,5 @@
-// If the mouse pointer jumps, the simulated hand must follow smoothly. The hand must yield to forces and respect its
-// limits.
+// Tests the hand that a mouse pointer moves. It must follow a jump of the pointer smoothly, yield to forces, and keep
+// its limits.
 #include "devices/mouse/mouse_device.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Each listed device can be opened and reports its name. Error messages list the valid choices.
+// Tests that each listed device can be opened and reports its name, and that error messages list the valid choices.
 #include "devices/registry.hpp"
 
 #include <gmock/gmock.h>

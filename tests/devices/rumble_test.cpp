@@ -1,4 +1,4 @@
-// Tests the commands to the motors of a game pad that umockdev emulates. The test runs under umockdev-wrapper.
+// Tests the commands to the motors of a game pad that umockdev emulates. The test must run under umockdev-wrapper.
 #include "devices/mouse/rumble.hpp"
 
 #include <glib.h>
@@ -73,12 +73,12 @@ struct Pad : testing::Test {
     umockdev_ioctl_data_update(data, offsetof(ff_effect, id), reinterpret_cast<guint8*>(&id), sizeof id);
     umockdev_ioctl_client_complete(client, 0, 0);
   }
-  /// Waits at most 10 s until a condition is true.
+  /// Waits until a condition is true, at most 10 s. Returns the condition.
   template <class Is>
   static bool comes(Is is) {
     return comes(is, [] {});
   }
-  /// Waits at most 10 s until a condition is true. Meanwhile calls `show` every 10 ms, like a haptic loop.
+  /// Waits until a condition is true, at most 10 s. Meanwhile calls `show` every 10 ms, like a haptic loop.
   template <class Is, class Show>
   static bool comes(Is is, Show show) {
     for (int i = 0; i < 1000 && !is(); ++i) {

@@ -28,7 +28,7 @@ Wrench force_x(double newtons) {
   return command;
 }
 
-// Frequency and decay rate from the zero crossings and peaks of x, after a release at rest from `start_m`.
+// Frequency and decay rate of x, from its zero crossings and peaks after a release at rest from `start_m`.
 struct Ringing {
   double frequency_hz;
   double decay_per_s;
@@ -49,13 +49,13 @@ Ringing ringing_of(const std::vector<double>& x, double period_s) {
 
 TEST(SimDevice, RingsAtTheClosedFormFrequencyAndDecayInTranslation) {
   HandParameters hand;
-  hand.damping_n_s_per_m = 0.6;  // the damping is low, so that several periods can be counted
+  hand.damping_n_s_per_m = 0.6;  // low damping, so that several periods can be counted
   SimDevice device = resting_hand(hand);
   device.read(LocalTime{});
   device.write(LocalTime{}, force_x(2));
   device.read(LocalTime(seconds(10)));
   LocalTime now(seconds(10));
-  for (; now < LocalTime(seconds(30)); now += seconds(1)) device.read(now);  // at rest at 2 N / 200 N/m
+  for (; now < LocalTime(seconds(30)); now += seconds(1)) device.read(now);  // settles at 2 N / 200 N/m
   device.write(now, force_x(0));
   std::vector<double> x;
   for (int i = 0; i < 3000; ++i) {
@@ -95,8 +95,8 @@ TEST(SimDevice, RingsAtTheClosedFormFrequencyAndDecayInRotation) {
 }
 
 TEST(SimDevice, ComesToRestWithoutASwingWhateverItsDamping) {
-  // Mass and damping are the extremes that the command line allows. They give B h/m = 10 per sub-step, and the same for
-  // the rotation.
+  // Mass and damping are the extremes that the command line allows. They give B h/m = 10 per sub-step, for translation
+  // and rotation.
   HandParameters hand;
   hand.mass_kg = 0.01;
   hand.damping_n_s_per_m = 1000;
@@ -166,8 +166,7 @@ TEST(SimDevice, ARelaxedHandGivesWayAndKeepsItsDamping) {
   for (LocalTime now{}; now <= LocalTime(milliseconds(100)); now += milliseconds(1)) device.read(now);
   LocalTime now(milliseconds(100));
   for (int i = 0; i < 1000; ++i) device.read(now += milliseconds(1));
-  // With a damper alone the terminal velocities are F/B and τ/B. They are reached after twenty and fifty time
-  // constants.
+  // Terminal velocities with a damper alone: F/B and τ/B. They are reached after twenty and fifty time constants.
   EXPECT_NEAR(device.hand_twist().v.x(), 0.2 / 5.8, 1e-9);
   EXPECT_NEAR(device.hand_twist().w.z(), 0.001 / 0.02, 1e-9);
   const double before_m = device.hand_pose().p.x();
@@ -185,9 +184,9 @@ TEST(SimDevice, MovesTheSameWhateverThePeriodItIsReadAt) {
     for (LocalTime now{}; now <= LocalTime(seconds(2)); now += period) device.read(now);
     at_two_seconds.push_back(device.hand_pose().p);
   }
-  // With 1 ms and with 4 ms the sub-steps are the same.
+  // Periods of 1 ms and 4 ms use the same sub-steps, so the results must be equal.
   EXPECT_LT((at_two_seconds[2] - at_two_seconds[1]).norm(), 1e-12);
-  // With 0.25 ms there are three sub-steps of 83 µs instead of 100 µs. A first-order integrator then leads by at most
+  // A period of 0.25 ms has three sub-steps of 83 µs instead of 100 µs. The lead of a first-order integrator is at most
   // this difference times the largest velocity, 15/8 · 50 mm / 1.5 s.
   EXPECT_LT((at_two_seconds[0] - at_two_seconds[1]).norm(), 16.7e-6 * 0.0625);
 }
@@ -203,7 +202,7 @@ TEST(SimDevice, HoldsTheForceBetweenWrites) {
   device.write(LocalTime{}, force_x(3));
   device.read(LocalTime(milliseconds(50)));
   device.write(LocalTime(milliseconds(100)),
-               force_x(0));  // acts only from this time on, although there was no read before
+               force_x(0));  // acts only from this time on, although no read precedes it
   EXPECT_NEAR(device.hand_pose().p.x(), 3 * 0.1 * 0.1 / 2 / 0.3, 3 * 0.1 * 1e-4 / 2 / 0.3 * 1.01);
   EXPECT_NEAR(device.hand_twist().v.x(), 3 * 0.1 / 0.3, 1e-9);
 }
@@ -233,15 +232,15 @@ TEST(SimDevice, TremorHasTheStatedStrengthAndBand) {
   Vec3 last_v = Vec3::Zero();
   for (int i = 0; i < kTicks; ++i) {
     const DeviceSample sample = device.read(LocalTime(milliseconds(i)));
-    // The force is computed from the motion: F = m a + B v + K x.
+    // Force computed from the motion: F = m a + B v + K x.
     const Vec3 force = 0.3 * (sample.V_DH.v - last_v) / 1e-3 + HandParameters{}.damping_n_s_per_m * sample.V_DH.v +
                        200 * sample.X_DH.p;
     last_v = sample.V_DH.v;
     if (i > 0) force_square_sum += force.squaredNorm();
     x.push_back(force.x());
   }
-  // The band has the width 2ζω and the correlation time 1/(ζω) = 0.18 s. So 120 s give 3·670 independent values of the
-  // square. The standard error of the mean square is 3 %, and that of its root half as much.
+  // The band has the width 2ζω and the correlation time 1/(ζω) = 0.18 s. Therefore 120 s give 3·670 independent values
+  // of the square. The standard error of the mean square is 3 %, and that of its root half as much.
   EXPECT_NEAR(std::sqrt(force_square_sum / kTicks), 0.2, 0.2 * 5 * 0.016);
   double crossings = 0;
   for (std::size_t i = 1; i < x.size(); ++i) crossings += x[i - 1] < 0 && x[i] >= 0;
@@ -303,7 +302,7 @@ TEST(SimDevice, OfAnEncoderReportsTheVelocityOfItsPositionsLateButQuiet) {
   }
   // A difference over one period would jump by 30 mm/s and 1 rad/s between encoder steps. The estimate lags by half a
   // window, at most √(12 step / a), with a up to 2 N / 0.3 kg. Its error is √(3 step a) = 25 mm/s plus the change in
-  // half a period, 3 mm/s. For the rotation with 0.05 N·m / 4e-4 kg·m² these are 0.6 rad/s and 0.06 rad/s.
+  // half a period, 3 mm/s. For the rotation with 0.05 N·m / 4e-4 kg·m² the errors are 0.6 rad/s and 0.06 rad/s.
   EXPECT_GT(fastest, 0.05);
   EXPECT_LT(worst, 0.028);
   EXPECT_LT(worst_turning, 0.66);

@@ -1,4 +1,4 @@
-// Tests a SpaceMouse, from the bytes of its reports to the pose of the handle, with a scripted device behind the port.
+// Tests a SpaceMouse from the bytes of its reports to the pose of the handle. A scripted device is behind the port.
 #include "devices/spacemouse/space_mouse.hpp"
 
 #include <gmock/gmock.h>
@@ -21,7 +21,7 @@ using testing::HasSubstr;
 using Bytes = std::vector<std::uint8_t>;
 using Kind = SpaceMouseReports::Kind;
 
-/// A scripted device: the reports that it sends next, and the bytes that it received.
+/// A scripted device: the reports that it will send, and the bytes that it has received.
 struct Table {
   std::deque<Bytes> reports;
   std::vector<Bytes> writes;

@@ -1,4 +1,4 @@
-// Tests a driver on a separate thread: the forces that it receives, and the handling of the samples that it returns.
+// Tests a driver on a separate thread: the forces that it receives, and the use of the samples that it returns.
 #include "devices/threaded_device.hpp"
 
 #include <fcntl.h>
@@ -23,11 +23,11 @@ using std::chrono::seconds;
 
 /// State shared by the driver and the test.
 struct Seen {
-  std::atomic<double> force_n{0};  ///< last force received [N]
+  std::atomic<double> force_n{0};  ///< last force that the driver has received [N]
   std::atomic<double> most_n{0};
   std::atomic<bool> throws{false};
   std::atomic<bool> hangs{false};
-  std::atomic<bool> sends_nothing{false};  ///< the driver sends no force, but still reads states
+  std::atomic<bool> sends_nothing{false};  ///< the driver sends no force, but continues to read states
 };
 
 class PlainDriver final : public DeviceDriver {

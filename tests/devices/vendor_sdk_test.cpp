@@ -1,5 +1,5 @@
-// Tests the drivers of the vendor SDKs with a library that has the same functions: the calls, their units and axes, and
-// refusals. Its behaviour follows the public documentation. It was not compared with hardware or a vendor's library.
+// Tests the drivers of the vendor SDKs with a substitute library: calls, units, axes and refusals. The behaviour of the
+// substitute follows the public documentation; it was not compared with hardware or a vendor's library.
 #include <dlfcn.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
-/// Access to the variables of the fake library.
+/// Access to the variables of the substitute library.
 class FakeSdk {
  public:
   FakeSdk() : handle_(dlopen(TANDEM_FAKE_SDK, RTLD_NOW)) {
@@ -58,7 +58,7 @@ LocalTime at(int ms) {
 TEST(ForceDimension, IsReadInMetresAndFeelsNewtonsInItsOwnAxes) {
   FakeSdk sdk;
   ForceDimensionDriver driver(spec(), dhd_functions(TANDEM_FAKE_SDK));
-  sdk.place(Vec3(0.01, 0.02, 0.03));  // towards the user, to the right, up
+  sdk.place(Vec3(0.01, 0.02, 0.03));  // components: towards the user, to the right, up
   sdk.turn(quaternion_of(Vec3(0, 0, 0.3)));
   sdk.number("fake_buttons") = 3;
   const DeviceSample sample = driver.step(at(0), {Vec3(1, 2, 3), Vec3(0.1, 0.2, 0.3)});
@@ -144,7 +144,7 @@ TEST(OpenHaptics, AForceIsOnUntilTheSdkHasTakenZero) {
 TEST(OpenHaptics, IsReadInMillimetresWithinFramesAndFeelsNewtons) {
   FakeSdk sdk;
   OpenHapticsDriver driver(spec(), hd_functions(TANDEM_FAKE_SDK));
-  sdk.place(Vec3(10, 20, 30));  // to the right, up, towards the user
+  sdk.place(Vec3(10, 20, 30));  // components: to the right, up, towards the user
   sdk.numbers("fake_velocity_mm_per_s")[0] = 100;
   sdk.turn(quaternion_of(Vec3(0, 0.3, 0)));
   sdk.number("fake_buttons") = 1;

@@ -1,4 +1,4 @@
-// A line to a device with a small buffer, and a reader that checks that only whole frames arrive.
+// A line (pipe or TCP) to a device with a small buffer, and a reader that checks that only whole frames arrive.
 #pragma once
 
 #include <arpa/inet.h>
@@ -22,8 +22,8 @@ namespace tandem::devices {
 
 inline constexpr std::size_t kFrame = 300;
 inline constexpr std::uint8_t kMagic = 0xa5, kZero = 0, kForce = 1, kReply = 2, kOwnZero = 3;
-/// A frame consists of magic number, kind, and the number of releases that the owner knew. All other bytes repeat the
-/// kind.
+/// Returns a frame: magic number, kind, and the number of releases that the owner had counted. All other bytes repeat
+/// the kind.
 inline std::vector<std::uint8_t> frame_of(std::uint8_t kind, std::uint32_t known_releases = 0) {
   std::vector<std::uint8_t> frame(kFrame, kind);
   frame[0] = kMagic;
@@ -70,12 +70,12 @@ struct TestLine {
   int reading = -1, writing = -1;
 };
 
-/// Reads a line and checks that it consists of whole frames only.
+/// Reads a line and checks that it contains whole frames only.
 class Reader {
  public:
   explicit Reader(int line) : line_(line) {}
 
-  /// Reads up to `most` of the available bytes. Returns false if there are none.
+  /// Reads up to `most` of the available bytes. Returns false if none are available.
   bool read_some(std::size_t most = 65536) {
     std::array<std::uint8_t, 65536> bytes;
     const ssize_t count = read(line_, bytes.data(), std::min(most, bytes.size()));
@@ -89,7 +89,7 @@ class Reader {
     return true;
   }
   bool is_between_frames() const { return data_.empty(); }
-  /// Reads until `is_so` returns true, for at most `longest`. Returns the last value of `is_so`.
+  /// Reads until `is_so` returns true, at most for `longest`. Returns the last value of `is_so`.
   template <class Is>
   bool until(Is is_so, Duration longest = std::chrono::seconds(20)) {
     const SteadyClock clock;

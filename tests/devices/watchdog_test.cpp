@@ -43,8 +43,8 @@ int trials() {
   return given != nullptr ? std::stoi(given) : 1;
 }
 
-/// Closes all other files in a child process. Otherwise the end of a line would never be detected, because the child
-/// still holds it open.
+/// Closes all other files in a child process. A line ends only after every process has closed it, so an inherited
+/// descriptor would keep it open.
 void keep_only(int descriptor) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   for (int other = 3; other < 512; ++other) {
@@ -54,10 +54,10 @@ void keep_only(int descriptor) {
 
 /// Memory shared by the test and an owner process.
 struct Shared {
-  std::atomic<bool> is_busy{false};  ///< if true, the line accepts no more bytes
+  std::atomic<bool> is_busy{false};  ///< the line accepts no more bytes
   std::atomic<std::uint32_t> releases{0};
-  std::atomic<bool> zero_requested{false};  ///< requests that the owner itself releases the force
-  std::atomic<bool> is_off{false};          ///< if true, the owner has released the force
+  std::atomic<bool> zero_requested{false};  ///< request to the owner to release the force itself
+  std::atomic<bool> is_off{false};          ///< the owner has released the force
   std::atomic<bool> should_end{false};
 };
 
@@ -128,7 +128,8 @@ bool wait_for(Is is_so) {
   return is_so();
 }
 
-/// A process that only waits until its pipe accepts a byte. It measures how soon this machine schedules a process.
+/// A process that writes one byte as soon as its pipe accepts it. Its delay measures how soon this machine schedules a
+/// process.
 class Peer {
  public:
   Peer() : line_(LineKind::kPipe) {
@@ -180,7 +181,7 @@ struct Trial {
     EXPECT_TRUE(wait_for([this] { return owner.shared->is_busy.load(); }));
     releases_before = owner.shared->releases;
     owner.send_signal(one.end == End::kKilled ? SIGKILL : SIGSTOP);
-    // Nothing is read from the line until open().
+    // Until open(), nothing is read from the line, so that it stays full.
     ended = clock.now();
   }
   /// Starts to read. Measures the delays until a zero arrives and until the peer responds.
@@ -256,8 +257,8 @@ std::vector<std::unique_ptr<Trial>> tried(std::vector<Case> cases) {
   return result;
 }
 
-// The scheduling latency of the machine is not a property of the watchdog, so a late trial is repeated. The test fails
-// only if a trial is late each time although the peer was in time.
+// The scheduling latency of the machine is not a property of the watchdog, so late trials are repeated. A case fails if
+// its zero is late each time, although a peer was in time.
 TEST(WatchdogLine, ZeroComesWithin10MsOfTheMomentThatTheLineTakesBytes) {
   std::vector<Case> cases;
   for (const LineKind line : {LineKind::kPipe, LineKind::kTcp}) {
@@ -295,7 +296,8 @@ TEST(WatchdogLine, ZeroComesWithin10MsOfTheMomentThatTheLineTakesBytes) {
             << " tried again\n";
 }
 
-/// Reads a few bytes at a time while the owner is stopped, continued and killed at random times.
+/// Reads a few bytes at a time while the owner is stopped, continued and killed at random times. Fails if a part of a
+/// frame remains in the line.
 TEST(WatchdogLine, NoHalfFrameStandsInTheLineWhenever) {
   const std::uint64_t seed = test::test_seed(59);
   SCOPED_TRACE("TANDEM_TEST_SEED=" + std::to_string(seed));
@@ -362,7 +364,8 @@ TEST(WatchdogLine, AZeroThatIsNotOutIsWithdrawnWhenTheOwnerGoesOnAndNotCounted) 
   EXPECT_LE(counted, reader.silences) << "counted, and nothing was written";
 }
 
-/// Returns false if the machine stalled the owner until its watchdog wrote the zero. The trial is then not conclusive.
+/// Requests the owner's own zero while the line is full. Returns false if the machine stalled the owner until its
+/// watchdog wrote a zero; the trial is then inconclusive.
 bool an_owners_zero_waits(LineKind kind) {
   TestLine line(kind);
   Owner owner(kind, line.writing);

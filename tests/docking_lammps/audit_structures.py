@@ -62,7 +62,7 @@ def pdb_atoms(text):
 
 
 def cif_count(text):
-    """Returns the rows of _atom_site that belong to the first model. The file must have one line for each row."""
+    """Returns the rows of _atom_site that belong to the first model. The file must have one line per row."""
     names, rows, inside = [], [], False
     for line in text.splitlines():
         key = line.strip().lower()
@@ -89,7 +89,7 @@ def energy(lab, path, selection, hydrogens, probe, force_field=PROTEIN):
 
 
 def count_line(lab, path, text, probe):
-    """Returns what happened to the atoms of a file and whether it is correct."""
+    """Returns a description of the fate of a file's atoms, and whether it is correct."""
     read, refusal = energy(lab, path, ":/*", "given", probe)
     if read is None:
         return ("refused: " + refusal[:110], os.path.basename(path) in refusal, None)
@@ -112,8 +112,8 @@ def charge_line(lab, path, probe):
 
 
 def polymer_lines(text):
-    """Returns the amino acids and nucleotides of the first model, chain by chain. Of alternate locations the first is
-    used. The first nucleotide of a chain has no phosphate, because pdb2gmx has no block for it."""
+    """Returns the amino acids and nucleotides of the first model, chain by chain. The first of alternate locations is
+    used. The first nucleotide of a chain is returned without phosphate, because pdb2gmx has no block for it."""
     seen, lines, chain, first = set(), [], None, None
     for line in pdb_atoms(text):
         name, residue = line[12:16].strip(), line[17:20].strip()
@@ -134,7 +134,7 @@ def polymer_lines(text):
 
 
 def lines_of_today(lines):
-    """Returns the names that pdb2gmx uses for nucleotides: DA for an A without O2', O5' for O5*."""
+    """Converts names of nucleotides to those of pdb2gmx: DA for an A without O2', O5' for O5*."""
     names = collections.defaultdict(set)
     for line in lines:
         names[line[17:27]].add(line[12:16].strip().replace("*", "'"))
@@ -151,8 +151,8 @@ def lines_of_today(lines):
 
 
 def topology_residues(path):
-    """Returns (name of the block, sorted types and charges) in order, for the one molecule into which pdb2gmx merged
-    all chains."""
+    """Returns (name of the block, sorted types and charges) in order. pdb2gmx has merged all chains into one molecule.
+    """
     found, section = [], ""
     with open(path, encoding="ascii") as file:
         for line in file:
@@ -170,7 +170,7 @@ def topology_residues(path):
 
 
 def read_residues(read):
-    """Returns, in the order of the file, the place of each residue with its sorted types and charges."""
+    """Returns, in the order of the file, each residue's location with its sorted types and charges."""
     residues = collections.OrderedDict()
     for atom in read["receptor_atoms"]:
         place = atom["atom"].split(" of ", 1)[1]
@@ -200,7 +200,7 @@ def gromacs_line(lab, text, probe):
             reason = re.search(r"Fatal error:\s*(.*)", run.stderr)
             return "pdb2gmx refuses: " + (reason[1] if reason else "?")[:80], True
         theirs = topology_residues(os.path.join(folder, "t.top"))
-        # The residues are read again with names that express the histidine states chosen by pdb2gmx.
+        # The residues are read again, with names for the histidine states that pdb2gmx chose.
         keys, renamed = {}, []
         for line in lines:
             if line == "TER":
@@ -223,7 +223,8 @@ def gromacs_line(lab, text, probe):
     for (place, mine), (block, other) in zip(ours, theirs):
         same = len(mine) == len(other) and all(a[0] == b[0] and abs(a[1] - b[1]) < CHARGE_BOUND for a, b in zip(mine, other))
         if not same and not is_whole(other) and is_whole(mine):
-            in_parts += 1  # in a chain of one residue, pdb2gmx adds both ends instead of the entries for a zwitterion
+            # In a chain of one residue, pdb2gmx adds both chain ends instead of the entries for a zwitterion.
+            in_parts += 1
         elif not same:
             different.append(f"{place} ({block})")
     atoms = sum(len(atoms) for _, atoms in theirs)

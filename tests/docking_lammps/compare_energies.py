@@ -85,8 +85,8 @@ def tandem(lab, receptor, ligand, hydrogens, dielectric, force_field=OPLS):
 
 
 def run_lammps(lammps, ours, dielectric, mixing="geometric"):
-    """Returns the Lennard-Jones and Coulomb energy [kJ/mol] and the force on each atom [kJ/mol/Å], those of the
-    receptor first."""
+    """Returns the Lennard-Jones and Coulomb energy [kJ/mol] and the force on each atom [kJ/mol/Å]. The atoms of the
+    receptor come first."""
     style, more, permittivity = STYLES[dielectric]
     atoms = [(1, atom) for atom in ours["receptor_atoms"]] + [(2, atom) for atom in ours["ligand_atoms"]]
     types = sorted({(atom["sigma_angstrom"], atom["epsilon_kj_mol"]) for _, atom in atoms})
@@ -129,7 +129,7 @@ def run_tool(folder, *command):
 
 def run_gromacs(folder, structure, chains, force_field):
     """Returns the Lennard-Jones and Coulomb energy [kJ/mol] of two chains with GROMACS's own hydrogens, types and
-    charges. Also returns the file of the structure that GROMACS created."""
+    charges, and the structure file that GROMACS created."""
     with open(structure, encoding="ascii") as file:
         kept = [line for line in file if line.startswith("ATOM") and line[21] in chains or line.startswith("TER")]
     with open(os.path.join(folder, "pair.pdb"), "w", encoding="ascii") as file:
@@ -156,7 +156,7 @@ def run_gromacs(folder, structure, chains, force_field):
     assert "LJ-SR:chA-chB" in terms.stdout
     with open(os.path.join(folder, "terms.xvg"), encoding="ascii") as file:
         values = [float(word) for word in file.read().split()]
-    coulomb, lj = values[1:3]  # in the order of the file, in which Coulomb precedes Lennard-Jones
+    coulomb, lj = values[1:3]  # the file lists Coulomb before Lennard-Jones
     if "Coul-SR:chA-chB" in terms.stdout and terms.stdout.index("LJ-SR:chA-chB") < terms.stdout.index("Coul-SR:chA-chB"):
         lj, coulomb = values[1:3]
     return lj, coulomb, os.path.join(folder, "boxed.pdb")
@@ -199,7 +199,7 @@ def compare_with_gromacs(check, arguments, name, force_field):
 
 
 def has_rdtscp():
-    """Returns whether the processor has the instruction rdtscp; without it mdrun ends at once."""
+    """Returns whether the processor has the instruction rdtscp. Without it, GROMACS's mdrun ends at once."""
     with open("/proc/cpuinfo", encoding="ascii", errors="replace") as file:
         return any(line.startswith("flags") and "rdtscp" in line.split() for line in file)
 

@@ -27,11 +27,11 @@ POSES = {
     "turned, overlapping": (-1.4, 3.8, 3.0, 0.9, 0.3, -0.2, 0.25),
 }
 
-# Poses in the golden file. Two are sufficient for a test and keep the file small.
+# Poses in the golden file. Two suffice for a test and keep the file small.
 GOLDEN_POSES = ("native", "turned, near contact")
 
-# Bounds for the double-precision kernel. The energy and the force on each atom are compared with those of LAMMPS. If
-# the pair forces on an atom cancel, the error is relative to 1e-6 of the largest force.
+# Bounds for the double-precision kernel: relative errors of the energy and of the force on each atom, compared with
+# LAMMPS. The reference is at least 1e-6 of the largest force, because the pair forces on an atom may cancel.
 EXACT_BOUND = 1e-8
 CANCELLATION_FLOOR = 1e-6
 # Bound for the single-precision kernels: relative error of the energy, error of a force relative to the largest force
@@ -104,7 +104,7 @@ def energy_in_log(log):
 
 
 def run_lammps(lammps, atoms):
-    """Returns the energy [kJ/mol] and the force on each atom [kJ/mol/Å], the atoms of A first."""
+    """Returns the energy [kJ/mol] and the force on each atom [kJ/mol/Å]. The atoms of A come first."""
     data, in_file = lammps_files(atoms)
     with tempfile.TemporaryDirectory() as folder:
         for name, text in (("pair.data", data), ("pair.in", in_file)):

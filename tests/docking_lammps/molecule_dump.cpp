@@ -1,6 +1,6 @@
-// Prints a pair of molecules in a given pose and the results of our kernels for it. compare_with_lammps.py passes the
-// positions and parameters to LAMMPS and compares the energies and forces. The output is text with one record per line;
-// numbers have the format %.17g.
+// Prints a pair of molecules in a given pose, and the results of our kernels for the pair. compare_with_lammps.py
+// passes the positions and parameters to LAMMPS and compares the energies and forces. The output is text with one
+// record per line; numbers have the format %.17g.
 #include <cstdio>
 #include <cstdlib>
 #include <exception>

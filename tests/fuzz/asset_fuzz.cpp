@@ -1,4 +1,4 @@
-// Treats arbitrary bytes as an asset from a server. The first byte selects a surface, a drawing or a molecule. Every
+// Reads arbitrary bytes as an asset from a server. The first byte selects a surface, a drawing or a molecule. Every
 // accepted asset must be consistent, and a surface or molecule must not change when it is written and read again. The
 // target first corrects the checksum at the end, because otherwise every input would be refused.
 #include <algorithm>

@@ -1,7 +1,6 @@
-// A client of each stage receives the states of a real session, in which times, steps, sequence numbers, counts, ids
-// and numbers are falsified (timeline.hpp). The states take the same path through the client as received states. In
-// addition to the checks of FuzzedClient, the force must be zero if no accepted state is younger than the silence
-// limit.
+// Passes the states of a real session to a client of each stage, with falsified times, steps, sequence numbers, counts,
+// ids and numbers (timeline.hpp). The states take the same path through the client as received states. In addition to
+// the checks of FuzzedClient, the force must be zero if no accepted state is younger than the silence limit.
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
@@ -25,16 +24,16 @@ using namespace tandem;
 using fuzz::check;
 using fuzz::TimelineAct;
 
-/// Maximum age of a state, and number of ticks after which the force is then zero (client/SAFETY.md).
+/// Maximum age of a state, and maximum number of ticks after which the force must then be zero (client/SAFETY.md).
 constexpr Duration kSilence = std::chrono::milliseconds(150);
 constexpr int kTicksToZero = 25;
 
-/// The messages of a hub to a client of one stage up to its first state, and the following states.
+/// A recorded session: the messages of a hub to a client of one stage up to its first state, and the following states.
 struct Recording {
   std::vector<proto::Bytes> messages;
   std::vector<proto::ServerUpdate> states;
   wire::Welcome welcome;
-  /// shapes of the scene, so that each client need not build them again
+  /// shapes of the scene, so that they are built only once for all clients
   std::vector<std::shared_ptr<const contact::ContactShape>> shapes;
 };
 
@@ -132,7 +131,7 @@ class Session {
 
  private:
   ServerTime server_time() const {
-    // The value is clamped to the range of time stamps in the protocol.
+    // Clamps the value to the range of time stamps in the protocol.
     constexpr Duration kMost = proto::kMaxTimestamp;
     const Duration now = it_.now().time_since_epoch();
     return ServerTime(std::clamp(offset_, -now, kMost - now) + now);
@@ -153,9 +152,9 @@ class Session {
 
   Vec3 vector(double most) { return most * Vec3(in_.share(), in_.share(), in_.share()); }
   Quat rotation() { return quaternion_of(vector(3)); }
-  /// Returns a random state. About a tenth of these states are out of range.
+  /// Returns a random state. About a tenth of the states are out of range.
   RigidState anywhere() {
-    constexpr double kBeyond = 0.65;  // share of the diagonal of a cube
+    constexpr double kBeyond = 0.65;  // fraction of the diagonal of a cube
     return {{vector(kBeyond * proto::kMaxPositionM), rotation()},
             {vector(kBeyond * proto::kMaxSpeedMPerS), vector(kBeyond * proto::kMaxTurnRadPerS)}};
   }
@@ -205,8 +204,8 @@ class Session {
     contact.lever_m = std::abs(in_.share()) * proto::kMaxPositionM;
   }
 
-  /// Replaces bodies and users by many with consecutive ids. The first id is arbitrary, so that the ids are those of
-  /// the scene, unknown ids, or both.
+  /// Replaces bodies and users by many with consecutive ids. The first id is arbitrary, so that the ids are known ones,
+  /// unknown ones, or both.
   proto::ServerUpdate crowded(proto::ServerUpdate update) {
     const std::size_t bodies = in_.byte() % (proto::kMaxBodies + 1), users = in_.byte() % (proto::kMaxUsers + 1);
     const auto first = static_cast<std::uint32_t>(in_.whole());
@@ -243,7 +242,7 @@ class Session {
     kept_back_ = update.sent - update.stepped;
   }
 
-  /// Returns the number of state datagrams that passed all checks.
+  /// Returns the number of state datagrams that have passed all checks.
   std::uint64_t accepted() {
     const proto::ChannelCounters& counters = it_.session().counters();
     std::uint64_t count = counters.datagrams_received;

@@ -1,6 +1,6 @@
-// Treats arbitrary bytes as a contact asset that a client or the cache reads. Every accepted asset can be queried at
-// any point and does not change when it is written and read again. The target first corrects the checksum at the end,
-// because otherwise every input would be refused.
+// Reads arbitrary bytes as a contact asset, as a client or the cache does. Every accepted asset must give finite
+// results for queries at any point, and must be readable again after it is written. The target first corrects the
+// checksum at the end, because otherwise every input would be refused.
 #include <cmath>
 #include <cstdint>
 #include <vector>

@@ -1,6 +1,6 @@
 // Writes the seeds of contact_asset_fuzz: assets of a small solid and a small sheet in the current format. The seeds
-// are not committed, because after a change of the format their version number would be refused and nobody would
-// notice.
+// are generated, not committed: after a change of the format, every committed seed would be refused for its version
+// number, and the test would pass without testing anything.
 #include <filesystem>
 #include <iostream>
 #include <string>
@@ -13,8 +13,8 @@ namespace {
 
 using namespace tandem;
 
-/// Options for small assets with coarse cells and few points. The assets are small because the runner changes every
-/// byte. They are not compressed, so that a changed byte reaches the readers.
+/// Options for small assets with coarse cells and few points, because the runner changes every byte. The assets are not
+/// compressed, so that a changed byte reaches the readers.
 contact::ContactShapeOptions coarse_options() {
   contact::ContactShapeOptions options;
   options.cell_m = 2e-3;

@@ -1,5 +1,5 @@
-// Treats arbitrary bytes as a control stream that the client or the server reads. The size of the input selects the
-// size of the pieces in which the stream arrives, so that framing is also tested.
+// Reads arbitrary bytes as a control stream of the client or the server. The stream arrives in pieces whose size
+// depends on the size of the input, so that framing is tested too.
 #include <algorithm>
 #include <cstdint>
 #include <span>

@@ -1,4 +1,5 @@
-// Treats arbitrary bytes as a message of the Cortex service, and as the columns and a sample of its EEG.
+// Reads arbitrary bytes as a message of the Cortex service (an EEG headset), and as the columns and a sample of its
+// EEG.
 #include <cmath>
 #include <cstdint>
 #include <stdexcept>

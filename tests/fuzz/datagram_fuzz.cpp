@@ -1,5 +1,5 @@
-// Treats arbitrary bytes as a datagram that the client or the server reads. Every accepted datagram must not change
-// when it is written and read again.
+// Reads arbitrary bytes as a datagram of the client or the server. Every accepted update must be readable again after
+// it is written, and must fit into a datagram.
 #include <cstdint>
 #include <span>
 

@@ -1,4 +1,5 @@
-// Treats arbitrary bytes as an EDF or BDF file. It is refused with a message, or its signals are within their limits.
+// Reads arbitrary bytes as an EDF or BDF file (recordings of biosignals). The file must be refused with a message, or
+// its number of samples must be limited by the size of the file.
 #include <sys/mman.h>
 #include <unistd.h>
 

@@ -1,4 +1,5 @@
-// Writes the seeds of edf_fuzz with the real writer, and seeds of cortex_fuzz as the service has them.
+// Writes the seeds of edf_fuzz with the project's own writer, and seeds of cortex_fuzz in the form that the service
+// sends.
 #include <cstddef>
 #include <filesystem>
 #include <fstream>

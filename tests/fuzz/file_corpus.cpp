@@ -1,4 +1,4 @@
-// Writes the seeds for the fuzz targets that read files and assets. It uses the real writers for the shipped scenes,
+// Writes the seeds for the fuzz targets that read files and assets, with the project's own writers: shipped scenes,
 // structures in each format, solid and open meshes, and assets.
 #include <filesystem>
 #include <fstream>

@@ -1,5 +1,5 @@
-// A complete client with a device, without sockets or a clock. Fuzz targets use it and act as its server. The force
-// limits of the hand must hold for every input.
+// A complete client with a device, without sockets or a clock. A fuzz target uses it in the role of its server. The
+// force limits of the hand must hold for every input.
 #pragma once
 
 #include <cmath>
@@ -15,7 +15,7 @@
 
 namespace tandem::fuzz {
 
-/// A transport that connects on request and discards everything that is sent.
+/// A transport that connects on request and discards all data.
 class DeadLine final : public client::ClientTransport {
  public:
   void connect(LocalTime) override { is_wanted = true; }
@@ -47,7 +47,7 @@ class FuzzedClient {
     if (line_.is_wanted) session().on_connected(now_);
     line_.is_wanted = false;
   }
-  /// Delivers a control message in a frame.
+  /// Passes a control message to the client, in a frame.
   void deliver(std::span<const std::byte> payload) {
     proto::Bytes frame;
     for (std::size_t i = proto::kFrameLengthBytes; i-- > 0;)
@@ -58,8 +58,8 @@ class FuzzedClient {
   /// Advances the clock without running a tick.
   void stall(Duration duration) { now_ += duration; }
 
-  /// Runs one tick of 1 ms, in which the hand moves up and down. Checks that the force is finite and within the force
-  /// and slew limits of the device. Also checks that the stage processes no more samples than its bound.
+  /// Runs one tick of 1 ms, in which the hand moves up and down. The force must be finite and within the force and slew
+  /// limits of the device, and the stage must process no more samples than its bound.
   void tick() {
     if (++ticks_ > kMaxTicks) return;
     now_ += kTick;
@@ -75,7 +75,7 @@ class FuzzedClient {
     check(falls || (shown_.f - before.f).norm() <= may_step_n + kRounding);
     check(client_.haptics().record().stage_samples <= client::kMaxStageSamples);
   }
-  /// Returns the last wrench that was written to the device.
+  /// Returns the last wrench written to the device.
   const Wrench& shown() const { return shown_; }
 
  private:

@@ -1,5 +1,4 @@
-// Treats arbitrary bytes as the messages of a server. A complete client with its local model and a device receives
-// them.
+// Passes arbitrary bytes as the messages of a server to a complete client with its local model and a device.
 #include <cstdint>
 
 #include "tests/fuzz/fuzzed_client.hpp"

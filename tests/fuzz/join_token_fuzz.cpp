@@ -1,5 +1,5 @@
-// Treats arbitrary bytes as a join token and as the text of an invitation. Every accepted value is within its range and
-// does not change when it is written and read again.
+// Reads arbitrary bytes as a join token and as the text of an invitation. Claims that can be read must form a valid
+// token after signing. An accepted invitation must give the same text when it is written.
 #include <cstdint>
 #include <span>
 #include <string_view>
@@ -14,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const secure::KeyPair kIssuer = secure::KeyPair::make(secure::KeyPair::Kind::kEd25519);
   static const std::vector<secure::PublicKey> kIssuers{kIssuer.public_key()};
   const std::span<const std::byte> bytes = std::as_bytes(std::span(data, size));
-  check(!proto::read_token(bytes, kIssuers));  // the token must not have a valid signature
+  check(!proto::read_token(bytes, kIssuers));  // no arbitrary token may have a valid signature
   if (const auto claims = proto::peek_token(bytes)) {
     check(proto::read_token(proto::sign_token(*claims, kIssuer), kIssuers).has_value());
   }

@@ -1,5 +1,6 @@
-// Treats arbitrary vertices and triangles as a user's mesh, which is either prepared for contact or refused. The parser
-// of mesh files is a separate program with bounded memory and time; it is not tested here.
+// Prepares arbitrary vertices and triangles for contact, as a user's mesh. The mesh must be refused, or its surfaces
+// must be valid and unchanged when they are written and read again. The parser of mesh files is a separate program with
+// bounded memory and time, and is not tested here.
 #include <cmath>
 #include <cstdint>
 #include <span>

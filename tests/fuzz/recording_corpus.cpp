@@ -1,5 +1,5 @@
-// Writes the seeds of recording_fuzz with the real writer: a complete recording, the recording of a program that was
-// killed, and an empty one.
+// Writes the seeds of recording_fuzz with the project's own writer: a complete recording, the recording of a killed
+// program, and an empty one.
 #include <cstdint>
 #include <filesystem>
 #include <iostream>

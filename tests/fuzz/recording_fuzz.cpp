@@ -1,5 +1,5 @@
-// Treats arbitrary bytes as a recording. The reader must terminate, and its results must be within the limits of the
-// file and must not change when they are written and read again.
+// Reads arbitrary bytes as a recording. The reader must terminate, and every message must belong to a channel of the
+// file. The messages must give a complete recording when they are written again.
 #include <cstdint>
 #include <sstream>
 

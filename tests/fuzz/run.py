@@ -21,8 +21,8 @@ SOURCE = HERE.parents[1]
 BUILD = SOURCE / "build" / "fuzz"
 README = HERE / "README.md"
 MARKS = ("<!-- runs -->\n", "<!-- end of runs -->")
-# Limits for one input. No message, datagram or file of a test is longer. If an input exceeds the time or the memory,
-# this is a finding.
+# Limits for one input. No message, datagram or file of a test is longer. An input that exceeds the time or the memory
+# is a finding.
 MAX_BYTES, MAX_SECONDS, MAX_MEMORY_MB = 65536, 60, 2048
 # Limits for the committed inputs: only small inputs that reach new code are stored.
 KEPT_INPUTS, KEPT_BYTES = 150, 600
@@ -44,7 +44,7 @@ def build():
 
 
 def inputs_of(target, seeds):
-    """Creates the folder with all raw inputs from which the target starts, and returns it."""
+    """Creates the folder with all raw inputs for the start of a target, and returns it."""
     folder = BUILD / "corpus" / target
     folder.mkdir(parents=True, exist_ok=True)
     lines = [file.read_text() for file in sorted(seeds.glob("*.hex"))]

@@ -1,6 +1,5 @@
-// Treats arbitrary bytes as a sealed datagram at either end of a connection with known keys. The target adds a valid
-// seal, so that messages of an authenticated but hostile peer are also tested. A datagram that was opened once must be
-// refused as a replay.
+// Reads arbitrary bytes as a sealed datagram at either end of a connection with known keys. The seeds have valid seals.
+// A datagram that was accepted once must be refused as a duplicate.
 #include <cstdint>
 #include <span>
 

@@ -1,5 +1,5 @@
-// Writes the seeds for the fuzz targets of the transport with the real writers: sealed datagrams, tokens, invitations,
-// and the first message of a client.
+// Writes the seeds for the fuzz targets of the transport with the project's own writers: sealed datagrams, tokens,
+// invitations, and the first message of a client.
 #include <filesystem>
 #include <iostream>
 

@@ -1,4 +1,4 @@
-// Actions of a server towards a client, encoded as bytes. They are the input of hostile_server_fuzz.
+// Actions of a server towards a client, encoded as bytes: the input of hostile_server_fuzz.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace tandem::fuzz {
 
-/// One action. An unknown kind counts as kTime.
+/// One action. Unknown kinds are treated as kTime.
 enum class ServerAct : std::uint8_t {
   kMessage,   ///< sends a control message in a frame
   kStream,    ///< sends raw bytes on the control stream

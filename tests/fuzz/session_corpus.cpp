@@ -96,7 +96,7 @@ class Session final : public server::ServerTransport, public client::ClientTrans
   void close() override {}
 
  private:
-  using Messages = std::vector<std::pair<bool, proto::Bytes>>;  ///< the flag is true for messages on the control stream
+  using Messages = std::vector<std::pair<bool, proto::Bytes>>;  ///< the flag is true on the control stream
 
   static std::vector<std::unique_ptr<server::Room>> one_room(const std::shared_ptr<const server::LoadedScene>& scene) {
     std::vector<std::unique_ptr<server::Room>> rooms;
@@ -159,14 +159,14 @@ int main(int argc, char** argv) {
     return 2;
   }
   const std::filesystem::path folder(argv[1]), scenes(argv[2]);
-  // The scene is small, because the client builds a world for each scene that it receives.
+  // A small scene, because the client builds a world for each scene that it receives.
   const std::string small = R"({"name": "small",
     "bodies": [{"name": "box", "shapes": [{"box": {"size_m": [0.02, 0.02, 0.02]}}], "mass_kg": 0.1, "graspable": true}],
     "tools": [{"name": "a", "placement": {"position_m": [0, 0, 0.02]}}, {"name": "b"}],
     "coupling": {"law": "spring-damper", "stiffness_n_per_m": 300, "damping_n_s_per_m": 3}})";
   const auto small_scene = server::load_scene_text(small, "small.json", ".");
   fuzz::write_seed(folder / "small", Session(small_scene).script());
-  // These are the sessions that client_stages_fuzz replays, and the timelines that are its seeds.
+  // Writes the sessions that client_stages_fuzz replays, and the timelines that are its seeds.
   for (const std::string_view stage : client::stage_names())
     fuzz::write_seed(folder / "stages" / stage, Session(small_scene, std::string(stage)).script());
   fuzz::write_timeline_seeds(folder / "timelines");

@@ -1,5 +1,5 @@
-// Treats arbitrary bytes as a structure file in the format that the first byte selects. An accepted structure is
-// finite, within the limits and consistent. A refusal is an error of one line.
+// Reads arbitrary bytes as a structure file in the format that the first byte selects. The coordinates of an accepted
+// structure must be finite and within the limit, and no residue may be empty. A refusal must be an error of one line.
 #include <cstdint>
 #include <string>
 #include <string_view>

@@ -1,4 +1,4 @@
-// Changes to the states of a recorded session before a client receives them. They are the input of client_stages_fuzz.
+// Falsifications of the states of a recorded session before a client receives them: the input of client_stages_fuzz.
 #pragma once
 
 #include <algorithm>
@@ -15,15 +15,15 @@
 
 namespace tandem::fuzz {
 
-/// One action. An unknown kind counts as kTrue.
+/// One action. Unknown kinds are treated as kTrue.
 enum class TimelineAct : std::uint8_t {
   kTrue,      ///< delivers the next recorded states, 1 ms apart, with their true times
   kSilence,   ///< delivers no state for a number of milliseconds
-  kSpoilt,    ///< delivers the next recorded state after some numbers have been replaced
-  kCrowd,     ///< the same, with up to the maximum number of bodies and users
-  kSequence,  ///< advances the sequence number of the following datagrams
-  kStall,     ///< stalls the client for a time
-  kOffset,    ///< advances the server's clock from now on
+  kSpoilt,    ///< delivers the next recorded state with some numbers replaced
+  kCrowd,     ///< as kSpoilt, with up to the maximum number of bodies and users
+  kSequence,  ///< advances the sequence numbers of the following datagrams
+  kStall,     ///< stalls the client for some time
+  kOffset,    ///< advances the server's clock for all later states
   kStage,     ///< selects another stage or predictor
 };
 
@@ -39,8 +39,8 @@ class TimelineReader {
     bytes_ = bytes_.subspan(1);
     return first;
   }
-  /// Returns a number from 0 to 2^63 on a logarithmic scale. One byte is the exponent; the other contains the digits
-  /// after the leading one.
+  /// Returns a number from 0 to 2^63 on a logarithmic scale. One byte is the exponent; a second byte has the binary
+  /// digits after the leading one.
   std::uint64_t whole() {
     const unsigned exponent = byte() % 64U;
     const std::uint64_t digits = byte();
@@ -52,14 +52,14 @@ class TimelineReader {
     const auto size = static_cast<std::int64_t>(whole());
     return is_negative ? -size : size;
   }
-  /// Returns a number from −1 to 1.
+  /// Returns a number from −1 to 1 with uniform steps.
   double share() { return (static_cast<double>(byte()) - 127.5) / 127.5; }
 
  private:
   std::span<const std::uint8_t> bytes_;
 };
 
-/// Writes seeds for each of `stages` stages: one with true states only, one with a silence, one for each kind of
+/// Writes seeds for each of `stages` stages: one with unchanged states only, one with a silence, one for each kind of
 /// replaced number in a state, and one for each other action.
 inline void write_timeline_seeds(const std::filesystem::path& folder, std::size_t stages = 8) {
   const auto act = [](TimelineAct kind) { return static_cast<std::uint8_t>(kind); };
@@ -67,7 +67,7 @@ inline void write_timeline_seeds(const std::filesystem::path& folder, std::size_
     bytes.insert(bytes.begin(), static_cast<std::uint8_t>(stage));
     write_seed(folder / (std::to_string(stage) + "_" + name), std::as_bytes(std::span(bytes)));
   };
-  // One year is 2^54.8 ns.
+  // Exponent of one year, which is 2^54.8 ns.
   constexpr std::uint8_t kYear = 54;
   for (std::size_t stage = 0; stage < stages; ++stage) {
     write(stage, "true", {act(TimelineAct::kTrue), 60});
@@ -79,8 +79,7 @@ inline void write_timeline_seeds(const std::filesystem::path& folder, std::size_
             {act(TimelineAct::kTrue), 30, act(TimelineAct::kSpoilt), mask, 0, 0, kYear, 255, act(TimelineAct::kTrue),
              30, act(TimelineAct::kSpoilt), 0, mask, 1, kYear, 255, act(TimelineAct::kSilence), 200});
     }
-    // One state in which all times are a year ahead. It echoes no input, so that the estimated clock offset does not
-    // follow.
+    // A state whose times are all a year ahead. It echoes no input, so that the estimated clock offset does not follow.
     constexpr std::uint8_t kAheadWithoutEcho = 1U << 7U | 1U << 3U;
     write(stage, "ahead",
           {act(TimelineAct::kTrue), 30, act(TimelineAct::kSpoilt), kAheadWithoutEcho, 0, 0, 0, 0, kYear, 255,

@@ -1,5 +1,5 @@
-// Treats arbitrary bytes as TLS data that a server receives from a stranger, or a client from a server. The connection
-// either ends or waits for more, and delivers no data before both ends are authenticated.
+// Passes arbitrary bytes as TLS data to a server from an unknown peer, or to a client from a server. The connection
+// must end or wait for more data. It must deliver no data before both ends are authenticated.
 #include <cstdint>
 #include <cstdlib>
 #include <span>

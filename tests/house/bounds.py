@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Checks proto/BOUNDS.md against the tree: each place, each constant kName and each test that it names must exist."""
+"""Checks proto/BOUNDS.md against the source tree: each source location, each constant kName and each test in it must
+exist."""
 import argparse
 import pathlib
 import re
@@ -23,7 +24,7 @@ def rows(text):
 
 
 def places(cell):
-    """Returns (path, symbol) for each place in the first cell. A symbol belongs to the path before it."""
+    """Returns (path, symbol) for each place in the first cell. A symbol refers to the path before it."""
     path = None
     for code in CODE.findall(cell):
         if PATH.match(code):
@@ -33,7 +34,7 @@ def places(cell):
 
 
 def line_of(text, symbol):
-    """Returns where a function, class or template with that name is defined, or 0 if nowhere."""
+    """Returns the line in which a function, class or template with that name is defined; 0 if there is none."""
     name = rf"^(?!\s*(?://|if\b|for\b|while\b|return\b|}}))[^\n;{{}}]*\b{re.escape(symbol)}"
     found = re.search(rf"{name}(?:\([^;{{}}]*(?:\{{[^;{{}}]*\}}[^;{{}}]*)*\{{|\b[^;(){{}}]*\{{)", text, re.MULTILINE)
     return text.count("\n", 0, found.start()) + 1 if found else 0

@@ -26,7 +26,7 @@ def renamed(value, names):
 
 
 def differences(before, after, at=""):
-    """Yields (place, before, after) for each leaf value that differs."""
+    """Yields (path of the value, before, after) for each leaf value that differs."""
     if isinstance(before, dict) and isinstance(after, dict):
         for key in list(before) + [key for key in after if key not in before]:
             yield from differences(before.get(key, "absent"), after.get(key, "absent"), f"{at}/{key}")
@@ -38,8 +38,8 @@ def differences(before, after, at=""):
 
 
 def label_of(item):
-    """Returns a label for a trial, made of the values that distinguish it from other trials. For any other item it is
-    empty."""
+    """Returns a label for a trial, made of the values that distinguish it from other trials. The label of any other
+    item is empty."""
     keys = ("experiment", "stage", "predictor", "rtt_ms", "jitter_ms", "loss", "seed", "overrides")
     if not isinstance(item, dict) or "seed" not in item:
         return ""
@@ -48,7 +48,7 @@ def label_of(item):
 
 def load(path, names):
     try:
-        # Numbers are compared as text, so that equal means equal to the byte.
+        # Numbers are compared as text, so that equal values have equal bytes.
         text = json.loads(path.read_text(encoding="utf-8"), parse_float=lambda number: "number " + number)
     except (OSError, ValueError) as error:
         raise SystemExit(f"compare_results: {path}: {error}") from error

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Measures how much there is to know: shared types, modules, functions and code of the product; fails above limits.json.
+"""Measures the size of the product: shared types, modules, functions and lines of code. Fails above limits.json.
 
-A type is a match of `class|struct|enum class NAME … {` in a header, nested ones too. It is shared if another top-level
-folder includes its header. A module is the name that a header and a source share in one folder. A function is measured
-by the lines between its braces, in sources, at the outermost level. Lines of code have neither blanks nor comments
-only; each top-level folder has a ceiling. Lengths of files and the number of all types have no limit: they were met by
-cutting classes in pieces. members.py measures classes.
+A type is a match of `class|struct|enum class NAME … {` in a header, including nested types. It is shared if another
+top-level folder includes its header. A module is the name that a header and a source share in one folder. The length of
+a function is the number of lines between its braces, for functions at the outermost level of a source. Lines of code
+are neither blank nor only a comment; each top-level folder has a ceiling. There is no limit for the length of a file or
+the number of all types: it could be met by splitting classes, without any benefit. members.py measures classes.
 """
 import argparse
 import collections
@@ -57,12 +57,12 @@ def function_lengths(text):
 
 
 def code_lines(text):
-    """Lines of a source that are neither blank nor a comment only."""
+    """Returns the number of lines of a source that are neither blank nor only a comment."""
     return sum(1 for line in re.sub(r"//[^\n]*", "", text).splitlines() if line.strip())
 
 
 def shared_headers(root):
-    """Headers that a source of another top-level folder includes."""
+    """Returns the headers that a source of another top-level folder includes."""
     return {name for path in sources.sources(root) for name in sources.includes(path, root)[0]
             if name.split("/")[0] in sources.PRODUCT and name.split("/")[0] != path.parts[0]}
 

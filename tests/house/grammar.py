@@ -2,11 +2,11 @@
 """Measures how many comments lack a noun: those that begin without one, and those with a relative clause without one.
 
 A comment is a run of // lines in the product and its tests, or a comment after code. Tags such as "In" and "Fails" are
-not counted as words. Two shares, in per cent, are measured for each folder in grammar.json. They must not exceed the
-ceilings there, which may only be lowered:
+not counted as words. Two percentages are measured for each folder in grammar.json. They must not exceed the ceilings
+there, which may only be lowered:
   bare    begins with what, who, whoever, of, as, by, such, so or likewise
   clause  has a relative clause without a noun before it: "of what", "who has", "of those that", "by which"
---list FOLDER prints the comments that count. Exit code 0: all shares are below the ceilings, 1: one is not.
+--list FOLDER prints the comments that count. Exit code 0: all percentages are below the ceilings, 1: one is not.
 """
 import argparse
 import json
@@ -54,8 +54,8 @@ def folder_for(path, folders):
 
 
 def measure(root, folders):
-    """Returns, for each folder, the number of comments, and those that are bare or have a clause without a noun, as
-    (path, number, text)."""
+    """Returns, for each folder, the number of comments, and the comments that are bare or have a clause without a noun,
+    as (path, number, text)."""
     counts = {folder: {"comments": 0, "bare": [], "clause": []} for folder in folders}
     for path in sources.sources(root, folders=FOLDERS):
         folder = folder_for(path, folders)

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Checks which folder may include which. Reads every #include of the product and fails if includes.txt does not allow
+"""Checks which folder may include which. Reads every #include of the product and fails if includes.txt does not permit
 it.
 
-includes.txt has a line for each group of folders, in the order of dependency:
+includes.txt has a line for each group of folders, in the order of dependency. An entry for a folder applies to all
+folders below it. Files of one folder may always include each other.
 
-    FOLDER: WHAT IT MAY INCLUDE ...              a folder stands for all below it, a header for itself; own files always
+    FOLDER: WHAT IT MAY INCLUDE ...              folders, or single headers
     HEADER: WHAT IT MAY INCLUDE ...              a header of a lower layer than the rest of its folder
     library PREFIX: FOLDERS THAT MAY INCLUDE IT  for headers of other projects
 """
@@ -39,7 +40,7 @@ def is_below(folder, parent):
 
 
 def rule_for(path, folders):
-    """Returns the longest entry of the table that is this path or a folder above it, or None if there is none."""
+    """Returns the longest entry of the table that is this path or a folder above it; None if there is none."""
     return max((name for name in folders if is_below(path, name)), key=len, default=None)
 
 
@@ -54,8 +55,8 @@ def breaches(root, folders, libraries):
         for name in ours:
             target = sources.folder_of(name)
             if not (root / name).exists():
-                # Generated headers are exempt: those of the schema, and a list that CMake writes next to its only
-                # reader.
+                # Generated headers are exempt: those of the Protobuf schema, and a list that CMake writes beside its
+                # only reader.
                 if not name.startswith(("tandem/", "google/protobuf/")) and "/" in name:
                     yield f'{path}: "{name}" is not a path from the top of the tree'
             elif not is_below(target, rule) and not any(name == allowed or is_below(target, allowed) for allowed in folders[rule]):
@@ -67,12 +68,12 @@ def breaches(root, folders, libraries):
 
 
 def cycles(folders):
-    """Returns the folders of the table that depend on themselves, directly or through others."""
+    """Returns the folders of the table that depend on themselves, directly or through other folders."""
     def reached(start):
         seen, stack = set(), list(folders[start])
         while stack:
             name = stack.pop()
-            # A header without a line of its own may have fewer edges than its folder.
+            # A header without an entry of its own may have fewer dependencies than its folder.
             rule = name if name in folders else None if name.endswith(".hpp") else rule_for(name, folders)
             for known in [rule] if rule else []:
                 if known not in seen:

@@ -17,7 +17,7 @@ SUFFIXES = ("", ".hpp", ".cpp", ".json", ".py", ".proto")
 
 
 def anchors_of(text):
-    """Returns the anchors of a page's headings as GitHub forms them. A repeated heading gets a number."""
+    """Returns the anchors of a page's headings, as GitHub forms them. A repeated heading gets a number."""
     found = set()
     for heading in HEADING.findall(FENCE.sub("", text)):
         words = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading)

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Counts the data members of each class of the product, with those of the private structs nested in it.
+"""Counts the data members of each class of the product, together with those of the private structs nested in it.
 
-A class above the limit holds several things that could be understood, tested and replaced apart. A struct whose members
-are all plain numbers, flags, times or texts describes settings and is exempt. Fails above the limits of members.json;
-entries there are classes that are larger today, with their count as a ceiling that only falls.
+A class above the limit usually has several responsibilities, which could be understood, tested and replaced separately.
+A struct whose members are all plain numbers, flags, times or texts describes settings and is exempt. Fails above the
+limits of members.json. The file lists classes that exceed the general limit, with their present count as a ceiling that
+may only be lowered.
 """
 import argparse
 import json
@@ -21,7 +22,7 @@ PLAIN = re.compile(r"^(?:const\s+)?(?:double|float|bool|int|unsigned|char|(?:std
 
 
 def bare(text):
-    """The text without comments, literals and preprocessor lines."""
+    """Returns the text without comments, literals and preprocessor lines."""
     text = re.sub(r"//[^\n]*|/\*.*?\*/", "", text, flags=re.DOTALL)
     text = re.sub(r'R"\((.*?)\)"', '""', text, flags=re.DOTALL)
     text = re.sub(r'"(?:[^"\\\n]|\\.)*"', '""', text)
@@ -30,13 +31,13 @@ def bare(text):
 
 
 def is_member(statement):
-    """Whether a statement of a class body declares data."""
+    """Returns whether a statement of a class body declares data."""
     statement = re.sub(r"^(?:(?:public|private|protected)\s*:\s*)+", "", statement.strip())
     statement = re.sub(r"^(?:mutable|inline|constexpr|alignas\([^)]*\))\s+", "", statement)
     if not statement or NO_MEMBER.match(statement):
         return None
     declared = re.split(r"=|\{", statement, maxsplit=1)[0]
-    while True:  # parentheses within template arguments, as in std::function<void(int)>
+    while True:  # removes template arguments, whose parentheses look like a function: std::function<void(int)>
         shorter = re.sub(r"<[^<>]*>", "", declared)
         if shorter == declared:
             break
@@ -45,7 +46,8 @@ def is_member(statement):
 
 
 def classes_of(text):
-    """(name, members, is_plain) of each class of a source: its own data members as text, and whether all are plain."""
+    """Returns (name, members, is_plain) of each class of a source: its own data members as text, and whether all are
+    plain."""
     found, stack, begin = [], [], 0
     text = bare(text)
     i = 0
@@ -62,14 +64,14 @@ def classes_of(text):
             elif re.search(r"\bnamespace\b[^;{}()]*$", head) or head.strip() == 'extern ""':
                 stack.append(None)
                 begin = i + 1
-            else:  # a function's body or an initialiser
+            else:  # body of a function or an initialiser
                 depth, j = 1, i + 1
                 while j < len(text) and depth:
                     depth += {"{": 1, "}": -1}.get(text[j], 0)
                     j += 1
                 rest = text[j:j + 40].lstrip()
                 if not in_class or not rest.startswith((";", ",")):
-                    begin = j  # a body ends its statement
+                    begin = j  # the body ends its statement
                 i = j
                 continue
         elif c == "}":
@@ -88,7 +90,8 @@ def classes_of(text):
 
 
 def counts(root):
-    """Data members of each class as (count, path, name), with those of nested structs; without settings structs."""
+    """Returns the number of data members of each class as (count, path, name), with those of nested structs. Settings
+    structs are excluded."""
     result = []
     for path in sources.sources(root):
         if path.suffix == ".inc":

@@ -68,7 +68,8 @@ def python_tokens(text):
         if is_docstring:
             is_statement = True
             continue
-        layout = (tokenize.INDENT, tokenize.DEDENT, tokenize.NEWLINE)  # two joined statements are other code
+        # The layout is part of the code: joining two statements changes the code.
+        layout = (tokenize.INDENT, tokenize.DEDENT, tokenize.NEWLINE)
         if token.type != tokenize.ENDMARKER:
             tokens.append(tokenize.tok_name[token.type] if token.type in layout else token.string)
     return tokens

@@ -1,4 +1,4 @@
-"""Tests that each rule detects a violation, in a tree that is made for this purpose."""
+"""Tests that each rule detects a violation, in a tree that the test creates."""
 import json
 import pathlib
 import tempfile

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Checks that no test omits its claim without a record. Only the helpers may skip; they fail, or count what is left
-out."""
+"""Checks that no test omits its claim without a record. Only the helpers may skip a test; they fail, or count the claim
+as left out."""
 import argparse
 import ast
 import pathlib
@@ -9,7 +9,7 @@ import sys
 
 import sources
 
-# The helpers (tests/README.md), and the examples in the tests of these rules.
+# The helpers (tests/README.md), and the examples in tests of these rules.
 HELPERS = {"tests/support/needs.hpp", "tests/support/needs.py", "tests/system/support.py", "tests/system/support_test.py"}
 SKIPS = {
     ".cpp": r"GTEST_SKIP\b|TEST(?:_F|_P)?\([\w, ]*\bDISABLED_|\bIsSkipped\(",
@@ -20,7 +20,7 @@ SKIPS[".hpp"] = SKIPS[".cpp"]
 SKIPS[".sh"] = r"\bexit 77\b"
 
 
-# A measured speed. If a claim is made only above some speed, a slow machine omits it.
+# Names of measured speeds. A claim that is made only above some speed would be omitted on a slow machine.
 SPEED = re.compile(r"tick_rate|rate_hz|cpu_count|loadavg|elapsed|is_busy|too_slow")
 
 
@@ -30,7 +30,7 @@ def is_claim(node):
 
 
 def claims_at_a_speed(text):
-    """Returns the lines of Python code in which a claim depends on a measured speed."""
+    """Yields the lines of Python code in which a claim depends on a measured speed."""
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.If) and SPEED.search(ast.unparse(node.test)):
             if any(is_claim(inner) for statement in node.body + node.orelse for inner in ast.walk(statement)):

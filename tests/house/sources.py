@@ -1,5 +1,5 @@
-"""Functions that all scripts in tests/house share: the product's folders, its sources, and the files that they
-include."""
+"""Functions shared by the scripts in tests/house: the product's folders, its sources, and the files that they include.
+"""
 import pathlib
 import re
 

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Checks that one thing has one name: fails if identifiers, --help texts or READMEs contain a former private word.
+"""Checks that each concept has one name: fails if identifiers, --help texts or READMEs contain a former private word.
 
 words.json lists the words. "identifiers" are matched against the parts of an identifier (kMaxOver_s has the parts k,
-max, over, s) in code without comments and strings; "prose" against READMEs and the string literals of command lines.
-Comments are not checked. An entry may apply only to the folders in `under`, and contains the term to `say` instead.
+max, over, s) in code without comments and strings. "prose" is matched against READMEs and the string literals of
+command lines. Comments are not checked. An entry may apply only to the folders in `under`; it contains the term to
+`say` instead.
 """
 import argparse
 import json

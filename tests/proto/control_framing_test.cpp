@@ -1,4 +1,5 @@
-// A stream may arrive in pieces of any size, and from a peer that is not trusted.
+// Tests the framing of control messages. A stream may arrive in pieces of any size, and from a peer that is not
+// trusted.
 #include "proto/control_framing.hpp"
 
 #include <gtest/gtest.h>
@@ -12,7 +13,7 @@
 namespace tandem::proto {
 namespace {
 
-/// A length prefix with the value `announced`, followed by `size` bytes.
+/// Returns a length prefix with the value `announced`, followed by `size` bytes.
 Bytes raw_frame(std::size_t size, std::size_t announced) {
   Bytes bytes;
   for (const unsigned shift : {24U, 16U, 8U, 0U}) bytes.push_back(std::byte((announced >> shift) & 0xffU));
@@ -27,7 +28,7 @@ void append(const Bytes& from, Bytes& to) {
   to.insert(to.end(), from.begin(), from.end());
 }
 
-/// Passes the stream to a reader in pieces of at most `largest_piece` bytes. Collects the frames after each piece.
+/// Passes the stream to a reader in random pieces of at most `largest_piece` bytes. Returns the frames.
 std::vector<Bytes> frames_of(const Bytes& stream, std::size_t largest_piece, Random& random) {
   FrameReader reader;
   std::vector<Bytes> frames;

@@ -84,7 +84,7 @@ TEST_F(DatagramChannelTest, PassesOnlyWhatIsNewerThanAllBefore) {
 
 TEST_F(DatagramChannelTest, AnImpossibleJumpDoesNotShutOutWhatFollows) {
   Bytes far = from_client();
-  far[10] = std::byte{1};  // byte of the sequence number with the value 2^48
+  far[10] = std::byte{1};  // sets a bit of the sequence number with the value 2^48
   EXPECT_EQ(to_server(far), DropReason::kSequenceJump);
   EXPECT_EQ(to_server(from_client()), DropReason::kNone);
 }
@@ -158,7 +158,7 @@ TEST_F(DatagramChannelTest, ABlockedStreamUsesNoSequence) {
 
 TEST_F(DatagramChannelTest, ALinkThatQueuesIsPacedButNotForWhatMayNotWait) {
   const auto never_called = [](const net::Deadband&, Duration) { return ADD_FAILURE(), true; };
-  // Each datagram takes 1 ms longer than the previous one.
+  // Each datagram is delayed by 1 ms more than the previous one.
   for (int i = 0; i < 200; ++i) {
     now_ += kMs;
     if (!client_.admits(now_, true, never_called)) continue;

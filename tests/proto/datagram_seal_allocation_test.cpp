@@ -11,7 +11,8 @@ namespace {
 
 std::uint64_t openssl_allocations = 0;
 
-/// Counts the allocations of OpenSSL. OpenSSL accepts these functions only before its first allocation.
+/// Replaces the allocation functions of OpenSSL by counting ones. OpenSSL accepts them only before its first
+/// allocation.
 const bool kIsCounting = CRYPTO_set_mem_functions(
                              [](std::size_t size, const char*, int) {
                                ++openssl_allocations;

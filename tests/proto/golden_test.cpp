@@ -1,5 +1,6 @@
-// The wire format is frozen, because programs in use send these bytes. A difference is either a new protocol version or
-// a mistake. To accept it, run TANDEM_UPDATE_GOLDEN=1 test_wire_golden and state the reason in the commit.
+// Tests that the wire format is unchanged, because installed programs use it. A difference is either a new protocol
+// version or a mistake. To accept a difference, run TANDEM_UPDATE_GOLDEN=1 test_wire_golden and state the reason in the
+// commit.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

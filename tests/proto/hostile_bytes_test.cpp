@@ -1,6 +1,6 @@
-// Tests damaged and malicious bytes: every golden message is truncated at every byte, has every bit flipped, and is
-// damaged at random. The result must be refused or read, and all values that are read must be in range. The test is
-// most effective with the sanitizers.
+// Tests damaged and malicious bytes. Every golden message is truncated at every byte, has every bit flipped, and is
+// damaged at random. The reader must refuse the result or return values in range. The test is most effective with the
+// sanitizers.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@
 namespace tandem::proto {
 namespace {
 
-/// Returns true if a loop can use this rigid state. This does not depend on the checks of the codec.
+/// Returns whether a control loop can use this rigid state. It is independent of the checks in the codec.
 bool is_usable(const RigidState& state) {
   return is_finite(state.X) && is_finite(state.V) && std::abs(state.X.q.norm() - 1.0) < 1e-9 &&
          state.X.p.norm() <= kMaxPositionM && state.V.v.norm() <= kMaxSpeedMPerS && state.V.w.norm() <= kMaxTurnRadPerS;
@@ -38,8 +38,8 @@ bool is_usable(const ServerUpdate& update) {
   return is_good;
 }
 
-/// Checks the text form of the message, which has one field per line, so that every field is visited. The line of a
-/// string field ends in a quotation mark.
+/// Returns whether all numbers of a message are finite. It checks the text form, which has one line for each field, so
+/// that no field is missed. The line of a string field ends in a quotation mark and is skipped.
 bool has_finite_numbers(const google::protobuf::Message& message) {
   std::istringstream text(message.DebugString());
   for (std::string line; std::getline(text, line);) {
@@ -91,7 +91,7 @@ Outcome outcome_of(Packing packing, std::span<const std::byte> bytes) {
   return Outcome::kUnusable;
 }
 
-/// Reads a copy on the heap that has exactly this size, so that AddressSanitizer detects a read beyond its end.
+/// Reads a heap copy of exactly this size, so that AddressSanitizer detects a read beyond its end.
 Outcome outcome_of_copy(Packing packing, std::span<const std::byte> bytes) {
   const Bytes copy(bytes.begin(), bytes.end());
   return outcome_of(packing, copy);
@@ -125,8 +125,8 @@ TEST(HostileBytes, EveryTruncationIsRefusedOrRead) {
     for (std::size_t size = 0; size < message.bytes.size(); ++size) {
       const Outcome outcome = outcome_of_copy(message.packing, std::span(message.bytes).first(size));
       ASSERT_NE(outcome, Outcome::kUnusable) << message.name << " cut to " << size;
-      // A frame contains its length, so a truncated frame must be refused. A datagram may be truncated between two
-      // fields.
+      // A frame contains its length, so a truncated frame must be refused. A datagram that is truncated between two
+      // fields may be valid.
       if (is_frame) {
         ASSERT_EQ(outcome, Outcome::kRefused) << message.name << " cut to " << size;
       }
@@ -213,7 +213,7 @@ TEST(HostileBytes, ManyEmptyItemsAreRefusedWithoutHarm) {
 }
 
 TEST(HostileBytes, DeepNestingIsRefusedWithoutRunningOutOfStack) {
-  // Groups of an unknown field are nested without a length. One control message can contain 200 thousand of them.
+  // Nested groups of an unknown field have no length prefix. One control message can contain 200,000 levels.
   const Bytes payload(200'000, std::byte{0xa3});
   wire::ClientControl message;
   EXPECT_FALSE(parse_control(payload, message));

@@ -1,4 +1,4 @@
-// Tests a rotated recording whose files are damaged, missing, or belong to another recording.
+// Tests reading a rotated recording whose files are damaged, missing, or belong to another recording.
 #include "proto/recording/recorded_files.hpp"
 
 #include <gmock/gmock.h>
@@ -25,8 +25,8 @@ class RecordedFiles : public ::testing::Test {
   RecordedFiles() { fs::create_directories(folder_); }
   ~RecordedFiles() override { fs::remove_all(folder_); }
 
-  /// Writes three chunks, each with ten steps of 10 ms. If `has_end` is false, the end of the file is missing, as after
-  /// a crash of the program.
+  /// Writes a file with three chunks of ten steps of 10 ms each. Without `has_end` the end of the file is missing, as
+  /// after a crash of the program.
   void write(const std::string& name, std::uint64_t recording, std::uint32_t part, bool has_end = true) {
     recording::McapWriter writer({channel_of("/room", wire::RecordedRoom()), channel_of("/step", wire::RecordedStep())},
                                  "test");

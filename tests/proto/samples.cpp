@@ -306,7 +306,7 @@ DatagramHeader server_header() {
           .sequence = 0x334455};
 }
 
-// The components of the unit quaternions are exact binary fractions, so encoding and decoding do not change them.
+// The components of the unit quaternions are exact binary fractions, so that encoding and decoding do not change them.
 ClientUpdate client_update() {
   ClientUpdate update;
   update.input_tick = Tick{120'000};
@@ -355,7 +355,8 @@ ServerUpdate server_update() {
   return update;
 }
 
-// The contact of a cushion with two springs: K = Σ k gᵀg, where the elements of g are binary fractions.
+// The contact of a cushion with two springs: stiffness K = Σ k gᵀg. k is the stiffness of a spring; the elements of its
+// row g are exact binary fractions.
 SoftContact soft_contact() {
   SoftContact contact;
   contact.wrench_W = {Vec3(0, 0.5, 2), Vec3(0.0625, 0, -0.03125)};

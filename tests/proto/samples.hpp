@@ -1,4 +1,4 @@
-// Messages for several tests of proto/: typical messages, which are also the golden messages, and the largest possible
+// Messages for several tests of proto/: typical messages, which serve as golden messages, and the largest possible
 // ones.
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace tandem::proto {
 
-/// Packing of a golden message. It selects the function that reads the message.
+/// Framing of a golden message. It selects the function that reads the message.
 enum class Packing { kClientControlFrame, kServerControlFrame, kClientDatagram, kServerDatagram };
 
 /// A message as sent, with the name of its file in tests/golden/wire.
@@ -34,7 +34,8 @@ wire::ServerControl pose_progress();
 wire::ServerControl pointed();
 wire::ServerControl room_start();
 wire::ServerControl welcome();
-/// A message with a scene that has every kind of shape. Its numbers differ from the defaults.
+/// A message with a scene that has every kind of shape. Its numbers differ from the defaults, so that a lost field is
+/// detected.
 wire::ServerControl joined();
 wire::ServerControl error();
 wire::ServerControl goodbye();
@@ -56,11 +57,11 @@ std::vector<GoldenMessage> golden_messages();
 /// An update in which every varint has its maximum length and every double uses all its bytes, within the limits of the
 /// readers.
 ClientUpdate largest_client_update(ClientMode mode = ClientMode::kLocalModel);
-/// An update with kMaxBodies moving bodies that others hold, and kMaxUsers moving users with the longest ids. All other
-/// fields also have their largest size. The receiving user holds the body with the index `held`.
+/// An update with kMaxBodies moving bodies that other users hold, and kMaxUsers moving users with the longest ids. All
+/// other fields have their largest size too. The receiving user holds the body with the index `held`.
 ServerUpdate largest_server_update(std::size_t held);
 
-/// Pose and twist that contain no zero and no number with few digits; they differ for each `index`.
+/// Pose and twist without zeros or numbers with few digits, different for each `index`.
 RigidState moving_state(std::size_t index);
 RigidState resting_state(std::size_t index);
 

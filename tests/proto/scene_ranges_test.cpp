@@ -1,5 +1,5 @@
-// Every number in a scene has one range, and scene files and the wire format must accept the same values. This test
-// links both server and client.
+// Tests that every number in a scene has one range: scene files and the wire format must accept the same values.
+// Therefore the test links both server and client.
 #include "proto/scene_ranges.hpp"
 
 #include <gmock/gmock.h>
@@ -31,10 +31,10 @@ using ::testing::HasSubstr;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// A scene with every message that a scene can have. Its numbers are chosen so that each number can be set to both ends
-/// of its range. The shapes are small, so that they are built quickly.
+/// A scene with every message type that a scene can contain. Each of its numbers can be set to both ends of its range.
+/// The shapes are small, so that they are built quickly.
 std::string sample_json() {
-  // As many conditions as a goal can have, so that at_least can have its largest value.
+  // The maximum number of conditions of a goal, so that at_least can have its largest value.
   std::string conditions =
       R"({"in_region": {"body": "moving", "region": {"sphere": {"radius_m": 0.1}}}}, {"at_pose": {"body": "moving"}},
          {"held": {"body": "moving"}},
@@ -113,7 +113,7 @@ bool is_of_a_file(const SceneRange& range) {
   return !range.field.starts_with("MassProperties.");
 }
 
-/// Returns true if a range belongs to a primitive shape. Sampling the surface of such a shape of 100 m would take
+/// Returns whether a range belongs to a primitive shape. Sampling the surface of such a shape of 100 m would take
 /// minutes.
 bool is_of_a_primitive(const SceneRange& range) {
   const std::string type = names_of(range).first;
@@ -127,8 +127,8 @@ bool is_whole(const SceneRange& range) {
   return message->FindFieldByName(name)->cpp_type() == FieldDescriptor::CPPTYPE_UINT32;
 }
 
-/// Returns the values next to the range: one ulp below and above it, or one for integers. An unsigned range that starts
-/// at 0 has no value below.
+/// Returns the values next to the range: one ulp below and above it, or 1 below and above for integers. An unsigned
+/// range that starts at 0 has no value below.
 std::vector<double> just_outside(const SceneRange& range) {
   const double below = std::nextafter(range.low, -kInfinity);
   if (!is_whole(range)) return {below, std::nextafter(range.high, kInfinity)};
@@ -154,7 +154,7 @@ class SceneRanges : public ::testing::Test {
     joined_.set_role(wire::ROLE_MANIPULATOR);
     for (const auto& body : scene->world.bodies) fill(body.mass, *joined_.add_body_masses());
     for (const auto& tool : scene->world.tools) fill(tool.mass, *joined_.add_tool_masses());
-    // After the swap, the first mass is that of a moving body.
+    // Swaps the bodies, so that the first mass is that of a moving body.
     joined_.mutable_body_masses()->SwapElements(0, 1);
     joined_.mutable_scene()->mutable_bodies()->SwapElements(0, 1);
     for (const server::Asset& asset : scene->assets) assets_[asset.sha256] = asset.bytes;
@@ -175,7 +175,7 @@ class SceneRanges : public ::testing::Test {
     set(scene, range, value);
     return scene;
   }
-  /// Returns the error when the scene is read as the text of a scene file. Empty if it is accepted.
+  /// Reads the scene as the text of a scene file. Returns the error message, or an empty text if the scene is accepted.
   std::string refusal_from_file(const wire::Scene& scene) const {
     google::protobuf::util::JsonPrintOptions options;
     options.preserve_proto_field_names = true;
@@ -189,7 +189,8 @@ class SceneRanges : public ::testing::Test {
     }
     return "";
   }
-  /// Returns the error when the scene is checked without its meshes, which would take long. Empty if it is accepted.
+  /// Checks the scene without building its meshes, which takes long. Returns the error message, or an empty text if the
+  /// scene is accepted.
   static std::string refusal_of_numbers(wire::Scene scene) {
     try {
       server::complete_and_check(scene, server::SceneField("test.json"));
@@ -279,7 +280,7 @@ TEST_F(SceneRanges, WhatIsJustInsideIsAcceptedFromAFileAndFromTheWire) {
       }
       if (!is_of_a_file(range)) continue;
       const std::string refusal = refusal_of_numbers(sample_with(range, value));
-      // For the coefficients of a polynomial, the resulting values also have a range.
+      // The coefficients of a polynomial have a second range: that of the resulting values.
       const bool is_polynomial = range.field.starts_with("AdaptiveFit") && range.low < 0;
       EXPECT_THAT(refusal, is_polynomial ? HasSubstr(" gives ") : HasSubstr(""));
       EXPECT_EQ(refusal.empty(), !is_polynomial) << refusal;

@@ -1,4 +1,5 @@
-// Tests the byte budget and the order in which items are omitted, at the limits of every field.
+// Tests the byte budget of a server update, and the order in which items are omitted when it is exceeded. All fields
+// have their largest sizes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,7 +28,7 @@ class Receiver {
     return read;
   }
 
-  /// Returns how many of `messages` messages contain each body.
+  /// Encodes the update `messages` times. Returns the number of messages that contain each body.
   std::map<BodyId, int> body_counts(const ServerUpdate& update, int messages) {
     std::map<BodyId, int> counts;
     for (int i = 0; i < messages; ++i) {
@@ -59,7 +60,7 @@ TEST(ServerUpdateEncoder, LargestUpdateFitsWithOwnToolAndHeldBodyInEveryMessage)
       EXPECT_EQ(read.sent, update.sent);
       ASSERT_TRUE(names(read, update.held_body));
     }
-    // The largest item has 72 bytes. The encoder adds items while more than 72 bytes are free.
+    // The largest item has 72 bytes, so the encoder must add items while more than 72 bytes are free.
     EXPECT_GT(receiver.largest_bytes, kMaxPayloadBytes - 72);
   }
 }
@@ -109,8 +110,8 @@ TEST(ServerUpdateEncoder, NothingStarvesWhenEverythingMoves) {
 TEST(ServerUpdateEncoder, AllThatFitsIsSentInEveryMessage) {
   ServerUpdate update = server_update();
   update.bodies.clear();
-  // Eight bodies fit into a message together with the largest user-specific part. For a user without grasp, wave or
-  // soft contact more bodies fit.
+  // Eight bodies fit into a message together with the largest user-specific part. More fit for a user without grasp,
+  // wave or soft contact.
   for (std::uint32_t id = 1; id <= 8; ++id) update.bodies.push_back(body_of(id, moving_state(id)));
   Receiver receiver;
   for (int message = 0; message < 50; ++message) {
@@ -124,11 +125,11 @@ TEST(ServerUpdateEncoder, AllThatFitsIsSentInEveryMessage) {
 TEST(ServerUpdateEncoder, RestingBodiesAreThinnedBeforeMovingOnes) {
   ServerUpdate update;
   for (std::uint32_t id = 1; id <= kMaxBodies; ++id) {
-    const bool is_moving = id > kMaxBodies - 8;  // last in the list, so that the order alone would omit them
+    const bool is_moving = id > kMaxBodies - 8;  // last in the list: list order alone would omit them
     update.bodies.push_back(body_of(id, is_moving ? moving_state(id) : resting_state(id)));
   }
   Receiver receiver;
-  receiver.body_counts(update, 40);  // after these messages, everything was sent at least once
+  receiver.body_counts(update, 40);  // after these messages, every item was sent at least once
   auto counts = receiver.body_counts(update, 100);
   for (const BodyState& body : update.bodies) {
     if (body.id.value > kMaxBodies - 8) {

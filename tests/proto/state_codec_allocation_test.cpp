@@ -1,4 +1,4 @@
-// The codecs run at 1 kHz on io threads, so they must not allocate memory after the first messages.
+// Tests that the codecs allocate no memory after the first messages, because they run at 1 kHz on io threads.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -17,7 +17,7 @@ TEST(StateCodec, CodingAllocatesNothingAfterTheFirstMessages) {
   auto client_read = std::make_unique<ClientUpdate>();
   auto server_read = std::make_unique<ServerUpdate>();
   Bytes bytes;
-  bytes.reserve(kMaxDatagramBytes);  // the set of omitted items differs between messages, and therefore the size
+  bytes.reserve(kMaxDatagramBytes);  // the set of omitted items, and therefore the size, differs between messages
   const auto code_once = [&] {
     bytes.clear();
     append_client_update(client, bytes);

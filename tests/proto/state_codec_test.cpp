@@ -1,4 +1,5 @@
-// Decoding must return the encoded values, and refuse a message in which any one field is out of range.
+// Tests the codecs of states. Decoding must return the encoded values, and refuse a message in which any one field is
+// out of range.
 #include "proto/state_codec.hpp"
 
 #include <gtest/gtest.h>
@@ -68,10 +69,10 @@ TEST(ClientUpdateCodec, ReadsBackEveryField) {
         largest_client_update(ClientMode::kHandle), ClientUpdate{}}) {
     Bytes bytes;
     append_client_update(written, bytes);
-    ClientUpdate read = largest_client_update(ClientMode::kWave);  // a slot that was used before
+    ClientUpdate read = largest_client_update(ClientMode::kWave);  // a used slot, to be overwritten completely
     ASSERT_EQ(parse_client_update(bytes, read), DropReason::kNone);
     EXPECT_EQ(read.input_tick, written.input_tick);
-    // Decoding normalises the unit quaternion, which changes it only by rounding.
+    // Decoding normalises the unit quaternion, which changes it by rounding only.
     expect_same(read.handle, written.handle, 1e-12);
     EXPECT_EQ(read.handle_valid, written.handle_valid);
     EXPECT_EQ(read.buttons, written.buttons);
@@ -82,8 +83,7 @@ TEST(ClientUpdateCodec, ReadsBackEveryField) {
     EXPECT_EQ(read.energy_to_hand_j, written.energy_to_hand_j);
     EXPECT_EQ(read.energy_from_hand_j, written.energy_from_hand_j);
     EXPECT_EQ(read.mode, written.mode);
-    const double tolerance = 1e-6 * (1 + written.on_hand_W.f.norm() + written.on_hand_W.t.norm());  // for single
-                                                                                                    // precision
+    const double tolerance = 1e-6 * (1 + written.on_hand_W.f.norm() + written.on_hand_W.t.norm());  // single precision
     EXPECT_LE((read.on_hand_W.f - written.on_hand_W.f).norm(), tolerance);
     EXPECT_LE((read.on_hand_W.t - written.on_hand_W.t).norm(), tolerance);
     EXPECT_EQ(read.round_trip, written.round_trip);
@@ -228,8 +228,7 @@ TEST(ServerUpdateCodec, ReadsBackEveryField) {
   const ServerUpdate written = server_update();
   Bytes bytes;
   ServerUpdateEncoder().append(written, bytes);
-  ServerUpdate read = largest_server_update(0);  // a slot that was used before: decoding must overwrite all of its
-                                                 // contents
+  ServerUpdate read = largest_server_update(0);  // a used slot: decoding must overwrite all of its contents
   ASSERT_EQ(parse_server_update(bytes, read), DropReason::kNone);
   EXPECT_EQ(read.step, written.step);
   EXPECT_EQ(read.stepped, written.stepped);
@@ -344,8 +343,7 @@ TEST(ServerUpdateCodec, EachPartOfASoftContactIsCheckedOnReading) {
   EXPECT_EQ(answer([](auto& c) { c.mutable_pose()->RemoveLast(); }), DropReason::kMalformed);
   EXPECT_EQ(answer([](auto& c) { c.clear_trust_radius_m(); }), DropReason::kNotFinite);
   EXPECT_EQ(answer([](auto& c) { c.set_lever_m(-1e-9); }), DropReason::kNotFinite);
-  // A negative diagonal element would be a negative stiffness, which would accelerate a tool in its direction of
-  // motion.
+  // A negative diagonal element is a negative stiffness, which would push a tool further in its direction of motion.
   EXPECT_EQ(answer([](auto& c) { c.set_stiffness(0, -1000); }), DropReason::kNotFinite);
   for (const double bad : {kNan, kInfinity, -kInfinity, 1e38, -1e38}) {
     SCOPED_TRACE(bad);

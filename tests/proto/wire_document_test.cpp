@@ -1,4 +1,4 @@
-// WIRE.md is normative, so it must match the code. The test reads its tables and compares them.
+// Tests that WIRE.md matches the code, because the document is normative. Its tables are read and compared.
 #include <gmock/gmock.h>
 #include <google/protobuf/descriptor.h>
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ std::string trimmed(const std::string& text) {
   return text.substr(first, text.find_last_not_of(' ') - first + 1);
 }
 
-/// Returns the cells of a row `| a | b |`. A bar that follows a backslash belongs to its cell.
+/// Returns the cells of a table row `| a | b |`. A bar after a backslash is part of its cell.
 Row cells_of(const std::string& line) {
   Row cells;
   std::string cell;
@@ -85,7 +85,7 @@ Table table_under(const std::string& heading, std::size_t index = 0) {
   return tables[index];
 }
 
-/// Returns a map from the first column to the second.
+/// Returns a map from the first column to the number in the second.
 std::map<std::string, double> numbers_in(const Table& table) {
   std::map<std::string, double> numbers;
   for (const Row& row : table) numbers[row.at(0)] = std::stod(row.at(1));
@@ -166,7 +166,7 @@ TEST(WireDocument, ThinningConstantsAreThoseOfTheCode) {
   EXPECT_EQ(numbers_in(table_under("Thinning of a ServerUpdate")), expected);
 }
 
-/// Returns offset and length of the nonzero bytes of a header; its first byte is ignored.
+/// Returns offset and length of the nonzero bytes of a header. The first byte of the header is ignored.
 std::pair<std::size_t, std::size_t> extent_in(const Bytes& header) {
   std::size_t first = 1;
   while (first < header.size() && header[first] == std::byte{0}) ++first;
@@ -190,7 +190,7 @@ TEST(WireDocument, HeaderLayoutIsThatOfTheCode) {
   Bytes with_sequence;
   append_header({.connection = {}, .sequence = ~0ULL}, with_sequence);
   EXPECT_EQ(documented["sequence"], extent_in(with_sequence));
-  // The tag is the rest of the header. hostile_bytes_test.cpp changes each of its bits and expects kTag.
+  // The tag occupies the rest of the header. hostile_bytes_test.cpp changes each of its bits and expects kTag.
   EXPECT_EQ(documented["tag"], std::pair(kTagOffset, kTagBytes));
   EXPECT_EQ(documented["payload"].first, kDatagramHeaderBytes);
 }
@@ -222,7 +222,8 @@ TEST(WireDocument, ChecksOnReceiveNameOnlyDropReasons) {
   }
 }
 
-/// Returns a datagram that fails the header checks with the number `first` and higher.
+/// Returns a datagram whose first failed header check is number `first`. It fails later checks too, so that a wrong
+/// order of the checks gives another reason.
 Bytes failing_from(int first) {
   if (first == 1) return Bytes(kDatagramHeaderBytes - 1);
   Bytes bytes(first == 2 ? kMaxDatagramBytes + 1 : kDatagramHeaderBytes);
@@ -262,7 +263,7 @@ TEST(WireDocument, BodyIdsAreThoseOfTheCode) {
   }
 }
 
-/// Adds the fields of `file` that contain the id of a body or user. They are recognised by their names.
+/// Adds the names of the fields in `file` that contain the id of a body or user. They are recognised by their names.
 void add_id_fields(const FileDescriptor& file, std::set<std::string>& names) {
   const std::set<std::string> of_ids{"id", "body", "user", "held_body", "holds_body", "held_by_user"};
   for (const Row& field : fields_of(file)) {

@@ -1,5 +1,4 @@
-// Tests shapes that a scene defines by a few numbers. For equal numbers the same shape object must be used while it
-// exists.
+// Tests shapes that a scene defines by a few numbers. Equal numbers must give the same shape object while it exists.
 #include "proto/world_from_wire.hpp"
 
 #include <gtest/gtest.h>

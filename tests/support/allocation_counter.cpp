@@ -36,8 +36,8 @@ std::uint64_t tandem::test::allocation_count() noexcept {
   return count;
 }
 
-// All forms that match the operators delete below are replaced. A sanitizer would provide its version of any form that
-// is not replaced.
+// Replaces every form of operator new that matches the operators delete below. A sanitizer would supply its own version
+// of a form that is not replaced.
 void* operator new(std::size_t size) {
   return counted_or_throw(size, __STDCPP_DEFAULT_NEW_ALIGNMENT__);
 }

@@ -1,4 +1,4 @@
-// Counts heap allocations of the calling thread, so that tests can check that code does not allocate or free memory. A
+// Counts heap allocations of the calling thread, so that tests can check that code allocates and frees no memory. A
 // test program must link allocation_counter.cpp, which replaces the global operator new.
 #pragma once
 

@@ -1,4 +1,4 @@
-// A session hub, rooms and client sessions of the product in one process under a virtual clock. Messages arrive after a
+// The product's session hub, rooms and client sessions in one process under a virtual clock. Messages arrive after a
 // fixed delay. There are no sockets and no threads.
 #pragma once
 
@@ -24,7 +24,7 @@ class WiredClient final : public client::ClientTransport {
 
   LocalTime own_time() const;
   void run();
-  /// Publishes an update of the haptic thread with the handle at `X_WH`.
+  /// Publishes an update, in the role of the haptic thread, with the handle at `X_WH`.
   void publish_handle(const Pose& X_WH, std::uint32_t buttons = 0, const Twist& V_WH = {}) {
     proto::ClientUpdate update;
     update.input_tick = Tick{++tick};
@@ -62,8 +62,8 @@ class WiredClient final : public client::ClientTransport {
   Duration clock_lead_;
   server::ConnectionHandle handle_ = 0;  ///< 0 if not connected
   bool is_connect_requested_ = false;
-  bool ends_after_queue_ = false;  ///< the server has closed the connection: the stream ends after the packets in
-                                   // transit
+  /// the server has closed the connection; the stream ends after the packets in transit
+  bool ends_after_queue_ = false;
   bool has_newest_ = false;
   std::deque<Packet> up_;
   std::deque<Packet> down_;
@@ -87,7 +87,7 @@ class BackToBack final : public server::ServerTransport {
     settings.connection_ids = [ids = Random(++servers_started_)]() mutable { return ids.next_u64(); };
     hub = std::make_unique<server::SessionHub>(settings, std::vector<server::Room*>{room.get()}, *this);
   }
-  /// Ends every connection without a message, as kill −9 does.
+  /// Ends every connection without a message, like kill −9.
   void kill_server() {
     hub.reset();
     for (const auto& client : clients) client->cut();
@@ -99,7 +99,7 @@ class BackToBack final : public server::ServerTransport {
     return *clients.back();
   }
 
-  /// Runs for some milliseconds. In each of them the room steps, then the hub and the sessions poll.
+  /// Runs for some milliseconds. In each of them the room steps; then the hub and the sessions poll.
   void run(int milliseconds) {
     for (int i = 0; i < milliseconds; ++i) {
       now += std::chrono::milliseconds(1);
@@ -126,7 +126,7 @@ class BackToBack final : public server::ServerTransport {
   LocalTime now{std::chrono::seconds(1000)};
   Duration one_way;
   bool delivers_datagrams = true;
-  /// If set, called with the bytes that are about to be delivered in either direction; may change them.
+  /// If set, called with the bytes of each delivery in either direction; may change them.
   std::function<void(proto::Bytes&)> damage;
   std::unique_ptr<server::Room> room;
   std::unique_ptr<server::SessionHub> hub;
@@ -170,7 +170,7 @@ inline bool WiredClient::send_datagram(std::span<const std::byte> datagram) {
 }
 
 inline void WiredClient::close() {
-  // Messages that were sent before the connection was closed still arrive, for example a leave message.
+  // Messages sent before the connection was closed still arrive, for example a leave message.
   for (const Packet& packet : std::exchange(up_, {})) deliver_up(packet);
   const server::ConnectionHandle old = std::exchange(handle_, 0);
   if (old != 0 && net_.hub != nullptr) net_.hub->on_disconnected(old, net_.now);

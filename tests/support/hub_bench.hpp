@@ -18,7 +18,7 @@
 
 namespace tandem::test {
 
-/// A scene with two tools, and one graspable box that floats between them within the reach of both.
+/// A scene with two tools. One graspable box floats between them within the reach of both.
 inline std::string two_hands_scene(const std::string& name = "bench") {
   return R"({"name": ")" + name + R"(",
     "bodies": [{"name": "box", "shapes": [{"box": {"size_m": [0.02, 0.02, 0.02]}}], "mass_kg": 0.1,
@@ -51,7 +51,8 @@ class RecordingTransport final : public server::ServerTransport {
     if (!is_encrypted) return std::nullopt;
     return export_of(connection, label);
   }
-  /// Key material as both ends of a TLS connection would export it. It differs for each connection and purpose.
+  /// Returns key material in the form that both ends of a TLS connection would export. It differs for each connection
+  /// and purpose.
   static secure::Exported export_of(server::ConnectionHandle connection, std::string_view label) {
     secure::Exported exported;
     exported.secret.bytes()[0] = static_cast<std::byte>(connection);
@@ -60,7 +61,7 @@ class RecordingTransport final : public server::ServerTransport {
   }
 
   const std::thread::id home = std::this_thread::get_id();
-  std::atomic<std::size_t> sent_elsewhere{0};  ///< number of datagrams that a helping thread sent
+  std::atomic<std::size_t> sent_elsewhere{0};  ///< number of datagrams that another thread sent
   std::map<server::ConnectionHandle, proto::FrameReader> readers;
   std::map<server::ConnectionHandle, std::vector<wire::ServerControl>> messages;
   std::map<server::ConnectionHandle, std::vector<proto::Bytes>> datagrams;
@@ -70,7 +71,7 @@ class RecordingTransport final : public server::ServerTransport {
   bool is_encrypted = false;
 };
 
-/// A control message with request number 42 and the fields that `fill` sets.
+/// Returns a control message with request number 42 and the fields that `fill` sets.
 inline wire::ClientControl message_of(const std::function<void(wire::ClientControl&)>& fill) {
   wire::ClientControl message;
   message.set_request(42);
@@ -146,8 +147,7 @@ class HubBench {
     return join;
   }
 
-  /// Connects a client, sends its greeting and joins it. The reply is in `joined`; if the join was refused, its user is
-  /// 0.
+  /// Connects a client, sends its greeting and joins it. The reply is in `joined`. A refused join gives user 0.
   BenchClient join(const std::string& name, wire::Role role = wire::ROLE_MANIPULATOR,
                    const std::string& capability = "state-udp") {
     BenchClient client = connect();
@@ -159,7 +159,7 @@ class HubBench {
     return client;
   }
 
-  /// An input in which the handle is at the initial pose of the tool, so that the coupling exerts no force.
+  /// Returns an input with the handle at the initial pose of the tool, so that the coupling exerts no force.
   proto::ClientUpdate resting_input(BenchClient& client) {
     proto::ClientUpdate update;
     update.input_tick = Tick{++client.tick};
@@ -184,7 +184,7 @@ class HubBench {
     return deliver(datagram_of(client, resting_input(client)));
   }
 
-  /// Advances by one millisecond: each room runs one step, then the hub polls.
+  /// Advances the clock by 1 ms: each room runs one step, then the hub polls.
   void step() {
     now += std::chrono::milliseconds(1);
     for (const auto& room : rooms) room->step(server_time_of_own_clock(now));
@@ -194,7 +194,7 @@ class HubBench {
     for (int i = 0; i < times; ++i) step();
   }
 
-  /// Returns the last update that was sent to the client. Empty if there is none.
+  /// Returns the last update sent to the client; empty if there is none.
   std::optional<proto::ServerUpdate> newest_update(const BenchClient& client) {
     const std::vector<proto::Bytes>& sent = transport.datagrams[client.handle];
     proto::ServerUpdate update;

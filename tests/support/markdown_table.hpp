@@ -1,4 +1,4 @@
-// Reads the tables of a document, so that a test can compare the document with the code.
+// Reads the tables of a document, so that a test can compare them with the code.
 #pragma once
 
 #include <fstream>
@@ -22,8 +22,8 @@ inline std::vector<std::string> split_trimmed(const std::string& text, char sepa
   return parts;
 }
 
-/// Rows of the first table after the line `heading`, by column name.
-/// Fails   std::runtime_error if there is none, because a renamed heading must not be mistaken for an empty table
+/// Returns the rows of the first table after the line `heading`, by column name.
+/// Fails   std::runtime_error if there is no table: a renamed heading must not look like an empty table
 inline std::vector<TableRow> table_under(const std::string& file, const std::string& heading) {
   std::ifstream stream(file);
   std::string line;

@@ -1,5 +1,5 @@
-// Writes mesh files of every format that the project reads. Tests of the readers use the polygons from which they are
-// written as reference.
+// Writes mesh files of every format that the project reads. The polygons from which a file is written are the reference
+// for tests of the readers.
 #pragma once
 
 #include <algorithm>
@@ -27,8 +27,8 @@ struct VolumeAndArea {
   double volume = 0, area = 0;
 };
 
-/// Volume and area of triangles. They are computed relative to the first corner, so that an offset does not reduce the
-/// precision.
+/// Returns volume and area of triangles. They are computed relative to the first corner, so that an offset does not
+/// reduce the precision.
 inline VolumeAndArea volume_and_area(const std::vector<Vec3>& vertices,
                                      const std::vector<std::array<int, 3>>& triangles) {
   VolumeAndArea sum;
@@ -48,7 +48,7 @@ inline VolumeAndArea operator*(const VolumeAndArea& of, double scale) {
   return {of.volume * scale * scale * scale, of.area * scale * scale};
 }
 
-/// A prism whose bottom and top are polygons with many corners. `outline` is counter-clockwise.
+/// Returns a prism whose bottom and top are polygons with many corners. `outline` is counter-clockwise.
 inline Surface prism(const std::vector<Eigen::Vector2d>& outline, double height) {
   const auto n = static_cast<int>(outline.size());
   Surface surface;
@@ -65,7 +65,7 @@ inline Surface prism(const std::vector<Eigen::Vector2d>& outline, double height)
   return surface;
 }
 
-/// Returns the same surface with its faces reversed.
+/// Returns the surface with the orientation of its faces reversed.
 inline Surface reversed(Surface surface) {
   for (auto& face : surface.faces) std::reverse(face.begin(), face.end());
   return surface;
@@ -163,7 +163,7 @@ inline std::string ply_text(const Surface& s) {
   return text;
 }
 
-/// A PLY file: little-endian in single precision or big-endian in double precision.
+/// Returns a PLY file: little-endian in single precision or big-endian in double precision.
 inline std::string ply_binary(const Surface& s, bool is_double) {
   std::string bytes = ply_header(s, is_double ? "binary_big_endian" : "binary_little_endian",
                                  is_double ? "double" : "float", ply_faces(s));
@@ -215,7 +215,7 @@ struct ColladaOptions {
   std::string node{};     ///< XML elements of the node's transformation
 };
 
-/// A COLLADA file, in which the surface's z axis is the up axis of the file.
+/// Returns a COLLADA file in which the surface's z axis is the up axis of the file.
 inline std::string dae_file(const Surface& s, const ColladaOptions& options = {}) {
   const auto in_file = [&options](const Vec3& p) {
     if (options.up_axis == "Z_UP") return p;
@@ -272,7 +272,7 @@ inline std::string gltf_json(const Surface& s, const GltfOptions& options, std::
          std::to_string(positions + indices) + "}]}";
 }
 
-/// A glTF file, in which the surface's z axis becomes y, the up axis of the format.
+/// Returns a glTF file in which the surface's z axis becomes y, the up axis of the format.
 inline GltfFile gltf_file(const Surface& s, const GltfOptions& options = {}) {
   std::string positions, indices;
   for (const Vec3& p : s.vertices) {
@@ -305,7 +305,8 @@ inline std::string chunk_3ds(std::uint16_t id, const std::string& content) {
   return bytes + content;
 }
 
-/// In      master_scale  scale of the editor; 0 if it is not written
+/// Returns a 3DS file.
+/// In      master_scale  scale of the editor; 0: the file does not contain it
 inline std::string file_3ds(const Surface& s, float master_scale = 0) {
   std::string vertices, faces, scale;
   append(vertices, static_cast<std::uint16_t>(s.vertices.size()));

@@ -1,4 +1,4 @@
-// Molecules for tests: random ones, and files that Debian packages with parameters and structures install.
+// Molecules for tests: random ones, and files with parameters and structures from Debian packages.
 #pragma once
 
 #include <algorithm>
@@ -29,8 +29,8 @@ inline docking::Molecule one_atom(double sigma_angstrom, double epsilon_kj_per_m
   return molecule;
 }
 
-/// Atoms on a lattice of 3 Å with random displacements in a cube, with parameters in the range of OPLS-AA. One atom in
-/// six has no Lennard-Jones parameters.
+/// Returns atoms on a lattice of 3 Å with random displacements in a cube, with parameters in the range of OPLS-AA. One
+/// atom in six has no Lennard-Jones parameters.
 inline docking::Molecule random_molecule(std::size_t count, std::mt19937& random) {
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   const auto edge = static_cast<std::size_t>(std::ceil(std::cbrt(static_cast<double>(count))));
@@ -49,7 +49,7 @@ inline docking::Molecule random_molecule(std::size_t count, std::mt19937& random
   return molecule;
 }
 
-/// Atoms in a ball about the origin, with the density of a protein. They form groups of ten atoms. One group in eight
+/// Returns atoms in a ball about the origin, with the density of a protein, in groups of ten atoms. One group in eight
 /// has a net charge of ±1 e, and 55 % of these charges have the sign `sign`.
 inline docking::Molecule protein_like(std::size_t count, double sign, std::mt19937& random) {
   constexpr double kCellAngstrom = 2.15;

@@ -11,7 +11,7 @@ namespace tandem::test {
 
 namespace {
 
-// Folders into which Debian's data packages install their files, and programs of others.
+// Folders into which data packages of Debian and other programs install files, and the names of these packages.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kPackages{{
     {"/usr/share/gromacs/", "gromacs-data"},
     {"/usr/share/pymol/", "pymol-data"},
@@ -49,7 +49,7 @@ bool is_all_required() {
 void note_left_out(const std::string& test, const std::string& why) {
   const std::string line = test + ": " + why + "\n";
   std::cerr << "left out: " << line;
-  // Each line is written by a single call, so that lines of concurrent programs are not mixed.
+  // Writes each line by a single call, so that lines of concurrent programs are not mixed.
   if (const char* path = std::getenv("TANDEM_LEFT_OUT")) std::ofstream(path, std::ios::app) << line << std::flush;
 }
 

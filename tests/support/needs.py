@@ -1,11 +1,11 @@
-"""Requirements of a test that are outside of this source tree. No test may skip its claim silently (see
-tests/README.md)."""
+"""Requirements of a test that are outside this source tree: packages and capabilities of the machine. No test may skip
+its claim silently (see tests/README.md)."""
 
 import os
 import shutil
 import sys
 
-# Folders into which Debian's data packages install files, and the package of each program whose package has another
+# Folders into which Debian's data packages install files, and the package of each program whose package has a different
 # name.
 FOLDERS = {
     "/usr/share/gromacs/": "gromacs-data",
@@ -22,8 +22,8 @@ OPLS = "/usr/share/gromacs/top/oplsaa.ff"
 
 
 class Missing(AssertionError):
-    """A claim cannot be tested because a package is missing, or in continuous integration a capability of the
-    machine."""
+    """A claim cannot be tested, because a package is missing, or a capability of the machine in continuous integration.
+    """
 
 
 def files(*paths):
@@ -51,8 +51,8 @@ def is_all_required():
 
 
 def has_of_machine(condition, what, test=None):
-    """Returns `condition`, which states that the machine has something that no package installs (a permission, npm). If
-    it is false, the test is counted as left out. If everything is required, the test fails."""
+    """Returns `condition`, which states whether the machine has a capability that no package installs (a permission,
+    npm). If it is false, the test is counted as left out. If all capabilities are required, the test fails."""
     if condition:
         return True
     why = f"this machine lacks what the test needs: {what}"
@@ -63,13 +63,14 @@ def has_of_machine(condition, what, test=None):
 
 
 def skip_unless_of_machine(test, condition, what):
-    """Skips a test of a unittest.TestCase with all its claims, unless has_of_machine() returns True."""
+    """Skips a test of a unittest.TestCase with all its claims unless has_of_machine() returns True."""
     if not has_of_machine(condition, what, test.id()):
         test.skipTest(f"this machine lacks what the test needs: {what}")
 
 
 def leave_out(test, why):
-    """Skips and counts a test of a unittest.TestCase that cannot check its claim now, for example on a busy machine."""
+    """Skips and counts a test of a unittest.TestCase that cannot check its claim at present, for example on a busy
+    machine."""
     note_left_out(test.id(), why)
     test.skipTest(why)
 

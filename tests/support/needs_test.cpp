@@ -1,5 +1,4 @@
-// Tests the result of a test whose requirement is missing. The program runs itself again with examples that lack a
-// requirement.
+// Tests the result of a test whose requirement is missing. The program runs itself again with examples of such tests.
 #include "tests/support/needs.hpp"
 
 #include <unistd.h>

@@ -1,4 +1,4 @@
-// Structures for tests: records in PDB format, and files that are deleted after the test.
+// Structures for tests: records in PDB format, and structure files that are deleted after the test.
 #pragma once
 
 #include <unistd.h>
@@ -35,9 +35,9 @@ inline std::string to_text(const PdbLine& line) {
   return text.data();
 }
 
-/// Returns the records of a residue whose atoms are listed as in "N H CA C", each hydrogen after its carrier. Atoms are
-/// 3 Å apart, and hydrogens are 1 Å from their carrier. N or P is 1.3 Å from C or O3' of the residue with the previous
-/// number.
+/// Returns the records of a residue. `atoms` lists its atoms, e.g. "N H CA C", each hydrogen after its carrier. Atoms
+/// are 3 Å apart, and hydrogens are 1 Å from their carrier. N or P is 1.3 Å from C or O3' of the residue with the
+/// previous number.
 inline std::string residue_text(const std::string& name, const std::string& atoms, int number, char chain = 'A') {
   constexpr double kResidueAngstrom = 10, kHalfBondAngstrom = 0.65, kApartAngstrom = 3;
   constexpr std::array<std::array<double, 2>, 4> kAround = {{{0, 1}, {1, 0}, {0, -1}, {-1, 0}}};
@@ -80,7 +80,7 @@ class PdbFile {
   explicit PdbFile(const std::string& text) {
     const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info();
     std::string name = test != nullptr ? test->name() : "setup";
-    std::replace(name.begin(), name.end(), '/', '_');  // because the name is part of a parameterised test's name
+    std::replace(name.begin(), name.end(), '/', '_');  // a parameterised test has a slash in its name
     path_ = std::filesystem::temp_directory_path() / ("tandem_" + std::to_string(getpid()) + "_" + name + ".pdb");
     std::ofstream(path_, std::ios::binary) << text;
   }

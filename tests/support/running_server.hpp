@@ -14,7 +14,7 @@
 
 namespace tandem::test {
 
-/// Waits until `is_true` returns true. Only a program that hangs exceeds the time limit.
+/// Waits until `is_true` returns true, at most 30 s. Only a program that hangs exceeds this limit.
 inline bool eventually(const std::function<bool()>& is_true) {
   const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(30);
   while (!is_true()) {
@@ -39,19 +39,19 @@ class RunningServer {
   }
   ~RunningServer() { stop(); }
 
-  /// Stops the server, which sends a goodbye message to each client.
+  /// Stops the server. It sends a goodbye message to each client.
   void stop() {
     if (!thread_.joinable()) return;
     server->stop();
     thread_.join();
   }
-  /// Ends the server as kill −9 does: the sockets are closed without a message.
+  /// Ends the server like kill −9: the sockets are closed without a message.
   void kill() {
     server->abandon();
     thread_.join();
     server.reset();
   }
-  /// Blocks the io thread at its next log line, until the returned lock is released.
+  /// Blocks the io thread at its next log line until the returned lock is released.
   std::unique_lock<std::mutex> hold_io() { return std::unique_lock(mutex_); }
   bool has_logged(const std::string& words) {
     const std::lock_guard lock(mutex_);

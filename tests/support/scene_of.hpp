@@ -1,5 +1,5 @@
-// Scenes of tests, loaded from their text. Loaded scenes are immutable, so each scene is loaded only once per program.
-// Preparing shapes for contact takes 0.1 s, and seconds with a sanitizer.
+// Scenes of tests, loaded from their text. Each scene is loaded only once per program; this is safe because loaded
+// scenes are immutable. Preparing shapes for contact takes 0.1 s, and seconds with a sanitizer.
 #pragma once
 
 #include <map>
@@ -10,6 +10,7 @@
 
 namespace tandem::test {
 
+/// Returns the scene with this text.
 /// Thread  one at a time
 /// Fails   as load_scene_text()
 inline std::shared_ptr<const server::LoadedScene> scene_of(const std::string& json) {

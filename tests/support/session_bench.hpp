@@ -56,13 +56,13 @@ inline wire::MassProperties on_wire(const MassProperties& mass) {
   return message;
 }
 
-/// Mass properties of a ball with the given radius of gyration. The default radius is the server's value for a small
-/// tool.
+/// Returns mass properties of a ball with the given radius of gyration. The default radius is the server's value for a
+/// small tool.
 inline wire::MassProperties ball_on_wire(double mass_kg, double gyration_m = 0.015) {
   return on_wire({mass_kg, {}, Vec3::Constant(mass_kg * gyration_m * gyration_m)});
 }
 
-/// A Joined message that has only the fields that a client requires.
+/// Returns a Joined message with only those fields that a client requires.
 inline wire::Joined minimal_joined(wire::Role role = wire::ROLE_MANIPULATOR) {
   wire::Joined joined;
   joined.set_user(3);
@@ -159,7 +159,7 @@ class SessionBench {
   std::string news;  ///< text of the last event
   std::vector<wire::ErrorCode> refused;
   std::vector<client::event::PoseAnswered> answers;
-  std::vector<client::SessionState> states;  ///< the states that the session has entered
+  std::vector<client::SessionState> states;  ///< states that the session has entered, in order
   std::uint64_t sequence = 0;
   std::uint64_t step = 0;
 };

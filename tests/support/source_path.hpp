@@ -6,7 +6,8 @@
 
 namespace tandem::test {
 
-/// In      relative  to the root of the source tree, e.g. "proto/WIRE.md"
+/// Returns the absolute path of a file.
+/// In      relative  path relative to the root of the source tree, e.g. "proto/WIRE.md"
 std::filesystem::path source_path(std::string_view relative);
 
 }  // namespace tandem::test

@@ -1,5 +1,4 @@
-// The seed of a property test. It is printed, so that a failure can be repeated. An environment variable can set
-// another seed.
+// The seed of a property test. It is printed, so that a failure can be repeated; an environment variable sets it.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-"""Servers that have only IPv6 addresses, and servers that have addresses of both families, one of which does not work.
-Server and client are in separate network namespaces, which are connected by one cable for each family.
+"""Tests servers that have only IPv6 addresses, and servers with addresses of both families, one of which does not work.
+Server and client are in separate network namespaces, which are connected by one virtual cable for each family.
 """
 
 import json
@@ -34,8 +34,8 @@ def ip(*arguments):
 
 
 class TwoCables(ProgramTest):
-    """The client is in this network namespace and the server in another. Cable six0 connects them for IPv6, cable four0
-    for IPv4."""
+    """The client is in this network namespace, and the server in a second one. Cable six0 connects them for IPv6, cable
+    four0 for IPv4."""
 
     def setUp(self):
         super().setUp()
@@ -58,7 +58,7 @@ class TwoCables(ProgramTest):
 
     def cable_of_six(self):
         self.cable("six", "fd77::2/64", f"{SIX}/64")
-        # A packet to an address without a neighbour entry would be answered as unreachable. With this entry it is lost.
+        # Without this entry, a packet to the address would be answered as unreachable. With it, the packet is lost.
         ip("-6", "neigh", "add", NOBODY, "lladdr", "02:00:00:00:00:01", "dev", "six0", "nud", "permanent")
 
     def cable_of_four(self):
@@ -71,7 +71,7 @@ class TwoCables(ProgramTest):
         subprocess.run(self.command_there(*arguments), check=True)
 
     def name(self, *addresses):
-        """From now on resolves rig.example to these addresses, in the mount namespace of this test."""
+        """Makes rig.example resolve to these addresses, in the mount namespace of this test."""
         hosts = self.path("hosts")
         with open(hosts, "w") as file:
             file.writelines(f"{address} rig.example\n" for address in addresses)
@@ -162,7 +162,7 @@ class TwoCables(ProgramTest):
         time.sleep(1)
         ip("link", "set", "four0", "down")
         ip("link", "set", "six0", "up")
-        # the kernel removed the address together with the cable
+        # the kernel removed the address when the cable was disconnected
         ip("addr", "add", "fd77::2/64", "dev", "six0", "nodad")
         self.wait_for_log("joined room", 3)
         code, out, err = finish(client)

@@ -15,9 +15,9 @@ class Sidecar:
 
     def __init__(self, port=0, state="Scheduled"):
         self.calls = []   # list of (time, method, path)
-        self.wrong = []   # requests that an Agones client never sends
+        self.wrong = []   # invalid requests: those that an Agones client never sends
         self.state = state
-        self.fails = 0    # number of following calls that are answered with status 500
+        self.fails = 0    # number of next calls that are answered with status 500
         self._lock = threading.Lock()
         sidecar = self
 

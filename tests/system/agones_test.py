@@ -1,4 +1,4 @@
-"""A server that reports its state to a substitute for the Agones sidecar, and a server whose sidecar is not
+"""Tests a server that reports its state to a substitute for the Agones sidecar, and a server whose sidecar is not
 reachable."""
 
 import os

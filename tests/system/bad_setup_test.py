@@ -1,4 +1,4 @@
-"""Every invalid set-up ends with exit code 2 and one clear line that names the error and the remedy."""
+"""Tests that every invalid set-up ends with exit code 2 and one clear line that names the error and the remedy."""
 
 import json
 import socket
@@ -53,8 +53,8 @@ class ServerSetup(ProgramTest):
 
     def test_a_scene_that_this_machine_cannot_step_in_time(self):
         code, out, err = self.start_with_molecules({"atom_pairs": 20_000_000})
-        # The computation of the scale for 16 million pairs may take longer than 2 s. Then progress lines precede the
-        # error.
+        # The computation of the force scale for 16 million pairs may take longer than 2 s. In that case progress lines
+        # precede the error.
         lines = err.splitlines()
         progress = [line for line in lines if line.startswith("finding the scale of the forces between 4000 and 4000 atoms: ")]
         self.assertTrue(progress and progress[-1].endswith("100 %"), err)
@@ -86,7 +86,7 @@ class ClientSetup(ProgramTest):
         self.assert_setup_error(finish(start_client(port, "--duration", "1s")), str(port), "refused")
 
     def test_an_address_that_is_not_loopback(self):
-        # The client refuses before it sends a packet. TEST-NET-1 has no route.
+        # The client must refuse before it sends a packet. The address (TEST-NET-1) has no route.
         result = run("tandem-client", "--headless", "--insecure", "--server", "192.0.2.1:47800", "--duration", "1s")
         self.assert_setup_error(result, "192.0.2.1", "loopback")
 
@@ -132,7 +132,7 @@ class WrongVersion(ProgramTest):
             peer.settimeout(20)
             peer.sendall(control(HELLO, whole(1, 999), 1))
             answer = receive_frame(peer)
-            error = part(ERROR, b"")[:1]  # the tag byte of ServerControl.error
+            error = part(ERROR, b"")[:1]  # first byte (tag) of the field ServerControl.error
             self.assertIn(error, answer)
             self.assertIn(whole(1, ERROR_WRONG_VERSION), answer)
             self.assertIn(b"999", answer)

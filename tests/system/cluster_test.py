@@ -53,7 +53,7 @@ class Manifests(ProgramTest):
                 command = self.container[probe]["exec"]["command"]
                 self.assertEqual(command[0], "curl")
                 self.assertRegex(command[-1], f"^http://127.0.0.1:{metrics_port}/(healthz|readyz)$")
-            # Waits until the server is ready. As with curl, a status of 400 or more counts as a failure.
+            # Waits until the server is ready. A status of 400 or more counts as a failure, as with curl --fail.
             for _ in range(600):
                 try:
                     answers = {self.container[probe]["exec"]["command"][-1] for probe in ("livenessProbe", "readinessProbe")}
@@ -92,7 +92,7 @@ class Manifests(ProgramTest):
 
 class Scripts(ProgramTest):
     def built(self):
-        """Returns a folder that contains the installed programs in the layout of a build."""
+        """Returns a folder with the installed programs in the layout of a build."""
         os.makedirs(self.path("build/bin"))
         for name in ("tandem-server", "tandem-mesh-reader", "tandem-token"):
             os.symlink(os.path.join(BIN, name), self.path(f"build/bin/{name}"))
@@ -125,7 +125,7 @@ class Scripts(ProgramTest):
                 self.assertIn(word, err)
 
     def test_the_cost_grows_with_the_fleet_as_measured(self):
-        """Replaces tandem-lab by a script with constant results, whose traffic on the loopback is measured."""
+        """Replaces tandem-lab by a script with constant results. Its traffic on the loopback is measured."""
         lab = self.write("lab", """#!/usr/bin/env python3
 import json, socket, sys, time
 assert sys.argv[1:3] == ["bench", "server"] and sys.argv[sys.argv.index("--clients") + 1] == "6", sys.argv

@@ -1,5 +1,5 @@
-"""A script docks two molecules without a window. tandem-client --commands reads each command as a line and writes an
-answer."""
+"""Tests scripts that dock two molecules without a window. tandem-client --commands reads each command as a line and
+writes an answer."""
 
 import json
 import os
@@ -17,7 +17,7 @@ HELICES = "/usr/share/pymol/test/dat/3al1.pdb"
 
 
 class Script:
-    """A client with --commands, to which the test writes commands and whose answers it reads one by one."""
+    """A client with --commands. The test writes commands to it and reads its answers one by one."""
 
     def __init__(self, port, *arguments):
         self.process = subprocess.Popen(
@@ -129,7 +129,7 @@ class Commands(ProgramTest):
         with self.server() as server:
             script = Script(server.port)
             self.assert_ok(script.ask("keep near"), "keep")
-            # the server is stopped, so that the next request must wait for its answer
+            # A stopped server cannot answer, so the next request remains pending.
             os.kill(server.process.pid, signal.SIGSTOP)
             script.write("minimise", "visit near", "move-by 0 0.01 0", "poses", "state", "wait 0.1", "help")
             time.sleep(0.3)
@@ -146,7 +146,7 @@ class Commands(ProgramTest):
         with self.server() as server:
             script = Script(server.port)
             self.assert_ok(script.ask("energy"), "energy")
-            # the server is stopped, so that request and cancellation arrive together
+            # While the server is stopped, request and cancellation accumulate, and then arrive together.
             os.kill(server.process.pid, signal.SIGSTOP)
             script.write("minimise 0.1")
             time.sleep(0.5)

@@ -1,4 +1,4 @@
-"""The first command of the README works as described, and its verdict can fail."""
+"""Tests that the first command of the README works as described, and that its verdict can fail."""
 
 import json
 import os
@@ -10,8 +10,8 @@ from support import BIN, SOURCE, ProgramTest, Server, finish, run, start_client
 
 import needs  # from tests/support; support.py adds this folder to the path
 
-# Claims about the machine and not about the programs. A test does not fail because of them, since another process may
-# use the processor.
+# Claims about the machine, not about the programs. They may fail because another process uses the processor, so a test
+# ignores them.
 MACHINE_CLAIMS = ("haptic ticks run", "mean tick rate")
 TRIES = 3
 
@@ -95,8 +95,8 @@ class Demo(ProgramTest):
                                 "--begin-with 2", "1 tool", "at most")
 
     def test_fails_with_the_stage_that_rings_at_this_delay(self):
-        # The passivity controllers are off. With them only some hands exceed the bound, at 23 to 43 mm/s. Without them
-        # the speed is 90 to 520 mm/s.
+        # The passivity controllers are off. With them, only some hands exceed the bound, at 23 to 43 mm/s. Without
+        # them, the hands oscillate at 90 to 520 mm/s.
         demo = run_demo("--out", self.folder, "--stage", "hold", "--passivity", "off")
         self.assertEqual(demo.returncode, 1, demo.stdout + demo.stderr)
         ringing = [claim for claim in failed_claims(demo) if claim.startswith("hand at rest")]

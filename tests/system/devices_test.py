@@ -1,4 +1,4 @@
-"""Whole sessions with simulated devices: the real server and the real client, including all system calls.
+"""Tests whole sessions with simulated devices: the real server and the real client, including all system calls.
 
 umockdev provides a Falcon and a SpaceMouse, which a simulator drives (tests/devices/fake_device_main.cpp). An Inverse3
 is a WebSocket service on this machine.
@@ -43,7 +43,7 @@ class Session:
         self.process.stdin.flush()
 
     def wait_for(self, pattern):
-        """Returns the first match after the line of the previous match."""
+        """Waits for a line that matches, after the line of the previous match. Returns the match."""
         self._told, found = self._find(pattern, self._told)
         return found
 
@@ -129,7 +129,7 @@ class Falcon(FakeDevice):
         falcon.wait_for("device falcon is ready")
 
     def press(self, falcon):
-        """Moves the handle down and further against the border of its workspace, until a force is displayed."""
+        """Moves the handle down and against the border of its workspace, until a force is displayed."""
         for i in range(50):
             falcon.do(f"grip 0 {-0.001 * i:.4f} {0.175 - 0.001 * i:.4f}")
             time.sleep(0.02)
@@ -197,7 +197,7 @@ class SpaceMouse(FakeDevice):
             mouse = self.begin(server, "spacemouse")
             mouse.wait_for("device spacemouse shows no force")
             mouse.until(lambda state: state["light"] == 1)
-            mouse.do("report 01 5e 01 00 00 00 00")  # a deflection of 350 to the right
+            mouse.do("report 01 5e 01 00 00 00 00")  # a deflection of 350 units to the right
             time.sleep(1)
             mouse.do("report 01 00 00 00 00 00 00")
             mouse.do("unplug")
@@ -223,7 +223,7 @@ class Service:
         self.delay_s = 0
         self.reads = True  # if false, the service sends states without reading commands
         self.answers = True  # if false, the service reads commands without sending states
-        self.is_broken = False  # the service received data other than whole commands
+        self.is_broken = False  # whether the service received data other than whole commands
         self.connection = None
         threading.Thread(target=self._serve, daemon=True).start()
 
@@ -269,7 +269,7 @@ class Service:
         self.commands += 1
 
     def _take_rest(self, connection):
-        """Reads the commands of a peer that accepts no more states, until the end of the stream raises an OSError."""
+        """Reads the commands of a peer that accepts no more states, until an OSError at the end of the stream."""
         while True:
             self._take(self._receive(connection))
 
@@ -322,7 +322,7 @@ class Inverse3(ProgramTest):
         self.until(lambda: service.force[2] > 0.1, "what is below pushes up")
 
     def pressing(self, server, service):
-        """Returns a client that uses the service's device and presses."""
+        """Returns a client that uses the service's device and presses on an object."""
         session = Session([program("tandem-client"), "--insecure", "--server", f"127.0.0.1:{server.port}", "--headless", "--json",
                            "--device", "inverse3", "--service", f"127.0.0.1:{service.port}"])
         self.addCleanup(session.kill)
@@ -368,7 +368,7 @@ class Inverse3(ProgramTest):
 
 
     def unsent_bytes(self, service):
-        """Returns the number of bytes that the client has written but the service has not received."""
+        """Returns the number of bytes that the client has written and the service has not received."""
         with open("/proc/net/tcp") as file:
             fields = [line.split() for line in file.readlines()[1:]]
         queues = [line[4] for line in fields if int(line[2].split(":")[1], 16) == service.port]

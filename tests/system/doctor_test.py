@@ -1,4 +1,4 @@
-"""Runs tandem-doctor on this machine: its findings as text and as JSON, with a reachable and an unreachable server."""
+"""Tests tandem-doctor on this machine: its findings as text and as JSON, with a reachable and an unreachable server."""
 
 import json
 import unittest

@@ -1,5 +1,5 @@
-"""The library is installed under a prefix, and other projects build programs with it from there: by pkg-config and by
-CMake. The programs join a running server and hold a body."""
+"""Tests the installed library: it is installed under a prefix, and other projects build programs with it by pkg-config
+and by CMake. The programs join a running server and hold a body."""
 
 import ast
 import glob
@@ -18,7 +18,7 @@ from support import PATIENCE_S, SOURCE, ProgramTest, Server, read_trace, run
 BUILD = os.environ["TANDEM_BUILD"]
 SAMPLES = os.path.join(SOURCE, "client", "embed", "samples")
 CONSUMER = os.path.join(SOURCE, "tests", "system", "embed_consumer")
-# Positions on the wire are floats (proto/tandem/state.proto): their rounding error below 1 m is 6e-8 m.
+# Positions on the network are single-precision (proto/tandem/state.proto). Their rounding error below 1 m is 6e-8 m.
 WIRE_ERROR_M = 1e-7
 
 
@@ -29,7 +29,7 @@ def install(prefix, *components):
 
 
 def files_below(folder):
-    """Returns the relative paths of all files; the version of the library is replaced by V."""
+    """Returns the relative paths of all files, with the version of the library replaced by V."""
     names = []
     for place, _, files in os.walk(folder):
         names += [os.path.relpath(os.path.join(place, file), folder) for file in files]
@@ -38,7 +38,8 @@ def files_below(folder):
 
 
 class Embedded(ProgramTest):
-    """Everything is installed and then moved, because programs of other projects must not name the build folder."""
+    """All files are installed and then moved, because programs of other projects must not depend on the build folder.
+    """
 
     @classmethod
     def setUpClass(cls):
@@ -59,7 +60,7 @@ class Embedded(ProgramTest):
         cls.place.cleanup()
 
     def compile(self, compiler, *options):
-        """Builds a sample with pkg-config, without warnings."""
+        """Builds a sample with pkg-config. Fails on warnings."""
         source, program = os.path.join(SAMPLES, options[-1]), self.path("program")
         flags = subprocess.run(["pkg-config", "--cflags", "--libs", "tandem"], env=self.environment, check=True,
                                capture_output=True, text=True).stdout.split()
@@ -129,7 +130,7 @@ class Embedded(ProgramTest):
 
     def start_python(self, script, port):
         (package,) = glob.glob(os.path.join(self.prefix, "lib", "python3", "dist-packages"))
-        # The module finds the moved library relative to its own file.
+        # The module must find the moved library relative to its own file.
         done = subprocess.run([sys.executable, script, f"127.0.0.1:{port}"], capture_output=True, text=True,
                               env={**os.environ, "PYTHONPATH": package}, timeout=PATIENCE_S)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
@@ -172,7 +173,7 @@ has = {n: names(v) if isinstance(v, type) else None for n, v in vars(tandem).ite
 print(json.dumps(has | {"__version__": None}))
 """)
         has = json.loads(self.start_python(script, 0))
-        for names in (stub, has):  # pybind11 gives __init__ to values, too, which cannot be made
+        for names in (stub, has):  # pybind11 adds __init__ even to values that cannot be constructed
             names.update({name: [each for each in members if each != "__init__"]
                           for name, members in names.items() if members is not None})
         self.assertEqual(stub, has)
@@ -204,7 +205,7 @@ print(json.dumps(has | {"__version__": None}))
 
     def test_program_that_ends_without_close_leaves_the_room(self):
         with Server("--scene", "crate") as server:
-            for number in range(1, 6):  # the local model is being built at some of the exits
+            for number in range(1, 6):  # some of the exits happen while the local model is being built
                 self.start(os.path.join(self.built, "forgets_close"), server.port)
                 server.wait_for_log(f"user {number} .* left on request")
 

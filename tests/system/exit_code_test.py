@@ -1,5 +1,5 @@
-"""If a run did not fulfil its purpose, it ends with exit code 1 and one line with the reason, and its JSON does not
-report success."""
+"""Tests runs that did not fulfil their purpose: exit code 1, one line with the reason, and JSON that does not report
+success."""
 
 import json
 import resource
@@ -14,7 +14,7 @@ import hostile_server  # from tests/attack; support.py adds this folder to the p
 
 
 class NoState(ProgramTest):
-    """A server whose states do not arrive, as behind a firewall that blocks UDP."""
+    """A server whose states do not arrive, like one behind a firewall that blocks UDP."""
 
     def setUp(self):
         super().setUp()

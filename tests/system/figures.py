@@ -32,12 +32,12 @@ def tag(element):
 
 
 def figures_of(page):
-    """The SVG elements of a page or an SVG file."""
+    """Returns the SVG elements of a page or an SVG file."""
     return [ElementTree.fromstring(text) for text in re.findall(r"<svg[ >].*?</svg>", page, re.DOTALL)]
 
 
 def box_of(text):
-    """The estimated box of a text, whose baseline is at its y."""
+    """Returns the estimated bounding box of a text, whose y is its baseline."""
     kind = classes(text)[0]
     size = SIZES.get(kind, 12)
     words = "".join(text.itertext())
@@ -52,7 +52,7 @@ def box_of(text):
 
 
 def styles_of(page):
-    """The colour and the dash of each style, from the style sheet."""
+    """Returns the colour and the dash of each style, from the style sheet."""
     colors = dict(re.findall(r"\.plot \.(s\d) \{ stroke: (#\w+); \}", page))
     dashes = {}
     for names, dash in re.findall(r"((?:\.plot \.line\.s\d,? ?)+)\{ stroke-dasharray: ([\d. ]+); \}", page):
@@ -62,7 +62,7 @@ def styles_of(page):
 
 
 def look_of(key, page):
-    """The colour, the dash and the marker of an entry of the legend."""
+    """Returns the colour, the dash and the marker of an entry of the legend."""
     colors, dashes = styles_of(page)
     color, dash, marker = None, None, None
     for part in key:
@@ -96,7 +96,7 @@ def text_problems(figure):
 
 
 def problems_of(figure, page):
-    """What is wrong with a figure of a page."""
+    """Yields the problems of a figure on a page."""
     labels = ["".join(text.itertext()) for text in figure.iter() if "axis-label" in classes(text)]
     if len(labels) != 2:
         yield f"{len(labels)} axes have a label"
@@ -110,7 +110,7 @@ def problems_of(figure, page):
 
 
 def report_problems(page):
-    """What is wrong with a report: its figures, its first page, and what is needed to repeat it."""
+    """Yields the problems of a report: its figures, its first page, and missing data for a repetition."""
     for number, figure in enumerate(figures_of(page), 1):
         for problem in problems_of(figure, page):
             yield f"figure {number}: {problem}"

@@ -1,4 +1,4 @@
-"""The reports of tandem-lab have figures that a journal may print: see figures.py for the rules."""
+"""Tests that the figures in reports of tandem-lab satisfy the rules in figures.py, which are those of a journal."""
 
 import os
 import re

@@ -1,9 +1,9 @@
 """Files that a scene may refer to and that are designed to harm their reader. Each is small, but declares or causes a
 large amount of data or work.
 
-`FILES` is the table: it maps the name of a case to (name of the file, its bytes or a function that writes it).
-`scene_of(path)` returns a scene that refers to the file. A program that reads such a file must end soon, with one clear
-line and with bounded memory.
+`FILES` maps the name of a case to (name of the file, its bytes or a function that writes it). `scene_of(path)` returns
+a scene that refers to the file. A program that reads such a file must end soon, with one clear line and with bounded
+memory.
 """
 
 import json
@@ -70,7 +70,7 @@ def tetrahedron(size):
 
 
 def nested_solids(count):
-    """Returns closed surfaces, each inside the next."""
+    """Returns closed surfaces, each inside the next one."""
     lines = []
     for i in range(count):
         corners, _ = tetrahedron(4.0 * (i + 1))
@@ -82,7 +82,7 @@ def nested_solids(count):
 
 
 def crowd(vertices):
-    """Returns many different vertices within a hundred-thousandth of the mesh's size."""
+    """Returns many different vertices within 1e-5 of the mesh's size."""
     points = random.Random(1)
     lines = ["v 0 0 0\nv 1 0 0\nv 0 1 0\n"]
     lines += ["v %.9f %.9f %.9f\n" % tuple(points.random() * 8e-6 for _ in range(3)) for _ in range(vertices)]
@@ -102,7 +102,7 @@ def sparse(path):
         file.truncate(100 << 30)
 
 
-# Meshes that Assimp can read but that are refused, because reading them would take too much memory or time.
+# Meshes that Assimp can read. They must be refused, because reading them would take too much memory or time.
 MESHES = {
     "ply of two billion vertices": ("a.ply", ply("binary_little_endian", PLY_VERTEX.format(MANY) +
                                                  PLY_FACE.format(MANY, "uchar"), PLY_CORNERS)),
@@ -134,11 +134,11 @@ MESHES = {
     "gltf nested 100,000 deep": ("a.gltf", nested("[", "]", 100_000, '{"asset": ', "}")),
     "larger than any mesh": ("a.stl", sparse),
 }
-# Files that are either read or refused, but in any case quickly.
+# Files that may be read or refused, but in either case quickly.
 ODDITIES = {
     "obj of one face of 200,000 corners": ("a.obj", polygon(200_000)),
 }
-# Meshes that can be read but are refused, because preparing them for contact would take too much memory or time.
+# Meshes that can be read. They must be refused, because preparing them for contact would take too much memory or time.
 SHAPES = {
     "soup of 1000 triangles": ("a.obj", soup(1000)),
     "20,000 solids in each other": ("a.obj", nested_solids(20_000)),
@@ -181,8 +181,8 @@ def scene_of(path):
 
 
 def scene_file(folder, case):
-    """Returns the path of a scene that refers to the file of the case, or the path of the file itself if it is a
-    scene."""
+    """Returns the path of a scene that refers to the file of the case. If the file is a scene, its own path is
+    returned."""
     path = write(folder, case)
     if case in SCENES:
         return path

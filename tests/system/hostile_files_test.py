@@ -1,4 +1,4 @@
-"""Files that are designed to harm their reader (hostile_files.py) are refused with one clear line, in bounded memory
+"""Tests that files designed to harm their reader (hostile_files.py) are refused with one clear line, in bounded memory
 and time."""
 
 import os
@@ -9,12 +9,12 @@ import hostile_files
 from support import PATIENCE_S, ProgramTest, program
 
 MAX_MEMORY_KIB = 1 << 20
-MAX_CPU_S = 5  # limit for the processor time, which does not depend on the load of the machine
+MAX_CPU_S = 5  # limit of the processor time, which is independent of the load of the machine
 
 
 class HostileFiles(ProgramTest):
     def load(self, case, *arguments):
-        """Runs a server with the case. Returns (exit code, stderr, processor time in s, peak memory in KiB) including
+        """Runs a server with the case. Returns (exit code, stderr, processor time in s, peak memory in KiB), including
         its child processes."""
         seen = hostile_files.load(self.folder, case, program("tandem-server"), *arguments)
         return seen["code"], seen["err"], seen["cpu_s"], seen["memory_kib"]

@@ -1,5 +1,5 @@
-"""The programs are installed under a prefix that is then moved. They still find their files, and the server reads its
-configuration file."""
+"""Tests programs that are installed under a prefix which is then moved. They must find their files, and the server must
+read its configuration file."""
 
 import json
 import os
@@ -13,7 +13,7 @@ import support
 from support import ProgramTest, Server, finish, run, start_client
 
 BUILD = os.environ["TANDEM_BUILD"]
-# Options that a file cannot contain: those that every program has, and --config itself, which names the file.
+# Options that the file cannot contain: those of every program, and --config, which names the file.
 NOT_IN_A_FILE = {"help", "version", "config"}
 
 
@@ -24,7 +24,7 @@ def options_of_help():
 
 
 class Installed(ProgramTest):
-    """All tests of this class run the installed programs, because support.BIN then refers to them."""
+    """All tests of this class run the installed programs: support.BIN refers to them."""
 
     @classmethod
     def setUpClass(cls):
@@ -102,7 +102,7 @@ class Configuration(ProgramTest):
         text = re.sub(r"^# ([a-z][a-z-]* = )", r"\1", self.example(), flags=re.M)
         text = text.replace('duration = "3600s"', 'duration = "200ms"').replace("json = false", "json = true")
         text = text.replace("/var/cache/tandem", self.path("cache")).replace("/var/lib/tandem", self.path("state"))
-        # These options name files that do not exist, depend on such an option, or end the program.
+        # Removes options that name files which do not exist, depend on such an option, or end the program.
         text = re.sub(r"^(cert|key|issuer|dev-certs|receptor|ligand|hydrogens|dielectric|cutoff|far-grid|force-field) = .*$", "", text, flags=re.M)
         config = self.write("all.conf", text)
         # the command line takes precedence over the file

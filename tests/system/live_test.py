@@ -1,7 +1,8 @@
-"""tandem-lab live runs a trial over sockets in real time and collects the same data as for a trial in virtual time.
+"""Tests that tandem-lab live runs a trial over sockets in real time and collects the same data as for a trial in
+virtual time.
 
-That both trials agree is a claim of the command itself, which may fail on a busy machine. These tests check that the
-data of the trial is complete, and that exit code, table and files agree.
+The agreement of both trials is a claim of the command itself, which may fail on a busy machine. These tests check that
+the data of the trial is complete, and that exit code, table and files agree.
 """
 
 import json
@@ -24,7 +25,7 @@ class Live(ProgramTest):
     def check_trial(self, folder, trial):
         for user in trial["timing"]["users"]:
             self.assertEqual(user["records_lost"], 0)
-            # Each millisecond either has a tick or repeats the previous one. If a tick was late, two ticks may lie in
+            # Each millisecond either has a tick or repeats the previous one. After a late tick, two ticks may lie in
             # one millisecond.
             self.assertGreaterEqual(user["ticks"] + user["milliseconds_without_tick"], ROWS)
             self.assertLess(user["milliseconds_without_tick"], ROWS / 2)
@@ -52,7 +53,7 @@ class Live(ProgramTest):
             (virtual,) = load(folder, "virtual.json")["trials"]
             self.assertEqual(live.keys(), virtual.keys())
             self.assertEqual(live["rtt_ms"], 50)
-            # The delay of the simulated links in both directions is 50 ms, and the machine can only add to it.
+            # The simulated links delay by 50 ms in both directions together; the machine can only add to it.
             self.assertGreater(load(folder, "trial.json")["users"][0]["metrics"]["round_trip_mean_ms"], 49)
 
     def test_two_users_are_both_collected_whole(self):

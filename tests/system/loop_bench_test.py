@@ -1,5 +1,5 @@
-"""tandem-lab bench loop measures the loop of the real client. The results are not evaluated here, because they depend
-on the machine."""
+"""Tests that tandem-lab bench loop measures the loop of the real client. The results depend on the machine and are not
+checked."""
 
 import json
 import os

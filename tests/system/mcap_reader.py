@@ -1,6 +1,6 @@
-"""An independent reader of recordings. It follows the public specification (https://mcap.dev/spec), is written in
-another language and uses no code of the project. It checks checksums, lengths, indexes and the summary. The program
-zstd decompresses the chunks."""
+"""An independent reader of recordings. It follows the public specification (https://mcap.dev/spec) and shares no code
+or language with the project. It checks checksums, lengths, indexes and the summary. The program zstd decompresses the
+chunks."""
 
 import struct
 import subprocess
@@ -81,7 +81,7 @@ class Recording:
             try:
                 op, content = cursor.record()
             except Bad:
-                return  # the file ends here because the program that wrote it was killed
+                return  # the file ends here, because the program that wrote it was killed
             if op == CHUNK:
                 last_chunk = begin
                 self.read_chunk(content, begin, cursor.at - begin)
@@ -165,8 +165,8 @@ class Recording:
 
 
 def fields(data):
-    """Returns a protobuf message as {number: [values]}. Varints become whole numbers; values of 4 and 8 bytes stay raw;
-    all other values are bytes."""
+    """Parses a protobuf message. Returns {number: [values]}. Varints become whole numbers; values of 4 and 8 bytes stay
+    raw; all other values are bytes."""
     cursor, result = Cursor(data), {}
 
     def varint():

@@ -1,4 +1,4 @@
-"""An operator queries a running server over HTTP. Invalid requests do not affect the server."""
+"""Tests an operator's HTTP queries to a running server. Invalid requests must not affect the server."""
 
 import http.client
 import json
@@ -11,12 +11,12 @@ import unittest
 import prometheus
 from support import PATIENCE_S, ProgramTest, Server, finish, free_port, run, start_client
 
-MAX_CONNECTIONS = 16  # equals kMaxHttpConnections
-WITHIN_S = 2.0        # equals kHttpWithin
+MAX_CONNECTIONS = 16  # value of kMaxHttpConnections
+WITHIN_S = 2.0        # value of kHttpWithin
 
 
 class Watched(Server):
-    """A server with --metrics, and queries to its metrics port."""
+    """A server with --metrics, and functions that query its metrics port."""
 
     def __init__(self, *arguments):
         super().__init__("--metrics", "0", *arguments)
@@ -25,7 +25,7 @@ class Watched(Server):
         self.metrics_port = int(re.search(r"127\.0\.0\.1:(\d+)/metrics", line).group(1))
 
     def get(self, path):
-        """Sends a GET request. Returns (status, headers, body)."""
+        """Sends a GET request to the metrics port. Returns (status, headers, body)."""
         connection = http.client.HTTPConnection("127.0.0.1", self.metrics_port, timeout=PATIENCE_S)
         connection.request("GET", path)
         answer = connection.getresponse()
@@ -39,7 +39,7 @@ class Watched(Server):
         return prometheus.parse(body)
 
     def wait_for_metric(self, wanted, name, **labels):
-        """Waits until this metric is at least `wanted`. Returns the families that contain it."""
+        """Waits until this metric is at least `wanted`. Returns the metric families."""
         deadline = time.monotonic() + PATIENCE_S
         while time.monotonic() < deadline:
             families = self.metrics()
@@ -49,7 +49,7 @@ class Watched(Server):
         raise AssertionError(f"{name}{labels} stays below {wanted}")
 
     def exchange(self, data):
-        """Sends data. Returns all bytes that are received before the connection ends."""
+        """Sends data. Returns all bytes received before the connection ends."""
         with socket.create_connection(("127.0.0.1", self.metrics_port), PATIENCE_S) as peer:
             peer.sendall(data)
             answer = b""
@@ -119,8 +119,8 @@ class Metrics(ProgramTest):
             self.assertEqual(server.get("/healthz")[0], 200)
             server.wait_for_metric(1, "tandem_ready")
             self.assertEqual(server.get("/readyz")[0], 200)
-            # A peer that does not read its goodbye message delays the end of the server by one second. That is long
-            # enough for a query.
+            # A peer that does not read its goodbye message delays the end of the server by 1 s, long enough for a
+            # query.
             with socket.create_connection(("127.0.0.1", server.port)):
                 server.process.send_signal(signal.SIGTERM)
                 server.wait_for_log("stopping on a signal")
@@ -153,7 +153,7 @@ class HostilePeers(ProgramTest):
                 is_open, sent = True, 0
                 while is_open and time.monotonic() < begin + PATIENCE_S:
                     try:
-                        slow.sendall(b"G" if sent == 0 else b"E")  # the first line is never complete
+                        slow.sendall(b"G" if sent == 0 else b"E")  # the first line of the request is never complete
                         sent += 1
                         is_open = slow.recv(1) != b""
                     except TimeoutError:

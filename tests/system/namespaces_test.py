@@ -1,5 +1,5 @@
-"""A server and two clients, each in a network namespace of its own, with the simulated link between them. This is like
-a real network, without the loopback of one machine.
+"""Tests a server and two clients, each in a separate network namespace, with the simulated link between them. Compared
+with the loopback of one machine, this is closer to a real network.
 """
 
 import json
@@ -27,8 +27,8 @@ def is_permitted():
 
 
 class Network:
-    """A network namespace that a cable connects to this one. The addresses are 10.77.N.1 at this end and 10.77.N.2 at
-    the other."""
+    """A network namespace, connected to this one by a virtual cable. The addresses are 10.77.N.1 at this end and
+    10.77.N.2 at the other end."""
 
     def __init__(self, number):
         self.number = number
@@ -54,7 +54,7 @@ class Network:
         subprocess.run(self.command(*arguments), check=True)
 
     def move(self):
-        """Replaces the address of the other end."""
+        """Replaces the address of the other end of the cable."""
         self.inside("ip", "addr", "del", f"10.77.{self.number}.2/24", "dev", self.there)
         self.inside("ip", "addr", "add", f"10.77.{self.number}.3/24", "dev", self.there)
 
@@ -121,11 +121,11 @@ class ThreeNetworks(ProgramTest):
         anna, anna_link = self.join(self.client_nets[0], state, "anna", "peg-left", 16)
         ben, _ = self.join(self.client_nets[1], state, "ben", "peg-right", 16)
         time.sleep(3)
-        anna_link.stdin.write("move\n")  # as if a NAT had dropped its mapping
+        anna_link.stdin.write("move\n")  # simulates a NAT that has dropped its mapping
         anna_link.stdin.flush()
         time.sleep(1)
         self.assertEqual(self.server_log().count("joined room"), 2, "a new port is no new session")
-        self.client_nets[1].move()  # the connection of ben is lost, and ben rejoins automatically
+        self.client_nets[1].move()  # ben loses the connection and must rejoin automatically
         self.wait_for_log('"ben" joined', 2)
         self.client_nets[0].plug(False)
         time.sleep(3)
@@ -140,8 +140,8 @@ class ThreeNetworks(ProgramTest):
             self.assertGreater(report["watched_body"]["displacement_m"], 0.05, "they carried the peg")
             self.assertTrue(report["all_forces_finite"])
             self.assertLess(report["force_n"]["max"], 20)
-            # Real-time rights do not extend into a namespace, and a late tick makes the force decay to zero. The force
-            # returns within the 16 s at any tick rate; at 936 Hz its largest value is 1.3 N.
+            # Real-time permissions do not extend into a namespace, and a late tick makes the force decay to zero. The
+            # force returns within the 16 s at any tick rate; at 936 Hz its largest value is 1.3 N.
             self.assertGreater(report["force_n"]["max"], 0.1, f"each felt the other; {report['tick_rate_hz']} Hz")
         self.server.terminate()
         report = json.loads(self.server.communicate(timeout=PATIENCE_S)[0])

@@ -1,4 +1,5 @@
-"""The reader of a program's output may hang or be closed. Nothing is delayed, and the program still ends on request."""
+"""Tests programs whose output is not read or whose reader has ended. Forces and messages must not be delayed, and the
+program must still end on request."""
 
 import json
 import os
@@ -12,7 +13,7 @@ import unittest
 from support import PATIENCE_S, ProgramTest, Server, finish, free_port, full_pipe, program, read_trace, start_client
 
 END_WITHIN_S = 2.0
-SILENCE_S = 0.150  # longest time for which a force may be displayed after the last state (SafetySettings)
+SILENCE_S = 0.150  # longest permitted time of a displayed force after the last state (SafetySettings)
 PRESSES = """{"points": [{"t_s": 0, "position_m": [0, 0, 0], "phase": "approach"},
  {"t_s": 1, "position_m": [0.073, 0, 0], "phase": "hold"}, {"t_s": 600, "position_m": [0.073, 0, 0]}]}"""
 
@@ -22,7 +23,7 @@ def force_n(row):
 
 
 def connect(port):
-    """Returns a connection as soon as the server accepts connections."""
+    """Returns a connection as soon as the server accepts one."""
     deadline = time.monotonic() + PATIENCE_S
     while True:
         try:
@@ -34,7 +35,7 @@ def connect(port):
 
 
 class Hanging:
-    """A pipe for the output of a program. It is never read, or its read end is closed."""
+    """A pipe for the output of a program. The pipe is full and never read, or its read end is closed."""
 
     def __init__(self, is_gone=False):
         self.reading, self.writing = os.pipe() if is_gone else full_pipe()
@@ -62,7 +63,7 @@ class ServersReader(ProgramTest):
         return server
 
     def hold_the_wall(self, server):
-        """Presses a hand on the wall while 30 connections are opened and closed, each of which causes log lines."""
+        """Lets a hand press on the wall while 30 connections are opened and closed, each of which causes log lines."""
         trace = self.path("trace.csv")
         client = start_client(self.port, "--hand", self.write("press.json", PRESSES), "--trace", trace,
                               "--duration", "600s")
@@ -151,7 +152,7 @@ class Flood(ProgramTest):
             for _ in range(400):
                 connect(server.port).close()
             server.wait_for_log("more than 60 lines a minute of the kind \"closed\"")
-            time.sleep(0.5)  # the rate at which new connections are accepted is limited
+            time.sleep(0.5)  # the server limits the rate of new connections
             server.process.terminate()
             server.process.wait(PATIENCE_S)
         text = "\n".join(line for _, line in server.log)
@@ -162,8 +163,8 @@ class Flood(ProgramTest):
 
 class ClientsReader(ProgramTest):
     def run_client(self, *arguments, **streams):
-        """Presses a hand on the wall. States and force continue; on request the client reduces the force to zero and
-        ends."""
+        """Lets a hand press on the wall. States and force must continue. On request, the client must reduce the force
+        to zero and end."""
         trace = self.path("trace.csv")
         with Server("--scene", "wall") as server:
             client = start_client(server.port, "--hand", self.write("press.json", PRESSES), "--trace", trace,

@@ -1,5 +1,5 @@
-"""The Debian packages: which files each has, the manual pages and completions made from --help, the desktop files, and
-the version. deploy/check-packages tests the packages themselves, by night."""
+"""Tests the Debian packages: their files, the manual pages and completions made from --help, the desktop files, and the
+version. The nightly deploy/check-packages tests the built packages."""
 
 import glob
 import os

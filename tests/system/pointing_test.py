@@ -1,4 +1,5 @@
-"""One user points at a place. It is sent to all users in the room and displayed as a force to the others."""
+"""Tests pointing: the place to which a user points is sent to all users in the room, and displayed as a force to the
+others."""
 
 import math
 import struct
@@ -46,8 +47,8 @@ class Pointing(ProgramTest):
         self.assertLess(abs(away[-1]), 0.05, "and it is over")
 
     def forces_while_others_point(self, *arguments):
-        """Returns the forces that a client displays away from the scene, by time, and its output lines. Meanwhile two
-        users point as often as they can."""
+        """Two users point as often as they can. Returns the forces that a third client displays in addition to those of
+        the scene, by time, and its output lines."""
         trace = self.path("trace.csv")
         with Server("--scene", "two_boxes") as server:
             partner = start_client(server.port, "--json", "--duration", "5s", "--hand", "rest", "--trace",

@@ -1,4 +1,5 @@
-"""Poses of two molecules that users save, restore and search for are sent, displayed, recorded and replayed."""
+"""Tests poses of two molecules that users save, restore and search for. They are sent, displayed, recorded and
+replayed."""
 
 import csv
 import json
@@ -14,7 +15,7 @@ import unittest
 from support import ProgramTest, Server, finish, read_trace, run, start_client
 
 import needs  # from tests/support; support.py adds this folder to the path
-import wire  # from tests/attack, also added to the path by support.py
+import wire  # from tests/attack; support.py adds this folder to the path
 
 HELICES = "/usr/share/pymol/test/dat/3al1.pdb"
 KEEP, GO_TO, UNDO, REDO, MINIMISE, DELETE, RENAME, CANCEL = range(8)
@@ -80,12 +81,12 @@ class Holder:
         return found[3 if answered == wire.POSE_TAKEN else 2].decode()
 
     def until_heard(self):
-        """Returns the answers by request as soon as the server has read all requests and is minimising."""
+        """Waits until the server has read all requests and is minimising. Returns the answers by request."""
         self.client.stream.sendall(wire.control(wire.PING, wire.whole(1, 59)))
         return self.answers_until({wire.PONG, wire.POSE_PROGRESS})
 
     def rest(self):
-        """Returns the answers by request until the goodbye message or the end of the connection."""
+        """Waits for the goodbye message or the end of the connection. Returns the answers by request."""
         return self.answers_until({wire.GOODBYE})
 
     def answers_until(self, wanted):

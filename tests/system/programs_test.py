@@ -1,4 +1,4 @@
-"""Output of the programs. Machine-readable output is one JSON object, and an error is one clear line."""
+"""Tests the output of the programs. Machine-readable output is one JSON object, and an error is one clear line."""
 
 import json
 import os
@@ -65,8 +65,8 @@ PDB_LINE = "{record:<6}{serial:5d}  {name:<3} {residue:<4}{chain}{number:4d}    
 
 
 class Structure(ProgramTest):
-    """If a molecule was changed relative to the content of its file, this is reported to the operator, in the report,
-    and to every user."""
+    """Tests the reports about a molecule that was changed when its file was read. The operator, the report and every
+    user must receive them."""
 
     def scene_of(self, structure):
         body = {"name": "m", "shapes": [{"molecule": {"file": structure}}], "mass_kg": 0.1}
@@ -75,7 +75,7 @@ class Structure(ProgramTest):
                                                 "molecular_field": {"metres_per_angstrom": 0.01}}))
 
     def served(self, scene):
-        """Returns log and notes of the server, and stderr and notes of the client."""
+        """Runs a server and a client. Returns log and notes of the server, and stderr and notes of the client."""
         server = subprocess.Popen([program("tandem-server"), "--insecure", "--json", "--port", "0", "--scene", scene],
                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         log = ""
@@ -115,7 +115,7 @@ HELICES = "/usr/share/pymol/test/dat/3al1.pdb"
 
 
 class Docking(ProgramTest):
-    """A room that is created from two structure files, without a scene file."""
+    """Tests a room that is created from two structure files, without a scene file."""
 
     def test_two_hands_hold_two_files(self):
         needs.files(HELICES, needs.OPLS)
@@ -142,7 +142,7 @@ class Docking(ProgramTest):
             self.assertTrue(server.port, "what was made can be given again")
 
     def check_complex(self, recording):
-        """Checks that the lowest energy on the path is found, and that the saved structure has the same energy."""
+        """Checks that the lowest energy on the path is found, and that the saved structure has this energy."""
         file = self.path("best.cif")
         code, out, err = run("tandem-replay", "complex", str(recording), "--save", file, "--json")
         self.assertEqual(code, 0, err)
@@ -268,7 +268,7 @@ class Redock(ProgramTest):
             self.assertIn(words, out)
 
     def shifted(self, way_angstrom):
-        """Writes chain B of the helices, shifted by this distance along x."""
+        """Writes chain B of the helices, shifted by this distance along x, to a file. Returns its path."""
         with open(self.STRUCTURE, encoding="utf-8") as original:
             lines = [line for line in original if line.startswith(("ATOM", "HETATM")) and line[21] == "B"]
         return self.write("shifted.pdb", "".join("%s%8.3f%s" % (line[:30], float(line[30:38]) + way_angstrom, line[38:])
@@ -402,7 +402,7 @@ class Study(ProgramTest):
 
 
 class Meshes(ProgramTest):
-    # A plate of 100 by 80 by 5 that consists of 12 triangles.
+    # A plate of 100 × 80 × 5 (no unit) with 12 triangles.
     PLATE = "".join(f"v {x} {y} {z}\n" for z in (0, 5) for y in (0, 80) for x in (0, 100)) + "".join(
         f"f {a} {b} {d}\nf {a} {d} {c}\n" for a, b, c, d in ((1, 3, 2, 4), (5, 6, 7, 8), (1, 2, 5, 6), (3, 7, 4, 8), (1, 5, 3, 7), (2, 4, 6, 8)))
 

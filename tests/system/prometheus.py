@@ -1,5 +1,5 @@
-"""A reader of Prometheus' text format 0.0.4 that follows the specification only. It refuses text that the format does
-not permit."""
+"""A reader of Prometheus' text format 0.0.4, written from the specification. It refuses text that the format does not
+permit."""
 
 import math
 import re
@@ -34,7 +34,7 @@ def _labels(text, line):
 
 
 def _family_of(name, families):
-    """Returns the family to which samples with that name belong."""
+    """Returns the family of samples with that name."""
     for suffix in ("_bucket", "_sum", "_count"):
         base = name.removesuffix(suffix)
         if base != name and families.get(base, {}).get("type") == "histogram":

@@ -1,5 +1,5 @@
-"""Sessions are recorded at both ends. The programs are killed; an independent reader reads the recordings, which are
-also replayed and used as a device."""
+"""Tests recordings of sessions at both ends. The programs are killed; an independent reader reads the recordings, which
+are also replayed and used as a device."""
 
 import glob
 import json
@@ -32,7 +32,7 @@ MCAP_CORE = os.path.join(SOURCE, "build", "mcap_core")
 
 def other_reader(path):
     """Reads this file as a Recording and compares its channels with those that @mcap/core reads. If @mcap/core is not
-    installed, the comparison is omitted and this is counted."""
+    installed, the comparison is omitted and counted as left out."""
     recording = mcap_reader.Recording(path)
     if not needs.has_of_machine(os.path.isdir(os.path.join(MCAP_CORE, "node_modules")),
                                 "@mcap/core, the reference reader of recordings (npm and network in deploy/install-deps)"):
@@ -116,8 +116,7 @@ class Session(ProgramTest):
             self.assertEqual(code, 0, err)
         then, now = read_trace(self.path("anna.csv")), read_trace(self.path("again.csv"))
         self.assertGreater(len(now), 2000)
-        # The hand is interpolated between two of its samples, which gives an error of a micrometre within a
-        # millisecond.
+        # The hand is interpolated between two of its samples. The error within 1 ms is about 1 µm.
         for row in now[::50]:
             due = then[0]["t_s"] + row["t_s"]
             near = min(then, key=lambda other: abs(other["t_s"] - due))
@@ -136,7 +135,8 @@ class Session(ProgramTest):
 
 
 class Killed(ProgramTest):
-    """The server is killed by kill -9. Another reader can read the flushed data, and it can be replayed."""
+    """The server is killed by kill -9. An independent reader must read all flushed data, and the recording must be
+    replayable."""
 
     def test_at_random_moments(self):
         seed = int(os.environ.get("TANDEM_TEST_SEED", "1"))
@@ -166,7 +166,7 @@ class Killed(ProgramTest):
 
 
 def damaged(kind, data, random_):
-    """Returns (bytes, index of the first changed byte) of a file that was cut, zeroed or changed in its second half."""
+    """Truncates, zeroes or changes the second half of a file. Returns (bytes, index of the first changed byte)."""
     at = random_.randrange(len(data) // 2, len(data) * 9 // 10)
     if kind == "cut":
         return data[:at], at
@@ -177,8 +177,8 @@ def damaged(kind, data, random_):
 
 
 class Damaged(ProgramTest):
-    """No message of a damaged file is lost silently. The error names the damage, its position, the readable part, and
-    the remedy."""
+    """No message of a damaged file may be lost silently. The error must name the damage, its position, the readable
+    part, and the remedy."""
 
     def record(self):
         folder = self.path("server")

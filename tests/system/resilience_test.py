@@ -1,5 +1,5 @@
-"""Programs are killed, stopped or disconnected in mid-session. No force remains without a partner, and no body remains
-held."""
+"""Tests programs that are killed, stopped or disconnected in mid-session. No force may remain without a partner, and no
+body may remain held."""
 
 import itertools
 import json
@@ -42,7 +42,7 @@ class ServerKilled(ProgramTest):
         self.check_trace(read_trace(trace))
 
     def check_trace(self, rows):
-        """Checks the time series: 150 ms after the last arrival, the displayed force is zero."""
+        """Checks the trace: 150 ms after the last arrival of a state, the displayed force must be zero."""
         self.assertGreater(max(force_n(row) for row in rows), 0.05, "there was a force to lose")
         silent = [row for row in rows if row["state_age_s"] > ZERO_WITHIN_S]
         self.assertGreater(len(silent), 500, "the server was away for more than a second")
@@ -58,7 +58,7 @@ class RoomReset(ProgramTest):
                           {"t_s": 600, "position_m": [0.0863, 0, 0]}]}
 
     def write_scene(self):
-        """Writes a scene with the block on its spring, and a second tool for the operator."""
+        """Writes a scene with the block on its spring, and with a second tool for the operator."""
         with open(os.path.join(SOURCE, "server/scenes/push.json")) as file:
             scene = json.load(file)
         scene["tools"].append({"name": "operator's", "placement": {"position_m": [-0.05, 0.3, 0]}, "mass_kg": 0.03})
@@ -91,10 +91,10 @@ class RoomReset(ProgramTest):
 
 
 class ManySessions(ProgramTest):
-    # memory is first measured after this number of sessions, because up to three models exist at a time …
+    # Number of sessions before memory is measured for the first time. Up to three models exist at a time …
     SESSIONS_BEFORE = 4
     SESSIONS = 10
-    # … and each model of this scene needs 22 MB; if models were not released, memory would grow by 220 MB
+    # … and each model of this scene needs 22 MB. If models were not released, memory would grow by 220 MB.
     GROWTH_MB = 30
 
     def resident_mb(self, process):
@@ -127,13 +127,13 @@ class ClientVanished(ProgramTest):
             server.wait_for_log(r"frosty.*joined|joined.*frosty")
             time.sleep(0.5)
             frozen = time.monotonic()
-            # as if a cable were unplugged: the connection stays open, but no data arrives
+            # Like an unplugged cable: the connection stays open, but no data arrives.
             os.kill(client.pid, signal.SIGSTOP)
             left = server.wait_for_log(r"frosty.*(left|silence)", after=frozen)
             os.kill(client.pid, signal.SIGKILL)
             client.communicate()
             self.assertLessEqual(left - frozen, RELEASE_WITHIN_S)
-            # The seat is free again, so that two more users can join a room with two places.
+            # The seat is free again: two more users must be able to join a room with two seats.
             others = [start_client(server.port, "--duration", "1s", "--name", name) for name in ("a", "b")]
             for process in others:
                 code, _, err = finish(process)
@@ -162,7 +162,7 @@ class UdpBlocked(ProgramTest):
 
 
 class Stopping(ProgramTest):
-    """Whichever way a client is stopped, its last tick displays no force."""
+    """However a client is stopped, its last tick must display no force."""
 
     numbers = itertools.count()
 
@@ -203,7 +203,7 @@ class Stopping(ProgramTest):
             client = self.start(server, stdout=writing)
             os.close(writing)
             os.close(reading)
-            time.sleep(2.5)  # time for two status lines
+            time.sleep(2.5)  # long enough for two status lines
             self.assertIsNone(client.poll(), "alive")
             stopped_ns = time.monotonic_ns()
             client.terminate()
@@ -216,7 +216,7 @@ class Stopping(ProgramTest):
             reading, writing = full_pipe()
             client = self.start(server, stdout=writing)
             os.close(writing)
-            time.sleep(2.5)  # time for two status lines
+            time.sleep(2.5)  # long enough for two status lines
             stopped_ns = time.monotonic_ns()
             client.terminate()
             code, _, err = finish(client)
@@ -228,7 +228,7 @@ class Stopping(ProgramTest):
         with Server("--scene", "peg_in_hole") as server:
             pipe = self.path("pipe")
             os.mkfifo(pipe)
-            # the pipe is never read, so the main thread blocks while it writes the trace
+            # The pipe is never read, so that the main thread blocks while it writes the trace.
             reading = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
             client = start_client(server.port, "--hand", "peg-left", "--name", "ender", "--trace", pipe)
             server.wait_for_log(r"ender.*joined|joined.*ender")

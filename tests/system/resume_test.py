@@ -1,5 +1,5 @@
-"""A server that writes checkpoints is killed by kill -9. The next server continues from the checkpoint, and all users
-rejoin automatically."""
+"""Tests a server that writes checkpoints and is killed by kill -9. The next server must continue from the checkpoint,
+and all users must rejoin automatically."""
 
 import glob
 import json
@@ -14,12 +14,12 @@ from secure_test import SecureServer, SecureTest, start_client
 from support import PATIENCE_S, finish, free_port, program, read_trace, replay_killed, run
 
 KILLS = int(os.environ.get("TANDEM_KILLS", "4"))
-# Upper bound for the motion of a peg within one second if two hands move it.
+# Upper bound of a peg's motion within one second while two hands move it [m].
 MOST_MOVED_M = 0.05
 
 
 class KeptServer(SecureServer):
-    """A server with --resume that records. `end` stops it with a signal."""
+    """A server with --resume that records. `end` stops the server with a signal."""
 
     def __init__(self, folder, port, number):
         self.records = os.path.join(folder, f"records{number}")
@@ -103,9 +103,9 @@ class Restarts(SecureTest):
         server = KeptServer(self.folder, port, 0)
         client = start_client("--join", server.invitation("--name", "anna"), "--duration", "60s")
         server.wait_for("anna.*joined")
-        time.sleep(0.7)  # time until the session is in the checkpoint
+        time.sleep(0.7)  # the next checkpoint includes the session
         server.end()
-        os.kill(client.pid, signal.SIGSTOP)  # the client is stopped, so that anna rejoins only in the last run
+        os.kill(client.pid, signal.SIGSTOP)  # prevents anna from rejoining before the last run
         with SecureServer(self.folder, port=port) as server:
             used = server.invitation("--name", "ben")
             self.assert_joined(start_client("--join", used, "--duration", "1s"))

@@ -1,4 +1,4 @@
-"""The long runs: parts of deploy/nightly by name, and the times and the verdict that deploy/nightly and .ci/run
+"""Tests the long runs: parts of deploy/nightly by name, and the times and the verdict that deploy/nightly and .ci/run
 print."""
 
 import os

@@ -1,4 +1,4 @@
-"""A server with the default security has a key, admits users by tokens, and encrypts its traffic."""
+"""Tests a server with the default security: it has a key, admits users by tokens, and encrypts its traffic."""
 
 import json
 import os
@@ -24,12 +24,12 @@ SCENE = {"name": "still",
          "tools": [{"name": "a", "placement": {"position_m": [0.3141592653589793, 0.1, 0.2]}},
                                     {"name": "b", "placement": {"position_m": [0, 0.5, 0]}}],
          "coupling": {"law": "spring-damper", "stiffness_n_per_m": 200, "damping_n_s_per_m": 2}}
-# upper half of the number, which determines it to one part in a million
+# Upper half of the number's bytes, which determines it to one part in a million.
 POSE = struct.pack("<d", 0.3141592653589793)[4:]
 
 
 class SecureServer:
-    """A tandem-server with default options. `report` is valid after the server has ended."""
+    """A tandem-server with default options. `report` is valid only after the server has ended."""
 
     def __init__(self, folder, *arguments, bind="127.0.0.1", port=0, scene="two_boxes"):
         self.state = os.path.join(folder, "state")
@@ -188,7 +188,7 @@ class Invitations(SecureTest):
     def test_let_nobody_in_while_their_use_cannot_be_written(self):
         with SecureServer(self.folder) as server:
             invitation, aside = server.invitation(), self.path("aside")
-            os.rename(server.state, aside)  # root may write everywhere, but even root cannot use a file as a folder
+            os.rename(server.state, aside)  # even root, who may write everywhere, cannot use a file as a folder
             with open(server.state, "w") as file:
                 file.write("in the way")
             self.assert_refused(["cannot write down", "Not a directory"], "--join", invitation)
@@ -271,7 +271,7 @@ class Certificates(SecureTest):
 
 
 class TlsPeer:
-    """A peer that uses Python's ssl and sends given messages."""
+    """A peer that uses Python's ssl and can send any message."""
 
     def __init__(self, port):
         self.stream = tls(socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S))
@@ -352,8 +352,8 @@ class Misbehaviour(SecureTest):
 
 
 class Meddler(threading.Thread):
-    """A proxy between a client and its server. It forwards TCP unchanged and calls `mischief(self, datagram)` for each
-    datagram to the server. It listens on another address, on the server's port or on `mapped_to`."""
+    """A proxy between a client and its server. It forwards TCP unchanged, and calls `mischief(self, datagram)` for each
+    datagram to the server. It listens on another address, at the server's port or at `mapped_to`."""
 
     def __init__(self, port, mischief, mapped_to=None):
         super().__init__(daemon=True)
@@ -428,7 +428,7 @@ class Datagrams(SecureTest):
     def test_that_were_replayed_reordered_cut_changed_or_forged_have_their_counters_and_do_no_harm(self):
         def mischief(meddler, datagram):
             number = meddler.counts["up"]
-            if number % 7 == 1:  # this datagram is sent after the next one
+            if number % 7 == 1:  # this datagram is held back and sent after the next one
                 meddler.kept = datagram
                 return
             meddler.send(datagram)
@@ -437,7 +437,7 @@ class Datagrams(SecureTest):
                 meddler.kept = None
             flipped = bytearray(datagram)
             flipped[33 + number % (len(datagram) - 33)] ^= 1 << number % 8
-            flipped[16] ^= 0x40  # gives a sequence number that was not used before
+            flipped[16] ^= 0x40  # gives an unused sequence number
             epoch, stranger = bytearray(flipped), bytearray(flipped)
             epoch[0] ^= 5
             stranger[4] ^= 1
@@ -453,8 +453,8 @@ class Datagrams(SecureTest):
 
     def test_whose_source_is_forged_send_nobody_more_than_three_times_what_came(self):
         def mischief(meddler, datagram):
-            # For one second, each datagram arrives from an address that is otherwise silent. The client's own address
-            # is already known.
+            # For one second, each datagram arrives from a new address. The server already knows the client's own
+            # address.
             if 1000 < meddler.counts["up"] < 2000:
                 meddler.send_from_elsewhere(datagram)
             else:

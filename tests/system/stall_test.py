@@ -1,5 +1,5 @@
-"""The client, the server or both are stopped for a while (SIGSTOP). No hand receives a force step, and no force
-remains.
+"""Tests stalls: the client, the server or both are stopped for some time (SIGSTOP). No hand may receive a force step,
+and no force may remain.
 
 The environment variable TANDEM_STALLS sets the number of stalls of each duration; the default is 3.
 """
@@ -15,7 +15,7 @@ STALLS = int(os.environ.get("TANDEM_STALLS", "3"))
 DURATIONS_S = (0.02, 0.07, 0.2, 0.5)
 RECOVERY_S = 0.9
 LATE_S = 0.021
-ZERO_WITHIN_TICKS = 25  # 20, plus a margin for a machine that has just resumed
+ZERO_WITHIN_TICKS = 25  # 20 ticks, plus a margin for a machine that has just resumed
 SLEW_N_PER_MS = 4.0  # slew limit of the simulated device (SafetySettings)
 PRESSES = """{"points": [{"t_s": 0, "position_m": [0, 0, 0], "phase": "approach"},
  {"t_s": 1.5, "position_m": [0.073, 0, 0], "phase": "hold"}, {"t_s": 600, "position_m": [0.073, 0, 0]}]}"""
@@ -65,8 +65,8 @@ class Stall(ProgramTest):
             self.assertLessEqual(step, SLEW_N_PER_MS + 1e-6, f"at {row['t_s']} s")
 
     def check_late_ticks(self, rows):
-        """Checks that after each late tick the force soon falls to zero and does not rise before. Returns the number of
-        late ticks."""
+        """Checks that after each late tick the force soon falls to zero and does not rise before that. Returns the
+        number of late ticks."""
         count = ticks = 0
         falling_from = None
         for before, row in zip(rows, rows[1:]):

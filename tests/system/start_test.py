@@ -1,5 +1,5 @@
-"""The start screen, used with mouse and keyboard: from no address to a scene that is touched, a mesh file that is
-opened, and a session that one user hosts and another joins by pasting. Buttons are found by their colour."""
+"""Tests the start screen with mouse and keyboard. A user opens a scene and touches it, opens a mesh file, and hosts a
+session; a second user joins the session by pasting an invitation. Buttons are found by their colour."""
 
 import json
 import os
@@ -14,7 +14,7 @@ from window_use_test import blocks, is_arrow_button
 
 #: Distance from a button of the forms to the field on its left, in pixels.
 TO_FIELD = 120
-#: Time-out to open a scene. A mesh is made ready for touch first, which takes long on a busy machine.
+#: Time-out for opening a scene [s]. A mesh is first prepared for contact, which takes long on a busy machine.
 OPENING_S = 3 * PATIENCE_S
 CUBE = """OFF
 8 12 0
@@ -42,7 +42,7 @@ CUBE = """OFF
 
 
 def children_of(process):
-    """Returns (id, name) of the processes that a process has started."""
+    """Returns (id, name) of the child processes of a process."""
     found = subprocess.run(["ps", "-o", "pid=,comm=", "--ppid", str(process)], capture_output=True, text=True).stdout
     return [(int(line.split()[0]), line.split()[1]) for line in found.splitlines()]
 
@@ -54,10 +54,10 @@ def is_running(process):
 
 class StartTest(WindowTest):
     programs = (*WindowTest.programs, "xclip", "ps")
-    width, height = 800, 620  # a small window is drawn fast
+    width, height = 800, 620  # a small window is drawn faster
 
     def start_screen(self, *arguments, display=None):
-        """Starts the program without an address, and waits for the start screen."""
+        """Starts the program without an address and waits for the start screen."""
         display = display or self.display
         client = subprocess.Popen(
             [program("tandem-client"), "--window-size", f"{self.width}x{self.height}", *arguments],
@@ -73,7 +73,7 @@ class StartTest(WindowTest):
             self.fail(f"no window with the title {title}")
 
     def has_title(self, title, display, patience_s):
-        """Returns whether the window gets a title, and gives it the keyboard focus."""
+        """Waits until the window has a title, and gives it the keyboard focus. Returns whether it succeeded."""
         deadline = time.monotonic() + patience_s
         while time.monotonic() < deadline:
             found = subprocess.run(["xdotool", "search", "--onlyvisible", "--name", title, "windowfocus"],
@@ -102,7 +102,7 @@ class StartTest(WindowTest):
         time.sleep(0.8)
 
     def buttons(self, display=None):
-        """Returns the places of the buttons Join and Open."""
+        """Returns the positions of the buttons Join and Open."""
         display = display or self.display
         display.do("mousemove", self.width // 2, 62)
         time.sleep(0.7)
@@ -111,14 +111,14 @@ class StartTest(WindowTest):
         return found[:2]
 
     def press(self, keys, display=None):
-        """Holds keys for longer than a frame, because Dear ImGui reads the state of each key once a frame."""
+        """Presses keys for longer than a frame, because Dear ImGui reads the state of each key only once per frame."""
         for what in ("keydown", "keyup"):
             (display or self.display).do(what, keys)
             time.sleep(0.5)
 
     def join_by_pasting(self, invitation, display):
-        """Pastes an invitation and joins. A press that is held pastes again, and a short one may fall between two frames
-        of a busy machine. So the field is replaced until the start screen accepts it."""
+        """Pastes an invitation and joins. A long key press pastes repeatedly, and a short one may fall between two
+        frames of a busy machine. Therefore the field is replaced until the start screen accepts it."""
         subprocess.run(["xclip", "-selection", "clipboard"], env=display.environment(), input=invitation, text=True,
                        check=True, timeout=PATIENCE_S, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         (x, y), _ = self.buttons(display)
@@ -148,7 +148,7 @@ class StartTest(WindowTest):
         return found[0]
 
     def copied(self):
-        """Returns the text that the program copies, as soon as it has."""
+        """Waits until the program has copied a text. Returns the text."""
         text, deadline = "", time.monotonic() + PATIENCE_S
         while not text and time.monotonic() < deadline:
             text = subprocess.run(["xclip", "-o", "-selection", "clipboard"], env=self.display.environment(),
@@ -170,7 +170,7 @@ class Local(StartTest):
         self.open_first_scene()
         self.wait_for_picture(lambda picture: picture.count(is_orange) > 4000, "the crate")
         server = self.server_of(client)
-        time.sleep(7)  # the partner begins two seconds after the user has joined, and lifts after three more
+        time.sleep(7)  # the partner begins 2 s after the user has joined, and lifts 3 s later
         self.drag(0, 50)
         time.sleep(2)
         self.display.do("key", "space")
@@ -202,8 +202,8 @@ class Local(StartTest):
         self.open_first_scene()
         self.wait_for_picture(lambda picture: picture.count(is_orange) > 4000, "the crate")
         server = self.server_of(client)
-        self.click(30, 10)  # Session
-        self.click(60, 36)  # Open something else
+        self.click(30, 10)  # menu "Session"
+        self.click(60, 36)  # entry "Open something else"
         self.wait_for_title("^tandem: start$")
         self.assertFalse(is_running(server))
         self.quit(client)
@@ -228,8 +228,8 @@ class Hosting(StartTest):
         host = self.start_screen()
         (_, join), _ = self.buttons()
         left = self.width - 340
-        self.click(left + 10, join + 50)  # others may join
-        self.click(left + 20, join + 50 + 48)  # port
+        self.click(left + 10, join + 50)  # option that others may join
+        self.click(left + 20, join + 50 + 48)  # field of the port
         self.press("ctrl+a")
         self.type(str(port))
         self.press("Return")
@@ -240,7 +240,7 @@ class Hosting(StartTest):
         self.click(*copy)
         invitation = self.copied()
         self.assertRegex(invitation, rf"^[0-9.]+:{port}/[\w-]+/[\w-]+$")
-        # The guest is on this machine too, where each address of it reaches the server.
+        # The guest is on this machine too, where each of its addresses reaches the server.
         guest = self.start_screen(display=guest_display)
         self.join_by_pasting(invitation, guest_display)
         self.wait_for_picture(lambda picture: picture.count(is_orange) > 2000, "the crate", guest_display)

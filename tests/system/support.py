@@ -1,4 +1,4 @@
-"""Starts the real programs as a user does, for the tests of this folder.
+"""Starts the real programs as a user does, for the tests in this folder.
 
 The environment variable TANDEM_BIN contains the folder of the programs (ctest sets it).
 """
@@ -19,11 +19,11 @@ SOURCE = os.environ["TANDEM_SOURCE"]
 sys.path.append(os.path.join(SOURCE, "tests", "attack"))  # contains wire.py, which encodes control messages
 sys.path.append(os.path.join(SOURCE, "tests", "support"))
 import needs  # noqa: E402  (found by the path above)
-# Time-out far above any duration in these tests. It is reached only if a program hangs.
+# Time-out far above any duration in these tests [s]. Only a program that hangs reaches it.
 PATIENCE_S = 60
 TRIES = 3
-# Maximum share of the requested processor time that the host may take. A quiet host takes less than 1.5 %; a burst of
-# 100 ms in a test of 10 s is 2 to 5 %.
+# Maximum fraction of the requested processor time that the host of a virtual machine may take. A quiet host takes less
+# than 1.5 %; a burst of 100 ms in a test of 10 s is 2 to 5 %.
 MOST_TAKEN = 0.02
 
 
@@ -34,7 +34,7 @@ def program(name):
 class Server:
     """A running tandem-server: `with Server("--scene", "two_boxes") as server: ... server.port`.
 
-    It runs on loopback without encryption; secure_test.py tests it with encryption.
+    It runs on loopback without encryption; secure_test.py tests a server with encryption.
     """
 
     def __init__(self, *arguments, port=0):
@@ -58,7 +58,7 @@ class Server:
             self.log.append((time.monotonic(), line.rstrip()))
 
     def wait_for_log(self, pattern, after=0.0):
-        """Returns the time (monotonic) of the first log line after `after` that matches."""
+        """Waits for a log line after `after` that matches. Returns its time (monotonic)."""
         deadline = time.monotonic() + PATIENCE_S
         while time.monotonic() < deadline:
             for at, line in list(self.log):
@@ -110,14 +110,13 @@ def run(name, *arguments):
 
 def replay_killed(command, file, *arguments):
     """Runs tandem-replay on the recording of a killed program. Returns (whether it succeeded, stdout, stderr). A kill
-    may leave a partly written record; tandem-replay reports this error and ends with exit code 3."""
+    may leave a partly written record, which tandem-replay reports with exit code 3; this counts as success."""
     code, out, err = run("tandem-replay", command, file, *arguments)
     return code == 0 or code == 3 and "within a record" in err, out, err
 
 
 def read_trace(path):
-    """Returns the rows of a client's CSV trace as dictionaries of floats. A line that is still being written is
-    omitted."""
+    """Returns the rows of a client's CSV trace as dictionaries of floats. An incomplete last line is omitted."""
     with open(path) as file:
         names = file.readline().strip().split(",")
         rows = []
@@ -139,13 +138,13 @@ def full_pipe():
                 os.write(writing, b"x" * size)
         except BlockingIOError:
             pass
-    # a child process inherits this flag, because it belongs to the open file description
+    # A child process inherits this flag, because it belongs to the open file description.
     os.set_blocking(writing, True)
     return reading, writing
 
 
 def _wanted_and_taken():
-    """Returns (time that programs requested, part of it that other machines of the same host took), in ticks since
+    """Returns (processor time that programs requested, part of it that the host gave to other machines), in ticks since
     boot."""
     with open("/proc/stat") as file:
         user, nice, system, _idle, _iowait, irq, softirq, taken = map(int, file.readline().split()[1:9])
@@ -153,7 +152,7 @@ def _wanted_and_taken():
 
 
 class KeptResult(unittest.TestResult):
-    """Stores the results of one run of a test until they are passed on."""
+    """Stores the results of one run of a test. They are reported later or discarded."""
 
     def __init__(self):
         super().__init__()
@@ -177,9 +176,8 @@ for _name in ("startTest", "stopTest", "addSuccess", "addFailure", "addError", "
 
 
 class ProgramTest(unittest.TestCase):
-    """A test in real time. If it fails while the host gave the processors to other machines, the failure proves
-    nothing, so the test is repeated. If the host takes the processors in all attempts, the test is skipped and counted
-    as left out.
+    """A test in real time. A failure is inconclusive if the host of this virtual machine gave the processors to other
+    machines; the test is then repeated. If that happens in all attempts, the test is skipped and counted as left out.
 
     `files` and `programs` are requirements of all tests of the class (tests/support/needs.py)."""
 
@@ -220,7 +218,7 @@ class ProgramTest(unittest.TestCase):
         return self.path(name)
 
     def assert_setup_error(self, result, *words):
-        """Checks for exit code 2 and exactly one line on stderr, which must contain these words."""
+        """Checks for exit code 2 and exactly one line on stderr that contains these words."""
         code, _, err = result
         lines = [line for line in err.splitlines() if line.strip()]
         self.assertEqual(code, 2, err)

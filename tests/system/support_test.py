@@ -1,4 +1,4 @@
-"""A failed test in real time is repeated only if the host has taken the processors of this machine away."""
+"""Tests that a failed test in real time is repeated only if the host has taken the processors of this machine."""
 
 import contextlib
 import io
@@ -35,7 +35,7 @@ class OfPrograms(support.ProgramTest):
 
 class Retries(unittest.TestCase):
     def run_one(self, name, taken_of_100):
-        """Returns (result, number of runs) if the host takes this many of each 100 ticks."""
+        """Runs a test while the host takes this many of each 100 ticks. Returns (result, number of runs)."""
         times = [(100 * i, taken_of_100 * i) for i in range(10)]
         OfPrograms.runs = 0
         result = unittest.TestResult()
@@ -90,7 +90,7 @@ class OfMachine(unittest.TestCase):
 
 
 class Needs(unittest.TestCase):
-    """A claim that cannot be tested is either a failure or counted as left out."""
+    """A claim that cannot be tested must either fail or be counted as left out."""
 
     def run_one(self, test, required=""):
         """Runs a test. Returns (result, lines of the list of left-out claims)."""
@@ -129,7 +129,7 @@ class Needs(unittest.TestCase):
         with open(os.path.join(support.SOURCE, "tests", "support", "needs.cpp"), encoding="utf-8") as file:
             of_cpp = set(re.findall(r'"/usr/[^"]*", "([^"]*)"', file.read()))
         self.assertGreater(len(of_cpp), 5)
-        # "util-linux" is omitted because Debian always installs it
+        # Debian always installs "util-linux".
         of_python = {*needs.FOLDERS.values(), *needs.PROGRAMS.values()} - {"util-linux"}
         self.assertLessEqual(of_cpp | of_python, installed)
 

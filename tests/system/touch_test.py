@@ -1,5 +1,5 @@
-"""Scenes with meshes and soft bodies: prepared shapes are stored, and meshes and soft bodies are displayed in live
-sessions."""
+"""Tests scenes with meshes and soft bodies in live sessions: prepared shapes are stored, and meshes and soft bodies are
+displayed."""
 
 import json
 import os
@@ -10,7 +10,7 @@ from support import ProgramTest, Server, finish, run, start_client
 
 # A closed tetrahedron with edges of 4 cm.
 TETRAHEDRON = "v 0 0 0\nv 4 0 0\nv 0 4 0\nv 0 0 4\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 4 3\n"
-# Three triangles at one edge. They enclose no volume.
+# Three triangles that share an edge. They enclose no volume.
 FIN = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 2 5\n"
 
 
@@ -66,7 +66,7 @@ class Room(ProgramTest):
     def test_the_room_benchmark_measures_steps_and_lateness_apart(self):
         code, out, err = run("tandem-lab", "bench", "room", "--scene", "two_boxes", "--seconds", "4",
                              "--json")
-        # The speed depends on the machine. Therefore the exit code may be 0 or 1, but an error is not permitted.
+        # The measured speed depends on the machine. Therefore exit codes 0 and 1 are accepted, but an error is not.
         self.assertIn(code, (0, 1), err)
         result = json.loads(out)
         self.assertEqual(sorted(result["step_us"]), ["max", "p50", "p99", "p999"])

@@ -1,5 +1,5 @@
-"""The client is stopped or killed while it displays a force. Its watchdog writes zero to the motors, even if they
-accept no data at that time.
+"""Tests a client that is stopped or killed while it displays a force. Its watchdog must write zero to the motors, even
+if they accept no data at that time.
 
 `--motors` names a pipe that receives the commands of a simulated device, like the USB descriptor of a real device.
 """
@@ -17,7 +17,7 @@ from stall_test import PRESSES
 
 COMMAND = struct.Struct("3d")
 F_SETPIPE_SZ = 1031
-SLEW_N = 4.0  # force change per tick; slew limit of the simulated device
+SLEW_N = 4.0  # largest force change per tick: the slew limit of the simulated device
 
 
 class Motors:
@@ -40,7 +40,7 @@ class Motors:
             self.reads.wait()
             more = os.read(self._pipe, 65536)
             if not more:
-                time.sleep(0.001)  # no process has opened the line
+                time.sleep(0.001)  # no process has opened the line yet
             now = time.monotonic()
             data += more
             whole = len(data) // COMMAND.size * COMMAND.size
@@ -49,7 +49,7 @@ class Motors:
             data = data[whole:]
 
     def wait_for(self, is_it, after):
-        """Returns the time of the first command after `after` for whose force `is_it` returns true."""
+        """Waits for the first command after `after` for whose force `is_it` returns true. Returns its time."""
         deadline = time.monotonic() + PATIENCE_S
         while time.monotonic() < deadline:
             for at, force_n in self.told[:]:
@@ -86,13 +86,13 @@ class Pressing(ProgramTest):
         return self.motors.wait_for(lambda force_n: force_n == 0, after)
 
     def watchdogs(self):
-        """Returns the process ids of the client's children."""
+        """Returns the process ids of the client's children, which are its watchdogs."""
         with open(f"/proc/{self.client.pid}/task/{self.client.pid}/children") as file:
             return [int(word) for word in file.read().split()]
 
     def check_return(self, forces_n):
-        """Checks the forces after a stop. A pending command may still arrive. Zero must follow at once, and then the
-        ramp begins."""
+        """Checks the forces after a stop. A pending command may still arrive. Then zero must follow at once, and after
+        it the ramp begins."""
         late = [force_n for force_n in forces_n[:20] if force_n > 1]
         self.assertLessEqual(len(late), 2, "the old force was shown again")
         ramp = forces_n[20:]
@@ -143,14 +143,14 @@ class Watchdog(Pressing):
 
 
 class BusyMotors(Pressing):
-    """The line accepts no data when the client is stopped or killed, and for one second after that."""
+    """The line accepts no data when the client is stopped or killed, and for one second afterwards."""
     pipe_bytes = 4096
 
     def end_while_busy(self, number):
-        """Sends this signal to the client while its line is full, and reads the line one second later. Returns the time
-        at which reading began."""
+        """Sends this signal to the client while its line is full. Begins to read the line one second later. Returns the
+        time at which reading began."""
         self.motors.reads.clear()
-        time.sleep(0.5)  # in this time, 170 commands fill the line
+        time.sleep(0.5)  # 170 commands fill the line in this time
         os.kill(self.client.pid, number)
         time.sleep(1)
         self.motors.reads.set()

@@ -1,7 +1,7 @@
-"""A virtual display, a window on it, and the evaluation of its images, for the tests of the window.
+"""A virtual display, a window on it, and the evaluation of its images, for tests of the window.
 
-No image is compared with that of another machine. The tests check colours, the number of their pixels, and their
-places.
+No image is compared with an image of another machine. The tests check colours, the number of their pixels, and their
+positions.
 """
 
 import itertools
@@ -20,18 +20,18 @@ WIDTH, HEIGHT = 720, 504
 
 
 class Picture:
-    """An image: rows of pixels, each (red, green, blue). A condition on colours is evaluated only once for each
+    """An image as rows of pixels, each (red, green, blue). A condition on colours is evaluated only once for each
     colour."""
 
     def __init__(self, rows):
-        """Takes rows of bytes: red, green, blue of each pixel."""
+        """`rows` contains rows of bytes: red, green, blue of each pixel."""
         self.rows = [list(zip(row[0::3], row[1::3], row[2::3])) for row in rows]
         self.width, self.height = len(self.rows[0]), len(self.rows)
         self._colors = set(itertools.chain.from_iterable(self.rows))
 
     @classmethod
     def of_file(cls, path):
-        """Reads a PNG file with eight bits per channel, the format that the program writes."""
+        """Reads a PNG file with eight bits per channel, which is the format of the program."""
         with open(path, "rb") as file:
             data = file.read()
         assert data[:8] == b"\x89PNG\r\n\x1a\n", "no PNG file"
@@ -56,7 +56,7 @@ class Picture:
 
     def runs(self, is_it, left=0.0):
         """Returns (x and y of the first pixel, length) for each run of pixels that satisfy the condition, to the right
-        of `left`."""
+        of `left` (fraction of the width)."""
         found, colors = [], self.matching(is_it)
         for y, row in enumerate(self.rows):
             first = None
@@ -69,8 +69,7 @@ class Picture:
         return found
 
     def places(self, is_it, right=0.62):
-        """Returns (x, y) of the pixels of the scene, left of the panels, whose (red, green, blue) satisfy the
-        condition."""
+        """Returns (x, y) of the pixels of the scene that satisfy the condition. The scene is left of the panels."""
         end, colors = int(self.width * right), self.matching(is_it)
         return [(x, y) for y, row in enumerate(self.rows) if not colors.isdisjoint(row)
                 for x, color in enumerate(row[:end]) if color in colors]
@@ -85,8 +84,7 @@ class Picture:
 
 
 def unfiltered(data, stride, height):
-    """Returns the rows of bytes of a PNG file with three bytes per pixel, given its filtered rows (ISO/IEC 15948,
-    clause 9)."""
+    """Decodes the filtered rows of a PNG file (ISO/IEC 15948, clause 9). Returns rows with three bytes per pixel."""
     rows, before = [], bytes(stride)
     for start in range(0, height * (stride + 1), stride + 1):
         kind, row = data[start], bytearray(data[start + 1:start + 1 + stride])
@@ -162,7 +160,7 @@ def is_white(r, g, b):
 
 
 class Display:
-    """A virtual display of its own."""
+    """A virtual display for one test."""
 
     def __init__(self, width=WIDTH, height=HEIGHT):
         self.folder = tempfile.TemporaryDirectory()
@@ -184,7 +182,7 @@ class Display:
         self.folder.cleanup()
 
     def picture(self):
-        """Returns the current content of the display. Xvfb stores it in a file in the format of xwd."""
+        """Returns the current content of the display, which Xvfb stores in a file in xwd format."""
         with open(os.path.join(self.folder.name, "Xvfb_screen0"), "rb") as file:
             with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
                 header = struct.unpack(">25I", data[:100])

@@ -1,4 +1,5 @@
-"""The window shows the scene and can be used with a mouse. This is tested under Xvfb by the colours of its images."""
+"""Tests that the window shows the scene and can be used with a mouse. The colours of its images are checked under Xvfb.
+"""
 
 import colorsys
 import glob
@@ -53,8 +54,8 @@ class Scenes(WindowTest):
         self.assertGreater(picture.count(is_white), 1000, "hydrogens")
 
     def settled_picture(self, is_wanted):
-        """Returns the first expected image that does not change for two seconds, because a thread prepares the content
-        of the window."""
+        """Waits for an expected image that does not change for two seconds, because a thread prepares the content of
+        the window. Returns the image."""
         last, same, end = self.display.picture(), 0, time.monotonic() + PATIENCE_S
         while time.monotonic() < end:
             time.sleep(1)
@@ -66,8 +67,8 @@ class Scenes(WindowTest):
         self.fail("the window does not show the expected picture")
 
     def pictures_before_each(self, key, names):
-        """Returns images of molecules, one before each press of a key, by these names, and the settings that the window
-        stored."""
+        """Takes an image of molecules before each press of a key. Returns the images by these names, and the settings
+        that the window stored."""
         pictures = {}
         with Server("--scene", "docking_helices") as server:
             client = self.start(server, "--hand", "rest")
@@ -170,8 +171,9 @@ is_rose = is_hue(0.971, by=0.03)
 
 
 def colored_things(scene):
-    """Returns (name, hue, place, whether the hue is unique in the scene) for each coloured body."""
-    # Tools are green and pink; arrows are yellow and cyan. Only the carbon atoms of a molecule have its colour.
+    """Returns (name, hue, position, whether the hue is unique in the scene) for each coloured body."""
+    # Tools are green and pink; arrows are yellow and cyan. Molecules are excluded, because only their carbon atoms have
+    # the molecule's colour.
     things = [thing for thing in scene.get("bodies", []) + scene.get("soft_bodies", [])
               if "color_rgb" in thing and "molecule" not in str(thing)]
     hues = [(thing, *hue_of(*[255 * c for c in thing["color_rgb"]])) for thing in things]
@@ -186,7 +188,7 @@ def colored_things(scene):
 
 
 def to_the_right(place):
-    """Returns the coordinate along the image's x axis in the initial view of the camera."""
+    """Returns the coordinate of a place along the image's x axis, in the initial view of the camera."""
     return math.cos(0.45) * place[0] + math.sin(0.45) * place[1]
 
 

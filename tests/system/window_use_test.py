@@ -1,6 +1,6 @@
-"""A user of the window, simulated with mouse and keyboard events. The user joins, grabs, lifts, changes delay and
-stage, and goes to another room. The user also resizes and closes the window with a real window manager. Controls are
-found by their colours."""
+"""Tests the window with simulated mouse and keyboard events. The user joins, grabs, lifts, changes delay and stage, and
+goes to another room, and resizes and closes the window with a real window manager. Controls are found by their colours.
+"""
 
 import csv
 import json
@@ -34,8 +34,8 @@ def is_arrow_button(r, g, b):
 
 
 def blocks(picture, is_it, shortest, longest, left=0.6):
-    """Returns the centres of the blocks of one colour, from the top. The blocks have a width in this range and are at
-    least ten pixels high; they may contain text."""
+    """Returns the centres of the blocks of one colour, from top to bottom. A block has a width in this range and a
+    height of at least ten pixels; it may contain text."""
     width_at = {x: length for x, _, length in picture.runs(is_it, left=left) if shortest <= length <= longest}
     found = []
     for x, width in width_at.items():
@@ -80,22 +80,22 @@ class UseTest(WindowTest):
         time.sleep(1)
 
     def point_away(self):
-        """Moves the mouse away, because a control has another colour while the mouse is over it."""
+        """Moves the mouse away, because a control changes its colour while the mouse is over it."""
         self.display.do("mousemove", self.width // 4, self.height - 60)
         time.sleep(1)
 
     def sliders(self):
-        """Returns the handles of the sliders for delay, jitter and loss."""
+        """Returns the positions of the sliders for delay, jitter and loss."""
         self.point_away()
         return blocks(self.display.picture(), is_handle, 6, 16)
 
     def choices(self):
-        """Returns the buttons of the combo boxes, from the top."""
+        """Returns the buttons of the combo boxes, from top to bottom."""
         self.point_away()
         return blocks(self.display.picture(), is_arrow_button, 14, 26, left=0.84)
 
     def choose(self, choice, entry):
-        """Selects an entry of a combo box. Both are counted from 0."""
+        """Selects an entry of a combo box. `choice` (the combo box) and `entry` are counted from 0."""
         x, y = self.choices()[choice]
         self.click(x, y)
         self.click(x - 60, y + 10 + RIM + ROW * (entry + 0.5))
@@ -174,7 +174,8 @@ class ClickThrough(UseTest):
 
 class Recordings(UseTest):
     def press_record(self):
-        """Presses the only wide button that the window of a user without operator rights contains."""
+        """Presses the button that starts a recording: the only wide button in the window of a user without operator
+        rights."""
         self.point_away()
         self.click(*blocks(self.display.picture(), is_arrow_button, 60, 200)[0])
 
@@ -254,7 +255,7 @@ class Hand(UseTest):
         self.assertGreater(device, 0.02)
         self.assertAlmostEqual(along_x / device, 1, delta=0.01)
         self.assertLess(along_y, 0.002)
-        since = changed - begun + 2.5  # the user joins before the test finds the controls
+        since = changed - begun + 2.5  # margin, because the user joins before the test finds the controls
         device, along_x, along_y = self.ways(since, since + 2)
         self.assertGreater(math.hypot(along_x, along_y) / device, 1.5, "the reach")
         self.assertGreater(along_y / along_x, 0.5, "the turn")

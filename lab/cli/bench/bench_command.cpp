@@ -1,5 +1,5 @@
-// `tandem-lab bench`: measurements of speed. Each is compared with a competing method or with a limit of the machine,
-// measured in the same run.
+// `tandem-lab bench`: measures speed. Each measurement is compared with a competing method or with a limit of the
+// machine, both measured in the same run.
 
 #include <CLI/CLI.hpp>
 

@@ -1,5 +1,5 @@
-// The measurements of `tandem-lab bench`. Each has a file of its own; bench_command.cpp registers them. The comment at
-// each function shows its command line.
+// Registration of the subcommands of `tandem-lab bench`. Each subcommand has a source file of its own;
+// bench_command.cpp calls these functions. The comment at each function shows the command line.
 #pragma once
 
 #include "common/base/histogram.hpp"

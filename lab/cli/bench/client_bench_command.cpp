@@ -1,6 +1,6 @@
-// `tandem-lab bench client`: time of one haptic tick of a client with all processing enabled, in a session with server
-// and link. It is compared with the same session with all processing disabled, and with a fixed computation on the same
-// machine.
+// `tandem-lab bench client`: measures the duration of one haptic tick of a client with all processing enabled, in a
+// session with server and link. The result is compared with the same session with all processing disabled, and with a
+// fixed computation on the same machine.
 //
 // Hand, client, link and server are those of a trial in virtual time. Only the tick is timed. The simulated hand and
 // the energy ledger of an experiment are excluded.
@@ -38,20 +38,21 @@ namespace {
 
 /// Results of one run of a session.
 struct ClientBenchRun {
-  Histogram tick;   ///< time of HapticCore::tick(), including the reads of the clock
-  Histogram fit;    ///< time of one fit of the AR models outside the tick: six axes, with the settings of the stage
-  Histogram clock;  ///< time of one read of the clock, measured at each tick
-  Histogram work;   ///< time of a fixed computation at each tick; its tail shows the jitter of the machine
+  Histogram tick;   ///< duration of HapticCore::tick(), including the reads of the clock
+  Histogram fit;    ///< duration of one fit of the AR models outside the tick: six axes, with the settings of the stage
+  Histogram clock;  ///< duration of one read of the clock, measured at each tick
+  Histogram work;   ///< duration of a fixed computation at each tick; its tail shows the jitter of the machine
   double force_max_n = 0;
-  double local_share = 0;       ///< share of the ticks in which the local model drives the hand
-  double predicting_share = 0;  ///< share of the ticks in which a part of the force is predicted
+  double local_share = 0;       ///< fraction of the ticks in which the local model drives the hand
+  double predicting_share = 0;  ///< fraction of the ticks in which a part of the force is predicted
 };
 
 constexpr Duration kJoinTimeout = std::chrono::seconds(30);
-/// Number of terms of the fixed computation. It takes about as long as a tick of a simple scene.
+/// Number of terms of the fixed computation. With this number it takes about as long as a tick of a simple scene.
 constexpr std::size_t kWorkTerms = 1500;
 
-/// A simulated hand that moves outside the timed section, because the mechanics of the hand are not part of the client.
+/// A simulated hand that is advanced outside the timed section, because the mechanics of the hand are not part of the
+/// client.
 class HandAhead final : public devices::Device {
  public:
   explicit HandAhead(devices::SimDevice& hand) : hand_(hand) {}
@@ -76,8 +77,8 @@ double fixed_work(double x) {
   return x;
 }
 
-/// Measures the time of a fit to the wrenches of this session. A force stream with the settings of the predictor
-/// receives each new wrench.
+/// Measures the duration of a fit of the AR models to the wrenches of this session. Each new wrench is passed to a
+/// force stream with the settings of the predictor.
 class FitMeter {
  public:
   explicit FitMeter(const std::string& predictor) : stream_(haptics::make_force_stream(predictor)) {}
@@ -201,7 +202,7 @@ ClientBenchRun BenchSession::run() {
   is_measuring_ = true;
   const LocalTime end = virtual_clock_.now() + experiment_.duration;
   while (virtual_clock_.now() < end) run_slot();
-  // also prevents the compiler from removing the computation
+  // Using the result prevents the compiler from removing the computation.
   if (!std::isfinite(work_)) throw std::runtime_error("the fixed computation gave no result");
   const auto ticks = static_cast<double>(run_.tick.count());
   run_.local_share = static_cast<double>(local_ticks_) / ticks;
@@ -209,9 +210,9 @@ ClientBenchRun BenchSession::run() {
   return run_;
 }
 
-/// Runs the first user of the experiment alone, from joining until the end of the experiment. It runs faster than real
-/// time. Between two ticks the server steps on the same core, so caches are as cold as for a client that shares its
-/// core.
+/// Runs the first user of the experiment alone, from joining until the end of the experiment, faster than real time.
+/// Between two ticks the server steps on the same core. Therefore the caches are as cold as for a client that shares
+/// its core with other programs.
 ///
 /// Fails   std::runtime_error: the user cannot join the room, or has no local model although the stage requires one
 ClientBenchRun bench_client(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene) {
@@ -220,15 +221,15 @@ ClientBenchRun bench_client(const Experiment& experiment, const std::shared_ptr<
   return session.run();
 }
 
-/// Claimed upper limit for a tick, of the 1000 µs available. The rest is for the device and the machine: USB, wake-up,
-/// network.
+/// Claimed upper limit for the 99th percentile of a tick's duration, of 1000 µs available. Device access (USB), wake-up
+/// and network need the rest.
 struct Claim {
   const char* experiment;
   double tick_p99_us;
 };
 constexpr std::array kClaims{Claim{"bunny", 150}, Claim{"wall", 20}};
-/// Upper limit for a fit. The fit runs outside the tick but on the thread that reads the sockets, so that received data
-/// waits for it.
+/// Upper limit for the median duration of a fit. A fit runs outside the tick, but on the thread that reads the sockets.
+/// Received data waits meanwhile.
 constexpr double kFitMedian_us = 200;
 
 struct Variant {
@@ -255,8 +256,8 @@ struct ClientBenchRow {
   std::vector<ClientBenchRun> peer;
 };
 
-/// Computes a quantile for each repetition and returns the median of these, so that a single interrupted repetition
-/// does not determine the result.
+/// Computes a quantile for each repetition and returns the median of these quantiles, so that a single interrupted
+/// repetition does not determine the result.
 double quantile_us(const std::vector<ClientBenchRun>& runs, Histogram ClientBenchRun::*of, double q) {
   std::vector<double> values;
   for (const ClientBenchRun& run : runs) values.push_back(microseconds((run.*of).quantile(q)));

@@ -1,4 +1,4 @@
-// `tandem-lab bench contact-scaling`: the same contact with four resolutions of a mesh.
+// `tandem-lab bench contact-scaling`: measures the duration of the same contact with four resolutions of a mesh.
 
 #include <CLI/CLI.hpp>
 #include <iostream>
@@ -16,7 +16,7 @@
 namespace tandem::lab {
 namespace {
 
-/// Height of the waves that subdivision adds. It is sufficient to make finer meshes non-flat, but too small to change
+/// Height of the waves that subdivision adds to the surface. It makes finer meshes non-flat, but is too small to change
 /// the contact.
 constexpr double kSubdivisionHeight_m = 5e-6;
 
@@ -35,7 +35,7 @@ ScalingRow row_of(const TouchObject& object) {
   return row;
 }
 
-/// Returns objects with 1, 4, 9 and 16 times the number of triangles.
+/// Returns objects with 1, 4, 9 and 16 times the number of triangles of `mesh`.
 std::vector<TouchObject> resolutions_of(const std::string& name, const geometry::TriangleMesh& mesh,
                                         const Clock& clock) {
   std::vector<TouchObject> objects;

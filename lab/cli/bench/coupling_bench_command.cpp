@@ -1,5 +1,6 @@
-// `tandem-lab bench coupling`: time of coupling law, saturation and safety chain in one haptic tick, for every law. It
-// is compared with a plain spring-damper and with a read of the clock in the same run.
+// `tandem-lab bench coupling`: measures the duration of coupling law, saturation and safety chain in one haptic tick,
+// for every law. The durations are compared with those of a plain spring-damper and of a read of the clock in the same
+// run.
 
 #include <CLI/CLI.hpp>
 #include <cmath>
@@ -24,7 +25,8 @@
 namespace tandem::lab {
 namespace {
 
-/// Upper limit for the median, of the 1000 µs of a tick. The rest is for device, network and proxy.
+/// Upper limit for the median duration of a law with its safety chain. A tick has 1000 µs; device, network and proxy
+/// need the rest.
 constexpr double kMedianBound_us = 2;
 /// Number of rounds. The compared laws alternate, so that a change of the processor's clock rate affects all of them.
 constexpr int kCouplingRounds = 5;
@@ -43,8 +45,8 @@ struct WalkTick {
   Twist V_WH, V_WT;
 };
 
-/// A coordinate that fluctuates randomly about zero with the standard deviation `spread`, like a hand around its
-/// target.
+/// A coordinate that fluctuates randomly about zero with the standard deviation `spread` and the correlation time
+/// `memory_s` [s]. It imitates a hand around its target.
 ///
 /// Model   Ornstein–Uhlenbeck process, sampled once per period
 class Wander {
@@ -62,8 +64,8 @@ class Wander {
   Vec3 value_ = Vec3::Zero();
 };
 
-/// Returns the states of a hand that moves randomly in its workspace and of a tool up to a few centimetres and half a
-/// radian away. They cover the flat, the steep and the saturated part of every curve.
+/// Returns random states of a hand in its workspace and of a tool up to a few centimetres and half a radian away. They
+/// cover the flat, the steep and the saturated part of every law's curve.
 std::vector<WalkTick> random_walk() {
   Random random(kSeed);
   Wander place(0.04, 1), turn(0.5, 1), apart(0.012, 0.3), twisted(0.3, 0.3), speed(0.1, 0.1), spin(1, 0.1),
@@ -82,19 +84,21 @@ struct CouplingBenchContestant {
   std::string name;
   std::string what;
   bool is_claimed = false;  ///< the bound applies to this law
-  /// The call goes through an opaque pointer. Otherwise the compiler may move the computation out of the timed section.
+  /// Calls the law through an opaque pointer, so that the compiler cannot move the computation out of the timed
+  /// section.
   std::function<Wrench(const WalkTick&)> work;
   Histogram times;
 };
 
-/// The minimum that a tick must compute: no force limit, no shortest rotation, no safety chain.
+/// Minimum computation of a tick: a spring-damper without force limit, shortest rotation and safety chain.
 Wrench plain_spring(const WalkTick& tick) {
   const haptics::CouplingParameters c;
   return {c.stiffness_n_per_m * (tick.X_WT.p - tick.X_WH.p) + c.damping_n_s_per_m * (tick.V_WT.v - tick.V_WH.v),
           c.damping_n_m_s_per_rad * (tick.V_WT.w - tick.V_WH.w)};
 }
 
-/// Limits the contact force as the room does for direct rendering. Any wrench can serve as the contact for this test.
+/// Limits the contact force as the room does for direct rendering. The duration does not depend on the origin of the
+/// wrench, so any wrench can serve as contact.
 Wrench limited(const Wrench& contact) {
   const haptics::CouplingParameters c;
   return {haptics::saturated(contact.f, c.force_limit_n, c.saturation_softness),
@@ -128,7 +132,7 @@ std::vector<CouplingBenchContestant> contestants() {
                  {}});
   for (const haptics::CouplingLawInfo& info : haptics::coupling_laws()) {
     if (info.tool == haptics::ToolDynamics::kAtHandle) {
-      // Direct rendering has no law; only the limit of the contact force remains.
+      // Direct rendering has no coupling law. Only the limit of the contact force remains.
       const auto tick_of = [safety = std::make_shared<Safety>()](const WalkTick& tick) {
         return safety->apply(limited(plain_spring(tick)));
       };

@@ -1,5 +1,6 @@
-// `tandem-lab bench docking`: time of one field evaluation for two structures, and its share of the multiply-add rate
-// that this machine reaches in the same run. Optionally, one or several interface sizes are given.
+// `tandem-lab bench docking`: measures one evaluation of the molecular field for two structures. The rate is reported
+// as a fraction of the multiply-add rate that this machine reaches in the same run. Options select one or several
+// interface sizes.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -30,13 +31,13 @@ namespace {
 
 namespace json = boost::json;
 
-/// Poses in a round. The ligand oscillates by ±0.5 Å and rotates slightly, so that its far end moves by a similar
-/// distance. No pose repeats.
+/// Number of poses in a round. The ligand oscillates by ±0.5 Å and rotates slightly, so that its far end moves by a
+/// similar distance. No pose repeats.
 constexpr int kPoses = 16;
 constexpr double kSwingAngstrom = 0.5;
 constexpr double kTurnRad = 0.01;
-/// Number of rounds. The multiply-add rate is measured between them, so that a change of the processor's clock rate
-/// affects both.
+/// Number of rounds. The multiply-add rate is measured between the rounds, so that a change of the processor's clock
+/// rate affects both measurements.
 constexpr int kDockingRounds = 10;
 constexpr std::size_t kLimitLoops = 200'000;
 
@@ -54,7 +55,7 @@ struct DockingBenchOptions {
 /// Interface sizes of a sweep: --interface-atoms divided by these numbers.
 constexpr std::size_t kSweepParts[] = {32, 16, 8, 4, 2, 1};
 
-/// Returns the number of multiply-adds per second in one run. The maximum over the rounds is the limit of the machine.
+/// Returns the number of multiply-adds per second in one run. The limit of the machine is the maximum over the rounds.
 double multiply_adds_per_s(std::string_view kernel, const SteadyClock& clock) {
   const LocalTime begin = clock.now();
   const auto done = static_cast<double>(docking::MolecularField::run_multiply_adds(kernel, kLimitLoops));
@@ -116,8 +117,8 @@ json::object measured(const DockingPair& pair, docking::MolecularField& field, c
   return row;
 }
 
-/// Returns the error of the far-field grid relative to a sum over all pairs without cut-off: root mean squares over the
-/// poses.
+/// Returns the error of the far-field grid relative to a sum over all pairs without cut-off. Errors are root mean
+/// squares over the poses.
 json::object far_part(const DockingPair& pair, docking::MolecularField& field, const Pose& X_AB) {
   docking::FieldModel model = pair.model;
   model.has_far_grid = false;

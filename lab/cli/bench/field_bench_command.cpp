@@ -1,5 +1,5 @@
-// `tandem-lab bench field`: speed of a scene's molecular field on this machine. Each kernel is compared with the
-// double-precision kernel in the same run at the same poses.
+// `tandem-lab bench field`: measures the speed of a scene's molecular field on this machine. Each kernel is compared
+// with the double-precision kernel in the same run at the same poses.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -26,7 +26,8 @@ namespace {
 /// Number of rounds. The kernels alternate, so that a change of the processor's clock rate affects all of them. The
 /// median over the rounds is reported.
 constexpr int kFieldRounds = 5;
-/// Number of poses in a round. B oscillates by ±1 Å, as during docking, so that branches vary.
+/// Number of poses in a round. Molecule B oscillates by ±1 Å, as during docking, so that the branches of the kernels
+/// vary.
 constexpr int kFieldPoses = 16;
 
 struct FieldBenchOptions {

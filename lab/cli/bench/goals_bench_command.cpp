@@ -1,4 +1,5 @@
-// `tandem-lab bench goals`: the cost of a game, by two rooms of one scene, with and without its game.
+// `tandem-lab bench goals`: measures the cost of a game. Two rooms run the same scene, one with its game and one
+// without.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -22,7 +23,7 @@
 namespace tandem::lab {
 namespace {
 
-/// Largest additional time of a step, median against median.
+/// Upper limit for the additional time of a step with a game: difference of the two medians.
 constexpr double kMaxAdditional_us = 3;
 
 struct GoalsBenchOptions {
@@ -33,7 +34,7 @@ struct GoalsBenchOptions {
   bool prints_json = false;
 };
 
-/// A room with a simulated hand at its first tool.
+/// A room with a simulated hand that holds the room's first tool.
 struct BenchRoom {
   BenchRoom(std::shared_ptr<const server::LoadedScene> scene, const std::string& hand)
       : room(RoomId{1}, scene->description.name(), scene, {.controls_tool_passivity = false}),
@@ -62,7 +63,7 @@ int run_goals_bench(const GoalsBenchOptions& options) {
   plain->description.clear_game();
   const auto with = std::make_unique<BenchRoom>(scene, options.hand);
   const auto without = std::make_unique<BenchRoom>(plain, options.hand);
-  // The rooms take turns in each step, so that both meet the same state of the machine.
+  // The two rooms step alternately and swap their order each time, so that changes of the machine's speed affect both.
   const auto steps = static_cast<std::uint64_t>(options.seconds / to_seconds(with->room.period()));
   LocalTime due{};
   for (std::uint64_t i = 0; i < steps; ++i) {

@@ -1,6 +1,6 @@
-// `tandem-lab bench join`: time until a user who joins over a slow line has a local model, and the delay of states
-// while assets share that line. For comparison, the same is measured when one chunk is fetched at a time and when
-// nothing needs to be fetched.
+// `tandem-lab bench join`: measures the time until a user who joins over a slow line has a local model, and the delay
+// of states while assets share that line. Two further runs serve as comparison: one fetches one chunk at a time, the
+// other has nothing to fetch.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -21,7 +21,7 @@
 namespace tandem::lab {
 namespace {
 
-/// Duration of a trial as a multiple of the time in which the line can transfer the assets.
+/// Duration of a trial as a multiple of the time that the line needs to transfer the assets.
 constexpr double kTimesTheAssets = 3;
 constexpr double kBitsPerByte = 8;
 
@@ -34,7 +34,7 @@ struct JoinBenchOptions {
   bool prints_json = false;
 };
 
-/// Properties of one line, and the results of joining over it.
+/// Properties of one line, and the results of joining over it, one for each way of delivering the assets.
 struct JoinBenchRow {
   double rate_mbit_per_s = 0;
   double loss = 0;

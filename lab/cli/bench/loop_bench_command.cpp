@@ -1,5 +1,5 @@
-// `tandem-lab bench loop`: lateness of the haptic loop of the program tandem-client, with and without a window. It is
-// compared with the wake-up latency of this machine.
+// `tandem-lab bench loop`: measures the lateness of the haptic loop of tandem-client, with and without a window. The
+// lateness is compared with the wake-up latency of this machine.
 //
 //   this process     a server with its threads, as in tandem-server, during the whole run
 //   one at a time    cyclictest, tandem-client --headless, tandem-client with its window; then the three are repeated
@@ -35,8 +35,8 @@ namespace {
 
 namespace json = boost::json;
 
-// Upper limits for the effect of the window on the haptic loop. They are our choice, from the issue that requested the
-// window.
+// Upper limits for the effect of the window on the haptic loop: ratios of percentiles, an absolute p99 [µs], and
+// additional late ticks [%]. The values are our choice.
 constexpr double kWindowShare = 1.5, kWindowAllowed_us = 150, kPeerShare = 1.3, kLateAllowed_percent = 0.1;
 constexpr int kServerPriority = 60;
 
@@ -55,9 +55,9 @@ struct LoopBenchOptions {
 struct LoopFigures {
   double p50_us = 0, p99_us = 0, p999_us = 0, max_us = 0;
   double missed = 0;
-  double late_percent = 0;  ///< share of ticks that are more than 1 ms late
+  double late_percent = 0;  ///< percentage of ticks that are more than 1 ms late
   double tick_p50_us = 0, tick_p99_us = 0;
-  double awake = 0;  ///< 1 if the processor was kept out of deep idle states
+  double awake = 0;  ///< 1 if deep idle states of the processor were disabled
 };
 
 struct LoopBenchResult {
@@ -132,7 +132,8 @@ LoopFigures run_client(const LoopBenchOptions& options, std::uint16_t port, bool
   return figures_of_client(output_of(command.str()));
 }
 
-/// Parses the output of cyclictest. Lines such as "000012 000345" contain the lateness in microseconds and its count.
+/// Parses the output of cyclictest. A line such as "000012 000345" contains a lateness [µs] and the number of wake-ups
+/// with that lateness.
 LoopFigures figures_of_cyclictest(const std::string& text) {
   Histogram lateness;
   std::istringstream lines(text);

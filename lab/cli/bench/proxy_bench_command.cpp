@@ -1,4 +1,5 @@
-// `tandem-lab bench proxy`: time of point contact with a mesh, compared with a closest-point loop in the same run.
+// `tandem-lab bench proxy`: measures the duration of point contact with a mesh. It is compared with a loop that only
+// finds the closest point, in the same run.
 
 #include <CLI/CLI.hpp>
 #include <iostream>
@@ -16,7 +17,8 @@
 namespace tandem::lab {
 namespace {
 
-/// Time budget of point contact in a tick of one millisecond. The rest of the tick is needed for other computations.
+/// Time budget of point contact in a tick of 1 ms: median and 99th percentile. Other computations need the rest of the
+/// tick.
 constexpr double kMedianBudget_us = 4;
 constexpr double kP99Budget_us = 20;
 /// Number of timed rounds of each loop. The loops alternate, and the times of all rounds are pooled. An untimed round

@@ -25,9 +25,9 @@ namespace tandem::lab {
 namespace {
 
 struct RoomBenchResult {
-  Histogram step;              ///< time of a step of the room: inputs, physics, updates
+  Histogram step;              ///< duration of a step of the room: inputs, physics, updates
   std::uint64_t overlong = 0;  ///< number of steps that took longer than the period
-  Histogram lateness;          ///< lateness of the wake-ups, which the machine causes and not the room
+  Histogram lateness;          ///< lateness of the wake-ups; the machine causes it, not the room
   std::uint64_t missed = 0;    ///< number of periods skipped because a wake-up was more than one period late
   TickFaults faults = 0;
   std::uint32_t contacts_max = 0;  ///< maximum number of active contacts, summed over all tools
@@ -85,7 +85,7 @@ RoomBenchResult bench_room(const std::shared_ptr<const server::LoadedScene>& sce
   return result;
 }
 
-/// Time budget of a step at 1 kHz. The rest of the period is for client, network and operating system.
+/// Time budget of a step at 1 kHz. Client, network and operating system need the rest of the period.
 constexpr double kStepBudget_us = 250;
 constexpr double kOverlongShare_percent = 0.1;
 constexpr std::size_t kDefaultUsers = 2;
@@ -151,7 +151,7 @@ std::vector<std::string> hands_of(const RoomBenchOptions& options) {
 }
 
 int run_room_bench(RoomBenchOptions options) {
-  // Errors of the command line are reported before the scene is loaded, because loading takes time.
+  // Checks the command line before the scene is loaded, because loading takes time.
   if (options.users != 0) hands_of(options);
   server::SceneLoading loading;
   loading.progress = progress_on_stderr();

@@ -1,5 +1,5 @@
-// `tandem-lab bench server`: runs a complete server with its sockets and rooms, and users that send and receive at 1
-// kHz, all on this machine. It is compared with an echo server that only returns datagrams.
+// `tandem-lab bench server`: runs a complete server with sockets and rooms, and users that send and receive at 1 kHz,
+// all on this machine. Its latency is compared with that of an echo server that only returns datagrams.
 
 #include <sys/resource.h>
 
@@ -30,7 +30,7 @@ namespace tandem::lab {
 namespace {
 
 constexpr Duration kServerSettling = std::chrono::seconds(1);
-/// Number of runs into which the measured time is divided. The median of the latencies of the runs is reported.
+/// Number of runs into which the measured time is divided. The median over the runs is reported for each latency.
 constexpr int kTurns = 3;
 constexpr std::size_t kEchoUsers = 2;
 constexpr int kRoomPriority = 60;
@@ -51,8 +51,8 @@ struct ServerBenchOptions {
   bool prints_json = false;
 };
 
-/// Returns the processor time of this process or of the calling thread. The calling thread generates the load; the rest
-/// of the process is the server.
+/// Returns the processor time of this process or of the calling thread [s]. The calling thread generates the load; the
+/// rest of the process is the server.
 double cpu_seconds(int who) {
   rusage usage{};
   getrusage(who, &usage);
@@ -65,8 +65,8 @@ double server_cpu_seconds() {
   return cpu_seconds(RUSAGE_SELF) - cpu_seconds(RUSAGE_THREAD);
 }
 
-/// Returns the processor time of all cores since the machine started, in an arbitrary unit. The first value is the
-/// total; the second is the part that the host of a virtual machine has taken (steal).
+/// Returns the processor time of all cores since the machine started, in clock ticks of the kernel. The first value is
+/// the total; the second is the steal time, in which the host of a virtual machine ran other guests.
 std::array<double, 2> machine_time() {
   std::ifstream stat("/proc/stat");
   std::string cpu;
@@ -80,19 +80,20 @@ std::array<double, 2> machine_time() {
 struct ServerBenchResult {
   Histogram echo;  ///< latency of the echo server during the load
   std::array<LoadResult, kTurns> turns;
-  double took_s = 0;         ///< total duration of all runs
-  std::vector<double> kept;  ///< for each room: share of its step rate that it reached during the load
+  double took_s = 0;         ///< total duration of all runs [s]
+  std::vector<double> kept;  ///< for each room: step rate reached during the load, as a fraction of the nominal rate
   std::vector<server::RoomTiming> timings;
   double server_cpu_s_per_s = 0;
-  double aead_percent = 0;  ///< processor time of sealing and opening, in per cent of the server's processor time
+  double aead_percent = 0;  ///< processor time of sealing and opening, in per cent of the server's
   double wake_us = 0;       ///< processor time of one sleep and wake-up [µs]
-  double taken = 0;         ///< share of the machine's time that the host of a virtual machine took during the load
+  double taken = 0;         ///< fraction of the machine's time that the host of a virtual machine took during the load
 };
 
-/// Deadlines of the newest steps of a room. The room writes them, and the load reads them.
+/// Deadlines of the latest 4096 steps of a room. The room's thread writes them, and the thread that generates the load
+/// reads them.
 using Deadlines = std::array<std::atomic<LocalTime>, 4096>;
 
-/// A server on its own thread. It counts the steps of its rooms.
+/// A server on its own thread that counts the steps of its rooms.
 class ServerUnderLoad {
  public:
   explicit ServerUnderLoad(const ServerBenchOptions& options) : steps_(options.rooms), deadlines_(options.rooms) {
@@ -162,8 +163,8 @@ class ServerUnderLoad {
   std::thread thread_;
 };
 
-/// Returns the processor time that a thread needs to sleep until a deadline and to wake up, on this machine when it is
-/// idle [µs].
+/// Returns the processor time that a thread needs to sleep until a deadline and to wake up [µs]. It is measured on this
+/// machine while the machine is idle.
 double wake_cost_us() {
   constexpr int kWakes = 1000;
   double cost_us = 0;
@@ -214,8 +215,8 @@ ServerBenchResult measure_server_bench(const ServerBenchOptions& options) {
     const LocalTime begin = SteadyClock().now();
     const double cpu_before_s = server_cpu_seconds();
     const Duration duration = from_seconds(options.seconds / kTurns);
-    // Echoes datagrams of the size of a user's input at the priority of the server's io thread. This gives the latency
-    // of the machine under the same load.
+    // Echoes datagrams of the size of a user's input at the priority of the server's io thread, which measures the
+    // latency of the machine under the same load.
     auto echo =
         std::async(std::launch::async, udp_echo_latency, kEchoUsers, options.rate_hz, duration, kRoomPriority + 1);
     turn = load.run(duration, options.rate_hz);

@@ -45,8 +45,8 @@ void add_scene(CLI::App& command, Options& options) {
 
 constexpr int kDamaged = 3;
 
-/// Reports on standard error which parts of the recording are missing. If the recording is damaged, exit code 0 is
-/// replaced by kDamaged.
+/// Prints on standard error which parts of the recording are missing. Returns `code`, or kDamaged if `code` is 0 and
+/// the recording is damaged.
 int with_end(const Options& options, int code) {
   const proto::RecordingEnd end = proto::read_recording(options.file, [](const auto&, const auto&) { return true; });
   if (!end.why.empty()) std::cerr << "tandem-replay: " << end.why << '\n';

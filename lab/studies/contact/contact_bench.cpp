@@ -97,8 +97,8 @@ std::string to_text(const ContactBench& bench) {
 
 TouchPlan bench_plan(const TouchSettings& settings) {
   TouchPlan plan;
-  // The hand's target lies beyond the point where the coupling reaches its force limit, so the tool is pressed with
-  // that limit.
+  // The target lies beyond the depth at which the coupling reaches its force limit. The tool is thus pressed with that
+  // limit.
   plan.press_m = 1.2 * settings.coupling.force_limit_n / settings.coupling.stiffness_n_per_m;
   return plan;
 }

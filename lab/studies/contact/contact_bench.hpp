@@ -1,4 +1,4 @@
-// Measurements of `tandem-lab bench contact` as values. The command, the reproductions and the tests use them.
+// Results of `tandem-lab bench contact`. The command, the reproductions and the tests use them.
 #pragma once
 
 #include <optional>
@@ -17,22 +17,22 @@ struct ContactBench {
   std::size_t points = 0;  ///< points in both shells together
   double spacing_m = 0;    ///< point spacing of the object with the wider spacing
   double cell_m = 0;       ///< cell size of the object with the larger cells
-  double build_s = 0;      ///< build time: sum for both objects, or the time of one if both are the same object
+  double build_s = 0;      ///< build time: sum for both objects, or the time of one if they are the same object
   double cache_load_s = 0;
   std::size_t memory_bytes = 0;
   TouchFigures ours;
   std::optional<TouchFigures> gimpact;
-  double field_sample_ns = 0;    ///< time of one field sample: a lower bound for every method
-  TimeQuantiles memory_copy_us;  ///< time to copy 256 KiB; its spread is the timing jitter of the machine itself
+  double field_sample_ns = 0;    ///< time of one field sample: a lower bound for every contact method
+  TimeQuantiles memory_copy_us;  ///< time to copy 256 KiB; its spread is the timing jitter of the machine
 };
 
-/// Returns the figures of two objects that are known without a simulation, such as size and build time. If both are the
-/// same object, its build time counts once.
+/// Returns the properties of two objects that need no simulation, such as size and build time. The build time of an
+/// object that is used twice counts once.
 ContactBench describe(const TouchObject& a, const TouchObject& b);
 
 boost::json::object to_json(const TouchFigures& figures);
 boost::json::object to_json(const ContactBench& bench);
-/// Returns the figures as a text table.
+/// Returns the results as a text table.
 std::string to_text(const ContactBench& bench);
 
 /// Returns the hand's path that every benchmark with two meshes uses.

@@ -21,8 +21,8 @@ struct ScalingRow {
   TouchFigures figures;
 };
 
-/// Compares the 99th percentile of the step time of the finest mesh with that of the mesh number `reference`, which is
-/// the mesh without any change of its resolution.
+/// Returns the check that the finest mesh has a similar 99th percentile of the step time as the mesh number
+/// `reference`, whose resolution is unchanged.
 std::vector<Check> scaling_checks(std::span<const ScalingRow> rows, std::size_t reference);
 HtmlReport scaling_report(const std::string& mesh_name, std::span<const ScalingRow> rows, std::size_t reference);
 

@@ -21,8 +21,8 @@ std::vector<std::pair<int, int>> unique_edges(const geometry::TriangleMesh& mesh
   return edges;
 }
 
-/// Collects the vertices and edge samples of one mesh that lie inside the other. Shallower points than `shallowest_m`
-/// are left out; that limit may be raised during the collection.
+/// Collects the vertices and edge samples of one mesh that lie inside the other mesh. Points with a depth below
+/// `shallowest_m` are omitted; this limit may be raised during the collection.
 class Collector {
  public:
   Collector(const ExactSurface& other, double shallowest_m, double deepest_m)
@@ -43,8 +43,8 @@ class Collector {
   void raise_shallowest(double depth_m) { shallowest_m_ = std::max(shallowest_m_, depth_m); }
 
  private:
-  /// Returns the signed distance. It is infinite for points that are more than `near_m` outside or deeper inside than
-  /// the search depth.
+  /// Returns the signed distance to the other mesh. It is infinite for points that are more than `near_m` outside or
+  /// deeper inside than the search depth.
   double distance_m(const Vec3& p_O, double near_m) const {
     if (!other_.may_touch(p_O, near_m + from_half_m_)) return std::numeric_limits<double>::infinity();
     return other_.distance_m(p_O, near_m + from_half_m_ + deepest_m_) - from_half_m_;
@@ -57,7 +57,8 @@ class Collector {
     const Vec3 middle = (begin_O + end_O) / 2;
     const double half_m = (end_O - begin_O).norm() / 2;
     const double distance = distance_m(middle, half_m);
-    // The depth at any point of this piece is at most the depth at its midpoint plus half of the piece's length.
+    // The depth at any point of this piece is at most the depth at its midpoint plus half of the piece's length
+    // (distance is 1-Lipschitz).
     if (half_m - distance <= shallowest_m_) return;
     if (2 * half_m <= kOverlapEdgeStep_m) {
       if (distance < -shallowest_m_) found(middle, -distance);

@@ -1,5 +1,5 @@
-// Exact overlap depth of two meshes. Every vertex and every edge of each mesh is tested against the other mesh. The
-// only code shared with the code under test is the exact distance to a mesh.
+// Exact overlap depth of two meshes. Every vertex and every edge of each mesh is tested against the other mesh. Only
+// the exact distance to a mesh is shared with the code under test.
 #pragma once
 
 #include <array>
@@ -18,8 +18,9 @@ namespace tandem::lab {
 /// the mesh.
 class ExactSurface {
  public:
-  /// In      half_thickness_m  for a plate: half its thickness, so that its body consists of all points within this
-  ///         distance of the mesh; 0: a solid
+  /// Prepares the surface of a body.
+  /// In      half_thickness_m  for a plate: half its thickness; the body consists of all points within this distance of
+  ///         the mesh. 0: a solid
   ///         beside            rest of the body: the open parts of a solid; may be null
   ///         inner             inner surfaces of a solid; see geometry::ContactMesh
   explicit ExactSurface(const geometry::TriangleMesh& mesh, double half_thickness_m = 0,
@@ -30,15 +31,15 @@ class ExactSurface {
 
   const geometry::TriangleTree& tree() const { return tree_; }
   double half_thickness_m() const { return half_thickness_m_; }
-  /// Returns the nearest point of the mesh, with the outward direction there. Triangle −1 means that there is no point
-  /// within `limit_m`. The distance is negative inside a solid; for a plate it is the distance to the mid-surface.
+  /// Returns the nearest point of the mesh, with the outward direction there. Triangle −1 means that no point lies
+  /// within `limit_m`. The distance is negative inside a solid. For a plate it is the distance to the mid-surface.
   geometry::TriangleTree::Closest closest(const Vec3& p_S, double limit_m) const;
   std::span<const Vec3> corners() const { return corners_; }  ///< vertices that belong to a triangle
   std::span<const std::array<Vec3, 2>> edges() const { return edges_; }
   /// Returns whether a ball about `p_S` intersects the bounding box.
   bool may_touch(const Vec3& p_S, double radius_m) const;
-  /// Returns the signed distance to the body, including `beside`. If its magnitude is not below `limit_m`, the result
-  /// is infinite, even if the point lies inside.
+  /// Returns the signed distance to the body, including `beside`. It is infinite if its magnitude reaches `limit_m`,
+  /// even for a point inside the body.
   double distance_m(const Vec3& p_S, double limit_m) const;
   /// Returns `count` points distributed over the surface in proportion to area. The same seed gives the same points.
   std::vector<Vec3> samples(std::size_t count, std::uint64_t seed) const;
@@ -61,7 +62,7 @@ struct OverlapPoint {
 
 /// Maximum distance between samples on an edge.
 inline constexpr double kOverlapEdgeStep_m = 5e-5;
-/// Default search depth. Points at larger depths are not found, which limits the cost.
+/// Default search depth. Points at larger depths are not found; this limits the cost.
 inline constexpr double kDeepestOverlap_m = 3e-3;
 
 /// Returns all vertices of both meshes, and samples of all their edges, that lie inside the other body.
@@ -71,7 +72,8 @@ inline constexpr double kDeepestOverlap_m = 3e-3;
 std::vector<OverlapPoint> overlap_points(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b,
                                          const Pose& X_WB, double shallowest_m = 0,
                                          double deepest_m = kDeepestOverlap_m);
-/// Returns the depth of the deepest point that overlap_points() would find, or 0 if there is none. This is much faster.
+/// Returns the depth of the deepest point of overlap_points(), or 0 if there is none. It is much faster than that
+/// function.
 double deepest_overlap_m(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b, const Pose& X_WB,
                          double shallowest_m = 0, double deepest_m = kDeepestOverlap_m);
 

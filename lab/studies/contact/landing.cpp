@@ -76,7 +76,8 @@ Landing land(const TouchObject& tool, const TouchObject& fixed, const RigidState
   return landing;
 }
 
-/// Returns the time after which the tool stays slower than kRest_m_per_s, judged by its kinetic energy.
+/// Returns the time after which the tool stays slower than kRest_m_per_s. Its speed is computed from its kinetic
+/// energy.
 double rest_s(const TouchTrace& trace, double mass_kg) {
   const double rest_j = 0.5 * mass_kg * kRest_m_per_s * kRest_m_per_s;
   const auto last =
@@ -85,7 +86,7 @@ double rest_s(const TouchTrace& trace, double mass_kg) {
   return last == trace.rend() ? 0 : to_seconds(last->at);
 }
 
-/// Returns whether the tool stands stably on the mesh vertices at this side of its bounding box; see drops().
+/// Returns whether the tool stands stably on this side of its bounding box; see drops().
 bool is_face(const ExactSurface& tool, int axis, double sign) {
   const auto reach_of = [&](const ExactSurface& part, const Vec3& corner) {
     return sign * corner[axis] + part.half_thickness_m();
@@ -100,7 +101,8 @@ bool is_face(const ExactSurface& tool, int axis, double sign) {
       if (reach_of(*part, corner) >= reach_m - kFlat_m) base.push_back(corner);
     }
   }
-  // The tool stands stably if, in every direction from the centre, a supporting vertex is far enough outwards.
+  // The tool stands stably if, for every horizontal direction, a supporting vertex is far enough from the centre in
+  // that direction.
   for (int i = 0; i < kWays; ++i) {
     const double angle = 2 * std::numbers::pi * i / kWays;
     Vec3 way = Vec3::Zero();

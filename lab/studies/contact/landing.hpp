@@ -1,5 +1,5 @@
-// Landing tests: a hand lands its tool on a fixed object, or a tool falls to the ground. Checks with bounds apply to
-// both.
+// Landing tests: a hand lands its tool on a fixed object, or a tool falls to the ground. The results are checked
+// against bounds.
 #pragma once
 
 #include <string>
@@ -33,12 +33,14 @@ inline constexpr double kDrop_s = 3;
 /// 10 ms and rests for 0.3 s.
 ///
 /// Model   An inelastic rigid stop projects the velocities (v, 0) onto those that the contacts still permit; the
-///         projection is the nearest point in the metric of kinetic energy. So the velocity changes by at most v. The
-///         coupling has damping b and stiffness k, and is stretched during one step of duration T. Hence the force on
-///         the hand changes by at most v·(b + k·T). For the rotation, |ω|² I + m|v'|² + |ω|² I + m|v − v'|² = m v²,
-///         where the terms of v are at least half of m v². So |ω| ≤ v / (2 r), with r = √(I/m) for the axis with the
-///         smallest I. Hence the torque on the hand changes by at most (b_r + k_r·T)·v / (2 r). The change is smaller
-///         if the line of contact passes through the centre of mass.
+///         projection is the nearest point in the metric of kinetic energy. Therefore the velocity changes by at most
+///         v. The coupling has damping b and stiffness k, and is stretched during one step of duration T. Hence the
+///         force on the hand changes by at most v·(b + k·T). For the rotation, |ω|² I + m|v'|² + |ω|² I + m|v − v'|² =
+///         m v², where the terms of v are at least half of m v². Therefore |ω| ≤ v / (2 r), with r = √(I/m) for the
+///         axis with the smallest I. Hence the torque on the hand changes by at most (b_r + k_r·T)·v / (2 r). The
+///         change is smaller if the line of contact passes through the centre of mass.
+///         v     speed of the hand; v', ω  velocity and angular velocity of the tool after the stop
+///         m, I  mass and moment of inertia of the tool; b_r, k_r  rotational damping and stiffness of the coupling
 /// Source  our derivation; a frictionless contact at distance r from the centre attains the bound of ω
 std::vector<Landing> landings(const TouchObject& tool, const TouchObject& fixed, const Vec3& direction_W,
                               double mass_kg, const Clock& clock);
@@ -50,9 +52,9 @@ std::vector<Landing> landings(const TouchObject& tool, const TouchObject& fixed,
 /// 10. In other drops the tool may continue to roll and rock, because rolling on rigid ground dissipates no energy.
 std::vector<Landing> drops(const TouchObject& tool, double mass_kg, const Clock& clock);
 
-/// Returns the checks. All runs: contact occurs, and contact creates at most 1 mJ. Landings: the steps of the hand's
-/// force and torque are at most 1.1 times those of a rigid stop, and contact is lost at most once. Drops on a face: the
-/// tool comes to rest.
+/// Returns the checks. For all runs: contact occurs and creates at most 1 mJ. For landings: the steps of the hand's
+/// force and torque are at most 1.1 times those of a rigid stop, and contact is lost at most once. For drops on a face:
+/// the tool comes to rest.
 std::vector<Check> landing_checks(const std::vector<Landing>& all);
 
 boost::json::object to_json(const std::vector<Landing>& all);

@@ -14,7 +14,7 @@
 namespace tandem::lab {
 namespace {
 
-/// Meshes larger than this get wider cells in proportion to their size (server/assets/scene_assets.cpp).
+/// Size above which a mesh gets wider cells, in proportion to its size (server/assets/scene_assets.cpp).
 constexpr double kFullResolutionSize_m = 0.2;
 
 /// Scales and rotates the mesh, moves its centre to the origin, and records size and scale in `facts`. Fails:
@@ -29,8 +29,8 @@ void place(geometry::TriangleMesh& mesh, const MeshScale& scale, bool turns, Mes
   for (Vec3& vertex : mesh.vertices) vertex = (vertex - bounds.center()) * facts.scale_m;
 }
 
-/// Returns why the size of a mesh is doubtful. The text is empty if the size is plausible, or if the user requested the
-/// size.
+/// Returns the reason why the size of a mesh is implausible. The text is empty if the size is plausible or the user
+/// requested it.
 std::string doubt_of(const std::filesystem::path& file, const MeshScale& scale, const MeshFacts& facts) {
   const double size_m = facts.size_units.maxCoeff() * facts.scale_m;
   const std::string doubt =
@@ -41,7 +41,7 @@ std::string doubt_of(const std::filesystem::path& file, const MeshScale& scale, 
                            : " Else give --scale or --largest-size");
 }
 
-/// A square image that stores the depth of each pixel, so that nearer surfaces cover farther ones.
+/// A square image with a depth buffer, so that nearer surfaces cover farther ones.
 class Canvas {
  public:
   explicit Canvas(int pixels)

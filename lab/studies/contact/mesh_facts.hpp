@@ -1,4 +1,4 @@
-// Facts about a mesh file before it is used for contact: solids and sheets, wall thickness, size, and a picture.
+// Properties of a mesh file before it is used for contact: solids and sheets, wall thickness, size, and a picture.
 #pragma once
 
 #include <cstdint>
@@ -14,11 +14,12 @@ namespace tandem::lab {
 struct MeshFacts {
   geometry::ContactMesh mesh;
   Vec3 size_units = Vec3::Zero();  ///< size in units of the file
-  double scale_m = 1;              ///< metres per unit of the file, or per metre if the file states its unit
+  /// metres per unit of the file; if the file states its unit, the remaining factor after conversion to metres
+  double scale_m = 1;
   Vec3 size_m = Vec3::Zero();
   double volume_m3 = 0;        ///< sum over the solids; volume in which solids overlap counts twice
-  double overlap_share = 0;    ///< share of the solids' surface that overlaps (wall_thickness.hpp)
-  bool is_watertight = false;  ///< there is no sheet, and no hole had to be closed
+  double overlap_share = 0;    ///< fraction of the solids' surface that overlaps (wall_thickness.hpp)
+  bool is_watertight = false;  ///< whether there is no sheet and no hole had to be closed
   /// thinnest wall of the solids (wall_thickness.hpp); 0: there is no solid, or no faces lie opposite each other
   double thinnest_wall_m = 0;
   double resolution_m = 0;  ///< cell size near the surface in the contact grid
@@ -33,13 +34,13 @@ struct MeshScale {
   bool y_is_up = false;       ///< applies to files that do not state their up axis
 };
 
-/// Returns the facts about a mesh file.
+/// Returns the properties of a mesh file.
 /// In      warn  called before anything is built if the size is implausible, with the reason and the remedy
 /// Fails   std::runtime_error that names the file and the reason why it cannot be used
 MeshFacts mesh_facts(const std::filesystem::path& file, const MeshScale& scale,
                      const std::function<void(const std::string& warning)>& warn);
 
-/// Returns an orthographic picture, seen obliquely from above. Nearer surfaces are lighter; sheets are blue.
+/// Returns an orthographic picture, viewed obliquely from above. Nearer surfaces are lighter; sheets are blue.
 ///
 /// Out     rgb: square picture with `pixels` × `pixels` pixels of three bytes, row by row from top to bottom
 std::vector<std::uint8_t> picture_of(const geometry::ContactMesh& mesh, int pixels);

@@ -24,7 +24,8 @@ int add_vertex(geometry::TriangleMesh& mesh, const Vec3& p) {
   return static_cast<int>(mesh.vertices.size()) - 1;
 }
 
-/// Adds a regular polygon about the z axis, counter-clockwise seen from +z. Returns the index of its first vertex.
+/// Adds the vertices of a regular polygon about the z axis, counter-clockwise seen from +z. Returns the index of the
+/// first one.
 int add_ring(geometry::TriangleMesh& mesh, int sides, double radius_m, double z_m) {
   const int first = static_cast<int>(mesh.vertices.size());
   for (int i = 0; i < sides; ++i) {
@@ -34,7 +35,7 @@ int add_ring(geometry::TriangleMesh& mesh, int sides, double radius_m, double z_
   return first;
 }
 
-/// Adds the wall between a lower and an upper ring. It faces away from the axis.
+/// Adds the wall between a lower and an upper ring. The wall faces away from the axis.
 void join_rings(geometry::TriangleMesh& mesh, int lower, int upper, int sides) {
   for (int i = 0; i < sides; ++i) {
     const int next = (i + 1) % sides;
@@ -68,8 +69,7 @@ void add_annulus(geometry::TriangleMesh& mesh, int ring, int square, bool faces_
   }
 }
 
-/// A deterministic function of position with values within ±1. At a size of 10 cm its waves have a length of a few
-/// millimetres.
+/// Deterministic function of position with values within ±1. Its waves have a length of about 6 mm.
 double smooth_noise(const Vec3& p) {
   return std::sin(900 * p.x() + 0.3) * std::sin(1100 * p.y() + 1.1) * std::sin(1000 * p.z() + 2.3);
 }
@@ -105,7 +105,7 @@ geometry::TriangleMesh make_box_with_hole(double clearance_m) {
   const int low_square = add_square(-half.z());
   const int high_square = add_square(half.z());
   join_rings(mesh, low_square, high_square, 4);
-  // The upper ring is passed as the lower one, so that the wall of the hole faces the axis.
+  // Passing the upper ring as the lower one reverses the orientation: the wall of the hole faces the axis.
   join_rings(mesh, high_ring, low_ring, kHoleSides);
   add_annulus(mesh, high_ring, high_square, true);
   add_annulus(mesh, low_ring, low_square, false);
@@ -156,7 +156,8 @@ class Subdivision {
   }
 
  private:
-  /// Creates the points on a triangle, numbered by steps towards b and c, and the triangles between them.
+  /// Creates the points on a triangle, numbered by steps towards its corners b and c, and the triangles between the
+  /// points.
   void cut(const std::array<int, 3>& triangle) {
     std::map<std::pair<int, int>, int> at;
     for (int to_b = 0; to_b <= pieces_; ++to_b) {
@@ -171,8 +172,7 @@ class Subdivision {
   }
 
   int point(const std::array<int, 3>& triangle, int to_b, int to_c) {
-    // The corners' weights are sorted, so that both triangles at an edge compute the same key and exactly the same
-    // point.
+    // The corners are sorted, so that both triangles at an edge compute the same key and bit-identical points.
     std::array<std::pair<int, int>, 3> shares{
         {{triangle[0], pieces_ - to_b - to_c}, {triangle[1], to_b}, {triangle[2], to_c}}};
     std::sort(shares.begin(), shares.end());
@@ -194,7 +194,7 @@ class Subdivision {
   int pieces_;
   double height_m_;
   std::vector<Vec3> normals_;
-  std::map<std::vector<int>, int> points_;  ///< key: the corners of the triangle with the weights of the point
+  std::map<std::vector<int>, int> points_;  ///< key: corners of the triangle, each with its weight in the point
   geometry::TriangleMesh result_;
 };
 

@@ -1,5 +1,5 @@
-// Generates meshes whose size, triangle count and clearance are known exactly: the peg and the box of the thesis,
-// bodies for tests, and one mesh at many resolutions.
+// Generates meshes whose size, triangle count and clearance are known exactly: the peg and the box of the source thesis
+// (Hou 2014), bodies for tests, and one mesh at many resolutions.
 #pragma once
 
 #include "common/geometry/triangle_mesh.hpp"
@@ -16,8 +16,8 @@ inline constexpr double kPegChamfer_m = 0.002;
 /// Returns the box of the peg-in-hole benchmark: 176 triangles. It is centred and has a through hole with 40 sides
 /// along z.
 ///
-/// The clearance is the distance between the circle around the peg and the circle inscribed in the hole. Therefore the
-/// peg fits at every angle about its axis.
+/// The clearance is the distance between the circumscribed circle of the peg and the inscribed circle of the hole.
+/// Therefore the peg fits at every angle about its axis.
 geometry::TriangleMesh make_box_with_hole(double clearance_m = 5e-4);
 inline constexpr double kBoxWidth_m = 0.080;
 inline constexpr double kBoxHeight_m = 0.040;  ///< height along the axis of the hole
@@ -28,8 +28,8 @@ geometry::TriangleMesh make_sphere(double radius_m, int levels);
 geometry::TriangleMesh make_cube(double edge_m);
 
 /// Divides each edge into `pieces` parts and each triangle into pieces² triangles. New vertices are displaced along the
-/// normal of the old surface by up to `height_m`. The displacement is a smooth function of position, so that the finer
-/// mesh has no flat patches.
+/// normal of the original surface by up to `height_m`. The displacement is a smooth function of position, so that the
+/// finer mesh has no flat patches.
 geometry::TriangleMesh subdivided(const geometry::TriangleMesh& mesh, int pieces, double height_m);
 
 /// Returns the bounding box of the vertices that belong to triangles; unused vertices are ignored.

@@ -1,4 +1,4 @@
-// Obtains a mesh for a benchmark: from a file, or by the name of a generated mesh.
+// Loads or generates the mesh of a benchmark.
 #pragma once
 
 #include <optional>

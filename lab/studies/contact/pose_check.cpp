@@ -10,7 +10,7 @@
 namespace tandem::lab {
 namespace {
 
-// Largest depth of a tested pose, as a multiple of the depth from which contact is rigid. In thin walls, the rigid
+// Largest depth of a tested pose, as a multiple of the depth from which contact is rigid. In thin walls, that rigid
 // depth is at most 0.4 of the half thickness.
 constexpr double kDeepestInRigid = 2;
 constexpr double kDeepestPose_m = kDeepestInRigid * contact::kMaxRigidDepth;
@@ -30,8 +30,8 @@ Quat random_rotation(Random& random) {
   return q.norm() > 1e-9 ? Quat(q.normalized()) : Quat::Identity();
 }
 
-/// Returns whether a point of `from` is deeper than `depth_m` in `to`. The function tests only a sample of the points,
-/// so it is used only to choose poses.
+/// Returns whether a point of `from` is deeper than `depth_m` in `to`. Only a sample of the points is tested, which
+/// suffices for the choice of poses.
 bool is_deeper(const TouchObject& from, const Pose& X_TF, const TouchObject& to, double depth_m) {
   const auto& points = from.shape->shells.surface.points;
   const std::size_t stride = points.size() / kPlacingPoints + 1;
@@ -39,7 +39,7 @@ bool is_deeper(const TouchObject& from, const Pose& X_TF, const TouchObject& to,
     const Vec3 p_T = X_TF * points[i].p_S.cast<double>();
     const double rough = -to.shape->field->distance_m(p_T);
     if (rough > depth_m) return true;
-    // Outside its band, the grid gives only the sign of the distance. The exact distance is then computed.
+    // The grid gives only the sign of the distance outside its band. There the exact distance is computed.
     if (rough > 0.5 * to.shape->field->band_m() &&
         -to.exact->distance_m(p_T, std::numeric_limits<double>::infinity()) > depth_m)
       return true;
@@ -63,8 +63,8 @@ Pose random_pose(const TouchObject& a, const TouchObject& b, Random& random) {
     const bool is_deep = is_deeper(a, X_WA, b, wanted) || is_deeper(b, X_WA.inverse(), a, wanted);
     (is_deep ? inside : outside) = middle;
   }
-  // The bisection tests only a sample of the points. It also ignores a thin wall that has passed through another wall,
-  // because such a wall is not deep. Therefore the pose is moved back by the excess depth.
+  // The bisection tests only a sample of the points. It misses a thin wall that has passed through another wall,
+  // because no point is deep then. Therefore the pose is moved back by the excess of the exact depth.
   for (int i = 0; i < kStepsBack; ++i) {
     const double deepest = deepest_overlap_m(*a.exact, X_WA, *b.exact, Pose{}, 0, 2 * kDeepestPose_m);
     if (deepest <= limit_m) break;
@@ -73,8 +73,8 @@ Pose random_pose(const TouchObject& a, const TouchObject& b, Random& random) {
   return X_WA;
 }
 
-/// Contacts sorted by x, so that the contacts near a point are found without a search through all. Beyond the budget, a
-/// contact represents several points. It is then stored at each of those points that is inside the other body.
+/// Contacts sorted by x, so that those near a point are found quickly. If the number of contacts exceeds the budget,
+/// one contact represents several points. It is then stored at each of these points that is inside the other body.
 class NearContacts {
  public:
   NearContacts(const contact::ContactPair& pair, const TouchObject& a, const Pose& X_WA, const TouchObject& b) {
@@ -104,10 +104,10 @@ class NearContacts {
     return false;
   }
 
-  /// Returns whether the contact of some face has the correct depth for this point.
+  /// Returns whether some contact, regarded as a plane, has the correct depth at this point.
   bool has_face_over(const OverlapPoint& point) const {
     return std::ranges::any_of(faces_, [&point](const contact::ContactPoint& face) {
-      // A motion along the normal moves points of A out of B, but points of B into A. Both signs are tried.
+      // A motion along the normal moves points of A out of B, and points of B into A. Therefore both signs are tried.
       const double way_m = face.normal_W.dot(point.p_W - face.p_W);
       const double error_m = face.depth_m - point.depth_m;
       return std::min(std::abs(error_m - way_m), std::abs(error_m + way_m)) <= kSamePlane_m;
@@ -119,9 +119,8 @@ class NearContacts {
   std::vector<contact::ContactPoint> faces_;
 };
 
-/// Returns the depth of this contact according to the exact surfaces, or 0 if none of its points lies on its own
-/// surface. This also detects a face that is pierced by a vertex of the other body, where no vertex of the face is
-/// deep.
+/// Returns the depth of a contact according to the exact surfaces, or 0 if none of its points lies on its own surface.
+/// It detects a vertex of the other body that pierces a face: no vertex of the face is deep then.
 double exact_depth_m(const contact::ContactPair& pair, const contact::ContactPoint& contact, const TouchObject& a,
                      const Pose& X_WA, const TouchObject& b, double deepest_m) {
   const bool is_of_a = pair.is_of_a(contact);

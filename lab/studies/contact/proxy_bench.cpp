@@ -13,18 +13,18 @@ namespace {
 constexpr double kTick_s = 1e-3;
 constexpr double kPressed_m = 5e-3;
 constexpr double kHandSpeed_m_per_s = 0.2;
-/// Size of the ellipsoid on which the target point moves, relative to the bounding box of the mesh.
+/// Size of the ellipsoid on which the target point moves, as a multiple of the bounding box of the mesh.
 constexpr double kWiden = 1.3;
 /// Periods of the target point's motion in azimuth and elevation, and its largest elevation. The ratio of the periods
 /// is chosen so that the path rarely repeats.
 constexpr double kRound_s = 7;
 constexpr double kUpAndDown_s = 3.1;
 constexpr double kElevation_rad = 1.2;
-/// lag_of() evaluates every kLagStride-th tick; the stride does not coincide with a period of the path. It then waits
-/// for at most kMaxSettling updates until the proxy rests.
+/// Every kLagStride-th tick is evaluated by lag_of(); the stride is not a divisor of a period of the path. An
+/// evaluation runs at most kMaxSettling updates until the proxy is at rest.
 constexpr std::size_t kLagStride = 7;
 constexpr int kMaxSettling = 200;
-/// The proxy is at rest if an update moves it by less than this.
+/// Motion per update below which the proxy counts as resting.
 constexpr double kAtRest_m = 1e-7;
 
 /// Returns six times the signed volume of a tetrahedron.
@@ -32,7 +32,8 @@ double volume6(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   return (b - a).cross(c - a).dot(d - a);
 }
 
-/// Returns whether the segment pq crosses the triangle. A segment that ends on the triangle or touches its edge counts.
+/// Returns whether the segment pq crosses the triangle. A segment that ends on the triangle or touches its edge counts
+/// as crossing.
 bool crosses_triangle(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c) {
   if (volume6(a, b, c, p) * volume6(a, b, c, q) > 0) return false;
   const double ab = volume6(p, q, a, b);
@@ -45,7 +46,7 @@ double lowest_x(const std::array<Vec3, 3>& triangle) {
   return std::min({triangle[0].x(), triangle[1].x(), triangle[2].x()});
 }
 
-/// Finds straight segments that cross a mesh. It tests every triangle that overlaps the segment's extent in x.
+/// Tests whether straight segments cross a mesh. All triangles that overlap the segment's extent in x are tested.
 class CrossingTest {
  public:
   explicit CrossingTest(const geometry::TriangleMesh& mesh);

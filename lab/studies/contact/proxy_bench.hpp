@@ -15,9 +15,9 @@ namespace tandem::lab {
 
 /// Returns positions of the hand, one for each tick.
 ///
-/// Model   A point y moves randomly on an ellipsoid around the bounding box. Let x be the point of the mesh closest to
-///         y. The hand moves towards the point 5 mm behind x at up to 0.2 m/s, and may pass through the inside. It
-///         begins at y.
+/// Model   A point y moves on an ellipsoid around the bounding box. Let x be the point of the mesh closest to y. The
+///         hand begins at y. It moves towards the point 5 mm behind x at up to 0.2 m/s, and may pass through the
+///         inside.
 std::vector<Vec3> wandering_hand(const geometry::TriangleMesh& mesh, std::size_t steps);
 
 /// Results of one loop along a path.
@@ -27,16 +27,16 @@ struct ProxyRun {
   std::vector<Vec3> way_W;   ///< vertices of the polyline along which the ball moved
 };
 
-/// Runs the god-object; the ball is its proxy.
+/// Runs the god-object. The displayed ball is its proxy.
 ProxyRun run_god_object(const std::shared_ptr<const haptics::ProxyMesh>& mesh,
                         const haptics::GodObjectSettings& settings, const std::vector<Vec3>& hand, const Clock& clock);
-/// Runs the closest-point loop: each tick queries the closest point of the mesh from the bounding-volume tree, without
-/// using the previous tick. The ball touches the mesh there on the side to which the surface faces.
+/// Runs the closest-point loop. Each tick queries the closest point of the mesh from the bounding-volume tree, without
+/// state from the previous tick. The ball touches the mesh at that point, on the side to which the surface faces.
 ProxyRun run_closest_point(const geometry::TriangleTree& tree, double radius_m, const std::vector<Vec3>& hand,
                            const Clock& clock);
 
-/// Figures computed only from positions and triangles. The only code shared with the loops under test is the exact
-/// distance to a mesh.
+/// Figures of merit, computed from positions and triangles alone. Only the exact distance to a mesh is shared with the
+/// loops under test.
 struct ProxyFigures {
   TimeQuantiles loop_us;  ///< over all ticks of all runs
   /// Largest penetration over the ticks: radius of the ball minus the signed distance of its centre.
@@ -44,22 +44,23 @@ struct ProxyFigures {
   std::uint64_t pop_throughs = 0;  ///< number of straight segments of the ball's path that cross the mesh
 };
 
-/// Lag of the god-object: its distance from the position that it would reach if the time in a tick were unlimited.
+/// Lag of the god-object: its distance from the position that it would reach if the computation time of a tick were
+/// unlimited.
 struct ProxyLag {
-  double held_back_share = 0;  ///< share of the ticks that end with kProxyHeldBack
-  double p50_m = 0;            ///< median distance from the position at rest, if the hand stops
+  double held_back_share = 0;  ///< fraction of the ticks that end with kProxyHeldBack
+  double p50_m = 0;            ///< median distance from the rest position for a resting hand
   double p99_m = 0;
   double max_m = 0;
 };
-/// Measures the lag of the god-object. After every kLagStride-th tick, a copy continues with a resting hand until the
-/// proxy rests, for at most kMaxSettling updates. No clock is read.
+/// Measures the lag of the god-object. After every kLagStride-th tick, a copy is updated with a resting hand until the
+/// proxy is at rest, at most kMaxSettling times. The result does not depend on a clock.
 ProxyLag lag_of(const std::shared_ptr<const haptics::ProxyMesh>& mesh, const haptics::GodObjectSettings& settings,
                 const std::vector<Vec3>& hand);
 /// Returns the largest depth of the hand below the surface.
 double depth_of(const std::vector<Vec3>& hand, const geometry::TriangleTree& tree);
 
-/// In      runs  one or more runs of the same loop and path; the first run should be omitted, because its caches are
-///         cold
+/// Evaluates all runs of one loop.
+/// In      runs  one or more runs of the same loop and path; the first run, which has cold caches, should be omitted
 ProxyFigures figures_of(const std::vector<ProxyRun>& runs, const geometry::TriangleMesh& mesh, double radius_m);
 boost::json::object to_json(const ProxyFigures& figures);
 boost::json::object to_json(const ProxyLag& lag);

@@ -1,4 +1,4 @@
-// Quantiles of step times and of counts for each step, as the benchmarks print them.
+// Quantiles of durations and of counts per step, in the form that the benchmarks print.
 #pragma once
 
 #include <cstdint>
@@ -17,6 +17,7 @@ struct TimeQuantiles {
   double max_us = 0;
 };
 TimeQuantiles quantiles_of(std::vector<Duration> times);
+/// Returns a quantile of the counts, or 0 if there are none.
 /// In      q  quantile, 0..1
 std::uint32_t quantile_of(std::vector<std::uint32_t> counts, double q);
 

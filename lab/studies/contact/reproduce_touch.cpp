@@ -60,11 +60,11 @@ double greatest_force_n(const TouchTrace& trace) {
 }
 
 /// Returns the amplitude of sustained vibration of the force. The deviation of the force from its mean over the
-/// surrounding 20 ms gives an RMS for each interval of 100 ms. Of every three consecutive RMS the smallest is taken;
-/// the result is the largest of these over all times.
+/// surrounding 20 ms gives an RMS for each interval of 100 ms. The smallest of three consecutive RMS values is taken,
+/// because an impact ends within one of the intervals. The result is the largest of these over all times.
 ///
 /// Voluntary motion changes the force at frequencies below 10 Hz. The deviation contains frequencies above about 25 Hz,
-/// where buzz is felt. The smallest of three is used because an impact ends within one of the three intervals.
+/// at which users perceive buzz.
 double buzz_n(const TouchTrace& trace) {
   constexpr std::size_t kMean = 10, kWindow = 100;
   std::vector<double> sums{0};  // cumulative squared deviations up to each step

@@ -13,7 +13,7 @@
 
 namespace tandem::lab {
 
-/// A named run of one tool. It is one line of a plot.
+/// A named run of one tool, drawn as one curve.
 struct NamedTrace {
   std::string name;
   TouchTrace trace;
@@ -23,9 +23,10 @@ std::vector<Plot> touch_figures(const std::vector<NamedTrace>& runs, const std::
 
 /// Returns the file with the bunny's mesh, from Debian's package glmark2-data.
 std::filesystem::path bunny_file();
+/// Reproduces the contact of two bunnies.
 /// Fails   std::invalid_argument: the bunny's file is missing; the message names the package
 Reproduction reproduce_bunny(const Clock& clock);
-/// Uses the hand path lab/paths/peg_five_steps.json for every mass.
+/// Reproduces the peg in a hole, with the hand path lab/paths/peg_five_steps.json for every mass.
 Reproduction reproduce_peg(const Clock& clock);
 
 }  // namespace tandem::lab

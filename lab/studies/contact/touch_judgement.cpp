@@ -15,7 +15,7 @@ constexpr std::size_t kCopyBytes = 256U << 10U;
 constexpr int kCopies = 5000;
 constexpr int kSampleRounds = 50;
 constexpr std::size_t kSamplePoints = 4096;
-constexpr std::size_t kPointsOfBody = 200;  // number of points that are followed on each body
+constexpr std::size_t kPointsOfBody = 200;  // number of points that are tracked on each body
 constexpr double kTooDeep_m = 2e-3;
 constexpr double kShallow_m = 5e-4;
 constexpr double kPiece_m = 2.5e-4;
@@ -25,15 +25,16 @@ double deepest_exact_m(const TouchTrace& trace, const ExactSurface& tool, const 
   double deepest_m = 0;
   for (std::size_t i = 0; i < trace.size(); i += kExactEvery) {
     const Pose& X_WT = trace[i].X_WT;
-    // Only overlaps deeper than the deepest one so far are searched, which saves time.
+    // Only overlaps deeper than the deepest one so far are searched, to save time.
     deepest_m = std::max(deepest_m, deepest_overlap_m(tool, X_WT, fixed, Pose{}, deepest_m));
   }
   return deepest_m;
 }
 
-/// Follows points on the surface of one body in their motion relative to another body.
+/// Tracks points on the surface of one body in their motion relative to another body.
 class PointsThrough {
  public:
+  /// Begins to track the points.
   /// In      points_M  points in the frame of the moving body
   ///         half_m    distance of the body's surface from these points: half the thickness of a plate, 0 for a solid
   PointsThrough(const std::vector<Vec3>& points_M, double half_m, const ExactSurface& other)
@@ -53,12 +54,12 @@ class PointsThrough {
     Vec3 entry_O = Vec3::Zero();  ///< normal of the nearest surface when the point was last outside
     bool is_inside = false;
     bool is_through = false;
-    bool was_through = false;  ///< true if the point was through at any time in this step
+    bool was_through = false;  ///< whether the point was through at any time in this step
   };
   void move(Follower& follower, const Vec3& p_O);
 
   const ExactSurface& other_;
-  double reach_m_;  ///< distance between the point and the other mesh at which the two surfaces touch
+  double reach_m_;  ///< distance between a tracked point and the other mesh at which the two surfaces touch
   std::vector<Follower> followers_;
   double deepest_m_ = 0;
   bool has_started_ = false;
@@ -73,8 +74,8 @@ std::size_t PointsThrough::step(const Pose& X_OM) {
     const Vec3 from_O = follower.last_O;
     const double length = (p_O - from_O).norm();
     const int pieces = std::clamp(static_cast<int>(std::ceil(length / kPiece_m)), 1, kMaxPieces);
-    // A ball encloses this step of the path. If the ball does not reach the bounding box, contact is impossible and the
-    // step is skipped.
+    // A ball encloses this piece of the path. If the ball does not reach the bounding box, contact is impossible and
+    // the piece is skipped.
     if (follower.is_inside || other_.may_touch((from_O + p_O) / 2, length / 2 + kTooDeep_m + reach_m_)) {
       for (int i = 1; i <= pieces; ++i) move(follower, from_O + (p_O - from_O) * i / pieces);
     }
@@ -88,8 +89,8 @@ std::size_t PointsThrough::step(const Pose& X_OM) {
 void PointsThrough::move(Follower& follower, const Vec3& p_O) {
   const geometry::TriangleTree::Closest closest = other_.closest(p_O, kTooDeep_m + reach_m_);
   if (closest.triangle < 0) {
-    // No surface is within the depth limit. In a solid, the point is then deeper than the limit. In a plate, the point
-    // has left the plate.
+    // No surface is within the depth limit. A point inside a solid is then deeper than the limit; a point inside a
+    // plate has left the plate.
     const bool is_solid = other_.half_thickness_m() <= 0;
     if (follower.is_inside && is_solid) {
       follower.is_through = true;
@@ -112,7 +113,7 @@ void PointsThrough::move(Follower& follower, const Vec3& p_O) {
   }
 }
 
-/// Follows surface points of each of two bodies relative to the other body. Counts how often the state changes from "no
+/// Counts pop-throughs of two bodies by surface points that are tracked on each body. It counts the changes from "no
 /// point has popped through" to "at least one point has". The result depends only on the motion and on the exact
 /// meshes.
 ///
@@ -121,6 +122,7 @@ void PointsThrough::move(Follower& follower, const Vec3& p_O) {
 ///         Between two steps the points move along straight lines, in pieces of at most kPiece_m.
 class PopThroughWatch {
  public:
+  /// Samples the points of both bodies.
   /// In      a, b  must be separate at the first step
   PopThroughWatch(const ExactSurface& a, const ExactSurface& b) {
     for (const ExactSurface* of_a : a.parts()) {
@@ -163,7 +165,7 @@ std::size_t separations_of(const TouchTrace& trace) {
 
 void judge_energy(const TouchTrace& trace, TouchFigures& figures) {
   double work_j = 0, least_work_j = 0;
-  double least_j = std::numeric_limits<double>::infinity();  // minimum so far of past work plus stored energy
+  double least_j = std::numeric_limits<double>::infinity();  // minimum so far of work before a step + energy
   for (const TouchStep& step : trace) {
     least_j = std::min(least_j, work_j + step.contact_stored_j);
     work_j += step.contact_work_j;

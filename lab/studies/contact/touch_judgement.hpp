@@ -1,4 +1,4 @@
-// Figures computed from a contact trace, and lower bounds for the times on this machine, measured in the same run.
+// Figures of merit of a contact trace, and lower bounds for durations on this machine, measured in the same run.
 #pragma once
 
 #include <cstddef>
@@ -13,13 +13,13 @@ namespace tandem::lab {
 struct TouchFigures {
   std::size_t steps = 0;
   std::uint32_t contacts_max = 0;
-  /// Number of distance queries to a grid in a step: median and 99th percentile. It is the same on every machine.
+  /// Number of distance queries to a grid in a step: median and 99th percentile. They do not depend on the machine.
   std::uint32_t queries_p50 = 0, queries_p99 = 0;
   TimeQuantiles query_us;
-  TimeQuantiles step_us;       ///< time of each step: the shortest of kRounds equal runs
-  TimeQuantiles step_once_us;  ///< time of each step in the first run alone, including interruptions
-  /// Overlap according to the exact meshes. It is computed every 50 steps up to a depth of 3 mm, and in every step at
-  /// 200 points of each body.
+  TimeQuantiles step_us;       ///< duration of each step: the shortest of kRounds equal runs
+  TimeQuantiles step_once_us;  ///< duration of each step in the first run alone, including interruptions
+  /// Overlap according to the exact meshes: the maximum over all vertices and edges every 50 steps, up to a depth of 3
+  /// mm, and over 200 points of each body in every step.
   double max_penetration_m = 0;
   std::uint64_t pop_throughs = 0;
   double force_jump_max_n = 0;  ///< force jump for the reduced contacts; see run_touch()
@@ -30,14 +30,15 @@ struct TouchFigures {
   /// Largest net work of the contact on the tool over any interval. Springs return the energy that they stored.
   double contact_returned_j = 0;
   /// Same as contact_returned_j, minus the energy that contact layers and friction stored at the start of the interval.
-  /// A positive value violates passivity. It is an upper bound, because it includes energy stored in the rigid floor.
+  /// A positive value violates passivity. The value is an upper bound, because it includes energy stored in the rigid
+  /// floor.
   double contact_created_j = 0;
 };
 TouchFigures figures_of(const std::vector<TouchTrace>& runs, const ExactSurface& tool, const ExactSurface& fixed);
 /// Returns all figures except the exact overlap, whose computation takes seconds.
 TouchFigures quick_figures_of(const std::vector<TouchTrace>& runs);
 
-/// Number of times that each timed run is repeated.
+/// Number of repetitions of each timed run.
 inline constexpr int kRounds = 3;
 template <class Run>
 std::vector<TouchTrace> in_rounds(const Run& run) {
@@ -46,11 +47,11 @@ std::vector<TouchTrace> in_rounds(const Run& run) {
   return runs;
 }
 
-// The following functions measure the speed of this machine. The times are lower bounds for every method.
+// The following functions measure the speed of this machine. Their results are lower bounds for every contact method.
 
 /// Returns the time of one query for distance and gradient near the surface, with all data in the cache.
 double field_sample_ns(const contact::ContactShape& shape, const Clock& clock);
-/// Returns the time to copy 256 KiB. The tail of the distribution is the jitter that the machine itself adds to a step.
+/// Returns the time to copy 256 KiB. The tail of its distribution is the jitter that the machine adds to a step.
 TimeQuantiles memory_copy_us(const Clock& clock);
 
 }  // namespace tandem::lab

@@ -32,7 +32,7 @@ std::shared_ptr<const contact::ContactShape> through_a_file(const std::vector<st
   return shape;
 }
 
-/// Loads a stored shape. Returns null if the file is missing or incomplete.
+/// Loads a shape from the cache. Returns null if the file is missing or incomplete.
 std::shared_ptr<const contact::ContactShape> kept_shape(const std::filesystem::path& file, const proto::Sha256& key,
                                                         const Clock& clock, double& load_s) {
   const LocalTime begin = clock.now();

@@ -16,8 +16,8 @@ struct TouchObject {
   geometry::ContactMesh mesh;
   std::shared_ptr<const contact::ContactShape> shape;  ///< contact shape, as read back from the cache file
   std::shared_ptr<const ExactSurface> exact;
-  double build_s = 0;  ///< build time including mesh repair; 0: the object was loaded from the cache
-  /// time to load the asset from its file; if it was just built, the file is still in the kernel's page cache
+  double build_s = 0;  ///< build time including mesh repair [s]; 0: the object was loaded from the cache
+  /// time to load the asset from its file [s]; directly after a build, the file is in the kernel's page cache
   double cache_load_s = 0;
 
   double cell_m() const;     ///< largest cell of the distance grid near the surface

@@ -29,7 +29,7 @@ class Way {
 
  private:
   void add(const Pose& X_WH, double seconds) {
-    // The new phase begins at the previous point.
+    // A new phase begins at the previous point.
     if (!phase_.empty()) points_.back().phase = std::exchange(phase_, "");
     points_.push_back({points_.back().at + from_seconds(seconds), X_WH, 0, ""});
   }
@@ -55,8 +55,8 @@ Vec3 first_contact(const ExactSurface& a, const ExactSurface& b, const TouchPlan
     X_WA.p += direction * gap;
     if (X_WA.p.dot(direction) > 0) break;  // the meshes passed each other without contact
   }
-  // If edges cross edges, the vertices detect the contact too late. Therefore the pose is moved back by the remaining
-  // overlap.
+  // Where edges cross edges, vertices alone detect the contact too late. Therefore the pose is moved back by the
+  // remaining exact overlap.
   for (int i = 0; i < kApproachSteps; ++i) {
     const double depth = deepest_overlap_m(a, X_WA, b, Pose{});
     if (depth <= 0) break;

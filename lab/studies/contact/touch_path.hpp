@@ -1,5 +1,5 @@
-// Path of a hand that moves one mesh to another, presses, slides, twists and retracts. Every contact method and every
-// resolution of the meshes uses the same path.
+// Path of a hand that moves one mesh to another, presses, slides, twists and retracts. It is the same for every contact
+// method and every resolution of the meshes.
 #pragma once
 
 #include "devices/sim/hand_path.hpp"

@@ -18,15 +18,15 @@ namespace {
 constexpr double kDampingRatio = 0.7;
 constexpr double kMinBand_m = 5e-5;
 constexpr std::size_t kReducedContacts = 16;
-/// Lower limit of the lever arm by which a torque is divided. A smaller spread of the contacts would exaggerate the
-/// torque error.
+/// Lower limit of the lever arm by which a torque is divided. Division by a smaller spread of the contacts would
+/// exaggerate the torque error.
 constexpr double kMinSpread_m = 1e-3;
 
-/// The difference between the wrench of the reduced contacts and the wrench of all contacts.
+/// Tracks the difference between the wrench of the reduced contacts and the wrench of all contacts.
 class ReductionError {
  public:
-  /// Returns the force step that a receiver of the reduced contacts perceives when they are updated. It is the change
-  /// of the error since the previous call. The previous error is extrapolated to this pose by the derivative of the
+  /// Returns the force step that a receiver of the reduced contacts perceives when they are updated: the change of the
+  /// error since the previous call. The previous error is first extrapolated to this pose by the derivative of the
   /// wrench.
   double change_n(std::span<const contact::ContactPoint> contacts, double stiffness_n_per_m3, const Pose& X_WT) {
     const std::size_t count = contact::reduce_contacts(contacts, stiffness_n_per_m3, reduced_);
@@ -81,8 +81,8 @@ class TouchSimulation {
 
   TouchStep step(const Pose& X_WH, const Twist& V_WH) {
     const double h = settings_.step_s;
-    // Both ends of the coupling may move within the step. The factor 1.5 is a margin for velocity that the tool gains
-    // in the step itself.
+    // The contact band is the distance by which the surfaces may approach within a step. Both ends of the coupling may
+    // move. The factor 1.5 allows for velocity that the tool gains within the step.
     const double speed = std::max(V_WT_.v.norm() + V_WT_.w.norm() * radius_m_, V_WH.v.norm());
     const double band = std::max(kMinBand_m, 1.5 * speed * h);
     TouchStep result;
@@ -116,15 +116,15 @@ class TouchSimulation {
     const Vec3 w_T = X_WT_.q.conjugate() * V_WT.w;
     return 0.5 * (settings_.mass_kg * V_WT.v.squaredNorm() + w_T.dot(inertia_T_ * w_T));
   }
-  /// Returns the work of coupling and weight in the step from these velocities to the current ones. A force that
-  /// changes the velocity within a step does its work at the mean of both velocities. Therefore the work of all forces
-  /// equals the gain of kinetic energy, except for rounding.
+  /// Returns the work of coupling and weight in the step from the velocities V_before_WT to the current ones. A force
+  /// that changes the velocity within a step does its work at the mean of both velocities. Therefore the work of all
+  /// forces equals the gain of kinetic energy, except for rounding.
   double work_beside_contact_j(const Twist& V_before_WT) const {
     const Vec3 f = tool_wrench_W_.f + settings_.mass_kg * settings_.gravity_m_per_s2;
     return 0.5 * settings_.step_s * (f.dot(V_before_WT.v + V_WT_.v) + tool_wrench_W_.t.dot(V_before_WT.w + V_WT_.w));
   }
-  /// Returns the energy stored in contact layer and friction, as in ContactRows. Beyond the rigid depth, the force of
-  /// the layer is constant.
+  /// Returns the energy stored in contact layer and friction, by the model of ContactRows. Beyond the rigid depth, the
+  /// force of the layer is constant.
   double stored_j() const {
     double sum = 0;
     for (const contact::ContactPoint& contact : pair_.contacts()) {
@@ -171,7 +171,7 @@ class TouchSimulation {
   Twist V_WT_;
 };
 
-/// Returns the start pose of the tool: if the hand holds it, the tool hangs at rest below the hand.
+/// Returns the start pose of the tool. A tool that the hand holds hangs at rest below the hand.
 Pose resting_pose(Pose X_WT, const TouchSettings& settings) {
   if (settings.coupling.stiffness_n_per_m <= 0) return X_WT;
   X_WT.p += settings.mass_kg * settings.gravity_m_per_s2 / settings.coupling.stiffness_n_per_m;
@@ -203,8 +203,8 @@ Vec3 box_inertia_kg_m2(const Vec3& size_m, double mass_kg) {
 haptics::CouplingParameters damped_for(haptics::CouplingParameters coupling, double mass_kg,
                                        const Vec3& inertia_kg_m2) {
   coupling.damping_n_s_per_m = 2 * kDampingRatio * std::sqrt(coupling.stiffness_n_per_m * mass_kg);
-  // The damping is chosen for the axis with the smallest inertia, so the other axes are damped less. A larger damping
-  // would make GImpact unstable, because its coupling is explicit.
+  // The damping suits the axis with the smallest inertia; the other axes are damped less. With a larger damping,
+  // GImpact would be unstable, because its coupling is explicit.
   coupling.damping_n_m_s_per_rad =
       2 * kDampingRatio * std::sqrt(coupling.stiffness_n_m_per_rad * inertia_kg_m2.minCoeff());
   return coupling;

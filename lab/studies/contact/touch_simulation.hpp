@@ -1,5 +1,5 @@
-// Minimal simulation of one hand, one tool and one fixed object at 1 kHz. It compares contact methods: our own and
-// Bullet's GImpact follow the same path and record the same trace.
+// Minimal simulation of one hand, one tool and one fixed object at 1 kHz. It serves to compare contact methods: our own
+// method and Bullet's GImpact follow the same path and record the same trace.
 #pragma once
 
 #include <cstdint>
@@ -21,11 +21,11 @@ struct TouchSettings {
   double mass_kg = 0.1;
   Vec3 gravity_m_per_s2 = Vec3::Zero();
   double friction = 0.5;
-  /// Default coupling with a force limit of 5 N and saturation with a sharp corner. damped_for() sets its damping.
+  /// Default coupling with a force limit of 5 N; saturation begins exactly at the limit. damped_for() sets its damping.
   haptics::CouplingParameters coupling{.force_limit_n = 5.0, .saturation_softness = 0};
 };
 
-/// One step of either method. The times depend on the machine; all other values are the same in every run.
+/// One step of either contact method. The durations depend on the machine; all other values are the same in every run.
 struct TouchStep {
   Duration at{0};
   int phase = -1;
@@ -43,7 +43,7 @@ struct TouchStep {
   /// friction bristles.
   double contact_stored_j = 0;
   Duration query{0};
-  Duration step{0};  ///< time of query and solver together
+  Duration step{0};  ///< duration of query and solver together
   bool has_converged = true;
 };
 
@@ -55,34 +55,34 @@ Vec3 box_inertia_kg_m2(const Vec3& size_m, double mass_kg);
 /// rotation.
 haptics::CouplingParameters damped_for(haptics::CouplingParameters coupling, double mass_kg, const Vec3& inertia_kg_m2);
 
-/// Default number of steps. It is larger than any path needs, so that a run ends at the end of its path.
+/// Default number of steps: unlimited. The run ends at the end of the path.
 inline constexpr std::size_t kWholePath = std::numeric_limits<std::size_t>::max();
 
 /// Simulates a tool along the path. The tool has the mass and inertia of a solid box around `tool`; `fixed` is at the
 /// origin of W.
 ///
-/// The force jump is the error that a receiver of the 16 reduced contacts perceives when new ones arrive. First the net
+/// The force jump of a step is the error that a receiver of the 16 reduced contacts perceives when new ones arrive. The
 /// wrench of the previous reduced contacts is extrapolated to the new pose by their own stiffness and subtracted from
-/// that of the new ones. The same difference for all contacts is then subtracted. Torque is divided by the spread of
-/// the contacts.
-/// In      clock  clock that measures the times in TouchStep
+/// the wrench of the new ones. The same difference for all contacts is then subtracted. Torque is divided by the spread
+/// of the contacts.
+/// In      clock  clock for the durations in TouchStep
 TouchTrace run_touch(const contact::ContactShape& tool, const contact::ContactShape& fixed,
                      const devices::HandPath& path, const TouchSettings& settings, const Clock& clock,
                      Duration begin = Duration{0}, std::size_t steps = kWholePath);
 
-/// Simulates the tool as above for the duration `length`, with a hand whose pose and twist are returned by `hand_at`.
-/// The tool starts with the hand's twist. If the coupling has no stiffness, there is no hand and the tool falls.
+/// Simulates the tool for the duration `length`, with a hand whose pose and twist are returned by `hand_at`. The tool
+/// starts with the hand's twist. If the coupling has no stiffness, there is no hand and the tool falls.
 TouchTrace run_touch(const contact::ContactShape& tool, const contact::ContactShape& fixed,
                      const std::function<RigidState(Duration)>& hand_at, Duration length, const TouchSettings& settings,
                      const Clock& clock);
 
-/// Merges several equal runs into one trace, with the shortest time of each step. This removes interruptions by other
-/// processes.
+/// Merges several equal runs into one trace, with the shortest duration of each step. This removes interruptions by
+/// other processes.
 /// Fails   std::logic_error: the motions of the runs differ
 TouchTrace fastest_of(const std::vector<TouchTrace>& runs);
 
-/// Simulates the tool as above with Bullet's GImpact on the exact triangles and Bullet's default solver. The coupling
-/// acts as an external force.
+/// Simulates the tool along the path with Bullet's GImpact on the exact triangles and Bullet's default solver. The
+/// coupling acts as an external force.
 TouchTrace run_gimpact(const geometry::TriangleMesh& tool, const geometry::TriangleMesh& fixed,
                        const devices::HandPath& path, const TouchSettings& settings, const Clock& clock,
                        Duration begin = Duration{0}, std::size_t steps = kWholePath);

@@ -15,11 +15,11 @@ namespace {
 
 constexpr double kThinShare = 0.02;
 constexpr double kOppositeCosine = 1 / std::numbers::sqrt2;
-/// Two surfaces coincide if their distance is below this fraction of the mesh's size.
+/// Surfaces coincide if their distance is below this fraction of the mesh's size.
 constexpr double kCoincident = 1e-9;
-/// A line that crosses more surfaces than this is skipped.
+/// Maximum number of surfaces that a measured line may cross; lines with more are skipped.
 constexpr std::size_t kMaxCrossings = 4096;
-/// Steps of a sequence that fills the unit square evenly (inverse powers of the plastic number).
+/// Steps of a low-discrepancy sequence in the unit square: inverse powers of the plastic number.
 constexpr double kStepU = 0.7548776662466927, kStepV = 0.5698402909980532;
 
 /// A point on the surface behind which the wall thickness is measured.
@@ -42,7 +42,8 @@ std::vector<Place> places_on(const geometry::TriangleMesh& mesh) {
     const auto t = static_cast<std::size_t>(found - area_up_to.begin());
     const auto corner = [&](std::size_t k) { return mesh.vertices[static_cast<std::size_t>(mesh.triangles[t][k])]; };
     double whole = 0;
-    // Since the steps are irrational, no point lies on an edge of another triangle, even in a regular mesh.
+    // The steps are irrational. Therefore no line through a point meets an edge of another triangle, even in a regular
+    // mesh.
     double u = std::modf(static_cast<double>(i + 1) * kStepU, &whole);
     double v = std::modf(static_cast<double>(i + 1) * kStepV, &whole);
     if (u + v > 1) u = 1 - u, v = 1 - v;
@@ -51,7 +52,7 @@ std::vector<Place> places_on(const geometry::TriangleMesh& mesh) {
   return places;
 }
 
-/// Intersection of a line with the surface.
+/// Intersection of the measured line with the surface.
 struct Crossing {
   double at_m = 0;  ///< distance along the line from the measured point, positive into the solid
   bool is_exit = false;
@@ -69,11 +70,11 @@ class Walls {
     coincident_m_ = kCoincident * (high - low).maxCoeff();
   }
 
-  /// Returns the wall thickness behind a place, or nullopt if the place lies inside the solid.
+  /// Returns the wall thickness behind a surface point, or nullopt if the point lies inside the solid.
   std::optional<double> behind(const Place& place) {
     cross(place);
-    // `outside` is the number of parts that contain a point just outside the surface. `here` is the number of
-    // additional parts that contain a point just inside.
+    // `outside` counts the parts that contain a point just outside the surface. `here` counts the additional parts that
+    // contain a point just inside; it begins with the measured part.
     int outside = 0, here = 1;
     for (const Crossing& crossing : crossings_) {
       if (crossing.at_m > coincident_m_) continue;
@@ -103,8 +104,8 @@ class Walls {
       const double along = normal.dot(inwards);
       crossings_.push_back({normal.dot(a - place.p) / along, along > 0, along >= kOppositeCosine * normal.norm()});
     }
-    // Where one part ends and another begins at the same place, the entry is sorted before the exit. The line thus does
-    // not leave the solid where two parts touch.
+    // Where one part ends and another begins at the same point, the entry is sorted before the exit. Otherwise the line
+    // would seem to leave the solid where two parts touch.
     const auto order = [this](const Crossing& crossing) {
       return crossing.is_exit ? crossing.at_m : crossing.at_m - 2 * coincident_m_;
     };

@@ -9,11 +9,11 @@
 
 namespace tandem::lab {
 
-/// Number of sample points on the surface. It does not depend on the number of triangles.
+/// Number of sample points on the surface, independent of the number of triangles.
 inline constexpr std::size_t kWallPoints = 8000;
 
-/// Returns the wall thickness behind points that are distributed evenly over the surface, and the share of these points
-/// at which the solid overlaps itself.
+/// Returns the wall thickness behind points that are distributed evenly over the surface, and the fraction of these
+/// points at which the solid overlaps itself.
 ///
 /// Model   The thickness at point p with normal n is the distance along −n to the point where the ray leaves the solid.
 ///         It counts if the surface there lies opposite: its normal is within 45° of −n. Faces that meet at an edge
@@ -22,11 +22,11 @@ inline constexpr std::size_t kWallPoints = 8000;
 /// Source  rays as in Shapira, Shamir & Cohen-Or, "Consistent mesh partitioning and skeletonisation using the shape
 ///         diameter function", 2008; they average over a cone, which is not exact for a plate
 /// In      solid  closed, with outward normals
-/// Out     walls in ascending order [m], infinite if no surface lies opposite; share, 0 … 1
+/// Out     walls in ascending order [m], infinite if no surface lies opposite; fraction, 0 … 1
 /// Cost    construction of a TriangleTree of the solid, plus about 10 µs for each point
 std::pair<std::vector<double>, double> walls_of(const geometry::TriangleMesh& solid);
 
-/// Returns the 2 % quantile of the wall thicknesses: 98 % are thicker. The result is 0 if there is no wall.
+/// Returns the 2 % quantile of the wall thicknesses: 98 % are larger. The result is 0 if there is no wall.
 double thinnest_wall_m(const std::vector<double>& walls_m);
 
 }  // namespace tandem::lab

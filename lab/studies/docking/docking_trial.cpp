@@ -19,11 +19,11 @@ namespace {
 
 constexpr std::size_t kReceptor = 0, kLigand = 1;
 constexpr Duration kRest{from_seconds(0.3)}, kHold{from_seconds(0.5)}, kPoint{kHapticPeriod};
-/// Time during which the hand's speed rises at the start and falls at the end.
+/// Time in which the hand's speed rises at the start, and in which it falls at the end.
 constexpr double kRamp_s = 0.3;
 constexpr std::string_view kSettle = "settle";
 constexpr int kHalvings = 30;
-/// Number of random poses tried until one is free of overlap and can be the start of a minimisation.
+/// Maximum number of random poses that are tried for one start of a minimisation. A start must be free of overlap.
 constexpr std::size_t kTriesForAStart = 200;
 constexpr double kFreeStart_kj_per_mol = 50 * docking::kKilojoulesPerKilocalorie;
 
@@ -41,7 +41,8 @@ docking::Molecule near_part(const docking::Molecule& molecule, const docking::Mo
   });
 }
 
-/// Energy minimisations for the ligand of one scene. With a cut-off, only atoms near the other molecule are used.
+/// Energy minimisations for the ligand of one scene. If the field has a cut-off, only atoms near the other molecule are
+/// evaluated.
 class Descents {
  public:
   explicit Descents(const server::LoadedScene& scene)
@@ -52,7 +53,7 @@ class Descents {
     near_.emplace(near_part(a_, b_, native, reach), near_part(b_, a_, native.inverse(), reach));
   }
 
-  /// Returns the minimum reached from `start`, and its energy between all atoms [kcal/mol].
+  /// Returns the minimum reached from `start`, and its energy over all atoms [kcal/mol].
   std::pair<Pose, double> from(const Pose& start) const {
     if (!near_) return server::minimum_near(a_, b_, model_, start);
     const Pose minimum = server::minimum_near(near_->first, near_->second, model_, start).first;
@@ -61,7 +62,7 @@ class Descents {
   }
 
  private:
-  static constexpr double kMore_angstrom = 4;  ///< largest motion of the ligand that the selection of atoms allows for
+  static constexpr double kMore_angstrom = 4;  ///< margin of the selected atoms: largest expected motion of the ligand
 
   const docking::Molecule& a_;
   const docking::Molecule& b_;
@@ -89,8 +90,8 @@ Pose displaced(const Pose& X_AB, const docking::Molecule& ligand, double rmsd_an
   return moved_by(more);
 }
 
-/// Returns the number of poses that the hand has passed at `time` on a path of `count` poses. Between two poses the
-/// number is fractional.
+/// Returns the number of poses that the hand has passed at `time_s` on a path of `count` poses, with a fraction between
+/// two poses.
 double done(double time_s, double per_pose_s, double count) {
   const double whole_s = count * per_pose_s + kRamp_s;
   const auto ramp = [&](double t_s) { return t_s * t_s / (2 * kRamp_s * per_pose_s); };

@@ -17,7 +17,8 @@
 
 namespace tandem::lab {
 
-/// Returns the atoms for which `is_in_part(atom)` is true, with all properties that the field uses but without names.
+/// Returns the atoms for which `is_in_part(atom)` is true. All properties that the field uses are copied, but not the
+/// names.
 docking::Molecule part_of(const docking::Molecule& molecule, const std::function<bool(std::size_t)>& is_in_part);
 
 /// Returns the pose of the ligand (body 1) in the receptor's frame (body 0) as given by the structure files. Both
@@ -25,42 +26,44 @@ docking::Molecule part_of(const docking::Molecule& molecule, const std::function
 Pose native_pose(const server::LoadedScene& scene);
 /// Returns the minimum that energy minimisation from the native pose reaches, and its energy [kcal/mol] in the scene's
 /// field.
-/// Cost    a few hundred evaluations of exact_field(); with a cut-off, only atoms within the cut-off plus 4 Å are used
+/// Cost    a few hundred evaluations of exact_field(); with a cut-off, only atoms within the cut-off plus 4 Å are
+///         evaluated
 std::pair<Pose, double> native_minimum(const server::LoadedScene& scene);
 /// Returns the minima that energy minimisation reaches from random poses around the native pose, with their energies
 /// [kcal/mol]. The start poses have a Lennard-Jones energy of at most 50 kcal/mol.
 ///
 /// In      rmsd_angstrom  RMSD of each start pose from the native pose
-/// Out     at most `count` minima; fewer if too few poses are free of overlap
+/// Out     at most `count` minima; fewer if too few random poses are free of overlap
 /// Cost    that of native_minimum() for each minimum
 std::vector<std::pair<Pose, double>> minima_around_native(const server::LoadedScene& scene, std::size_t count,
                                                           double rmsd_angstrom, std::uint64_t seed);
-/// Returns the pose interpolated between `from` (share 0) and `to` (share 1).
+/// Returns the pose interpolated between `from` (share = 0) and `to` (share = 1).
 Pose pose_between(const Pose& from, const Pose& to, double share);
 /// Returns the pose of the ligand in the receptor's frame [Å], taken from a sample of a trace's bodies.
 Pose ligand_pose(const server::LoadedScene& scene, const BodiesSample& sample);
 
-/// Loads a scene such as that of docking_scene(), with the ligand and its tool at the pose `X_AB_angstrom`.
+/// Loads a docking scene (see docking_scene()) with the ligand and its tool at the pose `X_AB_angstrom`.
 /// Fails   see server::load_scene_text()
 std::shared_ptr<const server::LoadedScene> scene_with_ligand_at(wire::Scene scene, const Pose& X_AB_angstrom);
 
-/// Returns `scene` with the force scale, the knee and the zero area that were computed when it was loaded. Later loads
-/// of the result need not compute them again.
+/// Returns `scene` with the force scale, the knee and the zero area that were computed when `loaded` was loaded. Later
+/// loads of the result skip this computation.
 wire::Scene with_found_scale(wire::Scene scene, const server::LoadedScene& loaded);
 
-/// Returns the path of the ligand's hand. It rests for 0.3 s (phase "approach") and then moves along `poses`; each pose
-/// takes `per_pose`, and more time near both ends. It then holds for 0.5 s (phase "hold"). In the last phase ("settle")
-/// it either relaxes or keeps guiding.
+/// Returns the path of the ligand's hand. The hand rests for 0.3 s (phase "approach") and then moves along `poses`;
+/// each pose takes `per_pose`, and more time near both ends. It then holds for 0.5 s (phase "hold"). In the last phase
+/// ("settle") it relaxes if `relaxes`, otherwise it keeps guiding.
 /// In      poses  X_AB [Å], at least two; the first is the pose at which scene_with_ligand_at() placed the ligand
 devices::HandPath ligand_hand(const server::LoadedScene& scene, std::span<const Pose> poses, Duration per_pose,
                               bool relaxes);
-/// Returns the path of the receptor's hand. It rests, and relaxes at the same time as the ligand's hand.
+/// Returns the path of the receptor's hand. The hand rests, and relaxes at the same time as the ligand's hand if
+/// `relaxes`.
 devices::HandPath receptor_hand(const devices::HandPath& ligand, bool relaxes);
 /// Returns the time at which a hand of ligand_hand() begins the phase "settle".
 Duration settles_at(const devices::HandPath& hand);
 
-/// Returns an experiment of two users with one hand each over a link with the delay `round_trip`. It ends when the
-/// phase "settle" has lasted for `settling`.
+/// Returns an experiment with two users, one for each molecule, over a link with the delay `round_trip`. It ends when
+/// the phase "settle" has lasted for `settling`.
 Experiment docking_experiment(const devices::HandPath& ligand, bool relaxes, Duration round_trip, Duration settling,
                               std::uint64_t seed);
 

@@ -106,8 +106,8 @@ class Tree {
     return field_.evaluate(X_AB);
   }
 
-  /// Minimises the energy of a pose by rotation, and by translation perpendicular to the step. Without it, the path
-  /// would run into walls instead of following them.
+  /// Minimises the energy of a pose by rotation, and by translation perpendicular to the step. The path then follows
+  /// walls, where it would otherwise be blocked.
   void relax(Node& node) {
     docking::FieldResult here = evaluate(node.X_AB);
     double way = kRelax_angstrom;
@@ -163,7 +163,7 @@ std::vector<Pose> exit_path(const docking::Molecule& a, const docking::Molecule&
     tree.grow(effort);
     return tree;
   };
-  // The highest energy bound is tried first. If it permits no exit, lower bounds need not be tried.
+  // The highest energy bound is tried first. If the ligand cannot leave below it, lower bounds need not be tried.
   const Tree highest = grown(kExitBound_kcal_per_mol);
   if (!highest.is_out()) return highest.way();
   for (const double bound : kLowerBounds_kcal_per_mol) {

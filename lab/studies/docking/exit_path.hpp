@@ -11,29 +11,29 @@
 
 namespace tandem::lab {
 
-/// Largest Lennard-Jones energy of a pose on the exit path.
+/// Upper limit of the Lennard-Jones energy of a pose on the exit path.
 inline constexpr double kExitBound_kcal_per_mol = 50;
-/// B has left A if its distance from its start is at least kExitDistance_angstrom and the attraction is at most
-/// kHardlyHeld_kcal_per_mol.
+/// Conditions under which B has left A: the distance from its start is at least kExitDistance_angstrom and the
+/// attraction is at most kHardlyHeld_kcal_per_mol.
 inline constexpr double kExitDistance_angstrom = 8;
 inline constexpr double kHardlyHeld_kcal_per_mol = 5;
 /// Length of a step: displacement of B's origin by a translation, or of B's farthest atom by a rotation. The
 /// minimisation after a step may add up to 0.4 Å.
 inline constexpr double kExitStep_angstrom = 0.25;
-/// Number of poses that are evaluated before the search with an energy bound is abandoned.
+/// Maximum number of evaluated poses in the search with one energy bound.
 inline constexpr std::size_t kExitEffort = 60'000;
 
 /// Returns the distance between the first and the last pose [Å].
 double way_out_angstrom(std::span<const Pose> way);
 
-/// Returns a path with random variation along which molecule B leaves A, through poses of bounded energy only. The
-/// motion between two poses is checked at each quarter. Of the energy bounds 10, 20, … 50 kcal/mol, the lowest that
-/// lets B leave is used. Hence the hands apply no more force than necessary.
+/// Returns a randomised path along which molecule B leaves A through poses of bounded energy. The motion between two
+/// poses is checked at each quarter. Of the energy bounds 10, 20, … 50 kcal/mol, the lowest that lets B leave is used.
+/// Therefore the hands apply no more force than necessary.
 ///
 /// Model   A tree of poses. Each iteration extends the pose that is farthest in a random direction; for this ranking,
 ///         0.05 Å are subtracted for each earlier attempt at that pose. The new step combines the random direction, the
 ///         direction and rotation of the pose's own step, and noise. The energy of the new pose is then minimised by
-///         motion across the step and by rotation, at most 0.4 Å
+///         motion perpendicular to the step and by rotation, at most 0.4 Å
 /// Source  our method, based on the expansive trees of motion planning
 /// In      X_AB    start pose [Å]
 ///         effort  number of poses that are evaluated for each bound

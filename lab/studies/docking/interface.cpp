@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kStepAngstrom = 2;
 constexpr double kPlaceAngstrom = 1e-3;
-constexpr int kMaxCells = 128;  ///< maximum number of cells along an axis
+constexpr int kMaxCells = 128;  ///< maximum number of cells of the grid along an axis
 
 struct Facts {
   std::size_t atoms = 0;
@@ -20,8 +20,8 @@ struct Facts {
   double min_distance2 = std::numeric_limits<double>::infinity();
 };
 
-/// Points sorted into the cells of a grid. A cell is at least as wide as the reach, so that all neighbours of a point
-/// are in its cell and the adjacent ones.
+/// Points sorted into the cells of a grid. A cell is at least as wide as the reach. Therefore all neighbours of a point
+/// are in its own cell or in an adjacent cell.
 class Cells {
  public:
   Cells(const std::vector<Vec3>& points, double reach) : points_(points), origin_(points.front()) {
@@ -60,7 +60,7 @@ class Cells {
 
  private:
   Eigen::Array3i cell_of(const Vec3& p) const {
-    // Cell numbers are clamped before the cast, because those of far points exceed the range of int.
+    // Clamps the indices before the cast, because those of distant points exceed the range of int.
     return ((p - origin_) / side_).array().floor().max(-2.0).min(kMaxCells + 2.0).cast<int>();
   }
   std::size_t index(const Eigen::Array3i& cell) const {
@@ -85,7 +85,7 @@ class Cells {
   double side_ = 1;
   Eigen::Array3i counts_;
   std::vector<std::vector<std::size_t>> members_;
-  std::vector<bool> is_near_;  ///< for each cell: whether a point is in it or in an adjacent cell
+  std::vector<bool> is_near_;  ///< for each cell: whether the cell or an adjacent cell contains a point
 };
 
 class Interface {
@@ -144,7 +144,7 @@ class Line {
   bool goes_on() const { return offset_ > 0; }
 
   /// Moves B inwards from its last position until `wanted` atoms are in the interface. Returns nullopt if the centres
-  /// of the molecules meet before that.
+  /// of the molecules coincide before that.
   std::optional<Pose> come_near(Interface& interface, std::size_t wanted, std::size_t& most) {
     double outside = offset_;
     while (goes_on()) {

@@ -19,7 +19,7 @@ boost::json::object interface_facts(const docking::Molecule& a, const docking::M
 
 /// Returns poses of B, without rotation, each with approximately the given number of interface atoms. B approaches from
 /// far away along a line through both centres until the number is reached. Of 26 such lines, the one with the least
-/// overlap at the last size is used: the one with the largest shortest distance.
+/// overlap at the last size is used, i.e. with the largest minimum distance of atoms.
 ///
 /// In      sizes  numbers of interface atoms, ascending; the atoms of both molecules are counted together
 /// Fails   std::invalid_argument: no line reaches a size; the message contains this size and the largest size found

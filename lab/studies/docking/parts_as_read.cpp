@@ -73,7 +73,7 @@ std::optional<std::pair<std::size_t, std::size_t>> bond_between(const Molecule& 
   return std::nullopt;
 }
 
-/// Returns the residue of `atom`, e.g. "CYS 7 of chain A".
+/// Returns a description of the residue of `atom`, e.g. "CYS 7 of chain A".
 std::string residue_text(const Molecule& molecule, std::size_t atom) {
   const std::string& chain = molecule.chains[atom];
   return molecule.residue_names[atom] + " " + molecule.residue_ids[atom] + (chain.empty() ? "" : " of chain " + chain);

@@ -11,10 +11,10 @@
 
 namespace tandem::lab {
 
-/// Two heavy atoms closer than this coincide [Å]. The shortest bond, between C and O, has 1.1 Å.
+/// Distance below which two heavy atoms coincide [Å]. The shortest bond, between C and O, has 1.1 Å.
 inline constexpr double kOnePlace_angstrom = 0.8;
 
-/// Returns e.g. "SG of CYS 7 of chain A".
+/// Returns a description of an atom, e.g. "SG of CYS 7 of chain A".
 std::string place_text(const docking::Molecule& molecule, std::size_t atom);
 
 /// Returns the nearest pair of heavy atoms of A and B in the pose `X_AB` [Å], or nullopt if either molecule has none.
@@ -22,18 +22,18 @@ std::string place_text(const docking::Molecule& molecule, std::size_t atom);
 std::optional<std::pair<std::size_t, std::size_t>> nearest_atoms(const docking::Molecule& a, const docking::Molecule& b,
                                                                  const Pose& X_AB);
 
-/// Returns e.g. "SG of CYS 7 of chain A and SG of CYS 7 of chain B are 2.03 Å apart".
+/// Returns a description of a distance, e.g. "SG of CYS 7 of chain A and SG of CYS 7 of chain B are 2.03 Å apart".
 std::string distance_text(const docking::Molecule& a, const docking::Molecule& b, const Pose& X_AB,
                           std::pair<std::size_t, std::size_t> atoms);
 
-/// Returns the residue of A and the residue of B with the largest Lennard-Jones energies in the pose `X_AB` [Å], e.g.
-/// "TRP 12 of chain A (31.2 kcal/mol) and PHE 49 of chain B (28.0 kcal/mol)".
+/// Returns a description of the residue of A and the residue of B with the largest Lennard-Jones energies in the pose
+/// `X_AB` [Å], e.g. "TRP 12 of chain A (31.2 kcal/mol) and PHE 49 of chain B (28.0 kcal/mol)".
 /// Cost    one evaluation of exact_field()
 std::string strongest_repulsion_text(const docking::Molecule& a, const docking::Molecule& b, const Pose& X_AB);
 
 /// Throws if the parts form no native complex for redocking: atoms coincide, the parts are bonded, or no residues are
 /// within 5 Å of each other. Bonds are detected by atom names and distance: two sulphur atoms within 2.5 Å (a
-/// disulphide bridge), or C and N (a peptide bond) or O3' and P (a nucleic acid) within 1.7 Å.
+/// disulphide bridge), C and N (a peptide bond) or O3' and P (a nucleic acid) within 1.7 Å.
 ///
 /// Fails   std::invalid_argument that names the atoms, their distance and the remedy
 void require_complex_as_read(const docking::Molecule& a, const docking::Molecule& b, const Pose& native_X_AB);

@@ -29,12 +29,12 @@ namespace json = boost::json;
 
 constexpr std::size_t kReceptorBody = 0, kLigandBody = 1;
 constexpr Duration kRedockSettling{from_seconds(4)};
-/// Time for one step of the path: 0.25 Å at a hand speed of 30 mm/s, at a scale of 10 mm/Å.
+/// Duration of one step of the path. At a scale of 10 mm/Å, a step of 0.25 Å then gives a hand speed of 30 mm/s.
 constexpr Duration kRedockPerPose{from_seconds(0.083)};
 constexpr std::size_t kTriesBeforeLocked = 5;
-/// Number of minimisations that start from poses around the native pose, in addition to the one from the native pose.
+/// Number of minimisations from poses around the native pose, in addition to the one from the native pose.
 constexpr std::size_t kDescentsAround = 12;
-/// Two minima whose energies differ by less than this (a sixth of kT) are regarded as the same minimum.
+/// Energy difference below which two minima are regarded as the same: a sixth of kT.
 constexpr double kSameMinimum_kcal_per_mol = 0.1;
 
 struct RedockPair {
@@ -53,8 +53,8 @@ const docking::Molecule& molecule_of(const RedockPair& pair, std::size_t body) {
 }
 
 /// Returns the deepest minimum found within kNative_angstrom of the native pose. If there is none, the minimum reached
-/// from the native pose is returned. The latter may be only a side pocket of the native well, which molecules that
-/// enter from outside do not reach.
+/// from the native pose is returned. That minimum may be only a side pocket of the native well, which a ligand that
+/// enters from outside does not reach.
 std::pair<Pose, double> deepest_near_native(const server::LoadedScene& scene) {
   const docking::Molecule& ligand = *scene.world.bodies[kLigandBody].molecule;
   const auto is_near = [&](const Pose& X_AB) {
@@ -143,7 +143,7 @@ double barrier_kcal_per_mol(const RedockPair& pair, const std::vector<Pose>& way
   return highest / docking::kKilojoulesPerKilocalorie;
 }
 
-/// Adds the CAPRI measures of a pose of the ligand to a row. Each name begins with `prefix`.
+/// Adds the CAPRI measures of a pose of the ligand to a row, with names that begin with `prefix`.
 void add_native_measures(json::object& row, const std::string& prefix, const RedockPair& pair, const Pose& X_AB) {
   const docking::Molecule &receptor = molecule_of(pair, kReceptorBody), &ligand = molecule_of(pair, kLigandBody);
   const Pose native = native_pose(*pair.loaded);
@@ -152,13 +152,13 @@ void add_native_measures(json::object& row, const std::string& prefix, const Red
   row[prefix + "native_contact_share"] = rounded(native_contact_share(receptor, ligand, native, X_AB));
 }
 
-/// Returns the "end" of a row: whether the ligand is docked, or how else the trial ended.
+/// Returns the field "end" of a row: "docked", or how else the trial ended.
 std::string_view end_name(const RedockPair& pair, const json::object& row) {
   if (!row.at("stayed_connected").get_bool()) return "disconnected";
   if (row.at("docked").get_bool()) return "docked";
   const double above_kcal_per_mol = row.at("settled_above_minimum_kcal_per_mol").to_number<double>();
   if (above_kcal_per_mol < -kSameMinimum_kcal_per_mol) return "deeper minimum";
-  // The force rises from zero over 1 kT beyond the boundary of the zero area.
+  // The displayed force rises from zero to full strength within 1 kT beyond the boundary of the zero area.
   const double zero_kt = pair.loaded->description.molecular_field().zero_area_kt();
   const bool is_in_zero_area =
       zero_kt > 0 && above_kcal_per_mol <= (zero_kt + 1) * docking::kThermalEnergy_kcal_per_mol;
@@ -258,8 +258,8 @@ docking::Molecule without_hydrogens(const docking::Molecule& molecule) {
   return part_of(molecule, [&](std::size_t i) { return molecule.elements[i] != "H" && molecule.elements[i] != "D"; });
 }
 
-/// Returns the "lock" of a locked pair. It contains the end of the farthest exit path, the residues that repel most
-/// strongly there, and the distance that B reaches if only heavy atoms are used.
+/// Returns the object "lock" of a locked pair: the end of the farthest exit path, the residues that repel most strongly
+/// there, and the distance that B reaches if only heavy atoms are used.
 json::object lock_of(const RedockPair& pair, const std::vector<std::vector<Pose>>& ways, std::uint64_t seed) {
   const auto& farthest = *std::ranges::max_element(
       ways, {}, [](const std::vector<Pose>& way) { return way.empty() ? 0.0 : way_out_angstrom(way); });

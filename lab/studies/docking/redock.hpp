@@ -13,29 +13,31 @@
 
 namespace tandem::lab {
 
-/// A ligand is docked if its RMSD from the field's deepest minimum near the native pose is at most this value [Å].
+/// Largest RMSD from the field's deepest minimum near the native pose at which a ligand counts as docked [Å].
 inline constexpr double kDocked_angstrom = 1;
-/// Required share of seeds in which the ligand is docked.
+/// Required fraction of seeds in which the ligand is docked.
 inline constexpr double kDockedShare = 0.8;
-/// Largest permitted RMSD of the minimum from the native pose [Å], the usual criterion of successful redocking. If it
-/// is exceeded, the field has no minimum at the native pose, and a ligand in that minimum does not count as redocked.
+/// Largest permitted RMSD of that minimum from the native pose [Å]: the usual criterion of successful redocking. If it
+/// is exceeded, the field has no minimum at the native pose, and a ligand in its minimum does not count as redocked.
 inline constexpr double kNative_angstrom = 2;
-/// The hands release the ligand at the first pose of the exit path whose RMSD from the minimum is at least
-/// kRelease_angstrom. If the RMSD of that pose exceeds kFarthestRelease_angstrom, they release one pose earlier.
+/// Range of the RMSD from the minimum at which the hands release the ligand. The release pose is the first pose of the
+/// exit path with at least kRelease_angstrom. If it exceeds kFarthestRelease_angstrom, it is interpolated towards the
+/// previous pose.
 inline constexpr double kRelease_angstrom = 1.5, kFarthestRelease_angstrom = 2;
-/// Largest permitted excess of the force step over the force step at zero delay.
+/// Largest permitted excess of the largest force step over that at zero delay.
 inline constexpr double kStepBeyond_n_per_ms = 0.1;
 
 /// Runs the redocking trials. The minimum is the deepest one within kNative_angstrom of the native pose, found by
 /// energy minimisation from that pose and from 12 poses around it. For each seed, the ligand's hand follows an exit
-/// path (exit_path()) from the minimum and returns on the same path to a pose kRelease_angstrom from it. Then both
-/// hands relax for four seconds. The trial is repeated at zero delay on the stage that displays the server's own force.
+/// path (exit_path()) from the minimum and returns on the same path to a pose about kRelease_angstrom from the minimum.
+/// Then both hands relax for 4 s. The trial is repeated at zero delay on the stage that displays the server's own
+/// force.
 ///
 /// In      scene     scene of docking_scene()
 ///         guided    the ligand's hand does not relax; the distance of the end pose is then a measured offset, not a
 ///                   claim
 ///         threads   number of trials that run in parallel
-///         progress  called with the finished share of the trials, 0 to 1
+///         progress  called with the finished fraction of the trials, 0 to 1
 /// Out     the pair and its minimum. "locked" is true if the first five seeds find no exit path; "lock" then contains
 ///         the reason. "seeds" contains one row for each seed; its "end" is "docked", "deeper minimum" (the field
 ///         prefers another pose), "zero area" (no force is displayed there), "elsewhere" or "disconnected". The minimum
@@ -45,8 +47,7 @@ boost::json::object redock(const wire::Scene& scene, std::uint64_t first_seed, s
                            bool guided, std::size_t threads, const std::function<void(double)>& progress = {});
 
 /// Returns the claims: the minimum is near the native pose, there is an exit path, and the ligands dock without large
-/// force steps or forces. A locked pair fails the claim about the exit path; the claims about docking apply to other
-/// pairs only.
+/// force steps or forces. A locked pair fails the claim about the exit path and has no claims about docking.
 std::vector<Check> redock_checks(const boost::json::object& redocked);
 
 }  // namespace tandem::lab

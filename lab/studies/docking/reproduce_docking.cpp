@@ -28,16 +28,17 @@ namespace {
 constexpr const char* kHelices = "/usr/share/pymol/test/dat/3al1.pdb";
 using docking::kThermalEnergy_kcal_per_mol;
 constexpr double kApart_angstrom = 8, kPressed_angstrom = 3, kPushed_angstrom = 8, kStep_angstrom = 0.25;
-/// Times of a trial: one step of the path (at 60 mm/s), the settling of the pair, and the rest of both hands at the
-/// minimum.
+/// Durations of a trial: one step of the path (at a hand speed of 60 mm/s), the settling of the pair, and the rest of
+/// both relaxed hands at the minimum.
 constexpr Duration kPerPose{from_seconds(0.0417)}, kDockingSettling{from_seconds(2)}, kAlone{from_seconds(6)};
 constexpr double kAloneFrom_s = 3;
 constexpr double kTremor_n = 0.05;
 constexpr std::uint64_t kSeeds = 5;
-/// Factor by which the stable method must reduce the vibration of direct rendering. In the light contact without delay,
-/// that vibration is small and depends on a few atoms of the helices. A smaller factor is required there.
+/// Factor by which the stable method must reduce the vibration of direct rendering. The smaller factor applies to the
+/// light contact without delay: there the vibration of direct rendering is small and depends on a few atoms of the
+/// helices.
 constexpr double kTimesLess = 10, kTimesLessLightly = 5;
-/// Number of conditions, counted from the first one, that are checked by claims.
+/// Number of conditions, counted from the first, to which claims apply.
 constexpr std::size_t kClaimed = 3;
 constexpr double kRate_hz = 1000;
 
@@ -57,12 +58,12 @@ struct PublishedPair {
   std::shared_ptr<const server::LoadedScene> loaded;
 };
 
-/// A condition under which both rendering methods are tried.
+/// A condition under which both rendering methods are tested.
 struct Condition {
   std::string name, published_direct, published_stable;
   std::string device;
   Duration round_trip{0};
-  double deeper_angstrom = kPressed_angstrom;  ///< distance by which the molecules approach beyond the contact distance
+  double deeper_angstrom = kPressed_angstrom;  ///< approach beyond the contact distance
   double tremor_rms_n = 0;
 };
 
@@ -73,7 +74,8 @@ wire::MoleculeSource helix(const std::string& chain) {
   return source;
 }
 
-/// Returns poses on the line between the centres, with the orientation given by the files.
+/// Returns poses on the line between the centres, with the orientations of the files. The molecules approach from
+/// kApart_angstrom outside their contact distance to `deeper_angstrom` inside.
 std::vector<Pose> approach_of(const server::LoadedScene& scene, double deeper_angstrom) {
   const auto& bodies = scene.world.bodies;
   const Vec3 line = native_pose(scene).p.normalized();
@@ -94,7 +96,7 @@ PublishedPair pair_of_helices() {
   return pair;
 }
 
-/// Computes the statistics of the displayed force.
+/// Adds the statistics of the displayed force.
 ShownDocking with_figures(ShownDocking shown) {
   double sum = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -137,8 +139,8 @@ struct HeldMolecule {
                const devices::HandPath& path, const Pose& X_WM, std::uint64_t seed)
       : device(profile.spec, devices::holding(hand, profile), path, seed), X_WM_start(X_WM) {}
 
-  /// Returns the pose in metres. The device's frame is at the start position of the molecule and has the axes of the
-  /// world.
+  /// Returns the pose of the molecule [m]. The device's frame is at the start position of the molecule and has the axes
+  /// of the world.
   Pose pose_at(LocalTime now) {
     const Pose X_DH = device.read(now).X_DH;
     return {X_WM_start.p + X_DH.p, (X_DH.q * X_WM_start.q).normalized()};
@@ -152,7 +154,7 @@ struct HeldMolecule {
 };
 
 /// Simulates direct rendering: each molecule is fixed to its hand. The hands receive the force and torque of the field
-/// at their poses, with the same scale, a zero-order hold of one millisecond and the round-trip delay. There is no
+/// at their poses, with the scale of the stable method, a zero-order hold of 1 ms and the round-trip delay. There is no
 /// body, coupling, zero area or knee. The limits of the device clip the wrench.
 ShownDocking with_direct_rendering(const PublishedPair& pair, const Condition& condition) {
   const std::vector<Pose> approach = approach_of(*pair.loaded, condition.deeper_angstrom);
@@ -186,7 +188,8 @@ ShownDocking with_direct_rendering(const PublishedPair& pair, const Condition& c
   return with_figures(std::move(shown));
 }
 
-/// Returns the largest E − E_min in kT from the time kAloneFrom_s on. Both hands relax at the minimum and have tremor.
+/// Returns the largest E − E_min [kT] from the time kAloneFrom_s on, while both hands relax at the minimum and have
+/// tremor.
 double left_alone_kt(const PublishedPair& pair, std::uint64_t seed, Duration round_trip) {
   const auto scene = scene_with_ligand_at(pair.scene, pair.X_AB_min);
   devices::WayPoint start, settle;

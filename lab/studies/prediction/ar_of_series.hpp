@@ -1,5 +1,5 @@
-// Autoregressive (AR) models of a whole force series at the sampling rate of a stream. They serve to obtain fixed
-// coefficients and to choose an order.
+// Autoregressive (AR) models of a whole force series at the sampling rate of a stream. They give fixed coefficients and
+// the choice of an order.
 #pragma once
 
 #include <array>

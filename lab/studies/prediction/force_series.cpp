@@ -46,7 +46,7 @@ std::vector<ForceSample> samples_of(const TouchTrace& trace) {
   return samples;
 }
 
-/// A shipped scene with a simulated hand at each tool. The hands are coupled directly to the room, without a network.
+/// A shipped scene and the simulated hands at its tools. The hands are coupled directly to the room, without a network.
 struct SceneHands {
   std::string scene;               ///< name of the scene in server/scenes
   std::vector<std::string> paths;  ///< names of the paths in lab/paths, one for each tool
@@ -64,10 +64,10 @@ const std::vector<SceneHands>& shipped_hands() {
   return hands;
 }
 
-/// Returns the force on the first hand.
+/// Simulates the scene and returns the force on the first hand.
 ForceSeries scene_series(const SceneHands& hands) {
   const auto scene = server::load_scene(server::find_scene(hands.scene, server::scene_folders()));
-  // Passivity control is off, because the hands follow prescribed paths whatever the force is.
+  // Passivity control is off: the hands follow prescribed paths independent of the force.
   const auto room = std::make_unique<server::Room>(RoomId{1}, hands.scene, scene,
                                                    server::RoomOptions{.controls_tool_passivity = false});
   std::vector<std::unique_ptr<SimulatedUser>> seats;

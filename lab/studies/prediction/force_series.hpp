@@ -30,19 +30,20 @@ ForceSeries peg_series(double mass_kg);
 /// Fails   std::invalid_argument: the bunny's file is missing; the message names the package
 ForceSeries bunny_pair_series();
 
-/// Returns all of the above series that this installation can compute, and the force on the first hand in shipped
-/// scenes, with a simulated hand at each tool. The bunnies are included if their file exists.
+/// Returns all of the above series that this installation can compute, and the force on the first hand in the shipped
+/// scenes. The bunnies are included if their file exists.
 std::vector<ForceSeries> shipped_series();
 
-/// Returns a chattering contact like that of the thesis: peg and box in GImpact, with unmodified Bullet and its default
-/// solver. Each time step lasts as long as the computation of the previous step would take on a slow machine.
+/// Returns the force of a chattering contact like that of the source thesis: peg and box in GImpact, with unmodified
+/// Bullet and its default solver. Each time step lasts as long as the computation of the previous step would take on a
+/// slow machine.
 ///
 /// Model   step h = 2 ms + 0.25 ms for each contact, limited to 2 … 10 ms: 100 to 500 Hz. This model is our own; the
 ///         thesis states "variable, less than 100 to several 100 Hz"
 ForceSeries chatter_series(double mass_kg);
 
-/// Returns the RMS deviation of the force from its mean over the surrounding 20 ms, over all samples with a force. This
-/// is the part of the force that no motion of the hand causes.
+/// Returns the RMS deviation of the force from its mean over the surrounding 20 ms, over all samples with a force. A
+/// hand moves too slowly to cause this deviation.
 double noise_n(const ForceSeries& series);
 
 }  // namespace tandem::lab

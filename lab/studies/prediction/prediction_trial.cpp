@@ -9,8 +9,8 @@ namespace {
 /// Period of the haptic loop.
 constexpr Duration kTick = std::chrono::milliseconds(1);
 
-/// Returns the true force at any time, interpolated between the samples of a series. The times of successive calls must
-/// increase.
+/// The true force as a function of time, interpolated between the samples of a series. The times of successive calls
+/// must not decrease.
 class Truth {
  public:
   explicit Truth(const std::vector<ForceSample>& samples) : samples_(samples) {}
@@ -29,8 +29,8 @@ class Truth {
   std::size_t next_ = 0;
 };
 
-/// Returns the samples that are sent at this period. A sample is marked if a contact began or ended since the
-/// previously sent one.
+/// Returns the samples that are sent at this period. A sample is marked if a contact began or ended since the previous
+/// sent sample.
 std::vector<ForceSample> sent_of(const ForceSeries& series, Duration period) {
   std::vector<ForceSample> sent;
   bool has_changed = false;
@@ -65,7 +65,7 @@ class ErrorSum {
   Vec3 sum_ = Vec3::Zero();
 };
 
-/// Converts a time of the series to a local time. The origin is arbitrary, since only differences matter.
+/// Converts a time of the series to a local time. The origin is arbitrary, because only differences matter.
 LocalTime local(Duration time) {
   return LocalTime(time + std::chrono::seconds(1));
 }
@@ -86,7 +86,7 @@ PredictionErrors predict_series(const ForceSeries& series, haptics::ForceStream&
       stream.push(local(sent[next].at), sent[next].on_hand_W, sent[next].has_contact_changed);
     }
     const Wrench shown = stream.at(local(now));
-    // In a live client, the io thread computes the fit within one tick. It needs about 1 % of that time.
+    // A live client computes the fit on its io thread within one tick, of which it takes about 1 %.
     stream.fit();
     const Wrench is = truth.at(now);
     force.add(shown.f - is.f);

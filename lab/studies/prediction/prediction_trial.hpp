@@ -1,5 +1,4 @@
-// Displays a force series through one predictor. Records the received samples, their times, and the error of the
-// displayed force.
+// Passes a force series through one predictor and records the error of the displayed force.
 #pragma once
 
 #include <chrono>
@@ -13,7 +12,7 @@ namespace tandem::lab {
 /// Error statistics of one quantity with three components.
 struct ErrorFigures {
   double mean = 0;      ///< mean of |displayed − true|
-  double variance = 0;  ///< mean of |e − ē|², where e is displayed − true
+  double variance = 0;  ///< mean of |e − ē|², where e is displayed − true and ē its mean
   double rms = 0;
   double largest = 0;
 };
@@ -28,7 +27,7 @@ struct PredictionErrors {
   std::vector<Vec3> true_n;
 };
 
-/// Runs the trial. If the series is sampled unevenly, the true value between two samples is interpolated linearly.
+/// Runs the trial. The true value between two samples is interpolated linearly.
 /// In      sample_period  minimum interval between two sent samples; 0: all samples are sent
 ///         delay          age of a sample when it is received
 PredictionErrors predict_series(const ForceSeries& series, haptics::ForceStream& stream,

@@ -22,16 +22,17 @@ constexpr std::string_view kDefault = "ar-spline";
 constexpr std::array kWindows{50, 75, 100, 150, 200, 250, 300, 400, 500, 600};
 constexpr std::array kBlends_ms{0, 2, 3, 4, 5};
 constexpr std::size_t kMaxOrder = 16;
-/// Gains in per cent that the claims require. The first is the thesis's gain over linear extrapolation. The second is a
-/// part of its gain by coefficients that are fitted online.
+/// Gains in per cent that the claims require. The first is the gain of the thesis over linear extrapolation. The second
+/// is a part of the additional gain that the thesis reports for coefficients fitted online.
 constexpr double kMinGain_percent = 6.8;
 constexpr double kMinOnlineGain_percent = 11;
 constexpr double kFitBudget_us = 200;
 constexpr double kChatter_kg = 0.1;
-/// Mass of a lighter peg. It bounces, and the force then has ten times as much noise.
+/// Mass of a lighter peg. A lighter peg bounces, which gives ten times as much noise of the force.
 constexpr double kLightChatter_kg = 0.02;
 
-/// Returns the interval at which samples are sent. An uneven series is sent at its own times, an even one every 5 ms.
+/// Returns the interval at which samples are sent. An uneven series is sent at the times of its samples, an even one
+/// every 5 ms.
 Duration sample_period_of(const ForceSeries& series) {
   return series.name == "chatter" ? Duration(0) : std::chrono::milliseconds(5);
 }
@@ -98,8 +99,8 @@ boost::json::object to_json(const Comparison& comparison) {
           {"methods", std::move(methods)}};
 }
 
-/// Adds the claims that the default predictor is not worse than "hold" and "linear". If one of these has no error for a
-/// series, the default must not have one either.
+/// Adds the claims that the default predictor is not worse than "hold" and "linear". If one of these has zero error in
+/// a series, the default predictor must have zero error too.
 void add_shipped(Reproduction& result, const Comparison& comparison) {
   const PredictionErrors& ours = comparison.errors_by(kDefault);
   result.claims.push_back({comparison.series,
@@ -129,7 +130,7 @@ void add_chatter(Reproduction& result, const Comparison& comparison) {
                          format_significant(literal, 3) + " %"});
 }
 
-/// Returns the settings of the AR model without the fallbacks of the default predictor, as compared in the thesis.
+/// Returns the settings of the AR model without the fallbacks of the default predictor. The thesis compares this model.
 haptics::ForceStreamSettings model_alone() {
   haptics::ForceStreamSettings settings = haptics::force_stream_settings(kDefault);
   settings.shrinks = false;

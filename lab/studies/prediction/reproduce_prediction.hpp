@@ -8,7 +8,8 @@
 
 namespace tandem::lab {
 
-/// In      clock  measures the time of a fit
+/// Runs the comparison.
+/// In      clock  measures the duration of a fit
 Reproduction reproduce_prediction(const Clock& clock);
 
 }  // namespace tandem::lab

@@ -14,7 +14,7 @@ namespace tandem::lab {
 namespace {
 
 constexpr std::size_t kMaxBytes = std::size_t{512} << 20U;
-/// Maximum number of samples after resampling: almost an hour and a half at 200 Hz.
+/// Maximum number of samples after resampling: 83 minutes at 200 Hz.
 constexpr double kMaxSamples = 1e6;
 constexpr std::size_t kTrajColumns = 7;
 
@@ -122,7 +122,7 @@ CsvTable series_of_csv(const CsvTable& table, double rate_hz, double time_unit_s
   Columns columns{*times};
   for (const std::string& name : names) columns.push_back(table.column(name));
   for (std::size_t row = 0; row < times->size(); ++row) {
-    // Line 1 is the header.
+    // Row 0 is line 2, because line 1 is the header.
     const std::string where = place(table.origin, row + 2);
     for (const auto& column : columns) {
       if (!std::isfinite(column[row])) fail(where, "a value is missing or not finite; cut the row out");

@@ -17,26 +17,26 @@ constexpr int kMasses = 8;
 constexpr double kLightest_kg = 0.02;
 constexpr double kHeaviest_kg = 2;
 constexpr double kShareOfLimitToHold = 0.8;
-/// Smallest stiffness that is tried, as a share of the largest.
+/// Smallest tried stiffness, as a fraction of the largest.
 constexpr double kSoftest = 1.0 / 64;
 /// Number of bisections of the interval on a logarithmic scale. The resolution is 64^(1/128), i.e. 3 %.
 constexpr int kBisections = 7;
 /// Damping is searched in two rounds: first over kDampings values, then over kFinerDampings values between the
-/// neighbours of the best one.
+/// neighbours of the best value.
 constexpr int kDampings = 9;
 constexpr int kFinerDampings = 3;
 constexpr double kMinDamping = 1.0 / 64;
-/// A fitted pair may exceed the roughness limit of its point by this factor.
+/// Factor by which a fitted pair may exceed the roughness limit of its point.
 constexpr double kFitTolerance = 1.1;
-/// Smallest permitted fitted stiffness as a share of the best, and largest permitted ratio between fitted and best
-/// damping in either direction. Both are our choice.
+/// Smallest permitted fitted stiffness as a fraction of the best stiffness, and largest permitted ratio between fitted
+/// and best damping in either direction. Both are our choice.
 constexpr double kMinShareOfStiffness = 0.5;
 constexpr double kMaxOfDamping = 2;
 constexpr int kProbes = 64;
-/// Factor below 1, so that a value that is rounded to 12 digits does not exceed the maximum.
+/// Factor below 1, so that a value does not exceed the maximum after it is rounded to 12 digits.
 constexpr double kBelowMost = 1 - 1e-9;
 
-/// Rounds to 12 digits. All JSON readers reproduce such a number, even those that are not exact to the last bit.
+/// Rounds to 12 significant digits. Even JSON readers that are not exact to the last bit reproduce such a number.
 double rounded(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.12g", value);
@@ -76,7 +76,7 @@ std::vector<double> checked_masses(const devices::DeviceProfile& profile, const 
   return settings.masses_kg;
 }
 
-/// Finds the points of one axis and then fits the polynomials.
+/// Calibrates one axis: finds its points and then fits the polynomials.
 class AxisCalibrator {
  public:
   AxisCalibrator(const devices::DeviceProfile& profile, bool is_rotation, const CalibrationSettings& settings,
@@ -111,19 +111,21 @@ class AxisCalibrator {
     const double force_n = settings_.roughness_floor_n + settings_.roughness_share_of_weight * weight_n(mass_kg);
     return is_rotation_ ? force_n * settings_.gyration_radius_m : force_n;
   }
-  /// Returns the damping that is used while the stiffness is searched: the larger of two values. With stiffness ×
-  /// period, a slowly moving hand dissipates the energy that sampling creates. The other value gives the fastest
-  /// settling in continuous time.
+  /// Returns the damping that is used while the stiffness is searched: the larger of two values. At stiffness × period,
+  /// the damper dissipates the energy that sampling creates while the hand moves slowly. 1.4 √(stiffness × inertia)
+  /// gives the fastest settling in continuous time.
   double first_damping(double stiffness, double inertia) const {
     const double wanted = std::max(stiffness / settings_.rate_hz, 1.4 * std::sqrt(stiffness * inertia));
     return std::min(wanted, result_.damping_maximum);
   }
   void find_stiffnesses();
-  /// Searches the largest stiffness for a mass. Returns false if even the softest pair violates a criterion.
+  /// Searches the largest stiffness for a mass. Returns false if even the smallest tried stiffness violates a
+  /// criterion.
   bool find_stiffness(CalibrationPoint& point) const;
   std::string why_left_out() const;
-  /// Returns the violated criterion, or an empty text if none is violated. Records the measured values.
-  /// In      share  share of the permitted roughness that may be used
+  /// Returns the name of the first violated criterion, or an empty text if none is violated. Records the measured
+  /// values in `point`.
+  /// In      share  fraction of the permitted roughness that may be used
   std::string_view objection(CalibrationPoint& point, double share) const;
   void fit_stiffness();
   void find_dampings();
@@ -141,7 +143,7 @@ class AxisCalibrator {
   AxisCalibration result_;
 };
 
-// The cheapest criterion is evaluated first, so that most rejected pairs need no simulation of hands.
+// Evaluates the cheapest criterion first, so that most rejected pairs need no simulation of hands.
 std::string_view AxisCalibrator::objection(CalibrationPoint& point, double share) const {
   point.spectral_radius = trial_.spectral_radius(point.best, point.inertia);
   if (!(point.spectral_radius < 1)) return "stability";
@@ -152,7 +154,7 @@ std::string_view AxisCalibrator::objection(CalibrationPoint& point, double share
   return "";
 }
 
-/// Bisection is suitable because all three criteria tend to increase with stiffness; roughness scatters by about 10 %.
+/// Bisection is suitable, because all three criteria tend to increase with stiffness; roughness scatters by about 10 %.
 bool AxisCalibrator::find_stiffness(CalibrationPoint& point) const {
   const auto tried = [&](double stiffness) {
     point.first_damping = first_damping(stiffness, point.inertia);
@@ -214,15 +216,15 @@ std::vector<double> column(const std::vector<CalibrationPoint>& points, double (
   return values;
 }
 
-/// Returns values of `cubic` from `low` to `high`.
+/// Returns kProbes + 1 values of `cubic` from `low` to `high`.
 std::vector<double> probed(const haptics::Cubic& cubic, double low, double high) {
   std::vector<double> values;
   for (int i = 0; i <= kProbes; ++i) values.push_back(cubic(low + (high - low) * i / kProbes));
   return values;
 }
 
-/// Returns `cubic`, scaled down so that it exceeds no point's upper limit `cap` and nowhere in the range exceeds
-/// `most`.
+/// Returns `cubic`, scaled down so that it exceeds neither the upper limit `cap` of any point nor `most` anywhere in
+/// the range.
 haptics::Cubic lowered(haptics::Cubic cubic, const std::vector<double>& x, const std::vector<double>& cap,
                        double most) {
   double share = 1;
@@ -273,7 +275,7 @@ void AxisCalibrator::find_damping(CalibrationPoint& point) const {
     point.best.damping = tried.damping;
     if (objection(point, 1).empty()) return;
   }
-  point = before;  // keeps the damping with which the stiffness was found
+  point = before;  // keeps the damping from the search for the stiffness
 }
 
 void AxisCalibrator::find_dampings() {

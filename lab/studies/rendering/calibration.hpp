@@ -38,17 +38,17 @@ struct CalibrationPoint {
 
 /// Calibration of translation or of rotation.
 struct AxisCalibration {
-  /// Points sorted by inertia. The last one is the first point that reaches the stiffness maximum.
+  /// Points sorted by inertia. The last one is the first point that reaches the maximum stiffness.
   std::vector<CalibrationPoint> points;
   /// Masses that are too light: even the softest tried pair (`best`) violates the criterion `limited_by`. The fits
   /// exclude these masses.
   std::vector<CalibrationPoint> left_out;
-  haptics::Cubic stiffness;  ///< polynomial: stiffness as a function of the inertia
-  haptics::Cubic damping;    ///< polynomial: damping as a function of the stiffness
+  haptics::Cubic stiffness;  ///< polynomial of the stiffness as a function of the inertia
+  haptics::Cubic damping;    ///< polynomial of the damping as a function of the stiffness
   int stiffness_degree = 0;
   int damping_degree = 0;
   double stiffness_maximum = 0;  ///< upper limit from coupling_bounds()
-  /// False if the maximum is only an assumed cap, so that the device itself may permit more.
+  /// false if the maximum is only an assumed cap, so that the device may permit more
   bool is_maximum_verified = true;
   double damping_maximum = 0;
 };
@@ -62,19 +62,19 @@ struct Calibration {
 
 /// Finds stiffness k and damping b for each mass m, and fits polynomials to them.
 ///
-/// Model   k(m) and b(k) as above. No polynomial gives a tried mass more stiffness than the search found for it, or any
-///         mass in the range more than coupling_bounds() permits
+/// Model   k(m) and b(k) as above. At a tried mass, no polynomial gives more stiffness than the search found. At no
+///         mass in the range does it give more than coupling_bounds() permits
 /// Source  Hou, PhD thesis, NTU, 2014, chapter 5: the procedure. The thesis leaves the criterion for "best" to the
 ///         experimenter; ours is defined in CalibrationSettings
-/// In      on_progress  called with the finished share, 0..1
+/// In      on_progress  called with the finished fraction, 0..1
 /// Fails   std::invalid_argument: the masses are not increasing or not within 0.001..100 kg, or the smallest tried
 ///         stiffness is too large for every mass on this device
 /// Cost    up to 15 s on one core for a shipped profile. The same settings give the same bits
 Calibration calibrate(const devices::DeviceProfile& profile, const CalibrationSettings& settings,
                       const std::function<void(double)>& on_progress);
 
-/// Checks that the fitted pairs satisfy the criteria for the best pairs, and that they have almost the same stiffness
-/// and damping.
+/// Checks that the fitted pairs satisfy the criteria for the best pairs, and that their stiffness and damping are close
+/// to those of the best pairs.
 std::vector<Check> checks_of(const Calibration& calibration);
 
 }  // namespace tandem::lab

@@ -13,7 +13,7 @@ namespace json = boost::json;
 constexpr int kHeight_px = 260;
 constexpr int kCurvePoints = 100;
 
-/// Terms and units for an axis.
+/// Words and units of an axis in the report.
 struct Quantity {
   std::string name;
   std::string unit;
@@ -87,7 +87,7 @@ json::object settings_json(const CalibrationSettings& settings) {
           {"gyration_radius_m", settings.gyration_radius_m}};
 }
 
-/// Samples a curve over the tried range, so that the plot also shows it between the points.
+/// Samples a curve over the tried range, so that the plot shows the polynomial between the points.
 Series curve(const std::string& label, const haptics::Cubic& cubic, double low, double high) {
   Series series{label, {}, {}, 0, Draw::kLine};
   for (int i = 0; i <= kCurvePoints; ++i) {
@@ -132,8 +132,8 @@ Plot damping_figure(const AxisCalibration& axis, const Words& words) {
       half_plot("Best damping at each stiffness and the polynomial through them", words.stiffness, words.damping);
   Series found{"best", {}, {}, 1, Draw::kMarkers};
   for (const CalibrationPoint& point : axis.points) {
-    // Points of almost equal stiffness may be in any order. The x values of a plot must not decrease, so they are made
-    // monotonic.
+    // Points of almost equal stiffness may be in any order, but the x values of a plot must not decrease. Therefore
+    // they are made monotonic.
     const double k = found.x.empty() ? point.best.stiffness : std::max(found.x.back(), point.best.stiffness);
     found.x.push_back(k);
     found.y.push_back(point.best.damping);
@@ -186,7 +186,7 @@ std::string method(const Calibration& calibration) {
   return text.str();
 }
 
-/// Returns remarks about a calibration that the table of points does not show.
+/// Returns remarks about a calibration that supplement the table of points.
 std::vector<std::string> remarks_of(const AxisCalibration& axis, const Words& words) {
   const std::string unit = " " + words.stiffness.unit;
   std::vector<std::string> remarks;

@@ -12,16 +12,16 @@
 namespace tandem::lab {
 namespace {
 
-/// Forces with which a hand presses at the beginning and at the end of a trial, as fractions of the force limit.
+/// Forces with which a hand presses at the start and at the end of a trial, as fractions of the force limit.
 constexpr double kLightPress = 0.1;
 constexpr double kFirmPress = 0.3;
-/// Largest rotation that a hand intends. If hand and tool were more than half a turn apart, the rotational spring would
+/// Largest rotation that a hand intends. At more than half a turn between hand and tool, the rotational spring would
 /// pull in the opposite direction.
 constexpr double kFurthestTurn_rad = 1.5;
-/// Inertia of the tool against which a hand twists. With this value the tool practically does not rotate during the
+/// Inertia of the tool against which a hand twists. It is so large that the tool practically does not rotate during the
 /// trial.
 constexpr double kHeldFast_kg_m2 = 1e6;
-/// Mass and inertia of the tool for the motion that is not tried (rotation or translation).
+/// Mass and inertia of the tool for the motion that is not tested (rotation or translation).
 constexpr double kOtherMass_kg = 0.1;
 constexpr double kOtherInertia_kg_m2 = 4e-5;
 /// Depth by which the tool sinks when its weight is applied as a step.
@@ -30,13 +30,13 @@ constexpr double kNoLimit_n = 1e6;
 constexpr Duration kReach = std::chrono::milliseconds(250);
 constexpr Duration kRest = std::chrono::milliseconds(2000);
 constexpr Duration kLastOfRest = std::chrono::milliseconds(250);
-/// The motion is regarded as decaying if its range in the last interval is below this fraction of its range in the
-/// interval before.
+/// A motion counts as decaying if its range in the last interval is below this fraction of its range in the previous
+/// interval.
 constexpr double kShrinking = 0.9;
 constexpr Duration kPress = std::chrono::milliseconds(2000);
 constexpr Duration kSettled = std::chrono::milliseconds(800);
-/// A critically damped hand that the forces of shipped devices hardly move. The simulated hand is still stable at the
-/// time step.
+/// A critically damped hand that the forces of shipped devices hardly move. The simulation of this hand is stable at
+/// the time step.
 constexpr devices::HandParameters kUnmovedHand{.mass_kg = 10,
                                                .stiffness_n_per_m = 1e7,
                                                .damping_n_s_per_m = 2e4,
@@ -76,7 +76,7 @@ haptics::CouplingParameters with(const devices::DeviceProfile& profile, bool is_
 HandRigSettings rig_with(const devices::DeviceProfile& profile, bool is_rotation, const Pair& pair, double inertia,
                          const devices::HandParameters& hand, const CalibrationSettings& settings) {
   HandRigSettings rig;
-  rig.law = "spring-damper";  // the adaptive law equals this law once its parameters are chosen
+  rig.law = "spring-damper";  // with fixed parameters, the adaptive law equals this law
   rig.coupling = with(profile, is_rotation, pair);
   rig.rate_hz = settings.rate_hz;
   rig.tool_mass_kg = is_rotation ? kOtherMass_kg : inertia;
@@ -86,8 +86,8 @@ HandRigSettings rig_with(const devices::DeviceProfile& profile, bool is_rotation
   return rig;
 }
 
-/// Returns the position that a hand must intend to press with `force`: the deflection of the hand's own spring plus
-/// that of the coupling. For a soft rotational coupling the angle is limited, which reduces the torque.
+/// Returns the position that a hand must intend in order to press with `force`: the deflection of the hand's own spring
+/// plus that of the coupling. For a soft rotational coupling the angle is limited, which reduces the torque.
 double wanted_for(double force, double hand_stiffness, double stiffness, bool is_rotation) {
   const double deflection = force * (1 / hand_stiffness + 1 / stiffness);
   return -(is_rotation ? std::min(deflection, kFurthestTurn_rad) : deflection);
@@ -165,7 +165,7 @@ double CouplingTrial::restlessness_of(std::size_t of_checked, const Pair& pair, 
       before.add(at);
     }
   }
-  if (last.size() < kShrinking * before.size()) return 0;  // the motion decays: a slow hand is still coming to rest
+  if (last.size() < kShrinking * before.size()) return 0;  // decaying motion of a slow hand that still settles
   return last.size() / (is_rotation_ ? held.encoder_step_rad : held.encoder_step_m);
 }
 
@@ -186,13 +186,13 @@ double CouplingTrial::roughness_of(std::size_t of_checked, const Pair& pair, dou
     forces.push_back(is_rotation_ ? tick.on_hand_W.t.z() : tick.on_hand_W.f.z());
   }
   const std::vector<double> high = high_passed(forces, settings_.rate_hz, kVibration_hz);
-  // The first part of the force is excluded. It contains the motion to the wall and the transient of the filter.
+  // Excludes the first part of the force, which contains the motion to the wall and the transient of the filter.
   const auto settled = static_cast<std::size_t>(3 * to_seconds(kReach) * settings_.rate_hz);
   return rms(std::span(high).subspan(std::min(settled, high.size())));
 }
 
-// Rotation obeys the same equation as translation, so it is simulated as a translation. No force saturates, and the
-// hand does not yield.
+// Rotation obeys the same equation as translation and is therefore simulated as a translation. No force saturates, and
+// the hand does not yield.
 double CouplingTrial::settling_cost(const Pair& pair, double inertia) const {
   HandRigSettings rig = rig_with(profile_, false, pair, inertia, kUnmovedHand, settings_);
   rig.coupling.force_limit_n = kNoLimit_n;

@@ -11,8 +11,8 @@
 namespace tandem::lab {
 namespace {
 
-// A tool of this mass reaches the equilibrium of coupling and contact within one step, except for rounding. Even at 0.1
-// N/m, its time constant is below a thousandth of a period at 4 kHz.
+// Mass and inertia of a massless tool. It reaches the equilibrium of coupling and contact within one step, except for
+// rounding: even at 0.1 N/m its time constant is below a thousandth of a period at 4 kHz.
 constexpr double kVanishingMass_kg = 1e-15;
 constexpr double kVanishingInertia_kg_m2 = 1e-21;
 
@@ -49,7 +49,7 @@ devices::HandParameters hand_of(const haptics::CheckedHand& checked) {
 struct HandRig::Impl {
   Impl(const HandRigSettings& settings_in, devices::HandPath path);
 
-  /// Computes all quantities that follow from the new position of the handle.
+  /// Computes the coupling, the tool and the displayed wrench for a new position of the handle.
   HandRigTick respond(const Pose& X_WH_true, const Twist& V_WH_true, const Pose& X_WH);
   Wrench step_tool(const Pose& X_WH, const Twist& V_WH);
   Wrench press_directly(const Pose& X_WH);
@@ -68,12 +68,12 @@ struct HandRig::Impl {
 
   Pose X_WT;
   Twist V_WT;
-  std::array<contact::ContactPoint, 1> contact;  ///< contact of tool and plane; stores the bristle between ticks
+  std::array<contact::ContactPoint, 1> contact;  ///< contact with the plane; keeps the friction bristle
   Wrench on_tool_W;
   double normal_force_n = 0;
   double work_on_tool_j = 0;  ///< work on the tool in the last step
 
-  Pose X_WH_before;  ///< true pose of the handle, not the reported one
+  Pose X_WH_before;  ///< true (not reported) pose of the handle at the previous tick
   Pose X_WH_reported;
   Wrench on_hand_W;
   double hand_work_j = 0;
@@ -99,8 +99,8 @@ HandRigTick HandRig::Impl::respond(const Pose& X_WH_true, const Twist& V_WH_true
   const Twist estimated = estimator.add(now, X_WH);
   const Twist& V_WH = settings.estimates_velocity ? estimated : V_WH_true;
   const bool is_direct = law->tool_dynamics() == haptics::ToolDynamics::kAtHandle;
-  // The passivity controller accounts for the energy up to now. The work on the tool is therefore that of the previous
-  // step.
+  // The passivity controller accounts for the energy up to this tick. Therefore it receives the work on the tool in the
+  // previous step.
   const double work_before_j = std::exchange(work_on_tool_j, 0.0);
   const Wrench wanted = is_direct ? press_directly(X_WH) : step_tool(X_WH, V_WH);
   on_hand_W = settings.is_passivity_controlled ? passivity.apply(X_WH, wanted, work_before_j, period_s) : wanted;
@@ -153,8 +153,7 @@ Wrench HandRig::Impl::step_tool(const Pose& X_WH, const Twist& V_WH) {
   return haptics::reaction_on_hand(on_tool_W, X_WH.p - X_WT.p);
 }
 
-/// Direct rendering: returns a penalty force proportional to the depth of the handle. Nothing slides, so there is no
-/// friction.
+/// Direct rendering: returns a penalty force proportional to the depth of the handle. There is no friction.
 Wrench HandRig::Impl::press_directly(const Pose& X_WH) {
   const haptics::CouplingParameters& c = settings.coupling;
   X_WT = X_WH;
@@ -172,7 +171,7 @@ HandRig::HandRig(HandRig&&) noexcept = default;
 
 HandRigTick HandRig::tick() {
   Impl& rig = *impl_;
-  // The time is computed from the number of ticks. A period need not be a whole number of nanoseconds, and sums of
+  // The time is computed from the number of ticks. A period need not be a whole number of nanoseconds, so a sum of
   // rounded periods would drift.
   rig.now = LocalTime(from_seconds(static_cast<double>(++rig.ticks) * rig.period_s));
   const devices::DeviceSample sample = rig.device.read(rig.now);

@@ -1,4 +1,4 @@
-// Static force curve of a law along one line. It is used to give laws equal stiffness before they are compared.
+// Static force curve of a law along one line. It serves to give laws equal stiffness before they are compared.
 #pragma once
 
 #include <string_view>
@@ -22,7 +22,7 @@ double elastic_force_n(const haptics::CouplingLaw& law, double d_m, bool is_push
 double displacement_m(std::string_view law, const haptics::CouplingParameters& coupling, double force_n);
 
 /// Returns `coupling` with the stiffness k_t for which force / displacement at `at_n` equals `secant_n_per_m`. The
-/// solution is unique, because every curve depends only on k_t d.
+/// solution is unique, because every curve depends only on the product of k_t and displacement.
 haptics::CouplingParameters with_secant_stiffness(std::string_view law, haptics::CouplingParameters coupling,
                                                   double secant_n_per_m, double at_n);
 

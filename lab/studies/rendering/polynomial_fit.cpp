@@ -9,11 +9,11 @@ namespace tandem::lab {
 namespace {
 
 constexpr int kMaxDegree = 3;
-/// A higher degree is accepted only if it reduces the error to less than this fraction.
+/// A higher degree is accepted only if it reduces the error below this fraction of the lower degree's error.
 constexpr double kWorthwhile = 0.9;
 
-// Returns the RMS of the leave-one-out errors. The first and the last point are never left out, because a fit is never
-// used to extrapolate beyond its points.
+// Returns the RMS of the leave-one-out errors. The first and the last point are never left out, because the fit is not
+// used to extrapolate.
 double left_out_rms(std::span<const double> x, std::span<const double> y, int degree) {
   double square_sum = 0;
   for (std::size_t out = 1; out + 1 < x.size(); ++out) {
@@ -30,8 +30,7 @@ double left_out_rms(std::span<const double> x, std::span<const double> y, int de
 }  // namespace
 
 haptics::Cubic least_squares(std::span<const double> x, std::span<const double> y, int degree) {
-  // x is divided by its maximum, so that the powers of x have similar magnitudes and the equations are well
-  // conditioned.
+  // Dividing x by its maximum gives its powers similar magnitudes, so that the equations are well conditioned.
   double scale = 0;
   for (const double one : x) scale = std::max(scale, std::abs(one));
   if (scale == 0) scale = 1;
@@ -52,8 +51,7 @@ haptics::Cubic least_squares(std::span<const double> x, std::span<const double> 
 ChosenFit chosen_fit(std::span<const double> x, std::span<const double> y,
                      const std::function<bool(const haptics::Cubic&)>& is_allowed) {
   if (x.size() <= 2) {
-    // For a line through two points a leave-one-out error cannot be computed, but a constant would be wrong at both
-    // points.
+    // A line through two points has no leave-one-out error, but a constant would be wrong at both points.
     const ChosenFit constant{least_squares(x, y, 0), 0, 0};
     if (x.size() < 2 || y[0] == y[1]) return constant;
     const ChosenFit line{least_squares(x, y, 1), 1, 0};

@@ -1,5 +1,5 @@
-// Buzz that arises from a light tool, a hand with tremor and an encoder with finite steps. The study measures how much
-// vibration each law adds to the force.
+// Buzz: vibration of the force that arises from a light tool, a hand with tremor and an encoder with finite steps. The
+// study measures the vibration with each law.
 
 #include <algorithm>
 #include <array>
@@ -20,13 +20,14 @@ constexpr std::array kForces_n{0.005, 0.0075, 0.01, 0.0125, 0.015, 0.0175, 0.02,
                                0.05,  0.1,    0.2,  0.3,    0.5,   1.0,    2.0,  3.0};
 constexpr std::size_t kOneNewton = 13;
 static_assert(kForces_n[kOneNewton] == 1.0);
-constexpr double kLightShare = 0.005;  ///< a touch is light if its force is below this share of F_max
+constexpr double kLightShare = 0.005;  ///< a touch is light if its force is below this fraction of F_max
 constexpr std::string_view kRival = "qsa-dynamic";
 constexpr std::string_view kLiteral = "stable-dynamic-literal";
 constexpr std::array kTremors_n{0.02, 0.05, 0.1, 0.2};
-/// Force limit F_max of the published comparisons, which is tried in addition to the limit used with the light tool.
+/// Force limit F_max of the published comparisons. It is tested in addition to the limit that is used with the light
+/// tool.
 constexpr double kLargerLimit_n = kForceLimit_n;
-/// Contact stiffness of a wall in a scene, which is much stiffer than a coupling.
+/// Contact stiffness of a typical wall in a scene, which is much stiffer than a coupling.
 constexpr double kHardPlane_n_per_m = 20000;
 
 struct LawBuzz {
@@ -44,10 +45,10 @@ const LawBuzz& of_law(const std::vector<LawBuzz>& laws, std::string_view law) {
   return *std::ranges::find(laws, law, &LawBuzz::law);
 }
 
-/// Ratio of the vibration with the default law to that with its rival, in light touches.
+/// Ratio of the vibration with the default law to that with the law kRival, in light touches.
 struct LightTouches {
   int count = 0;
-  double worst_ratio = std::numeric_limits<double>::quiet_NaN();  ///< NaN: there is no light touch, hence no evidence
+  double worst_ratio = std::numeric_limits<double>::quiet_NaN();  ///< NaN: there is no light touch, hence no result
 };
 
 LightTouches light_touches(const LawBuzz& ours, const LawBuzz& rival, const PressSettings& settings) {
@@ -62,8 +63,8 @@ LightTouches light_touches(const LawBuzz& ours, const LawBuzz& rival, const Pres
   return result;
 }
 
-/// Returns three ratios as text, for forces of 0.01 N, 0.015 N and 1 N. Each is the RMS force vibration of the default
-/// law divided by that of kRival.
+/// Returns three ratios as text, for forces of 0.01 N, 0.015 N and 1 N. Each ratio is the RMS vibration of the force
+/// with the default law, divided by that with kRival.
 std::string ratios_with(const PressSettings& settings) {
   std::string text;
   for (const double force_n : {0.01, 0.015, 1.0}) {
@@ -81,8 +82,8 @@ double slope_at(std::string_view law, double force_n, const PressSettings& setti
   return haptics::make_coupling_law(law, coupling)->gradient(state).force_by_d(2, 2);
 }
 
-/// Returns, as text, the slope of the default law divided by that of kRival at a light touch. The text also has the
-/// force above which the default law is steeper, in percent of F_max.
+/// Returns two values as text: the slope of the default law divided by that of kRival at a light touch, and the force
+/// above which the default law is steeper [% of F_max].
 std::string slope_ratio_with(const PressSettings& settings) {
   const auto ratio = [&](double force_n) {
     return slope_at(haptics::kDefaultCouplingLaw, force_n, settings) / slope_at(kRival, force_n, settings);
@@ -122,8 +123,8 @@ std::string millinewtons(double force_n) {
 }
 
 void add_winner_rows(Reproduction& result, const std::vector<LawBuzz>& laws) {
-  // Direct rendering is listed separately: without a tool, its plane must be as soft as a coupling, so the forces
-  // cannot be compared.
+  // Direct rendering is listed separately. Without a tool, its plane must be as soft as a coupling, so its forces are
+  // not comparable.
   std::vector<const LawBuzz*> coupled;
   for (const LawBuzz& law : laws) {
     if (haptics::find_coupling_law(law.law)->tool != haptics::ToolDynamics::kAtHandle) coupled.push_back(&law);
@@ -173,7 +174,7 @@ void add_side_rows(Reproduction& result, const PressSettings& settings) {
   result.rows.push_back({ratio + "CouplingParameters as they are by default", "", ratios_with(shipped)});
 }
 
-/// Returns a description of the conditions of the figures.
+/// Returns a description of the settings under the figures.
 std::string conditions(const PressSettings& settings) {
   return "F_max " + format_significant(settings.force_limit_n, 3) + " N, " +
          format_significant(settings.damping_n_s_per_m, 3) + " N·s/m, encoder " +

@@ -1,4 +1,4 @@
-// Sag, which is the disadvantage of a soft coupling: a tool hangs m·g/k below the handle, also in free air.
+// Sag, the disadvantage of a soft coupling: a tool of mass m hangs m·g/k below the handle, even in free air.
 
 #include <algorithm>
 #include <array>
@@ -17,16 +17,16 @@ namespace tandem::lab {
 namespace {
 
 constexpr double kInertia_kg_m2 = 4e-5;
-/// Masses of the tool. The weight of the heaviest exceeds 5.2 N, where saturation begins (the knee).
+/// Masses of the tool. The weight of the heaviest exceeds 5.2 N, at which saturation begins (the knee).
 constexpr std::array kMasses_kg{0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6};
-/// Number of masses with published results. The adaptive law is calibrated for these.
+/// Number of masses, from the first, with published results. The adaptive law is calibrated for these.
 constexpr std::size_t kPublishedMasses = 4;
 constexpr std::array kLaws{"spring-damper", "qsa-dynamic", "stable-dynamic", "stable-dynamic-literal", "adaptive"};
 /// Parameter c of the stable dynamic law, which determines the sharpness of the curve.
 constexpr double kSharpness = 1;
-/// Laws in which the tool has no weight.
+/// Laws with a tool that has no weight.
 constexpr std::array kWeightless{"qsa-static", "direct"};
-/// Time until the sag is measured. Above the knee a curve is almost flat, so settling is slow.
+/// Time after which the sag is measured. Above the knee a curve is almost flat, so settling is slow.
 constexpr double kSettling_s = 15;
 
 haptics::CouplingParameters adaptive_coupling(double mass_kg) {
@@ -37,7 +37,7 @@ haptics::CouplingParameters adaptive_coupling(double mass_kg) {
   return haptics::adapted(haptics::thesis_adaptive_fit(), mass_kg, kInertia_kg_m2, base);
 }
 
-/// Returns the coupling for a law. Every law has the k_t that the adaptive law has at the lightest mass.
+/// Returns the coupling for a law. Every law gets the stiffness k_t that the adaptive law has at the lightest mass.
 haptics::CouplingParameters coupling_of(std::string_view law, double mass_kg) {
   haptics::CouplingParameters coupling = adaptive_coupling(law == "adaptive" ? mass_kg : kMasses_kg.front());
   // Damping does not affect the sag. At 0.7 of critical damping the tool settles fastest.
@@ -45,13 +45,13 @@ haptics::CouplingParameters coupling_of(std::string_view law, double mass_kg) {
   return coupling;
 }
 
-/// Returns the stiffness of the published fit for a tool of this mass; it is constant outside the range of masses of
+/// Returns the stiffness of the published fit for a tool of this mass. The stiffness is constant outside the masses of
 /// the fit.
 double adaptive_n_per_m(double mass_kg) {
   return 116.53 * std::clamp(mass_kg, 0.05, 0.2) + 16.21;
 }
 
-/// Returns the elastic force that saturation reduces to `shown_n`. It is the inverse of the saturation.
+/// Inverts the saturation: returns the elastic force that saturation reduces to `shown_n`.
 double unbent_n(double shown_n) {
   const double knee_n = (1 - kSoftness) * kForceLimit_n;
   if (shown_n <= knee_n) return shown_n;
@@ -59,10 +59,10 @@ double unbent_n(double shown_n) {
 }
 
 /// Returns the expected sag m·g/k, with k the secant stiffness of the law's curve. The formulas are written out here,
-/// independent of the code of the law.
+/// independent of the code of the laws.
 ///
-/// Model   below the knee the elastic force is e = m g. Linear: e/k; QSA: −d_max ln(1 − e/F_max); stable dynamic: d_max
-///         √(−ln(1 − e/F_max)/c); with d_max = F_max/k_t
+/// Model   e = m g is the elastic force (below the knee). Linear: e/k; QSA: −d_max ln(1 − e/F_max); stable dynamic:
+///         d_max √(−ln(1 − e/F_max)/c); with d_max = F_max/k_t
 double closed_form_sag_m(std::string_view law, double mass_kg) {
   const double elastic_n = unbent_n(weight_n(mass_kg));
   if (law == "adaptive") return elastic_n / adaptive_n_per_m(mass_kg);
@@ -73,7 +73,7 @@ double closed_form_sag_m(std::string_view law, double mass_kg) {
   return d_max_m * (law == "qsa-dynamic" ? log_left : std::sqrt(log_left / kSharpness));
 }
 
-/// Simulates the sag. The tool starts at the height of a handle that does not move, and settles.
+/// Simulates the sag. The tool starts at the height of the handle, which does not move, and settles.
 double sag_m(std::string_view law, const haptics::CouplingParameters& coupling, double mass_kg) {
   HandRigSettings settings;
   settings.law = law;
@@ -127,8 +127,8 @@ std::string implied_stiffness(const LawSag& law, double ours_m, double published
 
 struct PublishedRatio {
   const char* law;
-  double at_end;          ///< displacement with the adaptive law at 0.2 kg, relative to that with this law
-  double mean_reduction;  ///< mean reduction of the displacement by the adaptive law, relative to this law
+  double at_end;          ///< displacement with this law relative to that with the adaptive law, at 0.2 kg
+  double mean_reduction;  ///< reduction of the mean displacement by the adaptive law, relative to this law
 };
 constexpr std::array kPublished{PublishedRatio{"spring-damper", 2.71, 0.5243},
                                 PublishedRatio{"qsa-dynamic", 2.16, 0.4251}};
@@ -155,8 +155,8 @@ void add_published_rows(Reproduction& result, const std::vector<LawSag>& sags) {
   }
 }
 
-/// Adds a row in which the laws are made equal by the same sag at the lightest mass, instead of the same k_t. This
-/// favours a curve whose slope increases.
+/// Adds a row in which the laws have the same sag at the lightest mass instead of the same k_t. This comparison favours
+/// a curve whose slope increases.
 void add_equal_sag_row(Reproduction& result, const LawSag& adaptive) {
   constexpr std::string_view kCurved = haptics::kDefaultCouplingLaw;
   haptics::CouplingParameters coupling = coupling_of(kCurved, kMasses_kg.front());
@@ -171,8 +171,8 @@ void add_equal_sag_row(Reproduction& result, const LawSag& adaptive) {
       {std::string(kCurved) + " against adaptive at 0.1, 0.15, 0.2 kg, both level at 0.05 kg", "", ours});
 }
 
-/// Adds rows for the laws in which the tool has no weight. They are simulated like the others, so that the absence of
-/// sag is measured, too.
+/// Adds rows for the laws without weight of the tool. They are simulated like the others, so that the absence of sag is
+/// measured too.
 void add_weightless_rows(Reproduction& result) {
   for (const char* law : kWeightless) {
     const bool is_at_handle = haptics::find_coupling_law(law)->tool == haptics::ToolDynamics::kAtHandle;
@@ -222,7 +222,7 @@ Plot figure_of(const std::vector<LawSag>& sags) {
   figure.y.low = 0;
   for (const LawSag& law : sags) {
     std::vector<double> sags_mm;
-    // Points above the knee are omitted, because the large sag of the QSA curve would flatten all other curves.
+    // Omits points above the knee, because the large sag of the QSA curve would flatten all other curves.
     for (std::size_t i = 0; i + 1 < kMasses_kg.size(); ++i) sags_mm.push_back(1e3 * law.sags_m[i]);
     figure.series.push_back(series_of(law.law, {kMasses_kg.begin(), kMasses_kg.end() - 1}, sags_mm));
   }

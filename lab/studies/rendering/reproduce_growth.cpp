@@ -1,4 +1,4 @@
-// Growth of the force with displacement during loading and unloading. If the two differ, energy is generated.
+// Force over displacement during loading and unloading. A law whose force is larger during unloading generates energy.
 
 #include <algorithm>
 #include <array>
@@ -22,7 +22,7 @@ constexpr double kDepth_m = 0.010;
 constexpr int kSamples = 1000;
 constexpr double kSpeed_m_per_s = 0.02;
 constexpr double kGrowthToolMass_kg = 0.02;
-/// Compared laws. The adaptive law is omitted, because at a given stiffness it equals the spring-damper.
+/// Compared laws. The adaptive law is omitted: at a given stiffness it equals the spring-damper.
 constexpr std::array kGrowingLaws{"spring-damper", "qsa-static", "qsa-dynamic", "stable-dynamic",
                                   "stable-dynamic-literal"};
 constexpr double kDamping_n_s_per_m = 0.4;
@@ -30,7 +30,7 @@ constexpr double kDamping_n_s_per_m = 0.4;
 haptics::CouplingParameters coupling() {
   haptics::CouplingParameters result;
   result.stiffness_n_per_m = kStiffness_n_per_m;
-  // Twice the damping k T that compensates for sampling. At this speed it dissipates many times the energy that
+  // Twice k·T, the damping that compensates for sampling. At this speed it dissipates many times the energy that
   // sampling creates, and its force is only 0.2 % of the total.
   result.damping_n_s_per_m = kDamping_n_s_per_m;
   result.force_limit_n = kLimit_n;
@@ -38,14 +38,14 @@ haptics::CouplingParameters coupling() {
   return result;
 }
 
-/// Curves of the law alone, without its damper.
+/// Curves of the law without its damper.
 struct Curves {
   std::vector<double> d_m;
   std::vector<double> in_n;
   std::vector<double> out_n;
   double stored_j = 0;
   double returned_j = 0;
-  double largest_jump_n = 0;  ///< largest jump of the force when only the direction of motion changes
+  double largest_jump_n = 0;  ///< largest jump of the force when only the direction of motion reverses
 };
 
 Curves curves_of(std::string_view name, double sharpness = 1) {
@@ -107,7 +107,7 @@ Plot curve_figure(const std::string& law, const Curves& curves, const Stroke& st
     return lengths;
   };
   const auto half = static_cast<std::ptrdiff_t>(stroke.force_n.size() / 2);
-  // The x values of a plot must increase, so the curve of unloading is reversed.
+  // Reverses the curve of unloading, because the x values of a plot must increase.
   std::vector<double> out_m(stroke.depth_m.rbegin(), stroke.depth_m.rend() - half);
   std::vector<double> out_n(stroke.force_n.rbegin(), stroke.force_n.rend() - half);
   figure.series = {{"in", millimetres(curves.d_m), curves.in_n, 0, Draw::kLine},

@@ -1,5 +1,4 @@
-// Saturation: a force within the range of the device is not changed; a larger force approaches the limit without
-// reaching it.
+// Saturation: forces below the knee are unchanged; larger forces approach the limit without reaching it.
 
 #include <algorithm>
 #include <array>
@@ -40,12 +39,12 @@ HandRigSettings pressing(std::string_view law, double mass_kg) {
   settings.coupling.saturation_softness = kSoftness;
   settings.tool_mass_kg = mass_kg;
   settings.plane_z_m = 0;
-  // The velocity is exact instead of estimated, so that the force before saturation can be computed from the trace.
+  // With the exact velocity instead of an estimate, the force before saturation can be computed from the trace.
   settings.estimates_velocity = false;
   return settings;
 }
 
-/// A press of the hand: the force of the law without saturation, and the displayed force.
+/// A press of the hand: the force of the law before saturation, and the displayed force.
 struct Press {
   std::vector<double> at_s;
   std::vector<double> requested_n;
@@ -61,8 +60,7 @@ Press pressed(std::string_view law, double mass_kg) {
   Press result;
   for (int i = 0; i < 3000; ++i) {
     const HandRigTick tick = rig.tick();
-    // The force before saturation. The spring-damper law uses the handle at the tick and the tool at the end of the
-    // step.
+    // Force before saturation. The spring-damper law uses the handle at the tick and the tool at the end of the step.
     const Vec3 requested =
         c.stiffness_n_per_m * (tick.X_WH.p - tick.X_WT.p) + c.damping_n_s_per_m * (tick.V_WH.v - tick.V_WT.v);
     result.at_s.push_back(to_seconds(tick.at));
@@ -74,8 +72,8 @@ Press pressed(std::string_view law, double mass_kg) {
   return result;
 }
 
-/// Returns the largest change that saturation makes to a force below the knee. The presses of the spring-damper with
-/// all masses are compared.
+/// Returns the largest change that saturation makes to a force below the knee, over the presses of the spring-damper
+/// with all masses.
 double changed_below_knee_n(const std::vector<Press>& presses) {
   double changed = 0;
   for (const Press& press : presses) {
@@ -87,7 +85,7 @@ double changed_below_knee_n(const std::vector<Press>& presses) {
   return changed;
 }
 
-/// Returns by how much the slope of the saturation curve jumps at the knee: the difference of two finite differences.
+/// Returns the jump of the saturation curve's slope at the knee: the difference of two finite differences.
 double slope_jump() {
   constexpr double kStep_n = 1e-6;
   const auto H = [](double force_n) { return haptics::saturated(force_n, kForceLimit_n, kSoftness); };

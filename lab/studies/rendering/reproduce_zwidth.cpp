@@ -20,13 +20,13 @@ namespace {
 
 constexpr std::array kRates_hz{250.0, 500.0, 1000.0, 2000.0, 4000.0};
 constexpr std::array kDampings_n_s_per_m{0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 40.0};
-/// Compared laws. The adaptive law is omitted, because at a given stiffness it equals the spring-damper.
+/// Compared laws. The adaptive law is omitted: at a given stiffness it equals the spring-damper.
 constexpr std::array kZWidthLaws{"spring-damper",          "qsa-static", "qsa-dynamic", "stable-dynamic",
                                  "stable-dynamic-literal", "direct"};
 constexpr double kLeast_n_per_m = 50;
 constexpr double kMost_n_per_m = 1e6;
 constexpr double kResolution = 1.005;
-/// Ratio of the bounds of the first search interval to the expected value.
+/// Ratio of the bounds of the first search interval to the expected stiffness.
 constexpr double kNarrow = 1.01;
 /// Factor between successive stiffness values in the scan for switching laws.
 constexpr double kScan = 1.1;
@@ -34,17 +34,17 @@ constexpr double kToolMass_kg = 0.05;
 /// Parameters of a desktop device; our choice. The hand has the light grip of HandParameters.
 constexpr double kDeviceMass_kg = 0.1;
 constexpr double kDeviceDamping_n_s_per_m = 0.1;
-/// With such a stiff plane the tool does not move. The wall that the hand feels then has the stiffness of the coupling
-/// alone.
+/// Stiffness of the plane, so large that the tool does not move. The effective wall then has the stiffness of the
+/// coupling alone.
 constexpr double kPlane_n_per_m = 1e9;
-/// The handle is at rest if its oscillation is below this. Rounding errors of the positions are a ten-thousandth of it.
+/// Amplitude below which the handle counts as resting. It is 10,000 times the rounding error of the positions.
 constexpr double kStill_m = 1e-14;
 constexpr double kSmallSwing = 0.05;
-/// Least force on the wall, as a fraction of the limit. For curves that are steepest at zero force, it keeps the handle
-/// on the wall.
+/// Smallest force on the wall, as a fraction of the limit. It keeps the handle on the wall for curves that are steepest
+/// at zero force.
 constexpr double kMinPreload = 0.02;
 
-/// Tolerance in the comparison of prediction and simulation: two steps of the search. The largest measured error is one
+/// Tolerance of the comparison of prediction and simulation: two steps of the search. The largest measured error is one
 /// step.
 constexpr double kTolerance_percent = 1;
 
@@ -52,8 +52,8 @@ bool is_direct(std::string_view law) {
   return haptics::find_coupling_law(law)->tool == haptics::ToolDynamics::kAtHandle;
 }
 
-/// Returns whether the force of a law jumps with the sign of d·v. The loop is then nowhere linear, and no limit can be
-/// predicted.
+/// Returns whether the force of a law jumps with the sign of d·v (displacement times velocity). The loop then has no
+/// linearisation, and no limit can be predicted.
 bool is_switching(std::string_view law) {
   return !haptics::find_coupling_law(law)->is_passive && !is_direct(law);
 }
@@ -73,8 +73,8 @@ haptics::CouplingParameters coupling_of(const Setting& setting, double stiffness
   return coupling;
 }
 
-/// Operating point of the wall: the force, and the slope of the law's curve there, divided by k_t. Neither depends on
-/// k_t.
+/// Operating point at the wall: the force, and the slope of the law's curve there divided by k_t. Both are independent
+/// of k_t.
 struct Preload {
   double force_n = 1;
   double slope_per_stiffness = 1;
@@ -91,7 +91,7 @@ Preload preload_of(std::string_view name) {
 }
 
 /// Returns the largest stiffness for which `is_stable` is true, within kResolution, or kLeast_n_per_m if there is none.
-/// The search starts near `guess` and widens its bracket by growing steps until it contains the limit.
+/// The search widens its bracket around `guess` by growing steps until the bracket contains the limit.
 template <class IsStable>
 double largest_stable(double guess, const IsStable& is_stable) {
   double low = guess / kNarrow, high = guess * kNarrow;
@@ -140,7 +140,7 @@ HandRigSettings rig_of(const Setting& setting, double stiffness_n_per_m) {
   return settings;
 }
 
-/// Returns the RMS deviation of the handle's position from its mean, over `ticks` ticks.
+/// Returns the RMS deviation of the handle's height from its mean, over `ticks` ticks [m].
 double swing_m(HandRig& rig, double ticks) {
   std::vector<double> heights_m;
   for (double i = 0; i < ticks; ++i) heights_m.push_back(rig.tick().X_WH.p.z());
@@ -155,16 +155,15 @@ bool comes_to_rest(const Setting& setting, const Preload& preload, double stiffn
   const double wall_m = is_direct(setting.law) ? preload.force_n / stiffness_n_per_m
                                                : displacement_m(setting.law, settings.coupling, preload.force_n);
   const double hand_m = preload.force_n / settings.hand.stiffness_n_per_m;
-  // The hand starts at the wall and moves slowly. After an impact, the handle would still ring when the oscillations
-  // are compared.
+  // The hand starts at the wall and moves slowly. An impact would still ring when the oscillations are compared.
   const Pose pressing{-(wall_m + hand_m) * Vec3::UnitZ(), Quat::Identity()};
   HandRig rig(settings, devices::HandPath({{Duration(0), Pose{}, 0, ""}, {from_seconds(0.8), pressing, 0, ""}}));
   swing_m(rig, 1.0 * setting.rate_hz);
   const double before_m = swing_m(rig, 0.3 * setting.rate_hz);
   swing_m(rig, 0.9 * setting.rate_hz);
   const double after_m = swing_m(rig, 0.3 * setting.rate_hz);
-  // Only a small oscillation shows whether the loop is stable. A large one is bounded by the force limit or by loss of
-  // contact, so it neither grows nor decays.
+  // Only a small oscillation shows whether the loop is stable. A large one neither grows nor decays, because the force
+  // limit or a loss of contact bounds it.
   return after_m < kStill_m || (after_m < before_m && after_m < kSmallSwing * wall_m);
 }
 
@@ -172,8 +171,8 @@ double simulated_n_per_m(const Setting& setting, const Preload& preload, double 
   return largest_stable(expected_n_per_m, [&](double stiffness) { return comes_to_rest(setting, preload, stiffness); });
 }
 
-/// Returns the lowest tried stiffness at which the hand does not come to rest. For a switching law, rest does not
-/// depend monotonically on the stiffness, so a bisection would not find this limit.
+/// Returns the lowest tried stiffness at which the hand does not come to rest. A bisection would fail here: for a
+/// switching law, rest does not depend monotonically on the stiffness.
 double lowest_restless_n_per_m(const Setting& setting, const Preload& preload) {
   double stiffness = kLeast_n_per_m;
   while (stiffness < kMost_n_per_m && comes_to_rest(setting, preload, stiffness)) stiffness *= kScan;

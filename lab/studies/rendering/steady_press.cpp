@@ -16,8 +16,8 @@ bool is_at_handle(std::string_view law) {
   return haptics::find_coupling_law(law)->tool == haptics::ToolDynamics::kAtHandle;
 }
 
-/// Returns a path that moves down to a target at which the hand's spring, the coupling and the plane all carry
-/// `force_n` in equilibrium.
+/// Returns a path that moves down to a target. At the target, the hand's spring, the coupling and the plane are in
+/// equilibrium at `force_n`.
 devices::HandPath reaching(double force_n, const HandRigSettings& rig) {
   const double contact_m = force_n / rig.contact_n_per_m;
   const double coupling_m = is_at_handle(rig.law) ? 0 : displacement_m(rig.law, rig.coupling, force_n);
@@ -76,7 +76,7 @@ SteadyPress press_steadily(std::string_view law, double force_n, const PressSett
   }
   result.mean_normal_n = std::accumulate(contact_n.begin(), contact_n.end(), 0.0) / static_cast<double>(recorded);
   const std::vector<double> high = high_passed(result.normal_n, with.rate_hz, kVibration_hz);
-  // The first half second is excluded, because it contains the transient of the filter.
+  // Excludes the first half second, which contains the transient of the filter.
   result.rms_n = rms(std::span(high).subspan(static_cast<std::size_t>(with.rate_hz / 2)));
   const auto [low, top] = std::ranges::minmax(result.normal_n);
   result.range_n = top - low;

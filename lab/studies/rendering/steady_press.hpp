@@ -1,4 +1,4 @@
-// A hand presses a light tool on a plane with a given force. The trial records the force on the hand.
+// A hand presses a light tool on a plane with a given force while the force on the hand is recorded.
 #pragma once
 
 #include <optional>
@@ -11,16 +11,16 @@
 
 namespace tandem::lab {
 
-/// Settings that all laws share. Tool, force limit, damping and encoder are those of the thesis; the other values are
-/// our choice.
+/// Settings that all laws share. Tool, force limit, damping and encoder are those of the source thesis; the other
+/// values are our choice.
 struct PressSettings {
-  /// If set, every law uses this coupling, and the following limit, secant stiffness and damping are ignored.
+  /// If set, every law uses this coupling, and the settings for limit, secant stiffness and damping are ignored.
   std::optional<haptics::CouplingParameters> coupling;
   double force_limit_n = 4;
   double secant_n_per_m = 300;     ///< secant stiffness of every law at a force of 1 N
   double damping_n_s_per_m = 0.2;  ///< damping of every law with a damper
   double tool_mass_kg = 0.02;
-  double encoder_step_m = 3e-5;  ///< encoder step, as in the thesis
+  double encoder_step_m = 3e-5;  ///< encoder step of the device in the source thesis
   double tremor_rms_n = 0.05;
   double settling_s = 2.5;
   double recorded_s = 8;
@@ -34,15 +34,16 @@ struct SteadyPress {
   std::vector<double> normal_n;  ///< normal force on the hand, one value for each tick
 };
 
-/// Returns the hand rig for a coupling law. If the settings have a coupling, the law uses it. Otherwise its parameters
-/// are chosen so that its secant stiffness at 1 N is that of the settings. A law for direct rendering, without a tool,
-/// uses a plane of this stiffness.
+/// Returns the hand rig for a coupling law. Without a coupling in the settings, the law's parameters are chosen such
+/// that its secant stiffness at 1 N is that of the settings. Direct rendering, which has no tool, uses a plane of this
+/// stiffness.
 HandRigSettings equal_rig(std::string_view law, const PressSettings& settings);
 
 /// Returns the change of the force caused by one encoder step: by the slope of the law at this force, and by the
-/// damper. For the damper the worst case is assumed: a velocity window of one period.
+/// damper. The velocity window of the damper is assumed to be one period, which is the worst case.
 double encoder_quantum_n(std::string_view law, double force_n, const PressSettings& settings);
 
+/// Runs the press.
 /// In      force_n  mean force of the press, by the equilibrium of hand, coupling and plane without tremor
 SteadyPress press_steadily(std::string_view law, double force_n, const PressSettings& settings);
 

@@ -1,4 +1,4 @@
-// Tests the output of the command `doctor` for machines that a test describes.
+// Tests the findings of the command `doctor` on simulated machines: each problem must be reported with its remedy.
 #include "client/app/doctor.hpp"
 
 #include <gmock/gmock.h>

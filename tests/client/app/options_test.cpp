@@ -1,5 +1,5 @@
-// Tests of the command line: valid values are read with their unit, and an invalid value gives one line that names the
-// valid ones.
+// Tests the command line: valid values are read with their unit. An invalid value must give an error of one line that
+// names the valid values.
 #include "client/app/options.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Tests the file name and the messages of a recording that is started in the window.
+// Tests the file name and the messages of a recording that the user starts in the window.
 #include "client/app/run_recording.hpp"
 
 #include <gmock/gmock.h>
@@ -47,7 +47,7 @@ TEST(RunRecording, SaysTheFileItsLengthAndItsSizeAndWhatIsLeftOut) {
   }
   EXPECT_THROW(ClientRecorder(recording_settings(options, folder / "a.mcap"), {}), std::invalid_argument)
       << "it is there already";
-  // More records are added at once than the ring buffer holds.
+  // Adds more records at once than the ring buffer holds; the excess must be counted as lost.
   ClientRecorder slow(recording_settings(options, folder / "b.mcap"), [](const std::string&) {});
   for (int i = 0; i < 100'000; ++i) slow.add(TickRecord{}, 0);
   slow.finish();
@@ -65,7 +65,7 @@ TEST(RunRecordings, AreBegunAndEndedByTheButtonAndNoneIsLostFromTheSummary) {
   options.record = folder / "first.mcap";
   RunRecordings recordings(options, [](const std::string&) {});
   EXPECT_EQ(recordings.state(), "");
-  recordings.add(TickRecord{}, 0);  // is not recorded
+  recordings.add(TickRecord{}, 0);  // no recording is active, so the record is discarded
   recordings.begin(options.record);
   EXPECT_THAT(recordings.state(), StartsWith("recording " + options.record.string()));
   recordings.add(TickRecord{}, 0);

@@ -1,4 +1,4 @@
-// Tests the report of a run with tick records that the test creates.
+// Tests the report of a run: its statistics must follow from the tick records that the test supplies.
 #include "client/app/run_report.hpp"
 
 #include <gmock/gmock.h>
@@ -31,7 +31,7 @@ struct Rig {
       report.add(record, phase);
     }
   }
-  /// No state arrives during `ticks` ticks. The force becomes zero `zero_after` ticks after the last arrival.
+  /// Simulates a silence of `ticks` ticks. The force becomes zero `zero_after` ticks after the last arrival of a state.
   void fall_silent(int ticks, int zero_after) {
     for (int i = 1; i <= ticks; ++i) {
       record.state_age = i * kTick;

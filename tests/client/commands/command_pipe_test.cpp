@@ -1,4 +1,5 @@
-// Command lines and answers alternate, even when a pipe breaks or stalls at either end.
+// Tests the pipes for command lines and answers: each line must get its answer, even if a pipe breaks or stalls at
+// either end.
 #include "client/commands/command_pipe.hpp"
 
 #include <gtest/gtest.h>
@@ -21,7 +22,7 @@ constexpr auto kPatience = std::chrono::seconds(20);
 class CommandPipeTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    signal(SIGPIPE, SIG_IGN);  // the program uses the same setting
+    signal(SIGPIPE, SIG_IGN);  // as in the program
     ASSERT_EQ(pipe(lines_.data()), 0);
     ASSERT_EQ(pipe(answers_.data()), 0);
     pipe_.emplace(lines_[0], answers_[1]);
@@ -37,7 +38,7 @@ class CommandPipeTest : public ::testing::Test {
     ASSERT_EQ(write(lines_[1], text.data(), text.size()), static_cast<ssize_t>(text.size()));
   }
   void end_lines() { close(std::exchange(lines_[1], -1)); }
-  /// Returns the next answer, or "" after a time-out.
+  /// Returns the next line, or "" after a time-out.
   std::string taken() {
     const auto end = std::chrono::steady_clock::now() + kPatience;
     while (std::chrono::steady_clock::now() < end) {

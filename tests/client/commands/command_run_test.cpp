@@ -1,5 +1,5 @@
-// Each command line gets exactly one answer, for any content and any state of the session. The client is never started,
-// so its requests are answered only when the session ends.
+// Tests that each command line gets exactly one answer, for any content and any state of the session. The client is
+// never started, so its requests are answered only when the session ends.
 #include "client/commands/command_run.hpp"
 
 #include <gmock/gmock.h>
@@ -56,7 +56,7 @@ class CommandRunTest : public ::testing::Test {
       text_.append(buffer.data(), static_cast<std::size_t>(count));
     }
   }
-  /// Sends the lines and returns all answers; `each` is called before each poll.
+  /// Sends the lines and returns all answers. `each` is called with the number of the poll before each poll.
   std::vector<boost::json::object> answers_to(const std::string& lines, const std::function<void(int)>& each = {}) {
     std::thread writer([&] {
       for (std::size_t at = 0; at < lines.size();) {
@@ -103,7 +103,7 @@ std::string error_in(const boost::json::object& answer) {
   return answer.at("ok").as_bool() ? "ok" : std::string(answer.at("error").as_string());
 }
 
-/// A line that a hostile user could send: a command with valid or invalid fields, or random bytes.
+/// Returns a line that a hostile user could send: a command with valid or invalid fields, or random bytes.
 std::string generated_line(std::mt19937_64& random) {
   static const auto usages = command_usages();
   const auto any = [&random](std::size_t count) { return static_cast<std::size_t>(random() % count); };

@@ -1,5 +1,5 @@
-// A line is either parsed as a command whose fields are all in range, or gives an error. The error names the wrong
-// field and the valid values.
+// Tests the parser of command lines. A command whose fields are in range is accepted; otherwise an error must name the
+// wrong field and the valid values.
 #include "client/commands/command.hpp"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
-// Tests the hand of the device "mouse" under commands: it moves to its target at its speed, and stops where a force
-// balances it.
+// Tests the hand of the device "mouse" under commands: it must move to its target at the specified speed, and stop
+// where a force balances it.
 #include "client/commands/scripted_hand.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ class ScriptedHandTest : public ::testing::Test {
     view_.record.scene_generation = 1;
   }
 
-  /// Runs the main thread every 10 ms and the haptic thread every millisecond.
+  /// Runs the main thread every 10 ms and the haptic thread every 1 ms.
   void run(double for_s, const Wrench& on_hand_D = {}) {
     for (const LocalTime end = now_ + from_seconds(for_s); now_ < end;) {
       now_ += std::chrono::milliseconds(1);

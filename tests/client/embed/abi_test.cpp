@@ -1,4 +1,4 @@
-// Tests of the C interface against a server in this process.
+// Tests the C interface against a server in this process.
 #include "client/embed/c/tandem.h"
 
 #include <gtest/gtest.h>
@@ -45,6 +45,7 @@ Struct sized() {
   return made;
 }
 
+/// Returns settings for a client of `server`.
 /// In      server  must outlive the settings
 tandem_client_settings settings_for(const std::string& server) {
   auto settings = sized<tandem_client_settings>();
@@ -60,7 +61,8 @@ std::string address_of(const RunningServer& server) {
   return "127.0.0.1:" + std::to_string(server.server->port());
 }
 
-/// A program that feeds a hand at `height_m` above the origin, and reads the force, once a millisecond.
+/// A program with a hand at `height_m` above the origin. Once a millisecond it passes the pose to the client and reads
+/// the force.
 class FedHand {
  public:
   FedHand() {
@@ -82,7 +84,7 @@ class FedHand {
   std::atomic<bool> is_fed{true};
 
  private:
-  // The handle moves to height_m at 0.3 m/s at most, as a hand does.
+  // The handle moves to height_m at 0.3 m/s at most, like a hand.
   void run() {
     double at_m = 0;
     while (!should_end_) {
@@ -192,7 +194,7 @@ TEST(Abi, SettingsThatAreWrongNameTheFieldAndTheRemedy) {
   EXPECT_EQ(tandem_device_close(device), TANDEM_OK);
 }
 
-// Each thread has its own last error.
+// An error of one thread must not be visible in another thread.
 TEST(Abi, LastErrorBelongsToTheThread) {
   EXPECT_EQ(tandem_client_join(77), TANDEM_BAD_HANDLE);
   std::thread([] { EXPECT_STREQ(tandem_last_error(), ""); }).join();
@@ -221,7 +223,7 @@ TEST(Abi, JoinsTouchesGrabsAndMovesABodyWithADeviceOfTheProgram) {
   EXPECT_EQ(running.tick().held_body, 1U);
   hand.height_m = 0.03;
   EXPECT_TRUE(eventually([&] { return running.body().pose_W.position_m[2] > 0.02; }));
-  // The second client sees who holds it.
+  // The second client receives the id of the user who holds the body.
   FedHand other_hand;
   auto other_settings = settings_for(address);
   other_settings.own_device = other_hand.device;
@@ -254,7 +256,7 @@ TEST(Abi, ForceIsZeroWhenCloseReturnsAndWhenTheFeedStalls) {
   auto settings = settings_for(address);
   settings.own_device = hand.device;
   Running running(settings);
-  // A grabbed block of 0.2 kg that is shaken gives a force.
+  // A grabbed block of 0.2 kg that is shaken must give a force.
   ASSERT_TRUE(eventually([&] { return running.body().id == 1; }));
   const auto shake = [&] {
     hand.height_m = hand.height_m > 0.01 ? 0.0 : 0.02;
@@ -374,7 +376,8 @@ TEST(Abi, DeviceServesOneClientAndAClosedDeviceGivesZero) {
   EXPECT_EQ(tandem_client_close(second), TANDEM_OK);
 }
 
-// The layout of version 0 of the interface. Fields may be added at the end of a struct, without padding before them.
+// The layout of version 0 of the interface. It is frozen, because compiled programs use it. Fields may be added at the
+// end of a struct, without padding before them.
 #define EXPECT_LAYOUT(type, last_field, offset_of_last, size)         \
   EXPECT_EQ(offsetof(type, last_field), std::size_t{offset_of_last}); \
   EXPECT_GE(sizeof(type), std::size_t{size});                         \
@@ -393,18 +396,18 @@ TEST(Abi, StructsKeepTheirLayout) {
   EXPECT_LAYOUT(tandem_event, reserved, 36, 40);
 }
 
-/// Settings of an older header, which ended at uses_tcp.
+/// Settings of an older header, in which uses_tcp is the last field.
 struct OlderClientSettings {
   std::uint32_t struct_size, role;
   const char *server, *room, *user_name, *invitation, *pin, *authorities, *token;
   std::uint32_t is_insecure, uses_tcp;
 };
-/// A tick of an older header.
+/// Tick struct of an older header.
 struct OlderTick {
   std::uint32_t struct_size, safety;
   std::uint64_t number;
 };
-/// Structs of a newer header.
+/// Structs of a newer header, with an additional field.
 struct NewerClientSettings {
   tandem_client_settings known;
   std::uint64_t added;
@@ -466,7 +469,8 @@ TEST(Abi, ProgramBuiltWithANewerHeaderRunsUnlessItUsesANewSetting) {
   EXPECT_EQ(tandem_client_close(client), TANDEM_OK);
 }
 
-/// Calls of one thread, with handles that other threads open and close, foreign handles, null pointers and wrong sizes.
+/// Random calls of one thread. The handles may be closed by other threads, or be of another kind; pointers may be null
+/// and sizes wrong.
 class RandomCalls {
  public:
   static constexpr std::size_t kHandles = 4;
@@ -528,7 +532,7 @@ class RandomCalls {
                                                        "hold",  "\xff\xfe", "no such name"};
     return kTexts[below(kTexts.size())];
   }
-  /// A struct in a buffer of the claimed size, or of 64 KiB for an absurd one.
+  /// Returns a struct in a buffer of the claimed size, or of 64 KiB if that size is absurd.
   template <class Struct>
   Struct* result() {
     if (below(20) == 0) return nullptr;
@@ -681,7 +685,7 @@ TEST(Abi, RandomCallsFromSeveralThreadsGiveAStatusAndNoCrash) {
   for (std::thread& thread : threads) thread.join();
   for (const auto& client : clients) tandem_client_close(client);
   for (const auto& device : devices) tandem_device_close(device);
-  // The library still works.
+  // After the random calls, the library must still be usable.
   Running running(settings_for(address));
   EXPECT_TRUE(eventually([&] { return running.body().id == 1; }));
 }

@@ -1,4 +1,4 @@
-// Tests of the device that a program drives, with the safety chain of a client, under a virtual clock.
+// Tests a device that the embedding program drives, together with the safety chain of a client, under a virtual clock.
 #include "client/embed/own_device.hpp"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ haptics::SafetySettings safety() {
   return settings;
 }
 
-/// A scene that presses with kForce_n, and a program that feeds and reads once a millisecond.
+/// A scene that presses with kForce_n, and a program that supplies the pose and reads the force once a millisecond.
 class Pressing {
  public:
   void feed(LocalTime at) {
@@ -47,7 +47,7 @@ class Pressing {
                  sample.state == devices::DeviceState::kReady);
   }
   double force_n(LocalTime at) { return device.force(at).on_hand_D.f.norm(); }
-  /// Runs until the force is complete.
+  /// Runs until the start ramp has ended.
   void press() {
     for (int i = 0; i < 1000; ++i) {
       now += milliseconds(1);

@@ -1,4 +1,4 @@
-// A haptic tick must not allocate memory, because the allocator may take a lock or cause a page fault.
+// Tests that a haptic tick allocates no memory. An allocator may take a lock or cause a page fault.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// Tests the clutch under random motion: when it is pressed or released, the position and the rotation of the handle do
-// not jump.
+// Tests the clutch under random motion: position and rotation of the handle must not jump when it is pressed or
+// released.
 #include "client/haptics/clutch.hpp"
 
 #include <gtest/gtest.h>

@@ -18,7 +18,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// A device of 0.1 kg with little friction; its maker specifies a maximum stiffness of 10,000 N/m.
+/// A device of 0.1 kg with little friction. Its specified maximum stiffness is 10,000 N/m.
 devices::DeviceProfile light_device() {
   devices::DeviceProfile device = devices::find_device_profile("sim");
   device.apparent_mass_kg.value = 0.1;
@@ -59,8 +59,8 @@ std::vector<haptics::StabilityFinding> findings_of(const test::SessionBench& ben
 }
 
 constexpr std::chrono::milliseconds kMillisecond{1};
-/// Polls with one new state per millisecond, so that only the coupling check can end the force. Returns false if the
-/// force was cut.
+/// Polls with one new state per millisecond, so that only the coupling check can stop the force. Returns false if it
+/// did.
 bool is_displayed_for(test::SessionBench& bench, int milliseconds) {
   for (int i = 0; i < milliseconds; ++i) {
     bench.send_update();
@@ -139,7 +139,7 @@ TEST(CouplingCheck, ASetThatIsUnstableOnlyBetweenItsMessagesNeverCutsTheForce) {
   bench.join(joined_with(100, 0));
   ASSERT_TRUE(bench.scene_may_display());
   const std::uint64_t checks = bench.session.coupling_check().number;
-  set_stiffness(bench, 1000);  // an undamped spring, for which k T/2 exceeds the device's friction
+  set_stiffness(bench, 1000);  // an undamped spring with k T/2 above the device's friction: unstable
   EXPECT_TRUE(is_displayed_for(bench, 30));
   set(bench, "coupling.damping_n_s_per_m", 3);
   EXPECT_TRUE(is_displayed_for(bench, 300));
@@ -186,7 +186,7 @@ void add_body(wire::Joined& joined, double mass_kg) {
   *joined.add_body_masses() = test::ball_on_wire(mass_kg);
 }
 
-/// The server's message about a scene whose tool has no mass and holds no body.
+/// The reply of a server to a user who joins a scene with a massless tool that holds no body.
 wire::Joined massless_joined() {
   wire::Joined joined = joined_with(300, 0);
   joined.mutable_scene()->mutable_coupling()->set_law("qsa-static");
@@ -201,7 +201,7 @@ TEST(CouplingCheck, AMasslessToolHasNoMassAndABodyThatItHoldsDoes) {
   ASSERT_EQ(bench.session.coupling_check().moved.size(), 1U);
   EXPECT_FALSE(bench.session.coupling_check().moved[0].is_held_body);
   EXPECT_TRUE(bench.scene_may_display());
-  // A free tool without mass has no inertia. A damper of the law would have no effect, so its coefficient is zero too.
+  // A free tool without mass has no inertia, so a damper of the law has no effect. Its coefficient is zero too.
   const haptics::CouplingLawInfo& law = *haptics::find_coupling_law("qsa-static");
   const devices::LoopCoupling free = devices::loop_coupling(law, {}, 0.5, 1e-4);
   EXPECT_EQ(free.tool_mass_kg, 0);
@@ -226,7 +226,7 @@ TEST(CouplingCheck, WarnsOfLawsThatAreActiveByThemselves) {
     wire::Joined joined = joined_with(10, 0.01);
     joined.mutable_scene()->mutable_coupling()->set_law(std::string(law.name));
     devices::DeviceProfile device = light_device();
-    device.physical_damping_n_s_per_m.value = 5;  // enough to stabilise every law, except one that generates energy
+    device.physical_damping_n_s_per_m.value = 5;  // stabilises every law, except one that generates energy
     device.physical_damping_n_m_s_per_rad.value = 0.1;
     test::SessionBench bench(with(device));
     bench.join(joined);
@@ -243,7 +243,7 @@ TEST(CouplingCheck, WarnsOfLawsThatAreActiveByThemselves) {
 
 TEST(CouplingCheck, AsksOfWhatTheDeviceWouldBeAskedToRender) {
   devices::DeviceProfile device = light_device();
-  device.stiffness_maximum_n_per_m.value = 500;  // if a scene has a larger stiffness, this one is displayed
+  device.stiffness_maximum_n_per_m.value = 500;  // a larger stiffness of a scene must be reduced to this value
   test::SessionBench bench(with(device));
   bench.join(joined_with(60000, 3));
   EXPECT_TRUE(bench.scene_may_display());
@@ -316,7 +316,7 @@ TEST(CouplingCheck, QuickVerdictIsThatOfTheFindings) {
 TEST(CouplingCheck, SeesTheSceneThroughTheWorkspaceMapping) {
   test::SessionBench bench(with(light_device()));
   wire::Joined joined = joined_with(60000, 3);
-  // The hand feels a hundredth of the stiffness, of the damping and of the tool's mass.
+  // The force scale reduces the stiffness, the damping and the mass that the user feels to a hundredth.
   joined.mutable_scene()->mutable_tools(0)->mutable_workspace()->set_force_scale(0.01);
   joined.mutable_scene()->mutable_coupling()->set_damping_n_s_per_m(100);
   bench.join(joined);
@@ -351,10 +351,10 @@ TEST(CouplingCheck, IsOfTheLightestAndTheHeaviestThatTheToolCouldMove) {
   wire::Joined joined = joined_with(300, 3);
   EXPECT_THAT(masses(joined, "spring-damper", BodyId{}), testing::ElementsAre(0.05));
   for (const double mass_kg : {0.0, 0.01, 2.0, 0.3}) add_body(joined, mass_kg);
-  joined.mutable_scene()->add_bodies()->set_mass_kg(50);  // cannot be grasped, so it is not checked
+  joined.mutable_scene()->add_bodies()->set_mass_kg(50);  // not graspable, so it is not checked
   EXPECT_THAT(masses(joined, "spring-damper", BodyId{}), testing::ElementsAre(0.05, 0.01, 2.0));
   EXPECT_THAT(masses(joined, "spring-damper", body_id_at(3)), testing::ElementsAre(0.05, 0.01, 2.0));
-  // The adaptive law has coefficients for the mass that the tool moves now, so they are not checked with other masses.
+  // The adaptive law has coefficients for the currently moved mass only, so no other mass is checked.
   EXPECT_THAT(masses(joined, "adaptive", BodyId{}), testing::ElementsAre(0.05));
   EXPECT_THAT(masses(joined, "adaptive", body_id_at(3)), testing::ElementsAre(0.3));
 }

@@ -1,4 +1,4 @@
-// The passivity controller as it is switched: what passes while it is off, on, and in between.
+// Tests switching the passivity controller: the output wrench while it is off, on, and during the fade between both.
 #include "client/haptics/faded_passivity.hpp"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,8 @@ namespace {
 constexpr double kPeriod_s = 0.001;
 const Wrench kPush{Vec3(2, 0, 0), Vec3::Zero()};
 
-/// A hand that the wrench pushes at 0.1 m/s. It receives energy without a source, so the controller reduces the wrench.
+/// A hand that the wrench pushes at 0.1 m/s. It receives energy that no source supplies, so the controller must reduce
+/// the wrench.
 class PushedHand {
  public:
   Wrench tick(FadedPassivity& passivity) {

@@ -1,4 +1,4 @@
-// Compares the decay of a force jump with its closed form, and checks the bound on its steps.
+// Compares the decay of a force jump with its closed form, and checks the bound on its change per tick.
 #include "client/haptics/stages/force_blend.hpp"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ Wrench force_x(double f) {
   return {Vec3(f, 0, 0), Vec3::Zero()};
 }
 
-/// A blend whose last displayed force is `f` along x.
+/// Returns a blend whose last displayed force is `f` along x.
 ForceBlend showing(double f) {
   ForceBlend blend;
   blend.apply(force_x(f));
@@ -73,8 +73,8 @@ TEST(ForceBlend, NoStepIsLargerThanTheBoundAndItIsGoneInAHundredMilliseconds) {
   }
 }
 
-// The target force changes because the tool is moved away, and then returns. If the fading jump were still added, it
-// would display the opposite of a force that no longer exists.
+// The target force jumps and then returns to zero. Fails if the fading jump is still added then: the result would be a
+// force opposite to one that has vanished.
 TEST(ForceBlend, ATargetThatComesBackByItselfIsNotAnswered) {
   ForceBlend blend = showing(0);
   blend.jump();

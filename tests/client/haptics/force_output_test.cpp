@@ -1,4 +1,5 @@
-// From the computed wrench to the device: the scene's share of what is displayed, refused commands, and the work.
+// Tests the path from the computed wrench to the device: the scene's part of a clamped force, commands that the device
+// refuses, and the sums of work.
 #include "client/haptics/force_output.hpp"
 
 #include <gtest/gtest.h>
@@ -15,7 +16,7 @@ struct OutputRig {
     conditions.has_state = true;
     output.write(now, {scene_n, Vec3::Zero()}, own_n, conditions, is_ready);
   }
-  /// Runs the ramp to its end.
+  /// Runs until the start ramp has ended.
   void settle(const Vec3& scene_n, const Vec3& own_n = Vec3::Zero()) {
     for (int i = 0; i < 700; ++i) write(scene_n, own_n);
   }

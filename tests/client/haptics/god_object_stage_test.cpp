@@ -1,5 +1,5 @@
-// Tests the stage of 3-DOF devices: its force in closed form, its behaviour with moving, held and triangulated bodies,
-// and the limits of its force.
+// Tests the stage of 3-DOF devices. Its force is compared with closed forms, for fixed, moving, held and triangulated
+// bodies, and must keep its limits.
 #include "client/haptics/stages/stage.hpp"
 
 #include <gmock/gmock.h>
@@ -35,8 +35,8 @@ wire::Shape sphere_shape(double radius_m) {
   return shape;
 }
 
-/// The message to a user who joins with a ball of radius 2 mm. Each shape of the scene is a body at the origin whose
-/// friction coefficient is 0.
+/// The server's reply to a user who joins with a ball of radius 2 mm. Each shape of the scene is a frictionless body at
+/// the origin.
 wire::Joined scene_of(const std::vector<wire::Shape>& shapes) {
   wire::Joined joined = test::minimal_joined();
   *joined.mutable_scene()->mutable_tools(0)->add_shapes() = sphere_shape(kRadius_m);
@@ -72,7 +72,7 @@ struct Rig {
     input.now += std::chrono::milliseconds(1);
     return stage->tick(input);
   }
-  /// Moves the hand to `to_W` in a straight line, by at most 1 mm per tick, and stops there.
+  /// Moves the hand to `to_W` in a straight line by at most 1 mm per tick.
   StageOutput move_to(const Vec3& to_W) {
     const Vec3 from_W = input.handle.X.p;
     const int ticks = 1 + static_cast<int>((to_W - from_W).norm() / 1e-3);
@@ -133,7 +133,7 @@ TEST(GodObjectStage, FrictionIsTheRootOfBothCoefficients) {
   EXPECT_NEAR(-sliding.x() / sliding.z(), 0.6, 1e-6) << "√(0.9 · 0.4)";
 }
 
-/// A box as a triangle mesh, which the server would send as a surface asset.
+/// A box as a triangle mesh. The server sends such a mesh as a surface asset.
 struct MeshScene {
   explicit MeshScene(const geometry::TriangleMesh& mesh = geometry::tessellated_box(Vec3(0.03, 0.03, 0.02))) {
     const auto bytes = std::make_shared<const proto::Bytes>(geometry::surface_asset_bytes(mesh));
@@ -158,7 +158,7 @@ TEST(GodObjectStage, NeverEntersAMeshThatItIsDrawnThrough) {
     for (int i = 1; i <= 200; ++i) {
       rig.input.handle.X.p = from_W + (to_W - from_W) * i / 200;
       const Vec3 ball_W = rig.tick().tool.X.p;
-      // The vertices of the asset are rounded to single precision, which is 1 nm at 15 mm.
+      // The vertices of the asset have single precision, which is 1 nm at 15 mm.
       ASSERT_GE(box->distance_m(ball_W), kRadius_m - haptics::GodObject::kTolerance_m - 2e-9) << ball_W.transpose();
     }
   }
@@ -177,7 +177,7 @@ TEST(GodObjectStage, ABodyThatComesPushesTheHandAndThenHoldsItOff) {
   const double speed_m_per_s = 0.1;
   Vec3 before = Vec3::Zero(), force = Vec3::Zero();
   for (int i = 0; i <= 250; ++i) {
-    // A state arrives only every 10 ms. Between states the body is extrapolated by its velocity.
+    // A state arrives only every 10 ms. Between two states the stage extrapolates the body by its velocity.
     if (i % 10 == 0)
       rig.set_body({{Vec3(1e-4 * i, 0, 0), Quat::Identity()}, {Vec3(speed_m_per_s, 0, 0), Vec3::Zero()}});
     force = rig.tick().wrench_on_hand_W.f;
@@ -280,7 +280,7 @@ TEST(GodObjectStage, StaysFiniteWhateverTheServerSaysOfItsBodies) {
   }
 }
 
-/// The whole haptic path of a 6-DOF device that is pressed against a plate.
+/// The whole haptic path of a 6-DOF device that presses against a plate.
 struct PressingRig : HapticRig {
   PressingRig() : HapticRig("god-object") {
     scene.coupling.stiffness_n_per_m = 1000;

@@ -1,4 +1,5 @@
-// From a sample of the device to the handle in the world: mapping, clutch, and a mapping that changes.
+// Tests the path from a device sample to the handle in the world: workspace mapping, clutch, and a change of the
+// mapping.
 #include "client/haptics/hand_input.hpp"
 
 #include <gtest/gtest.h>

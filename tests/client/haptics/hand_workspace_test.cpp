@@ -1,5 +1,5 @@
-// Tests a small hand workspace in a large scene. The force must have no steps at the border of the workspace or when
-// its scale changes. It must also have none while the clutch is pressed, or when the user releases the device.
+// Tests a small device workspace in a large scene. The force must have no steps at the border of the workspace, when
+// its scale changes, while the clutch is pressed, and when the user releases the device.
 #include "client/haptics/hand_workspace.hpp"
 
 #include <gtest/gtest.h>
@@ -14,13 +14,13 @@
 namespace tandem::client {
 namespace {
 
-constexpr double kStep_n = 0.1;  // largest force change per millisecond
+constexpr double kStep_n = 0.1;  // largest permitted force change per millisecond
 constexpr double kHalf_m = 0.05, kInner_m = 0.04;
 const Vec3 kWorkspace_m = Vec3::Constant(2 * kHalf_m);
 
 struct SmallRig : HapticRig {
-  /// The stage "hold" displays the server's force, which is zero for a free tool. "late-pose" displays a spring to a
-  /// tool at rest.
+  /// The stage "hold" displays the server's force, which is zero for a free tool. "late-pose" displays a spring to the
+  /// tool, which is at rest.
   explicit SmallRig(const std::string& stage = "late-pose") : HapticRig(stage, false, kWorkspace_m) {}
   /// Runs one tick that moves the hand to `p`.
   void move_to(const Vec3& p) {
@@ -63,8 +63,8 @@ TEST(HandWorkspace, BeyondTheBorderTheToolGoesOnAWallIsFeltAndNothingSteps) {
   rig.move_to(Vec3(0.048, 0, 0));
   const double before_m = rig.x_W();
   rig.stay(1000);
-  // The hand is 80 % of the way from the inner to the outer border. So the workspace moves by 0.8² of its width per
-  // second.
+  // The hand is 80 % of the way from the inner to the outer border. The workspace therefore moves at 0.8² of its width
+  // per second.
   EXPECT_NEAR(rig.x_W() - before_m, 0.64 * 2 * kHalf_m, 0.005);
   EXPECT_NEAR(rig.force().x(), -0.8 * 2, 0.02) << "a quarter of 8 N is 2 N";
   for (double x = 0.048; x > 0; x -= 0.0003) rig.move_to(Vec3(x, 0, 0));
@@ -108,7 +108,8 @@ TEST(HandWorkspace, ADeviceLaidDownAtItsBorderStopsAfterThreeWidthsAndAHandThatC
   EXPECT_LE(rig.steepest_n, kStep_n + 1e-9);
 }
 
-/// Simulated hands push, tremble, rest or have the clutch pressed, on devices and in scenes of all sizes.
+/// Tests random hands that push, tremble, rest or press the clutch, on devices and in scenes of all sizes. Fails if the
+/// workspace moves farther than three widths while the hand stays at the border.
 TEST(HandWorkspace, NoHandDrivesItsBaseFartherThanThreeWidthsWithoutComingBack) {
   const std::uint64_t seed = test::test_seed(9);
   SCOPED_TRACE("TANDEM_TEST_SEED=" + std::to_string(seed));
@@ -146,7 +147,7 @@ TEST(HandWorkspace, NoHandDrivesItsBaseFartherThanThreeWidthsWithoutComingBack) 
         }
         ASSERT_TRUE(workspace.mapping().X_WD.p.allFinite() && workspace.wall_on_hand_D().allFinite());
         ASSERT_LE(workspace.wall_on_hand_D().cwiseAbs().maxCoeff(), 2.0);
-        // While the hand rests, only the travel limit changes the rate.
+        // While the hand rests, only the travel limit may change the rate.
         if (tremor_m == 0 && tick > 2500) {
           ASSERT_LE((workspace.rate_W() - rate_before).norm() / scale, 3 * period_s * device.workspace_m.norm() + 1e-9);
         }
@@ -212,7 +213,8 @@ TEST(HandWorkspace, ClutchingUnderLoadAndFromTheBorderStepsNoForce) {
   EXPECT_LE(rig.steepest_n, kStep_n + 1e-9);
 }
 
-/// When the user releases a device that is pushed by 5 N, only its mass resists the force.
+/// The user releases a device on which 5 N act. Only the mass of the device resists that force, so its speed trips the
+/// safety chain.
 TEST(HandWorkspace, ALimpHandUnderLoadIsCutAndArmedAgainByTheRamp) {
   HapticRig rig("hold");
   rig.enter_scene();

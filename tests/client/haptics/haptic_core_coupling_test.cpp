@@ -1,4 +1,4 @@
-// Tests how the whole tick displays the scene's coupling: law, limits, ramp and clutch.
+// Tests the scene's coupling in the whole tick: law, limits, ramp and clutch.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -33,8 +33,8 @@ TEST(HapticCore, AForceThatIsAllowedAgainIsRampedAndTheClutchedHandleStaysWhereI
   for (int i = 0; i < 600; ++i) {
     rig.run(1);
     ASSERT_NEAR(rig.sent().handle.X.p.x(), 0.001, 1e-12);
-    // The final force of 1 N is ramped up in 0.5 s, while the stiffness changes from 2500 N/m in 100 ms. So the force
-    // rises at most by 2.5 N in 0.5 s.
+    // The force is ramped up in 0.5 s, while the stiffness changes from 2500 N/m in 100 ms. Therefore the force rises
+    // at most at 2.5 N per 0.5 s.
     ASSERT_LE(std::abs(rig.force().x()) - last_n, 2.5 / 500 + 1e-9) << i << " ms";
     last_n = std::abs(rig.force().x());
   }
@@ -49,7 +49,7 @@ TEST(HapticCore, WhatWasRefusedIsNotFeltOnTheWayToSomethingBetter) {
   rig.mailboxes.scene.publish(rig.scene);
   rig.device.sample.X_DH.p = Vec3(0.001, 0, 0);
   rig.run(50);
-  rig.scene.coupling.stiffness_n_per_m = 300;  // must pass the check before it is displayed
+  rig.scene.coupling.stiffness_n_per_m = 300;  // not displayed before may_display confirms its check
   rig.mailboxes.scene.publish(rig.scene);
   rig.run(50);
   rig.scene.may_display = true;
@@ -70,8 +70,8 @@ TEST(HapticCore, AfterTheRampLatePoseIsTheCouplingThroughTheWorkspaceMapping) {
   rig.device.sample.X_DH.p = Vec3(0.005, 0, 0);
   rig.received.update.tool.X.p = Vec3(1, 0, 0);
   rig.run(700);
-  // In world coordinates the handle is 10 mm along y from the tool. The spring of 300 N/m pulls it back with 3 N. The
-  // user feels half of that force, along −x of the device.
+  // In the world the handle is 10 mm along y from the tool. The spring of 300 N/m pulls it back with 3 N. The user
+  // feels half of that force, along −x of the device.
   EXPECT_LT((rig.core.record().handle_W.X.p - Vec3(1, 0.01, 0)).norm(), 1e-12);
   EXPECT_LT((rig.force() - Vec3(-1.5, 0, 0)).norm(), 1e-9);
 }
@@ -161,8 +161,8 @@ TEST(HapticCore, StiffnessFromTheWireIsBoundedByTheClient) {
 }
 
 TEST(HapticCore, TheBoundIsOnWhatTheDeviceFeelsWhateverTheScale) {
-  // The handle moves ten times as far as the device, and its force is scaled by five, so the device feels 50 times the
-  // stiffness.
+  // The handle moves ten times as far as the device, and its force is scaled by five. The stiffness at the device is
+  // therefore 50 times that of the scene.
   HapticRig rig;
   rig.scene.workspace.position_scale = 10;
   rig.scene.workspace.force_scale = 5;

@@ -1,5 +1,5 @@
-// Tests the energy at the hand's port through the whole tick: sums of the displayed and of the requested wrench, and
-// the passivity controller.
+// Tests the energy at the hand's port through the whole tick: the work of the displayed and of the requested wrench,
+// and the passivity controller.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace tandem::client {
 namespace {
 
-// Bound of the rounding error for the sum of a few thousand products of order 1.
+// Bound of the rounding error of a sum of a few thousand products of order 1.
 constexpr double kSumRounding = 1e-10;
 
 TEST(HapticCore, EnergyIsTheSumOfForceTimesTheMotionThatFollowed) {
@@ -47,8 +47,8 @@ TEST(HapticCore, EnergyIsTheSumOfForceTimesTheMotionThatFollowed) {
   EXPECT_GT(to_hand_j, 0.01);
   EXPECT_NEAR(rig.core.counters().energy_to_hand_j, to_hand_j, kSumRounding);
   EXPECT_NEAR(rig.core.counters().energy_from_hand_j, from_hand_j, kSumRounding);
-  // The server receives the energy of the requested wrench, which is not scaled by the ramp. It is four times as large,
-  // because hand joules are world joules · s_f / s_p.
+  // The server receives the work of the requested wrench, before the ramp. It is four times as large, because hand
+  // joules are world joules · s_f / s_p (force scale over position scale).
   EXPECT_GT(requested_to_hand_j, 1.02 * to_hand_j);
   EXPECT_NEAR(rig.sent().energy_to_hand_j, 4 * requested_to_hand_j, 4 * kSumRounding);
 }
@@ -142,7 +142,7 @@ double energy_taken_j(bool is_passivity_controlled) {
     device.sample.V_DH.v.x() = v;
     device.sample.taken = now;
     core.tick(now);
-    // The simulated hand has 0.3 kg and a weak grip of 20 N/m.
+    // Mechanics of the simulated hand: 0.3 kg with a weak grip of 20 N/m.
     v += (core.record().displayed_on_hand_D.f.x() + 20 * (0.005 - x)) / 0.3 * 0.001;
     x += v * 0.001;
   }
@@ -151,8 +151,8 @@ double energy_taken_j(bool is_passivity_controlled) {
 
 TEST(HapticCore, WithThePassivityControllerALateForceGivesTheHandNoEnergy) {
   EXPECT_GT(energy_taken_j(false), 30e-3);
-  // The bound is 1 mJ plus the leak in six seconds. The 1 mJ covers the initial credit and the energy that the start
-  // ramp left out.
+  // The bound is 1 mJ plus the leak in 6 s. The 1 mJ covers the initial credit and the energy that the start ramp
+  // withheld.
   EXPECT_LT(energy_taken_j(true), 1e-3 + 6 * haptics::HandPassivityController::kLeakRate_w);
 }
 

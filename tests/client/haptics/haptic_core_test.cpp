@@ -1,4 +1,4 @@
-// Tests the whole tick: the displayed force, the cases in which it is zero, and the update for the server.
+// Tests the whole tick: the displayed force, the conditions under which it must be zero, and the update for the server.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -101,7 +101,7 @@ TEST(HapticCore, SilentServerMeansZeroForceWithin150MillisecondsOfTheLastArrival
 }
 
 // The server's simulation stops, but its messages continue: sequence number and sending time advance, the step time
-// does not.
+// does not. The client must treat this as a silence.
 TEST(HapticCore, AWorldThatStandsStillIsSilence) {
   HapticRig rig("hold");
   rig.enter_scene();
@@ -124,8 +124,8 @@ TEST(HapticCore, NewSceneForgetsTheOldStateAndRampsAgain) {
   rig.enter_scene();
   rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
   rig.run(700);
-  rig.receive();      // a state of the old connection arrives …
-  rig.enter_scene();  // … and the new scene before the next tick
+  rig.receive();      // a state of the previous connection arrives …
+  rig.enter_scene();  // … and the next scene arrives before the next tick
   for (int i = 0; i < 50; ++i) rig.tick();
   EXPECT_TRUE(rig.force().isZero(0)) << "no state of the new scene has come";
   EXPECT_LT(rig.core.record().state_age, Duration{0});
@@ -211,7 +211,7 @@ TEST(HapticCore, LostHandIsZeroForceAndReportedToTheServer) {
   rig.enter_scene();
   rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
   rig.run(700);
-  rig.device.sample.X_DH.p.x() = std::numeric_limits<double>::quiet_NaN();  // but flagged as valid
+  rig.device.sample.X_DH.p.x() = std::numeric_limits<double>::quiet_NaN();  // but flagged as a valid sample
   rig.run(20);
   EXPECT_TRUE(rig.force().isZero(0));
   EXPECT_FALSE(rig.sent().handle_valid);
@@ -238,7 +238,7 @@ TEST(HapticCore, ASampleThatNoHandCanHaveGivenLetsTheForceGoAndIsExplained) {
     ASSERT_EQ(rig.device.last.f.z(), 2);
     const devices::DeviceSample good = rig.device.sample;
     one.spoil(rig.device);
-    rig.run(45);  // 20 ms until the time stamp counts as too old, and 20 ms until the force is zero
+    rig.run(45);  // 20 ms until the time stamp is too old, and 20 ms until the force is zero
     EXPECT_TRUE(rig.device.last.f.isZero(0));
     EXPECT_FALSE(rig.sent().handle_valid);
     EXPECT_NE(describe(rig.core.record().sample).find(one.expected), std::string::npos)
@@ -262,7 +262,7 @@ TEST(HapticCore, OnlyADeviceThatIsReadyIsGivenAForceAndDrives) {
     rig.device.sample.X_DH.p = Vec3(0.005, 0, 0);
     rig.run(700);
     ASSERT_NEAR(rig.force().x(), -1.5, 1e-9);
-    rig.device.sample.state = state;  // the driver still flags its poses as valid
+    rig.device.sample.state = state;  // the driver flags its poses as valid in this state too
     rig.run(1);
     EXPECT_TRUE(rig.device.last.f.isZero(0)) << "at once, for nobody knows what such a device does with a force";
     rig.run(500);
@@ -288,7 +288,7 @@ TEST(HapticCore, JumpOfThePositionIsAFaultEvenIfTheDeviceReportsNoSpeed) {
   rig.enter_scene();
   rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
   rig.run(700);
-  rig.device.sample.X_DH.p.x() += 0.0031;  // a jump of 3.1 mm in one tick: 3.1 m/s
+  rig.device.sample.X_DH.p.x() += 0.0031;  // a jump of 3.1 mm in one tick, i.e. 3.1 m/s
   rig.run(1);
   EXPECT_TRUE(rig.core.record().safety_faults & haptics::kSafetyTooFast);
   int ticks = 1;
@@ -432,7 +432,7 @@ TEST(HapticCore, ThePassivityControllerComesAndGoesWithoutAStep) {
     }
     return largest_n;
   };
-  // The force acts along the hand's motion, so it supplies energy to the hand.
+  // The force acts along the hand's motion and supplies energy to the hand.
   move(100);
   ASSERT_NEAR(rig.force().x(), 2, 1e-6);
   rig.core.control_passivity(true);

@@ -1,4 +1,5 @@
-// Tests the loop on its real-time thread. The tests of order and counts do not depend on the speed of the machine.
+// Tests the loop on its real-time thread. The tests check order and counts only, so that they do not depend on the
+// speed of the machine.
 #include "client/haptics/haptic_loop.hpp"
 
 #include <gtest/gtest.h>
@@ -31,7 +32,7 @@ struct Rig {
     mailboxes.scene.publish(scene);
     ReceivedUpdate state;
     state.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
-    // The reception time is an hour in the future, so that the server never times out in these tests.
+    // A reception time one hour ahead, so that the state never becomes stale in these tests.
     state.received = SteadyClock().now() + std::chrono::hours(1);
     loop.start();
     wait_for_ticks(5);  // a state is accepted only after the loop has adopted the scene
@@ -149,7 +150,8 @@ TEST(HapticLoop, RepeatsTheLastZeroUntilTheDeviceTakesIt) {
 
 TEST(HapticLoop, SaysThatItDidNotBecomeQuietWhenTheDeviceTakesNoZero) {
   Rig rig;
-  // If the device refused from a fixed tick on, its last accepted force could be zero.
+  // The device refuses only after it accepted a nonzero force. With refusals from a fixed tick on, its last accepted
+  // force could be zero, and the test could not fail.
   rig.device.keeps_force = true;
   rig.start_with_force();
   while (rig.device.refused == 0) std::this_thread::yield();

@@ -1,4 +1,4 @@
-// The haptic core under a virtual clock, with a scripted device and server states from the test.
+// Test rig: the haptic core under a virtual clock, with a scripted device and server states from the test.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ struct HapticRig {
     now += kTick;
     core.tick(now);
   }
-  /// Runs `ticks` ticks and receives a new state before each.
+  /// Runs `ticks` ticks. A new state arrives before each.
   void run(int ticks) {
     for (int i = 0; i < ticks; ++i) {
       receive();

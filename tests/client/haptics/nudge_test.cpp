@@ -1,4 +1,4 @@
-// The force pulses of a nudge: their direction, size and length.
+// Tests the force pulses of a nudge: their number, direction, size and duration.
 #include "client/haptics/nudge.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ namespace {
 constexpr double kPeriod_s = 0.001;
 const Quat kTurned = quaternion_of(Vec3(0, 0, std::numbers::pi / 2));
 
-/// Number of separate pulses within a second, and the largest force.
+/// Number of separate force pulses within one second, and the largest force.
 struct Pulses {
   int count = 0;
   double largest_n = 0;

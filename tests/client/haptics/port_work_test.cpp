@@ -1,4 +1,4 @@
-// Tests the sums of work at the hand's port.
+// Tests the sums of work at the hand's port. Work on the hand and work by the hand must be summed separately.
 #include "client/haptics/port_work.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// Offer, entry and blend of renderings.
+// Tests the replacement of a rendering on the haptic thread: a new one is offered, entered, and its force blended with
+// that of the old one.
 #include "client/haptics/rendering_slot.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// Tests how the coupling law and coefficients of a scene message reach the hand.
+// Tests how the coupling law and coefficients of a scene message reach the hand: within bounds, and by ramps and fades
+// without steps.
 #include "client/haptics/scene_coupling.hpp"
 
 #include <gtest/gtest.h>

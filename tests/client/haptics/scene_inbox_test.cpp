@@ -1,4 +1,5 @@
-// Scenes and states in the order of the mailboxes, and the checks of data from the wire.
+// Tests the reception of scenes and states from the mailboxes: their order, and the range checks of data from the
+// network.
 #include "client/haptics/scene_inbox.hpp"
 
 #include <gtest/gtest.h>

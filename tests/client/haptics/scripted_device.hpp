@@ -1,4 +1,4 @@
-// A device whose pose is set by the test. It records the wrench that it receives.
+// A device whose pose the test sets. It stores the wrench that it receives.
 #pragma once
 
 #include <atomic>
@@ -37,10 +37,10 @@ class ScriptedDevice final : public devices::Device {
 
   devices::DeviceSample sample;   ///< result of the next read()
   Wrench last;                    ///< last accepted wrench
-  bool has_frozen_clock = false;  ///< if true, all samples keep the same time stamp
+  bool has_frozen_clock = false;  ///< all samples keep the same time stamp
   bool all_finite = true;
-  std::atomic<bool> accepts{true};       ///< if false, write() is refused
-  std::atomic<bool> keeps_force{false};  ///< if true, write() is refused after a nonzero force was accepted
+  std::atomic<bool> accepts{true};       ///< if false, write() refuses
+  std::atomic<bool> keeps_force{false};  ///< write() refuses after it has accepted a nonzero force
   std::atomic<int> refused{0};
 
  private:

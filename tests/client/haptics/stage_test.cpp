@@ -1,4 +1,4 @@
-// Compares the stages with closed forms and with Newton's third law.
+// Compares the stages with closed forms, and checks that force and reaction sum to zero.
 #include "client/haptics/stages/stage.hpp"
 
 #include <gmock/gmock.h>
@@ -115,8 +115,7 @@ TEST(Hold, ShowsTheServersWrenchUnchangedWhateverTheHandDoes) {
   EXPECT_TRUE(stage->tick(rig.input).wrench_on_hand_W.f.isZero(0));
 }
 
-/// Provides server states at 200 Hz with a force along x. Each arrives with the age `age`. The server's clock is one
-/// hour ahead.
+/// Supplies server states at 200 Hz with a force along x, `age` old on arrival. The server's clock is one hour ahead.
 struct LateForce {
   explicit LateForce(const char* name) : stage(make_stage({.name = name})) { rig.received.clock_offset = kOffset; }
 
@@ -173,8 +172,8 @@ TEST(ForceStreamStage, FollowsTheNewestWrenchWhateverTheClockOffsetSaysAtFirst) 
   for (const char* const name : {"linear", "ar", "ar-spline"}) {
     for (int trial = 0; trial < 100; ++trial) {
       LateForce late(name);
-      // While ten states are received, the clock offset is wrong by up to one year. This can happen after an erroneous
-      // time-stamp exchange, or before the first exchange over TCP.
+      // While ten states arrive, the clock offset is wrong by up to one year. Causes can be an erroneous time-stamp
+      // exchange, or TCP before the first exchange.
       const double off_s = std::exp(random.uniform(std::log(1e-3), std::log(3.15e7)));
       late.rig.received.clock_offset += from_seconds(random.uniform() < 0.5 ? off_s : -off_s);
       for (int k = 0; k < 50; ++k) late.tick([](double) { return 1.0; });

@@ -1,5 +1,5 @@
-// Tests mass and inertia of a tool or a held body at the grip, with the masses that the server computes and sends. They
-// are compared with closed forms and numerical integration, and are checked for the shipped scenes.
+// Tests mass and inertia of a tool or a held body at the grip, from the mass properties that the server computes and
+// sends. The results are compared with closed forms and numerical integrals, and checked for the shipped scenes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ namespace {
 
 using Mat3 = Eigen::Matrix3d;
 
-/// The message to a new user with this tool.
+/// The server's reply to a user who joins with this tool.
 wire::Joined joined_of(const server::LoadedScene& scene, std::uint32_t tool) {
   wire::Joined joined = test::minimal_joined();
   *joined.mutable_scene() = scene.description;
@@ -35,7 +35,8 @@ wire::Joined joined_of(const server::LoadedScene& scene, std::uint32_t tool) {
   return joined;
 }
 
-/// Least and largest resistance of body 0 at the grip `p_BT`, computed from the mass that the client receives.
+/// Smallest and largest resistance of body 0 at the grip `p_BT`, computed from the mass properties that the client
+/// receives.
 std::array<physics::MovedMass, 2> body_at(const server::LoadedScene& scene, const Vec3& p_BT) {
   const auto mass = proto::mass_from_wire(joined_of(scene, 0).body_masses(0));
   return resistance_at(mass.value(), p_BT, true);
@@ -74,8 +75,7 @@ TEST(TrueInertia, OfALongRodHeldAtOneEndIsTheClosedForm) {
 }
 
 /// Integrals over the volume of a closed surface with density 1: volume, first moment, and inertia about the point
-/// `about`. Each triangle forms a tetrahedron with the origin, integrated by the four-point rule, which is exact for
-/// quadratic polynomials.
+/// `about`. Each triangle forms a tetrahedron with the origin. The four-point rule is exact for quadratic polynomials.
 struct Integral {
   double volume = 0;
   Vec3 first_moment = Vec3::Zero();
@@ -118,8 +118,8 @@ TEST(TrueInertia, OfABunnyHeldByTheEarIsThatOfNumericalIntegration) {
   const Mat3 about_centre = density * integrated(shape, centre).inertia;
   EXPECT_NEAR(least.inertia_kg_m2, smallest_eigenvalue(about_centre), 1e-6 * least.inertia_kg_m2);
   EXPECT_GT(most.inertia_kg_m2, 2 * least.inertia_kg_m2);
-  // Earlier versions approximated every body by a rod of 5 cm with its mass. The true inertia is more than five times
-  // as large.
+  // A rod of 5 cm with the body's mass, a common approximation, has less than a fifth of the true inertia. Fails if the
+  // approximation is used.
   EXPECT_GT(most.inertia_kg_m2, 5 * 0.1 * 0.05 * 0.05 / 12);
 }
 
@@ -134,7 +134,7 @@ TEST(TrueInertia, OfAMoleculeHeldAtItsLastAtomIsTheSumOverItsAtoms) {
   Mat3 about_grip = Mat3::Zero(), about_centre = Mat3::Zero();
   for (std::size_t i = 0; i < molecule.size(); ++i) {
     const double atom_kg = kg_per_u * molecule.mass_u[i];
-    // The mass of an atom is spread by one ångström along each axis, which adds 2 Å² m to each principal moment.
+    // The mass of an atom is spread by 1 Å along each axis, which adds 2 Å² m to each principal moment.
     const Mat3 own = 2 * atom_kg * scale * scale * Mat3::Identity();
     about_grip += inertia_of(atom_kg, scale * molecule.positions_angstrom[i] - grip) + own;
     about_centre += inertia_of(atom_kg, scale * molecule.positions_angstrom[i]) + own;
@@ -145,7 +145,8 @@ TEST(TrueInertia, OfAMoleculeHeldAtItsLastAtomIsTheSumOverItsAtoms) {
   EXPECT_LT(least.mass_kg, 0.6 * most.mass_kg) << "a helix held at its end gives way by turning";
 }
 
-// All four results follow from the 6×6 mass matrix at the grip, [m 1, m [c]×ᵀ; m [c]×, I_T], and its inverse.
+// The results must follow from the 6×6 mass matrix at the grip, [m 1, m [c]×ᵀ; m [c]×, I_T], and its inverse. c is the
+// centre of mass relative to the grip.
 TEST(TrueInertia, IsWhatTheMassMatrixAtTheGripSays) {
   Random random(17, 0);
   const auto any = [&random] { return Vec3(random.normal(), random.normal(), random.normal()); };
@@ -158,7 +159,7 @@ TEST(TrueInertia, IsWhatTheMassMatrixAtTheGripSays) {
     const Vec3 c = mass.X_BC.p - p_BT;
     Mat6 M = Mat6::Zero();
     for (int column = 0; column < 6; ++column) {
-      // Each column follows from the Newton–Euler equations for a unit linear or angular acceleration.
+      // Each column is the wrench of a unit linear or angular acceleration by the Newton–Euler equations.
       const Vec3 a = column < 3 ? Vec3(Vec3::Unit(column)) : Vec3(Vec3::Zero());
       const Vec3 alpha = column < 3 ? Vec3(Vec3::Zero()) : Vec3(Vec3::Unit(column - 3));
       const Vec3 f = mass.mass_kg * (a + alpha.cross(c));
@@ -176,7 +177,7 @@ TEST(TrueInertia, IsWhatTheMassMatrixAtTheGripSays) {
   }
 }
 
-/// Returns the spectral radius of the rotational loop, as reported to the user.
+/// Returns the spectral radius of the rotational loop, as it is reported to the user.
 double spectral_radius_with(const MassProperties& tool) {
   wire::Joined joined = test::minimal_joined();
   *joined.mutable_tool_masses(0) = test::on_wire(tool);
@@ -192,8 +193,8 @@ double spectral_radius_with(const MassProperties& tool) {
 }
 
 TEST(TrueInertia, OfALongRodMakesALoopThatHardlyDecays) {
-  // A rod of 1 m and 0.3 kg is held at its end, where its inertia is 0.1 kg·m². It is compared with a rod of 5 cm, by
-  // which earlier versions approximated every body of 0.3 kg.
+  // A rod of 1 m and 0.3 kg held at its end has an inertia of 0.1 kg·m². A rod of 5 cm with this mass serves as
+  // comparison: its loop is clearly stable. Fails if the true inertia is not used.
   const MassProperties rod{0.3, {Vec3(0.5, 0, 0), Quat::Identity()}, Vec3(2e-6, 0.025, 0.025)};
   const MassProperties pen{0.3, {}, Vec3::Constant(0.3 * 0.05 * 0.05 / 12)};
   EXPECT_LT(spectral_radius_with(pen), 0.9995) << "decays within 2 s";

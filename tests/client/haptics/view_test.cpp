@@ -1,4 +1,5 @@
-// The data for a window must be complete and up to date; values that the wire omits are filled in.
+// Tests the data for a window: it must be complete and current. For values that an update omits, the last received ones
+// are used.
 #include "client/haptics/view.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// The predicted grasp against the server's outcome: when it remains, and when it is replaced.
+// Tests the predicted grasp against the grasp that the server confirms: when the prediction remains, and when it is
+// replaced.
 #include "client/model/grasp_prediction.hpp"
 
 #include <gtest/gtest.h>
@@ -48,7 +49,7 @@ struct GraspRig {
     return grasp.follow_button(is_down, Tick{input}, LocalTime(std::chrono::milliseconds(input)), world, 0);
   }
   /// Simulates the server's answer to the input of tick `input`. The newest buttons that the server had received were
-  /// sent at `echoed` [ms].
+  /// sent at the time `echoed` [ms].
   bool answer(BodyId held, std::uint64_t input, std::uint64_t echoed) {
     proto::ServerUpdate update;
     update.held_body = held;

@@ -1,5 +1,5 @@
-// Tests the local model against a server's world; a queue represents the delay. Where no other user is involved, the
-// hand must feel the same force as without a delay.
+// Tests the local model against a server's world, with a queue as delay. Without other users, the hand must feel the
+// same force as without a delay.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -34,7 +34,8 @@ MassProperties cube_mass(double mass_kg, double edge_m) {
   return mass;
 }
 
-/// A table with its top at z = 0 and a block of 0.5 kg on it. On each side of the block is a tool with a spherical tip.
+/// A table with its top at z = 0 and a block of 0.5 kg on it. A tool with a spherical tip is at each of two opposite
+/// sides of the block.
 std::shared_ptr<physics::WorldDescription> scene() {
   auto world = std::make_shared<physics::WorldDescription>();
   physics::BodyDescription table;
@@ -85,7 +86,7 @@ class Across {
     server.activate_tool(0);
   }
 
-  /// Another user joins with tool 1. Their hand receives the force of the server's coupling.
+  /// Lets another user join with tool 1. Their hand receives the force of the server's coupling.
   void join_partner(const RigidState& handle) {
     server.activate_tool(1);
     server.set_tool(1, handle);
@@ -94,12 +95,12 @@ class Across {
   void move_partner(const RigidState& handle) { partner_ = handle; }
   /// Stops or restarts the partner's updates.
   void silence_partner(bool is_silent) { partner_is_silent_ = is_silent; }
-  /// Starts or ends a gap in which no input arrives. During the gap the server extrapolates the pose of the hand and
-  /// confirms the ticks that are due.
+  /// Starts or ends a gap in which no input reaches the server. During the gap the server extrapolates the pose of the
+  /// hand and confirms the ticks that are due.
   void lose_inputs(bool is_gap) { is_gap_ = is_gap; }
-  /// Limits the rate of the received states: one state each `ticks` ticks, from the next tick on.
+  /// Limits the rate of the received states to one state per `ticks` ticks, from the next tick on.
   void receive_each(int ticks) { receive_each_ = ticks; }
-  /// Lengthens the route to the server by `ticks`.
+  /// Increases the delay to the server by `ticks`.
   void lengthen(int ticks) { one_way_up_ += static_cast<std::size_t>(ticks); }
   void lose_partner() {
     server.deactivate_tool(1);
@@ -138,7 +139,8 @@ class Across {
     input.scene = &scene_;
     return (next_ ? *next_ : model).step(input);
   }
-  /// Replaces the local model by another model of the same scene, which continues from the state of the old one.
+  /// Replaces the local model by another model of the same scene. The new model continues from the state of the old
+  /// one.
   void switch_world(const std::shared_ptr<const physics::WorldDescription>& world) {
     next_.emplace(world, 0, LocalModelSettings{});
     next_->continue_from(model, scene_);
@@ -147,6 +149,7 @@ class Across {
     server.set_gravity(m_per_s2);
     scene_.gravity_m_per_s2 = m_per_s2;
   }
+  /// Removes bodies from the scene.
   /// In      bodies  bit i: body i does not exist in the level of the game
   void set_absent(std::uint64_t bodies) { scene_.absent_bodies = bodies; }
   LocalModel& newest_model() { return next_ ? *next_ : model; }
@@ -200,8 +203,8 @@ class Across {
   LocalTime now() const { return LocalTime{kPeriod * static_cast<int>(tick_.value)}; }
 
   HapticScene scene_;
-  std::size_t one_way_;     ///< from the server [ticks]
-  std::size_t one_way_up_;  ///< to the server [ticks]
+  std::size_t one_way_;     ///< delay from the server to the client [ticks]
+  std::size_t one_way_up_;  ///< delay from the client to the server [ticks]
   Tick tick_;
   std::deque<Input> up_;
   std::deque<proto::ServerUpdate> down_;
@@ -216,7 +219,7 @@ class Across {
   bool was_down_ = false;
 };
 
-/// Moves from the tool's start to `end` in 1 s, and stays there for 1 s. Returns the wrench of each tick.
+/// Moves the hand from the tool's start to `end` in 1 s, and holds it there for 1 s. Returns the wrench of each tick.
 std::vector<Wrench> felt(Across& across, const Vec3& start, const Vec3& end) {
   std::vector<Wrench> wrenches;
   for (int k = 0; k < 400; ++k) across.tick(at(start));
@@ -253,7 +256,7 @@ TEST_P(LocalModelDelay, ABodyThatOnlyThisUserPushesIsFeltAsWithoutADelay) {
   for (const Wrench& wrench : without_far) most = std::max(most, wrench.f.norm());
   EXPECT_GT(most, 0.4);
   EXPECT_LT(largest_difference_n(without_far, with), 0.05);
-  // Model and server agree once the block is at rest and the server's updates have arrived.
+  // Model and server must agree once the block is at rest and the server's updates have arrived.
   EXPECT_NEAR(far.model.body(kBlock).X.p.x(), far.server.body(kBlock).X.p.x(), 5e-4);
 }
 
@@ -295,8 +298,7 @@ TEST_P(LocalModelDelay, AReleaseThatAGapKeepsFromTheServerIsNotTakenBack) {
   for (int k = 0; k < 1000; ++k) far.tick(at(start + std::min(1.0, k / 500.0) * (beside - start)));
   for (int k = 0; k < 2 * GetParam() + 20; ++k) far.tick(at(beside), kButtonGrab);
   ASSERT_EQ(far.server.tool(0).held, kBlock);
-  // The inputs that are still in transit are lost, among them the release of the button. The server therefore continues
-  // to hold the body.
+  // The inputs in transit are lost, among them the release of the button. The server therefore still holds the body.
   far.lose_inputs(true);
   for (int k = 0; k < 2 * GetParam() + 60; ++k) {
     ASSERT_EQ(far.server.tool(0).held, kBlock);
@@ -319,8 +321,7 @@ TEST(LocalModel, FollowsABodyThatOthersMove) {
     far.server.set_body(kBlock, at({0.1e-3 * k, 0, 0.02}, {0.1, 0, 0}));
     far.tick(at(start));
   }
-  // The velocity of the body is used to extrapolate its pose to the current time. Without that the model would lag by 5
-  // mm.
+  // Fails with a lag of 5 mm if the body is not extrapolated to the current time by its velocity.
   EXPECT_NEAR(far.model.body(kBlock).X.p.x(), far.server.body(kBlock).X.p.x(), 1e-3);
 }
 
@@ -331,7 +332,7 @@ TEST(LocalModel, WhatAPartnerPressesFromTheOtherSideDoesNotGiveWay) {
     far.join_partner(at({0.025, 0, 0.02}));
     for (int k = 0; k < 500; ++k) far.tick(at(start));
     for (int k = 0; k < 500; ++k) far.tick(at(start + k / 500.0 * (beside - start)));
-    // The partner's hand does not move, so half of the displacement is taken up by the user's coupling, at any delay.
+    // The partner's hand does not move. Therefore the user's coupling takes up half of the displacement, at any delay.
     Wrench wrench;
     double farthest_m = 0;
     for (int k = 0; k < 6000; ++k) {
@@ -368,7 +369,8 @@ TEST(LocalModel, WhatAPartnerHoldsDoesNotFallWhenItIsTouched) {
   }
 }
 
-// The block has left the initial pose that the scene defines for the body that tool 1 holds.
+// The block is no longer at the initial pose that the scene defines for the body of tool 1. Fails if the model resets
+// it to that pose when the partner's updates resume.
 TEST(LocalModel, APartnerWhoFellSilentComesBackToWhatHeHoldsWhereItIs) {
   const auto world = scene();
   world->tools[1].holds_body = 1;
@@ -411,13 +413,15 @@ TEST(LocalModel, APartnerWhoHasLeftTouchesNothing) {
   for (int k = 0; k < 500; ++k) far.tick(at({-0.04, 0, 0.02}));
   far.lose_partner();
   for (int k = 0; k < 1200; ++k) far.tick(at({-0.04, 0, 0.02}));
-  // The pushed block moves through the place where the partner's tool was.
+  // The pushed block moves through the space where the partner's tool was. Fails if the model still collides with that
+  // tool.
   for (int k = 0; k < 1000; ++k) far.tick(at({-0.04 + 0.06 * k / 1000, 0, 0.02}));
   EXPECT_GT(far.model.body(kBlock).X.p.x(), 0.03);
   EXPECT_NEAR(far.model.body(kBlock).X.p.x(), far.server.body(kBlock).X.p.x(), 5e-3);
 }
 
-/// Time from a jump of the server's tool by 30 mm behind a wall until the model is reset to it [ticks].
+/// Holds the server's tool 30 mm away from the handle. Returns the number of ticks until the model is reset to that
+/// tool.
 int ticks_to_reset(Across& across) {
   const Vec3 handle{-0.04, 0, 0.02};
   for (int k = 0; k < 600; ++k) across.tick(at(handle));
@@ -435,7 +439,7 @@ TEST(LocalModel, ADivergenceIsResetAfterTheSameTimeAtAnyRateOfTheStates) {
   for (const int each : {1, 5, 10, 20}) {
     Across across(scene(), kOneWay);
     across.receive_each(each);
-    // The first differing state arrives up to one interval late, and the interval before it counts.
+    // The first differing state arrives up to one interval late, and the interval before that state counts as well.
     EXPECT_NEAR(ticks_to_reset(across), kOneWay + kDivergence, each + 2) << each << " ms between states";
   }
 }
@@ -498,8 +502,8 @@ TEST(LocalModel, FeelsASoftContactThatTheServerTellsWithoutAStep) {
     before = force;
   }
   EXPECT_NEAR(std::abs(before), 1, 0.01);
-  // The force follows a critically damped filter, so it changes by at most 1 / (e · 50 ms) for 1 N. The mass and the
-  // coupling of the tool only slow it down.
+  // Bound of the slope: the force follows a critically damped filter, at most 1 / (e · 50 ms) for 1 N. Mass and
+  // coupling of the tool make it slower.
   EXPECT_LT(steepest, 0.01);
 }
 

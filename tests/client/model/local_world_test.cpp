@@ -1,4 +1,4 @@
-// Tests how the world of a local model is made, and which parts of it can be reused.
+// Tests the construction of a local model's world, and the reuse of shapes from the previous world.
 #include "client/model/local_world.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// Tests the predicted pose of another user's hand. At rest it is the received pose; it yields to the model's forces,
-// and follows a body that both users hold.
+// Tests the predicted pose of another user's hand. At rest it must equal the received pose. It yields to the model's
+// forces, and follows a body that both users hold.
 #include "client/model/partner.hpp"
 
 #include <gtest/gtest.h>
@@ -61,7 +61,7 @@ TEST(GivingHand, ComesToRestWhereItsSpringBearsTheForceForAnyPeriod) {
   }
 }
 
-/// A simulated hand of the given mass and stiffness; the force and the target may change in every tick.
+/// A simulated hand of the given mass and stiffness. Force and target may change in every tick.
 class Shaken {
  public:
   Shaken(double mass_kg, double stiffness_n_per_m) { hand_.set(mass_kg, stiffness_n_per_m); }
@@ -147,7 +147,8 @@ TEST(Partner, GoesAlongAcrossAndNotAlongThePressingDirection) {
   around.has_common_body = true;
   around.pressing_W = Vec3::UnitX();
   for (int k = 0; k < 1000; ++k) bench.tick(moving_at({0.02, 0, 0}), {}, around);
-  // Since the last received state, the body has moved by 5 mm along the pressing direction and by 5 mm across it.
+  // Since the last received state, the body has moved by 5 mm along the pressing direction and by 5 mm perpendicular to
+  // it.
   around.body = moving_at({0.005, 0.005, 0});
   const RigidState handle = bench.tick(moving_at({0.02, 0, 0}), {}, around);
   EXPECT_NEAR(handle.X.p.x(), 0.02, 1e-6);

@@ -1,4 +1,4 @@
-// A late correction must be applied only once, and not in one step.
+// Tests that a delayed correction is applied only once, and gradually.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -54,7 +54,7 @@ TEST_P(ReconcilerDelay, TakesAnOffsetOutOnceWhateverTheDelay) {
   const ReconcilerSettings settings{.time_constant_s = 0.05, .speed_limit_m_per_s = 1.0};
   const Course run = corrected(0.010, GetParam(), settings, GetParam() + 1000);
   EXPECT_NEAR(run.end_m, 0, 1e-9);
-  // If a correction were applied twice, the trajectory would overshoot below zero.
+  // A correction that is applied twice would overshoot below zero.
   EXPECT_GT(run.lowest_m, -1e-12);
 }
 

@@ -1,5 +1,5 @@
-// Between two received soft contacts, the force follows a motion of the tool at once. When a new contact arrives, the
-// force changes smoothly.
+// Tests the force between two received soft contacts. It must follow a motion of the tool at once, and change smoothly
+// when a new contact arrives.
 #include "client/model/soft_follower.hpp"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kSoftFollowerPeriod_s = 0.001;
 
-/// Soft contact like a spring along z, `depth_m` deep while the tool is at `height_m`.
+/// A soft contact like a spring along z with the depth `depth_m` when the tool is at `height_m`.
 SoftContact spring(double stiffness_n_per_m, double depth_m, double height_m) {
   SoftContact contact;
   contact.wrench_W.f = Vec3(0, 0, stiffness_n_per_m * depth_m);
@@ -45,8 +45,7 @@ TEST(SoftFollower, GoesFromOneContactToTheNextWithoutStepOrCorner) {
   follower.receive(spring(100, 0.02, -0.01), X_WT);
   for (int k = 0; k < 1000; ++k) {
     const double force_n = follower.step(X_WT, kSoftFollowerPeriod_s).f.z();
-    // Bounds for a change of 1 N by a critically damped filter with τ = 50 ms. The slope is at most 1 / (e τ), and the
-    // change of slope at most 1 / τ².
+    // Bounds for a change of 1 N by a critically damped filter with τ = 50 ms: slope 1 / (e τ), change of slope 1 / τ².
     EXPECT_LT(force_n - before_n, 0.0075) << k;
     EXPECT_LT(std::abs(force_n - before_n - rise_before_n), 4.1e-4) << k;
     rise_before_n = force_n - before_n;

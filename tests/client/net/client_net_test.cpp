@@ -36,7 +36,7 @@ std::function<bool()> has_received(const ClientIo& io, std::uint64_t datagrams) 
   return [&io, datagrams] { return io.snapshot().counters.datagrams_received >= datagrams; };
 }
 
-/// Returns a port that was unused a moment ago.
+/// Returns a port that was free a moment ago.
 std::uint16_t unused_port() {
   return server::LiveServer({.port = 0}, {}).port();
 }
@@ -100,7 +100,7 @@ TEST(ClientIo, EventsThatNobodyReadsAreCounted) {
   ClientIoSettings settings = settings_for(unused_port());
   ScriptedDevice device;
   ClientIo io(settings, device);
-  // Outside a room each tagged request is refused at once, with one event.
+  // Outside a room, each request with a tag is refused at once, with one event per request.
   constexpr std::size_t kRequests = EventQueue::kCapacity + 100;
   for (std::size_t i = 0; i < kRequests; ++i) io.send(pose_command(wire::AskPose::KEEP, 0, {}, 5));
   EXPECT_EQ(io.snapshot().events_dropped, 0U);
@@ -279,8 +279,8 @@ TEST(ClientIo, SimulatedLinksDelayBothWaysAndLoseWhatTheySay) {
   ASSERT_TRUE(test::eventually(has_received(io, 300))) << io.snapshot().status.why;
   const ClientIoSnapshot snapshot = io.snapshot();
   ASSERT_TRUE(snapshot.clock.is_known);
-  // The margin covers microseconds of drift between the kernel's clock, used for the stamps, and the steady clock
-  // during a read.
+  // The margin covers microseconds of drift between the kernel's clock, which stamps the datagrams, and the steady
+  // clock during a read.
   EXPECT_GE(snapshot.clock.minimum_round_trip, Duration(std::chrono::microseconds(29'900)));
   EXPECT_GT(snapshot.links.down.lost, 0U);
   EXPECT_EQ(snapshot.counters.received_drops.count(proto::DropReason::kSimulatedLoss), snapshot.links.down.lost);
@@ -290,7 +290,7 @@ TEST(ClientIo, SimulatedLinksDelayBothWaysAndLoseWhatTheySay) {
       << "the leave went through the link before the end";
 }
 
-/// A resolver that returns fixed addresses. It can also block, like a resolver whose name server does not respond.
+/// A resolver that returns fixed addresses. It can also block, like one whose name server does not respond.
 struct TestResolver {
   explicit TestResolver(std::vector<std::string> addresses) {
     for (const std::string& text : addresses) all.push_back(boost::asio::ip::make_address(text));

@@ -1,4 +1,5 @@
-// A datagram socket that fails persistently must not keep the io thread busy. This program replaces recvmsg().
+// Tests that a datagram socket which fails persistently does not keep the io thread busy. This program replaces
+// recvmsg().
 #include <dlfcn.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -20,7 +21,7 @@ std::atomic<std::uint64_t> failures{0};
 
 }  // namespace
 
-/// Fails with ENOBUFS while `is_failing`, and otherwise calls the C library's function. The datagram stays queued, so
+/// Fails with ENOBUFS while `is_failing`; otherwise calls the function of the C library. The datagram stays queued, so
 /// the socket stays readable.
 extern "C" ssize_t recvmsg(int socket, msghdr* message, int flags) {
   static const auto next = reinterpret_cast<ssize_t (*)(int, msghdr*, int)>(::dlsym(RTLD_NEXT, "recvmsg"));
@@ -49,7 +50,7 @@ TEST(FailingSocket, IsReadAgainAfterPausesAndRecovers) {
   std::this_thread::sleep_for(std::chrono::milliseconds(300));
   is_failing = false;
   const auto lasted = std::chrono::steady_clock::now() - began;
-  // At most 16 attempts each 10 ms. A busy loop makes some hundred thousand.
+  // At most 16 attempts are permitted in each 10 ms. A busy loop makes some hundred thousand.
   const auto pauses = static_cast<std::uint64_t>(lasted / std::chrono::milliseconds(10));
   EXPECT_LE(failures, 16 * (pauses + 2));
   const std::uint64_t before = received();

@@ -1,4 +1,5 @@
-// The age of a datagram is computed from the kernel's time stamp, so it does not depend on when the datagram is read.
+// Tests the age of a datagram. It is computed from the kernel's time stamp, so it must not depend on when the datagram
+// is read.
 #include "client/net/stamped_receive.hpp"
 
 #include <gtest/gtest.h>
@@ -44,7 +45,7 @@ class StampedReceive : public testing::Test {
 
 TEST_F(StampedReceive, WhatWaitedIsAsOldAsItIs) {
   StampedReceiver receiver(to_, clock_.now());
-  // The kernel starts to stamp datagrams some time after the first socket of the system has requested it.
+  // The kernel stamps datagrams only some time after the first socket of the system has requested it.
   const auto is_stamped = [this, &receiver] {
     EXPECT_EQ(send(from_, "x", 1, 0), 1);
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
@@ -60,7 +61,7 @@ TEST_F(StampedReceive, WhatWaitedIsAsOldAsItIs) {
   ASSERT_TRUE(received);
   EXPECT_EQ(*received, 3U);
   EXPECT_EQ(buffer_[2], std::byte{'c'});
-  // Tolerance for a slightly different rate of the wall clock and the steady clock.
+  // Tolerance for different rates of the wall clock and the steady clock.
   constexpr Duration kSlack = std::chrono::milliseconds(2);
   EXPECT_GE(came_, before - kSlack);
   EXPECT_LE(came_, after + kSlack) << "and not 60 ms later, when it was read";
@@ -90,7 +91,8 @@ TEST(BelievedAge, AnOldDatagramStaysOldWhateverTheWallClockDoes) {
     return from_seconds(std::exp(random.uniform(std::log(least_s), std::log(most_s))));
   };
   for (int trial = 0; trial < 10'000; ++trial) {
-    // The datagram waited in the socket between 1 µs and one day. The socket was last found empty up to 1 s earlier.
+    // The datagram waited in the socket between 1 µs and one day. The socket was last found empty up to 1 s before its
+    // arrival.
     const Duration age = span(1e-6, 86400), empty_for = age + span(1e-6, 1);
     EXPECT_EQ(believed_age(age, empty_for, empty_for), age);
     // The wall clock is set by up to ten years, either while the datagram waits or before it arrives.
@@ -98,7 +100,7 @@ TEST(BelievedAge, AnOldDatagramStaysOldWhateverTheWallClockDoes) {
     const Duration waited = random.uniform() < 0.5 ? age + set_by : age;
     const Duration believed = believed_age(waited, empty_for, empty_for + set_by);
     EXPECT_LE(believed, empty_for) << "nothing is older than the socket was empty";
-    // The tolerance for slewing of the wall clock is 5 ms and 0.1 % of the time since the socket was empty.
+    // Tolerance for slewing of the wall clock: 5 ms plus 0.1 % of the time since the socket was empty.
     EXPECT_GE(believed, age - std::chrono::milliseconds(5) - empty_for / 1000)
         << "set by " << to_seconds(set_by) << " s";
   }
@@ -121,7 +123,7 @@ TEST_F(StampedReceive, IsNoOlderThanTheSocketWasEmptyByTheOwnClock) {
   const LocalTime empty = clock.now();
   ASSERT_EQ(send(from_, "abc", 3, 0), 3);
   std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  // Only one millisecond has passed on the steady clock, so the wall clock must have been set.
+  // Only 1 ms has passed on the steady clock, so the wall clock must have been set.
   clock.advance_to(empty + std::chrono::milliseconds(1));
   ASSERT_TRUE(receiver.receive(buffer_, clock, came_));
   EXPECT_EQ(came_, empty);

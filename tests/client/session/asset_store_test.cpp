@@ -1,4 +1,4 @@
-// Tests the store of assets on disk. A separate thread looks up assets while the session continues.
+// Tests the asset store on disk. Lookups run on a separate thread while the session continues.
 #include "client/session/asset_store.hpp"
 
 #include <gtest/gtest.h>
@@ -74,14 +74,14 @@ TEST_F(DiskStore, NeverGivesBytesOfAnotherHashAndRemovesThem) {
 }
 
 TEST_F(DiskStore, StaysWithinItsLimitByWhatWasNotUsedForLongest) {
-  // Each store is destroyed before the next one is made, as in consecutive runs of a program, so all files are written.
+  // Destroys each store before the next one is created, like consecutive runs of a program. All files are then written.
   const auto store = [this] { return disk_asset_store(directory_, 2500); };
   std::vector<proto::Sha256> hashes;
   for (const char letter : {'a', 'b', 'c'}) {
     const auto bytes = bytes_of(letter, 1000);
     hashes.push_back(proto::sha256_of(*bytes));
     store()->keep(hashes.back(), bytes);
-    // The test sets file times, because a file system's clock may have a low resolution.
+    // Sets the file times explicitly, because the clock of a file system may have a low resolution.
     const auto hours = std::chrono::hours(letter == 'a' ? 1 : 2);
     for (const auto& entry : std::filesystem::directory_iterator(directory_)) {
       if (letter == 'c') continue;
@@ -130,7 +130,7 @@ TEST_F(DiskStore, IsReadByAThreadOfItsOwnWhileTheIoThreadGoesOn) {
     gate.pass();
     return read_asset_file(file);
   });
-  // If this thread, which acts as the io thread, read from the disk, it would wait for the gate forever.
+  // This thread acts as the io thread. If it read from the disk, it would block at the gate forever.
   StoreBench bench(store, joined_with_asset(content));
   bench.bench.wait(AssetFetcher::kStoreTimeout / 2);
   EXPECT_EQ(bench.bench.state(), "active");
@@ -149,7 +149,7 @@ TEST_F(DiskStore, IsReadByAThreadOfItsOwnWhileTheIoThreadGoesOn) {
   EXPECT_EQ(serve_assets(bench.bench, content), 0U);
 }
 
-/// A store in virtual time. It completes lookups in order, one at each call of answer_one().
+/// A store in virtual time that completes lookups in order, one for each call of answer_one().
 class SlowStore final : public AssetStore {
  public:
   std::future<FoundAsset> find(const proto::Sha256& hash, std::uint64_t) override {
@@ -206,7 +206,7 @@ TEST(SessionAssets, OfGeneratedScenesTheServerIsQueriedOnlyForWhatASlowStoreDoes
     StoreBench bench(store, joined);
     std::size_t served = 0;
     for (int i = 0; i < 4000 && bench.bench.session.asset_level() != AssetLevel::kFull; ++i) {
-      // The store answers rarely, but often enough that it does not time out.
+      // The store answers rarely, but before its time-out.
       if (below(100) == 0 || i % 400 == 0) store->answer_one();
       for (const wire::ClientControl& request : std::exchange(bench.bench.transport.messages, {})) {
         if (!request.has_get_asset()) continue;

@@ -1,4 +1,4 @@
-// A session that fetches assets, and a simulated server that provides them.
+// A session that fetches assets, and a simulated server that sends them.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,7 @@ inline wire::Joined joined_with_asset(const std::string& bytes) {
 inline SessionSettings fetching(const std::string& kind) {
   SessionSettings settings;
   settings.asset_kinds = {kind};
-  settings.silence_timeout = std::chrono::minutes(1);  // this server sends no states
+  settings.silence_timeout = std::chrono::minutes(1);  // the simulated server sends no states
   return settings;
 }
 
@@ -43,7 +43,7 @@ inline wire::ServerControl answer_to(const wire::ClientControl& request, const s
 }
 
 /// Answers each asset request with the content of the requested hash, or with the first content if no hash matches.
-/// Ends when no request arrives for a while. Returns the number of bytes sent.
+/// Ends when no request has arrived for 100 polls. Returns the number of bytes sent.
 inline std::size_t serve_assets(test::SessionBench& bench, const std::vector<std::string>& contents) {
   std::size_t served = 0;
   for (int idle = 0; idle < 100; ++idle) {
@@ -82,7 +82,8 @@ inline void lose_the_connection_and_join_again(test::SessionBench& bench, const 
   join(bench, joined);
 }
 
-/// A session that joins a scene with one asset. It looks up the asset in the store before it queries the server.
+/// A session that joins a scene with one asset. It looks up the asset in the store before it sends a request to the
+/// server.
 struct StoreBench {
   explicit StoreBench(std::shared_ptr<AssetStore> store, const wire::Joined& joined)
       : bench([&store] {

@@ -1,5 +1,5 @@
-// Assets of a scene are fetched in chunks and stored by hash. They are looked up in the store before the server is
-// queried.
+// Tests the assets of a scene: they are fetched in chunks and stored by hash. A session looks them up in the store
+// before it sends a request to the server.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -232,7 +232,7 @@ TEST(SessionAssets, WhatOnlySaysThatItStandsForAnAssetDoesNot) {
     serve_assets(bench.bench, {assets.fine, assets.coarse});
     EXPECT_EQ(levels, std::vector{AssetLevel::kFull});
   }
-  // Each of two assets names the other as its original. Each is still fetched exactly once.
+  // Each of two assets names the other as its original. Fails if this cycle causes repeated fetches.
   CoarseAndFine cycle;
   cycle.joined.mutable_assets(0)->set_coarse_of(cycle.joined.assets(1).sha256());
   StoreBench bench(nullptr, cycle.joined);

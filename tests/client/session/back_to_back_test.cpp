@@ -1,4 +1,4 @@
-// Tests real client sessions and a real session hub over simulated links.
+// Tests real client sessions with a real session hub over simulated links.
 #include <gtest/gtest.h>
 
 #include <numbers>
@@ -31,7 +31,7 @@ TEST(SessionsBackToBack, TwoHandsShareARoomAndAnObserverSeesThem) {
   EXPECT_EQ(ada.newest()->users.size(), 1U);
   EXPECT_EQ(eve.newest()->users.size(), 2U);
   EXPECT_NEAR(to_seconds(ada.session.clock_sync().round_trip()), 0.020, 1e-9);
-  // The link has the same delay in both directions, so the estimate of the clock offset is exact.
+  // With equal delays in both directions, the estimate of the clock offset is exact.
   EXPECT_EQ(ada.session.clock_sync().offset(ada.own_time()), Duration(-std::chrono::hours(5)));
   EXPECT_EQ(ben.session.clock_sync().offset(ben.own_time()), Duration(std::chrono::seconds(3)));
   ada.session.send(command::Grab{BodyId{1}}, ada.own_time());
@@ -47,7 +47,7 @@ RigidState pressing_hand(double t) {
   const double u = t < 1 ? t : t < 3 ? 1 : std::max(0.0, 4 - t);
   const double direction = t < 1 ? 1 : t < 3 ? 0 : -1;
   RigidState hand;
-  // A minimum-jerk trajectory is typical of human hands.
+  // Minimum-jerk trajectory, which is typical of human hands.
   hand.X.p.z() = 0.04 - kWay_m * u * u * u * (10 - 15 * u + 6 * u * u) + kTremor_m * std::sin(kTremorRate * t);
   hand.V.v.z() =
       -kWay_m * direction * 30 * u * u * (1 - u) * (1 - u) + kTremor_m * kTremorRate * std::cos(kTremorRate * t);
@@ -55,7 +55,7 @@ RigidState pressing_hand(double t) {
 }
 
 struct Pressed {
-  double sent_up = 0;  ///< fraction of updates that were sent; the deadband suppressed the others
+  double sent_up = 0;  ///< fraction of updates that were sent and not suppressed by the deadband
   double sent_down = 0;
   double largest_n = 0;
 };
@@ -165,8 +165,8 @@ TEST(SessionsBackToBack, DamagedBytesNeverCrashAndNeverLastLongerThanTheDamage) 
     net.damage = {};
     net.run(10'000);
     for (test::WiredClient* client : {&ada, &ben}) {
-      // Damaged bytes may form a refusal by the server, but have no worse effect: each session stays active or reports
-      // a set-up error.
+      // Damaged bytes may look like a refusal by the server, but must have no worse effect: each session stays active
+      // or reports a set-up error.
       const SessionStatus& status = client->session.status();
       EXPECT_TRUE(status.state == SessionState::kActive || status.is_setup_error) << status.why;
     }

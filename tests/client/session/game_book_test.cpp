@@ -1,4 +1,4 @@
-// Messages of a game at a client: only those that fit the scene are used.
+// Tests the client's reception of game messages: messages that do not fit the scene must be ignored.
 #include "client/session/game_book.hpp"
 
 #include <gmock/gmock.h>

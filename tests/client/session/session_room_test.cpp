@@ -1,4 +1,5 @@
-// Messages of the room on the control channel: soft bodies, common start, saved poses, and places to which users point.
+// Tests messages of the room on the control channel: soft bodies, common start, saved poses, and places to which users
+// point.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -116,7 +117,7 @@ TEST(ClientSession, KeepsPosesInTheirOrderAndNoneThatCannotBe) {
   EXPECT_EQ(bench.state(), "active");
 }
 
-/// Calls `act`. Returns the answers to requests about poses as one text: the name of each request with its tag.
+/// Calls `act`. Returns the answers to pose requests as text: the name of each request with its tag.
 std::string answers_after(test::SessionBench& bench, const std::function<void()>& act) {
   bench.answers.clear();
   act();
@@ -289,7 +290,7 @@ TEST(ClientSession, APlaceThatIsPointedAtIsOfSomebodyHereAndIsShownToTheHand) {
   deliver(8, 0, 0.1);     // unknown user
   deliver(7, 99, 0.1);    // unknown body
   deliver(7, 0, 1e9);     // out of range
-  deliver(7, 0, 0.1, 2);  // invalid place
+  deliver(7, 0, 0.1, 2);  // two coordinates instead of three
   EXPECT_EQ(bench.session.pointed().size(), 0U);
   EXPECT_EQ(places(), 0U);
   deliver(7, 0, 0.1);

@@ -245,7 +245,7 @@ TEST(ClientSession, GoesToAnotherRoomAndComesBackFromOneThatRefuses) {
   EXPECT_EQ(bench.state(), "active");
 }
 
-/// Lets a user join the hall by a token.
+/// Lets a user join the room "hall" by a token.
 void join_by_token(test::SessionBench& bench) {
   bench.transport.is_encrypted = true;
   greet(bench);
@@ -257,7 +257,7 @@ void join_by_token(test::SessionBench& bench) {
   bench.transport.messages.clear();
 }
 
-/// Returns a token for `room` without a valid signature, because a client does not check it.
+/// Returns a token for `room` without a valid signature. A client does not check signatures.
 proto::Bytes token_for(const std::string& room) {
   wire::TokenClaims claims;
   claims.set_audience(std::string(32, 'a'));

@@ -1,4 +1,4 @@
-// Tests the state stream of a session: it sends updates from the haptic thread and accepts updates from the server.
+// Tests the state stream of a session: updates from the haptic thread to the server, and updates from the server.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -105,7 +105,7 @@ TEST(StateStream, KeepAliveSaysNothingOfAnOlderConnection) {
   bench.session.poll(bench.now);
   bench.session.on_disconnected(bench.now, "gone");
   while (bench.state() != "connecting") bench.wait(std::chrono::milliseconds(1));
-  bench.mailboxes.outbox.publish(grabbing_update());  // written before the haptic thread adopts the new scene
+  bench.mailboxes.outbox.publish(grabbing_update());  // written before the haptic thread has adopted the new scene
   bench.join();
   const std::size_t before = bench.transport.datagrams.size();
   bench.wait(std::chrono::milliseconds(50));
@@ -159,8 +159,8 @@ TEST(StateStream, SkipsStateOverTcpWhileControlBytesWait) {
   EXPECT_EQ(bench.session.counters().sent_drops.count(proto::DropReason::kOverwritten), 1U);
 }
 
-/// Returns the number of datagrams that are sent within one second. In each millisecond the haptic thread publishes the
-/// pose `handle_at(ms)`.
+/// Returns the number of datagrams sent within one second. In each millisecond the haptic thread publishes the pose
+/// `handle_at(ms)`.
 std::size_t datagrams_in_a_second(
     double deadband, const std::function<RigidState(int)>& handle_at,
     const std::function<std::uint32_t(int)>& buttons_at = [](int) { return 0U; }) {
@@ -202,11 +202,12 @@ TEST(StateStream, ADeadbandLetsThroughAtOnceWhatAHandWouldNotice) {
   const auto resting = [](int) { return RigidState{}; };
   const auto jerky = [](int ms) {
     RigidState state;
-    state.X.p.x() = 0.001 * (ms % 2);  // a step of 1 mm changes the force of 300 N/m by 0.3 N
+    state.X.p.x() = 0.001 * (ms % 2);  // a step of 1 mm changes the force by 0.3 N at 300 N/m
     return state;
   };
   EXPECT_EQ(datagrams_in_a_second(0.1, jerky), 1000U);
-  // A button is pressed and released, each between two datagrams of the minimum rate. This causes two more datagrams.
+  // A button is pressed and released between two datagrams of the minimum rate. Each change must cause one more
+  // datagram.
   const auto pressed = [](int ms) { return ms >= 505 && ms < 512 ? std::uint32_t{kButtonGrab} : 0U; };
   const std::size_t sent = datagrams_in_a_second(0.1, resting, pressed);
   EXPECT_GT(sent, 100U);

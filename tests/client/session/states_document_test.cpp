@@ -1,4 +1,5 @@
-// Compares ClientSession with the client's tables in proto/STATES.md: each row of a table is reproduced.
+// Compares ClientSession with the client's tables in proto/STATES.md. Each row of a table is reproduced, so an
+// undocumented transition fails.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -13,7 +14,7 @@ namespace {
 
 const std::string kDocument = test::source_path("proto/STATES.md").string();
 
-/// Brings the session into `state`; if `has_joined`, it joins a room first.
+/// Brings the session into `state`. If `has_joined`, the session joins a room before that.
 void bring_to(test::SessionBench& bench, const std::string& state, bool has_joined) {
   if (has_joined && state != "active") {
     bench.join();
@@ -123,7 +124,7 @@ TEST(StatesDocument, EveryTransitionOfTheClientHappensAsWritten) {
       bench.transport.messages.clear();
       const int connects = bench.transport.connects;
       cause(bench, row.at("event"));
-      // While the session is active, it also sends state datagrams. They are not control messages.
+      // An active session also sends state datagrams, which are not control messages.
       EXPECT_EQ(test::described(bench.transport.messages), row.at("sent"));
       EXPECT_EQ(outcome(bench), next);
       EXPECT_EQ(bench.transport.connects - connects, next == "connecting" ? 1 : 0);

@@ -98,7 +98,7 @@ TEST_F(Recent, DamagedEntriesAreLeftOutAndNumbersClamped) {
 
 TEST_F(Recent, LongPathsNeverMakeTheFileUnreadable) {
   std::string deep = folder_.string();
-  for (int i = 0; i < 4; ++i) deep += "/" + std::string(200, '"');  // two bytes each in the file
+  for (int i = 0; i < 4; ++i) deep += "/" + std::string(200, '"');  // each quotation mark takes two bytes in the file
   fs::create_directories(deep);
   for (char c = 'a'; c <= 'h'; ++c) {
     const std::string file = deep + "/" + std::string(60, c) + ".pdb";

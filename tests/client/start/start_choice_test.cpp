@@ -52,7 +52,7 @@ bool has(const std::vector<std::string>& arguments, const std::vector<std::strin
 TEST(ShippedScenes, AreTheSceneFilesThatHaveADescription) {
   std::set<std::string> described, listed;
   for (const auto& entry : fs::directory_iterator(tandem::test::source_path("server/scenes"))) {
-    if (entry.path().extension() != ".json") continue;  // a mesh of a scene
+    if (entry.path().extension() != ".json") continue;  // skips meshes of scenes
     std::ifstream in(entry.path());
     const std::string text{std::istreambuf_iterator<char>(in), {}};
     if (boost::json::parse(text).as_object().contains("description")) described.insert(entry.path().stem().string());

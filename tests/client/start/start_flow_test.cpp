@@ -20,7 +20,7 @@ using State = StartFlow::State;
 
 constexpr auto kPatience = std::chrono::seconds(20);
 
-/// Calls `poll` until `is_done`, or until the patience ends.
+/// Calls `poll` until `is_done` returns true, at most for kPatience. Returns whether it did.
 template <class Poll, class Done>
 bool eventually(const Poll& poll, const Done& is_done) {
   const auto give_up = std::chrono::steady_clock::now() + kPatience;
@@ -32,15 +32,15 @@ bool eventually(const Poll& poll, const Done& is_done) {
   return true;
 }
 
-/// Returns whether a process has ended. Without a reaper an ended orphan may remain as a zombie, so its state is read
-/// instead of sending a signal.
+/// Returns whether a process has ended. An orphan that has ended may remain as a zombie, so its state is read from
+/// /proc; a signal would still reach a zombie.
 bool has_ended(pid_t process) {
   std::ifstream in("/proc/" + std::to_string(process) + "/stat");
   const std::string stat{std::istreambuf_iterator<char>(in), {}};
   return stat.empty() || stat.find(") Z ") != std::string::npos;
 }
 
-/// A folder with a script in the place of tandem-server.
+/// Creates a folder with a script that replaces tandem-server.
 class StartFlowTest : public testing::Test {
  protected:
   fs::path folder_ = fs::path(testing::TempDir()) / "start_flow";
@@ -101,7 +101,7 @@ TEST_F(StartFlowTest, TheReasonOfAServerThatDoesNotStartIsShown) {
 }
 
 TEST_F(StartFlowTest, TheReasonIsShownAlsoIfItComesAfterTheEndOfTheServer) {
-  // A process that the server has started writes it once the server has been reaped.
+  // A child process of the server writes the message after the server has been reaped.
   serve("(while kill -0 $$; do sleep 0.01; done; echo 'tandem-server: no space is left') 2>/dev/null & exit 2");
   StartFlow flow = this->flow();
   flow.open({.scene = "wall"});
@@ -138,7 +138,7 @@ TEST_F(StartFlowTest, AMeshWhoseSceneCannotBeWrittenIsExplainedAndLeavesNoFolder
   const std::string previous = before == nullptr ? "" : before;
   setenv("TMPDIR", temporary.c_str(), 1);
   StartFlow flow = this->flow();
-  // As on a full disk: no file may have content.
+  // Simulates a full disk: no file may have content.
   rlimit limit{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &limit), 0);
   const auto on_excess = signal(SIGXFSZ, SIG_IGN);
@@ -252,8 +252,8 @@ TEST(ChildProgram, IsKilledIfItIgnoresTheRequest) {
   EXPECT_EQ(child.exit_code(), 128 + SIGKILL);
 }
 
-/// Destroys a shell script that starts a process, whose id is the first line, and expects that this takes far less time
-/// than that process. Returns its id.
+/// Destroys a shell script whose first line of output is the id of a process that it started. Fails if the destruction
+/// takes about as long as that process. Returns its id.
 pid_t process_left_by(const std::string& script) {
   auto program = std::make_unique<ChildProgram>("/bin/sh", std::vector<std::string>{"-c", script});
   std::vector<std::string> lines;

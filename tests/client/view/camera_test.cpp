@@ -12,7 +12,7 @@ Vec3 seen(const Camera& camera, const Vec3& point_W) {
   return {at.x() / at.w(), at.y() / at.w(), at.w()};
 }
 
-/// A camera after the cap of a 3D mouse was deflected for half a second.
+/// Returns a camera after the cap of a 3D mouse was deflected for half a second.
 Camera steered(const Vec3& deflection, const Vec3& turn) {
   Camera camera;
   camera.fit({0.1, 0.2, 0.3}, 0.2);

@@ -1,4 +1,4 @@
-// Tests the drawing of a scene without a window.
+// Tests the geometry that is drawn for a scene, without a window.
 #include "client/view/drawn_scene.hpp"
 
 #include <gmock/gmock.h>
@@ -40,7 +40,7 @@ std::string add_asset(AssetMap& assets, const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(hash.data()), hash.size()};
 }
 
-/// Adds the drawing of a mesh as an asset. Returns the hash that the surface asset of the mesh would have.
+/// Adds the drawing of a mesh as an asset. Returns the hash that the mesh's surface asset would have.
 std::string add_drawing(wire::Joined& joined, AssetMap& assets, const geometry::TriangleMesh& mesh) {
   const std::string surface(32, 's');
   wire::AssetInfo& info = *joined.add_assets();
@@ -263,8 +263,8 @@ TEST(DrawnScene, ASoftMeshGoesWithTheNodesThatAreToldOf) {
 
 TEST(DrawnMesh, SticksAreWhereAtomsAreBonded) {
   docking::Molecule molecule;
-  // The first two atoms are bonded carbons. Two hydrogens are bonded to the first carbon, and close to each other
-  // without a bond. The third hydrogen is far away.
+  // The first two atoms are bonded carbons. Two hydrogens are bonded to the first carbon; they are close to each other
+  // but not bonded. The third hydrogen is far away.
   molecule.positions_angstrom = {{0, 0, 0}, {1.54, 0, 0}, {0, 1.09, 0}, {9, 0, 0}, {-0.2, -1.07, 0}};
   molecule.mass_u = {12.011, 12.011, 1.008, 1.008, 1.008};
   DrawnMesh bonded, alone;
@@ -304,7 +304,7 @@ TEST(DrawnMesh, OfAMillionAtomsABallStandsForSomeAndThereAreNoSticks) {
   EXPECT_EQ(sticks.size(), balls.size());
 }
 
-/// A hostile server may send such positions, so the number of tested pairs must be bounded.
+/// A hostile server may send such positions. The number of tested pairs must remain bounded.
 TEST(DrawnMesh, AnAtomHasFewSticksWhereverAtomsAre) {
   docking::Molecule molecule;
   constexpr unsigned kAtoms = 3000;

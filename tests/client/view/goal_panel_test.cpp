@@ -1,4 +1,4 @@
-// What the window shows of a game.
+// Tests the window's display of a game.
 #include "client/view/goal_panel.hpp"
 
 #include <gtest/gtest.h>

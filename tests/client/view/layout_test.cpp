@@ -1,5 +1,5 @@
-// Layout of a frame: every text that Dear ImGui draws is compared with the others, with the window and with its clip
-// rectangle, at several sizes of the window. No display is needed.
+// Tests the layout of a frame at several window sizes. Every text that Dear ImGui draws must not overlap another text,
+// nor exceed the window or its clip rectangle. No display is needed.
 #include <gtest/gtest.h>
 #include <imgui.h>
 
@@ -26,12 +26,13 @@ constexpr Size kSizes[] = {{500, 500, 1},   {800, 600, 1},   {1280, 900, 1},
                            {1000, 1000, 2}, {1600, 1200, 2}, {2560, 1800, 2}};
 
 struct Glyph {
-  ImVec2 from, to;  ///< the drawn box
-  ImVec4 clip;      ///< left, top, right, bottom of the visible part of its list
+  ImVec2 from, to;  ///< the drawn rectangle
+  ImVec4 clip;      ///< left, top, right, bottom of the clip rectangle
   int list = 0;
 };
 
-/// Boxes of all glyphs of a frame: quads whose corners have different places in the font's texture.
+/// Returns the boxes of all glyphs of a frame. A glyph is a quad whose corners have different coordinates in the font's
+/// texture.
 std::vector<Glyph> glyphs_of(const ImDrawData& data) {
   std::vector<Glyph> glyphs;
   for (int l = 0; l < data.CmdListsCount; ++l) {
@@ -63,7 +64,7 @@ Glyph shown(Glyph glyph) {
   return glyph;
 }
 
-/// Describes glyphs that cover each other by more than a quarter, or that are cut at the side or by the window's rim.
+/// Describes glyphs that overlap each other by more than a quarter, or that the side or the window's edge cuts.
 std::string problems_of(const ImDrawData& data, const Size& size) {
   std::string problems;
   std::vector<Glyph> visible;
@@ -100,7 +101,7 @@ class Layout : public testing::TestWithParam<Size> {
     ImGuiIO& io = ImGui::GetIO();
     io.DisplaySize = {GetParam().width, GetParam().height};
     apply_style(GetParam().scale);
-    ImGui::GetStyle().AntiAliasedLinesUseTex = false;  // lines would look like glyphs
+    ImGui::GetStyle().AntiAliasedLinesUseTex = false;  // otherwise lines would be drawn like glyphs
     unsigned char* pixels = nullptr;
     int width = 0, height = 0;
     io.Fonts->GetTexDataAsRGBA32(&pixels, &width, &height);
@@ -119,7 +120,8 @@ class Layout : public testing::TestWithParam<Size> {
   }
   ~Layout() override { ImGui::DestroyContext(); }
 
-  /// Draws some frames, because windows fit their content one frame later. Returns the problems of the last.
+  /// Draws some frames, because windows fit their size to the content one frame later. Returns the problems of the last
+  /// frame.
   template <class Draw>
   std::string problems(const Draw& draw) {
     for (int frame = 0; frame < 4; ++frame) {

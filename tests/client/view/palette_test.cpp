@@ -1,4 +1,4 @@
-// Colours with a meaning must be distinguishable for all users, including those who lack one type of cone.
+// Tests that colours with a meaning are distinguishable for all users, including those who lack one type of cone.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -27,7 +27,7 @@ Mat3 cones_of_light() {
   return cones;
 }
 
-/// Colours as seen by a viewer without L cones, and below by one without M cones.
+/// Colours as perceived by a viewer without L cones (protanope), and below by one without M cones (deuteranope).
 ///
 /// Source  Viénot, Brettel, Mollon, "Digital video colourmaps for checking the legibility of displays by dichromats",
 ///         Color Res. Appl. 24(4), 1999
@@ -51,7 +51,7 @@ Vec3 lab(const Vec3& light) {
   return {116 * f(xyz.y()) - 16, 500 * (f(xyz.x()) - f(xyz.y())), 200 * (f(xyz.y()) - f(xyz.z()))};
 }
 
-/// Checks that all pairs differ by at least 10 in L*a*b*. Such a difference is clearly visible side by side.
+/// Checks that all pairs differ by at least 10 in L*a*b*, a clearly visible difference side by side.
 void expect_apart(const std::vector<std::pair<std::string, Rgba>>& colors) {
   const std::pair<const char*, Vec3 (*)(const Vec3&)> eyes[] = {{"usual", [](const Vec3& light) { return light; }},
                                                                 {"protanope", seen_by_protanopes},

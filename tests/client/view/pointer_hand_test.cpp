@@ -1,4 +1,4 @@
-// A dragged body must stay under the mouse pointer, from any view of the scene.
+// Tests that a dragged body stays under the mouse pointer, for any view of the scene.
 #include "client/view/pointer_hand.hpp"
 
 #include <gtest/gtest.h>
@@ -61,7 +61,7 @@ TEST(PointerHand, StaysUnderTheMouseWhereverItIsLookedAtFrom) {
       const Eigen::Vector2d before = seen(camera, aspect, hand.X_WH().p);
       is_level ? hand.move_level(camera, 0.01, 0.01) : hand.move(camera, 0.01, 0.01);
       const Eigen::Vector2d moved = seen(camera, aspect, hand.X_WH().p) - before;
-      // The motion is a fraction of the window's height. In clip coordinates the height is 2.
+      // The motion is given as a fraction of the window's height, which is 2 in clip coordinates.
       EXPECT_NEAR(moved.x(), 2 * 0.01 / aspect, 0.001) << above;
       if (above > -0.1 && above < 0.1) {
         EXPECT_NEAR(moved.y(), -2 * 0.01, 0.002) << above << is_level;

@@ -1,4 +1,4 @@
-// Tests the ribbons of chains without a window: their position and width, and atoms that form no chain.
+// Tests the ribbons of molecular chains without a window: their position and width, and atoms that form no chain.
 #include "client/view/ribbon.hpp"
 
 #include <gmock/gmock.h>
@@ -109,7 +109,7 @@ TEST(Ribbon, IsATubeElsewhere) {
   EXPECT_NEAR(middle.y(), 0.28, 0.02);
 }
 
-/// Each edge has the same number of triangles in both directions, and normals point outwards.
+/// Each edge must have the same number of triangles in both directions, and normals must point outwards.
 TEST(Ribbon, IsClosedAndOutwardIsOut) {
   for (const docking::Molecule& molecule : {helix(14), strand(10)}) {
     const DrawnMesh mesh = ribbon_of(molecule);
@@ -193,7 +193,7 @@ TEST(Ribbon, OfNucleicAcidsHasARodForEachBase) {
   EXPECT_NEAR(half_size_at(ribbon_of(molecule), 3).y(), 0.6, 0.05);
 }
 
-/// A hostile server may send any positions and names of atoms.
+/// A hostile server may send any positions and names of atoms; the ribbon must remain finite.
 TEST(Ribbon, OfAtomsAtOnePlaceIsFinite) {
   docking::Molecule molecule;
   for (int i = 0; i < 6; ++i) add_atom(molecule, "CA", "C", {1, 2, 3}, i);

@@ -48,7 +48,7 @@ TEST_F(WindowMemory, KeepsEachWayToDrawMolecules) {
       EXPECT_EQ(remembered_switches(file_).molecules, switches.molecules);
     }
   }
-  // The program must read files of earlier versions and ignore invalid files.
+  // Files of earlier versions must be readable, and invalid files ignored.
   write("{\"molecules\": \"sticks\"}");
   EXPECT_EQ(remembered_switches(file_).molecules.shape, MoleculeStyle::kSticks);
   write("{\"molecules\": \"ribbons\"}");

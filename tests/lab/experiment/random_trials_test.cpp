@@ -1,5 +1,5 @@
-// Tests that random trials lie within their ranges and are reproducible for a seed, and that each of their bounds can
-// be violated.
+// Tests that random trials lie within their ranges and are reproducible for a seed, and that each bound on their
+// results can fail.
 #include "lab/experiment/random_trials.hpp"
 
 #include <gtest/gtest.h>
@@ -106,7 +106,7 @@ TEST(RandomClaims, DoNotHoldWhereNothingWasMeasured) {
   EXPECT_EQ(held({}), (std::vector<bool>(8, false)));
   EXPECT_EQ(held({outcome("soft", "completed", 0.1, 0.001, 0.02)}),
             (std::vector<bool>{true, true, true, true, false, true, false, false}));
-  // A trial with a silence of the link does not count as a measurement.
+  // A trial with a silence of the link must not count as a measurement.
   EXPECT_EQ(held({outcome("soft", "completed", 0.1, 0.001, 0.02, 200)}), (std::vector<bool>(8, false)));
   for (const RandomClaim& claim : random_claims(good_outcomes())) EXPECT_GT(claim.trials, 0U) << claim.text;
 }

@@ -1,5 +1,6 @@
-// Checks the shipped experiments against the table below without running them. Hands have the phases that metrics
-// evaluate, and move at the stated speeds. Scenes can be loaded, and the simulated device can display their coupling.
+// Checks the shipped experiments against the table below, without running them. Hands must have the phases that metrics
+// evaluate, and move at the stated speeds. Scenes must be loadable, and the simulated device must be able to display
+// their coupling.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -133,8 +134,8 @@ TEST(ShippedPaths, DockingMovesAtFiftyMillimetresASecond) {
   for (const char* phase : {"move", "contact", "slide"}) EXPECT_NEAR(greatest_speed(path, phase), 0.05, 0.003) << phase;
 }
 
-// The intended circle lies inside the ball. The centre of the tool lies on the line from the centre of the ball through
-// the intended point, at a distance of 25 mm: the sum of the radii of ball and tip.
+// The intended circle lies inside the ball. The tool's centre is on the line from the ball's centre through the
+// intended point, at a distance of 25 mm: the sum of the radii of ball and tip.
 TEST(ShippedPaths, CurveLeadsTheToolRoundTheBallAtTenCentimetresASecond) {
   const Experiment experiment = shipped("curve");
   const auto scene = load_experiment_scene(experiment);
@@ -148,8 +149,8 @@ TEST(ShippedPaths, CurveLeadsTheToolRoundTheBallAtTenCentimetresASecond) {
   }
 }
 
-// Hand and coupling are two springs in series. They are stretched by the distance between the intended position and the
-// contact.
+// Expected force: hand and coupling are two springs in series, stretched by the distance between the intended position
+// and the contact.
 TEST(ShippedPaths, SqueezePressesWithThreePointSixNewtonsFromEachSide) {
   const Experiment experiment = shipped("squeeze");
   const auto scene = load_experiment_scene(experiment);

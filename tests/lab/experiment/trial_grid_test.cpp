@@ -15,7 +15,7 @@ namespace {
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
-/// Number of stages that do not need the god-object.
+/// Number of stages that can render every scene: all except the god-object.
 const std::size_t kGeneralStages = known_stages().size() - 1;
 
 ExperimentFile file(const std::string& more) {
@@ -36,8 +36,8 @@ std::size_t count(const std::string& more, const GridRequest& request = {}) {
 }
 
 TEST(TrialGrid, WithoutAGridIsTheBuiltIn) {
-  // The default stage has 7 delays × 2 jitters × 2 losses × 3 seeds. Every other stage that supports all scenes has 4
-  // delays and one seed.
+  // The default stage has 7 delays × 2 jitters × 2 losses × 3 seeds. Each of the other stages that can render every
+  // scene has 4 delays and one seed.
   EXPECT_EQ(count(""), 7 * 2 * 2 * 3 + 4 * (kGeneralStages - 1));
   for (const Trial& trial : expand(file(""), {})) {
     EXPECT_EQ(trial.experiment.pipeline.passivity, trial.experiment.pipeline.stage == default_stage());

@@ -1,4 +1,4 @@
-// CAPRI measures of constructed molecules, for which the values have closed forms.
+// Tests CAPRI measures on constructed molecules, for which the values have closed forms.
 #include "lab/metrics/capri.hpp"
 
 #include <gtest/gtest.h>
@@ -26,8 +26,8 @@ void add_atom(docking::Molecule& molecule, const std::string& residue, const std
   molecule.segments.push_back(0);
 }
 
-/// Returns one residue of four carbons without backbone names. They form a square with a side of 2 Å, perpendicular to
-/// x.
+/// Returns one residue of four carbons without backbone names. They are the corners of a square with a side of 2 Å,
+/// perpendicular to x.
 docking::Molecule square() {
   docking::Molecule made;
   for (const double y : {-1.0, 1.0}) {
@@ -55,7 +55,7 @@ TEST(Capri, LigandRmsdOfATranslationIsItsLengthAndHydrogensDoNotCount) {
   docking::Molecule ligand = square();
   EXPECT_NEAR(ligand_rmsd_angstrom(ligand, at_x(4), {{4, 2, 1.5}, Quat::Identity()}), 2.5, 1e-12);
   EXPECT_EQ(ligand_rmsd_angstrom(ligand, at_x(4), at_x(4)), 0);
-  // Half a turn about x moves each corner across the diagonal, i.e. by 2 √2 Å.
+  // Half a turn about x moves each corner to the opposite one, i.e. by 2 √2 Å.
   const Pose half_turn = turned(Vec3::UnitX(), std::numbers::pi, {4, 0, 0});
   EXPECT_NEAR(ligand_rmsd_angstrom(ligand, at_x(4), half_turn), 2 * std::numbers::sqrt2, 1e-12);
   add_atom(ligand, "1", "H1", {0, 50, 0}, "H");
@@ -65,8 +65,7 @@ TEST(Capri, LigandRmsdOfATranslationIsItsLengthAndHydrogensDoNotCount) {
 TEST(Capri, InterfaceRmsdOfEqualHalvesDrawnApartIsHalfTheWay) {
   const docking::Molecule a = square(), b = square();
   EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(4), at_x(4)), 0, 1e-9);
-  // With four atoms on each side, the superposition leaves half of the 3 Å on each side, and a rotation does not reduce
-  // it.
+  // With four atoms on each side, the superposition leaves half of the 3 Å on each side. A rotation cannot reduce it.
   EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(4), at_x(7)), 1.5, 1e-9);
   // With n atoms on one side and m on the other, the deviation is √(n m) / (n + m) of the displacement.
   docking::Molecule single;
@@ -75,8 +74,8 @@ TEST(Capri, InterfaceRmsdOfEqualHalvesDrawnApartIsHalfTheWay) {
 }
 
 TEST(Capri, InterfaceRmsdOfATurnAboutTheLineOfSquaresIsThatOfHalfTheTurn) {
-  // The superposition rotates both squares by half the angle. Corners at a distance of √2 Å from the axis deviate by 2
-  // √2 sin(angle / 4).
+  // The superposition rotates both squares by half the angle. Corners at a distance of √2 Å from the axis then deviate
+  // by 2 √2 sin(angle / 4).
   const double angle = 0.8;
   const Pose X_AB = turned(Vec3::UnitX(), angle, {4, 0, 0});
   EXPECT_NEAR(interface_rmsd_angstrom(square(), square(), at_x(4), X_AB), 2 * std::numbers::sqrt2 * std::sin(angle / 4),
@@ -111,13 +110,13 @@ TEST(Capri, InterfaceIsTheBackboneOfResiduesWithinTenAngstrom) {
   };
   add_amino_acid(a, "1", 0);
   add_amino_acid(b, "1", 0);
-  // A side chain and a residue beyond the reach must be excluded. If they were included, the numbers of atoms would no
-  // longer be equal.
+  // A side chain and a residue beyond the reach must be excluded. If they were included, the numbers of atoms on both
+  // sides would differ.
   add_atom(a, "1", "CB", {0, 0, 3});
   add_amino_acid(a, "2", -2.5);
   EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(8), at_x(10)), 1, 1e-9);
-  // A calcium ion is also named CA, but it is a residue of its own. There are now five atoms on one side and four on
-  // the other.
+  // A calcium ion is named CA like the α carbon, but it is a residue of its own. One side now has five atoms, the other
+  // four.
   add_atom(a, "3", "CA", {0, 0.5, 0}, "CA");
   EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(8), at_x(10)), 2 * std::sqrt(20.0) / 9, 1e-9);
   EXPECT_TRUE(std::isnan(interface_rmsd_angstrom(a, b, at_x(30), at_x(8))));
@@ -129,22 +128,22 @@ TEST(Capri, OfANucleotideTheSugarAndPhosphateAreTheBackbone) {
   for (const char* const name : {"P", "O5'", "C5'", "C4'", "C3'", "O3'"}) add_atom(a, "1", name, {0, y++, 0});
   add_atom(a, "1", "N9", {0, 2, 1});
   add_atom(b, "1", "C1", {0, 2.5, 0});
-  // Six backbone atoms on a line, and one atom that moves through the middle of the line.
+  // One side has six backbone atoms on a line. The other has one atom, which moves through the middle of the line.
   EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(4), at_x(5)), std::sqrt(6.0) / 7, 1e-9);
 }
 
 TEST(Capri, NativeContactsAreResiduesWithinFiveAngstromOfHeavyAtoms) {
-  // Residues opposite each other are 4 Å apart; their neighbours are √(16 + 36) Å apart.
+  // Opposite residues are 4 Å apart; their neighbours are √(16 + 36) Å apart.
   const docking::Molecule a = row_of_residues(3, 6), b = row_of_residues(3, 6);
   EXPECT_EQ(residue_pairs_within(a, b, at_x(4), kResidueContact_angstrom), (Pairs{{0, 0}, {1, 1}, {2, 2}}));
   EXPECT_EQ(native_contact_share(a, b, at_x(4), at_x(4)), 1);
   EXPECT_EQ(native_contact_share(a, b, at_x(4), at_x(5)), 1) << "5 Å is within 5 Å";
   EXPECT_EQ(native_contact_share(a, b, at_x(4), at_x(5.01)), 0);
-  // Rotation about the first residue moves residue k by the chord 12 k sin(angle / 2). Its contact is lost if the chord
-  // exceeds 3 Å.
+  // Rotation about the first residue moves residue k by the chord 12 k sin(angle / 2) Å. Its contact is lost if the
+  // chord exceeds 3 Å.
   EXPECT_NEAR(native_contact_share(a, b, at_x(4), turned(Vec3::UnitX(), 0.4, {4, 0, 0})), 2.0 / 3, 1e-12);
   EXPECT_NEAR(native_contact_share(a, b, at_x(4), turned(Vec3::UnitX(), 0.6, {4, 0, 0})), 1.0 / 3, 1e-12);
-  // A shift by one residue along the row replaces every contact by another one.
+  // A shift by one residue along the row replaces every native contact by another contact.
   EXPECT_EQ(native_contact_share(a, b, at_x(4), {{4, 6, 0}, Quat::Identity()}), 0);
   EXPECT_TRUE(std::isnan(native_contact_share(a, b, at_x(30), at_x(4))));
 }

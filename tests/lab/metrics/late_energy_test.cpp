@@ -1,4 +1,4 @@
-// Tests the energy that a display would generate if its force were correct but late.
+// Tests the metric of the energy that a display creates if its force is correct but late.
 #include <gtest/gtest.h>
 
 #include "lab/metrics/energy_ledger.hpp"
@@ -8,8 +8,8 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// Returns the trace of a hand that moves at 0.1 m/s for 1 s. The server uses each input `input_late` after it was
-/// sent, and its states have the age `state_age`.
+/// Returns the trace of a hand that moves at 0.1 m/s for 1 s. The force begins at `from`. The server uses each input
+/// `input_late` after it was sent, and its states have the age `state_age`.
 SessionTrace moving(double force_n, milliseconds from, milliseconds input_late = {}, milliseconds state_age = {}) {
   SessionTrace trace;
   UserTrace& user = trace.users.emplace_back();

@@ -62,7 +62,7 @@ TEST(UserMetrics, TheHoldPhaseCountsOnlyASecondAfterEachBegin) {
   UserTrace trace = known_trace();
   EXPECT_EQ(settled_hold_ticks(trace).size(), 2000U);
   EXPECT_EQ(settled_hold_ticks(trace).front()->time, Duration(seconds(2)));
-  trace.ticks[2500].phase = 0;  // the hold is interrupted and begins again after this tick
+  trace.ticks[2500].phase = 0;  // interrupts the hold, which begins again after this tick
   EXPECT_EQ(settled_hold_ticks(trace).size(), 500U + 499U);
 }
 

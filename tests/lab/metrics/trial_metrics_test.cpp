@@ -1,4 +1,4 @@
-// Tests every metric on a synthetic trace with known values.
+// Tests every metric on synthetic traces with known values.
 #include "lab/metrics/trial_metrics.hpp"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ devices::WayPoint begin_of(const char* phase, double at_s) {
 
 using Fill = std::function<void(TickSample&, double time_s)>;
 
-/// Returns a trace of one user whose hand has these phases; `fill` sets the values of each tick.
+/// Returns a trace of one user whose hand has these phases. `fill` sets the values of each tick.
 SessionTrace trace_of(const std::vector<devices::WayPoint>& phases, double duration_s, const Fill& fill) {
   SessionTrace trace;
   UserTrace& user = trace.users.emplace_back();
@@ -88,7 +88,7 @@ TEST(TrialMetrics, ContactErrorIsTheRmsDifferenceAtTheSameTime) {
   EXPECT_NEAR(metric("contact_error_rms_n", trace, &reference), 0.3 / std::sqrt(2.0), 1e-9);
   EXPECT_EQ(metric("contact_error_rms_n", reference, &reference), 0);
   EXPECT_NEAR(metric("contact_error_fraction", trace, &reference), 0.3 / std::sqrt(2.0) / 2, 1e-9);
-  // If a sinusoidal force is 20 ms late, the error follows from the phase shift: its amplitude is 2 sin(π f T).
+  // A sinusoidal force that is late by T = 20 ms has an error with the amplitude 2 sin(π f T).
   const SessionTrace late = pressing([](TickSample& tick, double t) { force(tick, 2 + sine(1, t - 0.020)); });
   EXPECT_NEAR(metric("contact_error_rms_n", late, &reference), 2 * std::sin(std::numbers::pi * 0.020) / std::sqrt(2.0),
               1e-6);
@@ -106,7 +106,7 @@ TEST(TrialMetrics, FeltStiffnessIsTheRatioOfSlopes) {
   EXPECT_NEAR(metric("felt_stiffness_ratio", spring(350), &reference), 0.7, 1e-9);
   const SessionTrace constant = pressing([](TickSample& tick, double) { force(tick, 2); });
   EXPECT_TRUE(std::isnan(metric("felt_stiffness_ratio", constant, &constant))) << "nothing was pressed";
-  // If the force does not depend on the position of the hand, the stiffness is undefined.
+  // A force that does not depend on the position of the hand gives no stiffness.
   const SessionTrace sliding = pressing([](TickSample& tick, double t) {
     tick.hand_D.p = Vec3(0, 0, 0.004 * sine(0.5, t));
     force(tick, 2 + sine(0.5, t + 0.5));
@@ -129,7 +129,8 @@ SessionTrace shaking(double mass_kg, double noise_n = 0) {
                     }
                     tick.hand_D.p = Vec3(0.2 + x, 0, 0.1);
                     tick.hand_twist_D.v = Vec3(v, 0, 0);
-                    // Each force is held for one millisecond, so the mean of two belongs to the tick between them.
+                    // Each force is held for 1 ms. The mean of two successive forces therefore belongs to the tick
+                    // between them.
                     tick.displayed_D.f = Vec3(-(mass_kg * a + 0.5 * v + 20 * x) + noise_n * sine(17, t), 0, -2);
                   });
 }
@@ -159,7 +160,7 @@ TEST(TrialMetrics, FeltMassIsHeldAgainstZeroDelay) {
 
 TEST(TrialMetrics, TheLimitCycleIsTheSpeedOfAHandThatShouldRest) {
   const SessionTrace trace = pressing([](TickSample& tick, double t) {
-    tick.hand_twist_D.v.y() = t < 5 ? 1 : 0.004 * sine(5, t);  // the hand still settles in the first second of the hold
+    tick.hand_twist_D.v.y() = t < 5 ? 1 : 0.004 * sine(5, t);  // the hand settles in the first second of the hold
   });
   EXPECT_NEAR(metric("limit_cycle_m_per_s", trace), 0.004 / std::sqrt(2.0), 1e-9);
 }
@@ -169,7 +170,7 @@ TEST(TrialMetrics, PeakAndStepOfTheForce) {
   const SessionTrace trace = pressing([](TickSample& tick, double t) {
     force(tick, t < 2 ? 0 : 0.4);
     if (t >= 3) tick.stage_D.f.x() = 1.5;
-    tick.displayed_D.f.x() = t >= 3 ? std::min(1.5, 100 * (t - 3)) : 0;  // the slew limit acts
+    tick.displayed_D.f.x() = t >= 3 ? std::min(1.5, 100 * (t - 3)) : 0;  // limited by the slew limit
     if (t >= 3 && t < 3.0145) tick.safety_faults = haptics::kSafetySlewed;
   });
   EXPECT_NEAR(metric("peak_force_n", trace, &reference), std::hypot(0.4, 1.5), 1e-9);
@@ -274,7 +275,7 @@ TEST(TrialMetrics, TheSpectrumAbove60HzHasWhatIsFastAndNothingElse) {
 }
 
 /// Returns a trace of a hand that moves at 0.1 m/s for 1 s against a constant force. The server's world receives
-/// `world_gain_j` with the inputs, each of which is used `late_ms` after it was sent.
+/// `world_gain_j` with the inputs. Each input is used `late_ms` after it was sent.
 SessionTrace working(double force_n, double world_gain_j, int late_ms = 0) {
   SessionTrace trace = trace_of({begin_of("contact", 0)}, 1.001, [=](TickSample& tick, double t) {
     tick.tick = Tick{static_cast<std::uint64_t>(std::lround(1000 * t)) + 77};
@@ -309,7 +310,7 @@ TEST(EnergyLedger, TheGreatestSurplusAtAnyTimeCounts) {
 }
 
 TEST(EnergyLedger, ARiseWithinAShortTimeIsSeenWhateverWasTakenBefore) {
-  // First 1 W is dissipated for half a second, then 0.4 W is generated.
+  // First 1 W is dissipated for half a second, then 0.4 W is created.
   SessionTrace trace = working(0, 0);
   for (std::size_t k = 0; k <= 1000; ++k) {
     const double t = static_cast<double>(k) / 1000;
@@ -322,7 +323,7 @@ TEST(EnergyLedger, ARiseWithinAShortTimeIsSeenWhateverWasTakenBefore) {
 }
 
 TEST(EnergyLedger, WhatOneUserGivesAnotherMayGet) {
-  SessionTrace trace = working(2, 0);  // the hand receives 0.2 J, which its coupling at the server does not supply
+  SessionTrace trace = working(2, 0);  // the hand receives 0.2 J that its coupling at the server does not supply
   trace.users.push_back(working(-2, 0).users[0]);
   EXPECT_NEAR(energy_ledger(trace).created_max_j, 0, 1e-9);
   trace.users[1] = working(-1.5, 0).users[0];
@@ -330,7 +331,7 @@ TEST(EnergyLedger, WhatOneUserGivesAnotherMayGet) {
 }
 
 TEST(EnergyLedger, ALateSpringMakesWhatTheorySays) {
-  // A hand oscillates with 5 mm at 5 Hz on a spring of 500 N/m at the server, whose response is displayed late.
+  // A hand oscillates with 5 mm at 5 Hz on a spring of 500 N/m at the server. The response is displayed late.
   constexpr double kSpring = 500, kSwing_m = 0.005;
   const auto at = [](double t) { return kSwing_m * sine(5, std::max(0.0, t)); };
   for (const int late_ms : {4, 20, 40}) {
@@ -344,7 +345,7 @@ TEST(EnergyLedger, ALateSpringMakesWhatTheorySays) {
       const auto tick = Tick{static_cast<std::uint64_t>(k) + 77};
       trace.users[0].answered.push_back({milliseconds(k + late_ms / 2), tick, 0.5 * kSpring * z * z});
     }
-    // Each of the five periods generates π k A² sin(ωT).
+    // Each of the five periods creates π k A² sin(ωT).
     const double theory_j = 5 * std::numbers::pi * kSpring * kSwing_m * kSwing_m * sine(5, late_ms * 1e-3);
     EXPECT_NEAR(energy_ledger(trace).created_max_j, theory_j, 0.1 * theory_j + 0.01) << late_ms;
   }
@@ -390,7 +391,7 @@ TEST(TrialMetrics, ViewsThatArriveApartDivergeByTheMovementBetween) {
   EXPECT_NEAR(metric("view_divergence_max_m", trace), 0, 1e-12);
   for (TickSample& tick : trace.users[1].ticks) tick.view_W.x() -= 0.2 * 0.050;
   EXPECT_NEAR(metric("view_divergence_max_m", trace), 0.010, 1e-9);
-  // The same motion is sampled at other times. Linear interpolation gives no difference.
+  // Samples of the same motion at other times. Linear interpolation must give no difference.
   SessionTrace shifted = trace;
   for (TickSample& tick : shifted.users[1].ticks) {
     tick.view_W.x() += 0.2 * 0.0505;
@@ -434,7 +435,7 @@ TEST(TrialMetrics, HaveNoValueInAnEmptyTraceAndNamesOfTheirOwn) {
   EXPECT_THROW(metric("happiness", trace), std::invalid_argument);
 }
 
-/// Returns the outcome for a cube with these heights, one for each second. The hand holds it from second 2 to second 4.
+/// Returns the outcome for a cube with these heights, one per second. The hand holds it from 2 s to 4 s.
 std::string outcome_with(const std::vector<double>& heights_m) {
   Experiment experiment;
   experiment.outcome = {"cube", 0.05, "carry"};

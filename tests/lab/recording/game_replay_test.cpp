@@ -1,4 +1,4 @@
-// The replay of a recorded game gives the same score and events in each step.
+// Tests that the replay of a recorded game gives the same score and events in each step.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -13,7 +13,7 @@
 namespace tandem::lab {
 namespace {
 
-/// Score and number of events after each step.
+/// Records the score and the number of events after each step.
 class Progress final : public server::RoomWatcher {
  public:
   void on_command(const server::RoomCommand& /*command*/) noexcept override {}

@@ -1,4 +1,4 @@
-// The replay of a room's recording reaches the same state after each step. Otherwise it names the first step and body
+// Tests the replay of a room's recording. It must reach the same state after each step, or name the first step and body
 // that differ.
 #include "lab/recording/session_replay.hpp"
 
@@ -47,8 +47,8 @@ class SessionReplayTest : public ::testing::Test {
   fs::path scene() const { return folder_ / "s.json"; }
   fs::path file() const { return folder_ / "r.mcap"; }
 
-  /// Records two hands that move, push, grab, rotate, change coupling and law, reset and leave, over links with loss
-  /// and delay.
+  /// Records two hands over links with loss and delay. They move, push, grab, rotate, change coupling and law, reset
+  /// and leave.
   /// In      mode  client mode of the first hand
   void record(proto::ClientMode mode, const std::function<void(server::RoomRecording&)>& change = {}) {
     server::Room room(RoomId{1}, "attic", server::load_scene(scene()));
@@ -144,13 +144,13 @@ TEST_F(SessionReplayTest, HasTheSameStateAfterEachStepInEachMode) {
 
 TEST_F(SessionReplayTest, NamesTheFirstStepAndThingThatDiffer) {
   record(proto::ClientMode::kHandle);
-  // The scene has bodies with the same names, but the cube is slightly heavier.
+  // A scene with the same names, but a slightly heavier cube.
   std::string heavier = physics::scene_json({.bodies = kBodies, .tools = kTools});
   heavier.replace(heavier.find(R"("mass_kg": 0.2)"), 14, R"("mass_kg": 0.3)");
   std::ofstream(scene()) << heavier;
   EXPECT_THROW(replay(), std::invalid_argument) << "another scene is not played";
 
-  // One input of the recording is changed. This is like a replay by a build that computes different results.
+  // Changes one input of the recording, which simulates a replay by a build that computes different results.
   std::ofstream(scene()) << physics::scene_json({.bodies = kBodies, .tools = kTools});
   rewrite([](wire::RecordedStep& step) {
     if (step.step() == 800 && step.inputs_size() > 0) {

@@ -1,4 +1,5 @@
-// Tests the report writer, from the digits of a number to the whole page. The report must show the measured values.
+// Tests the report writer, from the digits of a number to the whole page. Fails if the report shows other values than
+// the measured ones.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -290,7 +291,7 @@ TEST(RenderSvg, ShowsTheSpreadAndRefusesOneOfAnotherSize) {
   EXPECT_THROW(render_svg(plot), std::invalid_argument);
 }
 
-/// Returns the greatest number beside the y axis.
+/// Returns the largest number beside the y axis.
 double greatest_y_tick(const std::string& svg) {
   double greatest = 0;
   const std::string_view mark = "<text class=\"y-tick\"";

@@ -1,4 +1,5 @@
-// The verdict about the demo: every check can fail independently, and an error about an invalid file names the file.
+// Tests the verdict about the demo: every check must be able to fail independently, and an error about an invalid file
+// must name the file.
 #include <gtest/gtest.h>
 
 #include <CLI/CLI.hpp>
@@ -50,8 +51,8 @@ json::object good_summary(const std::string& user) {
           {"watched_body", {{"name", "peg"}, {"displacement_m", 0.02}}}};
 }
 
-/// Returns a trace with one row for each value of the force along x, at intervals of one second. The phase is
-/// "approach" in the first second and "hold" afterwards.
+/// Returns a trace with one row per second, one for each value of the force along x. The phase is "approach" in the
+/// first second and "hold" afterwards.
 std::string trace_csv(const std::vector<std::string>& forces_n, double start_s = 0) {
   std::ostringstream out;
   out << "local_ns,phase,handle_p_x_m,handle_p_y_m,handle_p_z_m,tool_p_x_m,tool_p_y_m,tool_p_z_m,body_p_x_m,body_p_y_m,"
@@ -228,7 +229,7 @@ TEST(ClientRun, IsWhatTheClientWrites) {
   summary.options.stage.name = "hold";
   summary.io.joined = std::make_shared<wire::Joined>();
   json::object written = client::to_json(summary);
-  written["scene"] = "peg";  // if a Joined message contains no scene, this is an empty text
+  written["scene"] = "peg";  // an empty text if the Joined message contained no scene
   const ClientRun read = parse_client_summary(written, "ben.json");
   EXPECT_EQ(read.name, "ben");
   EXPECT_EQ(read.stage, "hold");

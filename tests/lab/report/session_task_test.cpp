@@ -1,4 +1,4 @@
-// If a session did not complete its task, it fails, even if the forces were good.
+// Tests that a session which did not complete its task fails, even if its forces were good.
 #include "lab/report/session_task.hpp"
 
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 namespace tandem::lab {
 namespace {
 
-/// Returns a user's run with ten ticks per second: "move" until 2 s, then "hold" until 6 s. The peg is in its place and
-/// the molecules are in contact.
+/// Returns a user's run with ten ticks per second: "move" until 2 s, then "hold" until 6 s. The peg is at its target,
+/// and the molecules are in contact.
 ClientRun done_user(const std::string& name) {
   ClientRun run;
   run.name = name;

@@ -1,4 +1,4 @@
-// A command that runs for a long time writes either all of its output or nothing.
+// Tests that a long-running command writes either all of its output or nothing.
 #include "lab/results/output_files.hpp"
 
 #include <gtest/gtest.h>
@@ -81,7 +81,7 @@ TEST(OutputFiles, HaveAReportThatNamesTheHashOfTheResults) {
   EXPECT_EQ(content_of(folder / "a.json"), "abc");
   EXPECT_TRUE(fs::is_regular_file(folder / "figures" / "1-force.svg"));
   EXPECT_TRUE(fs::is_regular_file(folder / "figures" / "1-force.csv"));
-  // FIPS 180-4, example "abc"
+  // Hash of "abc". Source: FIPS 180-4, example.
   EXPECT_NE(content_of(folder / "report.html")
                 .find("a.json: <code>ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"),
             std::string::npos);

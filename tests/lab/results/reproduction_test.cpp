@@ -1,5 +1,5 @@
-// Tests that the three output formats of a reproduction agree. Also tests that the recorded path of the peg has its
-// five steps, and that the tip moves into the hole and out again.
+// Tests that the three output formats of a reproduction agree, and that the recorded path of the peg has its five
+// steps: the tip moves into the hole and out again.
 #include "lab/results/reproduction.hpp"
 
 #include <gmock/gmock.h>

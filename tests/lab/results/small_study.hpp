@@ -19,7 +19,7 @@ namespace tandem::lab {
 namespace fs = std::filesystem;
 namespace json = boost::json;
 
-// A scene without gravity: two tools in front of a free block, which is pushed for one second.
+// A scene without gravity. Two tools are in front of a free block, which is pushed for one second.
 inline constexpr const char* kScene = R"({
   "name": "push", "gravity_m_per_s2": [0, 0, 0],
   "bodies": [{"name": "block", "mass_kg": 0.3, "graspable": true,

@@ -1,5 +1,5 @@
-// Tests the output of a study: rows, time series, files for other programs, and the report. Also tests when a study
-// runs its trials again.
+// Tests the output of a study: rows, time series, files for other programs, and the report. Tests when a study must run
+// its trials again.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -104,7 +104,7 @@ TEST_F(Study, TheReportDefinesEveryMetricAndDrawsEveryStage) {
   EXPECT_THAT(html, testing::HasSubstr("<svg"));
 }
 
-/// A trial's result with the fields that the report needs.
+/// Returns the result of a trial with the fields that the report needs.
 TrialResult trial_of(const char* stage, double rtt_ms, std::uint64_t seed, const json::object& more) {
   TrialResult result;
   result.row = {{"experiment", "e"},     {"stage", stage}, {"predictor", client::StageSettings{}.predictor},

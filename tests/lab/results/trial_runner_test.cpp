@@ -1,5 +1,4 @@
-// Tests trials on several threads: each trial runs once, a repeated study runs none of them again, and the output has
-// the same bytes.
+// Tests trials on several threads: each trial runs once, a repeated study runs none, and its output has the same bytes.
 #include "lab/results/trial_runner.hpp"
 
 #include <gtest/gtest.h>
@@ -77,7 +76,7 @@ TEST_F(Study, GoesOnWhereItWasInterrupted) {
   for (const auto& entry : fs::directory_iterator(folder_ / "out" / "trials")) {
     if (removed == 3) break;
     if (removed == 2) {
-      std::ofstream(entry.path()) << "{\"key\": \"cut";  // some file systems leave such a file after a crash
+      std::ofstream(entry.path()) << "{\"key\": \"cut";  // a truncated file, as after a crash
     } else {
       fs::remove(entry.path());
     }

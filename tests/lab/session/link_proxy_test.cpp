@@ -1,4 +1,4 @@
-// Tests the proxy with real sockets on loopback; the time is passed as an argument.
+// Tests the proxy with real sockets on loopback. The time is an argument, so no real time passes.
 #include "lab/session/link_proxy.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ using asio::ip::tcp;
 using asio::ip::udp;
 using boost::system::error_code;
 
-constexpr int kMostSteps = 5000;  // number of steps of a millisecond; the limit is reached only if no data arrives
+constexpr int kMostSteps = 5000;  // maximum number of steps of 1 ms; reached only if no data arrives
 
 class LinkProxyTest : public ::testing::Test {
  protected:

@@ -1,4 +1,4 @@
-// Hands start at the same time over links with different delays, in virtual time.
+// Tests that hands start at the same time over links with different delays, in virtual time.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -66,7 +66,7 @@ struct Session {
         user->transport.deliver(user->client.session(), now);
         user->has_joined |= user->client.session().status().state == client::SessionState::kActive;
         if (is_tick && user->has_joined)
-          user->client.haptics().tick(now);  // as in tandem-client, the haptic loop runs after the user has joined
+          user->client.haptics().tick(now);  // as in tandem-client, the haptic loop starts after the user has joined
         user->client.poll(now);
       }
     }

@@ -1,4 +1,4 @@
-// Two simulated hands solve a figure of the T puzzle over a link with delay, jitter and loss.
+// Tests that two simulated hands solve a figure of the T puzzle over a link with delay, jitter and loss.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -27,7 +27,7 @@ constexpr const char* kVirtualScene = R"({
   "coupling": {"law": "spring-damper", "stiffness_n_per_m": 300, "damping_n_s_per_m": 3}
 })";
 
-// A path from the place of the left tool 60 mm to the right, through the place of the block.
+// A path that moves the left tool by 60 mm to the right, through the block.
 constexpr const char* kPush = R"({"points": [
   {"t_s": 0, "phase": "approach"}, {"t_s": 1, "phase": "move"},
   {"t_s": 3, "position_m": [0.06, 0, 0], "phase": "hold"}]})";
@@ -73,11 +73,11 @@ TEST(VirtualSession, OneUsersPushReachesTheOtherUsersHand) {
 TEST(VirtualSession, TheClientMeasuresTheConfiguredRoundTrip) {
   const SessionTrace trace = run_virtual_session(pushing(), scene());
   for (const UserTrace& each : trace.users) {
-    // The delay of each direction is rounded up to a slot, and an update waits up to one millisecond for the next step
-    // of the room.
+    // The delay of each direction is rounded up to a slot, and an update waits up to 1 ms for the next step of the
+    // room.
     EXPECT_GE(user_metric(each, "round_trip_mean_ms"), 20.0);
     EXPECT_LE(user_metric(each, "round_trip_mean_ms"), 20.0 + 2 * 0.25 + 1e-9);
-    // A new state arrives every millisecond, so its age at a tick is at most 1 ms.
+    // A new state arrives every 1 ms, so its age at a tick is at most 1 ms.
     EXPECT_LT(user_metric(each, "state_age_p99_ms"), 1.0 + 1e-9);
   }
 }
@@ -107,7 +107,7 @@ TEST(VirtualSession, TheSameSeedGivesTheSameBytes) {
   EXPECT_EQ(results_of(experiment), first);
   experiment.seed = 2;
   const std::string other = results_of(experiment);
-  // Not only the printed seed differs, but also a measured value.
+  // A measured value must differ, not only the printed seed.
   EXPECT_NE(boost::json::parse(other).at("users").at(0).at("metrics"),
             boost::json::parse(first).at("users").at(0).at("metrics"));
 }
@@ -219,8 +219,8 @@ TEST(VirtualSession, UsersSeeTheBodyThatHandsCanHold) {
   EXPECT_EQ(trace.body_names[*trace.watched_body], "block");
   for (const UserTrace& each : trace.users) {
     EXPECT_TRUE(each.ticks.back().has_view) << each.user.name;
-    // The block still moves after the push. Therefore its position as displayed, which is 10 ms old, may differ by up
-    // to 20 mm.
+    // The block still moves after the push. Its displayed position is 10 ms old and may therefore differ by up to 20
+    // mm.
     EXPECT_NEAR((each.ticks.back().view_W - trace.bodies.back().X_WB[0].p).norm(), 0, 0.02);
   }
   Experiment elsewhere = pushing();

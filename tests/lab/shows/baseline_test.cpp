@@ -1,5 +1,5 @@
-// Stages that close the control loop through the network become unstable at the delay that theory predicts from the
-// product k_c · delay and the damping of the hand.
+// Tests stages that close the control loop through the network. They must become unstable at the delay that theory
+// predicts from the coupling stiffness k_c, the delay and the damping of the hand.
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 namespace tandem::lab {
 namespace {
 
-/// Speed of an oscillating hand. It is many times the speed of a hand at rest.
+/// Minimum speed of a hand that oscillates, and maximum speed of a calm hand. They differ by a factor of 20.
 constexpr double kRings_m_per_s = 0.02;
 constexpr double kCalm_m_per_s = 0.001;
 
@@ -32,8 +32,8 @@ TEST(Wave, MakesNoEnergyWhateverTheDelay) {
   }
 }
 
-// In this stage the tool follows a delayed pose. The hand supplies none of the energy that the tool gives to the block;
-// only the room's limit on the energy of the tool stops this.
+// In the stage late-pose, the tool follows a delayed pose. The tool gives energy to the block that no hand supplies,
+// unless the room limits the energy of the tool.
 TEST(LatePose, PushesWithEnergyFromNowhereUnlessTheToolsEnergyIsLimited) {
   const Shown off("push", bare("late-pose", 100));
   const Shown on("push", {"stage=late-pose", "passivity=true", "link.rtt_ms=100"});
@@ -46,7 +46,7 @@ TEST(LatePose, PushesWithEnergyFromNowhereUnlessTheToolsEnergyIsLimited) {
   EXPECT_GT(on["tool_energy_limited_fraction"], 0);
 }
 
-// The linear predictor continues the rise of a force that has stopped rising. The overshoot increases with the delay.
+// The linear predictor extrapolates the rise of a force that no longer rises. The overshoot increases with the delay.
 TEST(Linear, Overshoots) {
   const Shown linear("wall", bare("linear", 100));
   const Shown hold("wall", bare("hold", 100));

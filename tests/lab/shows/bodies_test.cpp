@@ -1,5 +1,5 @@
-// Forces on one user in contact with bodies that move or yield: lifted bodies, soft bodies, and molecules in a field.
-// Also a case in which the passivity controller must let the force return.
+// Tests the forces on one user in contact with bodies that move or yield: lifted bodies, soft bodies, and molecules in
+// a field. In one case, the passivity controller must let the force return.
 
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ TEST(Docking, ErrsByLessThanHalfOfWhatItDoesWithoutPrediction) {
   }
 }
 
-// The residual force of the model is displayed with a gain that depends on how well it could recently be predicted.
+// The residual force of the model is displayed with a gain that depends on the recent accuracy of its prediction.
 TEST(MassOfTheModel, WrongByFortyPercentIsFeltRight) {
   for (const char* scale : {"model.mass_scale=0.6", "model.mass_scale=1.4"}) {
     const Shown mass("mass", disturbed(100, {scale}));

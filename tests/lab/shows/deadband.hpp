@@ -1,4 +1,4 @@
-// Claims about the deadband, which suppresses changes that are too small to be perceived.
+// Claims about the deadband, which suppresses changes too small to be perceived.
 #pragma once
 
 #include <gtest/gtest.h>

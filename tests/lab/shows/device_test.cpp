@@ -1,5 +1,5 @@
-// Tests every device that has a profile. Its encoders, mass and limits do not degrade the displayed force, even after a
-// long free motion.
+// Tests every device that has a profile. Its encoders, mass and limits must not degrade the displayed force, even after
+// a long free motion.
 
 #include <gtest/gtest.h>
 
@@ -48,7 +48,7 @@ TEST_P(Device, FeelsTheWallWithAndWithoutDelay) {
 INSTANTIATE_TEST_SUITE_P(Profiles, Device, testing::ValuesIn(profiles()),
                          [](const auto& each) { return name_of_profile(each); });
 
-// The path requires more than two newtons. Only the displayed force pulls the tool at the server.
+// The path requires more than 2 N, the limit of this device. At the server, only the displayed force pulls the tool.
 TEST(Device, OfTwoNewtonsPushesWithoutAStepAndMakesNoEnergy) {
   for (const double round_trip_ms : {0.0, 100.0}) {
     const Shown push("push", held("inverse3", round_trip_ms));
@@ -58,7 +58,7 @@ TEST(Device, OfTwoNewtonsPushesWithoutAStepAndMakesNoEnergy) {
   }
 }
 
-// Each client takes into account the limits of the other user's device.
+// Each client must take into account the limits of the other user's device.
 TEST(Device, OfEachUserHisOwnSqueezeTogether) {
   const Shown squeeze("squeeze", {"users.anna.device=falcon", "users.ben.device=touch", "link.rtt_ms=100"});
   EXPECT_EQ(squeeze.outcome(), "completed");
@@ -66,7 +66,7 @@ TEST(Device, OfEachUserHisOwnSqueezeTogether) {
   EXPECT_GE(squeeze["hold_force_least_ratio"], 0.9);
 }
 
-/// Returns the path of the experiment, preceded by ten minutes of motion to and fro in free space.
+/// Returns the path of the experiment after ten minutes of motion to and fro in free space.
 devices::HandPath after_ten_minutes(const devices::HandPath& path) {
   constexpr Duration kFree = std::chrono::minutes(10), kWay = std::chrono::seconds(1);
   std::vector<devices::WayPoint> points;

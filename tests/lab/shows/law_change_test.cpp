@@ -1,5 +1,5 @@
-// The operator changes the room's coupling law while hands press. The force must change without a step, and then
-// follow the new law.
+// Tests a change of the room's coupling law by the operator while hands press. The force must change without a step,
+// and then follow the new law.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Time after which the stability check for the hand's device and the blend between the laws have ended.
+/// Time that covers the stability check for the hand's device and the blend between the laws.
 constexpr Duration kWatched = 750ms;
 
 Trial operated(const std::string& name, const Quantities& quantities) {
@@ -29,7 +29,7 @@ SessionTrace run(const Trial& trial, const OnClient& on_client = {}) {
   return run_virtual_session(trial.experiment, load_experiment_scene(trial.experiment), {}, on_client);
 }
 
-/// Returns a callback with which the first user sets each law at its time.
+/// Returns a callback by which the first user sets each law at its time.
 OnClient setting(const std::map<Duration, std::string>& laws) {
   return [laws, last = Duration{-1}](std::size_t user, Duration time, client::Client& client) mutable {
     if (user != 0) return;
@@ -40,9 +40,9 @@ OnClient setting(const std::map<Duration, std::string>& laws) {
   };
 }
 
-/// Returns conditions in which the hand presses on the wall so deeply that each law displays more than a newton. If the
-/// force is delayed by a round trip, the hand oscillates above a certain delay. In stage "hold" its speed is 0.04 mm/s
-/// at 18 ms and 16 mm/s from 20 ms on. At 15 ms, the value used here, the hand is at rest.
+/// Returns conditions in which the hand presses so deeply on the wall that each law displays more than 1 N. A force
+/// that is delayed by a round trip makes the hand oscillate above a certain delay. In stage "hold" the speed of the
+/// hand is 0.04 mm/s at 18 ms, and 16 mm/s from 20 ms on. At 15 ms, the value used here, the hand is at rest.
 /// Source  tandem-lab run wall --single --stage hold --set law=spring-damper --set link.rtt_ms=18,20
 Quantities wall_with(const std::string& law, const std::string& stage) {
   return {"link.rtt_ms=15", "law=" + law, "stage=" + stage};
@@ -72,8 +72,7 @@ TEST_P(ChangedLaw, WhileTheHandPressesMakesNoStepAndIsThenAsFromTheStart) {
   expect_same(of_first, kStill.back + kWatched);
 }
 
-// These are the laws that any scene can use. The adaptive law, which requires a fit, equals the linear law with other
-// coefficients.
+// The laws that any scene can use. The adaptive law requires a fit and equals the linear law with other coefficients.
 INSTANTIATE_TEST_SUITE_P(Pairs, ChangedLaw,
                          testing::Values(std::pair{"spring-damper", "stable-dynamic"},
                                          std::pair{"stable-dynamic", "spring-damper"}),
@@ -83,8 +82,8 @@ INSTANTIATE_TEST_SUITE_P(Pairs, ChangedLaw,
                            return name;
                          });
 
-// The scene's law "qsa-dynamic" displays steps of the force. If they are too strong for a user, the user can change to
-// a law without such steps at any time, and later return.
+// The scene's law "qsa-dynamic" has force steps. A user who finds them too strong must be able to change to a law
+// without steps at any time, and return later.
 TEST(ChangedLawOfAnActiveScene, CalmsTheHand) {
   const Ticks changed = run(operated("wall", wall_with("qsa-dynamic", "local-model")),
                             setting({{1s, "spring-damper"}, {kStill.back, "qsa-dynamic"}}))
@@ -99,8 +98,8 @@ TEST(ChangedLawOfAnActiveScene, CalmsTheHand) {
 
 class ChangedLawInStage : public testing::TestWithParam<const char*> {};
 
-// In the tested stages, listed below, the displayed force comes from the server or from a coupling to the tool. A
-// change of the law therefore affects it, but must not cause a step.
+// In the stages listed below, the displayed force comes from the server or from a coupling to the tool. A change of the
+// law must affect it, but without a step.
 TEST_P(ChangedLawInStage, MakesNoStepOfTheForce) {
   const Quantities quantities = wall_with("spring-damper", GetParam());
   const Ticks always = run(operated("wall", quantities)).users.at(0).ticks;
@@ -124,8 +123,8 @@ INSTANTIATE_TEST_SUITE_P(Stages, ChangedLawInStage, testing::Values("late-pose",
                            return name;
                          });
 
-// Only friction holds a cube of 0.3 kg in the air. With a sufficiently sharp curve the other law presses with more
-// force, not less.
+// Only friction holds a cube of 0.3 kg in the air. With a sufficiently sharp curve, the second law presses with more
+// force than the first, so that the cube cannot fall.
 TEST(ChangedLawOfTwo, MakesNoStepForEitherAndDropsNothing) {
   const Quantities quantities{"link.rtt_ms=50", "coupling.curve_sharpness=4"};
   const SessionTrace always = run(operated("squeeze", quantities));

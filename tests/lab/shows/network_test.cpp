@@ -1,4 +1,4 @@
-// Effect of a limited data rate and of lost datagrams on the default stage.
+// Tests the effect of a limited data rate and of lost datagrams on the default stage.
 
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ TEST(LossBurst, LetsTheForceDecayAndRecoverWithoutAKick) {
   expect_recovery_from_bursts(false);
 }
 
-/// Returns the output that `tandem-lab run` would write.
+/// Returns the results as `tandem-lab run` writes them.
 std::string results_text(const std::string& folder, std::size_t threads) {
   RunSettings settings;
   settings.out = std::filesystem::path(testing::TempDir()) / folder;
@@ -52,8 +52,8 @@ TEST(Results, AreTheSameBytesTwiceWhateverTheThreads) {
   EXPECT_EQ(results_text("shows_twice", 2), once);
 }
 
-// At the full rate each direction needs about 375 kB/s. Without rate control, the queue would grow without bound and
-// the cube would never be lifted.
+// At the full rate each direction needs about 375 kB/s, more than the line carries. Fails without rate control: the
+// queue would grow without bound, and the cube would never be lifted.
 TEST(NarrowLink, IsGivenWhatItCarriesAndTwoSqueezeAllTheSame) {
   for (const double carried : {300e3, 80e3}) {
     const Shown squeeze("squeeze", {"link.rtt_ms=50", "link.rate_limit_bytes_per_s=" + std::to_string(carried)});

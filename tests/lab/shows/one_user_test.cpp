@@ -1,5 +1,5 @@
-// One user of the default stage over a link with delay, jitter and loss. If only this user moves a body, its force
-// shows no effect of the link.
+// Tests the default stage with one user over a link with delay, jitter and loss. If only this user moves a body, the
+// force must show no effect of the link.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::Values;
 
-/// Returns whether a metric exceeds a bound. An undefined metric does not exceed any bound.
+/// Returns whether a metric exceeds a bound. An undefined metric exceeds no bound.
 bool is_above(double value, double bound) {
   return std::isfinite(value) && value > bound;
 }
@@ -69,12 +69,13 @@ double largest_difference_n(const SessionTrace& a, const SessionTrace& b) {
   return largest_n;
 }
 
-// The god-object detects the contact with a wall without the server.
+// The god-object detects contact with a wall locally, without the server. The force must therefore be identical at any
+// delay.
 TEST(GodObject, FeelsAWallToTheLastBitAsWithoutDelay) {
   const Shown at_0("wall", {"stage=god-object", "link.rtt_ms=0"});
   EXPECT_EQ(at_0.outcome(), "completed");
   EXPECT_GT(at_0["contact_force_mean_n"], 1.0);
-  // The wall of the reference yields slightly under the coupling; the wall of the god-object does not.
+  // The wall of the reference yields slightly in the coupling; the wall of the god-object does not.
   EXPECT_NEAR(at_0["felt_stiffness_ratio"], 1.02, 0.01);
   for (const double round_trip_ms : {100.0, 200.0}) {
     const Shown late("wall", {"stage=god-object", "link.rtt_ms=" + std::to_string(round_trip_ms)});
@@ -121,7 +122,7 @@ TEST(Soft, HasAnEighthOfTheTextureAbove60HzThatHeldForcesHave) {
 }
 
 // The round trip rises from 50 ms to 250 ms (100 ms more in each direction) while the hand presses. The local model
-// contains the wall and continues to display it during the gap.
+// contains the wall and must display it during the gap.
 TEST(DelayStep, OfATenthOfASecondEachWayIsHardlyFeltOnAWall) {
   const auto displayed_after = [](Duration more) {
     Trial trial = shipped_trial("wall", {"link.rtt_ms=50"});
@@ -148,7 +149,7 @@ TEST_P(Alone, MakesNoStepNoEnergyAndNoWorkForThePassivityController) {
   const Shown shown(GetParam().experiment, GetParam().quantities());
   EXPECT_LE(shown["force_step_max_n_per_ms"], 0.1);
   EXPECT_EQ(shown["slew_activations"], 0);
-  // After a gap, the server's handle catches up with the hand. Therefore the bound is larger in that case.
+  // After a gap, the server's handle catches up with the hand, which creates more energy.
   EXPECT_LE(shown["energy_created_max_j"], shown.was_silent() ? 0.01 : 0.0025);
   EXPECT_FALSE(is_above(shown["passivity_dissipated_fraction"], 0.05)) << shown["passivity_dissipated_fraction"];
   EXPECT_EQ(shown["tool_energy_limited_fraction"], 0);

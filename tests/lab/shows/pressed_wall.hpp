@@ -1,5 +1,5 @@
-// A hand presses on the wall during a change. This file has the times of the change and functions of the displayed
-// force.
+// Common parts of tests in which a setting changes while a hand presses on the wall: times of the change, and functions
+// of the displayed force.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +12,8 @@ namespace tandem::lab {
 
 using Ticks = std::vector<TickSample>;
 
-/// Times within the 14 s of the experiment "wall": the hand presses deeper from 5.1 s to 7.1 s, and is at rest from 9.6
-/// s to 13.1 s.
+/// Times of a change and of the change back, within the 14 s of the experiment "wall". The hand presses deeper from 5.1
+/// s to 7.1 s, and is at rest from 9.6 s to 13.1 s.
 struct Change {
   Duration there{};
   Duration back{};

@@ -1,6 +1,6 @@
-// The shipped experiments give the results that their descriptions state. At a round trip of 50 ms, two users share a
-// peg and dock two helices: with the stage late-pose the hands are calm, with the stage hold they oscillate. Users lift
-// and push boxes, and touch a bunny.
+// Tests that the shipped experiments give the results stated in their descriptions. At a round trip of 50 ms, two users
+// share a peg and dock two helices: with the stage late-pose the hands are calm, with the stage hold they oscillate.
+// Users lift and push boxes, and touch a bunny.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -66,7 +66,7 @@ TEST(PegTwoUsers, ThePegStandsInTheHoleWhileTheyPress) {
   const auto peg = std::find(trace.body_names.begin(), trace.body_names.end(), "peg") - trace.body_names.begin();
   const Vec3 p = sample->X_WB[static_cast<std::size_t>(peg)].p;
   // The hole is centred at x = 60 mm and leaves a clearance of 0.75 mm on each side. The ground is at z = 0, half the
-  // peg's length below its centre. The physics engine lets bodies overlap by up to one millimetre under load.
+  // peg's length below its centre. The physics engine lets bodies overlap by up to 1 mm under load.
   EXPECT_NEAR(p.x(), 0.060, 0.00175);
   EXPECT_NEAR(p.y(), 0, 0.00175);
   EXPECT_NEAR(p.z(), 0.030, 0.001);
@@ -88,7 +88,7 @@ TEST(PegSmallDevice, TwoDevicesOfTenCentimetresHandThePegOverAndPutItIntoItsHole
     EXPECT_LT(farthest_m, 0.0508) << user.user.name << " stays within the device";
     EXPECT_EQ(user_metric(user, "safety_fault_ticks"), 0) << user.user.name;
   }
-  // With half the motion scale, rate control at the border of the workspace is too slow to reach the hole in time.
+  // At half the motion scale, rate control at the border of the workspace is too slow to reach the hole in time.
   for (ExperimentUser& user : experiment.users) user.motion_scale = 0.5;
   EXPECT_GT((where_the_peg_ends(run(experiment, "local-model")) - Vec3(0.06, 0, 0.03)).norm(), 0.002);
 }
@@ -110,7 +110,8 @@ void expect_calm_hold(const UserTrace& user) {
   EXPECT_EQ(user_metric(user, "safety_fault_ticks"), 0) << user.user.name;
 }
 
-/// Expects that the user holds the body and feels its weight throughout the settled hold, and releases it at the end.
+/// Checks that the user holds the body and feels its weight throughout the settled hold, and has released it at the
+/// end.
 void expect_holds(const UserTrace& user, double mass_kg) {
   for (const TickSample* tick : settled_hold_ticks(user)) ASSERT_TRUE(tick->held_body.is_valid()) << user.user.name;
   EXPECT_FALSE(user.ticks.back().held_body.is_valid()) << user.user.name;

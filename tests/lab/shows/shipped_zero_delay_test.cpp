@@ -1,6 +1,6 @@
-// The shipped experiments without delay: every hand presses calmly with the intended force. A cube is lifted by
-// friction alone, a peg is handed over, and a tool slides off an edge. At a round trip of 100 ms the cube falls, unless
-// a stage compensates the delay.
+// Tests the shipped experiments without delay: every hand must press calmly with the intended force. A cube is lifted
+// by friction alone, a peg is handed over, and a tool slides off an edge. At a round trip of 100 ms, the cube must fall
+// unless a stage compensates the delay.
 
 #include <gtest/gtest.h>
 
@@ -46,8 +46,8 @@ struct HoldForces {
   std::vector<double> of_users_n;
 };
 
-/// Force on each hand in its hold phase. It follows from the springs in series that the path stretches: 200 N/m of the
-/// hand, 500 N/m of the coupling, and the compliance behind it. The carried weight and the force of the field are
+/// Expected force on each hand in its hold phase. It follows from springs in series that the path stretches: 200 N/m of
+/// the hand, 500 N/m of the coupling, and the compliance behind it. The carried weight and the force of the field are
 /// added. The 3.89 N of "squeeze" consist of 3.6 N across and half of the cube's weight downwards.
 const HoldForces kHoldForces[] = {{"free", {0}},
                                   {"wall", {4}},
@@ -137,7 +137,7 @@ TEST(Peg, IsHandedOverAndStandsInTheHoleAtTheEnd) {
   EXPECT_TRUE(!holds(0, 9.7) && holds(1, 9.7)) << "ben alone";
   EXPECT_TRUE(!holds(0, 19.5) && !holds(1, 19.5)) << "nobody";
   // The hole is centred at x = 60 mm and leaves a clearance of 0.75 mm. The peg stands on the table, with its centre 30
-  // mm above the table.
+  // mm above it.
   const Vec3 p = place_then(trace, "peg", 19.5);
   EXPECT_NEAR(p.x(), 0.060, 0.001);
   EXPECT_NEAR(p.y(), 0, 0.001);

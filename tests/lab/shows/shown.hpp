@@ -21,13 +21,13 @@ namespace tandem::lab {
 
 using Quantities = std::vector<std::string>;  ///< in the format of --set, e.g. "link.rtt_ms=100"
 
-/// Conditions for claims about the default stage: delay, jitter, and loss in bursts of 20 ms.
+/// Conditions for claims about the default stage: delay, jitter of 10 ms, and 5 % loss in bursts of 20 ms.
 inline Quantities disturbed(double round_trip_ms, const Quantities& more = {}) {
   Quantities all{"link.rtt_ms=" + std::to_string(round_trip_ms), "link.jitter_ms=10", "link.loss=0.05"};
   all.insert(all.end(), more.begin(), more.end());
   return all;
 }
-/// Conditions for claims about other stages: delay only, without passivity controller.
+/// Conditions for claims about other stages: delay without jitter and loss, no passivity controller.
 inline Quantities bare(const std::string& stage, double round_trip_ms) {
   return {"stage=" + stage, "passivity=false", "link.rtt_ms=" + std::to_string(round_trip_ms)};
 }
@@ -42,7 +42,7 @@ inline Trial shipped_trial(const std::string& name, const Quantities& quantities
   return std::move(trials.front());
 }
 
-/// A trial and its reference. The constructor runs both.
+/// A trial and its reference, both run by the constructor.
 class Shown {
  public:
   Shown(const std::string& name, const Quantities& quantities) : trial_(shipped_trial(name, quantities)) {
@@ -53,7 +53,8 @@ class Shown {
 
   double operator[](std::string_view metric) const { return trial_metric(view(), metric); }
   std::string outcome() const { return outcome_of(view()); }
-  /// Returns whether a silence of the link was so long that the force had to decay. Such a trial has bounds of its own.
+  /// Returns whether a silence of the link was so long that the force had to decay. Separate bounds apply to such a
+  /// trial.
   bool was_silent() const { return (*this)["silence_max_ms"] > kLongSilence_ms; }
   const SessionTrace& trace() const { return trace_; }
   const SessionTrace& reference() const { return reference_; }
@@ -66,7 +67,7 @@ class Shown {
   SessionTrace trace_;
 };
 
-/// An experiment at a round-trip delay. It is the parameter of claims that hold for several cases.
+/// Parameter of claims that hold for several cases: an experiment at a round-trip delay.
 struct At {
   const char* experiment;
   double round_trip_ms;

@@ -1,4 +1,4 @@
-// Settings of the window are changed while a hand presses on a wall. The force must change without a step.
+// Tests changes of settings in the window while a hand presses on a wall. The force must change without a step.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -62,8 +62,8 @@ INSTANTIATE_TEST_SUITE_P(
       return name;
     });
 
-/// Returns the trace of a hand that pushes a block of 0.5 kg over 100 ms. If `is_changed`, the local model is replaced
-/// by a new model of the same scene in the middle of the push, and again while the block is held.
+/// Returns the trace of a hand that pushes a block of 0.5 kg at a round trip of 100 ms. If `is_changed`, the local
+/// model is replaced by a new model of the same scene in the middle of the push, and again while the hand rests.
 UserTrace pushed(bool is_changed) {
   const Trial trial = shipped_trial("push", {"link.rtt_ms=100"});
   bool was_switched = false;
@@ -71,7 +71,7 @@ UserTrace pushed(bool is_changed) {
     const bool is_switched = time >= kPushing && time < kHolding;
     if (!is_changed || std::exchange(was_switched, is_switched) == is_switched) return;
     client::StageSettings same;
-    if (is_switched) same.wave.linear_n_s_per_m *= 2;  // a setting that belongs to another stage
+    if (is_switched) same.wave.linear_n_s_per_m *= 2;  // affects only the stage "wave", which is not in use
     client.set_stage(same);
   };
   return run_virtual_session(trial.experiment, load_experiment_scene(trial.experiment), {}, change).users.at(0);
@@ -95,7 +95,7 @@ TEST(ChangedModel, OfTheSameSceneGoesOnWhereTheOneBeforeItIs) {
   EXPECT_LE(changed.energy_to_hand_j, usual.energy_to_hand_j + 1e-3);
 }
 
-// The delay of each direction rises by 40 ms and later falls again.
+// The delay of each direction rises by 40 ms while the hand presses, and later falls again.
 TEST(ChangedDelay, WhileTheHandPressesMakesNoStepOfTheForce) {
   Trial trial = shipped_trial("wall", {"link.rtt_ms=20"});
   ExperimentUser& user = trial.experiment.users.at(0);

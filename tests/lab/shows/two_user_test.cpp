@@ -1,5 +1,5 @@
-// Two hands on one body, which is lifted by friction alone or handed over. The control loop closes through the other
-// person.
+// Tests two hands on one body, which is lifted by friction alone or handed over. The control loop closes through the
+// partner.
 
 #include <gtest/gtest.h>
 
@@ -41,7 +41,8 @@ TEST(SqueezeFarApart, IsCalmAndAsFirmAsWithoutDelay) {
   }
 }
 
-// At zero delay, friction with a coefficient of 0.5 can carry 3.6 N. The weight is 2.94 N.
+// At zero delay, friction with a coefficient of 0.5 can carry 3.6 N, and the weight is 2.94 N. A stage that displays
+// delayed forces must drop the cube.
 TEST_P(Squeeze, OfAFrictionOfAHalfIsDroppedByEveryStageThatWaitsForTheServer) {
   for (const char* stage : {"late-pose", "hold", "linear", "ar", "ar-spline", "wave"}) {
     Quantities quantities = bare(stage, GetParam().second);
@@ -61,7 +62,7 @@ TEST(SqueezeSlippery, IsLiftedAndNotDroppedAt200Ms) {
   EXPECT_EQ(squeeze["slew_activations"], 0);
 }
 
-// During a gap of 85 ms, both hands move at 150 mm/s along the direction in which they press: by 13 mm.
+// During a gap of 85 ms, both hands move at 150 mm/s along the direction in which they press, i.e. by 13 mm.
 TEST(CarryAlongFast, IsNotDroppedInAGapOfTheNetwork) {
   const Shown shown("carry_along_fast", disturbed(100, {"seed=25"}));
   EXPECT_GT(shown["silence_max_ms"], 80);
@@ -81,8 +82,8 @@ TEST_P(Together, IsFeltAsAtTheServerAndNotDropped) {
   EXPECT_LE(shown["path_error_of_peak"], is_easy ? 0.1 : 0.25);
   EXPECT_GE(shown["hold_force_ratio"], is_near ? 0.95 : 0.85);
   EXPECT_LE(shown["limit_cycle_m_per_s"], 0.002);
-  // With a large delay the bar is tilted when it is set down. The end that touches first causes a force step, also at
-  // the server (0.42 N/ms, which is accepted).
+  // At a large delay the bar is tilted when it is set down. The end that touches first causes a force step, even at the
+  // server (0.42 N/ms, which is accepted).
   const bool lands_tilted = !is_near && GetParam().experiment == std::string("turn_together");
   EXPECT_LE(shown["force_step_max_n_per_ms"], lands_tilted ? 0.5 : 0.3);
   EXPECT_LE(shown["energy_created_max_j"], is_near ? 0.002 : 0.03);
@@ -98,9 +99,9 @@ INSTANTIATE_TEST_SUITE_P(Default, Together,
                                          At{"turn_together", 200}),
                          [](const auto& each) { return name_of_case(each); });
 
-// The local model predicts that the partner moves along with the bar that both hold, by a certain share of its motion.
-// With a larger share the bar would oscillate: 2.5 mm/s one second after the stop, and 13 mJ generated. With this share
-// it is 2.2 mJ in one of these seeds.
+// The local model predicts that the partner yields to the motion of the bar that both hold, by a certain fraction. With
+// a larger fraction, the bar oscillates with 2.5 mm/s one second after the stop and creates 13 mJ. With the present
+// fraction it creates 2.2 mJ in one of these seeds.
 TEST(Together, ABarTurnedByTwoComesToRest) {
   for (const char* const seed : {"seed=10", "seed=16"}) {
     const Shown shown("turn_together", disturbed(100, {seed}));
@@ -109,16 +110,16 @@ TEST(Together, ABarTurnedByTwoComesToRest) {
   }
 }
 
-// A user who presses a held box on another box is not predicted to move along with the other box. Otherwise 3 mJ would
-// be generated when the other box is lifted off.
+// A user presses a held box on a box that the partner holds. Fails if the model predicts that the partner yields to
+// that pressure: 3 mJ would be created when the boxes separate.
 TEST(Together, WhatOneHoldsAndTheOtherPressesOnThroughAnotherThingMakesNoEnergy) {
   for (const char* const seed : {"seed=4", "seed=25"}) {
     EXPECT_LE(Shown("box_on_box", disturbed(100, {seed}))["energy_created_max_j"], 0.001) << seed;
   }
 }
 
-// If the plate stopped during a gap of 85 ms on its way up and then caught up, it would oscillate on its coupling and
-// generate 4 mJ.
+// Fails if the plate stops during a gap of 85 ms on its way up. When it catches up afterwards, it would oscillate on
+// its coupling and create 4 mJ.
 TEST(Together, WhatOneCarriesAloneGoesOnThroughAGapOfTheNetwork) {
   for (const char* const seed : {"seed=18", "seed=25"}) {
     const Shown shown("two_plates", disturbed(100, {seed}));
@@ -128,13 +129,13 @@ TEST(Together, WhatOneCarriesAloneGoesOnThroughAGapOfTheNetwork) {
   }
 }
 
-// The plate moves at 125 mm/s in all directions. If the partner were assumed to stay in place instead of being
-// predicted, the drag would be 1.25 N.
+// The plate moves at 125 mm/s in all directions. A model in which the partner's hand stays in place would give a drag
+// of 1.25 N.
 TEST(Together, APlateCarriedByTwoDragsByLessThanATenthOfItsWeight) {
   EXPECT_LE(Shown("two_carry", disturbed(100))["contact_error_rms_n"], 0.29);
 }
 
-// The impedance of the partner's hand is estimated during contact.
+// The model must estimate the impedance of the partner's hand during contact.
 TEST(Together, HandsOfAnyWeightAndStiffness) {
   for (const char* hand : {"hand.mass_kg=1.5", "hand.mass_kg=0.05", "hand.stiffness_n_per_m=600"}) {
     const Shown squeeze("squeeze", disturbed(100, {hand}));
@@ -149,8 +150,8 @@ class Peg : public testing::TestWithParam<double> {};
 TEST_P(Peg, IsHandedOverAndPutIntoTheHole) {
   const Shown peg("peg", disturbed(GetParam()));
   EXPECT_EQ(peg.outcome(), "completed");
-  // The release by the partner is known only after the delay. The resulting error grows with the square root of the
-  // delay (lab/TOUCH.md).
+  // The partner's release is received only after the delay. The resulting error grows with the square root of the delay
+  // (lab/TOUCH.md).
   const double bound = 0.125 * std::sqrt(std::max(1.0, GetParam() / 200));
   EXPECT_LE(peg["contact_error_fraction"], bound) << "it is gripped where it is without a delay";
   EXPECT_LE(peg["limit_cycle_m_per_s"], 0.002);
@@ -159,7 +160,7 @@ TEST_P(Peg, IsHandedOverAndPutIntoTheHole) {
   EXPECT_LE(peg["energy_created_max_j"], 0.002);
 }
 
-// With 25 ms, the loop is as short as the possible time difference between a touch at the client and at the server.
+// At 25 ms, the loop is as short as the possible time difference between a touch at the client and at the server.
 INSTANTIATE_TEST_SUITE_P(RoundTrips, Peg, testing::Values(25.0, 100.0, 300.0));
 
 /// Returns the distance between the watched body as displayed to a user and at the server, at a time when it rests.
@@ -171,7 +172,7 @@ double out_of_place_m(const SessionTrace& trace, std::size_t user, double at_s) 
   return (tick->view_W - sample->X_WB.at(trace.watched_body.value()).p).norm();
 }
 
-// The check is made after the handover, on the way into the hole, and in the hole.
+// Checks after the handover, on the way into the hole, and in the hole.
 TEST(HandOver, LeavesThePegWhereTheReceiverHasIt) {
   for (const double round_trip_ms : {100.0, 200.0}) {
     const Shown peg("peg", disturbed(round_trip_ms));
@@ -185,8 +186,8 @@ TEST(Deadband, OfATenthLeavesOut85PercentOfTheDatagramsAndNotTheForceOfThePeg) {
   expect_few_datagrams("peg");
 }
 
-// A burst of packet loss of 60 ms makes the force decay (see expect_recovery_from_bursts()), and the hand moves in
-// response. The trial must not diverge.
+// A loss burst of 60 ms makes the force decay (see expect_recovery_from_bursts()), and the hand moves in response.
+// Fails if the local model then diverges.
 TEST(Deadband, DoesNotDivergeOnThePegWhenATenthIsLost) {
   const Shown lossy("peg", {"link.rtt_ms=100", "deadband=0.1", "link.loss=0.1"});
   EXPECT_EQ(lossy.outcome(), "completed");

@@ -1,5 +1,5 @@
-"""Tests that the corpus of meshes matches its classes, and that the table of lab/studies/contact/README.md counts its
-runs."""
+"""Tests that the corpus of meshes matches its classes, and that the table of lab/studies/contact/README.md summarises
+its runs."""
 
 import collections
 import contextlib

@@ -1,5 +1,5 @@
-// Lifts a body with a device of this program, and compares what the library gives by different ways. Prints one JSON
-// object: embed_test.py compares its poses with the recording of the server.
+// Lifts a body with a device that this program drives, and compares the values that the library returns by different
+// functions. Prints one JSON object; embed_test.py compares its poses with the recording of the server.
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -19,7 +19,7 @@ struct Forces {
   std::uint64_t stale = 0;
 };
 
-/// Feeds a hand that grabs after 0.5 s and rises after 1 s, and collects the forces.
+/// Supplies the poses of a hand that grabs after 0.5 s and rises after 1 s. Returns the forces.
 Forces drive(tandem::OwnDevice& device, const std::atomic<bool>& should_end) {
   Forces forces;
   tandem_sample sample{};
@@ -53,7 +53,7 @@ void run(const std::string& server) {
   tandem::ClientSettings settings;
   settings.server = server;
   settings.is_insecure = true;
-  settings.stage = "late-pose";  // displays the tool of the server, which the recording contains
+  settings.stage = "late-pose";  // displays the server's tool, which the recording contains
   settings.own_device = &device;
   tandem::Client client(settings);
   client.join();

@@ -1,4 +1,5 @@
-"""Pulls at a body with a device of this program, while other threads of Python are busy. Prints one JSON object."""
+"""Pulls at a body with a device that this program drives, while other Python threads are busy. Prints one JSON object.
+"""
 
 import json
 import sys
@@ -16,7 +17,7 @@ def keep_busy():
 
 
 def drive(device, seconds):
-    """Feeds a hand that rises, and returns the largest force downwards."""
+    """Supplies the poses of a rising hand. Returns the largest downward force [N]."""
     largest_n = 0.0
     begun = time.monotonic()
     while (at := time.monotonic() - begun) < seconds:

@@ -1,5 +1,5 @@
 // Reads a recording with @mcap/core, the reference reader. Prints one line of JSON with the number of messages of each
-// channel and the time of the last message. A file that was cut off, as by kill -9, is read up to its last complete
+// channel and the time of the last message. A truncated file, e.g. after kill -9, is read up to its last complete
 // record.
 import { McapStreamReader } from "@mcap/core";
 import { decompress } from "fzstd";

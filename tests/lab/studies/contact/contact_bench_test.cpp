@@ -1,4 +1,5 @@
-// Tests the benchmark commands as a script uses them: keys, exit codes, and error messages that name the remedy.
+// Tests the benchmark commands in the way that a script uses them: keys, exit codes, and error messages that name the
+// remedy.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -54,7 +55,7 @@ std::string complaint(const Arguments& arguments) {
 }
 
 TEST(ContactBench, JsonHasWhatAScriptReadsAndItIsPlausible) {
-  // The objects have 0.4 of their usual size, so that the preparation is fast.
+  // Objects at 0.4 of their usual size are prepared faster.
   const Outcome outcome = run({"contact", "--a", "peg", "--b", "box_with_hole", "--scale", "0.4", "--direction", "0",
                                "1", "0", "--steps", "900", "--peer-steps", "20", "--json"});
   EXPECT_EQ(outcome.exit_code, 0);
@@ -114,7 +115,7 @@ TEST(ContactBench, LandingPrintsItsChecksInPlaceOfThePath) {
     EXPECT_TRUE(first.contains(key)) << key;
   }
   EXPECT_GT(landing.at("drops").at(0).at("rest_s").to_number<double>(), 0);
-  // There are four checks for each landing and two for each drop.
+  // Four checks for each landing and two for each drop.
   ASSERT_EQ(landing.at("checks").as_array().size(), 48U);
   for (const char* key : {"scope", "claim", "value", "relation", "bound", "unit", "holds"}) {
     EXPECT_TRUE(landing.at("checks").at(0).as_object().contains(key)) << key;
@@ -140,7 +141,7 @@ TEST(ContactBench, TakesWhatItBuiltFromItsCache) {
   EXPECT_GT(built.build_s, 0);
   EXPECT_EQ(kept.build_s, 0);
   EXPECT_EQ(contact::contact_asset_bytes(*kept.shape, 0), contact::contact_asset_bytes(*built.shape, 0));
-  // A damaged asset is built again. If an asset cannot be stored, a message reports this.
+  // A damaged asset must be built again. If an asset cannot be stored, a message must report it.
   const std::filesystem::path file = std::filesystem::directory_iterator(folder)->path();
   std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
   EXPECT_GT(make().build_s, 0);
@@ -199,8 +200,8 @@ TEST(PoseCheck, FindsNoMissedContactBetweenSmallPegAndBox) {
   EXPECT_LE(check.deepest_error_max_m, kDeepestErrorBound_m) << "pose " << check.worst_pose << " of seed 7";
 }
 
-// If there are more points than the contact budget, a contact represents several points. Their mean may be far from the
-// deepest of them.
+// Beyond the contact budget, one contact represents several points. Their mean may be far from the deepest of them, so
+// the check must compare with each point.
 TEST(PoseCheck, AContactThatStandsForSeveralPointsIsAtEachOfThem) {
   const TouchObject ball = make_touch_object("ball", mesh_from("sphere", "--a", 0.1, 1), SteadyClock{});
   const PoseCheck check = check_poses(ball, ball, 10, 7, {}, 24);
@@ -208,7 +209,8 @@ TEST(PoseCheck, AContactThatStandsForSeveralPointsIsAtEachOfThem) {
   EXPECT_EQ(check.missed_poses, 0U);
 }
 
-// If a vertex has pierced a face, the face may be deeper in the other body than any vertex or edge.
+// A vertex has pierced a face. The face may be deeper in the other body than any vertex or edge, and the check must
+// detect this.
 TEST(PoseCheck, KnowsHowDeepAFaceIsThatACornerIsThrough) {
   geometry::TriangleMesh thin = make_cube(0.1);
   for (Vec3& p : thin.vertices) p.z() *= 0.0012;

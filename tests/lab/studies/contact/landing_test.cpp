@@ -24,7 +24,7 @@ const TouchObject& landed_cube() {
   return object;
 }
 
-/// One step of a tool in one dimension. The contact is a spring that acts below 0.
+/// Simulates one step of a tool in one dimension. The contact is a spring that acts below z = 0.
 TouchStep spring_step(double& z_m, double& v_m_per_s, double stiffness_n_per_m, double push_n) {
   TouchStep step;
   step.contact_stored_j = 0.5 * stiffness_n_per_m * std::pow(std::min(z_m, 0.0), 2);
@@ -37,8 +37,8 @@ TouchStep spring_step(double& z_m, double& v_m_per_s, double stiffness_n_per_m, 
   return step;
 }
 
-/// Returns the trace of a tool that is pressed with 1 N. While it moves outwards, the spring is stiffer by the factor
-/// `harder`.
+/// Returns the trace of a tool that is pressed with 1 N. While the tool moves outwards, the spring is stiffer by the
+/// factor `harder`, which creates energy if it exceeds 1.
 TouchTrace bounces(double speed_m_per_s, double harder) {
   TouchTrace trace;
   double z = 1e-3, v = -speed_m_per_s;
@@ -74,7 +74,7 @@ TEST(Landing, OfACubeOnItsFaceIsStoppedAsByARigidStop) {
     const TouchFigures& figures = landing.figures;
     const double damping = 2 * 0.7 * std::sqrt(landing.stiffness_n_per_m * kMass_kg);
     EXPECT_NEAR(landing.stop_force_n, landing.speed_m_per_s * (damping + landing.stiffness_n_per_m * kStep_s), 1e-12);
-    // The step in which the surfaces meet brings the cube to the surface, and the next step stops it. One of the two
+    // The step in which the surfaces meet brings the cube to the surface, and the next step stops it. One of these
     // steps contains at least half of the change of force.
     const double ratio = figures.hand_force_step_max_n / landing.stop_force_n;
     EXPECT_GT(ratio, 0.5) << landing.name;
@@ -94,10 +94,10 @@ TEST(Landing, OfACubeOnItsFaceIsStoppedAsByARigidStop) {
 
 TEST(Landing, OfACubeMetBesideItsCentreTurnsAsFastAsARigidStopTurnsIt) {
   const TouchObject& cube = landed_cube();
-  // Only the edge next to x = −8 mm is hit. The rotation is fastest for the lever arm r = a/√6.
+  // Only the edge next to x = −8 mm hits. The rotation is fastest for the lever arm r = a/√6.
   const double lever_m = 0.008, gyration_m = kEdge_m / std::sqrt(6.0);
   TouchSettings settings;
-  settings.coupling.stiffness_n_per_m = 1e-6;  // so small that the tool is practically free
+  settings.coupling.stiffness_n_per_m = 1e-6;  // practically free
   settings.coupling.stiffness_n_m_per_rad = 0;
   RigidState start{{{2 * lever_m, 0, kEdge_m + 1e-3}, Quat::Identity()}, {{0, 0, -0.06}, Vec3::Zero()}};
   const TouchTrace trace = run_touch(
@@ -114,7 +114,7 @@ TEST(Landing, OfACubeMetBesideItsCentreTurnsAsFastAsARigidStopTurnsIt) {
   EXPECT_GT(fastest_rad_per_s, 0.5 * 0.06 / (2 * gyration_m));
 }
 
-// Friction at a vertex acts as a soft spring. It returns only the energy that it stored.
+// Friction at a vertex acts as a soft spring. Fails if it returns more energy than it stored.
 TEST(Landing, OfACornerThatFrictionHoldsMakesNothing) {
   const TouchObject& cube = landed_cube();
   TouchSettings settings;
@@ -164,8 +164,8 @@ TEST(Drop, OfAConeIsOnAFaceWhereItsBaseIs) {
   EXPECT_LT(all.back().rest_s, 0.1);
 }
 
-// A plate of one triangle. Its longest side passes through the middle of its bounding box, and the plate rolls over the
-// rim there.
+// A plate of one triangle, whose longest side passes through the tool's origin at first. The plate then tips over this
+// side and is not on a face. After the shift, the origin is above the triangle.
 TEST(Drop, OfAPlateIsOnAFaceWhereItsMiddleIsAboveIt) {
   geometry::TriangleMesh plate;
   plate.vertices = {{-0.02, -0.02, 0}, {0.02, 0.02, 0}, {-0.02, 0.02, 0}};

@@ -1,5 +1,5 @@
-// The meshes of the benchmarks have their documented properties: the counts are those of the thesis, and the meshes are
-// closed.
+// Tests that the meshes of the benchmarks have their documented properties: the counts are those of the source thesis,
+// and the meshes are closed.
 #include "lab/studies/contact/mesh_generators.hpp"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 namespace tandem::lab {
 namespace {
 
-/// Returns whether every edge is used by exactly one triangle in each direction.
+/// Returns whether each edge is used by exactly one triangle in each direction.
 bool is_closed(const geometry::TriangleMesh& mesh) {
   std::map<std::pair<int, int>, int> uses;
   for (const auto& [a, b, c] : mesh.triangles) {
@@ -58,7 +58,7 @@ TEST(MeshGenerators, ThePegLeavesTheStatedClearanceHoweverItIsTurned) {
     const geometry::TriangleMesh box = make_box_with_hole(clearance_m);
     double peg_radius = 0;
     for (const Vec3& p : peg.vertices) peg_radius = std::max(peg_radius, p.head<2>().norm());
-    // Smallest distance of the walls of the hole from the axis. It occurs at the midpoints of the sides.
+    // Smallest distance of the hole's wall from the axis, at the midpoints of the sides.
     double hole_radius = 1;
     for (int i = 0; i < 40; ++i) {
       const Vec3 &p = box.vertices[static_cast<std::size_t>(i)],

@@ -29,7 +29,7 @@ TEST(ProxyBench, HandStaysFiveMillimetresBehindASphereAtItsSpeed) {
   const std::vector<Vec3> hand = wandering_hand(make_sphere(0.03, 4), 3000);
   for (std::size_t i = 1; i < hand.size(); ++i) {
     EXPECT_LE((hand[i] - hand[i - 1]).norm(), 2e-4 + 1e-12);
-    // The hand follows the closest point to a point on an ellipsoid, which is not an exact projection. In addition, the
+    // The hand follows the closest point to a point on an ellipsoid, which is not an exact projection. Moreover, the
     // chords of the triangulated sphere lie 0.1 mm inside.
     if (i > 500) {
       EXPECT_NEAR(hand[i].norm(), 0.025, 5e-4) << i;
@@ -47,8 +47,8 @@ TEST(ProxyBench, TellsAProxyFromAClosestPointLoop) {
   EXPECT_LE(figures.max_penetration_m, haptics::GodObject::kTolerance_m);
   EXPECT_EQ(figures.pop_throughs, 0U);
   const ProxyFigures plain = figures_of({run_closest_point(tree, 1e-3, hand, clock)}, mesh, 1e-3);
-  // The ball is placed at the closest point, so it is outside the cube. But it jumps through the cube from one side to
-  // the other.
+  // The ball is at the closest point and thus outside the cube. However, it jumps through the cube from one side to the
+  // opposite one.
   EXPECT_LE(plain.max_penetration_m, 1e-12);
   EXPECT_GT(plain.pop_throughs, 0U);
   EXPECT_GT(depth_of(hand, tree), 4e-3);
@@ -71,7 +71,7 @@ TEST(ProxyBench, LagIsZeroBehindAHandAtRestAndNotBehindOneThatJumps) {
   const ProxyLag still = lag_of(mesh, {}, hand);
   EXPECT_LT(still.p50_m, 1e-6);
   EXPECT_LT(still.held_back_share, 0.1);
-  // The hand changes sides in every tick. Therefore the proxy is often still in motion at the end of a tick.
+  // The hand changes sides in every tick, so that the proxy is often still moving at the end of a tick.
   for (std::size_t i = 1; i < hand.size(); ++i) hand[i] = Vec3(i % 2 == 0 ? 0.02 : -0.02, 0, 0.015);
   const ProxyLag jumping = lag_of(mesh, {}, hand);
   EXPECT_GT(jumping.p99_m, 1e-3);

@@ -28,7 +28,7 @@ TEST(Quantiles, AreOrderStatisticsOfTheSamples) {
 
 TEST(ExactOverlap, OfTwoCubesFaceOnFaceIsWhatOneWasMoved) {
   const ExactSurface cube(make_cube(0.05));
-  // The cube is rotated slightly, so that vertices of one cube lie inside the face of the other.
+  // The cube is rotated slightly, so that vertices of one cube lie inside a face of the other cube.
   const Quat turned(Eigen::AngleAxisd(0.3, Vec3::UnitZ()));
   for (const double depth_m : {1e-4, 7e-4, 2.5e-3}) {
     EXPECT_NEAR(deepest_overlap_m(cube, {Vec3(0, 0, 0.05 - depth_m), turned}, cube, Pose{}), depth_m, 1e-12);
@@ -46,7 +46,7 @@ TEST(ExactOverlap, SeesCrossedEdgesWhereNoCornerIsInside) {
   const Pose X_WA{Vec3(0, 0, 2 * diagonal_m - overlap_m), above};
   const double deepest = deepest_overlap_m(cube, X_WA, cube, {Vec3::Zero(), below});
   // The edge is `overlap_m` below the edge of the other cube, whose faces slope by 45°. The depth is largest directly
-  // below that edge. Edge samples are 0.05 mm apart, so the depth found may be smaller by the slope over half this
+  // below that edge. Edge samples are 0.05 mm apart. The depth found may be smaller by the slope times half this
   // distance.
   EXPECT_LE(deepest, overlap_m * std::sqrt(0.5) + 1e-12);
   EXPECT_GE(deepest, (overlap_m - 2.5e-5) * std::sqrt(0.5));
@@ -78,7 +78,7 @@ std::uint64_t events_of_fall(double thickness_m, double to_z_m, double per_step_
 }
 
 TEST(PopThrough, CountsASphereThatFallsThroughAThinWallHoweverFast) {
-  // With steps of 40 mm, the sphere jumps over the whole wall between two steps.
+  // In steps of 40 mm, the sphere jumps over the whole wall within one step.
   for (const double per_step_m : {1e-4, 1e-3, 4e-2}) {
     EXPECT_EQ(events_of_fall(2e-3, -0.06, per_step_m), 1U) << per_step_m;
     EXPECT_EQ(events_of_fall(1e-2, -0.06, per_step_m), 1U) << per_step_m;
@@ -86,9 +86,10 @@ TEST(PopThrough, CountsASphereThatFallsThroughAThinWallHoweverFast) {
 }
 
 TEST(PopThrough, IsNotCountedForATouchWithinItsBounds) {
-  // The sphere falls to a depth of 0.4 mm in a wall of 2 mm.
+  // The sphere falls to a depth of 0.4 mm in a wall of 2 mm, which is permitted.
   EXPECT_EQ(events_of_fall(2e-3, 0.01 + 1e-3 - 4e-4, 1e-4), 0U);
-  // The sphere falls to a depth of 2.5 mm in a thick wall. That is too deep, although it is still on the side of entry.
+  // The sphere falls to a depth of 2.5 mm in a thick wall. That is too deep, although the sphere is still on the side
+  // of entry.
   EXPECT_EQ(events_of_fall(2e-2, 0.01 + 1e-2 - 2.5e-3, 1e-4), 1U);
 }
 
@@ -123,7 +124,7 @@ TEST(PopThrough, OfWhatIsBesideASolidCountsToo) {
   const ExactSurface body(make_cube(0.05), 0, shelf), sphere(make_sphere(0.01, 3));
   EXPECT_NEAR(body.distance_m(Vec3(0.06, 0, 0.048), 0.1), 0.0015, 1e-9);
   EXPECT_NEAR(body.distance_m(Vec3(0, 0, 0.026), 0.1), 0.001, 1e-9) << "and the solid as before";
-  // The sphere falls on the middle of the shelf, touches it before it touches the cube, and passes through.
+  // The sphere falls on the middle of the shelf. It touches the shelf before the cube, and passes through.
   TouchTrace trace;
   for (double z = 0.08; z > 0.0505 + 0.01 - 2e-4; z -= 1e-4) trace.emplace_back().X_WT.p = Vec3(0, 0, z);
   const TouchFigures touch = figures_of({trace}, sphere, body);
@@ -156,7 +157,7 @@ TEST(TouchPath, BeginsApartTouchesWhereSaidAndIsTheSameTwice) {
   EXPECT_EQ(deepest_overlap_m(sphere, path.pose_at(Duration{0}), cube, Pose{}), 0);
   EXPECT_NEAR(corner_gap_m(sphere, path.pose_at(Duration{0}), cube, Pose{}), plan.approach_m, 1e-4);
   const Pose at_slide = path.pose_at(begin_of_phase(path, "slide"));
-  // The sphere touches the top of the cube at 45 mm. The phase "press" continues from there.
+  // The sphere touches the top of the cube at 45 mm, where the phase "press" begins.
   EXPECT_NEAR(at_slide.p.z(), 0.045 - plan.press_m, 1e-4);
   const devices::HandPath again = touch_path(sphere, cube, plan);
   ASSERT_EQ(again.length(), path.length());

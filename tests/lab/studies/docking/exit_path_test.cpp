@@ -1,4 +1,4 @@
-// Exit paths of pairs of molecules whose walls are known.
+// Tests exit paths of pairs of molecules whose walls are known.
 #include "lab/studies/docking/exit_path.hpp"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ docking::Molecule shell(double open_above) {
   return made;
 }
 
-/// Returns a molecule of two atoms, so that the search must also try rotations.
+/// Returns a molecule of two atoms, for which the search must also try rotations.
 docking::Molecule dumb_bell() {
   docking::Molecule made;
   add_atom(made, Vec3(0, 0, 0.7));
@@ -53,7 +53,7 @@ TEST(ExitPath, LeadsOutOfABowlThroughBoundedEnergiesInSmallSteps) {
     ASSERT_GE(way_out_angstrom(way), kExitDistance_angstrom) << "seed " << seed;
     EXPECT_EQ(way.front().p, Vec3::Zero());
     for (std::size_t i = 0; i < way.size(); ++i) {
-      // The margin of 0.01 is needed because the kernel of the search computes in single precision.
+      // Margin of 0.01 kcal/mol, because the kernel of the search computes in single precision.
       ASSERT_LE(energy_kcal_per_mol(bowl, ligand, way[i]), kExitBound_kcal_per_mol + 0.01) << seed << ", pose " << i;
       if (i == 0) continue;
       EXPECT_LE((way[i].p - way[i - 1].p).norm(), kExitStep_angstrom + 0.4 + 1e-9);

@@ -1,4 +1,4 @@
-// Tests constructed parts, some of which form a complex and some of which do not.
+// Tests the check for a complex with constructed parts, some of which form a complex and some of which do not.
 #include "lab/studies/docking/parts_as_read.hpp"
 
 #include <gtest/gtest.h>
@@ -83,8 +83,8 @@ TEST(PartsAsRead, NearestAtomsAreHeavyAndFoundAmongAll) {
 }
 
 TEST(PartsAsRead, StrongestRepulsionNamesTheResiduesWithTheirEnergy) {
-  // At r = σ (1 / 2)^(1/6) two equal atoms have the energy 4 ε (4 − 2) = 8 ε = 3.2 kJ/mol, which is 0.76 kcal/mol. The
-  // sum of the energies over the atoms of either molecule is this value.
+  // Two equal atoms at r = σ (1 / 2)^(1/6) have the energy 4 ε (4 − 2) = 8 ε = 3.2 kJ/mol, i.e. 0.76 kcal/mol. It is
+  // the sum over the atoms of either molecule.
   const docking::Molecule a = part("CB", "C", "ALA", "A"), b = part("CB", "C", "LEU", "B");
   const double r = 3.4 * std::pow(0.5, 1.0 / 6);
   const std::string text = strongest_repulsion_text(a, b, {Vec3(r, 0, 0), Quat::Identity()});

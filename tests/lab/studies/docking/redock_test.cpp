@@ -1,5 +1,5 @@
-// Two hands reassemble the complex of a real pair. Also tests claims about results with known values, and pairs that
-// form no complex.
+// Tests that two hands reassemble the complex of a real pair. Claims are tested on results with known values, and the
+// refusal on pairs that form no complex.
 #include "lab/studies/docking/redock.hpp"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ TEST(Redock, HandsBringAHelixHomeAndTheFieldTakesItIn) {
     EXPECT_LE(row.at("settled_rmsd_angstrom").to_number<double>(), kDocked_angstrom);
     EXPECT_TRUE(row.at("docked").get_bool());
     EXPECT_EQ(row.at("end").as_string(), "docked");
-    // The end pose is also compared with the native pose, which is 0.5 Å from the minimum.
+    // The minimum is 0.5 Å from the native pose, so the end pose must be near the native pose too.
     EXPECT_LE(row.at("settled_rmsd_to_native_angstrom").to_number<double>(), 1);
     EXPECT_LE(row.at("settled_interface_rmsd_angstrom").to_number<double>(), 0.5);
     EXPECT_GE(row.at("settled_native_contact_share").to_number<double>(), 0.9);

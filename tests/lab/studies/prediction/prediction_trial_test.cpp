@@ -44,18 +44,18 @@ TEST(PredictionTrial, ADelayIsAnAge) {
   constexpr Duration kLate = std::chrono::milliseconds(10);
   EXPECT_NEAR(predict_series(ramp, hold, kPeriod, kLate).force.mean, 3e-3 * 12, 1e-4);
   haptics::ForceStream linear(haptics::force_stream_settings("linear"));
-  // The prediction is exact except at the first sample, when no line can be fitted yet.
+  // The prediction is exact except at the first sample, because a line needs two samples.
   EXPECT_LT(predict_series(ramp, linear, kPeriod, kLate).force.mean, 3e-3 * 12 / 50);
 }
 
 TEST(PredictionTrial, WhatChangedBetweenTwoSentSamplesIsSentWithTheNext) {
-  // If a contact change is flagged, a step of eight times the noise resets the predictor, because the threshold is then
-  // 5 times the noise. Otherwise the threshold is 12 times.
+  // The predictor is reset by a step of 12 times the noise. After a flagged contact change, 5 times suffices. The step
+  // here is eight times the noise, so only a flag can cause a reset.
   Random random(5);
   ForceSeries series = series_of(1, [&](double t) { return 0.1 * random.normal() + (t < 0.502 ? 0 : 0.8); });
   haptics::ForceStream plain, flagged;
   const std::uint64_t before = predict_series(series, plain).stream.resets;
-  // The change occurs between the samples of 500 and 505 ms, which are sent.
+  // The change occurs between the sent samples of 500 and 505 ms.
   series.samples[502].has_contact_changed = true;
   EXPECT_EQ(predict_series(series, flagged).stream.resets, before + 1);
 }

@@ -7,7 +7,7 @@ namespace tandem::lab {
 namespace {
 
 TEST(ReproducePrediction, TheDefaultIsNeverWorseThanHoldAndLinearAndBeatsLinearOnChatter) {
-  // The clock does not advance, because a test does not measure the time of a fit.
+  // The virtual clock does not advance: a test must not depend on the duration of a fit.
   expect_claims(reproduce_prediction(VirtualClock{}));
 }
 

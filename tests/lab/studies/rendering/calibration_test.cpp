@@ -1,4 +1,5 @@
-// The calibration recovers known values and satisfies its own criteria. Its output file is an ordinary device profile.
+// Tests that the calibration recovers known values and satisfies its own criteria, and that its output file is a valid
+// device profile.
 #include "lab/studies/rendering/calibration.hpp"
 
 #include <gtest/gtest.h>
@@ -27,8 +28,8 @@ TEST(PolynomialFit, RecoversACubicThroughItsOwnPoints) {
 }
 
 TEST(PolynomialFit, ALineWithScatterIsALine) {
-  // The points lie on the thesis's line, with errors of ±2 % of alternating sign. A parabola or a cubic fits the points
-  // better, but predicts left-out points worse.
+  // The points lie on the published line, with errors of ±2 % of alternating sign. A parabola or a cubic fits the
+  // points better, but predicts left-out points worse.
   const std::vector<double> x{0.05, 0.075, 0.1, 0.125, 0.15, 0.175, 0.2};
   std::vector<double> y;
   for (std::size_t i = 0; i < x.size(); ++i) y.push_back((116.53 * x[i] + 16.21) * (i % 2 == 0 ? 1.02 : 0.98));
@@ -84,7 +85,7 @@ TEST(CouplingTrial, TheSpectralRadiusTellsTheStiffnessLimitOfAHeldHandle) {
   const CouplingTrial trial(devices::find_device_profile("touch"), false, {});
   EXPECT_LT(trial.spectral_radius({100, 2}, 0.1), 1);
   EXPECT_GT(trial.spectral_radius({1e5, 2}, 0.1), 1);
-  // The margins make the criterion stricter: a coupling that is stable without them may be unstable with them.
+  // The margins make the criterion stricter: a coupling that is stable without margins may be unstable with them.
   CalibrationSettings bare;
   bare.gain_margin = 1;
   bare.delay_margin_periods = 0;
@@ -147,8 +148,8 @@ TEST(Calibration, StopsJustBelowAStiffnessThatWouldBreakARule) {
     EXPECT_LE(point.roughness, point.roughness_allowed);
     if (point.limited_by != "quiet") continue;
     ++quiet;
-    // The bisection ends within 3 % of the smallest stiffness that was too rough, with the damping used in that search.
-    // Just above this stiffness the roughness scatters by some 10 %.
+    // The bisection ends within 3 % of the smallest stiffness that was too rough at the damping of that search. Just
+    // above this stiffness, the roughness scatters by some 10 %.
     const double share = settings.stiffness_share_of_roughness;
     const auto roughness = [&](double factor) {
       return trial.roughness({factor * point.best.stiffness, std::sqrt(factor) * point.first_damping}, point.inertia);
@@ -199,8 +200,8 @@ TEST(Calibration, RotationIsCalibratedWhereThereIsTorque) {
   EXPECT_EQ(progress, 1);
   ASSERT_TRUE(calibration.rotation);
   // The device is so soft that its encoder does not limit the stiffness. Therefore a tool of 20 g, 8e-6 kg·m², gets the
-  // maximum. The tried damping values are 8 % apart; the one with the fastest settling in continuous time is chosen.
-  // Sampling shifts it by about k T.
+  // maximum. The tried damping values are 8 % apart; the one with the fastest settling in continuous time must be
+  // chosen. Sampling shifts it by about k T.
   const haptics::CouplingParameters most = devices::coupling_bounds(calibration.profile);
   ASSERT_EQ(calibration.rotation->points.size(), 1U);
   const CalibrationPoint& point = calibration.rotation->points.front();

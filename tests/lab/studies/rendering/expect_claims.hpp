@@ -1,4 +1,4 @@
-// Requirements for every reproduction: all its claims hold, and its output contains all of them.
+// Requirement for every reproduction: all its claims hold, and its output contains all of them.
 #pragma once
 
 #include <gtest/gtest.h>

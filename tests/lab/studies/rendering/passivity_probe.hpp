@@ -1,5 +1,5 @@
 // Measures the energy that a hand can extract from a coupling. It uses random hands, and drivers that choose their
-// direction such that they gain energy.
+// direction so as to gain energy.
 #pragma once
 
 #include <algorithm>
@@ -14,8 +14,8 @@
 
 namespace tandem::lab {
 
-/// Returns a path that starts at rest and continues through random waypoints within human reach, slightly rotated: into
-/// the plane, along it, and off it.
+/// Returns a path that starts at rest and continues through random waypoints within human reach, slightly rotated. The
+/// waypoints lead into the plane, along it, and off it.
 inline devices::HandPath random_path(std::uint64_t seed, double length_s) {
   Random random(seed, 1);
   std::vector<devices::WayPoint> points{{Duration(0), Pose{}, 0, ""}};
@@ -31,7 +31,8 @@ inline devices::HandPath random_path(std::uint64_t seed, double length_s) {
   return devices::HandPath(std::move(points));
 }
 
-/// Returns the smallest W over a run of a simulated hand.
+/// Returns the smallest work W of the hand over a run of a simulated hand. A negative value is energy that the hand has
+/// extracted.
 inline double least_work_j(const HandRigSettings& settings, std::uint64_t seed, double length_s) {
   HandRig rig(settings, random_path(seed, length_s));
   double least = 0;
@@ -39,7 +40,7 @@ inline double least_work_j(const HandRigSettings& settings, std::uint64_t seed, 
   return least;
 }
 
-/// Direction in which the driver moves the handle: into the plane and out, along the plane while it presses, or in
+/// Direction in which a driver moves the handle: into the plane and out, along the plane while pressing, or in
 /// rotation.
 enum class DriverWay : std::uint8_t { kDown, kAlong, kTurning };
 inline constexpr std::array kDriverWays{DriverWay::kDown, DriverWay::kAlong, DriverWay::kTurning};
@@ -54,23 +55,22 @@ struct DriverLimits {
   double speed_per_s = 0.1;
   double acceleration_per_s2 = 10;
   double decision_s = 0.05;  ///< minimum time between changes of direction
-  double rashness = 0.2;     ///< share of decisions that are random
+  double rashness = 0.2;     ///< fraction of decisions that are random
   double reach = 0.02;       ///< largest distance from the start
 };
 /// Limits of a human hand: a new direction every 50 ms, 10 m/s², 200 rad/s².
 inline DriverLimits human_limits(DriverWay way) {
   return way == DriverWay::kTurning ? DriverLimits{2, 200, 0.05, 0.2, 0.4} : DriverLimits{};
 }
-/// Limits of a driver that may choose a new direction in every tick to gain energy. It is faster than any hand, but
-/// within the assumptions of the passivity controller.
+/// Limits of a driver that may choose a new direction in every tick. It is faster than any hand, but within the
+/// assumptions of the passivity controller.
 inline DriverLimits tick_limits(DriverWay way) {
   return way == DriverWay::kTurning ? DriverLimits{1, 5000, 0.001, 0.2, 0.1}
                                     : DriverLimits{0.05, 100, 0.001, 0.2, 0.005};
 }
 
-/// Moves the handle along one coordinate. It moves with the force while the force exceeds its recent mean, so that it
-/// gains much energy. It moves against the force while the force is below the mean, so that it loses little. Some
-/// decisions are random.
+/// Moves the handle along one coordinate so as to gain energy. It moves with the force while the force exceeds its
+/// recent mean, and against the force while the force is below the mean. Some decisions are random.
 class Driver {
  public:
   Driver(const DriverLimits& limits, std::uint64_t seed, double period_s)
@@ -105,7 +105,7 @@ class Driver {
   double at_ = 0;
 };
 
-/// Presses the handle 3 mm beyond the plane within 0.2 s, and then rests for 0.2 s.
+/// Presses the handle 3 mm beyond the plane within 0.2 s, then rests for 0.2 s.
 inline HandRigTick pressed_down(HandRig& rig, const HandRigSettings& settings) {
   const double depth_m = 0.003 - settings.plane_z_m.value_or(0);
   const int steps = static_cast<int>(0.2 * settings.rate_hz);
@@ -115,12 +115,12 @@ inline HandRigTick pressed_down(HandRig& rig, const HandRigSettings& settings) {
   return tick;
 }
 
-/// Smallest W over a run of a driver.
+/// Smallest work W over a run of a driver.
 struct DrivenWork {
   double from_rest_j = 0;  ///< W counted from the first tick
-  double reported_j = 0;   ///< the same, computed from the reported positions
-  /// W counted from the start of the driver. Before a motion along the plane, the handle is pressed down. The stored
-  /// energy is then the minimum for that height, so that motion along the plane cannot extract it.
+  double reported_j = 0;   ///< from_rest_j computed from the reported positions
+  /// W counted from the start of the driver. For a motion along the plane, the handle is pressed down before. The
+  /// stored energy is then the minimum for that height, so that motion along the plane cannot extract it.
   double from_start_j = 0;
 };
 
@@ -151,8 +151,8 @@ inline DrivenWork least_driven_work(const HandRigSettings& settings, DriverWay w
   return least;
 }
 
-/// Returns the smallest W of a driver that exploits switching laws: four times it moves slowly in on the soft curve and
-/// out on the stiff one.
+/// Returns the smallest W of a driver that exploits switching laws: four times it moves slowly inwards on the soft
+/// curve and outwards on the stiff one.
 inline double least_stroke_work_j(const HandRigSettings& settings) {
   HandRig rig(settings, devices::named_hand_path("rest"));
   const double step_m = 0.05 / settings.rate_hz;

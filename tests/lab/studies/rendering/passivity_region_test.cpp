@@ -1,7 +1,7 @@
 // Tests the whole region in which laws are marked as passive: every shipped device profile, tools of 0.02 to 2 kg, and
 // three hands. The stiffness in translation and rotation ranges from soft to the largest that the device can display,
-// with three damping values. Positions are either exact or quantized by the encoder of the profile, from whose steps
-// the velocity is estimated. In both cases W refers to the true motion.
+// with three damping values. Positions are either exact or quantised by the profile's encoder, from whose steps the
+// velocity is estimated. In both cases, W is the work for the true motion.
 #include <gtest/gtest.h>
 
 #include <iostream>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kLength_s = 1;
 
-/// The smallest W of many runs, and the run in which it occurred.
+/// The smallest work W of many runs, and the run in which it occurred.
 class LeastWork {
  public:
   void add(double work_j, const std::string& run) {
@@ -37,8 +37,8 @@ class LeastWork {
   std::string run_ = "in no run below 0";
 };
 
-/// Calls `run(settings, device, seed)` for a law on every profile, stiffness and mass and with the given damping
-/// values. Each call has a seed of its own.
+/// Calls `run(settings, device, seed)` for a law on every profile, stiffness and mass, with the given damping values.
+/// Each call has a different seed.
 template <class Run>
 void for_region(std::string_view law, std::span<const double> dampings, std::uint64_t seed, const Run& run) {
   for (const devices::DeviceProfile& device : devices::load_device_profiles(devices::shipped_device_profiles())) {
@@ -54,8 +54,7 @@ void for_region(std::string_view law, std::span<const double> dampings, std::uin
   }
 }
 
-/// Applies to the two different passive laws. The adaptive law is not included, because at a given stiffness it equals
-/// the spring-damper.
+/// Applies to both passive laws. The adaptive law is omitted, because at a given stiffness it equals the spring-damper.
 template <class Run>
 void for_passive_laws(std::uint64_t seed, const Run& run) {
   for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
@@ -103,8 +102,8 @@ struct ControlledWork {
   LeastWork reported;  ///< least work, computed from the positions that the passivity controller received
 };
 
-/// Uses damping k T, the smallest that is ever required. The passivity controller does not distinguish directions, so
-/// its bound counts from rest.
+/// Uses damping k T, the smallest that a law may require. The passivity controller does not distinguish directions of
+/// motion, so its bound counts from rest.
 ControlledWork least_of_controlled_drivers(Encoder encoder) {
   ControlledWork least;
   const std::uint64_t seed = test::test_seed(1);
@@ -152,7 +151,7 @@ TEST(PassivityRegion, HoldsWithThePassivityControllerForDriversWhoTurnEveryTickW
 
 TEST(PassivityRegion, OfTheReportedPositionsIsWhatThePassivityControllerKeepsBehindTheEncoder) {
   // The energy balance of the controller uses the encoder's positions. A driver that changes direction in every tick
-  // gains slightly more, because its motion within a step is not observed. Therefore the work computed from the true
+  // gains slightly more, because motion within an encoder step is not observed. Therefore the work for the true
   // positions is printed but not tested.
   const ControlledWork least = least_of_controlled_drivers(Encoder::kOfProfile);
   least.real.print("with passivity controller, drivers that turn every tick, encoder, true positions");

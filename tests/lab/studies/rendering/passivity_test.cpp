@@ -1,6 +1,6 @@
-// A hand cannot extract energy from a law that is marked as passive. For the other laws, the test shows how much can be
-// extracted. W is the work of the hand since it began at rest, computed from the true displacements under the held
-// force.
+// Tests that a hand cannot extract energy from a law that is marked as passive. For the other laws, the test measures
+// how much can be extracted. W is the work of the hand since it began at rest, computed from the true displacements
+// under the held force.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -37,7 +37,7 @@ HandRigSettings stiffest_rig(std::string_view law, const devices::DeviceProfile&
   return settings;
 }
 
-/// Returns the smallest W of a simulated hand and of a driver in each direction, all as fast as a person.
+/// Returns the smallest W of a simulated hand and of a driver in each direction, all within human limits.
 double least_of_people_j(const HandRigSettings& settings, std::uint64_t seed) {
   double least_j = least_work_j(settings, seed, 1);
   for (const DriverWay way : kDriverWays) {
@@ -46,7 +46,7 @@ double least_of_people_j(const HandRigSettings& settings, std::uint64_t seed) {
   return least_j;
 }
 
-/// The device with the largest stiffness, and the device with the largest stiffness among those that display torque.
+/// The device with the largest stiffness, and the one with the largest stiffness among devices that display torque.
 constexpr std::array kDevices{"omega.6", "sigma.7"};
 
 TEST(Passivity, OfPassiveLawsHoldsForHandsOnTheStiffestDevices) {
@@ -62,8 +62,8 @@ TEST(Passivity, OfPassiveLawsHoldsForHandsOnTheStiffestDevices) {
 }
 
 TEST(Passivity, OfPassiveLawsHoldsForHandsBehindTheEncoder) {
-  // The law uses the encoder's position and W the true position of the hand, so W includes the effect of the encoder
-  // steps.
+  // The law uses the encoder's position, but W uses the true position of the hand. Therefore W includes the effect of
+  // the encoder steps.
   const std::uint64_t seed = test::test_seed(kUsualSeed);
   for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
     if (!law.is_passive) continue;
@@ -104,14 +104,14 @@ TEST(Passivity, IsLostBySwitchingAndByDirectRendering) {
     const double by_driver_j = least_driven_j(settings, human_limits(DriverWay::kDown), seed);
     std::cout << law.name << " gave " << -1e3 * by_strokes_j << " mJ in 2.4 s of strokes, " << -1e3 * by_driver_j
               << " mJ to a driver in 2 s\n";
-    // The bound is a hundred times the tolerance for a passive law.
+    // A hundred times the tolerance for a passive law.
     EXPECT_LT(std::min(by_strokes_j, by_driver_j), -100 * kMaxCreated_j) << law.name << ", seed " << seed;
   }
 }
 
 TEST(Passivity, OfPassiveLawsIsLostToADriverThatTurnsEveryTickWithoutAPassivityController) {
-  // This is the purpose of the passivity controller: if a hand changes direction as often as the force is updated, no
-  // damping suffices.
+  // Without the passivity controller, a hand that changes direction as often as the force is updated can always extract
+  // energy; no damping suffices.
   HandRigSettings settings = light_rig("spring-damper");
   settings.coupling.stiffness_n_per_m = 5000;
   settings.coupling.damping_n_s_per_m = 5;

@@ -1,4 +1,4 @@
-// The two comparisons of laws that take several seconds.
+// Tests the two comparisons of laws that take several seconds.
 #include <gtest/gtest.h>
 
 #include "lab/studies/rendering/reproduce_laws.hpp"

@@ -1,4 +1,4 @@
-// The claims of the comparisons of laws hold, and the functions that they use are correct.
+// Tests that the claims of the comparisons of laws hold, and that the functions that they use are correct.
 #include "lab/studies/rendering/reproduce_laws.hpp"
 
 #include <gtest/gtest.h>
@@ -58,8 +58,8 @@ TEST(HighPass, KeepsVibrationAndDropsTremor) {
     vibration.push_back(std::sin(2 * std::numbers::pi * 120 * i / 1000.0));
   }
   const auto settled = [](const std::vector<double>& samples) { return rms(std::span(samples).subspan(1000)); };
-  // The filter reduces 0.707 to (9/30)^8 = 6.6e-5 of its value, and slightly more because the corner frequency is
-  // prewarped.
+  // The filter reduces the amplitude 0.707 by the factor (9/30)^8 = 6.6e-5, and slightly more because the corner
+  // frequency is prewarped.
   EXPECT_LT(settled(high_passed(tremor, 1000, 30)), 5e-5);
   EXPECT_NEAR(settled(high_passed(vibration, 1000, 30)), std::sqrt(0.5), 1e-3);
 }
@@ -69,7 +69,7 @@ TEST(HandRig, PressesWithWhatTheHandsSpringIsStretchedBy) {
   exact.encoder_step_m = exact.tremor_rms_n = 0;
   exact.recorded_s = 1;
   for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
-    // The literal law has no equilibrium there, because it jumps at every reversal of the hand. Switching laws can rest
+    // The literal law has no equilibrium here, because it jumps at every reversal of the hand. Switching laws can rest
     // on either of their curves.
     if (law.name == "stable-dynamic-literal") continue;
     const SteadyPress press = press_steadily(law.name, 1, exact);
