@@ -1,4 +1,4 @@
-// The field in double precision over all pairs, for energies, reports and checks.
+// The field in double precision, summed over all pairs of atoms, for energies, reports and tests.
 #pragma once
 
 #include <functional>
@@ -14,15 +14,15 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 /// Optional results of exact_field(). A null pointer means that the result is not computed.
 struct ExactDetails {
-  std::vector<Vec3>* forces_on_a = nullptr;  ///< force on each atom of A, kJ/mol/Å, in A's frame
+  std::vector<Vec3>* forces_on_a = nullptr;  ///< force on each atom of A [kJ/mol/Å], in A's frame
   std::vector<Vec3>* forces_on_b = nullptr;
   /// Derivative ∂(force, torque on B)/∂(displacement [Å], rotation vector [rad] of B about its origin), in A's frame.
   Matrix6* gradient = nullptr;
-  /// Lennard-Jones and Coulomb energy of the pairs of each atom [kJ/mol]. The sum over either molecule is the total
-  /// energy.
+  /// Lennard-Jones and Coulomb energy of each atom, summed over its pairs [kJ/mol]. The sum over either molecule is the
+  /// total energy.
   std::vector<Eigen::Vector2d>* energies_of_a = nullptr;
   std::vector<Eigen::Vector2d>* energies_of_b = nullptr;
-  /// Called after each 1e7 pairs, about 0.4 s, with the completed fraction, and with 1 at the end. May be empty.
+  /// Called with the completed fraction after each 1e7 pairs (about 0.4 s), and with 1 at the end. May be empty.
   std::function<void(double done)> progress = {};
 };
 
