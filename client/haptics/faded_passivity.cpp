@@ -6,7 +6,7 @@
 namespace tandem::client {
 namespace {
 
-/// Time in which the controller fades in or out.
+/// Duration of fading the controller in or out.
 constexpr double kFade_s = 0.3;
 
 }  // namespace
