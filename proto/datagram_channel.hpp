@@ -152,8 +152,8 @@ class DatagramChannel {
   }
   /// Performs steps 3 to 8 of sending.
   ///
-  /// append(update, bytes)    appends the encoded update with its time stamps to `bytes`
-  ///         append(update, bytes)    appends the encoded update, including its time stamps, to `bytes`
+  /// In      is_blocked               true if the byte stream still has bytes to send
+  ///         append(update, bytes)    appends the encoded update with its time stamps to `bytes`
   ///         deliver(datagram)        sends the datagram; returns false if that is not possible now
   template <class Update, class Append, class Deliver>
   void send(Update& update, LocalTime now, bool is_blocked, const Append& append, const Deliver& deliver) {

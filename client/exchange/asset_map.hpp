@@ -13,10 +13,10 @@ namespace tandem::client {
 /// Available assets by content hash.
 using AssetMap = std::map<proto::Sha256, std::shared_ptr<const proto::Bytes>>;
 
-/// Looks up the asset of a hash.
+/// Looks up an asset by its hash.
+///
 /// In      hash  32 bytes, as received in a message
 /// Out     null if the hash is malformed or the asset is not available
-/// Out     null: malformed hash, or not available
 const proto::Bytes* find_asset(const AssetMap& assets, const std::string& hash);
 
 }  // namespace tandem::client
