@@ -1,4 +1,4 @@
-// Target of the hand of the device "mouse". It is set with the mouse in a window, or by the commands of a script.
+// Target pose for the hand of the device "mouse", set by a window with the mouse, or by the commands of a script.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace tandem::devices {
 
-/// Maximum distance of the hand from the origin of the device's base frame; a target beyond it is moved to this
+/// Maximum distance of the hand from the origin of the device's base frame [m]. A target beyond it is moved to this
 /// distance.
 inline constexpr double kPointerReach_m = 0.5;
 

@@ -1,4 +1,4 @@
-// Kinematics of the Falcon: position of the grip from the angles of three motors, and motor torques for a force.
+// Kinematics of the Falcon: position of the grip from the three motor angles, and motor torques for a force.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,8 +15,8 @@ using FalconCounts = Eigen::Matrix<int, 3, 1>;  ///< counts of the three encoder
 ///         drives a drum of 110 mm; the angle is 35° at count 0
 Vec3 falcon_angles(const FalconCounts& encoders);
 
-/// Returns θ1 of each leg [rad] for a position p of the grip [m] in the device's frame: x right, y up, z towards the
-/// user.
+/// Returns the angle θ1 of each leg [rad] for a position p of the grip [m] in the device's frame: x right, y up, z
+/// towards the user.
 ///
 /// Model   Delta robot. In the frame of a leg, which is rotated by φ about z and shifted to its motor, the grip is at
 ///         P. The angle of the parallelogram is θ3 = acos((Py + f)/b). With t = tan(θ1/2), the kinematic loop of the
@@ -39,8 +39,8 @@ std::optional<Vec3> falcon_forward(const Vec3& angles_rad, const Vec3& start_m =
 /// Fails   returns nothing: p is out of reach, or near a singularity of the mechanism
 std::optional<Vec3> falcon_torques(const Vec3& p_m, const Vec3& force_on_hand_n);
 
-/// Returns the motor commands −counts_per_n_m · τ. If one exceeds ±4095, all three are scaled down together, so that
-/// the direction is preserved and no number overflows. Non-finite input gives zero.
+/// Returns the motor commands −counts_per_n_m · τ. If a command exceeds ±4095, all three are scaled down together, so
+/// that the direction is kept and no number overflows. Input that is not finite gives zero.
 FalconCounts falcon_motor_counts(const Vec3& torques_n_m, double counts_per_n_m);
 
 }  // namespace tandem::devices
