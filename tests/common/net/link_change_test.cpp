@@ -1,4 +1,5 @@
-// The parameters of a simulated link change while packets are in transit.
+// Changes the parameters of a simulated link while packets are in transit. Detects lost, duplicated or reordered
+// packets.
 #include <gtest/gtest.h>
 
 #include "common/net/link.hpp"
