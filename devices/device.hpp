@@ -67,7 +67,7 @@ struct DeviceSample {
   bool is_valid = false;    ///< true only if the device is ready; if false, the fields below must not be used
   Pose X_DH;
   Twist V_DH;
-  std::uint32_t buttons = 0;  ///< bits of Button
+  std::uint32_t buttons = 0;  ///< pressed buttons, as bits of Button
   /// time along the path of a simulated or recorded hand, negative before the path's start; 0 for other devices
   Duration path_time{0};
 };

@@ -35,7 +35,7 @@ struct DeviceProfile {
   SourcedLimit rotation_step_rad;
   double rate_hz = 1000;                         ///< rate of the haptic loop with this device [Hz]
   std::optional<haptics::AdaptiveFit> adaptive;  ///< result of a calibration; empty: not calibrated
-  std::string adaptive_source;                   ///< e.g. "tandem-lab calibrate --device omega.6"
+  std::string adaptive_source;  ///< how the calibration was made, e.g. "tandem-lab calibrate --device omega.6"
 
   /// Returns whether the device can display torque.
   bool has_torque() const { return spec.has_torque(); }

@@ -14,10 +14,10 @@ inline constexpr double kPointerReach_m = 0.5;
 
 struct PointerTarget {
   Pose X_DH;                  ///< pose of the hand in the device base frame
-  std::uint32_t buttons = 0;  ///< bits of Button
+  std::uint32_t buttons = 0;  ///< pressed buttons, as bits of Button
 };
 
-/// Mailbox for the newest target.
+/// Mailbox in which the newest target replaces older ones.
 /// Thread  the main thread writes, the haptic thread reads
 using Pointer = realtime::Mailbox<PointerTarget>;
 

@@ -51,7 +51,7 @@ inline constexpr std::size_t kPathBytes = 8;
 
 struct DatagramHeader {
   DatagramType type = DatagramType::kClientUpdate;
-  std::uint8_t epoch = 0;  ///< 0..kMaxEpoch
+  std::uint8_t epoch = 0;  ///< number of the encryption key, 0..kMaxEpoch
   ConnectionId connection;
   std::uint64_t sequence = 0;
 };

@@ -10,7 +10,7 @@ namespace tandem::proto {
 
 enum class DropReason : std::uint8_t {
   kNone = 0,
-  kTooShort,           ///< shorter than a header
+  kTooShort,           ///< shorter than the header of a datagram
   kTooLong,            ///< longer than kMaxDatagramBytes
   kVersion,            ///< a different protocol version
   kType,               ///< a type that this end does not receive
@@ -23,7 +23,7 @@ enum class DropReason : std::uint8_t {
   kNotFinite,          ///< a number is NaN, infinite or out of range, or time stamps are in the wrong order
   kOverwritten,        ///< replaced by a newer state before it was sent or read
   kSendFailed,         ///< the socket did not accept the datagram
-  kSimulatedLoss,      ///< lost by the simulated link
+  kSimulatedLoss,      ///< dropped by the simulated link
   kNotAllowed,         ///< input from an observer, or a datagram from an address that is not the user's
   kCount,
 };
@@ -31,7 +31,7 @@ enum class DropReason : std::uint8_t {
 /// Returns the name used in logs, JSON and metrics: "too_short", …
 std::string_view name_of(DropReason reason);
 
-/// One counter for each reason.
+/// Counts drops, with one counter for each reason.
 class DropCounters {
  public:
   void add(DropReason reason, std::uint64_t n = 1) { counts_[static_cast<std::size_t>(reason)] += n; }

@@ -33,7 +33,7 @@ std::optional<wire::TokenClaims> peek_token(std::span<const std::byte> token);
 
 /// Invitation to a room: the server's address and key, and a join token.
 struct Invitation {
-  std::string server;  ///< "ADDRESS:PORT"
+  std::string server;  ///< address of the server, "ADDRESS:PORT"
   secure::KeyId key{};
   Bytes token;
 };

@@ -16,7 +16,7 @@ inline constexpr int kMaxShapes = 256;
 
 /// Range of one numeric field of scene.proto.
 struct SceneRange {
-  std::string_view field;  ///< "Message.field"
+  std::string_view field;  ///< name of the field in the form "Message.field"
   std::string_view unit;   ///< "" for a number without unit
   double low, high;        ///< inclusive limits; both are finite
   /// default of an absent field; empty: the field is required, or its default depends on other fields

@@ -56,8 +56,8 @@ struct ClientUpdate {
   Tick input_tick;
   RigidState handle;          ///< pose and velocity X_WH, V_WH after workspace mapping and clutch
   bool handle_valid = false;  ///< false: the device cannot measure the hand's pose
-  std::uint32_t buttons = 0;  ///< bits of Button (common/base/buttons.hpp)
-  LocalTime sent{};           ///< time stamp t1
+  std::uint32_t buttons = 0;  ///< pressed buttons, as bits of Button (common/base/buttons.hpp)
+  LocalTime sent{};           ///< time of sending on the client's clock; time stamp t1 of the clock exchange
   Step acknowledged_step;
   ServerTime acknowledged_sent{};
   Duration acknowledged_held{0};

@@ -10,7 +10,7 @@
 
 namespace tandem::client {
 
-/// Available assets by content hash.
+/// The available assets, indexed by the hash of their content.
 using AssetMap = std::map<proto::Sha256, std::shared_ptr<const proto::Bytes>>;
 
 /// Looks up an asset by its hash.

@@ -25,7 +25,7 @@ struct ReceivedUpdate {
 /// Start of this user's simulated or recorded hand along its path.
 struct HandStart {
   enum class Kind : std::uint8_t { kAtOnce, kAwaited, kAt };
-  /// KAtOnce: at the first tick; kAwaited: unknown, the room waits for other users; kAt: at time `at`
+  /// kAtOnce: at the first tick; kAwaited: unknown, the room waits for other users; kAt: at time `at`
   Kind kind = Kind::kAtOnce;
   ServerTime at{};  ///< start time if kind is kAt
 };
@@ -37,7 +37,7 @@ struct HapticScene {
   /// The scene's force may be displayed; false: zero force, e.g. because the coupling would be unstable on this device
   bool may_display = false;
   WorkspaceMapping workspace;
-  std::size_t law = 0;  ///< index into coupling_laws()
+  std::size_t law = 0;  ///< index into haptics::coupling_laws()
   /// Target coefficients of the coupling of this user's tool; changes are ramped (CouplingRamp)
   haptics::CouplingParameters coupling;
   std::uint32_t tool = 0;  ///< index of this user's tool in the scene
@@ -56,9 +56,11 @@ struct HapticScene {
 };
 
 struct ClientMailboxes {
-  realtime::Mailbox<proto::ClientUpdate> outbox;  ///< haptic writes, io reads
-  realtime::Mailbox<ReceivedUpdate> inbox;        ///< io writes, haptic reads
-  realtime::Mailbox<HapticScene> scene;           ///< io writes, haptic reads
+  /// Newest client update: written by the haptic thread, read by the io thread
+  realtime::Mailbox<proto::ClientUpdate> outbox;
+  /// Newest server update: written by the io thread, read by the haptic thread
+  realtime::Mailbox<ReceivedUpdate> inbox;
+  realtime::Mailbox<HapticScene> scene;  ///< newest scene: written by the io thread, read by the haptic thread
 };
 
 }  // namespace tandem::client

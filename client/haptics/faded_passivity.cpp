@@ -1,4 +1,3 @@
-// See faded_passivity.hpp.
 #include "client/haptics/faded_passivity.hpp"
 
 #include <algorithm>

@@ -19,12 +19,12 @@ class FadedPassivity {
   /// In      keeps_account  true: updates the energy account even if the controller has never been on
   FadedPassivity(bool is_on, bool keeps_account) noexcept;
 
-  /// Switches the controller from the next apply() on.
+  /// Switches the controller on or off, effective from the next apply() on.
   /// Thread  any
   void switch_to(bool is_on) noexcept { is_on_.store(is_on, std::memory_order_relaxed); }
 
   /// Adds the energies reported in a received state. Must be called once for each state.
-  /// In      has_model  as in HandPassivityController::world_reported()
+  /// In      has_model  see HandPassivityController::world_reported()
   void receive(const ReceivedUpdate& received, bool has_model) noexcept;
   /// Returns the wrench that may be displayed until the next tick.
   /// In      X_WH                 pose of the hand without clutch; null if it is unknown or the scene is unusable

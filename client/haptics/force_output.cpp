@@ -1,4 +1,3 @@
-// See force_output.hpp.
 #include "client/haptics/force_output.hpp"
 
 #include <algorithm>

@@ -1,4 +1,3 @@
-// See hand_input.hpp.
 #include "client/haptics/hand_input.hpp"
 
 #include <algorithm>

@@ -1,4 +1,3 @@
-// See hand_workspace.hpp.
 #include "client/haptics/hand_workspace.hpp"
 
 #include <algorithm>

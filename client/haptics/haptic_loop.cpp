@@ -1,4 +1,3 @@
-// See haptic_loop.hpp.
 #include "client/haptics/haptic_loop.hpp"
 
 #include <future>

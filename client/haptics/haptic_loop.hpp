@@ -53,7 +53,7 @@ struct HapticLoopReport {
   bool became_quiet = true;
 };
 
-/// Runs the haptic thread.
+/// Owns and runs the haptic thread.
 class HapticLoop {
  public:
   /// In      after_tick  called on the haptic thread after each tick; must not block, allocate or throw

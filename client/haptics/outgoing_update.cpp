@@ -1,4 +1,3 @@
-// See outgoing_update.hpp.
 #include "client/haptics/outgoing_update.hpp"
 
 #include <algorithm>

@@ -1,4 +1,3 @@
-// See rendering_slot.hpp.
 #include "client/haptics/rendering_slot.hpp"
 
 #include <utility>

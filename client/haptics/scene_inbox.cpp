@@ -1,4 +1,3 @@
-// See scene_inbox.hpp.
 #include "client/haptics/scene_inbox.hpp"
 
 #include <algorithm>

@@ -17,7 +17,7 @@ struct ModelStep {
   double period_s = 0.001;
   Duration loop_delay{0};  ///< delay from an input to the use of the server's answer, see LocalModel::loop_delay()
   Duration played{0};      ///< server time of the state that is being played out (net::PlayoutDelay)
-  Duration present{0};     ///< current server time
+  Duration present{0};     ///< current server time, estimated
   Duration longest_extrapolation{0};    ///< time limit of the extrapolation of followed bodies
   double farthest_extrapolation_m = 0;  ///< distance limit of the extrapolation of followed bodies
   double grip_step_m = 0;               ///< maximum correction of a grip point in this step

@@ -11,7 +11,7 @@
 //   the user's grasp         predicted when the button changes, then the server's result applies (GraspPrediction)
 //   soft bodies              linearised contact from the server, sent before the first contact (SoftFollower)
 //
-// RECONCILIATION.md explains the algorithm.
+// RECONCILIATION.md in this folder explains the algorithm.
 #pragma once
 
 #include <cstdint>

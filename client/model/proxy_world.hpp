@@ -41,7 +41,7 @@ class ProxyWorld {
   ~ProxyWorld();
 
   /// Steps the ball. Must be called once a tick. The ball starts at the server's tool, which does not penetrate bodies.
-  /// In      absent_bodies  HapticScene::absent_bodies
+  /// In      absent_bodies  bit mask, see HapticScene::absent_bodies
   const haptics::ProxyState& step(const Vec3& p_WH, const ReceivedUpdate& newest, LocalTime now,
                                   std::uint64_t absent_bodies = 0) noexcept;
 
@@ -58,7 +58,7 @@ class ProxyWorld {
 
   std::unique_ptr<haptics::GodObject> ball_;
   std::vector<Part> parts_;             ///< shapes of bodies, in the order of the ball's obstacles
-  std::vector<RigidState> motions_;     ///< current states of the parts
+  std::vector<RigidState> motions_;     ///< current states of the parts, in the same order
   std::vector<RigidState> bodies_;      ///< last received states of the bodies
   std::vector<LocalTime> received_at_;  ///< reception times of the states in bodies_
   std::uint64_t absent_bodies_ = 0;     ///< last value of HapticScene::absent_bodies

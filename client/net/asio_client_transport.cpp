@@ -86,7 +86,7 @@ struct AsioClientTransport::Connection {
   StampedReceiver receiver;  ///< reads from `datagrams`
   asio::steady_timer error_pause;
   asio::steady_timer pump_timer;
-  std::optional<LocalTime> pump_due;  ///< expiry of pump_timer
+  std::optional<LocalTime> pump_due;  ///< time at which pump_timer expires; empty: not running
   asio::steady_timer linger;
   std::unique_ptr<Links> links;
   LinkTraffic before;  // traffic of earlier connections

@@ -26,8 +26,8 @@ namespace tandem::client {
 
 /// Network links simulated inside the client, for control and state. Control bytes are never lost or reordered.
 struct SimulatedLinks {
-  net::LinkParameters up;    ///< client to server
-  net::LinkParameters down;  ///< server to client
+  net::LinkParameters up;    ///< direction from client to server
+  net::LinkParameters down;  ///< direction from server to client
   std::uint64_t seed = 1;
 };
 
@@ -39,7 +39,7 @@ struct LinkTraffic {
   net::LinkCounters control_down;
 };
 
-/// ClientTransport over Asio.
+/// ClientTransport with sockets of Boost.Asio.
 ///
 /// Thread  the thread that runs the io_context
 class AsioClientTransport final : public ClientTransport {

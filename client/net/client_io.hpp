@@ -58,14 +58,14 @@ struct RenderingStatus {
 struct ClientIoSnapshot {
   SessionStatus status;
   SessionCounters counters;
-  bool has_state = false;  ///< ClientSession::has_state()
+  bool has_state = false;  ///< result of ClientSession::has_state()
   ClockEstimate clock;
   LinkTraffic links;
   std::uint64_t asset_bytes = 0;               ///< size of the received and verified assets [bytes]
   std::shared_ptr<const wire::Joined> joined;  ///< answer to the last join; null before the first answer
   std::shared_ptr<const Credentials> beside;   ///< see ClientSession::credentials_beside()
   std::string room;                            ///< joined room; "" before the first welcome
-  std::vector<std::string> rooms;              ///< rooms of the server
+  std::vector<std::string> rooms;              ///< names of the server's rooms
   HandStart hand_start;                        ///< see ClientSession::hand_start()
   bool has_nudges = true;                      ///< see ClientSession::has_nudges()
   /// Coupling coefficients of this user's tool, as last received from the server

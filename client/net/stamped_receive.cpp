@@ -1,4 +1,3 @@
-// See stamped_receive.hpp.
 #include "client/net/stamped_receive.hpp"
 
 #include <sys/socket.h>

@@ -90,7 +90,7 @@ class AssetFetcher {
     std::size_t bytes = 0;
   };
 
-  /// A look-up in the store.
+  /// A look-up in the store that has not been answered.
   struct Lookup {
     proto::Sha256 hash{};
     std::uint64_t size_bytes = 0;

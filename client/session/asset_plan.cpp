@@ -1,4 +1,3 @@
-// See asset_plan.hpp.
 #include "client/session/asset_plan.hpp"
 
 #include <algorithm>

@@ -40,7 +40,8 @@ class AssetPlan {
   bool begin(const AssetInfos& offered);
   /// Must be called for a new connection: pieces that were requested but not received are requested again.
   void reconnect();
-  /// Accepts the answers of the store and continues. Returns true if the level has risen.
+  /// Accepts the answers of the store that have arrived, and executes the steps that are then due. Returns true if the
+  /// level has risen.
   bool advance(LocalTime now);
   /// Returns the next request, with the number `request`; nothing if the rate limit permits no request now or none is
   /// left.
@@ -59,7 +60,7 @@ class AssetPlan {
  private:
   /// Next step of the plan. It is executed once the store has answered all look-ups.
   enum class Step : std::uint8_t {
-    kNone,    ///< no step is left
+    kNone,    ///< all steps are done
     kSelect,  ///< tactile assets were looked up; next: look up coarse replacements of the missing ones
     kFetch,   ///< coarse replacements and first drawings were looked up; next: fetch the missing assets from the server
     kDrawings  ///< remaining drawings were looked up; next: fetch the missing ones from the server

@@ -18,7 +18,7 @@ namespace event {
 /// The session has entered a new state.
 struct StateChanged {
   SessionState state = SessionState::kConnecting;
-  std::string why;  ///< SessionStatus::why
+  std::string why;  ///< reason, see SessionStatus::why
 };
 /// The user has joined a room, for the first time or after a lost connection.
 struct Joined {

@@ -1,4 +1,3 @@
-// See pose_book.hpp.
 #include "client/session/pose_book.hpp"
 
 #include <algorithm>

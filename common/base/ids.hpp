@@ -15,7 +15,8 @@ struct Id {
   Integer value = 0;
 
   constexpr bool is_valid() const { return value != 0; }
-  constexpr auto operator<=>(const Id&) const = default;  // NOLINT(modernize-use-nullptr): there is no pointer
+  // NOLINT(modernize-use-nullptr): false alarm, there is no pointer
+  constexpr auto operator<=>(const Id&) const = default;
 };
 
 /// Id of a body: its 1-based position in the scene's list `bodies`, the same on server and client.

@@ -49,7 +49,7 @@ enum TickFault : std::uint32_t {
   kFaultOutOfBounds = 1U << 11U,
 };
 using TickFaults = std::uint32_t;
-/// Number of fault bits.
+/// Number of fault bits defined above.
 inline constexpr std::size_t kTickFaultBits = 12;
 
 /// Returns one name per set bit. A bit that only a newer server defines appears as "bit_20", so that it is not hidden.

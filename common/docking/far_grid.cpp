@@ -65,7 +65,7 @@ using Potential = std::function<void(std::span<const Vec3> places, std::span<Nod
 /// kernel's coordinates are relative to `centre`.
 Potential potential_of(const Molecule& a, const FieldModel& model, const KernelModel& constants,
                        FarPointsKernel far_points, const Vec3& centre) {
-  // Arrays of x, y, z, c6, s3 and q.
+  // One array each for x, y, z, c6, s3 and charge of the atoms (see Target).
   std::array<std::vector<float>, 6> atoms;
   for (std::size_t i = 0; i < a.size(); ++i) {
     const Vec3 at = a.positions_angstrom[i] - centre;

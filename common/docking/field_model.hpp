@@ -19,9 +19,9 @@ inline constexpr double kMinCutoffAngstrom = 4;
 inline constexpr double kMaxCutoffAngstrom = 100;
 
 enum class Dielectric {
-  kNone,      ///< no Coulomb term
-  kConstant,  ///< constant ε
-  kDistance,  ///< ε = permittivity · r/Å
+  kNone,      ///< no charges: no Coulomb term
+  kConstant,  ///< relative permittivity is the constant ε
+  kDistance,  ///< relative permittivity grows with the distance r: ε = permittivity · r/Å
 };
 
 struct FieldModel {

@@ -37,7 +37,7 @@ struct Molecule {
   std::size_t size() const { return positions_angstrom.size(); }
   Vec3 centre_of_mass_angstrom() const;
   /// Moves all atoms so that their centre of mass is at the origin.
-  /// Out     the previous centre of mass
+  /// Out     the centre of mass before the call
   Vec3 centre();
   /// Radius of gyration about the origin with equal weights. The result is at least 1 Å, about the length of a bond,
   /// because a single atom has no extent.

@@ -22,7 +22,7 @@ using Address = boost::asio::ip::address;
 enum class AttemptFailure : std::uint8_t {
   kRefused,      ///< the host answered that no program listens on the port
   kUnreachable,  ///< there is no route, or this machine cannot use the address
-  kTimedOut,     ///< no answer
+  kTimedOut,     ///< the host did not answer in time
   kUntrusted,    ///< a program answered, but it did not prove to be the expected server
   kLost,         ///< the connection was lost before it was set up
   kOther         ///< any other error of the operating system
@@ -101,7 +101,7 @@ class AddressRace {
   bool has_known_;
   std::vector<std::string> lookup_problems_;
   int lookups_;                           ///< number of outstanding look-ups
-  bool awaits_v6_;                        ///< the IPv6 answer is outstanding
+  bool awaits_v6_;                        ///< whether the IPv6 answer of DNS is outstanding
   std::optional<LocalTime> v4_answered_;  ///< time of the IPv4 answer, while the IPv6 answer is outstanding
   bool is_v6_next_;                       ///< the next attempt prefers an IPv6 address
   std::optional<Address> last_tried_;     ///< address of the last attempt; empty: no attempt has started

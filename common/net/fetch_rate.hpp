@@ -93,8 +93,8 @@ class FetchRate {
   std::size_t pairs_ = 0;                         ///< number of pairs measured so far
   LocalTime state_from_{};                        ///< start of the interval in which state_bytes_ is counted
   double state_bytes_ = 0;
-  double state_bytes_per_s_ = -1;          ///< negative: not measured yet
-  LocalTime begun_{};                      ///< time of the first answer
+  double state_bytes_per_s_ = -1;          ///< measured data rate of state updates; negative: not measured yet
+  LocalTime begun_{};                      ///< time of the first answer on this connection
   Duration round_trip_ = Duration::max();  ///< smallest round trip so far
   LocalTime round_from_{};  ///< a round ends with the first answer to a piece that was requested at or after this time
   bool is_careful_ = false;

@@ -64,7 +64,7 @@ struct LinkParameters {
   /// Mean length of bad periods; all packets that are sent in a bad period are lost
   Duration mean_bad_period{from_seconds(0.020)};
   double duplication = 0.0;           ///< fraction of packets delivered twice
-  double rate_limit_bytes_per_s = 0;  ///< 0: unlimited
+  double rate_limit_bytes_per_s = 0;  ///< 0: the rate is not limited
   std::size_t queue_limit = 4096;     ///< maximum number of packets in flight; further ones are dropped (tail drop)
 
   /// Returns whether datagrams are lost, duplicated or reordered. Such parameters must not be used for a stream,

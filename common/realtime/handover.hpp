@@ -35,7 +35,7 @@ class Handover {
   }
 
   /// Returns the object of `generation`, even if the user has not entered it yet; null if no object was offered yet.
-  /// Thread  user
+  /// Thread  user thread
   T* offered(std::uint32_t generation) const noexcept {
     const std::size_t slot = generation % kSlots;
     const bool is_it = generations_[slot].load(std::memory_order_acquire) == generation;
@@ -43,10 +43,10 @@ class Handover {
   }
   /// Declares that the user thread now uses the object of `generation`, and no longer any object of an older
   /// generation.
-  /// Thread  user
+  /// Thread  user thread
   void enter(std::uint32_t generation) noexcept { entered_.store(generation, std::memory_order_release); }
   /// Returns the object of the generation that was entered last; null if there is none.
-  /// Thread  user
+  /// Thread  user thread
   T* get() const noexcept { return offered(entered_.load(std::memory_order_relaxed)); }
 
  private:

@@ -48,7 +48,7 @@ bool set_priority(pthread_t thread, int priority);
 /// Sleeps until absolute deadlines start + n·period on the clock of SteadyClock, and records the lateness of each
 /// wake-up.
 ///
-/// Thread  that of the loop
+/// Thread  the thread of the loop
 class PeriodicTimer {
  public:
   /// In      spin  maximum time for which wait() wakes up early and polls until the deadline. The actual time is twice

@@ -19,7 +19,7 @@ class Ring {
   bool push(const T& value) { return queue_.push(value); }
   /// Removes the oldest value. Returns false if the ring is empty.
   bool pop(T& value) { return queue_.pop(value); }
-  /// Thread  reader
+  /// Thread  reader thread
   bool is_empty() const { return queue_.read_available() == 0; }
 
  private:

@@ -44,7 +44,7 @@ struct Channel {
 struct Message {
   std::uint16_t channel = 0;  ///< id of the channel within its file
   std::uint32_t sequence = 0;
-  std::uint64_t log_ns = 0;      ///< time of the event
+  std::uint64_t log_ns = 0;      ///< time of the recorded event
   std::uint64_t publish_ns = 0;  ///< equal to log_ns in this project
   std::span<const std::uint8_t> data;
 };

@@ -111,7 +111,7 @@ bool McapReader::read_channel(std::span<const std::uint8_t> rest) {
   const auto schema = schemas_.find(reader.number<std::uint16_t>());
   Channel channel = schema == schemas_.end() ? Channel{} : schema->second;
   channel.topic = read_text(reader, rest);
-  read_text(reader, rest);                 // skips the encoding
+  read_text(reader, rest);                 // skips the encoding of the messages
   read_bytes(reader, rest, reader.u32());  // skips the channel's metadata
   if (!reader.ok() || !rest.empty() || channels_.size() >= kMaxChannels) return false;
   // The summary, which has a checksum, repeats each channel. A different topic there means that messages were assigned
@@ -190,7 +190,7 @@ std::optional<Message> McapReader::next_in_chunk() {
 std::string McapReader::damage_of_header() const {
   std::span<const std::uint8_t> rest(content_);
   ByteReader reader(rest);
-  read_text(reader, rest);  // skips the profile
+  read_text(reader, rest);  // skips the name of the profile
   read_text(reader, rest);  // skips the name of the library
   return reader.ok() && rest.empty() && channels_.empty() ? "" : "the header is damaged";
 }

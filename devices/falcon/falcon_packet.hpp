@@ -13,7 +13,7 @@ namespace tandem::devices {
 inline constexpr std::size_t kFalconPacketSize = 16;
 using FalconPacket = std::array<std::uint8_t, kFalconPacketSize>;
 
-/// Bits sent to the device.
+/// Bits sent to the device: start of homing, and the colours of its lights.
 inline constexpr std::uint8_t kFalconHome = 1, kFalconGreen = 2, kFalconBlue = 4, kFalconRed = 8;
 /// Bits received from the device: buttons of the grip, and kFalconHomed for the three homed arms.
 inline constexpr std::uint8_t kFalconRight = 1, kFalconForward = 2, kFalconCentre = 4, kFalconLeft = 8;

@@ -16,7 +16,7 @@ class Rumble {
  public:
   /// Fails   std::runtime_error: the device file cannot be opened, or the pad has no rumble motors
   explicit Rumble(std::string node);
-  /// Stops the motors.
+  /// Stops the motors and ends the thread.
   ~Rumble();
   Rumble(const Rumble&) = delete;
   Rumble& operator=(const Rumble&) = delete;

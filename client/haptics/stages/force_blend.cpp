@@ -1,4 +1,3 @@
-// See force_blend.hpp.
 #include "client/haptics/stages/force_blend.hpp"
 
 #include <algorithm>

@@ -39,7 +39,7 @@ class ForceBlend {
   double rate_per_s_;
   Wrench offset_;
   Wrench slope_;   ///< rate of change of the offset
-  Wrench target_;  ///< last target
+  Wrench target_;  ///< target of the last apply()
   bool jumps_ = false;
 };
 

@@ -40,7 +40,7 @@ LocalModelInput model_input(const StageInput& input) {
 /// Source  direct autoregression of order one over the loop; D is a participation ratio; the constants are our choice
 class ScoredResidual {
  public:
-  /// In      common_share  LocalModel::common_share()
+  /// In      common_share  result of LocalModel::common_share()
   Wrench step(const std::optional<Wrench>& newest, Duration loop, double common_share, double period_s) noexcept;
   void reset() noexcept { *this = ScoredResidual(); }
 

@@ -32,7 +32,7 @@ inline constexpr std::uint64_t kMaxStageSamples = 512;
 
 /// Selects a stage and its parts. The names are the same on the command line, in experiment files and in reports.
 struct StageSettings {
-  std::string name = "local-model";  ///< one of stage_names()
+  std::string name = "local-model";  ///< name of the stage, one of stage_names()
   /// Predictor of the residual, one of predictor_names(); "none" also disables the prediction of other users' hands
   std::string predictor = "scored";
   bool passivity = true;          ///< whether a passivity controller follows the stage
@@ -45,7 +45,7 @@ struct StageInput {
   Tick tick;
   double period_s = 0.001;                         ///< measured time since the last tick; > 0, at most 0.01
   RigidState handle;                               ///< pose and twist of the handle (X_WH, V_WH) in this tick
-  std::uint32_t buttons = 0;                       ///< bits of Button
+  std::uint32_t buttons = 0;                       ///< pressed buttons, as bits of Button
   const ReceivedUpdate* newest = nullptr;          ///< newest server state; null before the first state
   bool is_new = false;                             ///< `newest` arrived after the previous tick
   Duration age{0};                                 ///< age of `newest`: time since reception plus its age when sent
@@ -54,12 +54,12 @@ struct StageInput {
   const HapticScene* scene = nullptr;                       ///< its coupling_bounds include this user's device
   LocalModel* local_model = nullptr;                        ///< null if the current scene has no local model
   ProxyWorld* proxy_world = nullptr;                        ///< ball and obstacles; null if the current scene has none
-  BodyId watched;                                           ///< body whose state StageOutput::watched_body reports
+  BodyId watched;  ///< body whose state is to be reported in StageOutput::watched_body
 };
 
 /// Outputs of a stage at one tick, all in the world frame W.
 struct StageOutput {
-  Wrench wrench_on_hand_W;  ///< wrench about the handle
+  Wrench wrench_on_hand_W;  ///< wrench on the hand, about the handle's origin
   /// Kind of the data that is sent to the server in addition to the handle.
   proto::ClientMode mode = proto::ClientMode::kHandle;
   RigidState tool;         ///< tool of the local model, or the ball, if the stage has one; not sent
