@@ -41,7 +41,7 @@ struct ClientSettings {
 class Client {
  public:
   /// In      device, transport  must outlive the client
-  /// Fails   std::invalid_argument: same cases as HapticCore
+  /// Fails   std::invalid_argument: see the constructor of HapticCore
   Client(const ClientSettings& settings, devices::Device& device, ClientTransport& transport);
   /// Cancels a running build of a local model or proxy world. Waits for the end of the current step of the build, about
   /// 10 ms.
@@ -63,13 +63,13 @@ class Client {
   /// Thread  io
   void poll(LocalTime now);
   /// Performs a command, or passes it to session().
-  /// Fails   std::invalid_argument: same cases as set_stage()
+  /// Fails   std::invalid_argument: see set_stage()
   /// Thread  io
   void send(const ClientCommand& command, LocalTime now);
   /// Selects a stage and a predictor, and switches the passivity controller, without a step of the force. First the
   /// assets of the stage are fetched and its model is built. If the stage cannot display the current scene, the
   /// previous stage remains and stage_note() gives the reason.
-  /// Fails   std::invalid_argument: same cases as HapticCore; nothing changes
+  /// Fails   std::invalid_argument: see the constructor of HapticCore; in this case nothing changes
   /// Thread  io
   void set_stage(const StageSettings& stage);
   /// Returns the stage that was requested last. It may not be in use yet.

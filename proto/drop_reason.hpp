@@ -14,7 +14,7 @@ enum class DropReason : std::uint8_t {
   kTooLong,            ///< longer than kMaxDatagramBytes
   kVersion,            ///< a different protocol version
   kType,               ///< a type that this end does not receive
-  kTag,                ///< authentication failed (null cipher: tag not zero)
+  kTag,                ///< authentication failed (with the null cipher: the tag is not zero)
   kUnknownConnection,  ///< no connection with this id and epoch
   kLate,               ///< older than the newest state
   kDuplicate,          ///< a sequence or a step that was already received

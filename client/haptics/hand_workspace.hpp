@@ -17,7 +17,7 @@ struct WorkspaceSettings {
 /// equally, so the ratio of device power f_D · v_D to world power f_W · v_W remains a constant of the scene.
 WorkspaceMapping with_user(WorkspaceMapping scene, const WorkspaceSettings& user) noexcept;
 
-/// Mapping in use, with rate control beyond the border.
+/// The workspace mapping in use, with rate control beyond the border.
 ///
 /// Model   The border is a box of 0.8 × the device's workspace about D's origin. d is the depth of the handle beyond
 ///         the border on each axis, limited to d_max = 0.1 × the width of the workspace. Within the box the hand moves

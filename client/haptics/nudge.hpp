@@ -5,7 +5,7 @@
 
 namespace tandem::client {
 
-/// Computes the force of the nudge on the hand.
+/// Computes the force pulses of the nudge on the hand.
 ///
 /// Model   Three pulses of sin² shape, each of 0.08 s, one every 0.25 s. Their direction is fixed at the start. The
 ///         pulses do not depend on the hand's motion, so they cannot cause oscillation. The amplitude is 0.3 N, or a

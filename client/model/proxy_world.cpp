@@ -87,7 +87,7 @@ struct TouchedShape {
   std::shared_ptr<const ExactField> outline;
   Pose X_SO;
 };
-/// Loaded meshes by the hash of their surface asset.
+/// Loaded meshes, indexed by the hash of their surface asset.
 using TouchedMeshes = std::map<std::string, TouchedShape>;
 
 /// Returns the maximum number of triangles that share a vertex.

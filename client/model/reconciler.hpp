@@ -26,7 +26,7 @@ inline Pose pose_of(const Shift& shift) {
 /// Returns the shift that leads from state `from` to state `to`.
 Shift shift_between(const RigidState& from, const RigidState& to) noexcept;
 
-/// Rate of the correction and its limits.
+/// Settings of the correction: its rate and its limits.
 struct ReconcilerSettings {
   double time_constant_s = 0.1;  ///< time constant of the correction at zero delay
   /// Additional time constant, as a multiple of the loop delay. Without it, the correction of an oscillating body would

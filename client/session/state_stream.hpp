@@ -60,7 +60,7 @@ class StateStream {
   std::optional<proto::DatagramChannel> channel_;  ///< channel of the joined connection; empty if not joined
   net::ClockSync clock_;
   ReceivedUpdate received_;     ///< newest server update
-  proto::ClientUpdate newest_;  ///< newest update of the haptic thread since begin()
+  proto::ClientUpdate newest_;  ///< newest client update of the haptic thread since begin()
   LocalTime newest_taken_{};
   proto::ClientUpdate sent_;  ///< last update that was sent
   // Step number and time of the newest received state.

@@ -70,7 +70,7 @@ struct Probes {
   const float* charge = nullptr;  ///< k · charge/ε of the atom, with Coulomb's constant k and the permittivity ε
 };
 
-/// Terms to be evaluated, and their cut-off.
+/// The terms of the field to be evaluated, and the cut-off.
 struct KernelModel {
   bool has_charges = false;
   bool is_distance_dependent = false;
@@ -107,7 +107,7 @@ struct NearWork {
   std::size_t tile_count = 0;
 };
 
-/// Adds all pairs to `sums`, without a cut-off.
+/// Adds the terms of all pairs to `sums`, without a cut-off.
 using AllPairsKernel = void (*)(const Target&, const Probes&, const KernelModel&, FieldSums& sums) noexcept;
 /// Adds those pairs of `work` that are within the cut-off to `sums`. Every atom may have a Lennard-Jones term.
 using NearKernel = void (*)(const Target&, const Probes&, const KernelModel&, const NearWork& work,

@@ -40,7 +40,7 @@ class MolecularField {
 
   FieldResult evaluate(const Pose& X_AB_angstrom) noexcept;
   std::string_view kernel() const;
-  /// Returns "all-pairs", "clusters", or "clusters and grid".
+  /// Returns the method of summation: "all-pairs", "clusters", or "clusters and grid".
   std::string_view method() const;
   /// Returns the far grid (far_grid.hpp); null without FieldModel::has_far_grid, or if the first molecule is too large
   /// for a grid.

@@ -13,7 +13,7 @@ namespace tandem::realtime {
 /// windows. A single delay affects one window only, so it does not count. A window lasts 50 ms, or 20 periods if that
 /// is longer.
 ///
-/// Thread  that of the loop; no allocation after construction
+/// Thread  the thread of the loop; no allocation after construction
 class RateWatch {
  public:
   /// In      period  period of the loop, > 0

@@ -58,7 +58,7 @@ std::shared_ptr<SSL_CTX> context_of(const SSL_METHOD* method) {
   SSL_CTX_set_min_proto_version(c, TLS1_3_VERSION);
   SSL_CTX_set_max_proto_version(c, TLS1_3_VERSION);
   SSL_CTX_set_ciphersuites(c, has_fast_aes() ? kSuites : kSuitesWithoutAes);
-  std::array<int, kGroups.size()> groups = kGroups;  // the OpenSSL macro takes a pointer to non-const
+  std::array<int, kGroups.size()> groups = kGroups;  // a copy, because the OpenSSL macro takes a pointer to non-const
   if (SSL_CTX_set1_groups(c, groups.data(), groups.size()) != 1)
     throw std::runtime_error("OpenSSL has neither X25519 nor P-256");
   SSL_CTX_set_msg_callback(c, count_key_updates);

@@ -38,7 +38,7 @@ class Rumble {
   std::thread thread_;
 };
 
-/// Opens the game pad named by an option.
+/// Opens the game pad that an option selects.
 /// In      wish  "off": returns null. "auto": the first usable pad, or null if there is none. Otherwise a device file,
 ///               /dev/input/eventN
 /// Fails   std::runtime_error: the device file is unusable, see Rumble

@@ -1,5 +1,4 @@
-// Changes the parameters of a simulated link while packets are in transit. Detects lost, duplicated or reordered
-// packets.
+// Replaces the delay trace of a simulated link by a shorter one. Detects a position beyond the end of the new trace.
 #include <gtest/gtest.h>
 
 #include "common/net/link.hpp"
