@@ -52,7 +52,7 @@ class GivingHand {
 ///         mean of log m and log k, weighted by prior · score⁻⁸. Without excitation all scores are equal, and the
 ///         estimate is the relaxed hand.
 /// Source  multiple-model adaptive estimation: Magill, "Optimal adaptive estimation of sampled stochastic processes",
-///         IEEE Trans. Automatic Control 10(4), 1965; scores and grid are ours
+///         IEEE Trans. Automatic Control 10(4), 1965; scores and grid are our choice
 /// Thread  one; no allocation
 class HandEstimate {
  public:

@@ -61,9 +61,9 @@ struct ClientIo::Impl {
   asio::steady_timer poll_timer{io};
   asio::steady_timer stop_timer{io};
 
-  std::shared_ptr<const wire::Joined> joined;  // copy of the io thread
-  std::shared_ptr<const Credentials> beside;   // copy of the io thread
-  std::shared_ptr<const AssetMap> assets;      // copy of the io thread
+  std::shared_ptr<const wire::Joined> joined;  // used by the io thread only; shared with snapshots
+  std::shared_ptr<const Credentials> beside;   // used by the io thread only; shared with snapshots
+  std::shared_ptr<const AssetMap> assets;      // used by the io thread only; shared with snapshots
   EventQueue new_events;                       // filled by the io thread until the next snapshot
   LocalTime published_at{};
   mutable std::mutex mutex;  // protects `published` and `events`; the haptic thread never locks it

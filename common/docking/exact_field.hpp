@@ -34,7 +34,7 @@ struct ExactDetails {
 ///         r², so f = f(r_c)·d/r_c. The force of overlapping atoms is therefore huge but finite, and still the gradient
 ///         of V. Two coincident atoms have no force, because they define no direction. With a cut-off each power of r
 ///         is force-switched.
-/// Source  Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225: form and geometric mixing. The core is ours
+/// Source  Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225: form and geometric mixing. The core is our addition
 /// In      X_AB  pose of B's frame in A's, position in Å. The results are zero for a pose that is not finite, not a
 ///         rotation, or farther than 1e9 Å
 /// Fails   throws std::invalid_argument, see validate()
