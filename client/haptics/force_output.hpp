@@ -15,7 +15,7 @@ namespace tandem::client {
 /// Displays wrenches on the device. All wrenches are about the handle, in the frame D of the device's base.
 ///
 /// Invariants  Every wrench passes the safety chain and the clamp. If the device refuses a command, it still displays
-/// the previous command, whose work is therefore summed. Afterwards the force starts again with the ramp
+///             the previous command, whose work is therefore summed. Afterwards the force starts again with the ramp
 class ForceOutput {
  public:
   /// In      safety  slew and speed limits are taken from the device's spec

@@ -18,7 +18,7 @@ namespace tandem::client {
 /// Holds the rendering in use and the next one. Renderings are numbered from 1 in the order of their offers.
 ///
 /// Invariants  The first rendering is used from construction on, so there is always a rendering in use. The displayed
-/// force is continuous when the rendering changes
+///             force is continuous when the rendering changes
 /// Thread      haptic, except where stated: no allocation, no throw after construction
 class RenderingSlot {
  public:

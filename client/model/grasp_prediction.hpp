@@ -15,7 +15,7 @@ namespace tandem::client {
 /// Predicts grasps and releases of this user's tool.
 ///
 /// Invariants  A predicted grasp or release remains until the server has received the button and has answered an input
-/// at least 5 ticks later. From then on, the server's result applies
+///             at least 5 ticks later. From then on, the server's result applies
 /// Thread      haptic: no allocation, no throw. Both functions return true if the grasp changed, which is a jump of the
 ///             model
 class GraspPrediction {

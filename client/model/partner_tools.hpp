@@ -20,7 +20,7 @@ void set_tool_state(physics::World& world, std::size_t tool, const physics::Tool
 /// Partners (other users) and their tools.
 ///
 /// Invariants  A tool is active in the world only while its partner's handle is received. A partner without a received
-/// state for 1 s counts as having left. A tool holds only a body that the server has reported as held by it
+///             state for 1 s counts as having left. A tool holds only a body that the server has reported as held by it
 /// Thread      haptic: no allocation after construction, no throw. receive() and drive() return true if the model
 ///             jumped; the displayed force must then be blended
 class PartnerTools {

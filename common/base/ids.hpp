@@ -15,8 +15,7 @@ struct Id {
   Integer value = 0;
 
   constexpr bool is_valid() const { return value != 0; }
-  // NOLINT(modernize-use-nullptr): false alarm, there is no pointer
-  constexpr auto operator<=>(const Id&) const = default;
+  constexpr auto operator<=>(const Id&) const = default;  // NOLINT(modernize-use-nullptr): there is no pointer
 };
 
 /// Id of a body: its 1-based position in the scene's list `bodies`, the same on server and client.

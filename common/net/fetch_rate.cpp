@@ -14,7 +14,7 @@ constexpr double kMadeUp_s = 5e-3;
 /// Time after a rate reduction before its effect is evaluated. By then the queue has drained, and the window kShort
 /// holds only delays that were measured after the reduction.
 constexpr Duration kAfterFall = std::chrono::milliseconds(100);
-/// Factor from a delay that is not caused by our own traffic to the new allowance.
+/// Ratio of the new allowance to a delay that our own traffic did not cause.
 constexpr double kLeave = 1.25;
 /// Interval over which the data rate of state updates is measured.
 constexpr Duration kStateWindow = std::chrono::milliseconds(50);

@@ -18,8 +18,8 @@ namespace tandem::recording {
 /// Thread  one at a time
 class McapReader {
  public:
-  /// How reading ended: kNotYet: not yet ended; kWhole: at the end of a complete file; kCut: file truncated; kDamaged:
-  /// file damaged.
+  /// State of reading. kNotYet: reading has not ended; kWhole: the end of a complete file was reached; kCut: the file
+  /// is truncated; kDamaged: the file is damaged.
   enum class End : std::uint8_t { kNotYet, kWhole, kCut, kDamaged };
 
   /// In      in  binary stream positioned at the start of the file; must outlive the reader

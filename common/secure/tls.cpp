@@ -47,8 +47,7 @@ std::uintptr_t key_updates_of(const SSL* connection) {
 void count_key_updates(int is_sent, int, int type, const void* message, std::size_t size, SSL* connection, void*) {
   if (is_sent != 0 || type != SSL3_RT_HANDSHAKE || size == 0) return;
   if (*static_cast<const unsigned char*>(message) != SSL3_MT_KEY_UPDATE) return;
-  // NOLINT: the pointer stores a number
-  SSL_set_app_data(connection, reinterpret_cast<void*>(key_updates_of(connection) + 1));
+  SSL_set_app_data(connection, reinterpret_cast<void*>(key_updates_of(connection) + 1));  // NOLINT: a number
 }
 
 std::shared_ptr<SSL_CTX> context_of(const SSL_METHOD* method) {
