@@ -88,8 +88,8 @@ class LocalModel {
 
   /// Continues from the state of another model of the same scene, instead of starting from the server's state. Does
   /// nothing if `other` has not started, or has different bodies or tools. The two models swap their states, so `other`
-  /// must not be stepped afterwards. The state of effects is not taken over. A body that was just released may collide
-  /// with the tool, because the pause of their contact is not taken over either.
+  /// must not be stepped afterwards. The state of effects is not taken over. A body that was just released around
+  /// the tool may collide with it, because the exemption of the pair from contact is not taken over either.
   ///
   /// In      scene  coupling of the tools and its bounds, as in LocalModelInput
   void continue_from(LocalModel& other, const HapticScene& scene) noexcept;

@@ -195,7 +195,7 @@ TEST(SimulatedLink, CorrelatedParetoKeepsItsTail) {
   parameters.jitter_correlation = milliseconds(2);
   constexpr std::uint32_t kCount = 80000;
   const double scale_s = 0.004 / (std::sqrt(3.0) / 2);
-  // Values 0.1 s apart (five correlation times) are nearly independent.
+  // Values 20 ms apart (ten correlation times) are independent.
   std::vector<double> apart;
   const auto delays = measured_delays_s(parameters, kCount);
   for (std::size_t i = 0; i < delays.size(); i += 20) apart.push_back(delays[i]);
