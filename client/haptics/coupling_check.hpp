@@ -22,14 +22,14 @@ namespace tandem::client {
 /// Model   Grip point T, c = p_TC to the centre of mass C, force f and torque τ at T. Newton and Euler about C, with
 ///         the acceleration a_C = a + α × c of the centre (speeds are small, so terms in ω² are neglected):
 ///           f = m (a + α × c),   τ = I_C α + c × f
-///         Largest values: the other kind of motion is blocked. α = 0 gives f = m a. a = 0 gives τ = I_T α with the
-///         inertia about the grip, I_T = I_C + m (c·c 1 − c cᵀ) (parallel axes); the result is its largest principal
-///         moment.
-///         Smallest values: the other kind of motion is free. f = 0 gives τ = I_C α; the result is the smallest
-///         principal moment of I_C. τ = 0 gives α = −I_C⁻¹ (c × f), so a = (1/m 1 + [c]×ᵀ I_C⁻¹ [c]×) f; the result is
-///         the inverse of the largest eigenvalue of this matrix.
-///         The coupling holds the other kind of motion with a finite stiffness, between free and blocked. The effective
-///         mass and inertia therefore lie between the two limits.
+///         Largest mass (rotation blocked): α = 0 gives f = m a. Largest inertia (translation blocked): a = 0 gives
+///         τ = I_T α with the inertia about the grip, I_T = I_C + m (c·c 1 − c cᵀ) (parallel axes); the result is its
+///         largest principal moment.
+///         Smallest inertia (translation free): f = 0 gives τ = I_C α; the result is the smallest principal moment of
+///         I_C. Smallest mass (rotation free): τ = 0 gives α = −I_C⁻¹ (c × f), so a = (1/m 1 + [c]×ᵀ I_C⁻¹ [c]×) f; the
+///         result is the inverse of the largest eigenvalue of this matrix.
+///         The coupling holds the body with a finite stiffness, between free and blocked. So the effective mass and
+///         inertia lie between these limits.
 /// Source  our derivation
 /// In      mass  must have a mass above 0
 ///         p_BT  grip point, in the body's own frame B

@@ -45,7 +45,8 @@ enum TickFault : std::uint32_t {
   /// The room runs at less than 90 % of its step rate (only in live rooms); clients reduce the force to zero. Remedy:
   /// fewer bodies, contacts or atoms, a lower step_rate_hz, fewer rooms or a faster machine.
   kFaultRoomSlow = 1U << 10U,
-  /// A body left the scene by more than limits.bounds_m and was reset to its initial pose at rest. Remedy: none needed.
+  /// A body that no tool held was farther than limits.bounds_m from the origin, and was reset to its initial pose at
+  /// rest. Remedy: none needed.
   kFaultOutOfBounds = 1U << 11U,
 };
 using TickFaults = std::uint32_t;

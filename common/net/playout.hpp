@@ -28,7 +28,7 @@ struct PlayoutSettings {
 ///         of two halves and the older half is discarded as a whole. The resolution is 0.5 ms.
 /// Settle  the delay changes in one step during the first half second, and after clock jumps of more than 200 ms
 /// Source  idea: Ramjee, Kurose, Towsley, Schulzrinne, "Adaptive playout mechanisms for packetized audio applications
-///         in wide-area networks", INFOCOM 1994; the bracketing gap and the slew are our design
+///         in wide-area networks", INFOCOM 1994; the weighting by gaps and the slew are our design
 /// Thread  one thread; no allocation
 class PlayoutDelay {
  public:

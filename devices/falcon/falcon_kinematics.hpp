@@ -19,8 +19,9 @@ Vec3 falcon_angles(const FalconCounts& encoders);
 /// towards the user.
 ///
 /// Model   Delta robot. In the frame of a leg, which is rotated by φ about z and shifted to its motor, the grip is at
-///         P. The angle of the parallelogram is θ3 = acos((Py + f)/b). With t = tan(θ1/2), the kinematic loop of the
-///         leg is closed if l2 t² + l1 t + l0 = 0
+///         P. The angle of the parallelogram is θ3 = acos((Py + f)/b), with the shin length b and the joint offset f.
+///         With t = tan(θ1/2), the kinematic loop of the leg is closed if l2 t² + l1 t + l0 = 0; falcon_kinematics.cpp
+///         computes l0, l1 and l2
 /// Source  R. E. Stamper, "A three degree of freedom parallel manipulator with only translational degrees of freedom",
 ///         PhD thesis, University of Maryland, 1997; geometry from libnifalcon
 /// Fails   returns nothing: p is out of reach
