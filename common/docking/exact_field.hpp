@@ -30,7 +30,7 @@ struct ExactDetails {
 ///
 /// Model   V = Σ_ij 4 ε_ij [(σ_ij/r)¹² − (σ_ij/r)⁶] + k q_i q_j/(ε r), ε_ij = √(ε_i ε_j), σ_ij = √(σ_i σ_j) or (σ_i +
 ///         σ_j)/2 (Molecule::mixes_arithmetically). The permittivity ε is a constant or proportional to r. The core is
-///         the range r < r_c. For Lennard-Jones terms r_c is σ_ij/4, where V is 3e7 ε_ij; for charges r_c is 0.8 Å.
+///         the range r < r_c. For Lennard-Jones terms r_c is σ_ij/4, where V is 6.7e7 ε_ij; for charges r_c is 0.8 Å.
 ///         Inside the core V continues along its tangent in r², so the force is f(r_c)·d/r_c with the vector d between
 ///         the atoms. So the force of overlapping atoms is huge but finite, and it is the gradient of V. Two coincident
 ///         atoms have no force, because they define no direction. With a cut-off each power of r is force-switched.

@@ -76,8 +76,8 @@ struct KernelModel {
   bool is_distance_dependent = false;
   bool is_arithmetic = false;  ///< whether the mixing rule of σ is arithmetic
   float charge_core_squared = 0;
-  // Coefficients of force_switch() for the powers 12, 6 and 1 (q), only for fields with a cut-off. Forces are switched
-  // off between start and cutoff [Å].
+  // Coefficients of force_switch() for r^−12, r^−6 and the charge term (q), only for fields with a cut-off. Forces are
+  // switched off between start and cutoff [Å].
   float start = 0;
   float cutoff = 0;
   float a12 = 0, b12 = 0, c12 = 0;
