@@ -15,14 +15,14 @@ namespace tandem::client {
 
 struct Client::Made {
   std::unique_ptr<Rendering> rendering;
-  AssetLevel level = AssetLevel::kNone;  ///< level of the assets from which the model was built
+  AssetLevel level = AssetLevel::kNone;  ///< resolution level of the assets from which the model was built
   ContactShapes shapes;                  ///< shapes of the local model
   std::string problem;  ///< reason why the model that the stage needs could not be built; empty if there is no problem
 };
 
 namespace {
 
-/// Kinds of assets that a stage needs.
+/// Returns the kinds of assets that a stage needs.
 std::vector<std::string> asset_kinds_of(const std::string& stage) {
   if (needs_local_model(stage)) return {"contact", "molecule"};
   if (needs_proxy_world(stage)) return {geometry::kSurfaceAssetKind};
@@ -38,7 +38,7 @@ SessionSettings session_settings(const ClientSettings& settings) {
   return session;
 }
 
-/// Maximum duration of one model step. The rest of the haptic period of 1 ms is left for the device and the stage.
+/// Maximum duration of one step of the local model. The rest of the 1 ms period remains for the device and the stage.
 constexpr Duration kMaxModelStep = std::chrono::microseconds(900);
 
 }  // namespace
@@ -55,7 +55,7 @@ Client::Client(const ClientSettings& settings, devices::Device& device, ClientTr
   };
 }
 
-// A running build is cancelled, so that the future's destructor waits only for its current part.
+// Cancels a running build, so that the destructor of the future waits only for the current step of the build.
 Client::~Client() {
   call_off_making_.request_stop();
 }
@@ -131,8 +131,8 @@ void Client::begin_rendering() {
         made->rendering->proxy_world = std::make_unique<ProxyWorld>(joined, assets);
       } else {
         const auto world = make_local_world(joined, assets, shapes);
-        // The model must be created before require_in_time(), so that the world in that check shares the model's
-        // molecular grid.
+        // The model must be created before require_in_time(), so that the check shares the molecular grid of the model
+        // instead of building a second grid.
         auto model = std::make_unique<LocalModel>(world, joined.tool(), settings);
         if (is_aside) require_in_time(world, kMaxModelStep);
         made->rendering->local_model = std::move(model);
@@ -152,7 +152,7 @@ void Client::begin_rendering() {
 }
 
 void Client::accept_made() {
-  // A build for a previous scene is cancelled.
+  // A running build for a previous scene is useless and is cancelled.
   if (making_.valid() && making_generation_ != session_.scene_generation()) call_off_making_.request_stop();
   if (!making_.valid() || making_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
   made_ = making_.get();
@@ -176,13 +176,13 @@ void Client::note_problem() {
   }
 }
 
-// offer() returns false while the haptic thread has not yet changed to the last offered rendering. The rendering before
-// that may still be in use.
+// offer() returns false as long as the haptic thread has not changed to the last offered rendering, because the
+// rendering before that one may still be in use. The next call tries again.
 void Client::hand_over() {
   if (made_ == nullptr) return;
   const bool is_of_this_scene = made_->rendering->generation == session_.scene_generation();
   const bool has_model = made_->rendering->local_model != nullptr;
-  // If the build from full assets has failed, a working model built from coarse assets remains in use.
+  // If the build from full assets has failed, the working model built from coarse assets remains in use.
   const bool has_coarse = offered_ != 0 && offered_generation_ == session_.scene_generation() &&
                           offered_level_ == AssetLevel::kCoarse && offered_stage_ == settings_.haptics.stage.name;
   if (!made_->problem.empty() && has_coarse) {

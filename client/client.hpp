@@ -1,16 +1,16 @@
-// One user's client: owns all parts between a device and a connection to the server. Two threads call it. It contains
-// no threads, sockets or clock, so that the lab can run it in virtual time. A live client uses it with client_io.hpp
-// and haptic_loop.hpp.
+// One user's client: owns all parts between a haptic device and the connection to a server. It is called by two
+// threads, the haptic thread and the io thread. It contains no threads, sockets or clock, so the lab can run it in
+// virtual time. A live client combines it with client_io.hpp and haptic_loop.hpp.
 //
 //   device ◀──▶ haptics().tick(now) ── mailboxes (mailboxes.hpp) ──▶ session() ◀──▶ transport
 //               1 kHz, haptic thread ◀────── local model ─────────── poll(now), io thread
 //
-// Each join starts a new generation of the scene. Once the assets have arrived, the model that the stage (rendering
-// method) needs is built: a local model, or the scene geometry for the proxy of stage "god-object". This takes up to a
-// second for a large mesh. The model is handed over to the haptic thread together with its stage
-// (client/haptics/rendering.hpp). Large assets arrive first at a coarse level. The model built from them is later
-// replaced by one built from the full assets, which continues from the same state. A newly selected stage is built in
-// the same way; until then the previous stage is displayed.
+// Each join starts a new generation of the scene. Once the assets have arrived, the io side builds the model that the
+// stage (rendering method) needs. This is a local model, or the scene geometry for the proxy of stage "god-object". The
+// build takes up to a second for a large mesh. The model is handed over to the haptic thread together with its stage
+// (client/haptics/rendering.hpp). Large assets arrive first at a coarse level. The model built from the coarse level is
+// later replaced by one built from the full assets, which continues from the same state. A newly selected stage is
+// built in the same way; until then the previous stage is displayed.
 #pragma once
 
 #include <functional>
@@ -31,8 +31,8 @@ struct ClientSettings {
   HapticSettings haptics{};
   SessionSettings session{};
   LocalModelSettings local_model{};
-  /// True: local models and proxy worlds are built on a separate thread. False (for virtual time): the io thread builds
-  /// them at once.
+  /// True: local models and proxy worlds are built on a separate thread. False: the io thread builds them at once, as
+  /// needed in virtual time.
   bool makes_models_aside = false;
   /// Called by the building thread at each point where the build can be cancelled; for tests only.
   std::function<void(const std::stop_token& stop)> at_point_of_making{};
@@ -41,50 +41,53 @@ struct ClientSettings {
 class Client {
  public:
   /// In      device, transport  must outlive the client
-  /// Fails   std::invalid_argument: same cases as HapticCore
+  /// Fails   std::invalid_argument: see the constructor of HapticCore
   Client(const ClientSettings& settings, devices::Device& device, ClientTransport& transport);
-  /// Cancels a running build of a local model or proxy world, and waits for the end of its current part (about 10 ms).
+  /// Cancels a running build of a local model or proxy world. Waits for the end of the current step of the build, about
+  /// 10 ms.
   ~Client();
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  /// The caller must call tick() every millisecond. Client::poll() calls service().
+  /// Returns the core, whose tick() the caller must call every millisecond. Client::poll() calls its service().
   /// Thread  haptic
   HapticCore& haptics() { return core_; }
   const HapticCore& haptics() const { return core_; }
-  /// The transport must call the session's on_… functions. Client::poll() calls its poll(). The callback on_assets is
-  /// reserved for the client.
+  /// Returns the session. The transport must call its on_… functions, and Client::poll() calls its poll(). The callback
+  /// on_assets is reserved for the client.
   /// Thread  io
   ClientSession& session() { return session_; }
   const ClientSession& session() const { return session_; }
-  /// Hands over a finished model, sends the newest haptic update, checks time-outs, and runs the stage's work outside
+  /// Hands over a finished model, sends the newest client update, checks time-outs, and runs the stage's work outside
   /// the haptic tick. Must be called after every tick, and every few milliseconds if no ticks run.
   /// Thread  io
   void poll(LocalTime now);
   /// Performs a command, or passes it to session().
-  /// Fails   std::invalid_argument: same cases as set_stage()
+  /// Fails   std::invalid_argument: see set_stage()
   /// Thread  io
   void send(const ClientCommand& command, LocalTime now);
-  /// Selects another stage or predictor, or switches the passivity controller, without a step of the force. First the
+  /// Selects a stage and a predictor, and switches the passivity controller, without a step of the force. First the
   /// assets of the stage are fetched and its model is built. If the stage cannot display the current scene, the
   /// previous stage remains and stage_note() gives the reason.
-  /// Fails   std::invalid_argument: same cases as HapticCore; nothing changes
+  /// Fails   std::invalid_argument: see the constructor of HapticCore; in this case nothing changes
   /// Thread  io
   void set_stage(const StageSettings& stage);
-  /// Stage that was requested last. It may not be in use yet.
+  /// Returns the stage that was requested last. It may not be in use yet.
   /// Thread  io
   const StageSettings& stage() const { return settings_.haptics.stage; }
-  /// Reason why the last build of a local model or proxy world failed; empty if it succeeded. Without a local model the
-  /// late pose is displayed; without a proxy world no force is displayed.
+  /// Returns why the last build of a local model or proxy world failed; empty if it succeeded. Without a local model
+  /// the stage displays "late-pose"; without a proxy world it displays no force.
   /// Thread  io
   const std::string& model_problem() const { return model_problem_; }
-  /// One line of text for the user about how the current scene is displayed; may be empty.
+  /// Returns a line of text for the user about how the current scene is displayed; may be empty.
   /// Thread  io
   const std::string& stage_note() const { return stage_note_; }
-  /// Time from the last join until a local model of its scene was first displayed; none if not yet.
+  /// Returns the time from the last join until a local model of its scene was first displayed; empty if none was
+  /// displayed yet.
   /// Thread  io
   std::optional<Duration> local_after() const { return local_after_; }
-  /// Time from the last join until a model built from all full-resolution assets was first displayed; none if not yet.
+  /// Returns the time from the last join until a model built from all full-resolution assets was first displayed; empty
+  /// if none was displayed yet.
   /// Thread  io
   std::optional<Duration> full_local_after() const { return full_local_after_; }
 
@@ -108,14 +111,14 @@ class Client {
   std::uint32_t making_generation_ = 0;  ///< generation of the scene that is being built
   std::future<std::unique_ptr<Made>> making_;
   std::unique_ptr<Made> made_;    ///< finished build that is not yet handed over
-  ContactShapes shapes_;          ///< shapes of the last local model; the next one reuses equal shapes
-  bool is_stage_wanted_ = false;  ///< another stage is requested, and is built once the assets have arrived
+  ContactShapes shapes_;          ///< shapes of the last local model; the next local model reuses equal shapes
+  bool is_stage_wanted_ = false;  ///< a new stage is requested; it is built once the assets have arrived
   std::string model_problem_;
   std::string stage_note_;
   std::uint32_t joined_generation_ = 0;   ///< generation of the last joined scene
-  LocalTime joined_at_{};                 ///< time of that join
+  LocalTime joined_at_{};                 ///< time of the last join
   std::uint32_t offered_ = 0;             ///< number of the last offered rendering with a local model
-  std::uint32_t offered_generation_ = 0;  ///< scene generation of that rendering
+  std::uint32_t offered_generation_ = 0;  ///< scene generation of the last offered rendering
   AssetLevel offered_level_ = AssetLevel::kNone;
   std::string offered_stage_;
   std::optional<Duration> local_after_;

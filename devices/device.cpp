@@ -7,8 +7,8 @@
 namespace tandem::devices {
 namespace {
 
-// Converts a letter to lower case. Only ASCII letters are converted, independently of the locale, so that a profile
-// file has the same meaning on every machine.
+// Converts an ASCII letter to lower case, independently of the locale, so that a profile file has the same meaning on
+// every machine.
 char lower(char c) {
   return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }

@@ -1,5 +1,5 @@
-// Stability of a coupling law on a device: derives the inputs of the stability check
-// (common/haptics/coupling/stability.hpp) from the device's profile and from how a room runs the law.
+// Stability of a coupling law on a device. It derives the inputs of the stability check
+// (common/haptics/coupling/stability.hpp) from the device's profile and from the way a room uses the law.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@
 
 namespace tandem::devices {
 
-/// Returns the device's properties for the check of the coupling loop, converted by the scene's workspace mapping.
+/// Returns the properties of the device for the check of the coupling loop, converted by the scene's workspace mapping.
 haptics::LoopDevice loop_device(const DeviceProfile& profile, const WorkspaceMapping& workspace = {});
 
 /// Parameters of a coupling as a room uses them; input of check_coupling().
@@ -19,15 +19,15 @@ struct LoopCoupling {
   haptics::CouplingParameters parameters;
   double tool_mass_kg = 0;
   double tool_inertia_kg_m2 = 0;
-  double slope_factor = 1;  ///< maximum slope of the law relative to its stiffness; 0: the law forms no loop
+  double slope_factor = 1;  ///< maximum slope of the law relative to its stiffness; 0: the law closes no loop
 };
-/// Returns the parameters for check_coupling(). If the law has a massless tool, mass and damping of the free tool are
-/// 0, but those of a held body are kept. If the law has no coupling, stiffness and damping are 0, for which the check
+/// Returns the parameters for check_coupling(). For a law with a massless tool, mass and damping of the free tool are
+/// 0; those of a held body are kept. For a law without coupling, stiffness and damping are 0, for which the check
 /// reports nothing.
 LoopCoupling loop_coupling(const haptics::CouplingLawInfo& law, const haptics::CouplingParameters& parameters,
                            double mass_kg, double inertia_kg_m2, bool is_held_body = false);
 
-/// Returns a warning if the law is not passive for any coefficients; nothing for a passive law.
+/// Returns a warning if the law is not passive for any coefficients, or nothing for a passive law.
 std::optional<haptics::StabilityFinding> find_active_law(const haptics::CouplingLawInfo& law);
 
 }  // namespace tandem::devices

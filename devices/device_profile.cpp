@@ -23,8 +23,8 @@ namespace json = boost::json;
 
 constexpr std::size_t kMaxProfiles = 1000;
 constexpr std::size_t kCoefficients = 4;
-// Bounds that replace unverified values. They are those of the softest devices with and without torque in the device
-// table of CHAI3D 3.2: PHANTOM Premium 1.5 6DOF and Touch.
+// Bounds that replace unverified values: those of the softest devices with and without torque in the device table of
+// CHAI3D 3.2 (PHANTOM Premium 1.5 6DOF and Touch).
 constexpr haptics::CouplingParameters kUnverifiedBounds{.stiffness_n_per_m = 400,
                                                         .damping_n_s_per_m = 4,
                                                         .stiffness_n_m_per_rad = 0.3,
@@ -32,8 +32,8 @@ constexpr haptics::CouplingParameters kUnverifiedBounds{.stiffness_n_per_m = 400
                                                         .force_limit_n = 2.0,
                                                         .torque_limit_n_m = 0.1};
 
-// The scene determines the shape of a law's curve. A device does not restrict it, so its bounds are the largest
-// permitted values.
+// The scene determines the shape of the force curve. A device does not restrict the shape, so its bounds are the
+// largest permitted values.
 constexpr haptics::CouplingParameters kShapes{.saturation_softness = 1.0, .curve_sharpness = 10.0};
 
 /// A value with its source, as in the file: {"value": 3.3, "source": "…"}.
@@ -41,7 +41,7 @@ struct ValueField {
   const char* name;
   SourcedLimit DeviceProfile::*member;
   double high;
-  bool is_of_torque;  ///< the value applies only to devices that display torque
+  bool is_of_torque;  ///< the value applies only to devices with torque
 };
 constexpr std::array kValues{
     ValueField{"stiffness_maximum_n_per_m", &DeviceProfile::stiffness_maximum_n_per_m, 1e6, false},
@@ -55,8 +55,8 @@ constexpr std::array kValues{
     ValueField{"position_step_m", &DeviceProfile::position_step_m, 0.01, false},
     ValueField{"rotation_step_rad", &DeviceProfile::rotation_step_rad, 0.1, false},
 };
-// Ratio of reach_m to the diagonal of the workspace. The ratio exceeds 1, because the base frame's origin may be
-// anywhere in the workspace, and the reachable space is often larger than the workspace.
+// Ratio of reach_m to the diagonal of the workspace. It exceeds 1, because the origin of the base frame may be anywhere
+// in the workspace, and because the reachable space is often larger than the workspace.
 constexpr double kReachOfWorkspace = 1.5;
 constexpr double kMaxForce_n = 1000;
 constexpr double kMaxTorque_n_m = 100;
@@ -120,8 +120,8 @@ struct FittedCubic {
   double most;
 };
 
-/// Refuses a pair of polynomials if it gives a negative or too large value anywhere in the range. Code that uses the
-/// fit later does not check the values.
+/// Refuses a pair of polynomials that gives a negative or too large value anywhere in the range. Later code uses the
+/// fit without checks.
 void check_pair(const JsonFields& fit, const std::pair<double, double>& range, const FittedCubic& stiffness,
                 const FittedCubic& damping) {
   constexpr int kStiffnessSamples = haptics::kFitSamples;
@@ -192,7 +192,7 @@ DeviceProfile profile_of(JsonFields profile, const std::string& origin) {
   return result;
 }
 
-/// Returns the path of the profile for messages, which contains the profile's name. Throws if the name is missing or
+/// Returns the path of the profile for messages, which contains the profile's name. Fails if the name is missing or
 /// invalid.
 std::string path_of(const json::value& profile, std::size_t index, const std::string& origin) {
   const std::string by_index = "profiles[" + std::to_string(index) + "]";
@@ -264,7 +264,7 @@ double verified_or(const SourcedLimit& limit, double otherwise) {
 std::vector<DeviceProfile> parse_device_profiles(std::string_view text, const std::string& origin) {
   const json::value value = parse_json(text, origin);
   JsonFields file(value, origin);
-  // Only the number and type of the entries are checked here. The profiles are read below, so that error messages
+  // Only the number and type of the entries are checked here. The loop below reads the profiles, so that error messages
   // contain their names.
   static_cast<void>(file.objects("profiles", 1, kMaxProfiles));
   file.finish();
@@ -334,11 +334,11 @@ haptics::CouplingParameters coupling_bounds(const DeviceProfile& profile) {
   bounds.stiffness_n_per_m = verified_or(profile.stiffness_maximum_n_per_m, soft.stiffness_n_per_m);
   bounds.damping_n_s_per_m = verified_or(profile.damping_maximum_n_s_per_m, soft.damping_n_s_per_m);
   // The bound must not exceed the software limit of the device. Otherwise the writer would clamp the force on the hand,
-  // while the tool is pulled with the whole force.
+  // while the tool would be pulled with the full force.
   bounds.force_limit_n =
       std::min(verified_or(profile.spec.force_maximum_n, soft.force_limit_n), profile.spec.force_limit_n);
-  // Without torque, the following values have no effect on the hand. They affect only the tool, which the coupling
-  // pulls.
+  // On a device without torque, the following values have no effect on the hand. They affect only the tool, which the
+  // coupling pulls.
   bounds.stiffness_n_m_per_rad = soft.stiffness_n_m_per_rad;
   bounds.damping_n_m_s_per_rad = soft.damping_n_m_s_per_rad;
   bounds.torque_limit_n_m = soft.torque_limit_n_m;

@@ -7,18 +7,18 @@
 namespace tandem::devices {
 namespace {
 
-// Maximum age of a sample. The limit for a late tick of the loop is the same (SafetySettings::late_tick).
+// Maximum age of a sample. It equals the limit for a late tick of the haptic loop (SafetySettings::late_tick).
 constexpr Duration kMaxAge = std::chrono::milliseconds(20);
 constexpr double kMaxNormError = 1e-3;
-// Two samples are treated as at least this far apart in time. Otherwise an encoder step between two quick reads would
+// Minimum time between two samples in the computation of speed. Otherwise an encoder step between two quick reads would
 // look like a jump.
 constexpr double kMinGap_s = 0.001;
 constexpr double kSpeedMargin = 3;
-// Largest plausible angular speed; our choice. A wrist rotates at about 20 rad/s, and an encoder step of 0.1 rad within
-// a millisecond is 100 rad/s.
+// Maximum plausible angular speed; our choice. A wrist rotates at up to about 20 rad/s, and an encoder step of 0.1 rad
+// within a millisecond gives 100 rad/s.
 constexpr double kMaxReadTurn_rad_per_s = 300;
 
-// Returns whether value ≤ most. For a NaN the result is false.
+// Returns whether value ≤ most; false for a NaN.
 bool is_within(double value, double most) {
   return value <= most;
 }

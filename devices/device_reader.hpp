@@ -1,11 +1,11 @@
-// First stage after a device: rejects samples that no hand can have produced.
+// First stage after a device: rejects samples that a hand cannot have produced.
 #pragma once
 
 #include "devices/device.hpp"
 
 namespace tandem::devices {
 
-/// Reads samples from a device. An implausible one is marked invalid and gets a readable `reason`.
+/// Reads samples from a device. An implausible sample is marked invalid and gets a readable `reason`.
 ///
 /// Model   A sample is plausible if the device is ready, marks it valid, and all of the following holds:
 ///         finite   pose and twist are finite
@@ -15,14 +15,14 @@ namespace tandem::devices {
 ///         speed    |v|, and the displacement since the previous sample divided by the time, are ≤ 3 ·
 ///                  DeviceSpec::speed_limit_m_per_s. For rotations the limit is 300 rad/s. Between one and three times
 ///                  the speed limit the hand is too fast, and the safety chain removes the force
-///                  (common/haptics/safety.hpp). Above, the sample is considered wrong
-///         The previous sample is the last finite one, plausible or not. A single jump therefore invalidates two
+///                  (common/haptics/safety.hpp). Above it, the sample counts as wrong
+///         The previous sample is the last finite one, plausible or not. So a single wrong sample invalidates two
 ///         samples.
 /// Thread  haptic: no allocation, no throw
 class DeviceReader {
  public:
   explicit DeviceReader(Device& device) : device_(device) {}
-  /// Reads a sample, and clears the bits of buttons that the device does not have.
+  /// Reads a sample, and clears the bits of buttons that the device lacks.
   DeviceSample read(LocalTime now) noexcept;
 
  private:

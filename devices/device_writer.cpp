@@ -9,8 +9,8 @@
 namespace tandem::devices {
 namespace {
 
-// Largest software limits of a device whose maximum is unverified. They are our choice, far below the maximum of every
-// listed device.
+// Maximum software limits of a device whose maximum is unverified. Our choice, far below the maximum of every listed
+// device.
 constexpr double kUnverifiedForce_n = 2.0;
 constexpr double kUnverifiedTorque_n_m = 0.1;
 
@@ -33,8 +33,7 @@ void check_limit(const DeviceSpec& spec, const char* field, double limit, const 
            (verified ? " (" + maximum.source + ")" : " while the device's maximum is unverified"));
 }
 
-/// Checks the numbers of axes: a device has three translational axes or none. The number of rotational axes may be
-/// lower.
+/// Checks the numbers of axes: three translational axes or none are permitted, and up to three rotational axes.
 void check_axes(const DeviceSpec& spec) {
   const auto check = [&spec](const char* field, int axes, int least) {
     if (axes < least || axes > 3) fail(spec, field, axes, "it must be " + std::to_string(least) + " to 3");
@@ -70,7 +69,7 @@ bool DeviceWriter::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept
   const bool is_good = is_finite(wrench_on_hand_D);
   const Wrench wanted = is_good ? wrench_on_hand_D : Wrench{};
   const Wrench command{clamped_to_length(wanted.f, force_limit_n_), clamped_to_length(wanted.t, torque_limit_n_m_)};
-  // If the device has no force or torque at all, setting it to zero is not reported as clamping.
+  // For a device without force or torque, replacing that part by zero does not count as clamping.
   was_clamped_ =
       !is_good || (force_limit_n_ > 0 && command.f != wanted.f) || (torque_limit_n_m_ > 0 && command.t != wanted.t);
   if (device_.has_released_force()) {

@@ -1,4 +1,4 @@
-// Last stage before a device: clamps every command; there is no other way to send a command to the device.
+// Last stage before a device, which clamps every command. No command reaches the device in any other way.
 #pragma once
 
 #include "devices/device.hpp"
@@ -10,25 +10,26 @@ namespace tandem::devices {
 ///         verified maximum, or exceeds 2 N or 0.1 N·m while the maximum is unverified
 void check_device_spec(const DeviceSpec& spec);
 
-/// Clamps a wrench to the device's software limits, preserving the direction, and writes it. The limits are copied from
-/// the spec at construction, so no later input can widen them.
+/// Clamps a wrench to the device's software limits, keeping its direction, and writes it. The limits are copied from
+/// the spec at construction, so later input cannot widen them.
 ///
 /// Thread  haptic
 class DeviceWriter {
  public:
   /// Fails   see check_device_spec()
   explicit DeviceWriter(Device& device);
-  /// Writes the clamped wrench; zero if it is not finite. Returns false if the device did not accept it.
+  /// Writes the clamped wrench, or zero for a wrench that is not finite. Returns false if the device did not accept the
+  /// command.
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept;
-  /// Writes zero. Returns true if zero has reached the device; if the device has a thread, this takes at least two
-  /// calls.
+  /// Writes zero. Returns true once zero has reached the device; for a device with its own thread, this takes at least
+  /// two calls.
   bool write_zero(LocalTime now) noexcept { return write(now, Wrench{}) && !device_.may_be_on(); }
   /// See Device::may_be_on().
   bool may_be_on() const noexcept { return device_.may_be_on(); }
   /// Returns the last command that the device accepted, after clamping. It acts on the hand until the next accepted
-  /// one.
+  /// command.
   const Wrench& written() const { return written_; }
-  /// Returns whether the last command was clamped, accepted or not.
+  /// Returns whether the last command was clamped, whether or not the device accepted it.
   bool was_clamped() const { return was_clamped_; }
 
  private:

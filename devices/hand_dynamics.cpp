@@ -17,7 +17,7 @@ bool is_at_least_zero(double value) {
   return std::isfinite(value) && value >= 0;
 }
 
-// Returns whether the integration is accurate at its largest time step h. It is stable for ω·h < 2. Below 0.3, the
+// Returns whether the integration is accurate at its largest time step h. It is stable for ω·h < 2. For ω·h < 0.3, the
 // frequency of an oscillation is accurate to 0.4 %.
 bool can_be_stepped(double stiffness, double inertia) {
   return std::sqrt(stiffness / inertia) * HandDynamics::kMaxStep_s < 0.3;
@@ -39,8 +39,7 @@ void check_parameters(const HandParameters& hand) {
         "0 or more, and sqrt(stiffness / inertia) below 3000 rad/s");
 }
 
-/// Effect of a damper over a time step: remaining fraction of the speed, and speed gained per newton of a constant
-/// force.
+/// Effect of a damper over a time step: remaining fraction of the speed, and speed gained per newton of constant force.
 struct Decay {
   double kept;
   double speed_per_force;
@@ -58,9 +57,9 @@ HandDynamics::HandDynamics(const HandParameters& hand, const Pose& X_DH) : hand_
   check_parameters(hand_);
 }
 
-// Advances the hand by half of a step, applies the force at that position, and advances by the other half. Under a
-// constant force, position and speed are exact. The maximum stiffness of a sampled spring is therefore that of the
-// physical system. The damper is integrated over the whole step while the force is constant: v⁺ = e^(−h B/m) v + (1 −
+// Advances the hand by half a step, applies the force at that position, and advances by the second half. Under a
+// constant force, position and speed are exact, so the maximum stiffness of a sampled spring is that of the physical
+// system. The damper is integrated exactly over the whole step, while the force is constant: v⁺ = e^(−h B/m) v + (1 −
 // e^(−h B/m)) (K e + B v_intended + f)/B. This is stable for any damping.
 void HandDynamics::advance(const Pose& intended, const Twist& intended_rate, const Wrench& on_hand_D,
                            const Vec3& more_D, double dt_s) noexcept {

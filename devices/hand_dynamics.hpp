@@ -1,4 +1,4 @@
-// Motion of a simulated hand that follows an intended trajectory under the force of its device.
+// Motion of a simulated hand that follows an intended trajectory while the force of its device acts on it.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -6,19 +6,19 @@
 
 namespace tandem::devices {
 
-/// A mass with a damper and a spring to the intended pose; coefficients from HandParameters.
+/// The hand: a mass with a damper and a spring to the intended pose, with coefficients from HandParameters.
 ///
-/// Model   leapfrog integration with steps of at most 0.1 ms. The damping is integrated exponentially, so that any
+/// Model   leapfrog integration with steps of at most 0.1 ms; the damping is integrated exponentially, so that any
 ///         value is stable
 class HandDynamics {
  public:
   static constexpr double kMaxStep_s = 1e-4;
 
-  /// The hand starts at rest at X_DH.
+  /// Starts the hand at rest at X_DH.
   /// Fails   std::invalid_argument: the message names the parameter, its value and the remedy
   HandDynamics(const HandParameters& hand, const Pose& X_DH);
 
-  /// In      on_hand_D, more_D  wrench and additional force on the hand
+  /// In      on_hand_D, more_D  wrench on the hand, and an additional force on it
   ///         dt_s               time step, at most kMaxStep_s
   void advance(const Pose& intended, const Twist& intended_rate, const Wrench& on_hand_D, const Vec3& more_D,
                double dt_s) noexcept;

@@ -1,4 +1,4 @@
-// Parameters of a user's hand, including the device that it holds.
+// Parameters of a user's hand, including the device that the hand holds.
 #pragma once
 
 namespace tandem::devices {
@@ -19,8 +19,8 @@ struct HandParameters {
   double damping_n_m_s_per_rad = 0.02;
   double tremor_rms_n = 0.0;  ///< RMS value of the tremor force, in a narrow band around tremor_hz
   double tremor_hz = 9.0;
-  /// Quantisation step of the reported position; 0: not quantised. If it is set, the reported velocity is estimated
-  /// from the positions (VelocityEstimator), as for a device that reports only positions.
+  /// Quantisation step of the reported position; 0: not quantised. If set, the reported velocity is estimated from the
+  /// positions (VelocityEstimator), as for a device that reports only positions.
   double encoder_step_m = 0.0;
   double encoder_step_rad = 0.0;
 };

@@ -1,4 +1,4 @@
-// Target of the hand of the device "mouse". It is set with the mouse in a window, or by the commands of a script.
+// Target pose for the hand of the device "mouse", set by a window with the mouse, or by the commands of a script.
 #pragma once
 
 #include <cstdint>
@@ -8,16 +8,16 @@
 
 namespace tandem::devices {
 
-/// Maximum distance of the hand from the origin of the device's base frame; a target beyond it is moved to this
+/// Maximum distance of the hand from the origin of the device's base frame [m]. A target beyond it is moved to this
 /// distance.
 inline constexpr double kPointerReach_m = 0.5;
 
 struct PointerTarget {
   Pose X_DH;                  ///< pose of the hand in the device base frame
-  std::uint32_t buttons = 0;  ///< bits of Button
+  std::uint32_t buttons = 0;  ///< pressed buttons, as bits of Button
 };
 
-/// Mailbox for the newest target.
+/// Mailbox in which the newest target replaces older ones.
 /// Thread  the main thread writes, the haptic thread reads
 using Pointer = realtime::Mailbox<PointerTarget>;
 

@@ -1,4 +1,4 @@
-// The generated file device_list.inc contains a line TANDEM_DEVICE(NAME) for each folder listed in CMakeLists.txt.
+// The generated file device_list.inc contains a line TANDEM_DEVICE(NAME) for each device folder of CMakeLists.txt.
 #include "devices/registry.hpp"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The devices that this program can open, by name. devices/README.md explains how to add a device.
+// The kinds of devices that this program can open, by name. devices/README.md explains how to add a device.
 #pragma once
 
 #include <cstdint>
@@ -17,62 +17,62 @@
 
 namespace tandem::devices {
 
-/// Options for opening a device; each device uses those that apply to it.
+/// Options for opening a device; each device uses those that concern it.
 struct DeviceOptions {
-  std::string name = "sim";  ///< name from device_kinds()
-  /// Profile with limits, encoder steps and mass; for a simulated hand: of the device that it holds
+  std::string name = "sim";  ///< name of a kind in device_kinds()
+  /// profile with limits, encoder steps and mass; for a simulated hand: profile of the device that the hand holds
   DeviceProfile profile;
-  std::string hand = "rest";       ///< simulated hand: name or file of its path, see find_hand_path()
-  Duration hand_shift{0};          ///< simulated hand: delay of its path
-  HandParameters hand_parameters;  ///< simulated hand: its parameters, which exclude mass and damping of the device
-  std::uint64_t seed = 1;          ///< simulated hand: seed of its tremor
-  std::filesystem::path motors;    ///< simulated hand: file to which its commands are also written; empty: none
-  std::string control = "rate";    ///< spacemouse: whether the cap controls the "rate" or the "pose" of the handle
-  /// Falcon: firmware file of the manufacturer; empty: the device has its firmware already
+  std::string hand = "rest";  ///< simulated hand: name or file of its path, see find_hand_path()
+  Duration hand_shift{0};     ///< simulated hand: delay of its path
+  /// Simulated hand: parameters of the hand alone, without mass and damping of the device
+  HandParameters hand_parameters;
+  std::uint64_t seed = 1;        ///< simulated hand: seed of its tremor
+  std::filesystem::path motors;  ///< simulated hand: file to which motor commands are written; empty: none
+  std::string control = "rate";  ///< spacemouse: whether the cap controls the "rate" or the "pose" of the handle
+  /// Falcon: firmware file by the manufacturer; empty: the device already has its firmware
   std::filesystem::path firmware;
   /// Falcon: motor command per N·m. libnifalcon uses 10000, the manufacturer's driver 3300 to 7500 depending on the
-  /// pose. Our value is below all of them, so that the force is too low rather than too high. Calibrate it with a
-  /// weight.
+  /// pose. Our value is below these, so that the force is too low rather than too high. Calibrate it with a weight.
   double motor_counts_per_n_m = 3000;
   std::string service = "127.0.0.1:10001";  ///< inverse3: address of the manufacturer's service
   std::string rumble = "auto";         ///< mouse: game pad that displays the force: /dev/input/eventN, "auto" or "off"
   std::filesystem::path library{};     ///< library of a vendor's SDK; empty: searched in the system's library path
-  std::shared_ptr<Pointer> pointer{};  ///< mouse: target set by a window; null if there is none
+  std::shared_ptr<Pointer> pointer{};  ///< mouse: target set by a window; null without a window
   std::shared_ptr<const std::vector<DeviceSample>> recorded{};  ///< replay: recorded samples, at least one
-  int realtime_priority = 0;  ///< priority of the device's thread, if it has one; 0: normal scheduler
+  int realtime_priority = 0;  ///< priority of the device's own thread, if it has one; 0: normal scheduler
 };
 
 /// Returns the path of a simulated hand that these options describe.
 /// Fails   see find_hand_path()
 HandPath hand_path_of(const DeviceOptions& options);
 
-/// A device that is connected to this machine.
+/// A device that was found on this machine.
 struct FoundDevice {
   std::string where;    ///< name and port of the device
   std::string problem;  ///< reason why it cannot be opened, with the remedy; empty if it can be opened
 };
 
-/// One kind of device. A folder of devices/ defines it by a function `DeviceKind NAME_device()`.
+/// One kind of device. Its folder in devices/ defines it by a function `DeviceKind NAME_device()`.
 struct DeviceKind {
   std::string_view name;         ///< name on the command line
   std::string_view description;  ///< description in one line
-  std::string_view profile;      ///< name of the default profile, which supplies the limits
-  /// Opens the device and returns without waiting. Slow operations such as homing proceed during read(), which reports
-  /// the state.
+  std::string_view profile;      ///< name of the default profile, which gives the limits
+  /// Opens the device and returns without waiting. Slow operations such as homing proceed during read(), whose samples
+  /// report the state.
   /// Fails   std::invalid_argument or std::runtime_error with the remedy
   std::unique_ptr<Device> (*open)(const DeviceOptions& options);
-  /// Finds the connected devices within about 100 ms. Null for a kind that has no hardware.
+  /// Finds the connected devices within about 100 ms. Null for a kind without hardware.
   std::vector<FoundDevice> (*find)();
 };
 
 const std::vector<DeviceKind>& device_kinds();
 
 /// Returns the kind with this name.
-/// Fails   std::invalid_argument: the name is unknown; the message lists the known names. If it is a profile or a
+/// Fails   std::invalid_argument: the name is unknown; the message lists the known names. If the name is a profile or a
 ///         profile file, the message explains how a simulated hand can hold such a device
 const DeviceKind& find_device_kind(std::string_view name);
 
-/// Resolves the device name "auto": returns the name of the first real device that can be opened, or "sim" if there is
+/// Resolves the device name "auto" to the name of the first real device that can be opened, or to "sim" if there is
 /// none. If `may_be_real` is false, returns "sim" without a search.
 /// In      log  receives lines for the user: which device is used, and why others are not
 std::string choose_device(bool may_be_real, const std::function<void(const std::string&)>& log,

@@ -9,8 +9,8 @@
 namespace tandem::devices {
 namespace {
 
-constexpr Duration kMaxCommandAge = std::chrono::milliseconds(20);  // same limit as for a late tick (SafetyChain)
-// Number of zeros sent at the end. One may not be enough, because the device may lose the last packets.
+constexpr Duration kMaxCommandAge = std::chrono::milliseconds(20);  // equals the limit for a late tick (SafetyChain)
+// Number of zeros sent at the end. One is not enough, because the device may lose the last packets.
 constexpr int kLastZeros = 3;
 constexpr Duration kRetryPeriod = std::chrono::seconds(1);
 constexpr Duration kWhileAbsent = std::chrono::milliseconds(5);
@@ -75,8 +75,7 @@ bool ThreadedDevice::has_released_force() noexcept {
 }
 
 void ThreadedDevice::run(int realtime_priority) {
-  // The result is ignored: requests not granted here are not granted to the haptic thread either, and that thread
-  // reports them.
+  // The result is ignored: the haptic thread makes the same requests and reports those that are not granted.
   static_cast<void>(realtime::request_realtime(realtime_priority));
   while (!should_stop_.load(std::memory_order_relaxed)) {
     if (watchdog_) watchdog_->begin_command();

@@ -1,14 +1,13 @@
-// Non-blocking device for a driver whose transport blocks: the driver runs on a separate thread.
+// Non-blocking device around a driver whose transport blocks: the driver runs on a separate thread.
 //
 //   haptic thread   write() ──▶ newest command ──▶  device thread   driver.step(now, command)
 //                   read()  ◀── newest sample  ◀──                  waits for the device, at most about 10 ms
 //
-// 1. A command older than 20 ms means that the haptic loop hangs: the driver receives zero instead. This continues
-//    until the loop has called has_released_force(), so that the loop restarts its force from zero.
-// 2. If the driver hangs, no newer samples arrive. The age of the last time stamp increases, which DeviceReader treats
-//    as a fault.
-// 3. If the program is stopped or killed, a watchdog, if there is one, writes zero. The zero also replaces a command
-//    that the loop chose before it was informed of that zero.
+// 1. A command older than 20 ms means that the haptic loop hangs; the driver then receives zero. This continues until
+//    the loop has called has_released_force(), so that the loop restarts its force from zero.
+// 2. If the driver hangs, no new samples arrive. DeviceReader treats the growing age of the last one as a fault.
+// 3. If the program is stopped or killed, the watchdog, if there is one, writes zero. This zero also replaces a command
+//    that the loop chose before it was informed of the zero.
 // 4. The destructor sends zero to the driver before the driver is closed.
 #pragma once
 
@@ -24,35 +23,37 @@
 
 namespace tandem::devices {
 
-/// Opens a device, homes it, exchanges data with it and reopens it. Each call of step() performs a part of this. A
-/// driver has no thread and no clock.
+/// Opens a device, homes it, exchanges data with it and reopens it, step by step at each call of step(). A driver has
+/// no thread and no clock.
 ///
 /// Thread  the thread of the device
 class DeviceDriver {
  public:
   virtual ~DeviceDriver() = default;
   virtual const DeviceSpec& spec() const noexcept = 0;
-  /// Exchanges data with the device once, or performs one step towards that; waits at most 20 ms. Displays zero force
-  /// unless the device is ready.
+  /// Exchanges data with the device once, or performs one step towards an exchange. Waits at most 20 ms. Displays zero
+  /// force unless the device is ready.
   virtual DeviceSample step(LocalTime now, const Wrench& wrench_on_hand_D) = 0;
-  /// Returns whether the device may display a force: a force was sent, and no zero was delivered since. A force whose
-  /// transfer failed or is in progress is treated as delivered; such a zero is not.
+  /// Returns whether the device may display a force: a force was sent, and no zero has been delivered since. A force in
+  /// transit, or one whose transfer failed, counts as delivered. A zero in transit, or one whose transfer failed, does
+  /// not.
   virtual bool may_be_on() const noexcept = 0;
 };
 
-/// State of a disconnected device, used by its driver. It schedules connection attempts and stores the reason. A device
-/// that was connected before is reported as lost, with the reason of the loss. Other devices are reported as opening.
+/// State of a disconnected device, for use in its driver. It schedules connection attempts and stores the reason of the
+/// absence. A device that was connected before is reported as lost, with the reason of the loss. Any other device is
+/// reported as opening.
 class Absence {
  public:
-  /// Returns whether to try to connect now: true at the first call, then once per second after a loss or an attempt.
+  /// Returns whether to try to connect now: at the first call, and then one second after each loss or attempt.
   bool is_attempt_due(LocalTime now) noexcept;
   /// Records that the device was connected; its next disconnection is a loss.
   void end() noexcept { was_connected_ = true; }
   /// Records that the device has disconnected.
   void begin(LocalTime now, std::string_view reason) noexcept;
-  /// Records that the device is still disconnected. If the device was connected before, the reason of the loss is kept.
+  /// Records that the device remains disconnected. If it was connected before, the reason of the loss is kept.
   void note_absence(std::string_view reason) noexcept;
-  /// In      reason  a string literal; replaces the stored reason also if the device was connected before
+  /// In      reason  a string literal; replaces the stored reason even if the device was connected before
   void set_reason(std::string_view reason) noexcept { reason_ = reason; }
   bool was_connected() const noexcept { return was_connected_; }
   DeviceSample sample(LocalTime now) const noexcept;
@@ -67,7 +68,7 @@ class Absence {
 class ThreadedDevice final : public Device {
  public:
   /// In      realtime_priority  see request_realtime()
-  ///         watchdog           receives a beat for each command; null: none
+  ///         watchdog           receives a beat for each command; null: no watchdog
   explicit ThreadedDevice(std::unique_ptr<DeviceDriver> driver, int realtime_priority = 0,
                           std::shared_ptr<Watchdog> watchdog = nullptr);
   /// Sends zero to the driver and ends the thread.
@@ -77,7 +78,7 @@ class ThreadedDevice final : public Device {
 
   const DeviceSpec& spec() const noexcept override { return spec_; }
   DeviceSample read(LocalTime now) noexcept override;
-  /// Stores the command. The driver's next step sends it, a few milliseconds later at most.
+  /// Stores the command. The driver sends it in its next step, at most a few milliseconds later.
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept override;
   bool has_released_force() noexcept override;
   bool may_be_on() const noexcept override { return may_be_on_.load(std::memory_order_acquire); }
@@ -94,8 +95,9 @@ class ThreadedDevice final : public Device {
   realtime::Mailbox<DeviceSample> samples_;
   realtime::Mailbox<std::pair<LocalTime, Wrench>> commands_;  ///< commands, each with the time of its write()
   std::atomic<bool> should_stop_{false};
-  std::atomic<bool> gave_zero_{false};  ///< zero has replaced a force, and the haptic loop has not been informed yet
-  std::atomic<bool> may_be_on_{false};  ///< the device, or the command in transit, may have a force
+  /// Whether zero has replaced a force without the haptic loop having been informed
+  std::atomic<bool> gave_zero_{false};
+  std::atomic<bool> may_be_on_{false};  ///< whether the device, or the command in transit, may have a force
   std::thread thread_;
 };
 

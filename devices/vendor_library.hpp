@@ -1,5 +1,5 @@
 // A vendor's SDK that the user has installed. It is loaded at run time and used through declarations written for this
-// project, because neither its headers nor its library may be distributed.
+// project, because neither the SDK's headers nor its library may be distributed.
 #pragma once
 
 #include <filesystem>
@@ -9,11 +9,11 @@
 
 namespace tandem::devices {
 
-/// Reason reported for a device that was connected and is lost.
+/// Reason reported for a device that was connected and is now lost.
 inline constexpr std::string_view kSdkLost =
     "its maker's SDK cannot reach it any more; check its cable and its power supply";
 
-/// A shared library that is never unloaded, because such libraries start threads that would outlive them.
+/// A shared library that is never unloaded, because vendors' libraries start threads that would outlive the unloading.
 class VendorLibrary {
  public:
   /// In      sdk    name for display: "Force Dimension SDK"
@@ -21,7 +21,7 @@ class VendorLibrary {
   /// Fails   std::runtime_error: no library was found; the message names the option --library
   VendorLibrary(std::string sdk, const std::filesystem::path& given, const std::vector<std::string>& usual);
 
-  /// Looks up a function. If the library does not contain it, sets it to null, and require_all() reports it.
+  /// Looks up a function. A missing function is set to null, and require_all() reports it.
   template <class Function>
   void find(Function*& function, const char* name) {
     function = reinterpret_cast<Function*>(address_of(name));

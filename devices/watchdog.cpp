@@ -39,8 +39,8 @@ std::string hex(std::span<const std::uint8_t> bytes) {
   return text;
 }
 
-/// Descriptors that a child process inherits under fixed numbers. Each is first copied to a number above all fixed
-/// numbers, so that no descriptor is overwritten before it is duplicated.
+/// Descriptors that a child process inherits under fixed numbers. Each descriptor is first copied to a number above all
+/// fixed numbers, so that none is overwritten before it is duplicated.
 class Inherited {
  public:
   Inherited() { posix_spawn_file_actions_init(&actions); }
@@ -154,7 +154,7 @@ void Watchdog::release() {
 }
 
 void Watchdog::await_end() {
-  kill(process_, SIGCONT);  // a stopped watchdog would not write zero
+  kill(process_, SIGCONT);  // a stopped watchdog could not write zero
   const auto deadline = std::chrono::steady_clock::now() + kEndsWithin;
   int status = 0;
   pid_t ended = 0;
@@ -163,8 +163,8 @@ void Watchdog::await_end() {
   }
   if (ended == 0) ending_.push_back(process_);
   process_ = -1;
-  // A killed watchdog did not write zero, so zero is written here. If a frame is incomplete, zero is omitted, because
-  // it would corrupt the stream.
+  // A killed watchdog did not write zero, so zero is written here. It is omitted after an incomplete frame, because it
+  // would corrupt the stream.
   const bool was_killed = ended > 0 && WIFSIGNALED(status);
   const bool is_between_frames = !beat_->is_in_frame.load(std::memory_order_acquire);
   if (was_killed && is_between_frames && beat_->is_force_on.load(std::memory_order_relaxed)) send_zero(zero_);

@@ -1,4 +1,4 @@
-// Writes zero force to a device when this program cannot, because it is stopped (SIGSTOP, a debugger), killed or
+// Writes zero force to a device when this program cannot do so, because it is stopped (SIGSTOP, a debugger), killed or
 // crashed.
 //
 //   this process                          tandem-watchdog, one per device
@@ -9,9 +9,9 @@
 //                                         owns only the device's descriptor and the bytes of its zero command
 //
 // 1. The watchdog inherits the device's descriptor. Opening the device again would fail, because the kernel grants a
-//    claimed USB interface to an open file, whichever process holds it. The watchdog can thus write zero while the
-//    owner is stopped. After the owner has ended, the interface stays claimed until zero is written; likewise a socket
-//    stays connected.
+//    claimed USB interface to an open file, whichever process holds it. So the watchdog can write zero while the owner
+//    (this process) is stopped. After the owner has ended, the interface stays claimed, and a socket stays connected,
+//    until zero is written.
 // 2. The watchdog is a separate program, so it shares no memory, threads or signals with this one (except for the
 //    shared memory above). It runs in a separate session, so that signals of a terminal do not reach it.
 // 3. It acts only while a force is displayed, because opening, homing and zero force may involve long pauses.
@@ -20,9 +20,9 @@
 //    cancelled.
 // 5. Frames must be written completely or not at all. USB transfers, and writes of up to PIPE_BUF bytes to a pipe, are
 //    atomic, so the owner performs them itself. On a TCP stream a write may be partial, and an owner that is killed or
-//    stopped during a write leaves an unknown part of its frame. All frames for a TCP stream therefore pass through the
-//    watchdog (send()), which completes each one before the next. If the owner sent a force before it was informed of a
-//    zero, the watchdog replaces that force by zero (`releases` serves as the fencing token).
+//    stopped during a write leaves an unknown part of its frame. So all frames for a TCP stream pass through the
+//    watchdog (send()), which completes each frame before the next. If the owner sent a force before it was informed of
+//    a zero, the watchdog replaces that force by zero (`releases` serves as the fencing token).
 #pragma once
 
 #include <sys/types.h>
@@ -44,26 +44,27 @@ inline constexpr std::size_t kMaxFrameBytes = 512;
 
 /// Command that sets the force of the device to zero.
 struct ZeroCommand {
-  int descriptor = -1;                         ///< device; must stay open while the watchdog has the command
-  std::optional<std::uint8_t> usb_endpoint{};  ///< bulk-out endpoint for usbfs; if empty, write(2) is used
-  std::vector<std::uint8_t> bytes;             ///< bytes of the command, 1 to kMaxFrameBytes
+  int descriptor = -1;                         ///< device; must stay open while the watchdog uses the command
+  std::optional<std::uint8_t> usb_endpoint{};  ///< bulk-out endpoint for usbfs; empty: write(2) is used
+  std::vector<std::uint8_t> bytes;             ///< 1 to kMaxFrameBytes
 };
-/// Writes zero; waits at most 20 ms. Returns false if the device did not accept all of it.
+/// Writes the zero command; waits at most 20 ms. Returns false if the device did not accept all of it.
 bool send_zero(const ZeroCommand& zero) noexcept;
 
-/// Memory shared by the owner and the watchdog.
+/// Memory shared by the owner (the program that uses the device) and the watchdog.
 struct WatchdogBeat {
-  std::atomic<std::int64_t> at_ns{0};  ///< LocalTime of the last beat in ns
+  std::atomic<std::int64_t> at_ns{0};  ///< time of the last beat [ns], as LocalTime
   std::atomic<bool> is_force_on{false};
-  std::atomic<std::uint32_t> releases{0};  ///< number of silences of the owner during which the device accepted a zero
+  std::atomic<std::uint32_t> releases{0};  ///< number of silences of the owner in which the device accepted a zero
   std::atomic<std::uint32_t> written{0};   ///< number of the last command of send() that was written to the device
   std::atomic<bool> is_in_frame{false};    ///< true while a frame may be partly written
 };
 
 /// Header of each packet that send() sends to the watchdog; the bytes of the frame follow it.
 struct WatchdogFrameHead {
-  std::uint32_t number = 0;          ///< number of the command; 0: a reply required by the protocol
-  std::uint32_t known_releases = 0;  ///< value of WatchdogBeat::releases that the owner knew when it chose the force
+  std::uint32_t number = 0;  ///< number of the command; 0: the frame is a reply required by the protocol
+  /// Value of WatchdogBeat::releases that the owner had read when it chose the force
+  std::uint32_t known_releases = 0;
   std::uint32_t is_force_on = 0;
 };
 
@@ -76,29 +77,29 @@ class Watchdog {
   /// Fails   std::runtime_error: the program does not exist; the message has the remedy. std::system_error: no shared
   ///         memory
   explicit Watchdog(int realtime_priority, std::filesystem::path program = default_program());
-  /// Calls release().
+  /// Ends the watchdog by release().
   ~Watchdog();
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
   /// Returns $TANDEM_WATCHDOG if it is set, otherwise `tandem-watchdog` in program_folder().
   static std::filesystem::path default_program();
 
-  /// Starts a watchdog process for this zero command, after ending the previous one. Returns false if the process could
-  /// not be started.
+  /// Starts a watchdog process for this zero command, after ending the previous process. Returns false if the process
+  /// could not be started.
   bool watch_over(const ZeroCommand& zero);
-  /// Ends the watchdog; if a force is displayed, only after it has written zero. Call it before the descriptor is
-  /// closed. It waits up to 0.5 s. If the device accepts nothing, the watchdog continues alone for up to 10 s.
+  /// Ends the watchdog process. If a force is displayed, the process first writes zero. Call it before the descriptor
+  /// is closed. It waits up to 0.5 s. If the device accepts nothing, the process continues alone for up to 10 s.
   void release();
 
-  /// Must be called before a command is chosen. If the watchdog writes zero after this call, the chosen command is
-  /// obsolete.
+  /// Must be called before a command is chosen. If the watchdog writes zero after this call, the chosen command counts
+  /// as obsolete.
   /// Thread  the thread that sends the commands
   void begin_command() noexcept { known_releases_ = seen_.load(std::memory_order_acquire); }
   bool is_command_obsolete() const noexcept {
     return beat_->releases.load(std::memory_order_acquire) != known_releases_;
   }
-  /// Reports that this program is running. Must be called before each command and after its delivery, at most 20 ms
-  /// apart while a force may be displayed.
+  /// Reports that this program is running. Must be called before each command and after its delivery; the calls must be
+  /// at most 20 ms apart while a force may be displayed.
   /// Thread  the thread that sends the commands
   void beat(LocalTime now, bool is_force_on) noexcept;
   /// Returns whether the device has accepted a zero of the watchdog since the last call.
@@ -110,9 +111,9 @@ class Watchdog {
   /// Out     false: the frame is too long, or the watchdog has ended or does not read
   /// Thread  the thread that sends the commands
   bool send(std::span<const std::uint8_t> frame, bool is_force_on) noexcept;
-  /// Passes a frame that the peer's protocol requires as a reply (a pong) to the watchdog; commands have priority.
+  /// Passes a reply that the peer's protocol requires (a pong) to the watchdog; commands have priority over replies.
   bool send_reply(std::span<const std::uint8_t> frame) noexcept;
-  /// Returns whether the watchdog was killed or has failed; it then writes nothing more.
+  /// Returns whether the watchdog was killed or has failed, so that it writes nothing more.
   bool has_ended() const noexcept;
   /// Returns whether the last frame of send(), or the zero that replaced it, was written completely.
   bool is_written() const noexcept;
@@ -130,7 +131,7 @@ class Watchdog {
   std::atomic<std::uint32_t> seen_{0};  ///< value of WatchdogBeat::releases at the last has_released_force()
   std::uint32_t known_releases_ = 0;
   std::uint32_t sent_ = 0;  ///< number of the last command passed to send()
-  int lifeline_ = -1;       ///< socket for packets to the watchdog, which ends when this socket is closed
+  int lifeline_ = -1;       ///< socket for packets to the watchdog; closing it makes the watchdog end
   pid_t process_ = -1;
   std::vector<pid_t> ending_;  ///< released processes that have not terminated yet
 };

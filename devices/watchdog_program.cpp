@@ -1,5 +1,5 @@
-// tandem-watchdog writes zero to one device when its owner, the program that started it, is silent or has ended. See
-// watchdog.hpp.
+// Program tandem-watchdog: writes zero to one device when the owner (the program that started it) is silent or has
+// ended. See watchdog.hpp.
 #include "devices/watchdog_program.hpp"
 
 #include <fcntl.h>
@@ -34,13 +34,13 @@ namespace {
 
 constexpr int kCheckPeriod_ms = 5;
 constexpr Duration kCheckPeriod = std::chrono::milliseconds(kCheckPeriod_ms);
-// Number of zeros written in a silence. The device may lose packets in transit, so one is not enough. A larger number
-// would cause replies that no program reads.
+// Number of zeros written in a silence. One is not enough, because the device may lose packets in transit. A larger
+// number would cause replies that no program reads.
 constexpr int kZeros = 5;
-// Zero is retried for this time after the owner's end, if the device accepts nothing. Our choice.
+// Maximum time for which zero is retried after the owner's end, if the device accepts nothing. Our choice.
 constexpr Duration kMaxRetry = std::chrono::seconds(10);
-// A resumed owner may complete an old command with a force. Zero is written after it, within this time. If that is not
-// possible in time, zero is omitted, because the owner then sends zero itself.
+// Maximum time for writing zero after an owner has resumed. A resumed owner may complete an old command with a force,
+// so zero must follow. If that is not possible in time, zero is omitted, because the owner sends zero itself by then.
 constexpr Duration kMaxAnswer = std::chrono::milliseconds(20);
 
 using Bytes = std::vector<std::uint8_t>;
@@ -53,7 +53,7 @@ ZeroCommand zero_from(std::string_view endpoint, std::string_view hex) {
   return zero;
 }
 
-/// Writes frames to the device's descriptor, each completely before the next.
+/// Writes frames to the device's descriptor. Each frame is completed before the next one.
 class Line {
  public:
   explicit Line(ZeroCommand zero) : zero_(std::move(zero)) {
@@ -61,21 +61,21 @@ class Line {
     is_socket_ = fstat(zero_.descriptor, &status) == 0 && S_ISSOCK(status.st_mode);
   }
   const Bytes& zero() const { return zero_.bytes; }
-  /// Sets the next frame; empty: none. Must not be called while a frame is partly written.
+  /// Sets the next frame; empty: no frame. Must not be called while a frame is partly written.
   void set_next(const Bytes& frame) { frame_ = frame; }
   bool has_frame() const { return !frame_.empty(); }
-  /// Writes as much of the frame as the device accepts now. Returns true if the frame was written completely.
+  /// Writes as much of the frame as the device accepts now. Returns true once the frame is complete.
   bool push() noexcept;
   /// Returns whether a frame is partly written.
   bool is_within() const { return out_ > 0; }
-  /// Returns whether the device was unplugged or has closed the connection, and therefore accepts nothing more.
+  /// Returns whether the device was unplugged or has closed the connection, so that it accepts nothing more.
   bool is_lost() const { return is_lost_; }
   /// Returns whether the device is busy; poll(2) then reports when it accepts bytes again.
   bool is_full() const { return is_full_; }
   /// For sockets: discards input that the owner did not read. A peer that is blocked by unread input would not read the
-  /// zero, and closing a socket with unread input discards its output.
+  /// zero. Moreover, closing a socket with unread input discards its output.
   void discard_input() const noexcept;
-  /// For sockets: returns the number of written bytes that the peer has not acknowledged yet.
+  /// For sockets: returns the number of written bytes that the peer has not acknowledged.
   int unsent_bytes() const noexcept;
 
  private:
@@ -89,7 +89,7 @@ class Line {
   bool is_lost_ = false;
 };
 
-/// Writes a part of the frame. Never blocks, except for up to 20 ms in a USB transfer.
+/// Writes a part of the frame. It never blocks, except for up to 20 ms in a USB transfer.
 ssize_t Line::write_some() const noexcept {
   const std::uint8_t* const bytes = frame_.data() + out_;
   const std::size_t size = frame_.size() - out_;
@@ -131,13 +131,13 @@ int Line::unsent_bytes() const noexcept {
   return is_socket_ && ioctl(zero_.descriptor, SIOCOUTQ, &bytes) == 0 ? bytes : 0;
 }
 
-/// A frame received from the owner, of which no byte was written yet.
+/// A frame received from the owner, of which no byte has been written.
 struct Waiting {
   WatchdogFrameHead head;
   Bytes frame;
 };
 
-/// Chooses the next frame for the device, depending on the state of the owner.
+/// Chooses the next frame for the device, depending on whether the owner is running, silent or ended.
 class Watch {
  public:
   Watch(ZeroCommand zero, WatchdogBeat& beat) : line_(std::move(zero)), beat_(beat) {}
@@ -146,7 +146,7 @@ class Watch {
   bool receive();
   void check(LocalTime now);
   void on_owner_exit(const Clock& clock);
-  /// Sleeps until the device can accept bytes or the owner has sent a packet, at most for kCheckPeriod.
+  /// Sleeps until the device can accept bytes or the owner has sent a packet, but at most for kCheckPeriod.
   void wait() const noexcept;
 
  private:
@@ -161,14 +161,15 @@ class Watch {
 
   Line line_;
   WatchdogBeat& beat_;
-  Kind kind_ = Kind::kNone;   ///< kind of the frame that the line writes
+  Kind kind_ = Kind::kNone;   ///< kind of the frame that `line_` writes
   std::uint32_t number_ = 0;  ///< number of the command in that frame
   std::optional<Waiting> command_, reply_;
-  bool is_writer_ = false;  ///< the owner passes all frames to this process, which alone writes to the stream
-  bool is_silent_ = false;  ///< the owner became silent while a force was displayed
+  /// Whether the owner passes all frames to this process, so that only this process writes to the stream
+  bool is_writer_ = false;
+  bool is_silent_ = false;  ///< whether the owner became silent while a force was displayed
   bool has_owner_exited_ = false;
   LocalTime silent_since_{};
-  int zeros_ = 0;  ///< number of zeros that the device accepted in this silence
+  int zeros_ = 0;  ///< number of zeros that the device has accepted in this silence
   LocalTime next_zero_{};
   LocalTime answer_until_{};
 };
@@ -193,20 +194,20 @@ void Watch::check(LocalTime now) {
   const LocalTime beat_at{Duration(beat_.at_ns.load(std::memory_order_relaxed))};
   const bool was_silent = is_silent_;
   is_silent_ = now - beat_at > Watchdog::kMaxSilence && (is_force_on || was_silent);
-  // If the owner has resumed and stopped again since the last check, a new silence begins, with new zeros.
+  // If the owner has resumed and stopped again since the last check, a new silence begins, which needs new zeros.
   if (is_silent_ && (!was_silent || beat_at != silent_since_)) {
     zeros_ = 0;
     next_zero_ = now;
   }
   silent_since_ = beat_at;
-  // If the owner writes to the device itself, it may have been stopped during a write. After resuming, it completes
-  // that command, so zero must follow (kMaxAnswer).
+  // An owner that writes to the device itself may have been stopped during a write. After resuming, it completes the
+  // old command, so zero must follow (kMaxAnswer).
   if (was_silent && !is_silent_ && zeros_ > 0 && !is_writer_) answer_until_ = now + kMaxAnswer;
   write_all(now);
 }
 
-// Writes frames as long as the device accepts them. A frame is chosen anew until its first byte is written, since a
-// newer one may replace it.
+// Writes frames as long as the device accepts them. Until the first byte of a frame is written, the frame is chosen
+// anew, because a newer one may replace it.
 void Watch::write_all(LocalTime now) {
   while (true) {
     const bool was_within = line_.is_within();
@@ -253,7 +254,7 @@ void Watch::note_written(LocalTime now) {
   next_zero_ = now + kCheckPeriod;
 }
 
-/// Marks that a frame may be partly written. After the owner's end the shared memory is not changed, because another
+/// Marks that a frame may be partly written. After the owner's end the shared memory is left unchanged, because a new
 /// watchdog may use it by then.
 void Watch::set_in_frame(bool is_in_frame) noexcept {
   if (!has_owner_exited_) beat_.is_in_frame.store(is_in_frame, std::memory_order_release);

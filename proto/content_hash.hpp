@@ -1,4 +1,4 @@
-// Identifies files by a hash of their content. A client that has a file with the same hash need not download it again.
+// Identifies files by a hash of their content, so that a client need not download a file that it already has.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ using Sha256 = std::array<std::byte, 32>;
 /// Returns the hash stored in a message field; nothing if the field does not have 32 bytes.
 std::optional<Sha256> hash_from(const std::string& bytes);
 
-/// Returns 64 hexadecimal digits, the form of a hash in file names and logs.
+/// Returns the hash as 64 hexadecimal digits, the form used in file names and logs.
 std::string hex(const Sha256& hash);
 
 /// Returns the SHA-256 of `bytes`.

@@ -20,8 +20,8 @@ using google::protobuf::Reflection;
 /// Returns whether all numbers in one field, including its sub-messages, are finite.
 bool is_finite_field(const Message& message, const FieldDescriptor& field);
 
-/// Returns whether all numbers of a message are finite. Reflection is used because a hand-written list of all numbers
-/// of a scene would be error-prone. Its cost is acceptable, because there are only a few control messages per second.
+/// Returns whether all numbers of a message are finite. Protobuf reflection visits every field, because a hand-written
+/// list of all numbers of a scene would be error-prone. Its cost is acceptable for a few control messages per second.
 /// The parser's recursion limit bounds the depth.
 bool is_finite_message(const Message& message) {
   std::vector<const FieldDescriptor*> present;
@@ -63,8 +63,7 @@ bool is_within_limits(const wire::AssetChunk& chunk) {
 
 bool parse_bounded(std::span<const std::byte> payload, Message& out) {
   if (payload.size() > kMaxControlBytes) return false;
-  // Protobuf logs every string that is not valid UTF-8. The log is silenced, because a peer must not be able to write
-  // to it.
+  // Protobuf logs every string that is not valid UTF-8. The log is silenced, so that a peer cannot fill it.
   const google::protobuf::LogSilencer silencer;
   return out.ParseFromArray(payload.data(), static_cast<int>(payload.size())) && is_finite_message(out);
 }
@@ -89,8 +88,7 @@ std::size_t FrameReader::payload_size_at(std::size_t frame) const {
 }
 
 void FrameReader::drop_taken_bytes() {
-  // The remaining bytes are moved only if they are no longer than the dropped part, which keeps the cost at O(1) per
-  // byte.
+  // The remaining bytes are moved only if they are not longer than the dropped part. So the cost stays O(1) per byte.
   if (read_ < buffer_.size() - read_) return;
   buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(read_));
   frame_ -= read_;

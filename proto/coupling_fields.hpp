@@ -1,5 +1,5 @@
-// Table of the coupling's coefficients: their names and the ranges accepted in messages. The server checks SetParameter
-// with it, and a client checks the values received from the server.
+// Table of the coupling's coefficients: their names, and the ranges accepted in messages. The server checks
+// SetParameter by this table, and a client checks received values.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace tandem::proto {
 
-/// A coefficient: its name, its member in each struct, and its range.
+/// A coefficient: its name, its member in each of the two structs, and its range.
 struct CouplingField {
   std::string_view name;  ///< name in SetParameter and ParameterSet
   double haptics::CouplingParameters::*value;
@@ -64,7 +64,7 @@ constexpr const CouplingField* find_coupling_field(std::string_view name) {
   return nullptr;
 }
 
-/// Writes the coupling bounds of a device. An infinite bound means no bound and is omitted.
+/// Writes the coupling bounds of a device. An infinite value means that there is no bound, and is omitted.
 inline void write_bounds(const haptics::CouplingParameters& bounds, wire::Coupling& out) {
   for (const CouplingField& field : kCouplingFields) {
     if (std::isfinite(bounds.*field.value)) (out.*field.set)(bounds.*field.value);

@@ -19,11 +19,11 @@
 
 namespace tandem::proto {
 
-/// Version of the protocol, control and state together. Peers with another version are refused.
+/// Version of the whole protocol, for control and state. Peers with a different version are refused.
 inline constexpr std::uint32_t kProtocolVersion = 3;
 inline constexpr std::size_t kDatagramHeaderBytes = 33;
 inline constexpr std::size_t kTagBytes = 16;
-/// Offset of the tag, which is the last part of the header. The bytes before it are authenticated but not encrypted.
+/// Offset of the tag, which ends the header. The header bytes before it are authenticated but not encrypted.
 inline constexpr std::size_t kTagOffset = kDatagramHeaderBytes - kTagBytes;
 /// Maximum size of a datagram. It fits the minimum MTU of IPv6 with a margin for tunnels, so that no datagram is
 /// fragmented.
@@ -31,7 +31,7 @@ inline constexpr std::size_t kMaxDatagramBytes = 1200;
 inline constexpr std::size_t kMaxPayloadBytes = kMaxDatagramBytes - kDatagramHeaderBytes;
 /// Largest epoch, because the header stores it in three bits.
 inline constexpr std::uint8_t kMaxEpoch = 7;
-/// Maximum difference to the newest sequence (about 17 minutes at 1 kHz). A datagram beyond it is dropped as damaged.
+/// Maximum distance of a sequence from the newest one, about 17 minutes at 1 kHz. A datagram further ahead is dropped.
 inline constexpr std::uint64_t kMaxSequenceJump = 1U << 20U;
 
 using Bytes = std::vector<std::byte>;
@@ -39,10 +39,10 @@ using Bytes = std::vector<std::byte>;
 enum class DatagramType : std::uint8_t {
   kClientUpdate = 0,
   kServerUpdate = 1,
-  kPathResponse = 2,   ///< the client returns the 8 bytes of a challenge from its current address
-  kPathChallenge = 3,  ///< the server checks whether its client can be reached at an address
+  kPathResponse = 2,   ///< from the client: returns the 8 bytes of a challenge, from the client's current address
+  kPathChallenge = 3,  ///< from the server: checks whether the client can be reached at an address
 };
-/// Returns the type of the path message that has the same direction as state of type `state`.
+/// Returns the type of the path message that travels in the same direction as state of type `state`.
 constexpr DatagramType path_beside(DatagramType state) {
   return state == DatagramType::kClientUpdate ? DatagramType::kPathResponse : DatagramType::kPathChallenge;
 }
@@ -51,7 +51,7 @@ inline constexpr std::size_t kPathBytes = 8;
 
 struct DatagramHeader {
   DatagramType type = DatagramType::kClientUpdate;
-  std::uint8_t epoch = 0;  ///< 0..kMaxEpoch
+  std::uint8_t epoch = 0;  ///< number of the encryption key, 0..kMaxEpoch
   ConnectionId connection;
   std::uint64_t sequence = 0;
 };
@@ -59,8 +59,8 @@ struct DatagramHeader {
 /// Appends the header to `out`.
 void append_header(const DatagramHeader& header, Bytes& out);
 
-/// Reads and checks the header: size limits, version, non-zero connection and sequence. It checks neither the type
-/// nor the tag (DatagramSeal in datagram_seal.hpp checks the tag).
+/// Reads and checks the header: size limits, version, non-zero connection and sequence. It checks neither the type nor
+/// the tag (for the tag see DatagramSeal).
 /// Out     kNone, or the reason to drop the datagram; `out` is then unspecified
 DropReason parse_header(std::span<const std::byte> datagram, DatagramHeader& out);
 

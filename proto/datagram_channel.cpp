@@ -18,10 +18,10 @@ DatagramChannel::DatagramChannel(const Settings& settings, ChannelCounters& coun
       send_rate_(net::kDeadbandFloor, settings.max_rate_hz),
       last_received_(settings.opened),
       last_sent_(settings.opened) {
-  settings_.secret.reset();  // no longer needed, because the seals have derived their keys; this wipes it
+  settings_.secret.reset();  // wipes the secret, which is not needed after the seals have derived their keys
 }
 
-/// Performs steps 3 and 4 of receiving.
+/// Performs steps 3 and 4 of receiving (datagram_channel.hpp).
 DropReason DatagramChannel::open(const DatagramHeader& header, std::span<const std::byte> datagram,
                                  std::span<const std::byte>& payload) {
   if (const DropReason reason = window_.check(header.sequence); reason != DropReason::kNone) return reason;
@@ -61,9 +61,9 @@ void DatagramChannel::note_received(Duration sent_by_peer, LocalTime now) {
   last_received_ = now;
 }
 
-// Measures the transit time of an update that this end sent: from its send time, which the peer returns, to its arrival
-// at the peer, measured on the peer's clock. A server update contains both times. For a client update, the arrival is
-// its send time minus the time for which the client held the acknowledged update.
+// Measures the transit time of an update that this end has sent: from its send time, which the peer returns, to its
+// arrival at the peer, on the peer's clock. A server update contains both times. In a client update, the arrival time
+// is its send time minus the time for which the client held the acknowledged update.
 void DatagramChannel::note_stamps(const ClientUpdate& update, LocalTime now) {
   note_received(update.sent.time_since_epoch(), now);
   if (update.acknowledged_sent == ServerTime{}) return;

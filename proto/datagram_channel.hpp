@@ -1,5 +1,5 @@
 // One end of a connection's state stream: sends and receives datagrams, and accepts only the newest state. Client and
-// server use the same class, each with its own message type. It has no socket, clock or thread.
+// server use this class with their own message types. It has no socket, clock or thread.
 //
 // Steps of receiving, in this order; the first failed check determines the drop reason (WIRE.md, "Checks on receive"):
 //
@@ -36,33 +36,33 @@
 
 namespace tandem::proto {
 
-/// Sums of the counters of all channels of a program.
+/// Counters summed over all channels of a program.
 struct ChannelCounters {
   DropCounters received_drops;
   DropCounters sent_drops;
   std::uint64_t datagrams_received = 0;
   std::uint64_t datagrams_sent = 0;
-  std::uint64_t updates_suppressed = 0;  ///< not sent because of the deadband
-  std::uint64_t updates_paced = 0;       ///< not sent because the link has no capacity for them
+  std::uint64_t updates_suppressed = 0;  ///< updates withheld by the deadband
+  std::uint64_t updates_paced = 0;       ///< updates withheld because the link has no capacity for them
 
-  /// Counts a received datagram. `reason` is the reason why it was dropped, or kNone.
+  /// Counts a received datagram. `reason` tells why it was dropped; kNone: it was not.
   void count_received(DropReason reason) {
     ++datagrams_received;
     if (reason != DropReason::kNone) received_drops.add(reason);
   }
 };
 
-/// Performs step 1 of receiving: parse_header(), and kType for types that the other end never sends.
-/// In      expected  type of state that the other end sends; its path message is accepted too
+/// Performs step 1 of receiving: parse_header(), and returns kType for types that the peer never sends.
+/// In      expected  type of state that the peer sends; the corresponding path message is accepted as well
 DropReason read_header(std::span<const std::byte> datagram, DatagramType expected, DatagramHeader& out);
 
 /// Set of the last kSize received sequences, which distinguishes late datagrams from duplicates. check() is called
-/// before a datagram is authenticated and accept() afterwards, so that a forged datagram changes nothing.
+/// before a datagram is authenticated and accept() afterwards, so a forged datagram has no effect.
 class ReplayWindow {
  public:
   static constexpr std::size_t kSize = 4096;
 
-  /// Returns kDuplicate for a sequence that was received, kLate for one older than the window, otherwise kNone.
+  /// Returns kDuplicate for an already received sequence, kLate for one that is older than the window, otherwise kNone.
   DropReason check(std::uint64_t sequence) const {
     if (sequence > newest_) return DropReason::kNone;
     if (newest_ - sequence >= kSize) return DropReason::kLate;
@@ -94,10 +94,10 @@ class DatagramChannel {
     ConnectionId connection;
     std::uint8_t epoch = 0;
     double deadband = 0;     ///< Weber fraction (common/net/deadband.hpp); 0: no suppression
-    double max_rate_hz = 0;  ///< rate of the loop that produces the updates
-    bool is_stream = false;  ///< datagrams are sent inside a byte stream, which has its own flow control
-    LocalTime opened{};      ///< initial value of the times of the last received and sent datagrams
-    std::optional<secure::Exported> secret{};  ///< key material for the seals; without it the null cipher is used
+    double max_rate_hz = 0;  ///< rate at which the loop produces updates
+    bool is_stream = false;  ///< datagrams are sent inside a TCP stream, which has its own flow control
+    LocalTime opened{};      ///< time of opening; initial value of the times of the last received and sent datagram
+    std::optional<secure::Exported> secret{};  ///< key material for the seals; empty: null cipher
   };
   /// In      counters  counters to update; they must outlive the channel
   DatagramChannel(const Settings& settings, ChannelCounters& counters);
@@ -122,20 +122,20 @@ class DatagramChannel {
     note_stamps(update, now);
     return DropReason::kNone;
   }
-  /// Receives a path message, which unlike state may be older than the newest state.
+  /// Receives a path message. Unlike state, it is accepted even if it is older than the newest state.
   DropReason receive_path(const DatagramHeader& header, std::span<const std::byte> datagram, std::uint64_t& number);
   bool has_received() const { return has_received_; }
   LocalTime last_received() const { return last_received_; }
   LocalTime last_sent() const { return last_sent_; }
 
-  /// Counts overwritten updates. The loop numbers its updates; those between the last number and this one were replaced
-  /// before they could be sent.
+  /// Counts overwritten updates. The loop numbers its updates. Those with a number between the previous one and
+  /// `number` were replaced before they could be sent.
   void count_overwritten(std::uint64_t number);
-  /// Performs steps 1 and 2 of sending; counts an update that is not admitted.
+  /// Performs steps 1 and 2 of sending. Counts an update that is not admitted.
   ///
   /// In      may_wait                   true if the update may be withheld; false after a user's action
-  ///         has_changed(deadband, since)  returns whether the change since the last sent update is perceptible.
-  ///         `since` is the time since that update. Called only if the update is not due anyway
+  ///         has_changed(deadband, since)  returns whether the change since the last sent update is perceptible;
+  ///         `since` is the time since that update. Not called if the update is due anyway
   template <class HasChanged>
   bool admits(LocalTime now, bool may_wait, const HasChanged& has_changed) {
     const Duration since = now - last_sent_;
@@ -153,7 +153,7 @@ class DatagramChannel {
   /// Performs steps 3 to 8 of sending.
   ///
   /// In      is_blocked               true if the byte stream still has bytes to send
-  ///         append(update, bytes)    appends the encoded update, including its time stamps, to `bytes`
+  ///         append(update, bytes)    appends the encoded update with its time stamps to `bytes`
   ///         deliver(datagram)        sends the datagram; returns false if that is not possible now
   template <class Update, class Append, class Deliver>
   void send(Update& update, LocalTime now, bool is_blocked, const Append& append, const Deliver& deliver) {
@@ -163,7 +163,7 @@ class DatagramChannel {
     seal_.seal(sequence_, datagram_);
     count_sent(deliver(std::span<const std::byte>(datagram_)));
   }
-  /// Returns an encrypted path message. It remains valid until the next path message or update.
+  /// Returns an encrypted path message, valid until the next call of path_message() or send().
   std::span<const std::byte> path_message(std::uint64_t number, LocalTime now);
 
  private:

@@ -27,7 +27,7 @@ unsigned char* octets(std::byte* bytes) {
   return reinterpret_cast<unsigned char*>(bytes);
 }
 
-/// Returns the cipher. It is fetched only once, because fetching takes longer than encrypting a datagram.
+/// Returns the cipher. It is fetched from OpenSSL only once, because fetching takes longer than encrypting a datagram.
 const EVP_CIPHER* cipher_of(secure::Aead aead) {
   static EVP_CIPHER* const kAes = EVP_CIPHER_fetch(nullptr, "AES-256-GCM", nullptr);
   static EVP_CIPHER* const kChaCha = EVP_CIPHER_fetch(nullptr, "ChaCha20-Poly1305", nullptr);
@@ -52,7 +52,7 @@ void expand(const secure::Secret& secret, std::string_view label, std::span<std:
   if (!is_good) throw std::runtime_error("OpenSSL cannot derive a key (HKDF)");
 }
 
-/// Key of one epoch, in the form of a cipher context and an IV.
+/// Key of one epoch: a cipher context and an IV.
 struct EpochKey {
   void derive(secure::Aead aead, const secure::Secret& chain, bool is_for_opening) {
     secure::Secret key;
@@ -101,8 +101,7 @@ struct DatagramSeal::Keys {
   bool is_for_opening;
   secure::Secret chain;  ///< chain secret of the newest epoch for which a key was derived
   EpochKey current;
-  /// For decryption only; derived in advance, so that a datagram with a forged epoch costs no more than any forged
-  /// datagram
+  /// For decryption only. It is derived in advance, so that a forged epoch in a datagram costs no key derivation.
   EpochKey next;
   std::array<std::byte, kMaxPayloadBytes> opened{};
 };
@@ -154,8 +153,7 @@ void DatagramSeal::seal(std::uint64_t sequence, std::span<std::byte> datagram) {
           1 &&
       EVP_CipherFinal_ex(c, octets(payload.data()), &size) == 1 &&
       EVP_CIPHER_CTX_ctrl(c, EVP_CTRL_AEAD_GET_TAG, kTagBytes, octets(datagram.data() + kTagOffset)) == 1;
-  // This failure is caused by a bug in this code or in the library. The payload is wiped, so that it is never sent
-  // unencrypted.
+  // Such a failure is a bug of this code or of the library. The payload is wiped, so that it is never sent unencrypted.
   if (!is_sealed) secure::wipe(payload);
 }
 

@@ -6,8 +6,8 @@
 //                                                                                  chain, which is then wiped
 //   nonce = IV xor sequence · associated data = the header up to the tag · the tag is the end of the header
 //
-// The sequence continues across epochs, and so do the freshness check and the replay window. Without a secret
-// (--insecure, virtual time) the same calls leave the payload unchanged, and the tag is zero.
+// Sequence, freshness check and replay window continue across epochs. Without a secret (--insecure, virtual time) the
+// same functions leave the payload unchanged, and the tag is zero.
 #pragma once
 
 #include <array>
@@ -22,12 +22,12 @@
 
 namespace tandem::proto {
 
-/// Limits for the use of one key: number of datagrams, and time. When one is reached, the sender changes to the next
+/// Limits for the use of one key: number of datagrams, and time. When either is reached, the sender changes to the next
 /// epoch.
 inline constexpr std::uint64_t kMaxDatagramsPerEpoch = 1ULL << 32U;
 inline constexpr Duration kMaxEpochAge = std::chrono::hours(1);
 
-/// Returns the context that the TLS exporter uses to derive the secret for the datagrams of `connection`.
+/// Returns the context value with which the TLS exporter derives the secret for the datagrams of `connection`.
 std::array<std::byte, 8> seal_context(ConnectionId connection);
 
 /// Encrypts or decrypts the datagrams of one direction, with a new key for each epoch.
@@ -38,7 +38,7 @@ class DatagramSeal {
  public:
   enum class Use : std::uint8_t { kSeal, kOpen };
 
-  /// In      exported  key material; without it the null cipher is used
+  /// In      exported  key material; empty: null cipher
   ///         goes_up   true if the datagrams are sent from client to server
   ///         epoch     first epoch
   DatagramSeal(const std::optional<secure::Exported>& exported, Use use, bool goes_up, std::uint8_t epoch);
@@ -47,7 +47,7 @@ class DatagramSeal {
   DatagramSeal& operator=(DatagramSeal&&) noexcept;
 
   bool is_null() const { return keys_ == nullptr; }
-  /// Epoch of the next encrypted datagram.
+  /// Returns the epoch of the next encrypted datagram.
   std::uint8_t epoch() const { return epoch_; }
   /// Changes to the next epoch if the current key has reached a limit. Must be called before the header is written.
   void keep_fresh(LocalTime now);
@@ -55,7 +55,7 @@ class DatagramSeal {
   void seal(std::uint64_t sequence, std::span<std::byte> datagram);
   /// Authenticates and decrypts a datagram. The payload remains valid until the next call.
   ///
-  /// Out     kTag: the datagram is forged, damaged or encrypted with another key. kUnknownConnection: its epoch is
+  /// Out     kTag: the datagram is forged, damaged or encrypted with a different key. kUnknownConnection: its epoch is
   ///         neither the current nor the next one
   DropReason open(const DatagramHeader& header, std::span<const std::byte> datagram,
                   std::span<const std::byte>& payload);
@@ -66,9 +66,9 @@ class DatagramSeal {
   DropReason open_null(const DatagramHeader& header, std::span<const std::byte> datagram) const;
 
   std::uint8_t epoch_;
-  std::uint64_t sealed_ = 0;  ///< number of datagrams encrypted in this epoch
+  std::uint64_t sealed_ = 0;  ///< number of datagrams encrypted in the current epoch
   LocalTime epoch_began_{};
-  std::unique_ptr<Keys> keys_;  ///< null if the null cipher is used
+  std::unique_ptr<Keys> keys_;  ///< null: null cipher
 };
 
 }  // namespace tandem::proto

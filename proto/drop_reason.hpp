@@ -1,4 +1,4 @@
-// Reasons why state was not delivered to its reader. Every drop is counted.
+// Reasons for dropping state before it reaches its reader. Every drop is counted.
 #pragma once
 
 #include <array>
@@ -10,28 +10,28 @@ namespace tandem::proto {
 
 enum class DropReason : std::uint8_t {
   kNone = 0,
-  kTooShort,           ///< shorter than a header
+  kTooShort,           ///< shorter than the header of a datagram
   kTooLong,            ///< longer than kMaxDatagramBytes
-  kVersion,            ///< another protocol version
-  kType,               ///< a type that this side does not receive
-  kTag,                ///< authentication failed (null cipher: tag not zero)
+  kVersion,            ///< a different protocol version
+  kType,               ///< a type that this end does not receive
+  kTag,                ///< authentication failed (with the null cipher: the tag is not zero)
   kUnknownConnection,  ///< no connection with this id and epoch
   kLate,               ///< older than the newest state
   kDuplicate,          ///< a sequence or a step that was already received
   kSequenceJump,       ///< sequence further ahead than kMaxSequenceJump
   kMalformed,          ///< not a message, a required part missing, or too many items
-  kNotFinite,          ///< a number is NaN, infinite or out of range, or time stamps are out of order
+  kNotFinite,          ///< a number is NaN, infinite or out of range, or time stamps are in the wrong order
   kOverwritten,        ///< replaced by a newer state before it was sent or read
   kSendFailed,         ///< the socket did not accept the datagram
-  kSimulatedLoss,      ///< lost by the simulated link
-  kNotAllowed,         ///< input from an observer, or a datagram from an address other than the user's
+  kSimulatedLoss,      ///< dropped by the simulated link
+  kNotAllowed,         ///< input from an observer, or a datagram from an address that is not the user's
   kCount,
 };
 
 /// Returns the name used in logs, JSON and metrics: "too_short", …
 std::string_view name_of(DropReason reason);
 
-/// One counter for each reason.
+/// Counts drops, with one counter for each reason.
 class DropCounters {
  public:
   void add(DropReason reason, std::uint64_t n = 1) { counts_[static_cast<std::size_t>(reason)] += n; }

@@ -7,7 +7,7 @@
 namespace tandem::proto {
 namespace {
 
-/// Returns the vector of three numbers; zero if there are not exactly three.
+/// Returns the three numbers as a vector; zero if their number is not three.
 Vec3 vec3_of(const google::protobuf::RepeatedField<double>& values) {
   return values.size() == 3 ? Vec3(values[0], values[1], values[2]) : Vec3(0, 0, 0);
 }
@@ -34,7 +34,7 @@ physics::StickSlip model_of(const wire::StickSlip& model) {
 using Effects = google::protobuf::RepeatedPtrField<wire::Effect>;
 
 constexpr std::size_t kMaxLabelBytes = 64;
-/// Maximum frequency as a fraction of the step rate. Up to it, a sampled sinusoid is a good approximation.
+/// Maximum frequency as a fraction of the step rate. Up to this fraction, a sampled sinusoid is a good approximation.
 constexpr double kMaxVibrationShare = 0.4;
 
 std::string find_surface_problem(const wire::Effect& effect) {
@@ -61,7 +61,7 @@ std::string find_problem_of(const wire::Effect& effect, double step_rate_hz) {
   return problem.empty() ? problem : "." + problem;
 }
 
-/// In      owner  prefix of field names in the text: "" for a scene, which has no surface; "bodies[0]." for a body
+/// In      owner  prefix of field names in the text: "bodies[0]." for a body; "" for the scene, which has no surface
 std::string find_problem_of(const Effects& effects, double step_rate_hz, const std::string& owner) {
   for (int i = 0; i < effects.size(); ++i) {
     std::string problem = owner.empty() ? find_surface_problem(effects[i]) : "";

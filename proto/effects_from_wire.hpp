@@ -1,5 +1,5 @@
-// Converts the effects of a complete scene to the form used by the physics. Server and client, which do not depend on
-// each other, share this code.
+// Converts the effects of a complete scene to the form used by the physics. It is shared by server and client, which do
+// not depend on each other.
 #pragma once
 
 #include <string>
@@ -10,21 +10,21 @@
 
 namespace tandem::proto {
 
-/// Maximum number of effects of a scene including its bodies. It is limited because a local model evaluates all of them
-/// in the haptic tick.
+/// Maximum number of effects of a scene including its bodies. A limit is needed, because a local model evaluates all of
+/// them in each haptic tick.
 inline constexpr int kMaxEffects = 32;
 
 /// Returns the settings of an effect; absent numbers are treated as 0.
 physics::EffectSettings settings_of(const wire::Effect& effect);
 
-/// Checks the number of effects, and in each effect the combination of its numbers. The range of each number is checked
-/// by scene_ranges.hpp.
+/// Checks the number of effects, and the combination of numbers in each effect. The range of each number is checked by
+/// scene_ranges.hpp.
 ///
 /// Out     problem of the first unusable effect, e.g. "bodies[0].effects[1].region is given; it must be ..."; empty if
 ///         all are usable
 std::string find_effect_problem(const wire::Scene& scene);
 
-/// Returns all effects: first those of the bodies, then those of the scene, each in the order of the scene.
+/// Returns all effects: those of the bodies in the order of the bodies, then those of the scene.
 /// In      scene  complete scene
 std::vector<physics::EffectSettings> effects_of(const wire::Scene& scene);
 

@@ -1,4 +1,4 @@
-// Join tokens, each of which admits one user to a room once, and the invitations that contain them.
+// Join tokens and invitations. A token admits one user to a room once; an invitation contains a token.
 #pragma once
 
 #include <cstdint>
@@ -15,32 +15,32 @@ namespace tandem::proto {
 
 inline constexpr std::size_t kTokenIdBytes = 16;
 inline constexpr std::size_t kMaxTokenBytes = 512;
-/// Maximum time from issue to expiry that servers accept.
+/// Maximum time from issue to expiry of a token that servers accept.
 inline constexpr std::uint64_t kMaxTokenLife_ms = 30ULL * 24 * 60 * 60 * 1000;
 
 /// Signs the claims. If they have no id, generates one.
 /// Fails   std::invalid_argument: the key is not an Ed25519 key, or a claim is out of its range
 Bytes sign_token(wire::TokenClaims claims, const secure::KeyPair& issuer);
 
-/// Returns the claims of a token if one of `issuers` signed it and each field is within its range. The caller must
+/// Returns the claims of a token if one of `issuers` has signed it and each field is within its range. The caller must
 /// check times, audience and repeated use.
 ///
-/// Fails   returns nothing: the token is unreadable, or no issuer has signed it
+/// Fails   returns nothing if the token is unreadable, or signed by no issuer
 std::optional<wire::TokenClaims> read_token(std::span<const std::byte> token,
                                             std::span<const secure::PublicKey> issuers);
-/// Returns the claims of a token without verifying its signature, for a program that only displays them.
+/// Returns the claims of a token without verifying its signature, for programs that only display the claims.
 std::optional<wire::TokenClaims> peek_token(std::span<const std::byte> token);
 
 /// Invitation to a room: the server's address and key, and a join token.
 struct Invitation {
-  std::string server;  ///< "ADDRESS:PORT"
+  std::string server;  ///< address of the server, "ADDRESS:PORT"
   secure::KeyId key{};
   Bytes token;
 };
-/// Returns "ADDRESS:PORT/KEY/TOKEN", which contains no characters with a special meaning in a shell.
+/// Returns the text "ADDRESS:PORT/KEY/TOKEN", which contains no characters with a special meaning in a shell.
 std::string text_of(const Invitation& invitation);
 /// Parses the text of an invitation.
-/// Fails   returns nothing: the text is not an invitation
+/// Fails   returns nothing if the text is not an invitation
 std::optional<Invitation> invitation_of(std::string_view text);
 
 }  // namespace tandem::proto

@@ -1,4 +1,4 @@
-// Converts a placement to a pose. Server and client, which do not depend on each other, share this code.
+// Converts a placement to a pose. It is shared by server and client, which do not depend on each other.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace tandem::proto {
 /// Returns the pose of a placement; absent numbers are treated as 0.
 ///
 /// Model   R = R_z(γ) · R_y(β) · R_x(α): rotations about the fixed axes x, then y, then z
-/// Out     finite if and only if the placement's numbers are; callers check the number of values and their ranges
+/// Out     finite if and only if the placement's numbers are finite; the caller checks their count and ranges
 inline Pose pose_from_placement(const wire::Placement& placement) {
   const auto vector_of = [](const google::protobuf::RepeatedField<double>& numbers) {
     return numbers.size() == 3 ? Vec3(numbers[0], numbers[1], numbers[2]) : Vec3(0, 0, 0);
@@ -25,7 +25,7 @@ inline Pose pose_from_placement(const wire::Placement& placement) {
   return {vector_of(placement.position_m()), rotation.normalized()};
 }
 
-/// Returns whether the field contains three valid coordinates of a scene.
+/// Returns whether the field holds the three coordinates of a position within the limits of a scene.
 inline bool is_place(const google::protobuf::RepeatedField<double>& metres) {
   return metres.size() == 3 && std::ranges::all_of(metres, [](double x) { return std::abs(x) <= kMaxPositionM; });
 }

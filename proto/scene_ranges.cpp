@@ -22,19 +22,19 @@ constexpr double kMaxLength_m = 100;
 constexpr double kMaxMass_kg = 1e4;
 constexpr double kMaxFriction = 10;
 constexpr double kMaxGravity_m_per_s2 = 1e3;
-/// Default contact stiffness, our choice: a force of 5 N presses the 5 mm ball of a tool 0.25 mm into a plane of the
-/// same stiffness.
+/// Default contact stiffness, our choice: a force of 5 N presses a tool's ball of 5 mm radius 0.25 mm into a plane of
+/// the same stiffness.
 constexpr double kDefaultContactStiffness_n_per_m3 = 1e10;
-/// Largest mesh scale: it scales the size of an atom, given in metres, to the largest length.
+/// Maximum mesh scale: it scales a file with the size of an atom, given in metres, to the largest length.
 constexpr double kMaxMeshScale = 1e12;
-/// Smallest molecular scale. It is below the natural scales 1e-10 m/Å and 7e-11 N per kcal/mol/Å.
+/// Minimum molecular scale, below the natural scales 1e-10 m/Å and 7e-11 N per kcal/mol/Å.
 constexpr double kMinMolecularScale = 1e-12;
 constexpr double kMaxMolecularEnergy = 1e6;
 
 using Table = std::vector<SceneRange>;
 using Text = std::string_view;
 
-/// Smallest positive value of divisors and perceptible quantities. It is far above the smallest positive double.
+/// Minimum of divisors and of perceptible quantities. It is far above the smallest positive double.
 constexpr double kMin = 1e-6;
 
 SceneRange length(Text field, int count = 1) {
@@ -45,8 +45,8 @@ SceneRange friction(Text field) {
   return {field, "", 0, kMaxFriction, {0.5}};
 }
 
-/// Range of contact stiffness: from soft rubber of a few millimetres to the highest stiffness that double precision
-/// resolves at 1 kHz.
+/// Range of the contact stiffness: from soft rubber a few millimetres thick to the highest stiffness that double
+/// precision resolves at 1 kHz.
 SceneRange contact_stiffness(Text field) {
   return {field, "N/m³", 1e5, 1e13, {kDefaultContactStiffness_n_per_m3}};
 }
@@ -55,7 +55,7 @@ SceneRange color(Text field, const std::vector<double>& fallback) {
   return {field, "", 0, 1, fallback, 3};
 }
 
-/// Range of the coupling coefficient `value`. It is also used for an anchor, because the default values give a
+/// Returns the range of the coupling coefficient `value`. Anchors use it too, because the default values give a
 /// perceptible and well damped anchor.
 SceneRange coupling(Text field, Text unit, double haptics::CouplingParameters::*value) {
   const auto found = std::ranges::find(haptics::kCouplingRanges, value, &haptics::CouplingRange::value);
@@ -124,7 +124,7 @@ void add_bodies(Table& table) {
               {"Body.restitution", "", 0, 1, {0}},
               {"Body.linear_damping_per_s", "1/s", 0, 1000, {0}},
               {"Body.angular_damping_per_s", "1/s", 0, 1000, {0}},
-              // For display only: a medium grey, because the true colour is unknown.
+              // For display only. Medium grey, because the true colour is unknown.
               color("Body.color_rgb", {0.7, 0.7, 0.7}),
               contact_stiffness("Body.contact_stiffness_n_per_m3")});
 }
@@ -201,7 +201,7 @@ void add_soft_bodies_and_scene(Table& table) {
               {"Scene.soft_step_rate_hz", "Hz", 30, 1000, {60}}});
 }
 
-/// Adds the ranges of goals. The tolerances and speeds are those that a hand reaches without effort; our choice.
+/// Adds the ranges of goals. The default tolerances and speeds are our choice: a user reaches them without effort.
 void add_goals(Table& table) {
   constexpr double kMaxScore = 1e6, kMaxTime_s = 86400, kMaxOutline_m = 10;
   const auto users = static_cast<double>(kMaxUsers);
@@ -227,8 +227,8 @@ void add_goals(Table& table) {
               {"Game.time_limit_s", "s", 0, kMaxTime_s, {0}}});
 }
 
-/// Adds the ranges of mass properties. The centre consists of a position and a unit quaternion. A principal moment is
-/// used as a divisor, so its lower bound is far above the smallest positive double.
+/// Adds the ranges of mass properties. The centre is a position and a unit quaternion, checked elsewhere. A principal
+/// moment of inertia is a divisor, so its lower bound is far above the smallest positive double.
 void add_mass(Table& table) {
   add(table, {{"MassProperties.mass_kg", "kg", kMin, kMaxMass_kg, {}, 1, "static"},
               {"MassProperties.centre", "m", -kMaxLength_m, kMaxLength_m, {}, 0},
@@ -253,7 +253,7 @@ const Table& table() {
   return table;
 }
 
-/// Returns the range of a field; null if the field has no numbers.
+/// Returns the range of a field; null if the field is not numeric.
 const SceneRange* range_of(const FieldDescriptor& field) {
   static const auto by_name = [] {
     std::map<std::string_view, const SceneRange*> rows;
@@ -285,8 +285,8 @@ void set_fallback(Message& message, const FieldDescriptor& field, const SceneRan
   }
 }
 
-/// Returns the text of a value outside the range: with six digits, or with as many as distinguish it from the violated
-/// bound.
+/// Returns the text of a value outside the range: with six digits, or with as many digits as distinguish it from the
+/// violated bound.
 std::string text_outside(double value, const SceneRange& range) {
   const std::string text = number_text(value);
   if (text != number_text(range.low) && text != number_text(range.high)) return text;
@@ -327,8 +327,8 @@ std::string check_numbers(const Message& message, const FieldDescriptor& field, 
   return {};
 }
 
-/// Calls `visit(message, path)` for each sub-message that is set in `field`, until a call returns a text. Returns that
-/// text.
+/// Calls `visit(message, path)` for each present sub-message of `field`, until a call returns a non-empty text. Returns
+/// that text.
 template <typename Visit>
 std::string visit_messages(const Message& message, const FieldDescriptor& field, const std::string& path,
                            const Visit& visit) {

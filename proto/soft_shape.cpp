@@ -34,7 +34,7 @@ std::vector<Cell> lattice_cells() {
   return cells;
 }
 
-/// Appends the triangles of one side of the box, which is given by its normal axis and the end of that axis.
+/// Appends the triangles of one side of the box. The side is given by its normal axis and by the end of that axis.
 void append_side(int axis, bool is_high, const std::map<Cell, int>& index_of, std::vector<std::array<int, 3>>& faces) {
   const auto at = [&](int u, int v) {
     Cell cell{};
@@ -73,7 +73,7 @@ const std::vector<std::array<int, 3>>& soft_lattice_faces() {
   static const auto kFaces = [] {
     std::map<Cell, int> index_of;
     for (const Cell& cell : lattice_cells()) index_of.emplace(cell, static_cast<int>(index_of.size()));
-    // The points must be numbered as in soft_lattice(), which differs from the order of the map.
+    // The points must have the indices of soft_lattice(), so the indices are reassigned; the map's own order differs.
     int next = 0;
     for (const Cell& cell : lattice_cells()) index_of[cell] = next++;
     std::vector<std::array<int, 3>> faces;

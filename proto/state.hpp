@@ -1,4 +1,4 @@
-// State structs of fixed size for the real-time loops: a haptic tick or a room step reads and writes them without
+// State structs of fixed size for the real-time loops. A haptic tick or a room step reads and writes them without
 // allocation. On io threads, state_codec.hpp converts them to datagrams and back.
 #pragma once
 
@@ -17,36 +17,36 @@ namespace tandem::proto {
 inline constexpr std::size_t kMaxBodies = 64;
 inline constexpr std::size_t kMaxUsers = 16;
 
-/// Limits of the values in a state message. A reader drops a message that exceeds one (DropReason::kNotFinite), so a
-/// writer must not exceed them. They are far above the values of any hand or tool, but small enough that sums and
-/// products of them do not overflow.
+/// Limits of the values in a state message. A reader drops a message that exceeds a limit (DropReason::kNotFinite), so
+/// a writer must not exceed them. They are far above the values of any hand or tool, but small enough that sums and
+/// products do not overflow.
 inline constexpr double kMaxPositionM = 1000.0;
 inline constexpr double kMaxSpeedMPerS = 1000.0;
 inline constexpr double kMaxTurnRadPerS = 1e4;
 inline constexpr double kMaxForceN = 1e5;
 inline constexpr double kMaxTorqueNM = 1e5;
 inline constexpr double kMaxEnergyJ = 1e9;
-/// Limit of a field energy. Larger energies, which occur when molecules overlap, are clamped to it.
+/// Limit of a field energy. Larger energies, which occur when molecules overlap, are clamped to this limit.
 inline constexpr double kMaxFieldEnergyKjPerMol = 1e12;
-/// Maximum of | |q| − 1 | for a rotation; readers normalise rotations.
+/// Maximum of | |q| − 1 | for a received rotation q; readers normalise q.
 inline constexpr double kMaxQuaternionError = 1e-3;
-/// Limit of the translational and of the rotational part of a wave integrated over time [√W·s].
+/// Limit of the translational and of the rotational part of a time-integrated wave variable [√W·s].
 inline constexpr double kMaxWaveSum = 1e4;
 /// Limit of each entry of a soft contact's stiffness [N/m, N/rad or N·m/rad].
 inline constexpr double kMaxContactStiffness = 1e9;
-/// Limit of a negative eigenvalue of a soft contact's stiffness, as a fraction of the largest one. It allows rounding
-/// errors of zero eigenvalues.
+/// Limit of a negative eigenvalue of a soft contact's stiffness, as a fraction of the largest eigenvalue. It permits
+/// rounding errors of zero eigenvalues.
 inline constexpr double kMaxNegativeStiffness = 1e-5;
-/// Limit of round-trip times and playout delays; longer ones are clamped to it.
+/// Limit of round-trip times and playout delays; longer ones are clamped to this limit.
 inline constexpr Duration kMaxDelay = std::chrono::seconds(10);
-/// Largest time stamp or age, 73 years; the sum of up to four of them does not overflow.
+/// Maximum time stamp or age, 73 years. The sum of up to four of them does not overflow.
 inline constexpr Duration kMaxTimestamp{std::int64_t{1} << 61U};
 
-/// Method by which a client bridges the delay. It determines which fields its updates contain and how the room uses
-/// them.
+/// Method by which a client bridges the network delay. It determines which fields its updates contain and how the room
+/// uses them.
 enum class ClientMode : std::uint32_t {
-  kHandle = 0,  ///< the room couples the newest handle pose to its tool
-  /// The client simulates a tool in its local model; the room replays handles and tools with a constant delay
+  kHandle = 0,  ///< the room couples the newest received handle pose to its tool
+  /// the client simulates a tool in its local model; the room replays handles and tools with a constant delay
   kLocalModel = 1,
   kWave = 2,  ///< force and velocity are transmitted as wave variables
 };
@@ -56,18 +56,18 @@ struct ClientUpdate {
   Tick input_tick;
   RigidState handle;          ///< pose and velocity X_WH, V_WH after workspace mapping and clutch
   bool handle_valid = false;  ///< false: the device cannot measure the hand's pose
-  std::uint32_t buttons = 0;  ///< bits of Button (common/base/buttons.hpp)
-  LocalTime sent{};           ///< time stamp t1
+  std::uint32_t buttons = 0;  ///< pressed buttons, as bits of Button (common/base/buttons.hpp)
+  LocalTime sent{};           ///< time of sending on the client's clock; time stamp t1 of the clock exchange
   Step acknowledged_step;
   ServerTime acknowledged_sent{};
   Duration acknowledged_held{0};
-  /// Cumulative work done on the hand by the wrench before the safety stages, in joules of the world
+  /// cumulative work done on the hand by the wrench before the safety stages [world J]
   double energy_to_hand_j = 0;
-  double energy_from_hand_j = 0;  ///< cumulative work drawn from the hand by that wrench, in joules of the world
+  double energy_from_hand_j = 0;  ///< cumulative work that this wrench draws from the hand [world J]
   ClientMode mode = ClientMode::kHandle;
   Duration round_trip{0};  ///< measured by the client, including its playout delay; 0: unknown
-  Wrench wave;             ///< kWave: wave towards the tool, integrated over time, √W·s (wave_sum())
-  Wrench on_hand_W;        ///< kLocalModel: wrench displayed to the hand, about the handle's origin, in W
+  Wrench wave;       ///< in mode kWave: wave variable towards the tool, integrated over time [√W·s] (wave_sum())
+  Wrench on_hand_W;  ///< in mode kLocalModel: wrench displayed to the hand, about the handle's origin, in W
 };
 
 struct BodyState {
@@ -80,39 +80,40 @@ struct OtherUserState {
   RigidState tool;
   BodyId holds;
   std::uint32_t tool_index = 0;  ///< index into the scene's tools
-  bool has_handle = false;       ///< true if a handle is coupled to the tool
+  bool has_handle = false;       ///< whether a handle is coupled to the tool
   RigidState handle;             ///< pose and velocity of the coupled handle
   Duration handle_age{0};        ///< approximate age of `handle`
-  Wrench on_hand_W;              ///< wrench displayed to the hand at that time, about the handle's origin, in W
+  Wrench on_hand_W;  ///< wrench displayed to the hand when `handle` was sampled, about the handle's origin, in W
 };
 
 /// Result of one room step for one user, without bodies and other users.
 struct OwnUpdate {
   Step step;
   ServerTime stepped{};
-  /// Tick of the input whose handle this step used. In kLocalModel, during a gap, the tick for which the handle was
-  /// extrapolated.
+  /// Tick of the input whose handle this step used. In mode kLocalModel during a gap of inputs: the tick to which the
+  /// handle was extrapolated.
   Tick answered_input;
-  LocalTime echoed_sent{};  ///< t1, on the client's clock; 0: no client update was received yet
-  ServerTime received{};    ///< t2: time of reception
-  ServerTime sent{};        ///< t3: time of sending
+  LocalTime echoed_sent{};  ///< time stamp t1, on the client's clock; 0: no client update was received yet
+  ServerTime received{};    ///< time stamp t2: reception of that client update
+  ServerTime sent{};        ///< time stamp t3: sending of this update
   RigidState tool;          ///< X_WT, V_WT of this user's tool
-  Wrench wrench_on_hand_W;  ///< wrench of the server's coupling on the hand, about the handle's origin
+  Wrench wrench_on_hand_W;  ///< wrench of the server's coupling on the hand, about the handle's origin, in W
   BodyId held_body;
   Pose X_BT;                      ///< pose of the tool in the frame of the held body; valid while a body is held
   std::uint32_t tick_faults = 0;  ///< bits of TickFaults (common/base/tick_faults.hpp)
   double energy_into_world_j = 0;
   double energy_from_world_j = 0;
   double field_energy_kj_per_mol = 0;
-  /// Current delay between the arrival of a handle pose and its use; 0: the newest pose is used at once
+  /// current delay between the arrival of a handle pose and its use; 0: the newest pose is used at once
   Duration playout{0};
-  SoftContact soft_contact;  ///< contact of this user's tool or of its held body; none if its trust_radius_m is 0
-  Wrench wave;               ///< kWave: wave towards the hand, integrated over time, √W·s
+  SoftContact soft_contact;  ///< contact of this user's tool or of its held body; trust_radius_m = 0: no contact
+  Wrench wave;               ///< in mode kWave: wave variable towards the hand, integrated over time [√W·s]
 };
 
-/// Complete update for one user. State is absolute, so only the newest update is needed.
+/// Complete update for one user. State is absolute (not relative to earlier updates), so only the newest update is
+/// needed.
 struct ServerUpdate : OwnUpdate {
-  /// All bodies at the server; a message may omit some of them (thinning)
+  /// all bodies of the room; a received message may omit some of them (thinning)
   boost::container::static_vector<BodyState, kMaxBodies> bodies;
   boost::container::static_vector<OtherUserState, kMaxUsers> users;
 };

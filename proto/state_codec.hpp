@@ -1,8 +1,8 @@
-// Converts state structs to datagram payloads and back. No other code creates or reads state protobufs.
+// Converts state structs to datagram payloads and back. No other code encodes or decodes state messages.
 //
 // Parsed messages are placed in an arena that each thread reuses. Server updates are encoded without an arena, and
-// reuse items that the thread encoded recently. After its first messages, a thread that encodes or parses at 1 kHz
-// therefore allocates nothing (except for growth of `out`).
+// reuse recently encoded items of the thread. So after its first messages, a thread that encodes or parses at 1 kHz
+// allocates nothing, except for growth of `out`.
 #pragma once
 
 #include <boost/container/static_vector.hpp>
@@ -14,13 +14,13 @@
 
 namespace tandem::proto {
 
-/// Speeds below which a body is treated as at rest and its twist is not sent. After 0.1 s the error is at most 10 µm
+/// Speeds below which a body counts as at rest, so that its twist is not sent. After 0.1 s the error is at most 10 µm
 /// and 0.1 mrad.
 inline constexpr double kRestSpeedMPerS = 1e-4;
 inline constexpr double kRestTurnRadPerS = 1e-3;
 
-/// Appends `update` as one protobuf message. It always fits into a datagram (tested with the largest value of every
-/// field).
+/// Appends `update` as one Protobuf message. It always fits into a datagram; a test with the largest value of every
+/// field ensures this.
 void append_client_update(const ClientUpdate& update, Bytes& out);
 
 /// Parses a payload; unknown fields are skipped.
@@ -29,7 +29,8 @@ void append_client_update(const ClientUpdate& update, Bytes& out);
 ///         infinite or outside the limits in state.hpp. `out` is then unspecified
 DropReason parse_client_update(std::span<const std::byte> payload, ClientUpdate& out);
 
-/// Encodes the server updates for one user within kMaxPayloadBytes. Items that do not fit are omitted (thinning).
+/// Encodes the server update of each step for one user within kMaxPayloadBytes. Items that do not fit are omitted
+/// (thinning).
 ///
 /// Priority, highest first:
 ///   1 own tool, wrench, time stamps, energies: always sent
@@ -39,35 +40,36 @@ DropReason parse_client_update(std::span<const std::byte> payload, ClientUpdate&
 ///   5 moving bodies, and those that have stopped since they were last sent
 ///   6 resting bodies
 /// Within each of the classes 3 to 6 the item that was not sent for the longest time comes first. An item is overdue if
-/// it was not sent for kOverdueMessages. Up to kOverduePerMessage overdue items per message precede class 3, so that a
-/// full class does not block the classes below it. Every item is thus sent at least once in kMaxWaitMessages.
+/// it was not sent for kOverdueMessages messages. Up to kOverduePerMessage overdue items per message precede class 3,
+/// so that a full class does not starve the classes below it. So every item is sent at least once in kMaxWaitMessages
+/// messages.
 ///
 /// A body or user that exceeds the limits in state.hpp is omitted, because it would make the whole message unreadable.
 class ServerUpdateEncoder {
  public:
   static constexpr std::uint64_t kOverdueMessages = 16;
   static constexpr std::size_t kOverduePerMessage = 4;
-  /// Maximum number of messages between two transmissions of an item. An overdue item waits at most for all others, of
-  /// which each message sends kOverduePerMessage.
+  /// Maximum number of messages between two transmissions of an item. An overdue item waits at most for all other
+  /// overdue items, of which each message contains kOverduePerMessage.
   static constexpr std::uint64_t kMaxWaitMessages =
       kOverdueMessages + (kMaxBodies + kMaxUsers + kOverduePerMessage - 1) / kOverduePerMessage;
 
   /// Appends one protobuf message of at most kMaxPayloadBytes.
   ///
   /// In      users  all users of the room
-  ///         but    user to omit from `users`: the receiver of the message
+  ///         but    user to omit from `users`, normally the receiver of the message
   void append(const OwnUpdate& own, std::span<const BodyState> bodies, std::span<const OtherUserState> users,
               UserId but, Bytes& out);
   void append(const ServerUpdate& update, Bytes& out) { append(update, update.bodies, update.users, UserId{}, out); }
-  /// Number of bodies and users omitted from the last message.
+  /// Returns the number of bodies and users that were omitted from the last message.
   std::size_t thinned() const { return thinned_; }
 
  private:
-  /// When a body or user was last sent.
+  /// Record of when a body or user was last sent.
   struct Turn {
     std::uint32_t id = 0;
     std::uint64_t sent = 0;  ///< number of the message in which it was last sent; 0: never
-    /// Position in that message; it preserves the order of items that were sent in the same message
+    /// position in that message; it keeps the order of items that were sent in the same message
     std::size_t place = 0;
     bool was_moving = false;
   };
@@ -78,7 +80,7 @@ class ServerUpdateEncoder {
   boost::container::static_vector<Turn, kMaxUsers> user_turns_;   ///< parallel to the users of the last message
 };
 
-/// Parses a payload. Fails like parse_client_update(); also with kMalformed for a zero or repeated id, or for more
+/// Parses a payload. Fails like parse_client_update(), and with kMalformed for a zero or repeated id, or for more
 /// bodies or users than a room can have.
 DropReason parse_server_update(std::span<const std::byte> payload, ServerUpdate& out);
 

@@ -1,5 +1,5 @@
-// Functions used by the state codec only: they write and read the parts that both messages have in common. Values read
-// are checked against the ranges of state.hpp; values written are not checked.
+// Private to the state codec: writes and reads the parts that both messages have in common. Values that are read are
+// checked against the ranges of state.hpp; values that are written are not.
 #pragma once
 
 #include <google/protobuf/arena.h>
@@ -19,9 +19,9 @@ inline constexpr int kTwistNumbers = 6;
 inline constexpr int kWrenchNumbers = 6;
 inline constexpr int kTriangleNumbers = 21;
 
-/// Returns this thread's arena after emptying it, which invalidates messages of earlier calls. An arena is used because
-/// Protobuf frees sub-messages at every Clear() unless they are in an arena. Its first block is large enough for any
-/// message that a peer of this version can send.
+/// Empties this thread's arena and returns it; messages of earlier calls become invalid. Without an arena, Protobuf
+/// would free and allocate sub-messages for every message. The first block is large enough for any message that a peer
+/// of this version can send.
 inline google::protobuf::Arena& fresh_arena() {
   constexpr std::size_t kBlockBytes = 64 * 1024;
   thread_local std::vector<char> block(kBlockBytes);
@@ -34,8 +34,7 @@ Message& fresh_message() {
   return *google::protobuf::Arena::CreateMessage<Message>(&fresh_arena());
 }
 
-// Negative times are clamped to 0. They do not occur on monotonic clocks, and as unsigned numbers they would mean
-// centuries.
+// Clamps negative times to 0. Monotonic clocks have none, and as unsigned numbers they would mean centuries.
 inline std::uint64_t nanoseconds_of(Duration duration) {
   return static_cast<std::uint64_t>(std::max(duration, Duration{0}).count());
 }
@@ -54,7 +53,7 @@ bool read_time(std::uint64_t nanoseconds, std::chrono::time_point<Clock, Duratio
   return true;
 }
 
-// The comparison is false for NaN. It is also false if the norm of a very large vector overflows to infinity.
+// The result is false for NaN, and for a very large vector whose norm overflows to infinity.
 inline bool is_within(const Vec3& a, double limit) {
   return a.norm() <= limit;
 }
@@ -141,7 +140,7 @@ inline bool is_zero(const Wrench& wrench) {
   return wrench.f.isZero(0) && wrench.t.isZero(0);
 }
 
-/// Reads a wave; an absent one means zeros.
+/// Reads a wave variable; absent means zero.
 inline DropReason read_wave(const google::protobuf::RepeatedField<double>& in, Wrench& out) {
   out = {};
   if (in.empty()) return DropReason::kNone;
@@ -175,7 +174,7 @@ inline DropReason read_wrench(const wire::WrenchOnHand& in, Wrench& out) {
   return is_wrench(out) ? DropReason::kNone : DropReason::kNotFinite;
 }
 
-/// Returns whether the state is within the reader's limits. A margin allows for rounding to single precision.
+/// Returns whether the state is within the reader's limits, with a margin for rounding to single precision.
 inline bool is_sendable(const RigidState& state) {
   constexpr double kInside = 1.0 - 1e-6;
   return is_within(state.X.p, kInside * kMaxPositionM) && is_unit(state.X.q) &&
@@ -187,8 +186,8 @@ bool parse_payload(std::span<const std::byte> payload, Message& out) {
   return payload.size() <= kMaxPayloadBytes && out.ParseFromArray(payload.data(), static_cast<int>(payload.size()));
 }
 
-/// Appends `message`, whose sizes must be cached: `size` is the result of ByteSizeLong(), and the message was not
-/// changed since.
+/// Appends `message`. `size` must be the result of ByteSizeLong(), and the message must not have changed since that
+/// call, because its cached sizes are used.
 inline void append_bytes(const google::protobuf::MessageLite& message, std::size_t size, Bytes& out) {
   const std::size_t start = out.size();
   out.resize(start + size);

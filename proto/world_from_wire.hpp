@@ -1,5 +1,5 @@
-// Converts a complete scene to the description of a world. The caller adds shapes, masses and molecules, which the
-// server obtains from files and a client from assets.
+// Converts a complete scene to the description of a world. The caller adds shapes, masses and molecules: the server
+// obtains them from files, a client from assets.
 #pragma once
 
 #include <memory>
@@ -14,26 +14,27 @@
 
 namespace tandem::proto {
 
-/// Returns the description of the world. It lacks the touch models, masses and molecules of bodies and tools, and the
-/// fit of an adaptive law.
-/// In      scene  complete scene; its numbers are not checked here
+/// Returns the description of the world, still without the touch models, masses and molecules of bodies and tools, and
+/// without the fit of an adaptive law.
+/// In      scene  complete scene; the ranges of its numbers are not checked here
 physics::WorldDescription world_from_wire(const wire::Scene& scene);
 
-/// Describes a problem of a scene's molecular field, except for its number ranges (scene_ranges.hpp); empty if there is
-/// none.
-/// In      path  prefix of field names in the text; "": the text begins with the field
+/// Describes a problem of a scene's molecular field, except for ranges of numbers (scene_ranges.hpp). Returns an empty
+/// text if there is none.
+/// In      path  prefix of field names in the text; "": the text begins with the field name
 std::string find_molecular_problem(const wire::Scene& scene, const std::string& path = "");
 
 /// Describes a problem of received mass properties: a number out of range (scene_ranges.hpp), a missing part, or a
-/// quaternion that is not of unit length. Empty if there is none. If the mass is 0, the other fields are not checked.
+/// quaternion that is not of unit length. Returns an empty text if there is none. If the mass is 0, the remaining
+/// fields are not checked.
 ///
 /// In      path  name of the message for the text, e.g. "tool_masses[0]"
 std::string find_mass_problem(const wire::MassProperties& message, const std::string& path);
 /// Converts mass properties; returns nothing if find_mass_problem() finds a problem.
 std::optional<MassProperties> mass_from_wire(const wire::MassProperties& message);
 
-/// Returns the contact shape of a sphere, box, cylinder or capsule; null for another kind. If an equal shape is in use,
-/// that shape is returned.
+/// Returns the contact shape of a sphere, box, cylinder or capsule; null for any other kind. If an equal shape is in
+/// use, returns that shape.
 /// Thread  any, concurrently
 /// Fails   std::invalid_argument: as for the functions in common/contact that create the shape
 std::shared_ptr<const contact::ContactShape> primitive_contact(const wire::Shape& shape);

@@ -1,4 +1,4 @@
-// Assets of a scene in memory, by the SHA-256 of their bytes.
+// Assets of a scene in memory, indexed by the SHA-256 of their bytes.
 #pragma once
 
 #include <map>
@@ -10,13 +10,13 @@
 
 namespace tandem::client {
 
-/// Available assets by content hash.
+/// The available assets, indexed by the hash of their content.
 using AssetMap = std::map<proto::Sha256, std::shared_ptr<const proto::Bytes>>;
 
-/// Looks up the asset of a hash.
+/// Looks up an asset by its hash.
 ///
-/// In      hash  32 bytes, as in a message
-/// Out     null: malformed hash, or not available
+/// In      hash  32 bytes, as received in a message
+/// Out     null if the hash is malformed or the asset is not available
 const proto::Bytes* find_asset(const AssetMap& assets, const std::string& hash);
 
 }  // namespace tandem::client

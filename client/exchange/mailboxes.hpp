@@ -1,5 +1,5 @@
-// Data that a client's io thread and haptic thread exchange by value: three newest-wins mailboxes. A local model owns
-// memory and is handed over instead (client/haptics/rendering.hpp).
+// Data that a client's io thread and haptic thread exchange by value, in three newest-wins mailboxes. A local model
+// owns memory, so it is handed over as an object instead (client/haptics/rendering.hpp).
 #pragma once
 
 #include <array>
@@ -15,35 +15,39 @@
 
 namespace tandem::client {
 
-/// A server update with its time of reception.
+/// A server update with the time of its reception.
 struct ReceivedUpdate {
   proto::ServerUpdate update;
   LocalTime received{};
-  Duration clock_offset{0};  ///< server − local at that instant
+  Duration clock_offset{0};  ///< server time − local time at the time of reception
 };
 
-/// When this user's hand begins to follow its path, if it has one.
+/// Start of this user's simulated or recorded hand along its path.
 struct HandStart {
   enum class Kind : std::uint8_t { kAtOnce, kAwaited, kAt };
-  Kind kind = Kind::kAtOnce;  ///< kAwaited: the room waits for other users
-  ServerTime at{};            ///< kAt
+  /// kAtOnce: at the first tick; kAwaited: unknown, the room waits for other users; kAt: at time `at`
+  Kind kind = Kind::kAtOnce;
+  ServerTime at{};  ///< start time if kind is kAt
 };
 
-/// Data of the scene for the haptic path; published when the session joins and when a parameter changes.
+/// The haptic thread's data of a scene. Published when the session joins and when a parameter changes.
 struct HapticScene {
   std::uint32_t generation = 0;  ///< incremented at each join; a new value resets the stages and restarts the ramp
   bool may_drive = false;        ///< joined as a manipulator: handle and buttons are sent to the server
-  bool may_display = false;      ///< force is displayed; false: zero force, e.g. coupling unstable on this device
+  /// The scene's force may be displayed; false: zero force, e.g. because the coupling would be unstable on this device
+  bool may_display = false;
   WorkspaceMapping workspace;
-  std::size_t law = 0;                   ///< index into coupling_laws()
-  haptics::CouplingParameters coupling;  ///< target values for this user's tool (CouplingRamp)
-  std::uint32_t tool = 0;                ///< index of this user's tool in the scene
+  std::size_t law = 0;  ///< index into haptics::coupling_laws()
+  /// Target coefficients of the coupling of this user's tool; changes are ramped (CouplingRamp)
+  haptics::CouplingParameters coupling;
+  std::uint32_t tool = 0;  ///< index of this user's tool in the scene
   HandStart hand_start;
-  std::uint32_t places_shown = 0;        ///< incremented for each place that another user points at
-  Vec3 shown_W = Vec3::Zero();           ///< the last such place
-  std::uint64_t absent_bodies = 0;       ///< bit i: the body with index i does not exist at present (wire::GameState)
-  std::optional<Vec3> gravity_m_per_s2;  ///< gravity set by a game; none: that of the scene
-  /// Coupling bounds of each user's device, by tool, in world units.
+  std::uint32_t places_shown = 0;  ///< incremented each time another user points at a position
+  Vec3 shown_W = Vec3::Zero();     ///< the position that another user pointed at last
+  /// Bit i is set: the body with index i is currently absent from the scene (wire::GameState)
+  std::uint64_t absent_bodies = 0;
+  std::optional<Vec3> gravity_m_per_s2;  ///< gravity set by a game; empty: the scene's gravity
+  /// Coupling bounds of each user's device, by tool index, in world units.
   std::array<haptics::CouplingParameters, proto::kMaxUsers> coupling_bounds = [] {
     std::array<haptics::CouplingParameters, proto::kMaxUsers> bounds;
     bounds.fill(haptics::kNoCouplingBounds);
@@ -52,9 +56,11 @@ struct HapticScene {
 };
 
 struct ClientMailboxes {
-  realtime::Mailbox<proto::ClientUpdate> outbox;  ///< haptic writes, io reads
-  realtime::Mailbox<ReceivedUpdate> inbox;        ///< io writes, haptic reads
-  realtime::Mailbox<HapticScene> scene;           ///< io writes, haptic reads
+  /// Newest client update: written by the haptic thread, read by the io thread
+  realtime::Mailbox<proto::ClientUpdate> outbox;
+  /// Newest server update: written by the io thread, read by the haptic thread
+  realtime::Mailbox<ReceivedUpdate> inbox;
+  realtime::Mailbox<HapticScene> scene;  ///< newest scene: written by the io thread, read by the haptic thread
 };
 
 }  // namespace tandem::client

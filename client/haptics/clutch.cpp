@@ -1,4 +1,3 @@
-// See clutch.hpp.
 #include "client/haptics/clutch.hpp"
 
 namespace tandem::client {

@@ -1,9 +1,9 @@
-// Clutching: while the clutch button is pressed, the tool stays in place and the user moves the hand back.
+// Clutching: while the clutch button is pressed, the tool stays in place and the user moves the handle back into reach.
 //
 // While the clutch is pressed, no force is displayed. A force computed from the frozen handle would not change as the
 // hand moves, so it could do unlimited work. The haptic core reports the clutch to the safety chain (kSafetyClutched).
-// The chain reduces the force to zero at 0.1 N/ms after the press, and ramps it up again after the release. The jumps
-// of V_WH at press and release are therefore not felt.
+// After the press the chain reduces the force to zero at 0.1 N/ms; after the release it ramps the force up. So the
+// jumps of V_WH at press and release are not felt.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -11,8 +11,8 @@
 
 namespace tandem::client {
 
-/// Converts mapped handle states to clutched handle states. It changes only the motion; the safety chain controls the
-/// force.
+/// Converts handle states in the world before the clutch (raw) to handle states after the clutch. It changes only the
+/// motion; the safety chain controls the force.
 ///
 /// Model   p_WH = p_raw + o,  R_WH = R_raw · O. Both offsets are set at the release so that X_WH does not jump. While
 ///         the clutch is pressed, X_WH is frozen and V_WH is zero. The rotation offset is the right factor, so that a

@@ -26,7 +26,8 @@ bool is_graver(const haptics::StabilityFinding& a, const haptics::StabilityFindi
   return a.spectral_radius > b.spectral_radius;
 }
 
-/// Adds a finding to `into`. Of two findings about the same kind of motion, only the more severe one remains.
+/// Adds a finding to `into`. Of two findings about translation, or two about rotation, only the more severe one is
+/// kept.
 void merge(const haptics::StabilityFinding& finding, std::vector<haptics::StabilityFinding>& into) {
   const auto same = std::find_if(into.begin(), into.end(), [&](const haptics::StabilityFinding& other) {
     return other.is_rotation == finding.is_rotation;
@@ -42,14 +43,14 @@ void merge(const haptics::StabilityFinding& finding, std::vector<haptics::Stabil
 const haptics::CouplingLawInfo* law_of(const HapticScene& scene) {
   return scene.law < haptics::coupling_laws().size() ? &haptics::coupling_laws()[scene.law] : nullptr;
 }
-/// Returns the coupling parameters of the scene as the haptic path renders them on this device, in world units.
+/// Returns the scene's coupling coefficients after the limits of this device, in world units.
 haptics::CouplingParameters rendered(const HapticScene& scene, const haptics::CouplingLawInfo& law,
                                      const devices::DeviceProfile& device) {
   return haptics::rendered_coupling(
       law.name, scene.coupling, haptics::coupling_bounds_in_world(devices::coupling_bounds(device), scene.workspace));
 }
 
-/// Reads mass properties from the server's message. A result is empty if properties are missing or unusable.
+/// Reads mass properties from the server's message. A result is empty if the properties are missing or invalid.
 class MassesOnWire {
  public:
   explicit MassesOnWire(const wire::Joined& joined) : joined_(joined) {}
@@ -196,7 +197,7 @@ bool CouplingWatch::check(const HapticScene& scene, const wire::Joined& joined, 
   if (!device_ || law == nullptr) return true;
   ++last_.number;
   last_.scene = scene;
-  // The join message does not contain a body that the tool holds from the start. Only the states report that body.
+  // The join message does not contain a body that the tool holds from the start, only the state updates do (gripped_).
   const BodyId moved = held.is_valid() ? held : gripped_;
   last_.moved = things_to_move(joined, *law, moved, moved == gripped_ ? &grip_B_ : nullptr);
   last_.is_refused = last_.moved.empty() || !is_stable_coupling(scene, last_.moved, *device_);

@@ -1,5 +1,5 @@
-// Checks whether a scene's coupling is stable on this client's device. The check itself is fast and runs on the io
-// thread. The explanation of its result is slow and runs on a thread that may block.
+// Checks whether a scene's coupling is stable on this client's device. The check is fast enough for the io thread. The
+// explanation of its result is slow and needs a thread that may block.
 #pragma once
 
 #include <array>
@@ -22,40 +22,40 @@ namespace tandem::client {
 /// Model   Grip point T, c = p_TC to the centre of mass C, force f and torque τ at T. Newton and Euler about C, with
 ///         the acceleration a_C = a + α × c of the centre (speeds are small, so terms in ω² are neglected):
 ///           f = m (a + α × c),   τ = I_C α + c × f
-///         Largest values: the other kind of motion is blocked. α = 0 gives f = m a. a = 0 gives τ = I_T α with the
-///         inertia about the grip, I_T = I_C + m (c·c 1 − c cᵀ) (parallel axes); the result is its largest principal
-///         moment.
-///         Smallest values: the other kind of motion is free. f = 0 gives τ = I_C α; the result is the smallest
-///         principal moment of I_C. τ = 0 gives α = −I_C⁻¹ (c × f), so a = (1/m 1 + [c]×ᵀ I_C⁻¹ [c]×) f; the result is
-///         the inverse of the largest eigenvalue of this matrix.
-///         The coupling holds the other kind of motion with a finite stiffness, between free and blocked. The effective
-///         mass and inertia therefore lie between the two limits.
+///         Largest mass (rotation blocked): α = 0 gives f = m a. Largest inertia (translation blocked): a = 0 gives
+///         τ = I_T α with the inertia about the grip, I_T = I_C + m (c·c 1 − c cᵀ) (parallel axes); the result is its
+///         largest principal moment.
+///         Smallest inertia (translation free): f = 0 gives τ = I_C α; the result is the smallest principal moment of
+///         I_C. Smallest mass (rotation free): τ = 0 gives α = −I_C⁻¹ (c × f), so a = (1/m 1 + [c]×ᵀ I_C⁻¹ [c]×) f; the
+///         result is the inverse of the largest eigenvalue of this matrix.
+///         The coupling holds the body with a finite stiffness, between free and blocked. So the effective mass and
+///         inertia lie between these limits.
 /// Source  our derivation
 /// In      mass  must have a mass above 0
 ///         p_BT  grip point, in the body's own frame B
 std::array<physics::MovedMass, 2> resistance_at(const MassProperties& mass, const Vec3& p_BT, bool is_held_body);
 
 /// Returns the effective masses that the coupling may have to move: the user's tool, and the smallest and largest of
-/// all bodies that the tool could grab. A held body is assumed to be held at its grip point. Any other body is assumed
-/// to be held at its centre of mass, because its grip point is not known yet. If the coefficients depend on the moved
-/// mass (massless tool, or the law `adaptive`), they apply only to the current load. Then the list contains only
-/// `held`, or without a held body only the tool.
+/// all bodies that the tool could grab. A held body is assumed to be held at its grip point. The grip point of any
+/// other body is not known yet, so such a body is assumed to be held at its centre of mass. If the coefficients depend
+/// on the moved mass (massless tool, or the law `adaptive`), they apply only to the current load. Then the result
+/// contains only `held`, or only the tool if no body is held.
 ///
 /// In      p_BT  position of the tool on `held`, in the body's frame; null if it is not known
 /// Out     empty if the server's masses of the tool or of bodies are missing or unusable
 std::vector<physics::MovedMass> things_to_move(const wire::Joined& joined, const haptics::CouplingLawInfo& law,
                                                BodyId held, const Vec3* p_BT = nullptr);
 
-/// One check, with the data needed to explain it later.
+/// Result of one check, with the data needed to explain it later.
 struct CouplingCheck {
   std::uint64_t number = 0;  ///< number of this check, counted from 1; 0: no check was made
-  bool is_refused = false;   ///< the coupling must not be displayed: unstable on this device, or unknown mass
+  bool is_refused = false;  ///< the coupling must not be displayed: it is unstable on this device, or a mass is unknown
   HapticScene scene;
   std::vector<physics::MovedMass> moved;
 };
 
-/// Returns true if the coupling of `scene`, as the haptic path would render it, is stable with each mass in `moved`.
-/// Also true if the coupling law does not exist. The check does not model network delay; its effect on the loop is
+/// Returns true if the coupling of `scene`, with the limits of the device, is stable with each mass in `moved`. Returns
+/// true if the coupling law does not exist. The check does not model the network delay; its effect on stability is
 /// measured in the lab.
 ///
 /// Cost    with three masses in six axes: 0.6 ms for a velocity window of 4 periods, 4 ms for 20 periods (the maximum);
@@ -63,7 +63,8 @@ struct CouplingCheck {
 bool is_stable_coupling(const HapticScene& scene, const std::vector<physics::MovedMass>& moved,
                         const devices::DeviceProfile& device);
 
-/// Explains a check and suggests remedies. The result contains kUnstable if and only if is_stable_coupling() is false.
+/// Explains a check and searches for remedies. The result contains kUnstable if and only if is_stable_coupling() is
+/// false.
 ///
 /// Out     the most severe finding for translation and for rotation, and one more if the law itself generates energy
 ///         (find_active_law()); a single finding if the moved mass is not known
@@ -71,35 +72,35 @@ bool is_stable_coupling(const HapticScene& scene, const std::vector<physics::Mov
 /// Thread  any that may block
 std::vector<haptics::StabilityFinding> explained(const CouplingCheck& check, const devices::DeviceProfile& device);
 
-/// Checks the coupling of a session when it has changed. Changes arrive in bursts, with one message for each
-/// coefficient. A new stiffness with the old damping is not an intended coupling, so the coupling is checked at the end
-/// of the burst (debounce).
+/// Checks the coupling of a session after changes. Changes arrive in bursts, one message per coefficient. An
+/// intermediate combination, such as a new stiffness with the old damping, is not an intended coupling. So the check is
+/// made at the end of the burst (debounce).
 ///
 /// Thread  io
 class CouplingWatch {
  public:
-  /// If no change arrives for this time, the burst has ended. The value is our choice: the messages of one burst arrive
+  /// Time without a change after which a burst counts as complete. Our choice: the messages of one burst arrive
   /// together. An unstable oscillation cannot grow within this time, because the coefficients are ramped over
   /// kCouplingRamp_s.
   static constexpr Duration kQuiet{std::chrono::milliseconds(50)};
-  /// The check is made at the latest this time after the first change of a burst. A slider that is dragged may cause a
-  /// long burst.
+  /// Maximum time from the first change of a burst to the check. It is needed because a dragged slider may cause a long
+  /// burst.
   static constexpr Duration kAtLatest{std::chrono::milliseconds(250)};
-  /// If the grip point on the body moves by more than this, the grip counts as a new one. The value is our choice: a
-  /// tenth of a small handle.
+  /// Displacement of the grip point on the body above which the grip counts as new. Our choice: a tenth of a small
+  /// handle.
   static constexpr double kGripMoved_m = 0.005;
 
-  /// In      device  if there is none, every check passes
+  /// In      device  profile of the device; without a profile every check passes
   explicit CouplingWatch(std::optional<devices::DeviceProfile> device) : device_(std::move(device)) {}
 
   /// Notes that a coefficient or the held body changed.
   void note_change(LocalTime now);
-  /// Notes the grip reported by the server: the tool holds `body` at the position `p_BT`. An invalid id means that it
+  /// Notes the grip reported by the server: the tool holds `body` at the position `p_BT`. With an invalid id, the tool
   /// holds no body.
   void note_grip(BodyId body, const Vec3& p_BT, LocalTime now);
   void forget_changes() { waits_ = false; }
   bool is_due(LocalTime now) const { return waits_ && now >= due_; }
-  /// Checks the coupling of `scene`. Returns true if it may be displayed to a manipulator.
+  /// Checks the coupling of `scene`. Returns true if the coupling may be displayed to a user who drives a tool.
   bool check(const HapticScene& scene, const wire::Joined& joined, BodyId held);
   /// Returns the result of the last check.
   const CouplingCheck& last() const { return last_; }

@@ -1,4 +1,3 @@
-// See faded_passivity.hpp.
 #include "client/haptics/faded_passivity.hpp"
 
 #include <algorithm>
@@ -6,7 +5,7 @@
 namespace tandem::client {
 namespace {
 
-/// Time in which the controller fades in or out.
+/// Duration of fading the controller in or out.
 constexpr double kFade_s = 0.3;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Passivity controller of the hand's port, which is faded when the user switches it on or off.
+// Passivity controller of the hand's port, with a gradual transition when the user switches it on or off.
 #pragma once
 
 #include <atomic>
@@ -8,23 +8,22 @@
 
 namespace tandem::client {
 
-/// Passivity controller that fades in and out within 0.3 s, so that switching it causes no force step.
+/// Passivity controller that fades in and out within 0.3 s, so that switching causes no force step.
 ///
-/// Invariants  After the controller has been on once, the energy account is also updated while it is faded out. The
-///             account is thus correct when the controller is switched on again. Without an account the wrench passes
-///             unchanged.
+/// Invariants  Once the controller has been on, it keeps its energy account even while it is faded out. So the account
+///             is correct when the controller is switched on again. Without an account the wrench passes unchanged
 /// Thread      haptic except switch_to(): no allocation, no throw
 class FadedPassivity {
  public:
   /// In      keeps_account  true: updates the energy account even if the controller has never been on
   FadedPassivity(bool is_on, bool keeps_account) noexcept;
 
-  /// Switches the controller from the next apply() on.
+  /// Switches the controller on or off, effective from the next apply() on.
   /// Thread  any
   void switch_to(bool is_on) noexcept { is_on_.store(is_on, std::memory_order_relaxed); }
 
-  /// Adds the energies of a received state. Must be called once for each state.
-  /// In      has_model  as in HandPassivityController::world_reported()
+  /// Adds the energies reported in a received state. Must be called once for each state.
+  /// In      has_model  see HandPassivityController::world_reported()
   void receive(const ReceivedUpdate& received, bool has_model) noexcept;
   /// Returns the wrench that may be displayed until the next tick.
   /// In      X_WH                 pose of the hand without clutch; null if it is unknown or the scene is unusable
@@ -32,14 +31,14 @@ class FadedPassivity {
   Wrench apply(const Pose* X_WH, const Wrench& stage_on_hand_W, double energy_from_local_j, double period_s) noexcept;
   /// Reports the wrench that was displayed after safety chain, clamp and device.
   void set_displayed(const Wrench& on_hand_W) noexcept;
-  /// Must be called if the hand's pose has jumped or is unknown.
+  /// Must be called if the hand's pose has jumped or is unknown, so that the jump counts as no work.
   void lose_hand() noexcept { controller_.lose_hand(); }
-  /// Discards the energies of the local model, because another one follows.
+  /// Discards the energies of the local model, because the next values are those of a new local model.
   void forget_local_model() noexcept { controller_.forget_local_model(); }
-  /// Resets the controller at the start of another scene.
+  /// Resets the controller at the start of a new scene.
   void reset() noexcept { controller_.reset(); }
 
-  /// Returns the share of the stage's wrench that passes the controller; 1 while the controller is faded out.
+  /// Returns the fraction of the stage's wrench that passes the controller; 1 while the controller is faded out.
   double gain() const noexcept { return 1 + share_ * (controller_.gain() - 1); }
   const haptics::HandPassivityController& controller() const noexcept { return controller_; }
 
@@ -47,7 +46,7 @@ class FadedPassivity {
   void fade(double period_s) noexcept;
 
   std::atomic<bool> is_on_;
-  double share_;  ///< weight of the controller's wrench, 0 to 1
+  double share_;  ///< weight of the controlled wrench against the uncontrolled one, 0 to 1
   bool keeps_account_;
   haptics::HandPassivityController controller_;
   LocalTime reported_at_{};  ///< reception time of the last energy report

@@ -1,4 +1,3 @@
-// See force_output.hpp.
 #include "client/haptics/force_output.hpp"
 
 #include <algorithm>
@@ -43,7 +42,7 @@ bool ForceOutput::display(LocalTime now, const Wrench& on_hand_D) noexcept {
 }
 
 // Returns the part of the displayed wrench that comes from the scene. Safety chain and clamp scale the whole requested
-// force, so the force of border and nudge is scaled by the same factor.
+// force, so the client's own force (border and nudge) is scaled by the same factor.
 Wrench ForceOutput::displayed_of_scene_D() const noexcept {
   const double requested_n = requested_D_.f.norm();
   if (requested_n <= 0 || own_D_.isZero(0)) return writer_.written();

@@ -14,9 +14,8 @@ namespace tandem::client {
 
 /// Displays wrenches on the device. All wrenches are about the handle, in the frame D of the device's base.
 ///
-/// Invariants  Every wrench passes the safety chain and the clamp. If the device refuses a command, the previous
-///             command remains displayed and its work is summed. The force then starts again with the ramp.
-/// Thread      haptic: no allocation, no throw after construction
+/// Invariants  Every wrench passes the safety chain and the clamp. If the device refuses a command, it still displays
+///             the previous command, whose work is therefore summed. Afterwards the force starts again with the ramp
 class ForceOutput {
  public:
   /// In      safety  slew and speed limits are taken from the device's spec
@@ -24,28 +23,28 @@ class ForceOutput {
   /// Fails   std::invalid_argument: bad safety settings, or device limits that DeviceWriter refuses
   ForceOutput(const haptics::SafetySettings& safety, devices::Device& device);
 
-  /// Ends a period with the handle at `X_DH`. During the period, the last displayed wrench was held.
+  /// Ends a period with the handle at `X_DH`, and sums the work of the wrench that was displayed during the period.
   void move_to(const Pose& X_DH) noexcept { work_.move_to(X_DH); }
-  /// Must be called if the handle's pose is unknown: its motion up to the next move_to() adds no work.
+  /// Must be called if the handle's pose is unknown. Its motion up to the next move_to() then adds no work.
   void lose_pose() noexcept { work_.lose_pose(); }
 
-  /// Displays the scene's wrench plus `own_on_hand_D`, the force of border and nudge.
+  /// Displays the scene's wrench plus `own_on_hand_D`, the client's own force (border and nudge).
   /// In      conditions  input of the safety chain; its wrench is ignored
-  ///         is_ready    false: zero is written to the device, whatever is requested
+  ///         is_ready    false: the device is not ready, and zero is written instead
   void write(LocalTime now, const Wrench& scene_on_hand_D, const Vec3& own_on_hand_D, haptics::SafetyInput conditions,
              bool is_ready) noexcept;
-  /// Writes a zero wrench. Returns false if the device has not accepted it.
+  /// Writes a zero wrench. Returns false if the device has not accepted the command.
   bool write_zero(LocalTime now) noexcept;
-  /// Reduces the force to zero, then ramps it up again.
+  /// Reduces the force to zero, then ramps it up again, for example after a change of the scene.
   void rearm() noexcept { safety_.rearm(); }
   /// Ramps the force to zero from the next write() on.
   void begin_shutdown() noexcept { safety_.begin_shutdown(); }
-  /// Returns true if no force is displayed, and none will be until the ramp begins.
+  /// Returns true if no force is displayed, and no force will be displayed before the next ramp begins.
   bool is_quiet() const noexcept { return safety_.is_quiet(); }
 
   /// Returns the last command that the device accepted.
   const Wrench& displayed_D() const noexcept { return writer_.written(); }
-  /// Returns the part of displayed_D() that comes from the scene, without the share of border and nudge.
+  /// Returns the part of displayed_D() that comes from the scene, without border and nudge.
   Wrench displayed_of_scene_D() const noexcept;
   bool was_clamped() const noexcept { return writer_.was_clamped(); }
   haptics::SafetyFaults faults() const noexcept { return safety_.faults(); }

@@ -1,4 +1,3 @@
-// See hand_input.hpp.
 #include "client/haptics/hand_input.hpp"
 
 #include <algorithm>
@@ -8,8 +7,8 @@
 namespace tandem::client {
 namespace {
 
-// Smallest time by which a distance between two samples is divided. Otherwise a device that updates at 1 kHz would seem
-// to jump when two reads follow in quick succession.
+// Smallest time by which a distance between two samples is divided. When two reads follow in quick succession, a device
+// that updates at 1 kHz would otherwise appear to jump.
 constexpr double kMinSpeedGap_s = 0.001;
 
 }  // namespace
@@ -30,8 +29,8 @@ void HandInput::read(LocalTime now) noexcept {
   sample_ = sample;
 }
 
-// Returns the larger of two speeds: the reported one, which may lag because of a filter, and the speed between two
-// samples, which also detects a jump.
+// Returns the larger of two speeds: the speed reported by the device, which may lag because of a filter, and the speed
+// between two samples, which detects a jump as well.
 double HandInput::speed_to(const devices::DeviceSample& sample) const noexcept {
   if (!sample.is_valid) return 0;
   const double reported_m_per_s = sample.V_DH.v.norm();
@@ -60,15 +59,15 @@ bool HandInput::move(const HandConditions& conditions) noexcept {
   return is_remapped;
 }
 
-// Applies a requested mapping. This is possible only while the clutch is pressed and no force is displayed, because the
-// tool is then frozen.
+// Applies a requested mapping, if possible. The clutch must be pressed, so that the tool is frozen, and no force may be
+// displayed.
 bool HandInput::apply_requested_mapping(bool is_quiet) noexcept {
   if (!workspace_.is_changing() || !is_quiet || !clutch_.is_pressed()) return false;
   workspace_.apply_change();
   return true;
 }
 
-// Moves the base by rate control. The base does not move while the clutch is pressed or no force may be displayed.
+// Moves the device's base through the scene by rate control, unless the clutch is pressed or no force may be displayed.
 void HandInput::move_base(const HandConditions& conditions) noexcept {
   if (!conditions.is_displaying || is_clutched()) return workspace_.rest();
   workspace_.advance(sample_.X_DH.p, conditions.scene_on_hand_D, conditions.period_s);

@@ -1,4 +1,4 @@
-// Input of the haptic path: from a sample of the device to the handle's pose and twist in the world.
+// Input of the haptic path: computes the handle's pose and twist in the world from a sample of the device.
 //
 //   device ─▶ reader ─▶ sample ─┬─▶ workspace mapping, border ─▶ clutch ─▶ handle in W        (the tool follows it)
 //                               └─▶ encoder path ─▶ mapping ─▶ clutch ─▶ path of the handle   (work is summed along it)
@@ -11,12 +11,12 @@
 
 namespace tandem::client {
 
-/// Conditions that determine how the device's base moves in one tick.
+/// Conditions on which the motion of the device's base in one tick depends.
 struct HandConditions {
   double period_s = 0.001;
-  bool has_scene = false;               ///< the scene is usable
+  bool has_scene = false;               ///< whether the scene can be rendered
   bool is_displaying = false;           ///< the scene's force may be displayed
-  bool is_quiet = false;                ///< no force is displayed (SafetyChain::is_quiet())
+  bool is_quiet = false;                ///< no force is displayed at present (SafetyChain::is_quiet())
   Vec3 scene_on_hand_D = Vec3::Zero();  ///< displayed force of the scene [N]
 };
 
@@ -32,22 +32,22 @@ class HandInput {
   ///         has_border  true: rate control and a soft wall at the border of the device's workspace
   HandInput(devices::Device& device, bool has_border);
 
-  /// Starts another scene: places the device's base as its mapping says and resets the offset of the clutch.
+  /// Starts a new scene: places the device's base as the scene's mapping says, and resets the offset of the clutch.
   void enter(const WorkspaceMapping& scene) noexcept;
-  /// Requests another mapping of the same scene.
+  /// Requests a changed mapping of the same scene.
   void change(const WorkspaceMapping& scene) noexcept { workspace_.change(scene); }
 
   /// Reads a sample and computes the handle's speed. Must be called once a tick, before move().
   void read(LocalTime now) noexcept;
-  /// Moves handle and base for one period. Returns true if a requested mapping was applied, which makes the handle
-  /// jump.
+  /// Moves handle and base for one period. Returns true if a requested mapping was applied, so that the handle has
+  /// jumped.
   bool move(const HandConditions& conditions) noexcept;
 
   /// Returns the sample of this tick.
   const devices::DeviceSample& sample() const noexcept { return sample_; }
   /// Returns the larger of the reported speed and the speed between two samples [m/s]; 0 for an invalid sample.
   double speed_m_per_s() const noexcept { return speed_m_per_s_; }
-  /// Returns true if the clutch is pressed, or if a requested mapping waits until the force has faded out.
+  /// Returns true if the clutch is pressed, or if a requested mapping waits for the force to fade out.
   bool is_clutched() const noexcept;
   const WorkspaceMapping& mapping() const noexcept { return workspace_.mapping(); }
   /// Returns the force of the border [N], in D.
@@ -55,8 +55,8 @@ class HandInput {
 
   /// Returns pose and twist of the handle, after the clutch.
   const RigidState& handle_W() const noexcept { return handle_W_; }
-  /// Pose of the handle with smoothed encoder steps. path_D() is in the device's base; the others are in the world,
-  /// before and after the clutch.
+  /// Pose of the handle with smoothed encoder steps, for work: path_D() in the device's base, unclutched_path_W() in
+  /// the world before the clutch, path_W() in the world after the clutch.
   const Pose& path_D() const noexcept { return X_DH_path_; }
   const Pose& unclutched_path_W() const noexcept { return raw_X_WH_; }
   const Pose& path_W() const noexcept { return X_WH_path_; }

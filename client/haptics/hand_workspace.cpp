@@ -1,4 +1,3 @@
-// See hand_workspace.hpp.
 #include "client/haptics/hand_workspace.hpp"
 
 #include <algorithm>
@@ -8,13 +7,16 @@ namespace tandem::client {
 namespace {
 
 constexpr double kInnerShare = 0.8;
-constexpr double kMaxWall_n = 2, kWallShare = 0.25;  // force of the wall: upper limit, and share of the force limit
-constexpr double kStandsAtShare = 0.5;               // scene's force at which the base stops, as a share of the limit
+// Force of the wall: upper limit, and fraction of the device's force limit
+constexpr double kMaxWall_n = 2, kWallShare = 0.25;
+// Opposing force of the scene at which the base stops, as a fraction of the force limit
+constexpr double kStandsAtShare = 0.5;
 constexpr double kWidths_per_s = 1;
-// Largest travel of the base in one excursion: three times the largest width of the workspace. The base slows down over
-// the last 20 % of the travel.
+// Maximum travel of the base in one excursion, in largest widths of the workspace. The base slows down over the last
+// kSlowShare of the travel.
 constexpr double kMaxTravel_widths = 3, kSlowShare = 0.2;
-constexpr double kFreshShare = 0.7;  // share within which the travel is reset; hysteresis to kInnerShare
+// Fraction of the workspace within which the travel is reset; below kInnerShare for hysteresis
+constexpr double kFreshShare = 0.7;
 
 bool is_same(const WorkspaceMapping& a, const WorkspaceMapping& b) {
   return tandem::is_same(a.X_WD, b.X_WD) && a.position_scale == b.position_scale && a.force_scale == b.force_scale;

@@ -1,4 +1,4 @@
-// Mapping of the device's small workspace into the large scene, with the user's scale and rotation. If the handle is
+// Mapping of the device's small workspace into the large scene, with the user's scale and rotation. While the handle is
 // beyond the border of the device's workspace, the mapped device base moves through the scene (rate control).
 #pragma once
 
@@ -7,17 +7,17 @@
 
 namespace tandem::client {
 
-/// Changes of the scene's mapping by the user.
+/// Adjustments of the scene's mapping by the user.
 struct WorkspaceSettings {
   double scale = 1;     ///< factor on the scene's position scale, > 0
-  double turn_rad = 0;  ///< rotation of the device's base about the vertical, to match the user's seat and view
+  double turn_rad = 0;  ///< rotation of the device's base about the vertical [rad], to match the user's seat and view
 };
 
-/// Applies the user's scale and rotation to the scene's mapping. The user's scale multiplies force and position alike,
-/// so it does not change the power: f_D · v_D = f_W · v_W times a constant of the scene.
+/// Applies the user's scale and rotation to the scene's mapping. The user's scale multiplies force and position
+/// equally, so the ratio of device power f_D · v_D to world power f_W · v_W remains a constant of the scene.
 WorkspaceMapping with_user(WorkspaceMapping scene, const WorkspaceSettings& user) noexcept;
 
-/// Mapping in use, with rate control beyond the border.
+/// The workspace mapping in use, with rate control beyond the border.
 ///
 /// Model   The border is a box of 0.8 × the device's workspace about D's origin. d is the depth of the handle beyond
 ///         the border on each axis, limited to d_max = 0.1 × the width of the workspace. Within the box the hand moves
@@ -27,11 +27,11 @@ WorkspaceMapping with_user(WorkspaceMapping scene, const WorkspaceSettings& user
 ///         Force: if the scene's force opposes the motion, it slows the base. At half the device's force limit the base
 ///         stops, so that the force cannot increase further.
 ///         Travel: in one excursion beyond the border, the base moves at most L = 3 × the largest width (in the
-///         device's metres). For this, v is multiplied by min(1, (L − travel) / 0.2 L). If the handle is left lying
-///         beyond the border, the base thus stops. The travel is reset once the handle is within 0.7 of the workspace.
-///         Power: the motion of the base against the scene's force is power that the hand does not supply. It is at
-///         most F_limit / 2 · width/s (0.2 W for a device of 0.1 m and 4 N). Its energy is at most F_limit / 2 · L per
-///         excursion. Energy limits count it as supplied by the hand.
+///         device's metres). For this, v is multiplied by min(1, (L − travel) / 0.2 L). So the base stops if the handle
+///         is left beyond the border. The travel is reset once the handle is within 0.7 of the workspace.
+///         Power: the motion of the base against the scene's force does work that the hand does not supply. Its power
+///         is at most F_limit / 2 · width/s (0.2 W for a device of 0.1 m and 4 N), and its energy per excursion at most
+///         F_limit / 2 · L. The energy limits count it as supplied by the hand.
 /// Source  Dominjon, Lécuyer, Burkhardt, Andrade-Barroso, Richir, "The 'Bubble' technique: interacting with large
 ///         virtual environments using haptic devices with limited workspace", World Haptics 2005: position control
 ///         inside the border, rate control and a spring outside. Differences: the paper uses a sphere and a cubic law,
@@ -39,14 +39,14 @@ WorkspaceMapping with_user(WorkspaceMapping scene, const WorkspaceSettings& user
 /// Thread  haptic: no allocation, no throw
 class HandWorkspace {
  public:
-  /// In      device      if its workspace is not known, there is no border
+  /// In      device      its workspace determines the border; no border if the workspace is unknown
   ///         has_border  false: there is no border
   HandWorkspace(const devices::DeviceSpec& device, bool has_border) noexcept;
 
-  /// Starts another scene, with the base at the pose given by its mapping.
+  /// Starts a new scene, with the base at the pose given by the scene's mapping.
   void enter(const WorkspaceMapping& scene) noexcept;
-  /// Requests another mapping of the same scene. The caller must call apply_change() while the clutch freezes the tool
-  /// and no force is displayed.
+  /// Requests a changed mapping of the same scene. The caller must call apply_change() while the clutch freezes the
+  /// tool and no force is displayed.
   void change(const WorkspaceMapping& scene) noexcept;
   bool is_changing() const noexcept { return is_changing_; }
   void apply_change() noexcept;
@@ -54,8 +54,8 @@ class HandWorkspace {
   /// Moves the base for one period by rate control, and computes the force of the border.
   /// In      p_DH  position of the handle; scene_on_hand_D  force of the scene on the hand
   void advance(const Vec3& p_DH, const Vec3& scene_on_hand_D, double period_s) noexcept;
-  /// Stops the base and removes the wall until the handle has been within the box again. Thus the base does not move if
-  /// the hand starts beyond the border, or if the user releases the clutch there.
+  /// Stops the base and removes the wall until the handle has been within the border again. So the base does not move
+  /// if the hand starts beyond the border, or if the user releases the clutch there.
   void rest() noexcept;
 
   const WorkspaceMapping& mapping() const noexcept { return mapping_; }
@@ -73,7 +73,7 @@ class HandWorkspace {
   WorkspaceMapping mapping_;
   bool is_changing_ = false;
   bool was_within_ = false;
-  double travelled_m_ = 0;  ///< distance that the base has moved in this excursion, in the device's metres
+  double travelled_m_ = 0;  ///< distance that the base has moved in the current excursion, in the device's metres
   Vec3 rate_W_ = Vec3::Zero();
   Vec3 wall_on_hand_D_ = Vec3::Zero();
 };

@@ -1,5 +1,5 @@
-// See haptic_core.hpp. Data from the server is checked again on the haptic thread. If a scene is invalid, no force is
-// displayed (SceneInbox). Coefficients are bounded before they affect the force (SceneCoupling).
+// Data from the server is validated again on the haptic thread. An invalid scene displays no force (SceneInbox), and
+// coefficients are bounded before they affect the force (SceneCoupling).
 #include "client/haptics/haptic_core.hpp"
 #include "common/base/tick_faults.hpp"
 
@@ -63,8 +63,8 @@ bool HapticCore::write_zero(LocalTime now) noexcept {
   return is_zero;
 }
 
-// Reads the scene and the server's state. The number of the newest rendering must be read before the scene
-// (RenderingSlot::newest()).
+// Reads the scene and the server's state. The number of the newest rendering must be read before the scene;
+// RenderingSlot::newest() explains why.
 void HapticCore::read_mailboxes() noexcept {
   const std::uint32_t newest_rendering = renderings_.newest();
   const SceneNews news = inbox_.poll();
@@ -96,7 +96,7 @@ void HapticCore::enter_scene() noexcept {
 void HapticCore::change_scene() noexcept {
   hand_.change(inbox_.scene().workspace);
   if (inbox_.is_usable()) coupling_.fade_to(inbox_.scene());
-  // While no force is displayed, the coupling needs no ramp. The ramp would begin with the previous coupling, which may
+  // While no force is displayed, the coupling needs no ramp. A ramp would begin with the previous coupling, which may
   // have been refused as unstable.
   if (!inbox_.is_displaying()) coupling_.jump();
 }
@@ -114,7 +114,7 @@ void HapticCore::receive_state(const ReceivedUpdate& received) noexcept {
   passivity_.receive(received, stage_output_.is_local);
 }
 
-// Records the state of the watched body. An update does not contain every body, so the last received state is kept if
+// Records the state of the watched body. An update need not contain every body, so the last received state is kept if
 // the body is missing.
 void HapticCore::note_watched_body(const proto::ServerUpdate& update) noexcept {
   const std::uint32_t watched = watched_.load(std::memory_order_relaxed);
@@ -126,8 +126,8 @@ void HapticCore::note_watched_body(const proto::ServerUpdate& update) noexcept {
   }
 }
 
-// Converts the common start time of the room from server time to local time. The conversion is repeated until that
-// time, because the estimated clock offset settles within the first second.
+// Converts the common start time of the room's hands from server time to local time. The conversion is repeated until
+// that time, because the estimated clock offset settles only within the first second.
 void HapticCore::follow_start(LocalTime now) noexcept {
   if (began_at_ <= now) return;
   const HandStart& start = inbox_.scene().hand_start;
@@ -155,14 +155,14 @@ void HapticCore::move_handle() noexcept {
     output_.lose_pose();
   }
   if (!is_remapped) return;
-  // A mapping is applied only while no force is displayed. The coupling thus needs no ramp, and the jump of the handle
+  // A mapping is applied only while no force is displayed. So the coupling needs no ramp, and the jump of the handle
   // does no work.
   coupling_.jump();
   passivity_.lose_hand();
 }
 
-// Ticks the stage. After an invalid sample, the stage is not ticked, and the wave and mode of the last tick are sent
-// again. If no force may be displayed, both are reset.
+// Ticks the stage. After an invalid sample the stage is not ticked, and wave and mode of the last tick are sent again.
+// If no force may be displayed, wave and mode are reset.
 void HapticCore::run_stage(LocalTime now) noexcept {
   if (!inbox_.is_displaying()) stage_output_ = {};
   stage_output_.wrench_on_hand_W = {};
@@ -200,8 +200,8 @@ Wrench HapticCore::through_passivity_controller() noexcept {
                           stage_output_.energy_from_local_j, period_s_);
 }
 
-// Adds the forces of the client itself (border and nudge) to the scene's wrench and displays the sum. If the device is
-// not ready, zero is written instead.
+// Adds the client's own forces (border and nudge) to the scene's wrench and displays the sum. If the device is not
+// ready, zero is written instead.
 void HapticCore::display(LocalTime now, const Wrench& controlled_on_hand_W) noexcept {
   nudge_.advance(period_s_, inbox_.is_displaying() && !hand_.is_clutched());
   const Vec3 own_on_hand_D = hand_.wall_on_hand_D() + nudge_.on_hand_D();
@@ -223,11 +223,12 @@ haptics::SafetyInput HapticCore::safety_conditions() const noexcept {
   return input;
 }
 
-// Integrates the work that is reported to the server: that of the requested wrench along the path of the tool's handle.
-// While the clutch is pressed, this path is frozen and no work is added. If the user drives a tool but no force is
-// displayed, the server's wrench counts as requested.
+// Integrates the work that is reported to the server: the work of the requested wrench along the path of the clutched
+// handle. While the clutch is pressed, this path is frozen and adds no work. If the user drives a tool but no force is
+// displayed, the server's wrench counts as the requested wrench.
 void HapticCore::sum_requested_work(const Wrench& controlled_on_hand_W) noexcept {
-  // Limits far above any coupling. They bound the work of one tick, so that the sum stays within the protocol's range.
+  // Limits far above any coupling. They bound the work per tick, so that the sum stays within the range of the
+  // protocol.
   constexpr double kMax_n = 1000, kMax_n_m = 100;
   if (record_.sample.is_valid && inbox_.is_driving()) {
     requested_work_.move_to(hand_.path_W());

@@ -1,6 +1,6 @@
 // One haptic tick, from device sample to device command. The live loop (haptic_loop.hpp) and the lab call the same
-// tick(); the caller supplies thread and time. A tick calls the following parts in order; none of them refers to the
-// core:
+// tick(); the caller supplies thread and time. A tick calls the following parts in order. None of the parts refers to
+// the core:
 //
 //   1 read the newest scene and server state               SceneInbox
 //   2 read the device once                                 HandInput
@@ -36,12 +36,12 @@ namespace tandem::client {
 
 struct HapticSettings {
   StageSettings stage{};
-  bool feeds_view = false;           ///< publishes views for a window (View)
+  bool feeds_view = false;           ///< true: a View for a window is published
   bool has_border = true;            ///< rate control and a soft wall at the border of the device's workspace
   haptics::SafetySettings safety{};  ///< HapticCore takes the slew and speed limits from the device's spec
   /// Upper bounds of the coupling parameters received from the server, in newtons and metres of the device. The
-  /// device's force limits apply in addition. For a known device, coupling_bounds() (devices/device_profile.hpp) gives
-  /// the bounds. Stiffness (steepest slope of the law's force) and damping are the largest values in CHAI3D's device
+  /// device's force limits apply as well. For a known device, coupling_bounds() (devices/device_profile.hpp) gives the
+  /// bounds. Source of stiffness (steepest slope of the law's force) and damping: the largest values in CHAI3D's device
   /// table for devices of about 8 N. The rotational values are our choice, for a handle of 4e-4 kg·m² at 1 kHz. The
   /// last two parameters, which shape the force curve, are bounded only by the range in the protocol.
   haptics::CouplingParameters coupling_bounds{.stiffness_n_per_m = 3000.0,
@@ -54,7 +54,7 @@ struct HapticSettings {
                                               .curve_sharpness = 10.0};
 };
 
-/// Owns the client's haptic path except its thread and clock.
+/// The client's haptic path, except its thread and clock.
 class HapticCore {
  public:
   /// Fails   std::invalid_argument for an unknown stage or predictor (the message lists the existing ones), an unusable
@@ -64,19 +64,19 @@ class HapticCore {
 
   /// Thread  haptic: no allocation, lock, log or throw
   void tick(LocalTime now) noexcept;
-  /// Ramps the force to zero from the next tick on; is_quiet() is true once nothing is displayed.
+  /// Ramps the force to zero from the next tick on. is_quiet() returns true once no force is displayed.
   void begin_shutdown() noexcept { output_.begin_shutdown(); }
   bool is_quiet() const noexcept { return output_.is_quiet(); }
   /// Writes a zero wrench to the device. Must be the last call before the device is closed. Returns false if the device
-  /// has not accepted it.
+  /// has not accepted the command.
   bool write_zero(LocalTime now) noexcept;
   /// Runs the stage's work outside the haptic tick (Stage::service()) for at most one millisecond.
   /// Thread  any but the haptic thread, one at a time
   void service() noexcept { renderings_.service(); }
-  /// Offers a rendering that is used from the next tick on. The force is blended within 0.3 s; if the forces differ by
-  /// 18 N, it changes by less than 0.1 N in a millisecond. If both renderings are of the same scene, the new local
-  /// model continues from the state of the previous one (LocalModel::continue_from()). Returns false if the rendering
-  /// is not accepted; the caller then keeps it and must offer it again later (Handover::offer()).
+  /// Offers a rendering (stage and model) that is used from the next tick on. The force is blended within 0.3 s: if the
+  /// forces differ by 18 N, it changes by less than 0.1 N in a millisecond. If both renderings are of the same scene,
+  /// the new local model continues from the state of the previous one (LocalModel::continue_from()). Returns false if
+  /// the rendering is not accepted; the caller then keeps it and must offer it again later (Handover::offer()).
   /// Thread  io
   bool offer(std::unique_ptr<Rendering>& rendering) { return renderings_.offer(rendering); }
   /// Returns the number of the last rendering that offer() accepted.
@@ -85,13 +85,13 @@ class HapticCore {
   /// Returns the number of the newest rendering whose local model was displayed; 0 if there was none.
   /// Thread  any
   std::uint32_t shown_locally() const noexcept { return renderings_.shown_locally(); }
-  /// Switches the passivity controller on or off. It is faded over 0.3 s, from the next tick on.
+  /// Switches the passivity controller on or off. From the next tick on, it is faded over 0.3 s.
   /// Thread  any
   void control_passivity(bool is_on) noexcept { passivity_.switch_to(is_on); }
 
-  /// Returns the time at which the hand begins to follow its path: the first tick, or the common start time of the
-  /// room's hands. It is LocalTime::max() while that start time is unknown. Once this time is in the past, it does not
-  /// change.
+  /// Returns the time at which a simulated or recorded hand begins to follow its path: the first tick, or the common
+  /// start time of the room's hands. While that start time is unknown, returns LocalTime::max(). Once in the past, the
+  /// time does not change.
   /// Thread  haptic
   LocalTime began_at() const noexcept { return began_at_; }
 
@@ -100,8 +100,8 @@ class HapticCore {
   const HapticCounters& counters() const { return counters_; }
   /// Returns the local model of the current scene; null if there is none.
   const LocalModel* local_model() const noexcept;
-  /// Returns the newest view; null before the first one, or if HapticSettings::feeds_view is false. Valid until the
-  /// next call.
+  /// Returns the newest view; null before the first view or without HapticSettings::feeds_view. Valid until the next
+  /// call.
   /// Thread  window
   const View* newest_view() noexcept { return view_ != nullptr ? view_->newest() : nullptr; }
   /// Selects the body whose state is recorded in TickRecord::watched_body_W.
@@ -139,12 +139,12 @@ class HapticCore {
   StageOutput stage_output_;  ///< output of the last tick at which a stage ran
   FadedPassivity passivity_;
   Nudge nudge_;
-  /// Work of the wrench after the passivity controller and before the safety chain, in world joules. Ramp, slew limit
-  /// and device limit reduce only the displayed force. The tool still does the full work in the world, so this sum is
-  /// sent to the server.
+  /// Work of the wrench after the passivity controller and before the safety chain, in world joules. It is sent to the
+  /// server, because the tool does the full work in the world. Ramp, slew limit and device limit reduce only the
+  /// displayed force.
   PortWork requested_work_;
   OutgoingUpdate outgoing_;
-  std::unique_ptr<ViewFeed> view_;  ///< feeds a window with views; null if HapticSettings::feeds_view is false
+  std::unique_ptr<ViewFeed> view_;  ///< publishes views for a window; null if HapticSettings::feeds_view is false
   LocalTime began_at_ = LocalTime::max();
   LocalTime ticked_at_{};
   double period_s_ = 0.001;

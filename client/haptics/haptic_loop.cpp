@@ -1,4 +1,3 @@
-// See haptic_loop.hpp.
 #include "client/haptics/haptic_loop.hpp"
 
 #include <future>
@@ -43,7 +42,7 @@ void HapticLoop::run(const std::function<void(std::vector<std::string>)>& on_rea
 
   const SteadyClock clock;
   const LocalTime start = clock.now();
-  // The timer spins before a deadline only if the thread has real-time priority. Otherwise spinning would only take
+  // Only a thread with real-time priority spins before a deadline. Without that priority, spinning would merely take
   // processor time from other threads.
   realtime::PeriodicTimer timer(settings_.period, start, is_realtime ? kMaxSpin : Duration{0});
   LocalTime deadline = start;

@@ -6,7 +6,8 @@
 //            ─▶ begin_shutdown, continue ticks until no force is displayed and the device accepted a zero (≤ 50 ms)
 //
 // The only shared data are the ring of tick records (written by the haptic thread, read by the owner) and three
-// atomics. Shutdown needs no other thread: the force is removed even if the owner is blocked in a write to a terminal.
+// atomics. The shutdown depends on no other thread: the force is removed even if the owner is blocked in a write to a
+// terminal.
 #pragma once
 
 #include <atomic>
@@ -25,35 +26,34 @@ namespace tandem::client {
 
 struct HapticLoopSettings {
   Duration period{std::chrono::milliseconds(1)};
-  int realtime_priority = 0;  ///< argument of realtime::request_realtime()
-  int cpu = -1;               ///< argument of realtime::request_realtime()
-  /// True: the loop keeps its processor awake (realtime::keep_awake()). Without a value, realtime::should_keep_awake()
-  /// decides.
+  int realtime_priority = 0;  ///< SCHED_FIFO priority, see realtime::request_realtime()
+  int cpu = -1;               ///< CPU of the thread, see realtime::request_realtime()
+  /// Whether the loop keeps its processor awake (realtime::keep_awake()). Empty: as realtime::should_keep_awake() says.
   std::optional<bool> keeps_awake = std::nullopt;
-  /// Time from HapticCore::began_at() after which the loop ends. Without a value, the loop runs until request_stop().
+  /// Time from HapticCore::began_at() after which the loop ends. Empty: the loop runs until request_stop().
   std::optional<Duration> duration = std::nullopt;
-  /// Capacity of the ring in records: 4 s at 1 kHz. If the ring is full, new records are lost and counted.
+  /// Capacity of the ring in records: 4 s at 1 kHz. If the ring is full, new records are dropped and counted.
   std::size_t trace_capacity = 4096;
 };
 
 /// Timing of the loop; complete after stop().
 struct HapticLoopReport {
   std::uint64_t ticks_run = 0;
-  std::uint64_t ticks_expected = 0;  ///< number of deadlines in the run, whether met or missed
-  double tick_rate_hz = 0;           ///< mean over the whole run
+  std::uint64_t ticks_expected = 0;  ///< number of deadlines in the run, including missed ones
+  double tick_rate_hz = 0;           ///< mean rate over the whole run
   Histogram lateness;
-  Histogram tick;  ///< duration of a tick
+  Histogram tick;  ///< durations of the ticks
   std::uint64_t missed = 0;
-  /// Number of wake-ups that the kernel has probably delayed by its limit for real-time threads (realtime.hpp). They
-  /// are counted only at real-time priority.
+  /// Number of wake-ups that the kernel has probably delayed by its real-time throttling (realtime.hpp). Counted only
+  /// at real-time priority.
   std::uint64_t throttle_suspects = 0;
   bool keeps_awake = false;
-  /// True if the force was ramped to zero within 50 ms at the end. Otherwise zero was written at once, and a failing
-  /// device may not have accepted it.
+  /// True if the force was ramped to zero within 50 ms at the end. Otherwise zero was written at once, which a failing
+  /// device may not have accepted.
   bool became_quiet = true;
 };
 
-/// Runs the haptic thread.
+/// Owns and runs the haptic thread.
 class HapticLoop {
  public:
   /// In      after_tick  called on the haptic thread after each tick; must not block, allocate or throw
@@ -63,23 +63,23 @@ class HapticLoop {
   HapticLoop(const HapticLoop&) = delete;
   HapticLoop& operator=(const HapticLoop&) = delete;
 
-  /// Starts the thread and waits until it has requested its real-time rights. Returns the rights that were refused.
+  /// Starts the thread and waits until it has requested real-time properties. Returns the requests that were refused.
   std::vector<std::string> start();
   /// Returns whether the thread's processor is kept awake (realtime::keep_awake()). Valid after start().
   bool keeps_awake() const { return report_.keeps_awake; }
-  /// Requests that the thread ramp the force to zero and end. Does not wait for the end.
+  /// Requests that the thread ramps the force to zero and ends. Does not wait for the end.
   /// Thread  any; does not block
   void request_stop() noexcept { should_stop_.store(true, std::memory_order_relaxed); }
-  /// Returns true once the thread has finished and has written zero to the device.
+  /// Returns true once the thread has written zero to the device and finished.
   /// Thread  any
   bool is_over() const noexcept { return is_over_.load(std::memory_order_acquire); }
-  /// Ramps the force to zero and joins the thread. Idempotent.
+  /// Ramps the force to zero and joins the thread. May be called repeatedly.
   void stop();
 
   /// Reads and removes the oldest unread tick record. Returns false if there is none.
   /// Thread  one reader
   bool pop(TickRecord& record) { return trace_.pop(record); }
-  /// Returns the number of records lost because they were not read in time.
+  /// Returns the number of records that were dropped because the ring was full.
   std::uint64_t trace_overflows() const { return trace_overflows_.load(std::memory_order_relaxed); }
   /// Returns the timing of the run. Valid after stop().
   const HapticLoopReport& report() const { return report_; }

@@ -1,4 +1,3 @@
-// See nudge.hpp.
 #include "client/haptics/nudge.hpp"
 
 #include <algorithm>

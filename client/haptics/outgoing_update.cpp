@@ -1,4 +1,3 @@
-// See outgoing_update.hpp.
 #include "client/haptics/outgoing_update.hpp"
 
 #include <algorithm>
@@ -7,11 +6,11 @@
 namespace tandem::client {
 namespace {
 
-// While samples are invalid, the last valid buttons are sent for this long. One or a few invalid samples thus do not
-// release a held body.
+// Time for which the last valid buttons are sent while samples are invalid. So a few invalid samples do not release a
+// held body.
 constexpr Duration kButtonsKept{std::chrono::milliseconds(100)};
 
-// Returns the round trip that the stage has measured, or else that of the newest exchange of time stamps.
+// Returns the round trip that the stage has measured, or otherwise that of the newest exchange of time stamps.
 Duration round_trip(const StageOutput& output, const ReceivedUpdate* newest) {
   if (output.round_trip > Duration{0}) return std::min(output.round_trip, proto::kMaxDelay);
   if (newest == nullptr || newest->update.echoed_sent == LocalTime{}) return Duration{0};
@@ -36,8 +35,8 @@ void OutgoingUpdate::write(proto::ClientUpdate& update, const TickRecord& record
   update.energy_from_hand_j = requested.from_hand_j();
 }
 
-// Returns the buttons to send. A held body must not be released because of one invalid sample, but it must be released
-// if samples stay invalid (kButtonsKept).
+// Returns the buttons to send. One invalid sample must not release a held body, but persistently invalid samples must
+// (kButtonsKept).
 std::uint32_t OutgoingUpdate::buttons_of(const TickRecord& record) noexcept {
   if (record.sample.is_valid) {
     buttons_ = record.sample.buttons;

@@ -1,4 +1,4 @@
-// Writes the client update for the server at each tick.
+// Fills in the update that the client sends to the server at each tick.
 #pragma once
 
 #include "client/exchange/mailboxes.hpp"
@@ -8,18 +8,17 @@
 
 namespace tandem::client {
 
-/// Writes proto::ClientUpdate except the time stamps of the exchange, which the channel writes
-/// (proto/datagram_channel.hpp).
+/// Fills in proto::ClientUpdate, except the exchanged time stamps, which the channel sets (proto/datagram_channel.hpp).
 ///
 /// Thread  haptic: no allocation, no throw
 class OutgoingUpdate {
  public:
   /// In      newest  newest server state; null if none was received in this scene
-  ///         is_driving  true if the user may act on the scene; otherwise handle and buttons are omitted
+  ///         is_driving  true if the user drives a tool; otherwise handle and buttons are omitted
   ///         requested  work of the wrench before the safety chain [world joules]
   void write(proto::ClientUpdate& update, const TickRecord& record, const StageOutput& output,
              const ReceivedUpdate* newest, bool is_driving, const PortWork& requested) noexcept;
-  /// Discards the last buttons: a new scene starts with no button pressed.
+  /// Discards the last buttons, because a new scene starts with no button pressed.
   void forget_buttons() noexcept { buttons_ = 0; }
 
  private:

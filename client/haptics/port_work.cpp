@@ -1,4 +1,3 @@
-// See port_work.hpp.
 #include "client/haptics/port_work.hpp"
 
 #include <algorithm>

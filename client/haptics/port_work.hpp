@@ -1,4 +1,4 @@
-// Work at the hand's port, summed over a run.
+// Work at the hand's port, where hand and device exchange energy, summed over a run.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -7,14 +7,14 @@ namespace tandem::client {
 
 /// Running sums of the work of a wrench that is held constant from tick to tick.
 ///
-/// Model   w_k = F_k·(x_{k+1} − x_k) + τ_k·Δθ. Positive w_k are summed as energy to the hand, negative ones as energy
-///         from the hand.
+/// Model   w_k = F_k·(x_{k+1} − x_k) + τ_k·Δθ for tick k. Positive w_k are summed as energy to the hand, negative w_k
+///         as energy from the hand.
 /// Thread  haptic: no allocation, no throw
 class PortWork {
  public:
-  /// Ends a period with the hand at `X`, and adds its work.
+  /// Ends a period with the hand at `X`, and adds the work of the held wrench during the period.
   void move_to(const Pose& X) noexcept;
-  /// Must be called if the hand's pose is unknown: the motion up to the next move_to() adds no work.
+  /// Must be called if the hand's pose is unknown. The motion up to the next move_to() then adds no work.
   void lose_pose() noexcept { has_pose_ = false; }
   /// Sets the wrench about the handle for the following periods.
   void hold(const Wrench& on_hand) noexcept { held_ = on_hand; }

@@ -1,4 +1,3 @@
-// See rendering_slot.hpp.
 #include "client/haptics/rendering_slot.hpp"
 
 #include <utility>
@@ -9,7 +8,7 @@
 namespace tandem::client {
 namespace {
 
-/// Rate ω of the blend [1/s]: a force difference of 18 N changes by less than 0.1 N in a millisecond.
+/// Rate ω of the blend (see ForceBlend). A force difference of 18 N changes by less than 0.1 N in a millisecond.
 constexpr double kBlend_per_s = 15;
 
 }  // namespace
@@ -37,8 +36,8 @@ bool RenderingSlot::offer(std::unique_ptr<Rendering>& rendering) {
 bool RenderingSlot::enter(std::uint32_t number, const HapticScene* scene) noexcept {
   if (number == entered_) return false;
   entered_ = number;
-  // The new model takes over the state of the previous one before renderings_.enter(). After that call, the io thread
-  // may free the previous rendering.
+  // The new model takes over the state of the previous model before renderings_.enter(), because after that call the io
+  // thread may free the previous rendering.
   const Rendering& before = current();
   const Rendering& next = *renderings_.offered(number);
   const bool is_same_scene = next.generation == before.generation && next.local_model && before.local_model;

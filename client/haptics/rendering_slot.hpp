@@ -1,5 +1,5 @@
-// Holds the rendering in use. The io thread hands renderings over, and the haptic thread ticks them. The displayed
-// force is blended from one rendering to the next.
+// Holds the rendering in use. The io thread offers renderings, and the haptic thread changes to them and ticks them.
+// The displayed force is blended from one rendering to the next.
 //
 //   io thread      offer(rendering) ──▶ handover ──▶ enter(), tick()      haptic thread
 //                  service() ◀── its stage           blend over 0.3 s
@@ -15,10 +15,10 @@
 
 namespace tandem::client {
 
-/// Holds the rendering in use and the next one. Renderings are numbered in the order of their offers, from 1.
+/// Holds the rendering in use and the next one. Renderings are numbered from 1 in the order of their offers.
 ///
-/// Invariants  The first rendering is used from construction on, so there is always one in use. The displayed force is
-///             continuous at a change to another rendering.
+/// Invariants  The first rendering is used from construction on, so there is always a rendering in use. The displayed
+///             force is continuous when the rendering changes
 /// Thread      haptic, except where stated: no allocation, no throw after construction
 class RenderingSlot {
  public:
@@ -32,28 +32,29 @@ class RenderingSlot {
   /// Returns the number of the last accepted offer.
   /// Thread  io
   std::uint32_t offered() const noexcept { return offered_.load(std::memory_order_relaxed); }
-  /// Runs the work of the last offered stage outside the haptic tick (Stage::service()).
+  /// Runs the slow work of the last offered stage, outside the haptic tick (Stage::service()).
   /// Thread  any but the haptic thread, one at a time
   void service() noexcept { newest_stage_->service(); }
   /// Returns the number of the newest rendering whose local model was displayed; 0 if there was none.
   /// Thread  any
   std::uint32_t shown_locally() const noexcept { return shown_locally_.load(std::memory_order_relaxed); }
 
-  /// Returns the number of the newest offer. The caller must read this number before the scene's mailbox. Since the
-  /// scene of a rendering is published before the rendering is offered, the mailbox then contains that scene.
+  /// Returns the number of the newest offer. The caller must read this number before the mailbox of the scene. The
+  /// scene of a rendering is published before the rendering is offered, so the mailbox then contains that scene.
   std::uint32_t newest() const noexcept { return offered_.load(std::memory_order_acquire); }
-  /// Changes to the rendering of this number; does nothing if it is already in use. If both renderings are of the same
-  /// scene, the new local model continues from the state of the previous one. Returns true if the rendering changed.
+  /// Changes to the rendering with this number; does nothing if it is already in use. If both renderings are of the
+  /// same scene, the new local model continues from the state of the previous one. Returns true if the rendering
+  /// changed.
   /// In      scene  null if the scene is not usable
   bool enter(std::uint32_t number, const HapticScene* scene) noexcept;
 
-  /// Returns the rendering in use, or null if its models belong to another scene.
+  /// Returns the rendering in use, or null if its models belong to a different scene.
   const Rendering* of_scene(std::uint32_t generation) const noexcept;
   /// Ticks the stage in use and blends the force of its output.
   StageOutput tick(const StageInput& input) noexcept;
-  /// Reports the displayed wrench to the stage.
+  /// Passes the displayed wrench to the stage.
   void set_displayed(const Wrench& on_hand_W) noexcept { current().stage->set_displayed(on_hand_W); }
-  /// Starts another scene: discards the stage's history and the blend.
+  /// Starts a new scene: discards the stage's history and the blend.
   void reset() noexcept;
   /// Discards the blend. Must be called only while no force is displayed.
   void reset_blend() noexcept { blend_.reset(); }
@@ -65,8 +66,8 @@ class RenderingSlot {
   std::atomic<std::uint32_t> offered_{0};
   std::uint32_t entered_ = 0;  ///< number of the rendering in use
   std::atomic<std::uint32_t> shown_locally_{0};
-  Stage* newest_stage_ = nullptr;  ///< stage of the last offer; only the io thread uses it
-  ForceBlend blend_;               ///< fades from one rendering to the next
+  Stage* newest_stage_ = nullptr;  ///< stage of the last offer; used by the io thread only
+  ForceBlend blend_;               ///< blends the force from one rendering to the next
 };
 
 }  // namespace tandem::client

@@ -1,4 +1,3 @@
-// See scene_coupling.hpp.
 #include "client/haptics/scene_coupling.hpp"
 
 #include "common/haptics/coupling/coupling_ranges.hpp"

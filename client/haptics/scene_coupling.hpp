@@ -1,4 +1,4 @@
-// Coupling displayed to the hand: the scene's law with coefficients bounded for this device.
+// The coupling that is displayed to the hand: the scene's law with coefficients bounded for this device.
 #pragma once
 
 #include "client/exchange/mailboxes.hpp"
@@ -6,8 +6,8 @@
 
 namespace tandem::client {
 
-/// Ramps changed coefficients and fades a changed law, as the server does. A change while the coupling is stretched
-/// thus causes no force step.
+/// Ramps changed coefficients and fades a changed law, with the same code as the server. So a change while the coupling
+/// is stretched causes no force step.
 ///
 /// Thread  haptic: no allocation, no throw after construction
 class SceneCoupling {

@@ -1,4 +1,3 @@
-// See scene_inbox.hpp.
 #include "client/haptics/scene_inbox.hpp"
 
 #include <algorithm>
@@ -26,8 +25,8 @@ bool can_render(const HapticScene& scene) {
 SceneInbox::SceneInbox(ClientMailboxes& mailboxes, const haptics::CouplingParameters& device_bounds) noexcept
     : mailboxes_(mailboxes), device_bounds_(device_bounds) {}
 
-// Reads the mailboxes. The states are polled before the scene. Otherwise a last state of the previous connection could
-// arrive between both polls and be taken for a state of the next scene.
+// Reads the mailboxes, the states before the scene. In the opposite order, a last state of the previous connection
+// could arrive between the two polls and be mistaken for a state of the new scene.
 SceneNews SceneInbox::poll() noexcept {
   const bool has_arrived = mailboxes_.inbox.poll();
   has_state_ = has_state_ || has_arrived;
@@ -50,8 +49,8 @@ SceneNews SceneInbox::take_scene(const HapticScene& scene) noexcept {
   return news;
 }
 
-// Returns the age of the newest state. It includes the age that the state had when the server sent it. If the server
-// repeats the state of a halted world, the state thus becomes stale.
+// Returns the age of the newest state, including the age that it had when the server sent it. So the repeated state of
+// a halted world becomes stale.
 Duration SceneInbox::state_age(LocalTime now) const noexcept {
   constexpr Duration kLongest = std::chrono::hours(1);
   if (!has_state_) return Duration{-1};

@@ -1,32 +1,32 @@
-// Receives scenes and server states from the mailboxes for the haptic thread.
+// Reads scenes and server states from the mailboxes, for the haptic thread.
 #pragma once
 
 #include "client/exchange/mailboxes.hpp"
 
 namespace tandem::client {
 
-/// Changes found by one SceneInbox::poll(). At most one of the first two is true.
+/// Changes found by one SceneInbox::poll(). At most one of is_entered and is_changed is true.
 struct SceneNews {
-  bool is_entered = false;      ///< another scene was received
-  bool is_changed = false;      ///< another version of the same scene was received
-  bool is_place_shown = false;  ///< another user points at HapticScene::shown_W
+  bool is_entered = false;      ///< a new scene was received
+  bool is_changed = false;      ///< a changed version of the current scene was received
+  bool is_place_shown = false;  ///< whether another user now points at HapticScene::shown_W
 };
 
-/// Stores the newest scene and the newest server state of that scene. The scene is checked again here; if it is
-/// unusable, no force is displayed.
+/// Stores the newest scene and the newest server state of that scene. The scene is validated again here; an unusable
+/// scene displays no force.
 ///
 /// Invariants  newest() belongs to scene(): a state that arrived before its scene is discarded.
 /// Thread      haptic: no allocation, no throw
 class SceneInbox {
  public:
   /// In      mailboxes      must outlive this
-  ///         device_bounds  bounds of the coupling by this user's device, in the device's units
+  ///         device_bounds  limits of this user's device for the coupling, in the device's units
   SceneInbox(ClientMailboxes& mailboxes, const haptics::CouplingParameters& device_bounds) noexcept;
 
   /// Reads the newest scene and state from the mailboxes. Must be called once a tick.
   SceneNews poll() noexcept;
 
-  /// Returns the newest scene, with the coupling bounds of this user's device.
+  /// Returns the newest scene. It includes the coupling bounds of this user's device.
   const HapticScene& scene() const noexcept { return scene_; }
   /// Returns true if the scene can be rendered: its law, coefficients and mapping are in range.
   bool is_usable() const noexcept { return is_usable_; }

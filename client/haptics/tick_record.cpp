@@ -1,4 +1,3 @@
-// See tick_record.hpp.
 #include "client/haptics/tick_record.hpp"
 
 #include <algorithm>

@@ -7,10 +7,11 @@
 namespace tandem::client {
 namespace {
 
-/// If no state of a user is received for this time, the user has left.
+/// Time without a received state after which a user counts as having left.
 constexpr Duration kUserKept = std::chrono::seconds(1);
 
-/// Replaces the entry with the same id, or appends it if the capacity allows. Returns its index, or the size if full.
+/// Replaces the entry with the same id, or appends it if there is capacity. Returns the index of the entry, or the size
+/// if full.
 template <class States, class State>
 std::size_t keep(States& states, const State& received) noexcept {
   const auto known = std::ranges::find(states, received.id, &State::id);
@@ -31,7 +32,7 @@ void ViewFeed::reset() noexcept {
   user_states_at_.clear();
 }
 
-// An update does not contain every body and user. The last state is kept for those that are missing.
+// An update need not contain every body and user. For a missing one, the last state is kept.
 void ViewFeed::receive(const proto::ServerUpdate& update) noexcept {
   for (const proto::BodyState& body : update.bodies) keep(next_.received_bodies, body);
   for (const proto::OtherUserState& user : update.users) {

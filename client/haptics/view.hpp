@@ -1,5 +1,5 @@
-// Data for a window, sent by the haptic thread through one newest-wins mailbox. A stall of the window thus does not
-// delay the haptic loop.
+// Data for a window, sent by the haptic thread through one newest-wins mailbox, so that a stalled window does not delay
+// the haptic loop.
 //
 //   haptic thread  receive() each new state, write() every kViewEvery ticks ──▶ mailbox ──▶ window thread  newest()
 #pragma once
@@ -18,24 +18,25 @@ class LocalModel;
 
 /// Data of one haptic tick for a window.
 struct View {
-  TickRecord record;           ///< record of the tick: handle, both tools, forces, faults
-  WorkspaceMapping workspace;  ///< mapping of the scene record.scene_generation
-  bool has_state = false;      ///< the fields below are valid
+  TickRecord record;           ///< handle, both tools, forces and faults of the tick
+  WorkspaceMapping workspace;  ///< mapping of the scene with the generation record.scene_generation
+  bool has_state = false;      ///< whether a server state was received, so that the fields below are valid
   ReceivedUpdate newest;       ///< newest server state; it may omit bodies and users
-  Duration loop_delay{0};      ///< delay from an input to its effect, measured by the local model; 0 if not known
-  Wrench residual_on_hand_W;   ///< residual: the server's wrench minus the local model's for the same input
+  /// Measured delay of the local model from an input to its effect in a server state; 0 if not known
+  Duration loop_delay{0};
+  Wrench residual_on_hand_W;  ///< residual: the server's wrench minus the local model's for the same input
   /// Last received state of each body.
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> received_bodies;
-  /// Bodies to display, with the states of the local model if there is one, else the last received states.
+  /// Bodies to display. Their states are those of the local model if there is one, otherwise the last received states.
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
-  /// Contact points of the local model's tool, or of the body that it holds. If there are more points than the
-  /// capacity, a spatially distributed subset.
+  /// Contact points of the local model's tool, or of the body that it holds. If the capacity is too small, a spatially
+  /// distributed subset.
   boost::container::static_vector<Vec3, 48> contacts_W;
-  /// Other users, with the tool states that are displayed.
+  /// Other users, with the poses of their tools to display.
   boost::container::static_vector<proto::OtherUserState, proto::kMaxUsers> users;
 };
 
-/// Number of ticks from one view to the next. Views have 250 Hz, more than any window draws.
+/// Number of ticks between two views. The resulting 250 Hz is more than any window draws.
 inline constexpr std::uint64_t kViewEvery = 4;
 
 class ViewFeed {
@@ -59,9 +60,9 @@ class ViewFeed {
 
   View next_;
   boost::container::static_vector<ServerTime, proto::kMaxUsers>
-      user_states_at_;  ///< time of the last state of each entry of next_.users
+      user_states_at_;  ///< time of the last state of each element of next_.users
   realtime::Mailbox<View> mailbox_;
-  bool has_view_ = false;  ///< a view was received; used by the window thread only
+  bool has_view_ = false;  ///< whether a view was received; used by the window thread only
 };
 
 }  // namespace tandem::client

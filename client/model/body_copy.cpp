@@ -7,13 +7,13 @@
 namespace tandem::client {
 namespace {
 
-/// After a touch by any tool, a body remains implicit for this time. It thus does not change its kind between two quick
-/// taps.
+/// Time for which a body remains implicit after a touch by any tool, so that two quick taps do not switch it to
+/// followed and back.
 constexpr double kTouchKept_s = 0.05;
-/// After the last touch by this user's tool, a body remains implicit for this time plus the loop delay. Then the server
-/// states that include the effect of the touch have arrived.
+/// Time, in addition to the loop delay, for which a body remains implicit after the last touch by this user's tool. By
+/// then the server states that include the effect of the touch have arrived.
 constexpr double kImplicitAfterTouch_s = 0.25;
-/// Time constant of the fading offset after a body has begun to follow the server.
+/// Time constant of the fading offset after a body has begun to follow the server's states.
 constexpr double kFollowTime_s = 0.08;
 
 Shift faded(const Shift& shift, double period_s) {

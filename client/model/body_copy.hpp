@@ -1,5 +1,5 @@
-// A movable body in the local model. It is either implicit (stepped by the model and reconciled with the server) or
-// followed (set to the server's states).
+// A movable body in the local model. It is either implicit (stepped by the model and reconciled with the server's
+// states) or followed (set to the server's states).
 #pragma once
 
 #include "client/model/input_history.hpp"
@@ -9,26 +9,26 @@
 
 namespace tandem::client {
 
-/// Values of one step of the local model that its parts use.
+/// Values of one step of the local model that several of its parts need.
 struct ModelStep {
   physics::World& world;
   std::size_t tool = 0;  ///< index of this user's tool
-  BodyId held;           ///< body that this tool holds
+  BodyId held;           ///< body that this user's tool holds
   double period_s = 0.001;
-  Duration loop_delay{0};               ///< loop delay, see LocalModel::loop_delay()
-  Duration played{0};                   ///< server time of the states that are played out (net::PlayoutDelay)
-  Duration present{0};                  ///< current server time
+  Duration loop_delay{0};  ///< delay from an input to the use of the server's answer, see LocalModel::loop_delay()
+  Duration played{0};      ///< server time of the state that is being played out (net::PlayoutDelay)
+  Duration present{0};     ///< current server time, estimated
   Duration longest_extrapolation{0};    ///< time limit of the extrapolation of followed bodies
   double farthest_extrapolation_m = 0;  ///< distance limit of the extrapolation of followed bodies
-  double grip_step_m = 0;               ///< limit of a grip's correction in this step
+  double grip_step_m = 0;               ///< maximum correction of a grip point in this step
 };
 
-/// The model's copy of one body, with the states received for it.
+/// The model's copy of one body, with the states received for the body.
 ///
 /// Invariants  A body is absent from the world until the server has sent its state. It is implicit while a tool touches
 ///             it. After a touch by this user's tool, it remains implicit for the loop delay plus 0.25 s, so that the
-///             server's states include the effect of the touch. When the body begins to follow the server, it keeps its
-///             pose in the model, and the offset to the server's pose fades.
+///             server's states include the effect of the touch. When the body begins to follow the server, its pose
+///             does not jump: the offset from the server's pose fades
 /// Thread      haptic: no allocation, no throw
 class BodyCopy {
  public:
@@ -37,24 +37,26 @@ class BodyCopy {
   BodyId id() const { return id_; }
   /// Returns true if the server has sent this body's state.
   bool is_known() const { return is_known_; }
-  /// Returns the pose at the server at the time `played`, from the received states.
+  /// Returns the body's pose at the server at the time `played`, interpolated between received states.
   Pose pose_at(Duration played) const { return track_.at(played).X; }
-  /// Returns the distance between model and server [m] while the body is implicit and this user's tool touches it,
-  /// otherwise 0.
+  /// Returns the distance between the body's poses in model and server [m]. Returns 0 unless the body is implicit and
+  /// this user's tool touches it.
   double touched_error_m() const;
 
-  /// Removes the body from the world until the server sends another state of it.
+  /// Removes the body from the world until the server sends the next state of it.
   void forget(physics::World& world) noexcept;
   /// Adds a state received from the server.
-  /// In      then  model state of this body at the input that the received state answers; null if not known
+  /// In      then  the model's state of this body at the input that the received state answers; null if that state is
+  ///         not known
   void receive(Duration stepped, const RigidState& received, const BodyThen* then, physics::World& world) noexcept;
-  /// Measures the time since any tool, and since this user's tool, last held or touched the body.
+  /// Updates the times since any tool, and since this user's tool, last held or touched the body.
   void follow_touches(const ModelStep& step) noexcept;
-  /// Corrects the body if it is implicit. Otherwise sets it to the server's state, extrapolated to the current time.
-  /// In      is_partners  true: only a partner holds the body, and it is not corrected, because a correction would be
-  ///                      felt as a force of the partner
+  /// Corrects the body if it is implicit. Otherwise sets it to the server's state, extrapolated to the current server
+  /// time.
+  /// In      is_partners  true: only a partner (another user) holds the body, and it is not corrected, because a
+  ///         correction would be felt as a force of the partner
   void move(const ModelStep& step, bool is_partners) noexcept;
-  /// Resets the body to the server's newest state, if it is implicit.
+  /// If the body is implicit, resets it to the server's newest state.
   void restart(physics::World& world) noexcept;
   /// Returns the body's state for the input history.
   BodyThen recorded(const physics::World& world) const { return {world.body(id_), reconciler_.given(), !is_followed_}; }
@@ -69,8 +71,8 @@ class BodyCopy {
   net::RigidTrack track_;
   Reconciler reconciler_;
   bool is_known_ = false;
-  double unpressed_s_ = 1e9;  ///< time since any tool last touched or held the body [s]
-  double untouched_s_ = 1e9;  ///< time since this user's tool last touched or held the body [s]
+  double unpressed_s_ = 1e9;  ///< time since any tool last touched or held the body [s]; initially very long
+  double untouched_s_ = 1e9;  ///< time since this user's tool last touched or held the body [s]; initially very long
   Shift offset_;              ///< remaining offset from the server's state; fades while the body is followed
   bool is_followed_ = false;
 };

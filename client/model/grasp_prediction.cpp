@@ -3,7 +3,7 @@
 namespace tandem::client {
 namespace {
 
-/// By this number of inputs after a change of the button, the server has granted or refused the grasp.
+/// Number of inputs after a change of the button by which the server has granted or refused the grasp.
 constexpr std::uint64_t kGraspAnsweredAfter = 5;
 
 }  // namespace
@@ -23,8 +23,8 @@ bool GraspPrediction::follow_button(bool is_down, Tick input, LocalTime now, phy
   return world.tool(tool).held != before;
 }
 
-// Returns whether the prediction remains valid. After a gap, the server may answer an input that it has extrapolated,
-// with the old buttons. The number of the answered input alone therefore does not show that the server has received the
+// Returns whether the prediction remains valid. After a gap, the server may answer an input that it has extrapolated
+// with the old buttons. So an answer counts only if the server has also received an input sent after the change of the
 // button.
 bool GraspPrediction::remains(const proto::ServerUpdate& update) const noexcept {
   if (!predicted_) return false;
@@ -42,7 +42,8 @@ bool GraspPrediction::mirror(const proto::ServerUpdate& update, const Pose& X_WT
     return false;
   }
   if (update.held_body.is_valid()) {
-    // The body is held where it is relative to the tool. The grip then moves slowly to that of the server.
+    // The body is held at its current pose relative to the tool, so that it does not jump. Later calls move the grip
+    // slowly to the server's grip.
     world.hold(tool, update.held_body, world.body(update.held_body).X.inverse() * X_WT);
   } else {
     world.release(tool);

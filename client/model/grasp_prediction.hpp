@@ -1,4 +1,5 @@
-// The user's grasp in the local model: predicted when the button changes, then replaced by the server's result.
+// The user's grasp in the local model: predicted when the button changes, until the server's result replaces the
+// prediction.
 #pragma once
 
 #include <cstdint>
@@ -13,16 +14,16 @@ namespace tandem::client {
 
 /// Predicts grasps and releases of this user's tool.
 ///
-/// Invariants  A predicted grasp or release remains until the server has received the button and answered an input at
-///             least 5 ticks later. From then on, the server's result applies.
-/// Thread      haptic: no allocation, no throw. Both calls return true if the grasp changed, which is a jump of the
+/// Invariants  A predicted grasp or release remains until the server has received the button and has answered an input
+///             at least 5 ticks later. From then on, the server's result applies
+/// Thread      haptic: no allocation, no throw. Both functions return true if the grasp changed, which is a jump of the
 ///             model
 class GraspPrediction {
  public:
-  /// Grabs or releases if the button has changed, by the same rule as the server for this input.
+  /// Predicts a grasp or release if the button has changed, by the rule that the server applies to this input.
   bool follow_button(bool is_down, Tick input, LocalTime now, physics::World& world, std::size_t tool) noexcept;
-  /// Applies the server's result, unless a prediction remains. If the grip point differs from the server's, it moves
-  /// slowly to the server's.
+  /// Applies the server's result, unless a prediction remains. If the grip point differs from that of the server, moves
+  /// it slowly there.
   /// In      X_WT         pose of the tool after the last step
   ///         grip_step_m  maximum motion of the grip point in this call
   bool mirror(const proto::ServerUpdate& update, const Pose& X_WT, double grip_step_m, physics::World& world,

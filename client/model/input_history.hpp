@@ -1,5 +1,5 @@
-// History of the local model's state at the client's last inputs. The server's answers to these inputs are compared
-// with it.
+// History of the local model's state at the client's last inputs, for comparison with the server's answers to these
+// inputs.
 #pragma once
 
 #include <cstddef>
@@ -16,8 +16,8 @@ namespace tandem::client {
 /// State of a movable body in the model at one input.
 struct BodyThen {
   RigidState state;
-  Shift given;               ///< sum of all corrections of the body by its reconciler up to this input
-  bool is_implicit = false;  ///< true if the model moved the body, false if it followed the server's states
+  Shift given;               ///< sum of all corrections that the body's reconciler had made up to this input
+  bool is_implicit = false;  ///< true: the model moved the body; false: the body followed the server's states
 };
 
 /// State of the model after the tick of one input.

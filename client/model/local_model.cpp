@@ -10,24 +10,24 @@
 namespace tandem::client {
 namespace {
 
-/// Length of the input history [ticks]. If the round trip is longer, the model is not reconciled.
+/// Length of the input history [ticks]. The model is not reconciled at longer round trips.
 constexpr std::size_t kInputsKept = 2048;
-/// Divergence: if the tool or a touched body differs from the server's by more than this distance for this time, the
-/// model is reset to the server's state. The tool is then probably on the other side of an obstacle.
+/// Divergence: the model is reset to the server's state if the tool or a touched body differs from the server's by more
+/// than this distance for this time. The tool is then probably on opposite sides of an obstacle in model and server.
 constexpr double kDivergence_m = 0.006;
 constexpr double kDivergence_s = 0.1;
-/// Largest time that one received state represents. A single state after a silence must not reset the model, so at
+/// Maximum time that counts for one received state. A single state after a silence must not reset the model, so at
 /// least four successive states must differ.
 constexpr double kMaxStateInterval_s = kDivergence_s / 4;
-/// Period of the client's haptic loop and of the model, for any rate of the room.
+/// Period of the client's haptic loop and of the model. It does not depend on the step rate of the room.
 constexpr Duration kInputPeriod{std::chrono::milliseconds(1)};
-/// Time constant of the low pass of the loop delay.
+/// Time constant of the low-pass filter of the loop delay.
 constexpr double kLoopDelaySmoothing_s = 0.5;
 
 std::shared_ptr<const physics::WorldDescription> for_a_client(
     const std::shared_ptr<const physics::WorldDescription>& description, const ModelErrors& errors) {
   auto copy = std::make_shared<physics::WorldDescription>(*description);
-  // The coefficients that a law computes for a tool are sent by the server, so the fit is not needed here.
+  // The server sends the coefficients that a law computes for a tool, so the fit is not needed here.
   copy->coupling.fit.reset();
   copy->step_s = to_seconds(kInputPeriod);
   for (physics::BodyDescription& body : copy->bodies) {
@@ -112,7 +112,7 @@ void LocalModel::start(const proto::ServerUpdate& update, const HapticScene& sce
 }
 
 // Takes over the state of another model. Poses of bodies and tools are copied to the new world. The rest of the state
-// is swapped as a whole, so that nothing is missing and nothing is allocated.
+// is swapped as a whole, which needs no allocation and cannot omit a member.
 void LocalModel::continue_from(LocalModel& other, const HapticScene& scene) noexcept {
   const bool is_alike =
       state_.bodies.size() == other.state_.bodies.size() && tools_ == other.tools_ && tool_ == other.tool_;
@@ -156,7 +156,8 @@ void LocalModel::receive_bodies(const proto::ServerUpdate& update, const ModelTh
   }
 }
 
-/// Returns the time from the last compared state to the one compared now, at most kMaxStateInterval_s; one period for the first.
+/// Returns the time between the last compared state and the one compared now, at most kMaxStateInterval_s. For the
+/// first state, returns one period.
 double LocalModel::interval_to(LocalTime now) noexcept {
   const std::optional<LocalTime> before = std::exchange(state_.compared_at, now);
   return before ? std::clamp(to_seconds(now - *before), 0.0, kMaxStateInterval_s) : step_s_;
@@ -195,7 +196,7 @@ void LocalModel::restart_from(const proto::ServerUpdate& update) noexcept {
 }
 
 void LocalModel::mirror_grasp(const proto::ServerUpdate& update) noexcept {
-  // A state from before the change of the level may contain a held body that does not exist any more.
+  // A state from before a change of the level may report a held body that is now absent.
   if (update.held_body.is_valid() && is_absent_in_game(update.held_body)) return;
   note_jump(state_.grasp.mirror(update, state_.tool.tool.X, grip_step_m(), world_, tool_));
 }
@@ -206,8 +207,8 @@ void LocalModel::set_couplings(const HapticScene& scene) noexcept {
   state_.partners.bound_couplings(world_, scene);
 }
 
-/// Removes the bodies that do not exist in the present level. A moving body returns with the server's next state of it.
-/// A change that the hand may feel is noted as a jump.
+/// Removes the bodies that are absent from the present level of a game. A moving body returns when the server sends its
+/// next state. A change that the hand may feel is noted as a jump.
 void LocalModel::follow_game(const HapticScene& scene) noexcept {
   if (scene.gravity_m_per_s2) world_.set_gravity(*scene.gravity_m_per_s2);
   const std::uint64_t before = std::exchange(absent_bodies_, scene.absent_bodies);
@@ -264,8 +265,8 @@ void LocalModel::correct_tool() noexcept {
   world_.shift_tool(tool_, pose_of(shift), {shift.v, shift.w});
 }
 
-// A soft contact acts on the held body, or on the tool if it holds none. A contact that the server computed for another
-// body is ignored.
+// A soft contact acts on the held body, or on the tool if it holds no body. A received contact of a different body is
+// ignored.
 void LocalModel::follow_soft_contact(const proto::ServerUpdate& update, bool is_new) noexcept {
   const BodyId held = state_.tool.held;
   const Pose X_WT = held.is_valid() ? world_.body(held).X : state_.tool.tool.X;

@@ -1,5 +1,5 @@
-// Local model: the client's copy of the scene's tools and bodies. It is stepped at 1 kHz with the same code as the
-// server's world, so that contact, friction and fields respond to the hand at once, at any network delay.
+// Local model: the client's copy of the scene's tools and bodies. It is stepped at 1 kHz by the code of the server's
+// world, so that contact, friction and fields respond to the hand at once, at any network delay.
 //
 //   static bodies            same as at the server; they need no reconciliation
 //   this user's tool         stepped here and reconciled with the server (Reconciler)
@@ -11,7 +11,7 @@
 //   the user's grasp         predicted when the button changes, then the server's result applies (GraspPrediction)
 //   soft bodies              linearised contact from the server, sent before the first contact (SoftFollower)
 //
-// RECONCILIATION.md explains the algorithm.
+// RECONCILIATION.md in this folder explains the algorithm.
 #pragma once
 
 #include <cstdint>
@@ -33,9 +33,9 @@
 
 namespace tandem::client {
 
-/// Deliberate errors of the model, for experiments.
+/// Deliberate errors of the model, for experiments with a model that differs from the server's world.
 struct ModelErrors {
-  double mass_scale = 1;              ///< factor on the masses of moving bodies
+  double mass_scale = 1;              ///< factor on the masses and inertias of moving bodies
   double friction_scale = 1;          ///< factor on the friction between a tool and a body
   Vec3 shape_shift_m = Vec3::Zero();  ///< offset of every body's surface, in the body's frame
 
@@ -44,16 +44,16 @@ struct ModelErrors {
 
 struct LocalModelSettings {
   ReconcilerSettings body{};
-  /// Correction of the tool. Low limits are sufficient, because the coupling pulls the tool to the handle anyway. The
-  /// correction is for errors due to friction, and for an obstacle that the tool has passed on another side than at the
-  /// server.
+  /// Correction of the tool. Low limits are sufficient, because the coupling pulls the tool to the handle. The
+  /// correction removes errors due to friction, and errors after the tool has passed an obstacle on a different side
+  /// than at the server.
   ReconcilerSettings tool{.time_constant_s = 0.3,
                           .speed_limit_m_per_s = 0.02,
                           .turn_limit_rad_per_s = 0.3,
                           .dead_zone_m = 2e-4,
                           .dead_zone_rad = 5e-3};
   net::PlayoutSettings playout;
-  /// Limits of the extrapolation of bodies that follow the server's states.
+  /// Limits of the extrapolation of bodies that follow the server's states, by time and by distance.
   Duration longest_extrapolation{std::chrono::milliseconds(150)};
   double farthest_extrapolation_m = 0.02;
   ModelErrors errors;
@@ -65,13 +65,14 @@ struct LocalModelInput {
   RigidState handle;
   bool has_handle = true;
   std::uint32_t buttons = 0;
-  const ReceivedUpdate* newest = nullptr;  ///< newest state of this scene; null before the first
+  const ReceivedUpdate* newest = nullptr;  ///< newest state of this scene; null before the first state
   bool is_new = false;
-  bool predicts_partners = true;       ///< predicts other users' hands; false: they stay at their last received poses
-  const HapticScene* scene = nullptr;  ///< gives the scene's coupling, and its bounds for the users' devices
+  /// Whether other users' hands are predicted; false: they stay at their last received poses
+  bool predicts_partners = true;
+  const HapticScene* scene = nullptr;  ///< contains the scene's coupling and the bounds for the users' devices
 };
 
-/// The client's predicted copy of one scene.
+/// The client's predicted copy of one scene, see the top of this file.
 ///
 /// Thread  construction: any; then haptic only: no allocation, no throw
 class LocalModel {
@@ -86,9 +87,9 @@ class LocalModel {
   Wrench step(const LocalModelInput& input) noexcept;
 
   /// Continues from the state of another model of the same scene, instead of starting from the server's state. Does
-  /// nothing if the other model has not started, or has different bodies or tools. The two models swap their states, so
-  /// the other one must not be stepped afterwards. The state of effects is not taken over. A body that was just
-  /// released may collide with the tool.
+  /// nothing if `other` has not started, or has different bodies or tools. The two models swap their states, so `other`
+  /// must not be stepped afterwards. The state of effects is not taken over. A body that was just released around
+  /// the tool may collide with it, because the exemption of the pair from contact is not taken over either.
   ///
   /// In      scene  coupling of the tools and its bounds, as in LocalModelInput
   void continue_from(LocalModel& other, const HapticScene& scene) noexcept;
@@ -105,32 +106,32 @@ class LocalModel {
   RigidState partner_tool(UserId user, const RigidState& received) const noexcept {
     return state_.partners.tool_of(user, received, world_);
   }
-  /// Returns the delay from an input to the use of the server's answer, including buffering at both ends; 0 if not
-  /// known yet.
+  /// Returns the delay from an input to the use of the server's answer, including buffering at client and server.
+  /// Returns 0 if it is not known yet.
   Duration loop_delay() const { return state_.loop_delay; }
   /// Returns the residual: the server's wrench on the hand minus the model's wrench for the same input. It belongs to
   /// the newest update that answered a stored input. Each residual is returned once.
   std::optional<Wrench> pop_residual() noexcept;
-  /// Returns the newest residual, whether or not pop_residual() has returned it; zero before the first one.
+  /// Returns the newest residual, even if pop_residual() has returned it; zero before the first residual.
   const Wrench& newest_residual() const { return state_.newest_residual; }
   /// Returns the time of the input to which the newest residual belongs.
   LocalTime residual_of() const { return state_.residual_of; }
   /// Returns the largest Partner::common_share() of the other users: 1 if one of them has a hand on a body that this
-  /// user moves. Without other users it is 1, too.
+  /// user moves. Returns 1 without other users.
   double common_share() const noexcept { return state_.partners.common_share(); }
   /// Returns the net work of the hand's coupling on the model [J].
   double coupling_work_j() const { return state_.tool.energy_into_world_j - state_.tool.energy_from_world_j; }
-  /// Returns true if the model has jumped since the last call, for example to the server's state. The caller must then
-  /// blend the displayed force.
+  /// Returns true if the model has jumped since the last call, for example to the server's state after a divergence.
+  /// The caller must then blend the displayed force.
   bool pop_jump() noexcept;
   TickFaults faults() const { return faults_; }
 
  private:
-  /// State that another model of the same scene can take over (continue_from()).
+  /// State that a second model of the same scene can take over (continue_from()).
   struct State {
     State(const physics::WorldDescription& description, const LocalModelSettings& settings);
 
-    std::vector<BodyCopy> bodies;  ///< one for each movable body
+    std::vector<BodyCopy> bodies;  ///< one copy for each movable body
     PartnerTools partners;
     InputHistory history;
     Reconciler tool_reconciler;
@@ -145,7 +146,7 @@ class LocalModel {
     Wrench newest_residual;
     LocalTime residual_of{};
     double diverged_s = 0;  ///< time for which successive states have differed by more than kDivergence_m
-    std::optional<LocalTime> compared_at;  ///< time of the last state that answered a stored input
+    std::optional<LocalTime> compared_at;  ///< time of the last state that answered an input of the history
   };
 
   void start(const proto::ServerUpdate& update, const HapticScene& scene) noexcept;
@@ -175,7 +176,7 @@ class LocalModel {
   double step_s_;
   physics::World world_;
   TickFaults faults_ = 0;            ///< faults of the last step
-  std::uint64_t absent_bodies_ = 0;  ///< HapticScene::absent_bodies of the last step
+  std::uint64_t absent_bodies_ = 0;  ///< HapticScene::absent_bodies at the last step
   State state_;
 };
 

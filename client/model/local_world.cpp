@@ -96,7 +96,7 @@ class Builder {
     return proto::touch_model_of(std::move(parts), stiffness_n_per_m3);
   }
 
-  /// Returns the contact shape. Equal shapes are built only once.
+  /// Returns the contact shape of a message. Equal shapes are built only once.
   std::shared_ptr<const contact::ContactShape> contact(const wire::Shape& shape, const std::string& field) {
     wire::Shape key = shape;
     key.clear_placement();
@@ -129,8 +129,7 @@ class Builder {
     return *bytes;
   }
 
-  /// Returns the hash of the asset to use for a shape: that of its full asset, or of the coarse one if only that is
-  /// available.
+  /// Returns the hash of the asset to use for a shape: the full asset, or the coarse one if only that one has arrived.
   const std::string& hash_here(const wire::Shape& shape) const {
     const std::string& hash = needed_hash(shape);
     const auto is_fine = [&hash](const wire::AssetInfo& info) {

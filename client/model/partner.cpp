@@ -6,7 +6,7 @@
 namespace tandem::client {
 namespace {
 
-/// Index of the relaxed hand, at the centre of the grid of three masses times three stiffnesses.
+/// Index of the relaxed hand: the centre of the grid of three masses times three stiffnesses.
 constexpr std::size_t kRelaxed = 4;
 double mass_of(std::size_t j) noexcept {
   const std::size_t column = j % 3;
@@ -24,21 +24,21 @@ Logarithms logarithms(double (*of)(std::size_t j) noexcept) noexcept {
 }
 const Logarithms kLogMasses = logarithms(mass_of), kLogStiffnesses = logarithms(stiffness_of);
 constexpr double kOtherPrior = 0.2;
-/// Value added to the scores [m² s]. Differences between scores below this value carry no information.
+/// Added to each score [m² s], because differences between scores below this value carry no information.
 constexpr double kMinSquare = 1e-7;
 constexpr double kSettle_s = 0.2;
-/// Weights of two velocities in the fixed forecast by which hands are scored: the velocity after the fast low pass of
-/// TrajectoryForecast, and that after the slow one.
+/// Weights of the two velocities in the fixed forecast by which hands are scored: after the fast low-pass filter of
+/// TrajectoryForecast, and after the slow one.
 constexpr double kFastShare = 1.1, kSlowShare = -0.4;
 
 double fourth_power(double x) {
   return x * x * x * x;
 }
 
-/// Time in which a share rises from 0 to 1, and in which common_share_ falls.
+/// Time in which common_share_ rises from 0 to 1 or falls back, and in which the slowly falling values rise.
 constexpr double kChange_s = 0.05;
-/// Time in which coupled_share_ and lately_common_ fall. They fall slowly, because a body that two users press from
-/// both sides may lose contact briefly.
+/// Time in which coupled_share_ and lately_common_ fall from 1 to 0. They fall slowly, because a body that two users
+/// press from both sides may lose contact briefly.
 constexpr double kUncouple_s = 2;
 
 void approach(double& value, double goal, double period_s) noexcept {
@@ -74,8 +74,8 @@ HandEstimate::HandEstimate()
   for (std::size_t j = 0; j < kHands; ++j) hands_[j].set(mass_of(j), stiffness_of(j));
 }
 
-/// Compares the intended position by hand j with the earlier forecast for this time, and adds the squared error to the
-/// score.
+/// Adds a squared error to the score of hand j: the intended position by hand j minus the earlier forecast for this
+/// time.
 void HandEstimate::score(std::size_t j, const Vec3& intent, double fast, double slow, double period_s) noexcept {
   if (count_ == 0) fast_[j] = slow_[j] = intent;
   fast_[j] += fast * (intent - fast_[j]);
@@ -149,7 +149,8 @@ void Partner::follow_grip(const PartnerSurroundings& around, double period_s) no
   const double part = std::min(1.0, period_s / kChange_s);
   if (is_gripped) pressing_W_ *= 1 - part;
   if (!has_common || is_gripped || around.pressing_W.norm() < 0.5) return;
-  // Only the axis of the contact matters. The direction gets the sign that matches the previous one.
+  // Only the axis of the contact normal matters. The new direction gets the sign that agrees with the previous
+  // direction.
   const Vec3& now_W = around.pressing_W;
   const Vec3 like_W = pressing_W_.dot(now_W) < 0 ? Vec3(-now_W) : now_W;
   pressing_W_ += part * (like_W.normalized() - pressing_W_);

@@ -1,10 +1,10 @@
-// Predicts the hand pose of another user (partner) in the local model, from the last received states.
+// Predicts the hand pose of another user (partner) in the local model from the last received states.
 //
 //   received with delay            predicted                            stepped in the local model
 //   handle, wrench on the hand ──▶ intended pose of the hand ──▶ handle ──▶ their tool, by the coupling ──▶ contact
 //                                  + displacement by ◀───────────────── wrench of the model on their hand
 //
-// The loop of a stiff interaction is thus closed locally at 1 kHz. Only voluntary motion of the partner's hand is late.
+// So the loop of a stiff interaction is closed locally at 1 kHz. Only voluntary motion of the partner's hand is late.
 #pragma once
 
 #include <array>
@@ -17,12 +17,12 @@
 
 namespace tandem::client {
 
-/// Impedance of a human hand: computes the displacement of the hand by a wrench on the handle.
+/// Impedance of a human hand: computes by how much a wrench on the handle displaces the hand.
 ///
 /// Model   m p'' + b p' + k p = f, I θ'' + b_r θ' + k_r θ = τ, relative to the intended pose; implicit Euler
 class GivingHand {
  public:
-  static constexpr double kMass_kg = 0.3;  ///< this and the constants below describe a relaxed hand
+  static constexpr double kMass_kg = 0.3;  ///< the constants of this class describe a relaxed hand
   static constexpr double kStiffness_n_per_m = 200;
   static constexpr double kDamping_n_s_per_m = 8;
   static constexpr double kInertia_kg_m2 = 4e-4;
@@ -43,15 +43,16 @@ class GivingHand {
   Twist V_;
 };
 
-/// Estimates mass and stiffness of a hand from its motion and the displayed force.
+/// Estimates mass and stiffness of a user's hand from its motion and the displayed force.
 ///
-/// Model   kHands hypothetical hands form a grid of m and k. Hand j gives an intended position x − a_j, where a_j is
-///         its displacement by the displayed force. For the correct hand, the intended position is the voluntary
-///         motion, which is slow and smooth. Each hand is therefore scored by the error of a fixed forecast of its
-///         intended position over kHorizon_s (RMS over kMemory_s). The estimate is the mean of log m and log k, with
-///         weights prior · score⁻⁸. Without excitation all scores are equal, and the estimate is the relaxed hand.
+/// Model   kHands hypothetical hands form a grid of mass m and stiffness k. Hand j implies an intended position x −
+///         a_j, where x is the position of the hand and a_j its displacement by the displayed force. For the correct
+///         hand, the intended position is the voluntary motion, which is slow and smooth. So each hand is scored by the
+///         error of a fixed forecast of its intended position over kHorizon_s (RMS over kMemory_s). The estimate is the
+///         mean of log m and log k, weighted by prior · score⁻⁸. Without excitation all scores are equal, and the
+///         estimate is the relaxed hand.
 /// Source  multiple-model adaptive estimation: Magill, "Optimal adaptive estimation of sampled stochastic processes",
-///         IEEE Trans. Automatic Control 10(4), 1965; scores and grid are ours
+///         IEEE Trans. Automatic Control 10(4), 1965; scores and grid are our choice
 /// Thread  one; no allocation
 class HandEstimate {
  public:
@@ -78,31 +79,33 @@ class HandEstimate {
   double log_stiffness_;
 };
 
-/// State of the local model that the prediction of a partner needs in one step.
+/// Input of the prediction of a partner in one step: state of the local model.
 struct PartnerSurroundings {
-  Wrench on_hand_W;              ///< wrench of the model on the partner's hand
-  bool is_predicted = true;      ///< predicts the partner's voluntary motion; false: it stays at the last received pose
-  bool is_coupled = false;       ///< both users act on the same body, directly or through other bodies
-  bool has_common_body = false;  ///< both users have a hand on the same body, the common body
-  RigidState body;               ///< current state of the common body in the model
-  Pose X_WB_then;                ///< pose of the common body at the server when the partner's handle was sampled
-  bool is_held = false;          ///< the partner's tool holds the common body; false: the tool only touches it
+  Wrench on_hand_W;  ///< the model's wrench on the partner's hand
+  /// Whether to predict the partner's voluntary motion; false: it stays at the last received pose
+  bool is_predicted = true;
+  bool is_coupled = false;  ///< both users act on the same body, directly or through other bodies
+  /// Both users have a hand on the same body; the fields below describe this common body
+  bool has_common_body = false;
+  RigidState body;                 ///< current state of the common body in the model
+  Pose X_WB_then;                  ///< pose of the common body at the server when the partner's handle was sampled
+  bool is_held = false;            ///< true: the partner's tool holds the common body; false: it touches the body
   Vec3 pressing_W = Vec3::Zero();  ///< normal of the partner's contact with the common body, unit length; zero if held
 };
 
-/// Predictor of one other user: stores the received states and predicts the handle.
+/// Predictor of one partner: stores the received states and predicts the handle.
 ///
-/// Model   X̂_H = X_H(t_s) + e(now) − a(t_s) + u, where t_s is the time of the received handle.
+/// Model   X̂_H = X_H(t_s) + e(now) − a(t_s) + u, where t_s is the sampling time of the received handle pose X_H.
 ///         e: displacement of the hand by the model's force. a: displacement by the force that was displayed at t_s.
 ///         Both use a GivingHand with the mass and stiffness of HandEstimate.
 ///         u: forecast of the change of the intended pose X_H − a since t_s, from the motion of this pose. If both
-///         users hold or touch a common body, the motion of that body since t_s is used, too (only across the contact
-///         normal). If the two users touch, also through other bodies, TrajectoryForecast predicts less, because this
-///         user's response then pushes the partner's hand.
-///         At rest with a correct force of the model, e = a and u = 0: the predicted handle is the received one.
+///         users hold or touch a common body, the motion of that body since t_s contributes to u (only across the
+///         contact normal). If the two users touch, even through other bodies, TrajectoryForecast predicts less,
+///         because this user's response then pushes the partner's hand.
+///         At rest with a correct force of the model, e = a and u = 0: the predicted handle equals the received one.
 /// Source  Smith's predictor, "Closer control of loops with dead time", Chem. Eng. Prog. 53(5), 1957: the loop is
-///         closed locally through the modelled part of the remote end, and the unmodelled part is held. The use of the
-///         remote hand's received force is ours.
+///         closed locally through the modelled part of the remote end, and the unmodelled part is held. Using the
+///         received force on the remote hand is our addition.
 /// Thread  haptic: no allocation, no throw; finite for finite input
 class Partner {
  public:
@@ -111,17 +114,18 @@ class Partner {
   /// In      received  state of the partner in `update`
   void receive(const proto::OtherUserState& received, const proto::ServerUpdate& update) noexcept;
   /// Predicts the current handle. Must be called only while has_handle().
-  /// In      played   server time of the playout
-  ///         since_s  time since `played` [s]
+  /// In      played   server time that the playout has reached
+  ///         since_s  age of that time: current server time minus `played` [s]
   RigidState predict(Duration played, double since_s, const PartnerSurroundings& around, double period_s) noexcept;
 
   UserId id() const { return id_; }
   std::size_t tool() const { return tool_; }
   bool has_handle() const { return !handle_.is_empty(); }
-  /// Returns 1 if both users have a hand on the same body. After one of them has left it, the result falls slowly to 0.
+  /// Returns 1 if both users have a hand on the same body. After a user has left the body, the result falls slowly to
+  /// 0.
   double common_share() const { return lately_common_; }
-  /// Body that the partner holds, as last received, and pose of the tool on that body. The pose is missing until tool
-  /// and body have been received in the same update.
+  /// Body that the partner holds, as last received, and pose of the partner's tool on it. The pose is empty until tool
+  /// and body have been received in one update.
   BodyId holds() const { return holds_; }
   const std::optional<Pose>& place() const { return X_BT_; }
   const RigidState& received_tool() const { return received_tool_; }
@@ -140,22 +144,23 @@ class Partner {
   ServerTime received_at_{};
   Duration handle_age_{0};
   net::RigidTrack handle_;
-  net::RigidTrack force_;   ///< force on the partner's hand, stored as a position
-  net::RigidTrack torque_;  ///< torque on the partner's hand, stored as a position
+  net::RigidTrack force_;   ///< force on the partner's hand [N]; the track interpolates it as if it were a position
+  net::RigidTrack torque_;  ///< torque on the partner's hand [N m]; the track interpolates it as if it were a position
   HandEstimate hand_;
-  GivingHand modelled_;  ///< displacement e by the model's force
-  GivingHand shown_;     ///< displacement a by the force that was displayed
-  // The first argument is a typical displacement. The second is the share of a common body's motion that the partner is
-  // initially assumed to follow. With a share above 0.25, a bar that two users turn by its ends oscillates along its
+  GivingHand modelled_;  ///< computes e, the displacement by the model's force
+  GivingHand shown_;     ///< computes a, the displacement by the force that was displayed
+  // First argument: a typical displacement. Second argument: fraction of a common body's motion that the partner is
+  // initially assumed to follow. With a fraction above 0.25, a bar that two users turn by its ends oscillates along its
   // length with growing amplitude.
   haptics::TrajectoryForecast intent_{0.01, 0.25};   ///< forecast of X_H − a [m]
   haptics::TrajectoryForecast turn_intent_{0.1, 0};  ///< forecast of the accumulated rotation [rad]
   Vec3 turned_ = Vec3::Zero();
   Quat q_before_ = Quat::Identity();
-  double common_share_ = 0;         ///< 1 if there is a common body, else 0; changes within kChange_s
-  double lately_common_ = 0;        ///< same as common_share_, but falls slowly
-  double coupled_share_ = 0;        ///< 1 while both users act on the same body, directly or not; falls slowly
-  Vec3 pressing_W_ = Vec3::Zero();  ///< smoothed contact normal; shorter than 1 while the contact is new or ends
+  double common_share_ = 0;   ///< 1 if there is a common body, else 0; changes within kChange_s
+  double lately_common_ = 0;  ///< rises like common_share_, but falls slowly
+  /// 1 while both users act on the same body, directly or through other bodies; falls slowly
+  double coupled_share_ = 0;
+  Vec3 pressing_W_ = Vec3::Zero();  ///< smoothed contact normal; shorter than 1 while the contact begins or ends
 };
 
 }  // namespace tandem::client

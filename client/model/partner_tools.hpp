@@ -1,5 +1,5 @@
-// Tools of other users in the local model. Each tool is pulled to its user's predicted hand, so that it responds to
-// this user's hand without delay.
+// Tools of the other users in the local model. Each tool is pulled to its user's predicted hand, so that it responds to
+// contact with this user's tool without delay.
 //
 //   received states ──▶ Partner: predicted handle ──▶ the partner's tool in the model ──▶ contact, grasp
 #pragma once
@@ -13,14 +13,14 @@
 
 namespace tandem::client {
 
-/// Activates a tool with a state from another model. If the tool holds a body there, it holds the same body here, at
-/// its current pose relative to that body.
+/// Activates a tool with the state that it has in a second model. If the tool holds a body there, it holds the same
+/// body here, at the current pose of the tool relative to that body.
 void set_tool_state(physics::World& world, std::size_t tool, const physics::ToolState& state) noexcept;
 
 /// Partners (other users) and their tools.
 ///
 /// Invariants  A tool is active in the world only while its partner's handle is received. A partner without a received
-///             state for 1 s has left. A tool holds only a body that the server has reported as held by it.
+///             state for 1 s counts as having left. A tool holds only a body that the server has reported as held by it
 /// Thread      haptic: no allocation after construction, no throw. receive() and drive() return true if the model
 ///             jumped; the displayed force must then be blended
 class PartnerTools {
@@ -29,23 +29,24 @@ class PartnerTools {
 
   /// Adds a state received from the server.
   bool receive(const proto::ServerUpdate& update, physics::World& world) noexcept;
-  /// Predicts each partner's handle, which pulls the partner's tool.
+  /// Predicts each partner's handle. The coupling then pulls the partner's tool to it.
   /// In      predicts_motion  false: partners' hands stay at their last received poses
   ///         tools            number of tools in the scene
   bool drive(const ModelStep& step, std::span<const BodyCopy> bodies, bool predicts_motion, std::size_t tools) noexcept;
-  /// Resets the tools without a held body to the server's newest states.
+  /// Resets the tools that hold no body to the server's newest states.
   void restart(physics::World& world) const noexcept;
 
   /// Sets the coupling bounds of the active tools.
   void bound_couplings(physics::World& world, const HapticScene& scene) const noexcept;
-  /// Sets the coupling bounds of all tools in another world of the same scene, before continue_in().
+  /// Sets the coupling bounds of all tools in the world of a second model of the same scene. Call it before
+  /// continue_in().
   void bound_all_couplings(physics::World& world, const HapticScene& scene) const noexcept;
-  /// Activates the tools in another world of the same scene if they are active, with their states in `from`.
+  /// Activates the active tools in the world of a second model of the same scene, with their states in `from`.
   void continue_in(physics::World& world, const physics::World& from) const noexcept;
 
   /// Returns whether a partner's tool holds the body.
   bool is_holding(BodyId body) const noexcept;
-  /// Returns the state of a user's tool in the world, or `received` if the tool is not active.
+  /// Returns the state of a user's tool in the world, or `received` if that tool is not active.
   RigidState tool_of(UserId user, const RigidState& received, const physics::World& world) const noexcept;
   /// Returns the largest Partner::common_share(); 1 if no tool is active.
   double common_share() const noexcept;
@@ -53,7 +54,7 @@ class PartnerTools {
  private:
   struct PartnerTool {
     Partner partner;
-    std::size_t tool = 0;  ///< index in the world of the partner's tool, which holds the body `held`
+    std::size_t tool = 0;  ///< index of the partner's tool in the world; `held` is the body that it holds
     bool is_active = false;
     BodyId held;
   };

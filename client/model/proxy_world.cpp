@@ -23,10 +23,10 @@ constexpr double kMinRadius_m = 5e-5;
 constexpr double kMaxRadius_m = 0.1;
 /// Maximum number of triangles in all distinct meshes of a scene. It limits the memory for their search trees.
 constexpr std::size_t kMaxTriangles = 2 * geometry::kMaxSurfaceTriangles;
-/// Maximum number of triangles at one vertex. The cost of a mesh's normals grows with the square of this number. Usual
-/// meshes have fewer than a hundred.
+/// Maximum number of triangles at one vertex, because the cost of a mesh's normals grows with the square of this
+/// number. Usual meshes have fewer than a hundred.
 constexpr int kMaxTrianglesOfVertex = 4096;
-/// Minimum size of the bounding box of a flat mesh.
+/// Minimum edge length of the bounding box of a flat mesh.
 constexpr double kMinOutline_m = 1e-6;
 
 bool is_touchable(const wire::Shape& shape) {
@@ -50,8 +50,8 @@ std::shared_ptr<const ExactField> exact_field(const wire::Shape& shape) {
   return contact::box_field({size[0], size[1], size[2]});
 }
 
-/// Returns the radius of the largest ball about the tool's origin that is inside one of the tool's shapes; ≤ 0 if there
-/// is none.
+/// Returns the radius of the largest ball about the tool's origin inside one of the tool's shapes; ≤ 0 if there is
+/// none.
 double largest_ball_m(const wire::Tool& tool) {
   double largest_m = 0;
   for (const wire::Shape& shape : tool.shapes()) {
@@ -62,7 +62,7 @@ double largest_ball_m(const wire::Tool& tool) {
   return largest_m;
 }
 
-/// Returns the state of a frame that is fixed in the moving frame `frame` at the pose `part`.
+/// Returns the state of a frame that is rigidly attached to the moving frame `frame` at the pose `part`.
 RigidState fixed_in(const RigidState& frame, const Pose& part) {
   return {frame.X * part, {frame.V.v + frame.V.w.cross(frame.X.q * part.p), frame.V.w}};
 }
@@ -72,7 +72,7 @@ RigidState fixed_in(const RigidState& frame, const Pose& part) {
 struct ProxyWorld::Part {
   std::size_t body = 0;
   Pose X_BS;
-  /// Region that the ball must leave before an excluded part becomes an obstacle again. It is the shape itself, or the
+  /// Region that the ball must leave before an excluded part becomes an obstacle again: the shape itself, or the
   /// bounding box of a mesh.
   std::shared_ptr<const ExactField> outline;
   Pose X_SO;
@@ -87,10 +87,10 @@ struct TouchedShape {
   std::shared_ptr<const ExactField> outline;
   Pose X_SO;
 };
-/// Loaded meshes by the hash of their surface asset.
+/// Loaded meshes, indexed by the hash of their surface asset.
 using TouchedMeshes = std::map<std::string, TouchedShape>;
 
-/// Returns the largest number of triangles that share a vertex.
+/// Returns the maximum number of triangles that share a vertex.
 int largest_fan(const geometry::TriangleMesh& mesh) {
   std::vector<int> fans(mesh.vertices.size());
   int largest = 0;
@@ -198,8 +198,8 @@ ProxyWorld::ProxyWorld(const wire::Joined& joined, const AssetMap& assets) {
 
 ProxyWorld::~ProxyWorld() = default;
 
-// A new state is detected by its step number. This function is not called in ticks with an invalid sample, so it may
-// miss the tick in which a state arrives.
+// A new state is detected by its step number. A flag would not suffice: this function is not called in ticks with an
+// invalid sample, so it may miss the tick in which a state arrives.
 const haptics::ProxyState& ProxyWorld::step(const Vec3& p_WH, const ReceivedUpdate& newest, LocalTime now,
                                             std::uint64_t absent_bodies) noexcept {
   absent_bodies_ = absent_bodies;
@@ -211,7 +211,7 @@ const haptics::ProxyState& ProxyWorld::step(const Vec3& p_WH, const ReceivedUpda
   return state;
 }
 
-// The bodies are first moved to their states by update(). Then reset() places the ball at the tool.
+// First moves the bodies to their states by update(), then places the ball at the tool by reset().
 void ProxyWorld::begin(const proto::ServerUpdate& newest) noexcept {
   leave_out(newest.held_body, newest.tool.X.p);
   ball_->update(newest.tool.X.p, motions_);
@@ -219,7 +219,7 @@ void ProxyWorld::begin(const proto::ServerUpdate& newest) noexcept {
   has_begun_ = true;
 }
 
-// An update does not contain every body. A body that is missing keeps its last received state.
+// An update need not contain every body. A missing body keeps its last received state.
 void ProxyWorld::receive(const ReceivedUpdate& newest) noexcept {
   if (newest.received - last_received_ > kForgotten) has_begun_ = false;
   taken_ = newest.update.step;

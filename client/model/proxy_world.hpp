@@ -1,5 +1,6 @@
-// Proxy rendering of a scene with a ball that stays outside of the bodies (common/haptics/proxy). The bodies are at the
-// server's newest states. Neither ball nor bodies have mass here: pushed bodies move only with the server's states.
+// Proxy rendering of a scene with a ball that stays outside of the bodies (common/haptics/proxy). The bodies have the
+// server's newest states. Neither ball nor bodies have mass here: pushed bodies move only when new states of the server
+// arrive.
 #pragma once
 
 #include <memory>
@@ -13,25 +14,24 @@
 
 namespace tandem::client {
 
-/// Ball of one user, with the bodies of one scene as obstacles.
+/// The ball of one user, with the bodies of one scene as obstacles.
 ///
 /// Model   Each shape of a body is a separate obstacle. Primitives are exact distance functions; meshes are the
 ///         triangles of their surface asset, and open meshes have no thickness. The friction coefficient is the root of
-///         the product of both coefficients, as in a contact. A body is at its newest state, extrapolated by its
-///         velocity for at most kCarriedOn.
-///         Excluded: tools, because a state does not contain the tool of another user; molecules and soft bodies.
+///         the product of both coefficients, as in every contact. A body has its newest received state, extrapolated by
+///         its velocity for at most kCarriedOn.
+///         Excluded: tools, because a state does not say which tool another user has; molecules and soft bodies.
 ///         Temporarily excluded: the body that this user holds, and a moving body before its first state. The exclusion
 ///         ends when the ball no longer touches the shape (for a mesh: its bounding box).
 /// Thread  step(): haptic, no allocation, no throw
 class ProxyWorld {
  public:
-  /// Radius of the ball if no shape of the tool contains a ball about the tool's origin. It equals that of the default
-  /// tool.
+  /// Radius of the ball if no shape of the tool contains its origin. It equals the radius of the default tool.
   static constexpr double kDefaultRadius_m = 5e-3;
-  /// Longest extrapolation: two periods of the lowest state rate.
+  /// Maximum extrapolation time: two periods of the lowest state rate.
   static constexpr Duration kCarriedOn = std::chrono::milliseconds(20);
-  /// After this time without a state, the ball restarts at the server's tool, because bodies may have moved anywhere.
-  /// The time is slightly longer than `silence_zero` of SafetySettings, so no force is displayed at the restart.
+  /// Time without a state after which the ball restarts at the server's tool, because bodies may have moved anywhere.
+  /// It is slightly longer than `silence_zero` of SafetySettings, so no force is displayed at the restart.
   static constexpr Duration kForgotten = std::chrono::milliseconds(150);
 
   /// In      joined  join message of a manipulator, accepted by fill_haptic_scene() and proxy_problem()
@@ -40,13 +40,13 @@ class ProxyWorld {
   ProxyWorld(const wire::Joined& joined, const AssetMap& assets);
   ~ProxyWorld();
 
-  /// Steps the ball. Must be called once a tick. The ball starts at the server's tool, which is in free space.
-  /// In      absent_bodies  HapticScene::absent_bodies
+  /// Steps the ball. Must be called once a tick. The ball starts at the server's tool, which does not penetrate bodies.
+  /// In      absent_bodies  bit mask, see HapticScene::absent_bodies
   const haptics::ProxyState& step(const Vec3& p_WH, const ReceivedUpdate& newest, LocalTime now,
                                   std::uint64_t absent_bodies = 0) noexcept;
 
   double radius_m() const { return ball_->settings().radius_m; }
-  /// Returns one line of text for the user: size of the ball, and the objects that it can and cannot touch.
+  /// Returns one line of text for the user: the size of the ball, and the objects that it can and cannot touch.
   const std::string& note() const { return note_; }
 
  private:
@@ -58,10 +58,10 @@ class ProxyWorld {
 
   std::unique_ptr<haptics::GodObject> ball_;
   std::vector<Part> parts_;             ///< shapes of bodies, in the order of the ball's obstacles
-  std::vector<RigidState> motions_;     ///< current states of the parts
+  std::vector<RigidState> motions_;     ///< current states of the parts, in the same order
   std::vector<RigidState> bodies_;      ///< last received states of the bodies
-  std::vector<LocalTime> received_at_;  ///< reception times of these states
-  std::uint64_t absent_bodies_ = 0;     ///< HapticScene::absent_bodies
+  std::vector<LocalTime> received_at_;  ///< reception times of the states in bodies_
+  std::uint64_t absent_bodies_ = 0;     ///< last value of HapticScene::absent_bodies
   std::vector<char> is_known_;          ///< 1 if the body is static or its state was received; else 0
   Step taken_;
   LocalTime last_received_{};
@@ -69,8 +69,8 @@ class ProxyWorld {
   std::string note_;
 };
 
-/// Checks whether this scene can be rendered with a ball, from the law and the kinds and number of shapes. Returns an
-/// empty string if so, otherwise the reason and the stage to use instead.
+/// Checks whether this scene can be rendered with a ball, from the law and from the kinds and number of shapes. Returns
+/// an empty text if it can, otherwise the reason and the stage to use instead.
 std::string proxy_problem(const wire::Joined& joined);
 
 }  // namespace tandem::client

@@ -1,5 +1,5 @@
-// Reconciliation at matched inputs: a received server state answers an input that is one round trip old. The difference
-// to the model's state at that same input is the model's error, independent of the delay. It is removed gradually.
+// Reconciliation at matched inputs: a received server state answers an input that is one round trip old. Its difference
+// from the model's state at that input is the model's error, independent of the delay. The error is removed gradually.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -7,7 +7,7 @@
 
 namespace tandem::client {
 
-/// Difference of two rigid states, in W; it is added to a pose and a twist.
+/// Difference of two rigid states, in W. It can be added to a pose and a twist.
 struct Shift {
   Vec3 p = Vec3::Zero();      ///< translation [m]
   Vec3 theta = Vec3::Zero();  ///< rotation vector [rad]
@@ -26,38 +26,39 @@ inline Pose pose_of(const Shift& shift) {
 /// Returns the shift that leads from state `from` to state `to`.
 Shift shift_between(const RigidState& from, const RigidState& to) noexcept;
 
-/// Rate of the correction and its limits.
+/// Settings of the correction: its rate and its limits.
 struct ReconcilerSettings {
-  double time_constant_s = 0.1;  ///< time constant of the correction without a delay
+  double time_constant_s = 0.1;  ///< time constant of the correction at zero delay
   /// Additional time constant, as a multiple of the loop delay. Without it, the correction of an oscillating body would
-  /// return a part of the oscillation later with the opposite sign. Let τ be the total time constant. The loop is
-  /// stable at any phase if 1/τ is below 2ζω for every oscillation with damping ratio ζ and frequency ω.
+  /// return a part of the oscillation later with the opposite sign. The loop is stable at any phase if 1/τ is below 2ζω
+  /// for every oscillation with damping ratio ζ and frequency ω. Here τ is the total time constant.
   double loops = 5;
-  double speed_limit_m_per_s = 0.05;  ///< speed limit of the correction, so that it is felt as drift and not as a jerk
+  /// Speed limit of the correction; a slow correction is felt as drift, a fast one would be felt as a jerk
+  double speed_limit_m_per_s = 0.05;
   double turn_limit_rad_per_s = 0.5;  ///< speed limit of the correction for rotation
   double dead_zone_m = 0;             ///< position difference below which nothing is corrected (used for tools)
   double dead_zone_rad = 0;           ///< rotation difference below which nothing is corrected
 };
 
-/// Computes the correction of one body or tool.
+/// Computes the gradual correction of one body or tool.
 ///
 /// Model   C is the sum of all shifts so far; its value is stored with every input. The error e is the server's state
-///         for input k minus the model's state at k, which already contained C(k). The required sum is thus C(k) + e,
-///         and the part still to be applied is C(k) + e − C. A correction that was applied after input k is therefore
-///         not applied a second time.
-///         In each tick a share h/τ of this part is applied, within the limits. h is the period and
-///         τ = time_constant + loops · delay.
-/// Source  inner difference of a Smith predictor; the use of cumulative sums is ours
+///         for input k minus the model's state at k, which already contained C(k). So the required sum is C(k) + e, and
+///         the part still to be applied is C(k) + e − C. A correction that was applied after input k is thus not
+///         applied twice.
+///         In each tick the fraction h/τ of this part is applied, within the limits. h is the period and τ =
+///         time_constant + loops · delay.
+/// Source  inner difference of a Smith predictor; the use of cumulative sums is our addition
 /// Thread  haptic: no allocation; finite for finite input
 class Reconciler {
  public:
   explicit Reconciler(const ReconcilerSettings& settings) : settings_(settings) {}
 
-  /// Records the server's state for an input. At this input the model was in the state `then`, with a sum of shifts
+  /// Records the server's state for an input. At this input the model had the state `then` and the sum of shifts
   /// `given_then`.
   void observe(const RigidState& server, const RigidState& then, const Shift& given_then) noexcept;
   /// Returns the shift that the caller must apply in this tick.
-  /// In      loop_s  delay from an input to the server's answer to it
+  /// In      loop_s  loop delay: from an input to the server's answer to it [s]
   Shift step(double period_s, double loop_s) noexcept;
   /// Returns the sum of all shifts so far.
   const Shift& given() const { return given_; }

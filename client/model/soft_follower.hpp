@@ -1,5 +1,5 @@
-// Contact of soft bodies with this user's tool between two updates of the server: evaluates the linearised contact at
-// 1 kHz.
+// Contact of soft bodies with this user's tool: evaluates the linearised contact from the server at 1 kHz, between two
+// updates.
 #pragma once
 
 #include "common/base/ids.hpp"
@@ -7,18 +7,20 @@
 
 namespace tandem::client {
 
-/// Evaluates the newest linearised contact at the tool's current pose and blends smoothly from the previous one.
+/// Evaluates the newest linearised contact at the tool's current pose, and blends smoothly from the previous contact to
+/// it.
 ///
-/// Model   W = W_received(X) + e. When a new contact is received, e is set so that W does not change. Then e decays
-///         like a critically damped spring, so the steps of the soft bodies (60 Hz) are not felt. The first touch is
-///         not late, because the server predicts it (PredictedSoftContact). The force is never attractive.
+/// Model   W = W_received(X) + e, with the tool's pose X. When a new contact is received, e is set so that W does not
+///         change. Then e decays like a critically damped spring, so the steps of the soft bodies (60 Hz) are not felt.
+///         The first touch is not late, because the server predicts it (PredictedSoftContact). The force is never
+///         attractive.
 /// Limits  Motion of the soft body that this tool does not cause is late by the delay and the decay of e. If the soft
-///         body moves away from the tool, the end of the contact is late, too.
+///         body moves away from the tool, the end of the contact is late as well
 /// Thread  haptic: no allocation, no throw
 class SoftFollower {
  public:
-  /// Sets the held body on which the contact acts; an invalid id means the tool itself. If it differs from the previous
-  /// one, the contact is discarded.
+  /// Sets the held body on which the contact acts; an invalid id means the tool itself. If the body differs from the
+  /// previous one, the contact is discarded.
   void attach_to(BodyId held) noexcept;
   /// Sets the newest received contact, for the tool or held body at `X_WT`.
   void receive(const SoftContact& received, const Pose& X_WT) noexcept;
@@ -28,7 +30,7 @@ class SoftFollower {
  private:
   BodyId held_;
   SoftContact received_;
-  Wrench left_, left_rate_;  ///< fading difference e and its rate
+  Wrench left_, left_rate_;  ///< fading difference e and its rate of change
 };
 
 }  // namespace tandem::client

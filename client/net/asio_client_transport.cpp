@@ -20,18 +20,19 @@ using asio::ip::tcp;
 using asio::ip::udp;
 using boost::system::error_code;
 
-/// Time limit in which a closed connection must send its queue and, with simulated links, the bytes in flight.
+/// Maximum time for which a closed connection may send its queue and, with simulated links, the bytes in flight.
 constexpr Duration kLinger = std::chrono::milliseconds(500);
-/// Limit of the datagrams read in one wake-up. Normally all waiting ones are read, because only the newest matters.
+/// Maximum number of datagrams read in one wake-up. Normally all waiting datagrams are read, because only the newest
+/// matters.
 constexpr int kDatagramsPerWake = 1024;
-/// After this number of successive errors, the datagram socket is read again after kErrorPause. An ICMP error of an
-/// earlier send is reported once, so more errors without a datagram or an empty queue mean that the socket fails. The
-/// loss of the server is reported by TCP.
+/// Number of successive read errors after which reading pauses for kErrorPause. An ICMP error of an earlier send is
+/// reported once, so more errors in a row mean that the socket fails. The loss of the server is detected on the TCP
+/// connection.
 constexpr int kMaxErrorsPerWake = 16;
 constexpr Duration kErrorPause = std::chrono::milliseconds(10);
 constexpr std::uint64_t kLinksPerConnection = 4;
 
-/// The four links of one connection.
+/// The four simulated links of one connection: up and down, each for datagrams and for control bytes.
 struct Links {
   Links(const SimulatedLinks& links, std::uint64_t first_stream)
       : up(links.up, links.seed, first_stream),
@@ -79,23 +80,23 @@ struct AsioClientTransport::Connection {
       : stream(io), tls(tls_context), datagrams(io), error_pause(io), pump_timer(io), linger(io) {}
 
   tcp::socket stream;
-  net::Address address;  ///< address of the TCP connection; datagrams are sent there too
+  net::Address address;  ///< address of the TCP connection, and destination of datagrams
   secure::TlsStream tls;
   udp::socket datagrams;
   StampedReceiver receiver;  ///< reads from `datagrams`
   asio::steady_timer error_pause;
   asio::steady_timer pump_timer;
-  std::optional<LocalTime> pump_due;  ///< expiry of pump_timer
+  std::optional<LocalTime> pump_due;  ///< time at which pump_timer expires; empty: not running
   asio::steady_timer linger;
   std::unique_ptr<Links> links;
-  LinkTraffic before;  // sums over earlier connections
+  LinkTraffic before;  // traffic of earlier connections
   proto::Bytes unsent;
-  proto::Bytes plain;  ///< decrypted bytes of one read
+  proto::Bytes plain;  ///< buffer for the decrypted bytes of one read
   bool is_waiting_to_write = false;
   bool is_connected = false;
   bool is_closing = false;
   bool has_sent_all = false;
-  std::optional<std::string> lost_because;  // reason of the end of stream, not reported yet
+  std::optional<std::string> lost_because;  // reason of an end of stream that is not reported yet
   std::array<std::byte, 64 * 1024> incoming{};
 };
 
@@ -145,7 +146,8 @@ void AsioClientTransport::connect(LocalTime) {
   connector_.start();
 }
 
-/// Replaces a connection that could not be set up. Its links are reused, because nothing has passed through them yet.
+/// Replaces a connection that could not be set up. Its simulated links are reused, because no bytes have passed through
+/// them.
 void AsioClientTransport::renew() {
   const ConnectionPointer before = current_;
   current_ = std::make_shared<Connection>(io_, tls_ ? &*tls_ : nullptr);
@@ -176,7 +178,7 @@ void AsioClientTransport::connected(const ConnectionPointer& connection) {
   if (connection->tls.is_plain()) established();
 }
 
-/// Both ends are authenticated, so no other address is tried.
+/// Called after both ends are authenticated, so no further address is tried.
 void AsioClientTransport::established() {
   current_->is_connected = true;
   connector_.set_up();
@@ -194,7 +196,7 @@ void AsioClientTransport::read(const ConnectionPointer& connection) {
   connection->stream.async_read_some(
       asio::buffer(connection->incoming), [this, connection](const error_code& error, std::size_t size) {
         if (!is_current(*connection)) {
-          // While closing, received bytes are discarded; only the server's end of stream matters.
+          // While closing, received bytes are discarded, and only the end of the server's stream matters.
           if (error) abort(*connection);
           if (!error) read(connection);
           return;
@@ -243,7 +245,8 @@ void AsioClientTransport::lost(const ConnectionPointer& connection, const std::s
   report_loss_when_due(*connection);
 }
 
-// Reports the end of a stream after its last bytes have passed the simulated link, because they may contain a goodbye.
+// Reports the end of a stream only after its last bytes have passed the simulated link, because they may contain a
+// goodbye message.
 void AsioClientTransport::report_loss_when_due(Connection& connection) {
   if (!connection.lost_because || !is_current(connection)) return;
   if (connection.links != nullptr && connection.links->control_down.next_due()) return;
@@ -281,9 +284,10 @@ void AsioClientTransport::await_datagrams(const ConnectionPointer& connection) {
   });
 }
 
-/// Returns true if the socket cannot be read.
+/// Reads the waiting datagrams. Returns true if the socket cannot be read.
 bool AsioClientTransport::receive_datagrams(Connection& connection) {
-  // The buffer has one byte more than allowed, so that a datagram that is too long is detected and not truncated.
+  // The buffer is one byte longer than the longest datagram, so that a too long datagram is detected instead of
+  // truncated.
   std::array<std::byte, proto::kMaxDatagramBytes + 1> buffer;
   int errors = 0;
   for (int taken = 0; taken < kDatagramsPerWake && is_current(connection); ++taken) {
@@ -314,8 +318,8 @@ void AsioClientTransport::send_control(std::span<const std::byte> bytes) {
   flush(current_);
 }
 
-// Write errors are left to the pending read, which fails too, because the session must not be called from within its
-// own call.
+// Write errors are not handled here, because the session must not be called from within its own call. The pending read
+// fails as well and reports the error.
 void AsioClientTransport::flush(const ConnectionPointer& connection) {
   if (connection->is_waiting_to_write || !connection->stream.is_open()) return;
   proto::Bytes& unsent = connection->unsent;
@@ -375,7 +379,7 @@ void AsioClientTransport::close() {
   finish_when_drained(*connection);
 }
 
-// Closes only the sending half. The server's end of stream then confirms that the server has read everything.
+// Closes only the sending half. The end of the server's stream then confirms that the server has read everything.
 void AsioClientTransport::finish_when_drained(Connection& connection) {
   if (!connection.is_closing || !connection.unsent.empty()) return;
   if (connection.links != nullptr && connection.links->control_up.next_due()) return;
@@ -431,7 +435,7 @@ void AsioClientTransport::deliver_due(Connection& connection, LocalTime now) {
   while (const auto bytes = links.control_down.receive(now)) {
     if (is_current(connection)) session_->on_control_bytes(*bytes, clock_.now());
   }
-  // Datagrams are passed with the time at which they were due, even if this call is late.
+  // A datagram is passed with the time at which it was due, even if this call is late.
   for (auto due = links.down.next_due(); due && *due <= now; due = links.down.next_due()) {
     const auto datagram = links.down.receive(now);
     if (datagram && is_current(connection)) session_->on_datagram(*datagram, *due);

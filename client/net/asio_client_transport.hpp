@@ -3,10 +3,10 @@
 //   session ──▶ [link up] ──▶ socket        without links: bytes pass unchanged
 //   session ◀── [link down] ◀── socket      with links: bytes are delayed until due, by one timer on the io thread
 //
-// Control bytes pass through a secure::TlsStream between link and socket. With --insecure it leaves them unchanged.
-// State and control each have a link in each direction; the control links are reliable. Each connection has separate
-// sockets and links, so that no bytes of an old connection reach the session. Bytes that the TCP socket does not accept
-// are queued here. State over TCP is sent only when the queue is empty.
+// Control bytes pass through a secure::TlsStream between link and socket; --insecure disables TLS. State and control
+// each have a simulated link in each direction; the control links are reliable. Each connection has separate sockets
+// and links, so that no bytes of an old connection reach the session. Bytes that the TCP socket does not accept are
+// queued here. State over TCP is sent only when the queue is empty.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -24,10 +24,10 @@
 
 namespace tandem::client {
 
-/// Links simulated inside the client, for control and state. Control bytes are never lost or reordered.
+/// Network links simulated inside the client, for control and state. Control bytes are never lost or reordered.
 struct SimulatedLinks {
-  net::LinkParameters up;    ///< client to server
-  net::LinkParameters down;  ///< server to client
+  net::LinkParameters up;    ///< direction from client to server
+  net::LinkParameters down;  ///< direction from server to client
   std::uint64_t seed = 1;
 };
 
@@ -35,29 +35,31 @@ struct SimulatedLinks {
 struct LinkTraffic {
   net::LinkCounters up;  ///< datagrams to the server
   net::LinkCounters down;
-  net::LinkCounters control_up;  ///< chunks of the control stream, including the state if it is sent over TCP
+  net::LinkCounters control_up;  ///< chunks of the control stream, including state that is sent over TCP
   net::LinkCounters control_down;
 };
 
-/// ClientTransport over Asio.
+/// ClientTransport with sockets of Boost.Asio.
 ///
 /// Thread  the thread that runs the io_context
 class AsioClientTransport final : public ClientTransport {
  public:
-  /// In      host     a numeric address; with `trust` also a host name, which is looked up when connecting
-  ///         trust    key or authorities with which the server is verified; none: no TLS, loopback only
+  /// In      host     a numeric address; with `trust` also a host name, which is looked up by each connect()
+  ///         trust    key or authorities that authenticate the server; empty: no TLS, and only loopback addresses
   ///         resolve  function that looks up names
-  /// Fails   std::invalid_argument: another kind of address, a file without an authority, or an invalid link parameter
+  /// Fails   std::invalid_argument: an address that is not allowed, a file without an authority, or an invalid link
+  ///         parameter
   AsioClientTransport(boost::asio::io_context& io, const std::string& host, std::uint16_t port,
                       const std::optional<secure::Trust>& trust, std::optional<SimulatedLinks> links,
                       const Clock& clock, Resolve resolve = resolve_by_system);
   ~AsioClientTransport() override;
 
-  /// Sets the session whose callbacks are called. Call before the first connect().
+  /// Sets the session that receives the callbacks. Call it before the first connect().
   void attach(ClientSession& session) { session_ = &session; }
-  /// Returns true if no closed connection has bytes left to send.
+  /// Returns true once closed connections have no bytes left to send.
   bool is_drained() const;
-  /// Changes the parameters of the simulated links in both directions. Ignored if there were none at construction.
+  /// Changes the parameters of the simulated links in both directions. Ignored if the transport was constructed without
+  /// links.
   /// Fails   std::invalid_argument: an invalid parameter
   void set_links(const net::LinkParameters& both);
   const LinkTraffic& link_traffic() const { return link_traffic_; }
@@ -98,7 +100,7 @@ class AsioClientTransport final : public ClientTransport {
 
   boost::asio::io_context& io_;
   std::uint16_t port_;
-  std::optional<secure::TlsContext> tls_;  ///< none: no TLS
+  std::optional<secure::TlsContext> tls_;  ///< empty: no TLS
   std::optional<SimulatedLinks> links_;
   const Clock& clock_;
   ClientSession* session_ = nullptr;

@@ -21,10 +21,10 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 
-/// Period after which time-outs and reconnection are checked.
+/// Period of checking time-outs and reconnecting.
 constexpr Duration kPollPeriod = std::chrono::milliseconds(5);
 constexpr Duration kSnapshotPeriod = std::chrono::milliseconds(10);
-/// Time limit for which stop() waits until the leave message is sent.
+/// Maximum time for which stop() waits until the leave message is sent.
 constexpr Duration kStopWithin = std::chrono::milliseconds(500);
 
 int open_eventfd() {
@@ -61,16 +61,16 @@ struct ClientIo::Impl {
   asio::steady_timer poll_timer{io};
   asio::steady_timer stop_timer{io};
 
-  std::shared_ptr<const wire::Joined> joined;  // copy of the io thread
-  std::shared_ptr<const Credentials> beside;   // copy of the io thread
-  std::shared_ptr<const AssetMap> assets;      // copy of the io thread
-  EventQueue new_events;                       // used by the io thread until the next snapshot
+  std::shared_ptr<const wire::Joined> joined;  // used by the io thread only; shared with snapshots
+  std::shared_ptr<const Credentials> beside;   // used by the io thread only; shared with snapshots
+  std::shared_ptr<const AssetMap> assets;      // used by the io thread only; shared with snapshots
+  EventQueue new_events;                       // filled by the io thread until the next snapshot
   LocalTime published_at{};
-  mutable std::mutex mutex;  // protects the next two; never taken by the haptic thread
+  mutable std::mutex mutex;  // protects `published` and `events`; the haptic thread never locks it
   ClientIoSnapshot published;
   EventQueue events;
 
-  std::thread thread;  // last member, because the thread uses all of the above
+  std::thread thread;  // last member, so that it is constructed after the members that it uses
 };
 
 ClientIo::Impl::Impl(ClientIoSettings client_settings, devices::Device& device)
@@ -99,7 +99,7 @@ void ClientIo::Impl::run() {
     await_poll_time();
     io.run();
   } catch (const std::exception& error) {
-    // There is not enough memory, or no more threads. Ending the program here would leave the device at its last force.
+    // The causes are lack of memory or of threads. Ending the program here would leave the device at its last force.
     session.fail(error.what());
   }
   publish_snapshot(clock.now());
@@ -145,7 +145,7 @@ void ClientIo::Impl::perform(const Command& command) {
   client.send(std::get<ClientCommand>(command), clock.now());
 }
 
-// Only this thread writes `published`, so this thread may read it without the lock.
+// Only this thread writes `published`, so it may read `published` without the lock.
 void ClientIo::Impl::publish_snapshot(LocalTime now) {
   ClientIoSnapshot snapshot;
   snapshot.status = session.status();
@@ -220,7 +220,7 @@ const HapticCore& ClientIo::haptics() const {
 
 void ClientIo::notify() noexcept {
   const std::uint64_t one = 1;
-  // Writing fails only if the counter is full; then the io thread has already been woken.
+  // Writing fails only if the counter is full, and then the io thread is about to wake up anyway.
   [[maybe_unused]] const auto written = ::write(impl_->tick_event.native_handle(), &one, sizeof one);
 }
 

@@ -1,13 +1,13 @@
 // A live client: the sockets, the io thread, and the Client that they drive. The haptic thread (haptic_loop.hpp) ticks
-// the same client. The two threads share only its mailboxes.
+// that Client. The two threads share only its mailboxes.
 //
 //   haptic thread                        io thread (this file)
 //   haptics().tick(), notify() ──eventfd▶ Client::poll(): encode, send
 //   ◀──── inbox, scene, local model ───── sockets readable: check, decode, publish
 //
-// An eventfd wakes the io thread after each haptic tick, at the cost of one system call without a lock. Polling the
-// outbox instead would delay each input by up to the polling period. The io thread has a lower priority than the haptic
-// thread: a late datagram adds a millisecond of age, but a late haptic tick is felt.
+// An eventfd wakes the io thread after each haptic tick. It costs one system call without a lock; polling the outbox
+// instead would delay each input by up to the polling period. The io thread has a lower priority than the haptic
+// thread, because a late haptic tick is felt, whereas a late datagram only adds a millisecond of age.
 #pragma once
 
 #include <cstdint>
@@ -23,26 +23,29 @@
 namespace tandem::client {
 
 struct ClientIoSettings {
-  std::string host = "127.0.0.1";  ///< without `trust` a loopback address or "localhost"; with `trust` also a name
+  /// Without `trust` a loopback address or "localhost"; with `trust` any address or a name
+  std::string host = "127.0.0.1";
   std::uint16_t port = 47800;
-  std::optional<secure::Trust> trust{};  ///< key or authorities to verify the server; none: no TLS (--insecure)
-  ClientSettings client;                 ///< ClientIo always sets client.makes_models_aside to true
+  /// Key or authorities that authenticate the server; empty: no TLS (--insecure)
+  std::optional<secure::Trust> trust{};
+  ClientSettings client;  ///< ClientIo always sets client.makes_models_aside to true
   std::optional<SimulatedLinks> links;
-  int realtime_priority = 0;  ///< SCHED_FIFO priority, below the haptic thread's; 0: normal scheduler
+  /// SCHED_FIFO priority, which must be below that of the haptic thread; 0: normal scheduler
+  int realtime_priority = 0;
   Resolve resolve = resolve_by_system;
   /// Called on the io thread after next() has new events. It must neither block nor throw.
   std::function<void()> on_events{};
 };
 
-/// Estimate of the server's clock and of the way to it.
+/// Estimate of the server's clock and of the round trip to the server.
 struct ClockEstimate {
-  bool is_known = false;  ///< false: the others are 0
-  Duration offset{0};     ///< server − local
+  bool is_known = false;  ///< whether there is an estimate; false: all values are 0
+  Duration offset{0};     ///< server time − local time
   Duration round_trip{0};
   Duration minimum_round_trip{0};
 };
 
-/// How the scene is rendered to the hand; see the functions of the same names in Client.
+/// How the scene is rendered to the hand; see the functions of equal names in Client.
 struct RenderingStatus {
   StageSettings stage;
   std::string stage_note;
@@ -51,68 +54,69 @@ struct RenderingStatus {
   std::optional<Duration> full_local_after;
 };
 
-/// Copy of the session's state for other threads.
+/// Copy of the session's state for threads other than the io thread.
 struct ClientIoSnapshot {
   SessionStatus status;
   SessionCounters counters;
-  bool has_state = false;  ///< ClientSession::has_state()
+  bool has_state = false;  ///< result of ClientSession::has_state()
   ClockEstimate clock;
   LinkTraffic links;
   std::uint64_t asset_bytes = 0;               ///< size of the received and verified assets [bytes]
-  std::shared_ptr<const wire::Joined> joined;  ///< answer to the last join; null before the first
+  std::shared_ptr<const wire::Joined> joined;  ///< answer to the last join; null before the first answer
   std::shared_ptr<const Credentials> beside;   ///< see ClientSession::credentials_beside()
   std::string room;                            ///< joined room; "" before the first welcome
-  std::vector<std::string> rooms;              ///< rooms of the server
+  std::vector<std::string> rooms;              ///< names of the server's rooms
   HandStart hand_start;                        ///< see ClientSession::hand_start()
   bool has_nudges = true;                      ///< see ClientSession::has_nudges()
-  haptics::CouplingParameters coupling;        ///< coupling of this user's tool, as last received from the server
-  std::string_view law;                        ///< see ClientSession::law()
+  /// Coupling coefficients of this user's tool, as last received from the server
+  haptics::CouplingParameters coupling;
+  std::string_view law;                                                ///< see ClientSession::law()
   std::shared_ptr<const std::vector<wire::KeptPose>> kept_poses;       ///< see ClientSession::kept_poses()
   std::optional<wire::PoseProgress> pose_progress;                     ///< see ClientSession::pose_progress()
   std::vector<std::pair<LocalTime, wire::Pointed>> pointed;            ///< see ClientSession::pointed()
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets;  ///< see ClientSession::soft_offsets()
   std::shared_ptr<const GameReport> game;                              ///< see ClientSession::game()
-  CouplingCheck coupling_check;                                        ///< result for the coupling in force
+  CouplingCheck coupling_check;  ///< check of the present coupling, see CouplingWatch
   RenderingStatus rendering;
   std::uint64_t events_dropped = 0;        ///< events that the program did not read in time, see ClientIo::next()
   std::vector<wire::UserJoined> users;     ///< the other users in the room
-  std::shared_ptr<const AssetMap> assets;  ///< assets of the scene received so far; null: none yet
+  std::shared_ptr<const AssetMap> assets;  ///< assets of the scene that have been received; null before the first asset
 };
 
 class ClientIo {
  public:
   /// In      device  must outlive this object
   /// Fails   std::invalid_argument: not an address, an address that requires encryption, an invalid link parameter, or
-  ///         as in Client; std::system_error: no sockets could be made
+  ///         as in Client; std::system_error: the sockets could not be created
   ClientIo(ClientIoSettings settings, devices::Device& device);
   /// Calls stop().
   ~ClientIo();
   ClientIo(const ClientIo&) = delete;
   ClientIo& operator=(const ClientIo&) = delete;
 
-  /// Replaces the token of the settings. Call before start().
+  /// Replaces the token in the settings. Call it before start().
   void set_credentials(const Credentials& credentials);
-  /// Starts the io thread, which connects.
+  /// Starts the io thread, which then connects to the server.
   void start();
-  /// Core that the haptic thread ticks. Call notify() after each tick.
+  /// Returns the core that the haptic thread must tick. After each tick, call notify().
   /// Thread  haptic
   HapticCore& haptics();
   const HapticCore& haptics() const;
-  /// Wakes the io thread after a tick.
+  /// Wakes the io thread. Called after each haptic tick.
   /// Thread  haptic: one system call, which does not block
   void notify() noexcept;
-  /// Queues a command, which the io thread executes soon. Commands are executed in the order of the calls.
+  /// Queues a command for the io thread. Commands are executed soon, in the order of the calls.
   /// Fails   std::invalid_argument: an invalid stage, see Client::set_stage(), or an invalid LinkParameters::problem()
   /// Thread  any except haptic
   void send(Command command);
-  /// Returns the next event, or nothing if there is none. snapshot() includes the effect of each returned event. At
-  /// most 4096 are queued (EventQueue); beyond that the oldest are dropped and counted (events_dropped).
+  /// Returns the next event; nothing if there is none. snapshot() includes the effect of each returned event. At most
+  /// 4096 events are queued (EventQueue); further ones displace the oldest, which are counted (events_dropped).
   /// Thread  any except haptic, because it takes a lock
   std::optional<Event> next();
   /// Leaves the room and joins the thread. Waits up to 0.5 s for the leave message to be sent. Repeated calls have no
   /// effect.
   void stop();
-  /// Returns the newest snapshot. It is at most 10 ms old, and is updated at once when the session's state changes.
+  /// Returns the newest snapshot. It is at most 10 ms old, and is renewed at once when the session's state changes.
   /// Thread  any except haptic, because it takes a lock
   ClientIoSnapshot snapshot() const;
 

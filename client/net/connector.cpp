@@ -14,7 +14,7 @@ namespace asio = boost::asio;
 using asio::ip::tcp;
 using boost::system::error_code;
 
-/// Returns addresses that need no look-up; empty: `host` is a name.
+/// Returns the addresses that are known without a look-up; empty if `host` is a name.
 std::vector<net::Address> addresses_without_lookup(const std::string& host, bool is_encrypted) {
   if (!is_encrypted && host == "localhost") return {asio::ip::address_v6::loopback(), asio::ip::address_v4::loopback()};
   if (const auto address = net::numeric(host); address && is_encrypted) return {*address};
@@ -90,8 +90,8 @@ void Connector::cancel() {
   close_all();
 }
 
-/// Replaces the known addresses of that family. An answer without addresses is ignored, because the name server may be
-/// faulty.
+/// Replaces the known addresses of one family by `addresses`. An answer without addresses is ignored, because the name
+/// server may be faulty.
 void Connector::remember(const std::vector<net::Address>& addresses, bool is_v6) {
   if (addresses.empty()) return;
   std::erase_if(known_, [&](const net::Address& known) {
@@ -144,13 +144,13 @@ void Connector::try_address(const net::Address& address) {
 }
 
 void Connector::finished(const AttemptPointer& attempt, const error_code& error) {
-  // A cancelled attempt has been removed from the list.
+  // If the attempt is not in the list, it was cancelled.
   const auto found = std::ranges::find(attempts_, attempt);
   if (found == attempts_.end()) return;
   attempts_.erase(found);
   error_code problem = error;
-  // TCP self-connection: if a client keeps trying a local port without a listener, the kernel may assign that port to
-  // the client itself.
+  // Detects TCP self-connection: while a client tries a local port without a listener, the kernel may assign that port
+  // to the client itself.
   if (!problem && attempt->socket.local_endpoint(problem) == tcp::endpoint(attempt->address, port_)) {
     problem = asio::error::connection_refused;
   }

@@ -1,4 +1,4 @@
-// Connects to a server at the first of its addresses that accepts (common/net/address_race.hpp).
+// Connects to a server, at the first of its addresses that accepts (common/net/address_race.hpp).
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -16,8 +16,9 @@
 
 namespace tandem::client {
 
-/// Stores the addresses of a host that was reached once. A later start() tries them during the new look-up, the last
-/// successful one first. A name server that does not answer therefore delays no reconnection.
+/// Connects to a host, and stores the addresses of a host that was reached once. A later start() tries the stored
+/// addresses during the new look-up, the last successful one first. So an unresponsive name server delays no
+/// reconnection.
 ///
 /// Thread  the thread that runs the io_context
 class Connector {
@@ -25,24 +26,25 @@ class Connector {
   using Accepted = std::function<void(boost::asio::ip::tcp::socket socket, const net::Address& address)>;
   using Lost = std::function<void(const std::string& why)>;
 
-  /// In      host          a numeric address; "localhost" (this machine) without encryption; otherwise a name
+  /// In      host          a numeric address; without encryption also "localhost", with encryption also a name
   ///         is_encrypted  if false, only loopback addresses are allowed
-  ///         accepted      gets a connection that must be set up; called again after set_up_failed() or a slow set-up
+  ///         accepted      receives a TCP connection that the caller must set up; called again after set_up_failed() or
+  ///         a slow set-up
   ///         lost          called when all addresses of the host have failed
   /// Fails   std::invalid_argument: not a numeric address, or an address that requires encryption
   Connector(boost::asio::io_context& io, const std::string& host, std::uint16_t port, bool is_encrypted,
             Resolve resolve, const Clock& clock, Accepted accepted, Lost lost);
 
   void start();
-  /// Ends the race, because the accepted connection has been set up.
+  /// Must be called when the accepted connection has been set up; ends the attempts to other addresses.
   void set_up();
-  /// Rejects the accepted connection, so that the other addresses are tried.
+  /// Rejects the accepted connection, so that the remaining addresses are tried.
   void set_up_failed(net::AttemptFailure failure, const std::string& why);
   void cancel();
 
-  /// Name of the server as shown to users, e.g. "rig.example:47800".
+  /// Returns the name of the server as shown to users, e.g. "rig.example:47800".
   std::string server_name() const;
-  /// Results of the race so far, as shown to users. Empty if there is no race, or for a numeric address.
+  /// Returns the results of the attempts so far, as shown to users. Empty if no attempts run, or for a numeric address.
   std::string progress() const;
 
  private:

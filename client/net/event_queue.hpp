@@ -1,4 +1,4 @@
-// Bounded queue of a session's events.
+// Bounded queue of a session's events for the program.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace tandem::client {
 
-/// Events in the order in which they happened. If the queue is full, the oldest event is dropped and counted.
+/// Events in the order of their occurrence. If the queue is full, the oldest event is dropped and counted.
 class EventQueue {
  public:
   static constexpr std::size_t kCapacity = 4096;
@@ -29,7 +29,7 @@ class EventQueue {
     return event;
   }
   bool is_empty() const { return events_.empty(); }
-  /// Number of events dropped since the queue was made.
+  /// Returns the number of events dropped since construction.
   std::uint64_t dropped() const { return dropped_; }
 
  private:

@@ -48,10 +48,10 @@ std::vector<net::Address> resolve_by_system(const std::string& host, bool is_v6,
   return addresses;
 }
 
-/// State shared with the look-up threads, which may outlive the NameLookup.
+/// State shared with the look-up threads, which may outlive the NameLookup object.
 struct NameLookup::State {
   std::mutex mutex;             // protects `io`
-  boost::asio::io_context* io;  ///< null after the NameLookup has been destroyed
+  boost::asio::io_context* io;  ///< null after the destruction of the NameLookup
   Resolve resolve;
   Answer answer;
   std::array<bool, 2> is_outstanding{};  ///< used by the io thread only; index 0 is IPv4, index 1 is IPv6
@@ -85,7 +85,7 @@ void NameLookup::start(const std::string& host) {
     };
     try {
       std::thread([state = state_, host, is_v6, finish] {
-        // The thread has inherited the priority of the io thread.
+        // The new thread has inherited the real-time priority of the io thread.
         realtime::drop_realtime();
         std::string problem;
         const std::vector<net::Address> addresses = state->resolve(host, is_v6, problem);

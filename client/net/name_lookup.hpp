@@ -12,14 +12,14 @@
 
 namespace tandem::client {
 
-/// Returns the addresses of one family. May block. If there are none, sets `problem`.
+/// Returns the addresses of a host in one family. May block. If there are none, sets `problem` to the reason.
 using Resolve = std::function<std::vector<net::Address>(const std::string& host, bool is_v6, std::string& problem)>;
 /// Calls the resolver of the system.
 std::vector<net::Address> resolve_by_system(const std::string& host, bool is_v6, std::string& problem);
 
-/// Looks up each address family in a separate thread, so that the answer for one does not wait for the other (RFC 8305,
-/// section 3). The threads are detached, so neither a lost connection nor the end of the program waits for a name
-/// server. At most one look-up per family is outstanding, however often the client reconnects.
+/// Looks up each address family in a separate thread, so that neither answer waits for the other (RFC 8305, section 3).
+/// The threads are detached, so neither a lost connection nor the end of the program waits for a name server. At most
+/// one look-up per family is outstanding, however often the client reconnects.
 ///
 /// Thread  the thread that runs the io_context
 class NameLookup {
@@ -30,12 +30,12 @@ class NameLookup {
   /// In      io       must outlive this object; `answer` is called on its thread
   ///         resolve  called by the look-up threads
   NameLookup(boost::asio::io_context& io, Resolve resolve, Answer answer);
-  /// After this no answer is delivered.
+  /// After destruction no answer is delivered.
   ~NameLookup();
   NameLookup(const NameLookup&) = delete;
   NameLookup& operator=(const NameLookup&) = delete;
 
-  /// Starts the look-ups that are not outstanding. Each family gets one answer.
+  /// Starts a look-up for each family without an outstanding one. Each look-up calls `answer` once.
   void start(const std::string& host);
 
  private:

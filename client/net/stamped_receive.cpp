@@ -1,4 +1,3 @@
-// See stamped_receive.hpp.
 #include "client/net/stamped_receive.hpp"
 
 #include <sys/socket.h>
@@ -14,8 +13,8 @@
 namespace tandem::client {
 namespace {
 
-/// Tolerance for the difference between two clocks: delays of the thread, and slewing by at most 500 ppm (NTP), for
-/// which 1/1000 is allowed.
+/// Tolerated difference between the advances of two clocks: a constant part for delays of the thread, and 1/1000 for
+/// slewing, which NTP limits to 500 ppm.
 constexpr Duration kMaxApart = std::chrono::milliseconds(5);
 constexpr Duration::rep kSlewed = 1000;
 
@@ -29,7 +28,7 @@ Duration wall_clock() noexcept {
   return duration_of(wall);
 }
 
-/// Returns the kernel's time stamp of a message, on the wall clock; nothing if there is none.
+/// Returns the kernel's time stamp of a message, on the wall clock; nothing if the message has no stamp.
 std::optional<Duration> stamp_of(msghdr& message) noexcept {
   for (cmsghdr* part = CMSG_FIRSTHDR(&message); part != nullptr; part = CMSG_NXTHDR(&message, part)) {
     if (part->cmsg_level != SOL_SOCKET || part->cmsg_type != SCM_TIMESTAMPNS) continue;

@@ -1,5 +1,5 @@
-// Receives datagrams with the kernel's reception time. A delay of the thread then does not make old datagrams appear
-// fresh.
+// Receives datagrams with the kernel's reception time, so that a delay of the reading thread does not make old
+// datagrams appear fresh.
 #pragma once
 
 #include <cstddef>
@@ -13,22 +13,23 @@ namespace tandem::client {
 /// Reads the datagrams of one socket.
 ///
 /// Model   came = now − (wall clock − stamp). The wall clock may be set while a datagram waits. A datagram read now
-///         arrived after the time at which the socket was last found empty. The difference is accepted if both clocks
-///         have advanced equally since then, and if it is neither negative nor longer than the time since then.
-///         Otherwise that time, the largest possible age, is used. An old datagram therefore never appears fresh, for
-///         any waiting time and any change of the wall clock. The wall clock is read after the datagram, so a delay of
-///         the thread in between makes the age larger, not smaller.
+///         arrived after the time at which the socket was last found empty. The difference (wall clock − stamp) is
+///         accepted if both clocks have advanced equally since that time, and if it is between 0 and the time since
+///         then. Otherwise the time since then is used, which is the largest possible age. So an old datagram never
+///         appears fresh, for any waiting time and any change of the wall clock. The wall clock is read after the
+///         datagram, so a delay of the thread in between increases the age.
 /// Thread  any, one at a time; no allocation
 class StampedReceiver {
  public:
   StampedReceiver() = default;
-  /// Enables kernel time stamps on `socket`, which must be empty. If they are not available, the reception time of a
-  /// datagram is the time at which it is read.
+  /// Enables kernel time stamps on `socket`, which must be empty. Where time stamps are not available, the reception
+  /// time of a datagram is the time of its reading.
   StampedReceiver(int socket, LocalTime now) noexcept;
 
   /// Reads the next waiting datagram.
   ///
-  /// Out     its size [bytes], at most that of the buffer; nothing: see errno, which is EAGAIN if none waits
+  /// Out     size of the datagram [bytes], at most that of the buffer; nothing on an error, see errno (EAGAIN: none
+  ///         waits)
   std::optional<std::size_t> receive(std::span<std::byte> buffer, const Clock& clock, LocalTime& came) noexcept;
 
  private:
@@ -37,7 +38,7 @@ class StampedReceiver {
   Duration wall_at_empty_{0};  ///< time of the wall clock at empty_at_
 };
 
-/// Age of a datagram: `waited` if it is plausible, otherwise `empty_for`.
+/// Returns the age of a datagram: `waited` if it is plausible, otherwise `empty_for`.
 ///
 /// In      waited          time since its stamp, by the wall clock
 ///         empty_for       time since the socket was empty, by the local clock

@@ -1,5 +1,5 @@
-// Fetches the assets of a scene from the server, by content hash and in pieces. An asset with a wrong hash is
-// discarded.
+// Fetches the assets of a scene from the server in pieces. An asset is identified by the hash of its content and is
+// discarded if its hash is wrong.
 #pragma once
 
 #include <cstdint>
@@ -20,51 +20,54 @@
 
 namespace tandem::client {
 
-/// Maximum memory that a client uses for the assets that a server lists.
+/// Maximum memory for the assets that a server lists.
 inline constexpr std::uint64_t kMaxAssetBytes = 256ULL * 1024 * 1024;
 
 using AssetInfos = google::protobuf::RepeatedPtrField<wire::AssetInfo>;
 
-/// Requests the pieces of assets and assembles the answers. Several requests may be unanswered at once; the caller
-/// limits their size. After a lost connection, received pieces remain stored while their asset is still listed.
+/// Requests the pieces of assets and assembles the answers. Several requests may be unanswered at a time; the caller
+/// limits their total size. After a lost connection, the received pieces of an asset are kept as long as the asset is
+/// listed.
 ///
 /// Thread  io
 class AssetFetcher {
  public:
-  /// Time-out of the store: if it does not answer for this long, assets are fetched from the server. A disk may hang.
+  /// Time without an answer of the store after which assets are fetched from the server, because a disk may hang.
   static constexpr Duration kStoreTimeout = std::chrono::seconds(1);
 
-  /// In      store  queried before the server, and keeps fetched assets; null if there is none
+  /// In      store  local store that is queried before the server, and that keeps fetched assets; null if there is none
   explicit AssetFetcher(std::uint64_t limit_bytes = kMaxAssetBytes, std::shared_ptr<AssetStore> store = nullptr)
       : limit_bytes_(limit_bytes), store_(std::move(store)) {}
 
-  /// Starts look-ups of these assets in the store, in this order. Assets beyond the memory limit are not looked up.
+  /// Starts look-ups of the listed assets in the store, in this order. Assets beyond the memory limit are not looked
+  /// up.
   void look_up(const AssetInfos& wanted);
-  /// Accepts the answers of the store that have arrived. Returns true once all look-ups are answered.
+  /// Accepts the answers of the store that have arrived. Returns true once all look-ups have been answered.
   bool accept_found();
   /// Drops all look-ups if the store has not answered for kStoreTimeout.
   void check_store(LocalTime now);
 
-  /// Sets the list of assets to fetch from the server, in this order. Available assets are skipped. Returns one line of
-  /// text for each asset that is left out because of a bad hash or the memory limit.
+  /// Sets the list of assets to fetch from the server, in this order. Assets that are already available are skipped.
+  /// Returns one line of text for each asset that is omitted because of a malformed hash or the memory limit.
   std::vector<std::string> begin(const AssetInfos& wanted);
   /// Must be called for a new connection: pieces that were requested but not received are requested again.
   void reconnect();
   bool has(const wire::AssetInfo& info) const;
 
-  /// Returns the next request, number `request`, for a piece of at most `max_bytes`; none if everything is requested.
+  /// Returns the next request for a piece of at most `max_bytes`, with the number `request`; nothing if all is
+  /// requested.
   std::optional<wire::GetAsset> next_request(std::uint32_t request, std::size_t max_bytes);
-  /// True if a request is unanswered.
+  /// Returns true if a request is unanswered.
   bool is_awaiting() const { return !awaited_.empty(); }
-  /// True if `request` is the oldest unanswered request. Answers arrive in the order of the requests.
+  /// Returns true if `request` is the oldest unanswered request. The server answers in the order of the requests.
   bool is_next(std::uint32_t request) const { return is_awaiting() && awaited_.front().request == request; }
-  /// Accepts the answer to the request for which is_next() is true. If the answer is unusable, removes its asset from
-  /// the list and returns the problem, otherwise an empty string.
+  /// Accepts the answer to the oldest request; is_next() must be true for it. If the answer is unusable, removes its
+  /// asset from the list and returns the problem; otherwise returns an empty text.
   std::string on_chunk(std::uint32_t request, const wire::AssetChunk& chunk);
-  /// Handles the refusal of the request for which is_next() is true: removes its asset from the list.
+  /// Handles the refusal of the oldest request; is_next() must be true for it. Removes its asset from the list.
   void on_refused(std::uint32_t request);
 
-  /// Number of these assets that are still to be fetched.
+  /// Returns how many of the given assets are still to be fetched.
   std::size_t left_of(const AssetInfos& some) const;
   const AssetMap& assets() const { return assets_; }
   std::uint64_t bytes() const { return held_bytes_; }
@@ -73,20 +76,21 @@ class AssetFetcher {
   struct Wanted {
     wire::AssetInfo info;
     proto::Sha256 hash{};
-    std::uint64_t number = 0;        ///< number of the entry; a later entry of the same asset has another number
+    /// Number of this entry; if the same asset is listed again, its new entry gets a new number
+    std::uint64_t number = 0;
     proto::Bytes bytes{};            ///< bytes received so far
-    std::uint64_t requested_to = 0;  ///< offset up to which all bytes are received or requested
+    std::uint64_t requested_to = 0;  ///< all bytes before this offset are received or requested
     secure::ContentHasher hasher{};
   };
-  /// A request for a piece that is not answered yet.
+  /// A request for a piece that has not been answered.
   struct Awaited {
     std::uint32_t request = 0;
-    std::uint64_t wanted = 0;  ///< Wanted::number
+    std::uint64_t wanted = 0;  ///< Wanted::number of the asset
     std::uint64_t offset = 0;
     std::size_t bytes = 0;
   };
 
-  /// A look-up in the store.
+  /// A look-up in the store that has not been answered.
   struct Lookup {
     proto::Sha256 hash{};
     std::uint64_t size_bytes = 0;
@@ -105,7 +109,7 @@ class AssetFetcher {
   std::deque<Wanted> wanted_;
   std::deque<Awaited> awaited_;
   std::deque<Lookup> lookups_;
-  /// Time of the store's last answer, or of the first check_store() since then; none: no look-up is open.
+  /// Time of the store's last answer, or of the first check_store() after it; empty: no look-up is outstanding.
   std::optional<LocalTime> store_answered_;
 };
 

@@ -1,4 +1,3 @@
-// See asset_plan.hpp.
 #include "client/session/asset_plan.hpp"
 
 #include <algorithm>
@@ -11,8 +10,8 @@
 namespace tandem::client {
 namespace {
 
-/// Maximum number of assets in each list (tactile, drawn); further assets are ignored. The server determines the number
-/// of assets, and the io thread searches the list for each chunk.
+/// Maximum number of assets in each list (tactile, drawn); further assets are ignored. A limit is needed, because the
+/// server determines the number of assets and the io thread searches the list for each piece.
 constexpr int kMaxAssets = 1024;
 
 AssetInfos of_kinds(const std::vector<std::string>& kinds, const AssetInfos& offered) {
@@ -24,7 +23,7 @@ AssetInfos of_kinds(const std::vector<std::string>& kinds, const AssetInfos& off
   return wanted;
 }
 
-/// Returns the smallest drawing of each surface.
+/// Returns the smallest drawing of each surface, so that every surface is soon visible.
 AssetInfos first_drawings(const AssetInfos& offered) {
   std::map<std::string_view, const wire::AssetInfo*> smallest;
   for (const wire::AssetInfo& info : offered) {
@@ -37,7 +36,7 @@ AssetInfos first_drawings(const AssetInfos& offered) {
   return first;
 }
 
-/// Returns the coarse replacements, by the hash of the asset that they replace.
+/// Returns the coarse replacements, indexed by the hash of the asset that they replace.
 std::map<std::string_view, const wire::AssetInfo*> coarse_ones(const AssetInfos& offered) {
   std::map<std::string_view, const wire::AssetInfo*> coarse;
   for (const wire::AssetInfo& info : offered) {
@@ -46,8 +45,8 @@ std::map<std::string_view, const wire::AssetInfo*> coarse_ones(const AssetInfos&
   return coarse;
 }
 
-/// Returns the coarse replacement of `fine`; null if there is none. Only a contact asset can have one, and it must be
-/// smaller.
+/// Returns the coarse replacement of `fine`; null if there is none. Only a contact asset can have a replacement, which
+/// must be smaller.
 const wire::AssetInfo* stand_in(const wire::AssetInfo& fine,
                                 const std::map<std::string_view, const wire::AssetInfo*>& coarse) {
   const auto found = coarse.find(fine.sha256());
@@ -134,7 +133,7 @@ AssetInfos AssetPlan::drawings_by_size() const {
 }
 
 std::optional<wire::GetAsset> AssetPlan::next_request(std::uint32_t request, LocalTime now) {
-  // Until the plan is complete, the list may contain assets of the previous scene.
+  // Until the assets are selected, the fetcher's list may contain assets of the previous scene.
   if (is_planning()) return std::nullopt;
   const std::size_t bytes = !settings_.fetches_one_at_a_time ? rate_.bytes_to_request(now)
                             : fetcher_.is_awaiting()         ? 0
@@ -145,8 +144,8 @@ std::optional<wire::GetAsset> AssetPlan::next_request(std::uint32_t request, Loc
   return wanted;
 }
 
-/// Raises the level if more assets are available. At the full level, starts to fetch the remaining drawings. Returns
-/// true if the level has risen.
+/// Raises the level if the available assets permit it. At the full level, starts to fetch the remaining drawings.
+/// Returns true if the level has risen.
 bool AssetPlan::raise_level() {
   if (level_ == AssetLevel::kFull || is_planning()) return false;
   const AssetLevel before = level_;

@@ -1,5 +1,5 @@
-// Selects the assets of a joined scene that the client needs. Determines the order in which they are looked up in the
-// store and fetched from the server.
+// Selects the assets of a joined scene that the client needs, and their order. Assets are looked up in the local store
+// first and then fetched from the server. Tactile assets are those for contact and forces.
 //
 //   look up tactile ──▶ select, look up coarse replacements ──▶ fetch: first drawings, coarse, fine ──▶ other drawings
 #pragma once
@@ -15,52 +15,55 @@
 
 namespace tandem::client {
 
-/// Availability of the assets that the client needs in the joined scene. Assets that the server refused or that were
-/// left out are not counted. kCoarse: each asset or its coarse replacement is available.
+/// Availability of the assets that the client needs in the joined scene. kFull: all are available. kCoarse: each one or
+/// its coarse replacement is available. Assets that the server refused or that were omitted do not count.
 enum class AssetLevel : std::uint8_t { kNone, kCoarse, kFull };
 
 struct AssetPlanSettings {
-  std::vector<std::string> kinds;        ///< kinds of assets to fetch (proto/WIRE.md); others are not fetched
+  std::vector<std::string> kinds;        ///< kinds of assets to fetch (proto/WIRE.md)
   std::vector<std::string> drawn_kinds;  ///< kinds of assets that are used for drawing only
-  bool fetches_one_at_a_time = false;    ///< true: the next piece is requested after the answer to the last one
+  bool fetches_one_at_a_time = false;    ///< true: each piece is requested only after the answer to the previous one
   std::shared_ptr<AssetStore> store;     ///< store of assets on this machine; null if there is none
 };
 
-/// Fetches the assets of one scene after the other, and reports their availability.
+/// Fetches the assets of the current scene and reports their availability.
 ///
 /// Thread  io
 class AssetPlan {
  public:
-  /// In      log  called with a line of text for each asset that is left out or unusable
+  /// In      log  called with a line of text for each asset that is omitted or unusable
   AssetPlan(AssetPlanSettings settings, std::function<void(const std::string&)> log);
 
   void set_kinds(std::vector<std::string> kinds) { settings_.kinds = std::move(kinds); }
-  /// Starts with the assets of a scene, or again after set_kinds(). The answers of a store on a disk are accepted
-  /// later, by advance(). Returns true if assets are already available, so that the level has risen.
+  /// Starts with the assets of a new scene, or starts again after set_kinds(). A store on a disk answers later;
+  /// advance() accepts its answers. Returns true if assets are already available, so that the level has risen.
   bool begin(const AssetInfos& offered);
   /// Must be called for a new connection: pieces that were requested but not received are requested again.
   void reconnect();
-  /// Accepts the answers of the store and continues. Returns true if the level has risen.
+  /// Accepts the answers of the store that have arrived, and executes the steps that are then due. Returns true if the
+  /// level has risen.
   bool advance(LocalTime now);
-  /// Returns the next request, number `request`; none if the rate permits no request now or nothing is left.
+  /// Returns the next request, with the number `request`; nothing if the rate limit permits no request now or none is
+  /// left.
   std::optional<wire::GetAsset> next_request(std::uint32_t request, LocalTime now);
-  /// Accepts the answer to a request: receive() a piece, refuse() a refusal. Returns true if the level has risen.
+  /// Accepts the answer to a request: receive() accepts a piece, refuse() a refusal. Returns true if the level has
+  /// risen.
   bool receive(std::uint32_t request, const wire::AssetChunk& chunk, LocalTime now);
   bool refuse(std::uint32_t request, LocalTime now);
-  /// Notes a state that arrived with the one-way delay `delay`. The rate of the fetch depends on it, because states and
-  /// assets share the network (FetchRate::state_came()).
+  /// Notes a state update with the one-way delay `delay`. It controls the fetch rate, because states and assets share
+  /// the network (FetchRate::state_came()).
   void note_state(LocalTime now, Duration delay, std::size_t bytes) { rate_.state_came(now, delay, bytes); }
 
   AssetLevel level() const { return level_; }
   const AssetMap& assets() const { return fetcher_.assets(); }
 
  private:
-  /// Next step of the plan. It is taken once the store has answered all look-ups.
+  /// Next step of the plan. It is executed once the store has answered all look-ups.
   enum class Step : std::uint8_t {
-    kNone,     ///< no step is left
-    kSelect,   ///< tactile assets were looked up; look up coarse replacements of the missing ones
-    kFetch,    ///< coarse replacements and first drawings were looked up; fetch the missing assets from the server
-    kDrawings  ///< remaining drawings were looked up; fetch the missing ones from the server
+    kNone,    ///< all steps are done
+    kSelect,  ///< tactile assets were looked up; next: look up coarse replacements of the missing ones
+    kFetch,   ///< coarse replacements and first drawings were looked up; next: fetch the missing assets from the server
+    kDrawings  ///< remaining drawings were looked up; next: fetch the missing ones from the server
   };
 
   bool take_steps();
@@ -75,9 +78,9 @@ class AssetPlan {
   AssetFetcher fetcher_;
   net::FetchRate rate_;
   AssetInfos offered_;
-  AssetLevel level_ = AssetLevel::kNone;  ///< level of the current scene and kinds
+  AssetLevel level_ = AssetLevel::kNone;  ///< level reached for the current scene and kinds
   Step step_ = Step::kNone;
-  AssetInfos felt_coarse_;  ///< tactile assets, or instead of a missing one its coarse replacement
+  AssetInfos felt_coarse_;  ///< tactile assets, with missing ones replaced by their coarse replacements
   AssetInfos felt_fine_;    ///< full assets that are fetched after their coarse replacements
 };
 

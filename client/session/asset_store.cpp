@@ -93,11 +93,11 @@ class DiskAssetStore final : public AssetStore {
   fs::path directory_;
   std::uint64_t limit_bytes_;
   ReadAsset read_;
-  std::mutex mutex_;  // protects lookups_ and waiting_; never held while the disk is used
+  std::mutex mutex_;  // protects lookups_ and waiting_; not locked during disk access
   std::condition_variable_any news_;
   std::deque<Lookup> lookups_;
-  std::deque<Kept> waiting_;  ///< assets that are not yet written to their files
-  std::jthread worker_;       ///< last member, because it uses the others
+  std::deque<Kept> waiting_;  ///< assets that are still to be written to files
+  std::jthread worker_;       ///< last member, so that it starts after and ends before the members that it uses
 };
 
 fs::path DiskAssetStore::file_of(const proto::Sha256& hash) const {
@@ -117,18 +117,18 @@ std::future<FoundAsset> DiskAssetStore::find(const proto::Sha256& hash, std::uin
 FoundAsset DiskAssetStore::read(const Lookup& wanted) const noexcept try {
   const fs::path file = file_of(wanted.hash);
   std::error_code error;
-  // Only regular files are read: a named pipe would block this thread forever.
+  // Only regular files are read, because reading a named pipe would block this thread forever.
   if (!fs::is_regular_file(file, error) || fs::file_size(file, error) != wanted.size_bytes || error) return nullptr;
   auto bytes = read_(file);
   if (!bytes || bytes->size() != wanted.size_bytes || proto::sha256_of(*bytes) != wanted.hash) {
     fs::remove(file, error);
     return nullptr;
   }
-  // The time stamp marks the file as recently used. make_room_for() removes the least recently used files.
+  // Marks the file as recently used by its time stamp. make_room_for() removes the least recently used files.
   fs::last_write_time(file, fs::file_time_type::clock::now(), error);
   return std::make_shared<const proto::Bytes>(std::move(*bytes));
 } catch (const std::exception&) {
-  return nullptr;  // not enough memory for the file; the asset is then fetched from the server
+  return nullptr;  // probably not enough memory for the file; the asset is then fetched from the server
 }
 
 void DiskAssetStore::keep(const proto::Sha256& hash, const std::shared_ptr<const proto::Bytes>& bytes) {
@@ -140,8 +140,8 @@ void DiskAssetStore::keep(const proto::Sha256& hash, const std::shared_ptr<const
   news_.notify_one();
 }
 
-/// Runs on a separate thread, so that disk access cannot delay the force. When stopped, it drops the pending look-ups
-/// and writes the pending files.
+/// Loop of the worker thread, which keeps disk access away from the threads that the force depends on. When stopped, it
+/// drops the pending look-ups but writes the pending files.
 void DiskAssetStore::work_until(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   while (news_.wait(lock, stop, [this] { return !waiting_.empty() || !lookups_.empty(); })) {

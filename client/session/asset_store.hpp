@@ -1,4 +1,4 @@
-// Stores a client's assets beyond the end of a session, by the SHA-256 of their bytes.
+// Stores a client's assets on this machine for later sessions, indexed by the SHA-256 of their bytes.
 #pragma once
 
 #include <cstdint>
@@ -13,37 +13,37 @@
 
 namespace tandem::client {
 
-/// Bytes that a store has found; null if it has none with that hash and size.
+/// The bytes that a store has found; null if it has no asset with the hash and size.
 using FoundAsset = std::shared_ptr<const proto::Bytes>;
 
-/// Interface of a store. The io thread calls both functions, and the force depends on that thread. They must therefore
-/// not wait for a disk.
+/// Interface of a store. Both functions are called by the io thread, on which the force depends. So they must not wait
+/// for a disk.
 ///
 /// Thread  any, one at a time. The disk store accepts concurrent calls, because two devices of one user share it
 class AssetStore {
  public:
   virtual ~AssetStore() = default;
-  /// Starts a look-up of the bytes with that hash and size. Look-ups are answered in the order of the calls.
+  /// Starts a look-up of the asset with this hash and size. Look-ups are answered in the order of the calls.
   virtual std::future<FoundAsset> find(const proto::Sha256& hash, std::uint64_t size_bytes) = 0;
-  /// Stores bytes. If the store cannot store them, it reports no error.
-  /// In      bytes  bytes with that hash
+  /// Stores an asset, if possible. A failure is not reported, because the asset can be fetched again.
+  /// In      bytes  content whose hash is `hash`
   virtual void keep(const proto::Sha256& hash, const std::shared_ptr<const proto::Bytes>& bytes) = 0;
 };
 
-/// Store in memory for trials of the lab: filled before a trial and discarded after it. It answers a look-up at once.
+/// Store in memory, which answers look-ups at once. The lab fills it before a trial and discards it afterwards.
 std::shared_ptr<AssetStore> memory_asset_store();
 
 inline constexpr std::uint64_t kDefaultAssetStoreBytes = 1ULL << 30U;
 
-/// Reads a whole file; empty if it cannot be read.
+/// Reads a whole file; the result is empty if the file cannot be read.
 using ReadAsset = std::function<std::optional<proto::Bytes>(const std::filesystem::path& file)>;
 std::optional<proto::Bytes> read_asset_file(const std::filesystem::path& file);
 
 /// Store in a folder, with one file for each asset. Other programs can write to the folder, so files are verified by
 /// their hash, and damaged files are removed. Above the size limit, the least recently used files are removed.
-/// In      read  function that reads a file
+/// In      read  function that reads a file; tests replace it
 /// Cost    A separate thread reads, hashes (about 0.1 s for 30 MB) and writes files; reads have priority. The
-///         destructor waits for pending writes and for the file that is being read.
+///         destructor waits for pending writes and for the file that is being read
 std::shared_ptr<AssetStore> disk_asset_store(std::filesystem::path directory,
                                              std::uint64_t limit_bytes = kDefaultAssetStoreBytes,
                                              ReadAsset read = read_asset_file);

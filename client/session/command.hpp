@@ -1,9 +1,9 @@
-// Commands of the user or the program to a client, with one type for each command. For a live client all commands are
-// passed to ClientIo::send(). Each layer performs some of the commands and passes the others on:
+// Commands of the user or of the program to a client, one type per command. A live client receives all commands by
+// ClientIo::send(). Each layer performs some commands and passes the remaining ones on:
 //
 //   ClientIo::send(Command) ──▶ Client::send(ClientCommand) ──▶ ClientSession::send(SessionCommand) ──▶ server
 //
-// A command returns no result. Its effect is visible in the next snapshot, or an event reports it (event.hpp). A command
+// A command returns no result. Its effect appears in the next snapshot, or an event reports it (event.hpp). A command
 // that only sends a request to the server writes it in write(); the session performs all other commands by functions of
 // their own (session_commands.cpp).
 #pragma once
@@ -22,61 +22,64 @@ namespace tandem::client {
 
 namespace command {
 
-/// Grabs a body with the user's tool. If the id is invalid, the nearest graspable body within reach is grabbed.
+/// Makes the user's tool grab a body. If the id is invalid, the tool grabs the nearest graspable body within reach.
 struct Grab {
   BodyId body;
   void write(wire::ClientControl& request) const { request.mutable_grab()->set_body(body.value); }
 };
-/// Releases the held body.
+/// Makes the user's tool release the held body.
 struct Release {
   static void write(wire::ClientControl& request) { request.mutable_release(); }
 };
-/// Sets a coefficient of the room's coupling (names and units: proto/coupling_fields.hpp); operator only.
+/// Sets a coefficient of the room's coupling (names and units: proto/coupling_fields.hpp). Operators only.
 struct SetParameter {
   std::string name;
   double value = 0;
 };
-/// Sets the room's coupling law until this user leaves; operator only.
+/// Sets the room's coupling law until this user leaves. Operators only.
 struct SetLaw {
   std::string law;
 };
-/// Ends another user's session. To join again, that user needs a new invitation. Operator only.
+/// Ends the session of a user, who then needs a new invitation to join again. Operators only.
 struct Kick {
   UserId user;
   void write(wire::ClientControl& request) const { request.mutable_kick()->set_user(user.value); }
 };
-/// Resets all movable objects to their start poses; operator only.
+/// Resets all movable objects to their start poses. Operators only.
 struct ResetRoom {
   static void write(wire::ClientControl& request) { request.mutable_reset_room(); }
 };
-/// Stores, restores, deletes or renames a pose of the room's two molecules, or starts or cancels a minimisation.
+/// Stores, restores, deletes or renames a pose of the room's two molecules, or starts or cancels an energy
+/// minimisation.
 struct RequestPose {
   wire::AskPose request;
-  std::uint32_t tag = 0;  ///< tag of the event PoseAnswered that reports the result; 0: no event is sent
+  std::uint32_t tag = 0;  ///< tag of the event PoseAnswered that reports the result; 0: no event is emitted
 };
-/// Points at a place, which is shown to the other users.
+/// Points at a position, which is then shown to the other users.
 struct Point {
   wire::Point place;
   void write(wire::ClientControl& request) const { *request.mutable_point() = place; }
 };
-/// Changes to another room of the same server. If that room refuses, the session returns to this room.
+/// Changes to a different room of the same server. If that room refuses the user, the session returns to the present
+/// room.
 struct ChangeRoom {
   std::string room;
 };
-/// Changes the workspace mapping of the hand, for this and later scenes. The force fades out while the tool stays in
-/// place; then the force is ramped up.
+/// Changes the workspace mapping of the hand, for the present and later scenes. The force fades out while the tool
+/// stays in place; then the force is ramped up.
 struct SetWorkspace {
   WorkspaceSettings workspace;
 };
-/// Switches nudges of the hand on or off. If they are off, places that other users point at are only shown.
+/// Switches nudges (force pulses) of the hand on or off. Without nudges, positions that other users point at are only
+/// shown.
 struct SetNudges {
   bool has_nudges = true;
 };
-/// Selects another stage, predictor or passivity controller (Client::set_stage()).
+/// Selects a stage and a predictor, and switches the passivity controller (Client::set_stage()).
 struct SetStage {
   StageSettings stage;
 };
-/// Changes the simulated links in both directions at once; ignored by a client without simulated links.
+/// Changes the simulated links in both directions. Ignored by a client without simulated links.
 struct SetLinks {
   net::LinkParameters both;
 };
@@ -89,7 +92,7 @@ using SessionCommand = std::variant<command::Grab, command::Release, command::Se
 using ClientCommand = std::variant<SessionCommand, command::SetStage>;
 using Command = std::variant<ClientCommand, command::SetLinks>;
 
-/// Returns a request about poses.
+/// Returns a request about the poses of the room's molecules.
 /// In      number  number of a stored pose, for GO_TO, DELETE and RENAME
 ///         name    for KEEP and RENAME
 ///         tag     as in command::RequestPose

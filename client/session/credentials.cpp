@@ -42,7 +42,7 @@ void Credentials::fill(wire::JoinRoom& join, ClientTransport& transport, Connect
 void Credentials::accept(const wire::Joined& joined) {
   secure::wipe(token_);
   token_.clear();
-  // A credential of another length is ignored: tandem-server does not issue it, and it might not fit into a join
+  // A credential of unexpected length is ignored. tandem-server never issues one, and it might not fit into a join
   // message.
   const bool is_one = joined.resume_credential().size() == kCredentialBytes;
   credential_ = is_one ? joined.resume_credential() : std::string();

@@ -1,4 +1,4 @@
-// Credentials of a session: the token of an invitation for the first join, then a key of the session for rejoining.
+// Credentials of a session: the token of an invitation for the first join, and a key of the session for rejoining.
 #pragma once
 
 #include <memory>
@@ -10,8 +10,8 @@
 
 namespace tandem::client {
 
-/// Stores the credentials and adds them to join messages. Over an unencrypted connection no credentials are sent,
-/// because an eavesdropper could use them.
+/// Stores the credentials and adds them to join messages. They are sent only over an encrypted connection, because an
+/// eavesdropper could use them.
 ///
 /// Thread  io
 class Credentials {
@@ -23,23 +23,25 @@ class Credentials {
   Credentials& operator=(const Credentials&) = default;
 
   void fill(wire::JoinRoom& join, ClientTransport& transport, ConnectionId connection);
-  /// True once fill() has used the credentials, on an encrypted connection.
+  /// Returns true once fill() has used the credentials on an encrypted connection.
   bool are_requested() const { return resume_key_.has_value(); }
-  /// True if the token is valid for one room only.
+  /// Returns true if the token is valid for a single room.
   bool are_for_one_room() const { return are_for_one_room_; }
-  /// True if the server has issued a resume credential, with which the user can leave and rejoin.
+  /// Returns true if the server has issued a resume credential, with which the user can leave and rejoin.
   bool can_return() const { return !credential_.empty(); }
-  /// Credentials for a second device of the user, valid while this session is joined; null if it is not joined or uses
-  /// no credentials.
+  /// Returns credentials for a second device of the same user, valid while this session is joined. Returns null if it
+  /// is not joined or uses no credentials.
   std::shared_ptr<const Credentials> beside() const;
-  /// Stores the server's resume credential, with which the session can be resumed.
+  /// Stores the resume credential issued by the server, which identifies the session when rejoining.
   void accept(const wire::Joined& joined);
 
  private:
   proto::Bytes token_;
   std::optional<secure::KeyPair> resume_key_;
-  std::string credential_;  ///< resume credential of the last join; identifies the session, useless without the key
-  std::optional<secure::KeyPair> first_key_;  ///< key of the first device; only set for a second device
+  /// Resume credential of the last join; it identifies the session and is useless without the key
+  std::string credential_;
+  /// Session key of the first device; set only in the credentials of a second device
+  std::optional<secure::KeyPair> first_key_;
   std::string first_credential_;
   bool are_for_one_room_ = false;
 };

@@ -1,5 +1,5 @@
-// Events of a client's session, with one type for each event. They are reported in the order in which they happened.
-// The current state is not an event; the session provides it (ClientIoSnapshot for a live client).
+// Events of a client's session, one type per event, reported in the order of occurrence. The current state is no event;
+// the session provides it (ClientIoSnapshot for a live client).
 #pragma once
 
 #include <cstdint>
@@ -15,23 +15,23 @@ namespace tandem::client {
 
 namespace event {
 
-/// The session has entered another state.
+/// The session has entered a new state.
 struct StateChanged {
   SessionState state = SessionState::kConnecting;
-  std::string why;  ///< SessionStatus::why
+  std::string why;  ///< reason, see SessionStatus::why
 };
-/// The user has joined a room, for the first time or again.
+/// The user has joined a room, for the first time or after a lost connection.
 struct Joined {
   std::shared_ptr<const wire::Joined> answer;
 };
-/// Another user is in the room. After a join, this event is also sent for each user who was already in the room.
+/// Some other user is in the room. After a join, this event is also emitted for each user who was already in the room.
 struct UserJoined {
   wire::UserJoined user;
 };
 struct UserLeft {
   UserId user;
 };
-/// The user's own tool has grabbed or released a body.
+/// This user's tool has grabbed a body (Grabbed) or released it (Released).
 struct Grabbed {
   BodyId body;
 };
@@ -46,7 +46,7 @@ struct ParameterSet {
 struct Refused {
   wire::Error error;
 };
-/// Result of the RequestPose with this tag; sent once. It is the server's answer to the request, or an error if the
+/// Result of the RequestPose command with this tag, emitted once. It is the server's answer, or an error if the
 /// connection ended before the answer.
 struct PoseAnswered {
   std::uint32_t tag = 0;
@@ -57,7 +57,7 @@ struct PoseAnswered {
 struct News {
   std::string text;
 };
-/// A line for a log.
+/// A line of text for a log.
 struct Log {
   std::string text;
 };
@@ -68,7 +68,7 @@ using Event =
     std::variant<event::StateChanged, event::Joined, event::UserJoined, event::UserLeft, event::Grabbed,
                  event::Released, event::ParameterSet, event::Refused, event::PoseAnswered, event::News, event::Log>;
 
-/// Returns the event as a printable line for a log; empty for events that are not logged.
+/// Returns the event as a printable line for a log, or an empty text for an event that is not logged.
 std::string log_line(const Event& event);
 
 }  // namespace tandem::client

@@ -1,4 +1,4 @@
-// The game of the joined room, as received from the server: its state, its events, and their texts for the user.
+// The game of the joined room as received from the server: its state, its events, and text of the events for the user.
 #pragma once
 
 #include <cstdint>
@@ -15,15 +15,15 @@ namespace tandem::client {
 /// State and events of a game.
 struct GameReport {
   wire::GameState state;
-  std::vector<wire::GameEvent> events;  ///< the last kMaxGameEvents, in order
-  std::string last_text;                ///< text of the last event
+  std::vector<wire::GameEvent> events;  ///< the last kMaxGameEvents events, in order of occurrence
+  std::string last_text;                ///< text of the last event for the user
 };
 inline constexpr std::size_t kMaxGameEvents = 256;
 
-/// Returns the text of an event: that of the scene, or one made of the names.
-/// In      event  its indices are those of levels and goals of the game
+/// Returns the text of an event: the text given in the scene, or one composed of the names.
+/// In      event  its indices refer to levels and goals of `game`
 std::string text_of(const wire::GameEvent& event, const wire::Game& game);
-/// Returns the colour of an event's text: that of the scene, otherwise light grey.
+/// Returns the colour of an event's text: the colour given in the scene, or otherwise light grey.
 Vec3 color_of(const wire::GameEvent& event, const wire::Game& game);
 
 /// Stores the messages of a game. Messages that do not fit the scene are ignored.
@@ -31,16 +31,17 @@ Vec3 color_of(const wire::GameEvent& event, const wire::Game& game);
 /// Thread  io
 class GameBook {
  public:
-  /// Discards everything, for a new scene.
+  /// Discards all messages, for a new scene.
   void begin(const wire::Scene& scene);
-  /// Returns false, and changes nothing, if a value is out of range or does not fit the scene.
+  /// Stores a state of the game. Returns false and changes nothing if a value is out of range or does not fit the
+  /// scene.
   bool receive(const wire::GameState& state);
-  /// Returns the text of the event for the user; empty if the event does not fit the scene.
+  /// Stores an event. Returns its text for the user, or an empty text if the event does not fit the scene.
   std::string receive(const wire::GameEvent& event);
 
-  /// Null if the scene has no game, or before its first state.
+  /// Returns the state and events. Null if the scene has no game, or if no state has been received.
   const std::shared_ptr<const GameReport>& report() const { return report_; }
-  /// Bit i: the body with index i does not exist at present.
+  /// Returns a bit mask. Bit i is set if the body with index i is currently absent from the scene.
   std::uint64_t absent_bodies() const { return absent_; }
   std::optional<Vec3> gravity_m_per_s2() const { return gravity_; }
 

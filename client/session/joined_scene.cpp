@@ -119,10 +119,10 @@ void JoinedScene::check_when_due(LocalTime now) {
   if (!watch_.is_due(now)) return;
   watch_.forget_changes();
   const HapticScene before = scene_;
-  // The displayed coupling changes only here, after a burst of changes has ended, and is then checked.
+  // The displayed coupling changes only here, after a burst of changes has ended, and is checked at once.
   scene_.coupling = received_;
   scene_.law = received_law_;
-  // The join message is updated, because a local model that is built later starts with its coupling.
+  // The join message is updated too, because a local model that is built later takes its coupling from it.
   wire::Coupling& in_force = *joined_->mutable_scene()->mutable_coupling();
   in_force.set_law(std::string(law().name));
   for (const proto::CouplingField& field : proto::kCouplingFields) (in_force.*field.set)(received_.*field.value);
@@ -131,7 +131,7 @@ void JoinedScene::check_when_due(LocalTime now) {
   if (scene_.may_display != before.may_display || is_changed) publish();
 }
 
-// If the coupling is refused, no force is displayed. The session continues, and the hand still drives its tool.
+// If the coupling is refused, no force is displayed, but the session continues and the hand still drives its tool.
 void JoinedScene::check() {
   if (!scene_.may_drive) return;
   const bool may_display = watch_.check(scene_, *joined_, held_);

@@ -1,4 +1,4 @@
-// Stores the checked scene of the last join and publishes each change to the haptic thread.
+// Stores the validated scene of the last join, and publishes each change to the haptic thread.
 #pragma once
 
 #include <functional>
@@ -16,7 +16,7 @@ namespace tandem::client {
 /// Thread  io
 class JoinedScene {
  public:
-  /// In      device     device with which the coupling is checked; if there is none, it is not checked
+  /// In      device     device on which the coupling must be stable; without a device the coupling is not checked
   ///         mailboxes  must outlive this
   ///         log        called with a line of text for the user
   JoinedScene(std::optional<devices::DeviceProfile> device, ClientMailboxes& mailboxes,
@@ -27,34 +27,34 @@ class JoinedScene {
   /// Fails   returns the first unusable field and changes nothing
   std::string accept(const wire::Joined& answer, wire::Role role, LocalTime now);
   void publish() { mailboxes_.scene.publish(scene_); }
-  /// Stops the haptic thread from driving the tool and displaying the scene.
+  /// Stops the haptic thread from driving the tool and from displaying the scene's force.
   void hide();
 
-  /// Stores the coupling bounds of another user of the room. Invalid bounds are ignored.
+  /// Stores the coupling bounds of a user who has joined the room. Invalid bounds are ignored.
   void meet(const wire::UserJoined& user);
-  /// Minimum time from one nudge of the hand to the next, whichever user points. A nudge lasts 0.75 s, so the hand is
-  /// free of nudges for at least 85 % of the time.
+  /// Minimum time between the starts of two nudges of the hand, whichever users point. A nudge lasts 0.75 s, so the
+  /// hand is free of nudges for at least 85 % of the time.
   static constexpr Duration kNudgeEvery = std::chrono::seconds(5);
-  /// Nudges the hand towards a place that another user points at. Does nothing if nudges are off or the last nudge was
-  /// less than kNudgeEvery ago.
+  /// Nudges the hand towards a position that another user points at. Does nothing if nudges are off, or if the last
+  /// nudge was less than kNudgeEvery ago.
   void show(const Vec3& place_W, LocalTime now);
   void set_nudges(bool has_nudges) { has_nudges_ = has_nudges; }
-  /// Sets the common start of the room's hands. Returns false and changes nothing if the message is invalid.
+  /// Sets the common start time of the room's hands. Returns false and changes nothing if the message is invalid.
   bool set_start(const wire::RoomStart& start);
   /// Sets the body that this user's tool holds according to the server. The coupling is then checked again, because its
   /// stability depends on the held body.
   void hold(BodyId body, LocalTime now);
-  /// Notes the tool's pose on the body that it holds.
+  /// Notes the pose of the tool relative to the held body.
   void note_grip(const proto::ServerUpdate& update, LocalTime now) {
     watch_.note_grip(update.held_body, update.X_BT.p, now);
   }
-  /// Sets the law or a coefficient. Returns false and changes nothing for an unknown name, a value out of range, or a
-  /// law that cannot replace the current one.
+  /// Sets the law or a coefficient. Returns false and changes nothing for an unknown name, for a value out of range, or
+  /// for a law that cannot replace the current law.
   bool set_parameter(const wire::ParameterSet& parameter, LocalTime now);
-  /// Stores the state of the room's game, and passes on which bodies exist and the gravity. Returns false and changes
+  /// Stores the state of the room's game. Publishes the gravity and the absent bodies. Returns false and changes
   /// nothing if the state does not fit the scene.
   bool play(const wire::GameState& state);
-  /// Stores an event of the game. Returns its text; empty if it does not fit the scene.
+  /// Stores an event of the game. Returns its text, or an empty text if the event does not fit the scene.
   std::string play(const wire::GameEvent& event) { return game_.receive(event); }
   const GameBook& game() const { return game_; }
   /// Sets the user's scale and rotation of the scene's mapping.
@@ -62,14 +62,15 @@ class JoinedScene {
   /// Checks the coupling again once a burst of changes has ended.
   void check_when_due(LocalTime now);
 
-  /// Message of the last join; null before the first join. Its coupling is updated after each check of a change.
+  /// Returns the message of the last join; null before the first join. Its coupling is updated after each check of a
+  /// change.
   const wire::Joined* joined() const { return joined_.get(); }
-  /// Name of a body for messages. If the scene has no body with this id, the result is "body" and the id, for example
-  /// "body 7".
+  /// Returns the name of a body for messages: its name in the scene, or "body" and the id if there is no name (e.g.
+  /// "body 7").
   std::string name_of(BodyId body) const;
   const HandStart& hand_start() const { return scene_.hand_start; }
   std::uint32_t generation() const { return scene_.generation; }
-  /// Coupling coefficients last received from the server, whether or not they have been checked.
+  /// Returns the coupling coefficients that were last received from the server, even if they have not been checked yet.
   const haptics::CouplingParameters& coupling() const { return received_; }
   const haptics::CouplingLawInfo& law() const { return haptics::coupling_laws()[received_law_]; }
   const CouplingCheck& last_check() const { return watch_.last(); }
@@ -86,8 +87,9 @@ class JoinedScene {
   GameBook game_;
   WorkspaceMapping received_workspace_;  ///< mapping received from the server
   WorkspaceSettings own_workspace_;
-  haptics::CouplingParameters received_;  ///< coefficients from the server; copied to scene_.coupling at the check
-  std::size_t received_law_ = 0;          ///< law from the server, as an index into coupling_laws()
+  /// Coefficients received from the server; copied to scene_.coupling when they are checked
+  haptics::CouplingParameters received_;
+  std::size_t received_law_ = 0;  ///< law received from the server, as an index into coupling_laws()
   BodyId held_;
   bool has_nudges_ = true;
   std::optional<LocalTime> nudged_;  ///< time of the last nudge

@@ -1,4 +1,3 @@
-// See pose_book.hpp.
 #include "client/session/pose_book.hpp"
 
 #include <algorithm>
@@ -63,8 +62,8 @@ void PoseBook::await(std::uint32_t request, std::uint32_t tag) {
   tags_.insert_or_assign(request, tag);
 }
 
-/// Returns the event for the pose request that `message` answers. In message types that cannot answer a pose request,
-/// the request number is ignored.
+/// Returns the event for the pose request that `message` answers. Message types that cannot answer a pose request are
+/// ignored, whatever their request number is.
 std::optional<event::PoseAnswered> PoseBook::answer(const wire::ServerControl& message) {
   const bool is_answer = message.has_kept_pose() || message.has_pose_taken() || message.has_pose_deleted() ||
                          message.has_pose_progress() || message.has_error();

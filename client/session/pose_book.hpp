@@ -1,5 +1,5 @@
 // Stores the poses of the room's two molecules that the server has sent, and this user's unanswered requests about
-// them.
+// poses.
 #pragma once
 
 #include <cstdint>
@@ -13,33 +13,35 @@
 
 namespace tandem::client {
 
-/// Messages of the server are checked; an invalid message changes nothing.
+/// Poses and requests about them. Received messages are validated; an invalid message changes nothing.
 ///
 /// Thread  io
 class PoseBook {
  public:
   static constexpr std::size_t kMaxPoses = 256;
 
-  /// Discards the poses and the progress of the last room. Unanswered requests remain.
+  /// Discards the poses and the progress of the previous room. Unanswered requests remain.
   void clear();
-  /// Adds a stored pose; numbers must ascend from 0. If the number is already stored, the message renames that pose.
-  /// Out     text for the user; empty if nothing changed for the user
+  /// Adds a stored pose; the numbers of new poses must ascend from 0. A message with a known number renames that pose.
+  /// Out     text for the user; empty if there is nothing to report
   std::string receive(const wire::KeptPose& pose);
   /// Removes a deleted pose. Pose 0, which comes from the files, cannot be deleted.
-  /// Out     text for the user; empty if nothing changed for the user
+  /// Out     text for the user; empty if there is nothing to report
   std::string receive(const wire::PoseDeleted& deleted);
   void receive(const wire::PoseProgress& progress, std::uint32_t own_user);
 
-  /// Stores a request by its number in the protocol. The event that reports its result has the tag `tag`.
+  /// Notes a request as unanswered, by its number in the protocol. The event that reports its result will have the tag
+  /// `tag`.
   void await(std::uint32_t request, std::uint32_t tag);
-  /// Returns the event for the pose request that `message` answers; none if it does not answer a pose request.
+  /// Returns the event for the pose request that `message` answers; nothing if it answers no pose request.
   std::optional<event::PoseAnswered> answer(const wire::ServerControl& message);
-  /// Returns an error event for each unanswered request and discards these requests, because the connection has ended.
+  /// Returns an error event for each unanswered request and discards the requests. Called when the connection has
+  /// ended.
   std::vector<event::PoseAnswered> refuse_all(const std::string& why);
 
-  /// Stored poses in ascending order of their numbers; null if none were received.
+  /// Returns the stored poses in ascending order of their numbers; null if none were received.
   const std::shared_ptr<const std::vector<wire::KeptPose>>& kept() const { return kept_; }
-  /// Progress of the running minimisation in the room; none if no minimisation is running.
+  /// Returns the progress of the running energy minimisation in the room; empty if none is running.
   const std::optional<wire::PoseProgress>& progress() const { return progress_; }
 
  private:

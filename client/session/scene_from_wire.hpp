@@ -1,4 +1,4 @@
-// Checks the server's description of the scene before it reaches the haptic path.
+// Validates the server's description of the scene before it reaches the haptic path.
 #pragma once
 
 #include <optional>
@@ -9,21 +9,21 @@
 
 namespace tandem::client {
 
-/// True for roles with a tool; an observer has none.
+/// Returns true for roles with a tool; an observer has no tool.
 inline bool has_tool(wire::Role role) {
   return role == wire::ROLE_MANIPULATOR || role == wire::ROLE_OPERATOR;
 }
-/// Name of the role, as for the option --role.
+/// Returns the name of the role, as in the option --role.
 std::string role_name(wire::Role role);
 
-/// Reads the message about the common start of a room's hands. It is invalid if it has both or neither of awaited users
-/// and a start time, or too many users; then there is no result.
+/// Reads the message about the common start of a room's hands. Returns nothing if it contains both or neither of
+/// awaited users and a start time, or too many users.
 std::optional<HandStart> read_start(const wire::RoomStart& start);
 
-/// Fills in the workspace and coupling of `out` from the join message; for an observer `may_drive` and `may_display`
+/// Fills in the workspace and coupling of `out` from the join message. For an observer, `may_drive` and `may_display`
 /// are false.
 ///
-/// Out     empty; for an unusable message the first unusable field, its value and the remedy (`out` is then
+/// Out     empty text; for an unusable message the first unusable field, its value and the remedy (`out` is then
 ///         unspecified)
 std::string fill_haptic_scene(const wire::Joined& joined, HapticScene& out);
 

@@ -59,7 +59,7 @@ void ClientSession::Impl::end(const std::string& why, bool is_setup_error) {
   transport.close();
   status = {SessionState::kEnded, printable(why), is_setup_error};
   emit(event::StateChanged{status.state, status.why});
-  // A set-up error is not logged here, because `main` prints it.
+  // A set-up error is not logged here, because main() prints it.
   if (!is_setup_error) log(why);
   refuse_poses(why);
 }

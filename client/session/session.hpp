@@ -1,5 +1,6 @@
-// The client's end of its connection to the server, without sockets and clock. The caller passes in received bytes and
-// the time; bytes are sent through ClientTransport. A live client uses Asio (client/net), the lab uses simulated links.
+// The client's end of its connection to the server, without sockets and clock. The caller passes in the time and
+// received bytes; the session sends bytes through a ClientTransport. A live client uses Asio (client/net), the lab uses
+// simulated links.
 //
 //   haptic thread                         io thread
 //   ClientUpdate ──mailbox (outbox)──▶    poll(): encode and send the newest update
@@ -34,66 +35,72 @@
 
 namespace tandem::client {
 
-/// Interface through which the session sends. After close(), the transport must not call the session about the closed
-/// connection.
+/// Interface through which the session sends bytes. After close(), the transport must no longer call the session about
+/// the closed connection.
 class ClientTransport {
  public:
   virtual ~ClientTransport() = default;
-  /// Starts (or restarts) the TCP connection; on_connected() or on_disconnected() follows.
+  /// Starts (or restarts) the TCP connection. The transport then calls on_connected() or on_disconnected() of the
+  /// session.
   virtual void connect(LocalTime now) = 0;
   virtual void send_control(std::span<const std::byte> bytes) = 0;
-  /// Sends a datagram; returns false if it could not be sent now. Never queues it.
+  /// Sends a datagram, without queueing it. Returns false if it could not be sent now.
   virtual bool send_datagram(std::span<const std::byte> datagram) = 0;
-  /// Keying material exported from the connection's TLS (RFC 8446 §7.5); none if the connection is not encrypted.
+  /// Returns key material exported from the TLS connection (RFC 8446 §7.5); nothing if the connection is not encrypted.
   virtual std::optional<secure::Exported> exported(std::string_view /*label*/, std::span<const std::byte> /*context*/) {
     return std::nullopt;
   }
-  /// Sets the server's datagram port, as received in its Welcome message.
+  /// Sets the server's port for datagrams, as received in its Welcome message.
   virtual void set_datagram_port(std::uint16_t port) = 0;
-  /// Number of control bytes that the connection has not accepted yet. With state over TCP, state is sent only when it
-  /// is 0.
+  /// Returns the number of control bytes that the connection has not accepted yet. State over TCP is sent only when
+  /// this number is 0.
   virtual std::size_t queued_control_bytes() const = 0;
-  /// Results so far for the addresses that connect() tries, as text for the user; empty if there is only one address.
+  /// Returns the results so far for the addresses that connect() tries, as text for the user; empty for a single
+  /// address.
   virtual std::string connecting_to() const { return {}; }
-  /// Closes the connection. Queued bytes are sent before, as far as that does not block.
+  /// Closes the connection. Queued bytes are sent first, as far as that does not block.
   virtual void close() = 0;
 };
 
 struct SessionSettings {
-  std::string room = "";  ///< name of the room; "" for the server's only room
+  std::string room = "";  ///< name of the room; "": the only room of the server
   std::string user_name = "user";
   wire::Role role = wire::ROLE_MANIPULATOR;
   proto::Bytes token{};  ///< one-time invitation token (proto/join_token.hpp); sent only over an encrypted connection
   bool state_over_tcp = false;  ///< sends state over TCP, for networks that block UDP
   Duration silence_timeout{std::chrono::milliseconds(1500)};
-  Duration setup_timeout{std::chrono::seconds(5)};  ///< time-out of each step: connecting, greeting, joining
-  /// If there is no new haptic update for this long, the last one is sent again without a handle.
+  /// Maximum duration of each step of the set-up: connecting, greeting, joining
+  Duration setup_timeout{std::chrono::seconds(5)};
+  /// Time without a new client update from the haptic thread after which the last one is sent again without a handle.
   Duration keep_alive{std::chrono::milliseconds(50)};
-  /// For this long, repeated updates contain the last buttons, then no buttons. Thus a held body is not released by a
-  /// short stall of the haptic thread, but it is released if the haptic thread has failed.
+  /// Time for which repeated updates contain the last buttons; afterwards no button counts as pressed. So a short stall
+  /// of the haptic thread does not release a held body, but a failed haptic thread does.
   Duration buttons_kept{std::chrono::milliseconds(250)};
-  Duration reconnect_delay{std::chrono::milliseconds(250)};  ///< first delay; doubled up to reconnect_delay_max
+  /// Delay before the first attempt to reconnect; doubled after each attempt up to reconnect_delay_max
+  Duration reconnect_delay{std::chrono::milliseconds(250)};
   Duration reconnect_delay_max{std::chrono::seconds(2)};
-  bool may_reconnect = true;               ///< reconnects if the connection is lost after a join
+  bool may_reconnect = true;               ///< whether to reconnect if the connection is lost after a join
   std::vector<std::string> asset_kinds{};  ///< kinds of assets to fetch (proto/WIRE.md); others are not fetched
-  bool wants_soft_shapes = false;          ///< receives the shapes of soft bodies, for a window
+  bool wants_soft_shapes = false;          ///< whether to receive the shapes of soft bodies, for a window
   /// Kinds of assets that are used for drawing only. The smallest "drawing" of each surface is fetched before all
   /// asset_kinds, the other drawings after them.
   std::vector<std::string> drawn_asset_kinds{};
-  bool fetches_one_at_a_time = false;  ///< requests one piece at a time; for comparison in the lab
-  /// Store that is queried for assets before the server, and that keeps fetched assets. If it is null, fetched assets
-  /// are discarded at the end of the session.
+  /// Request a piece only after the answer to the previous one; for comparisons in the lab
+  bool fetches_one_at_a_time = false;
+  /// Local store that is queried for assets before the server, and that keeps fetched assets. Null: fetched assets are
+  /// discarded at the end of the session.
   std::shared_ptr<AssetStore> asset_store{};
-  /// Weber fraction of the deadband (common/net/deadband.hpp), for both directions: smaller changes are not sent at
-  /// once. If it is 0, all changes are sent.
+  /// Weber fraction of the deadband (common/net/deadband.hpp) in both directions: smaller changes are not sent at once.
+  /// 0: all changes are sent.
   double deadband = 0;
-  /// The user's scale and rotation of the scene's workspace mapping.
+  /// Scale and rotation that the user adds to the scene's workspace mapping.
   WorkspaceSettings workspace{};
-  bool has_nudges = true;  ///< nudges the hand towards a place that another user points at; false: only shows the place
+  /// Nudge the hand towards a position that another user points at; false: the position is only shown
+  bool has_nudges = true;
   /// Upper bounds of the coupling for the user's device, in the device's newtons and metres. The server applies them to
-  /// this user's tool, too.
+  /// this user's tool as well.
   haptics::CouplingParameters coupling_bounds = haptics::kNoCouplingBounds;
-  /// Device with which the scene's coupling is checked (CouplingWatch). If the coupling is unstable, no force is
+  /// Device on which the scene's coupling must be stable (CouplingWatch). With an unstable coupling no force is
   /// displayed, but the hand still drives its tool. Without a device there is no check.
   std::optional<devices::DeviceProfile> device{};
 };
@@ -114,78 +121,80 @@ class ClientSession {
   ClientSession(SessionSettings settings, ClientTransport& transport, ClientMailboxes& mailboxes);
   ~ClientSession();
 
-  /// Replaces the token of the settings. Must be called before start().
+  /// Replaces the token in the settings. Must be called before start().
   void set_credentials(const Credentials& credentials);
   void start(LocalTime now);
   void on_connected(LocalTime now);
   void on_disconnected(LocalTime now, const std::string& why);
   void on_control_bytes(std::span<const std::byte> bytes, LocalTime now);
   void on_datagram(std::span<const std::byte> datagram, LocalTime now);
-  /// Sends a new haptic update if there is one, checks time-outs, and reconnects. Must be called after every haptic
+  /// Sends a new client update if there is one, checks time-outs, and reconnects. Must be called after every haptic
   /// tick, and every few milliseconds if no ticks run.
   void poll(LocalTime now);
 
-  /// Performs a command. A command that needs a request to the server is ignored unless the session is in a room.
+  /// Performs a command. Commands that need a request to the server are ignored unless the session is in a room.
   void send(const SessionCommand& command, LocalTime now);
   void leave(LocalTime now);
-  /// Ends the session and the force because of an error in this program.
+  /// Ends the session because of an error in this program. The force then ends too.
   void fail(const std::string& why);
-  /// Selects the kinds of assets to fetch. From then on, asset_level() and on_assets refer to these kinds.
+  /// Selects the kinds of assets to fetch. Afterwards asset_level() and on_assets refer to these kinds.
   void set_asset_kinds(std::vector<std::string> kinds);
-  /// Availability of the assets; kNone outside a room.
+  /// Returns the availability of the assets; kNone outside a room.
   AssetLevel asset_level() const;
 
   const SessionStatus& status() const;
-  /// Message of the last join, with the scene and this user's tool; null before the first join.
+  /// Returns the message of the last join, with the scene and this user's tool; null before the first join.
   const wire::Joined* joined() const;
-  /// HapticScene::generation of the last join; 0 if there was none.
+  /// Returns HapticScene::generation of the last join; 0 before the first join.
   std::uint32_t scene_generation() const;
-  /// Coupling coefficients of this user's tool, as last received.
+  /// Returns the coupling coefficients of this user's tool, as last received.
   const haptics::CouplingParameters& coupling() const;
-  /// Coupling law of the room, as last received; the default law before the first join.
+  /// Returns the coupling law of the room, as last received; the default law before the first join.
   const haptics::CouplingLawInfo& law() const;
-  /// Last check of the current coupling; explained() gives its findings.
+  /// Returns the last check of the current coupling; explained() gives its findings.
   const CouplingCheck& coupling_check() const;
-  /// True if the session is in a room and has received a state since the last join.
+  /// Returns true if the session is in a room and has received a state update since the last join.
   bool has_state() const;
-  /// Name of the requested room. If no room was requested, the only room of the last Welcome message; "" before that.
+  /// Returns the name of the requested room. If no room was requested, this is the only room of the last Welcome
+  /// message, or "" before it.
   const std::string& room() const;
-  /// Rooms in the last Welcome message.
+  /// Returns the rooms in the last Welcome message.
   const std::vector<std::string>& rooms() const;
-  /// Shapes of the scene's soft bodies, as last received: offsets of the nodes of proto::soft_lattice(). An entry is
-  /// null if no shape of that body was received.
+  /// Returns the shapes of the scene's soft bodies, as last received: offsets of the nodes of proto::soft_lattice(). An
+  /// entry is null if no shape of that body was received.
   const std::vector<std::shared_ptr<const std::vector<Vec3>>>& soft_offsets() const;
-  /// True if places that other users point at nudge the hand.
+  /// Returns true if a position that another user points at nudges the hand.
   bool has_nudges() const;
-  /// State and events of the room's game; null if it has none.
+  /// Returns state and events of the room's game; null if the room has no game.
   const std::shared_ptr<const GameReport>& game() const;
-  /// Last place that each user pointed at, with the time of reception. It is shown for kPointed.
+  /// Returns the last position that each user pointed at, with the time of reception. A position is shown for kPointed.
   const std::vector<std::pair<LocalTime, wire::Pointed>>& pointed() const;
   static constexpr Duration kPointed = std::chrono::seconds(5);
-  /// Checked poses of the room's two molecules, in ascending order of their numbers; null if none were received.
+  /// Returns the validated poses of the room's two molecules, in ascending order of their numbers; null if none were
+  /// received.
   const std::shared_ptr<const std::vector<wire::KeptPose>>& kept_poses() const;
-  /// Start of this user's hand, in the scene of the last join.
+  /// Returns when this user's simulated or recorded hand starts, in the scene of the last join.
   const HandStart& hand_start() const;
-  /// Progress of the running minimisation in the room; none if no minimisation is running.
+  /// Returns the progress of the running energy minimisation in the room; empty if none is running.
   const std::optional<wire::PoseProgress>& pose_progress() const;
-  /// Credentials for a second device of the user; null if they are not needed or not available. The second device then
-  /// joins as a separate user.
+  /// Returns credentials for a second device of the user, which joins as a separate user. Null if they are not needed
+  /// or not available.
   std::shared_ptr<const Credentials> credentials_beside() const;
-  /// Other users in the room.
+  /// Returns the other users in the room.
   const std::vector<wire::UserJoined>& users() const;
-  /// Verified bytes of the scene's assets by their SHA-256. Complete and partial assets remain stored after a
-  /// reconnect. Assets are fetched in the background, at a rate that does not delay state
-  /// (common/net/fetch_rate.hpp). The coarse replacements of large assets are fetched first (AssetInfo.coarse_of).
+  /// Returns the verified bytes of the scene's assets, indexed by their SHA-256. Complete and partial assets are kept
+  /// after a reconnect. Assets are fetched in the background, at a rate that does not delay state updates
+  /// (common/net/fetch_rate.hpp). Coarse replacements of large assets are fetched first (AssetInfo.coarse_of).
   const AssetMap& assets() const;
   net::ClockSync& clock_sync();
   const SessionCounters& counters() const;
   /// Called with each event. This callback and those below are called on the io thread, from inside the functions
-  /// above. They must not call this session.
+  /// above. They must not call functions of this session.
   std::function<void(const Event&)> on_event;
-  /// Returns the reason why a valid scene cannot be displayed; empty if it can. If there is a reason, the session ends
-  /// with a set-up error.
+  /// Returns why a valid scene cannot be displayed; empty if it can. With such a reason, the session ends with a set-up
+  /// error.
   std::function<std::string(const wire::Joined&)> find_scene_problem;
-  /// Called when asset_level() has risen: once or twice for each join.
+  /// Called when asset_level() has risen, which happens once or twice for each join.
   std::function<void()> on_assets;
 
  private:

@@ -10,7 +10,8 @@
 namespace tandem::client {
 namespace {
 
-/// True for refusals after which a retry may succeed: the previous connection of this user may still occupy a seat.
+/// Returns true for refusals after which a retry may succeed, because the previous connection of this user may still
+/// occupy a seat.
 bool may_pass(wire::ErrorCode code) {
   return code == wire::ERROR_ROOM_FULL || code == wire::ERROR_SERVER_FULL;
 }
@@ -127,7 +128,7 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
   }
 }
 
-/// Handles a place that another user points at. The message is ignored unless that user is in the room and the place is
+/// Handles a position that a user points at. The message is ignored unless that user is in the room and the position is
 /// valid.
 void ClientSession::Impl::receive_pointed(const wire::Pointed& message, LocalTime now) {
   const wire::Point& point = message.point();
@@ -155,7 +156,7 @@ void ClientSession::Impl::receive_start(const wire::RoomStart& start) {
 }
 
 void ClientSession::Impl::receive_parameter(const wire::ParameterSet& parameter, LocalTime now) {
-  // A parameter of the game takes effect with the game's next state.
+  // A changed parameter of the game takes effect with the next received state of the game.
   if (parameter.name().starts_with("game.")) return emit(event::ParameterSet{parameter});
   const haptics::CouplingLawInfo& before = scene.law();
   if (!scene.set_parameter(parameter, now)) return;
@@ -254,7 +255,7 @@ void ClientSession::Impl::receive_soft_shape(const wire::SoftShape& message) {
   soft_offsets[message.soft_body()] = std::make_shared<const std::vector<Vec3>>(std::move(*offsets));
 }
 
-/// Returns to the previous room after another room has refused the user.
+/// Returns to the previous room after the new room has refused the user.
 void ClientSession::Impl::come_back(const std::string& why, LocalTime now) {
   report("room " + printable(settings.room) + ": " + printable(why));
   enter_room(*std::exchange(room_left, std::nullopt), now);

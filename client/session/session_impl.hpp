@@ -1,4 +1,4 @@
-// Private to this folder: implementation of ClientSession. Its functions are defined in three sources:
+// Private to this folder: the implementation of ClientSession. Its functions are defined in three source files:
 //   session.cpp          the connection: connecting, loss, time-outs, state in both directions
 //   session_control.cpp  the server's control messages
 //   session_commands.cpp commands of the user: requests to the server
@@ -32,7 +32,7 @@ struct ClientSession::Impl {
         assets({settings.asset_kinds, settings.drawn_asset_kinds, settings.fetches_one_at_a_time, settings.asset_store},
                [this](const std::string& line) { log(line); }) {}
 
-  // Set-up and loss of the connection
+  // Set-up and loss of the connection.
   void enter(SessionState state, LocalTime now);
   void connect(LocalTime now);
   void connected(LocalTime now);
@@ -41,7 +41,7 @@ struct ClientSession::Impl {
   void stop_state();
   void check_time_outs(LocalTime now);
 
-  // Control messages
+  // Control messages.
   void receive_control_bytes(std::span<const std::byte> bytes, LocalTime now);
   void handle(const wire::ServerControl& message, LocalTime now);
   bool handle_active(const wire::ServerControl& message, LocalTime now);
@@ -61,7 +61,7 @@ struct ClientSession::Impl {
   void send(wire::ClientControl& message);
   void send_request(wire::ClientControl& message);
 
-  // Commands of the user
+  // Commands of the user.
   void perform(const command::SetParameter& command, LocalTime now);
   void perform(const command::SetLaw& command, LocalTime now);
   void perform(const command::RequestPose& command, LocalTime now);
@@ -74,7 +74,7 @@ struct ClientSession::Impl {
     request([&](wire::ClientControl& message) { command.write(message); });
   }
   void set(const wire::SetParameter& parameter);
-  /// Sends a request if the session is active, otherwise does nothing.
+  /// Sends a request if the session is in a room, otherwise does nothing.
   template <class Fill>
   void request(const Fill& fill) {
     if (status.state != SessionState::kActive) return;
@@ -83,7 +83,7 @@ struct ClientSession::Impl {
     send_request(message);
   }
 
-  // State updates
+  // State updates.
   void send_newest(LocalTime now);
   bool deliver_state(std::span<const std::byte> datagram);
 
@@ -91,7 +91,7 @@ struct ClientSession::Impl {
     if (owner.on_event) owner.on_event(event);
   }
   void log(const std::string& line) const { emit(event::Log{printable(line)}); }
-  /// Reports a change in the room to the user, unless the text is empty.
+  /// Reports a change in the room to the user, if the text is not empty.
   void report(const std::string& news) const {
     if (!news.empty()) emit(event::News{news});
   }
@@ -115,7 +115,7 @@ struct ClientSession::Impl {
 
   std::string room;
   std::vector<std::string> rooms;
-  std::optional<std::string> room_left;  // previous room, to which the session returns if the next room refuses
+  std::optional<std::string> room_left;  // previous room, to which the session returns if the new room refuses the user
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets;
   AssetPlan assets;
   std::vector<wire::UserJoined> users;

@@ -1,4 +1,4 @@
-// Converts the states of a session to names, and its events to lines of a log.
+// Converts session states to names, and session events to lines of a log.
 #include "client/session/session_status.hpp"
 
 #include <array>
@@ -36,7 +36,7 @@ std::string line_of(const event::News& event) {
 std::string line_of(const event::Log& event) {
   return event.text;
 }
-/// Other events have no line here, because the session reports them by an event News or Log.
+/// Events without a line of their own, because the session also emits an event News or Log for them.
 template <class Other>
 std::string line_of(const Other& /*event*/) {
   return {};

@@ -5,7 +5,7 @@
 namespace tandem::client {
 namespace {
 
-/// Maximum age of an echoed time stamp that is used for the clock offset.
+/// Maximum age of an echoed time stamp that may be used to estimate the clock offset.
 constexpr Duration kMaxEchoAge = std::chrono::seconds(10);
 /// Rate of the haptic loop.
 constexpr double kTickRate_hz = 1000;
@@ -30,7 +30,7 @@ void StateStream::begin(ConnectionId connection, std::uint8_t epoch, const std::
   newest_ = sent_ = proto::ClientUpdate{};
   newest_step_ = Step{};
   newest_stepped_ = ServerTime{};
-  // The pending update is discarded, because the haptic thread wrote it for the previous scene.
+  // The pending client update is discarded, because the haptic thread wrote it for the previous scene.
   mailboxes_.outbox.poll();
 }
 
@@ -45,7 +45,7 @@ proto::DropReason StateStream::receive(std::span<const std::byte> datagram, Loca
   const auto read = [this](std::span<const std::byte> payload, proto::ServerUpdate& out) {
     const proto::DropReason reason = proto::parse_server_update(payload, out);
     if (reason != proto::DropReason::kNone) return reason;
-    // Repeated states are dropped, so that a server that only repeats a state is treated as silent.
+    // Repeated states are dropped, so that a server that only repeats its last state counts as silent.
     const bool goes_on = out.step > newest_step_ && out.stepped > newest_stepped_;
     return goes_on ? proto::DropReason::kNone : proto::DropReason::kDuplicate;
   };
@@ -89,8 +89,8 @@ void StateStream::send_newest(const haptics::CouplingParameters& coupling, bool 
     };
     if (channel_->admits(now, !is_urgent(), changed)) send(newest_, is_blocked, now, deliver);
   } else if (now - channel_->last_sent() >= settings_.keep_alive) {
-    // The last update is sent again, so that the server neither releases the held body nor loses the energy sums during
-    // a short stall. The handle is marked invalid, because its current pose is not known.
+    // The last update is sent again, so that during a short stall the server neither releases the held body nor misses
+    // the energy sums. The handle is marked invalid, because its current pose is not known.
     proto::ClientUpdate alive = newest_;
     alive.handle_valid = false;
     if (now - newest_taken_ > settings_.buttons_kept) alive.buttons = 0;
@@ -98,8 +98,8 @@ void StateStream::send_newest(const haptics::CouplingParameters& coupling, bool 
   }
 }
 
-// Returns true if the update must be sent. The deadband does not suppress waves: they are running integrals, which the
-// receiver smooths as they arrive.
+// Returns true if the update must be sent. The deadband does not suppress waves, because they are running integrals
+// that the receiver smooths as they arrive.
 bool StateStream::has_changed(const net::Deadband& deadband, Duration since,
                               const haptics::CouplingParameters& coupling) const {
   if (!has_received() || newest_.mode == proto::ClientMode::kWave || is_urgent()) return true;
@@ -109,7 +109,7 @@ bool StateStream::has_changed(const net::Deadband& deadband, Duration since,
                           coupling.stiffness_n_per_m, coupling.stiffness_n_m_per_rad);
 }
 
-/// True for changes of buttons, mode or validity, which are sent at once.
+/// Returns true for changes of buttons, mode or validity, which must be sent at once.
 bool StateStream::is_urgent() const {
   return newest_.handle_valid != sent_.handle_valid || newest_.buttons != sent_.buttons || newest_.mode != sent_.mode;
 }

@@ -1,4 +1,4 @@
-// Transfers state between the haptic thread's mailboxes and the datagrams of a connection.
+// Transfers state updates between the haptic thread's mailboxes and the datagrams of a connection.
 #pragma once
 
 #include <functional>
@@ -14,34 +14,35 @@ namespace tandem::client {
 /// Thread  io
 class StateStream {
  public:
-  /// Sends a datagram; returns false if it could not be sent now.
+  /// Function that sends a datagram; it returns false if the datagram could not be sent now.
   using Deliver = std::function<bool(std::span<const std::byte>)>;
 
   /// In      settings, mailboxes, counters  must outlive this
   StateStream(const SessionSettings& settings, ClientMailboxes& mailboxes, proto::ChannelCounters& counters);
 
-  /// Starts the stream of a joined connection. Discards all state of the previous connection, and the pending update of
-  /// the haptic thread.
-  /// In      secret  secret for the encryption of its datagrams; if there is none, they are not encrypted
+  /// Starts the stream of a newly joined connection. Discards all state of the previous connection, and the pending
+  /// client update of the haptic thread.
+  /// In      secret  key material for the encryption of datagrams; without it they are not encrypted
   void begin(ConnectionId connection, std::uint8_t epoch, const std::optional<secure::Exported>& secret, LocalTime now);
-  /// Ends the stream. Later datagrams are dropped as those of an unknown connection, and none are sent.
+  /// Ends the stream. No more datagrams are sent, and later received ones are dropped as those of an unknown
+  /// connection.
   void end() { channel_.reset(); }
 
-  /// Publishes the server update in the datagram to the haptic thread, or returns the reason why the datagram was
-  /// dropped. If the datagram is a path challenge of the server, sends the answer.
+  /// Publishes the server update in the datagram to the haptic thread, or returns why the datagram was dropped. If the
+  /// datagram is a path challenge of the server, sends the answer.
   proto::DropReason receive(std::span<const std::byte> datagram, LocalTime now, const Deliver& answer);
-  /// Sends a new haptic update, unless the deadband or the rate limit suppresses it. If there is no new update for
-  /// `keep_alive`, the last one is sent again.
+  /// Sends a new client update, unless the deadband or the rate limit suppresses it. If there is no new update for
+  /// `keep_alive`, sends the last one again.
   ///
   /// In      coupling    current coefficients, which convert pose differences to forces for the deadband
   ///         is_blocked  true if state is sent over TCP and the connection has not accepted all earlier bytes
   void send_newest(const haptics::CouplingParameters& coupling, bool is_blocked, LocalTime now, const Deliver& deliver);
 
-  /// True if an update was received since begin().
+  /// Returns true if an update was received since begin().
   bool has_received() const { return channel_ && channel_->has_received(); }
-  /// Time of the last update, or of begin().
+  /// Returns the time of the last received update, or of begin().
   LocalTime last_received() const { return channel_ ? channel_->last_received() : LocalTime{}; }
-  /// Last received update.
+  /// Returns the last received update.
   const proto::ServerUpdate& newest_update() const { return received_.update; }
   net::ClockSync& clock() { return clock_; }
 
@@ -56,10 +57,10 @@ class StateStream {
   const SessionSettings& settings_;
   ClientMailboxes& mailboxes_;
   proto::ChannelCounters& counters_;
-  std::optional<proto::DatagramChannel> channel_;  ///< channel of the joined connection; none if not joined
+  std::optional<proto::DatagramChannel> channel_;  ///< channel of the joined connection; empty if not joined
   net::ClockSync clock_;
   ReceivedUpdate received_;     ///< newest server update
-  proto::ClientUpdate newest_;  ///< newest update of the haptic thread since begin()
+  proto::ClientUpdate newest_;  ///< newest client update of the haptic thread since begin()
   LocalTime newest_taken_{};
   proto::ClientUpdate sent_;  ///< last update that was sent
   // Step number and time of the newest received state.

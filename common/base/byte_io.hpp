@@ -1,5 +1,5 @@
-// Reads and writes asset files. Their numbers are little-endian on every machine. The reader never accesses memory
-// outside its input, because data from disks and sockets may be arbitrary.
+// Reads and writes asset files. Numbers are little-endian on every machine. Input bytes are untrusted, so the reader
+// never accesses memory outside its input.
 #pragma once
 
 #include <array>
@@ -31,7 +31,7 @@ class ByteWriter {
   void f32(float value) { number(value); }
   void f64(double value) { number(value); }
 
-  /// Appends the numbers of an array, without their count.
+  /// Appends the elements of an array without a count.
   template <WireNumber T>
   void array(std::span<const T> values) {
     if (values.empty()) return;
@@ -51,11 +51,11 @@ class ByteWriter {
   std::vector<std::uint8_t>& bytes_;
 };
 
-/// Reads numbers from the front of a byte span. A read past the end returns zeros and makes ok() false. Call ok() once,
-/// after the last read and before any value is used as a size or an index.
+/// Reads numbers from the front of a byte span. A read past the end returns zeros and makes ok() false. Call ok() after
+/// the last read and before any value is used as a size or an index.
 class ByteReader {
  public:
-  /// In      bytes  remaining bytes; each read advances the span
+  /// In      bytes  remaining bytes; each read removes its bytes from the front of the caller's span
   explicit ByteReader(std::span<const std::uint8_t>& bytes) : bytes_(bytes) {}
 
   bool ok() const { return is_ok_; }
@@ -71,9 +71,9 @@ class ByteReader {
   float f32() { return number<float>(); }
   double f64() { return number<double>(); }
 
-  /// Reads the number of elements that follow, each of at least `bytes_each` bytes. If fewer bytes remain than that
-  /// number requires, returns 0 and ok() is false. A malicious count can therefore cause an allocation of at most a
-  /// small multiple of the bytes received.
+  /// Reads a count of elements that follow, each of at least `bytes_each` bytes. If fewer bytes remain than that count
+  /// requires, returns 0 and makes ok() false. So a malicious count cannot cause an allocation much larger than the
+  /// received bytes.
   std::uint32_t count(std::size_t bytes_each) {
     const std::uint32_t value = u32();
     if (value <= bytes_.size() / bytes_each) return value;
@@ -103,10 +103,11 @@ class ByteReader {
   bool is_ok_ = true;
 };
 
-/// Checksum that detects a truncated or altered file, computed at memory speed. It does not protect against deliberate
-/// manipulation; the range checks of each reader do.
+/// Checksum that detects a truncated or accidentally altered file, computed at memory speed. It does not protect
+/// against deliberate manipulation; the range checks of each reader do.
 inline std::uint64_t checksum_of(std::span<const std::uint8_t> bytes) {
-  constexpr std::uint64_t kOdd = 0x9E3779B97F4A7C15U;  // 2^64 / golden ratio
+  // 2^64 / golden ratio: an odd multiplier that mixes the bits well
+  constexpr std::uint64_t kOdd = 0x9E3779B97F4A7C15U;
   std::uint64_t sum = bytes.size();
   ByteReader reader(bytes);
   while (bytes.size() >= sizeof(std::uint64_t)) sum = (std::rotl(sum, 29) ^ reader.number<std::uint64_t>()) * kOdd;
@@ -114,7 +115,7 @@ inline std::uint64_t checksum_of(std::span<const std::uint8_t> bytes) {
   return sum ^ sum >> 32U;
 }
 
-/// Returns the header of an asset: its kind and version.
+/// Returns the header of an asset: the codes of its kind and version.
 inline std::vector<std::uint8_t> begin_asset(std::uint32_t kind, std::uint32_t version) {
   std::vector<std::uint8_t> bytes;
   ByteWriter(bytes).array(std::span<const std::uint32_t>(std::array{kind, version}));
@@ -126,8 +127,8 @@ inline void end_asset(std::vector<std::uint8_t>& bytes) {
   ByteWriter(bytes).number(checksum_of(bytes));
 }
 
-/// Returns the bytes between the header and the checksum. Returns nothing if the checksum, the kind or the version
-/// differs.
+/// Returns the bytes between the header and the checksum. Returns nothing if the checksum, the kind or the version is
+/// wrong.
 inline std::optional<std::span<const std::uint8_t>> asset_content(std::span<const std::uint8_t> bytes,
                                                                   std::uint32_t kind, std::uint32_t version) {
   constexpr std::size_t kChecksumBytes = sizeof(std::uint64_t);
@@ -139,7 +140,8 @@ inline std::optional<std::span<const std::uint8_t>> asset_content(std::span<cons
   return content;
 }
 
-/// Conversions between std::uint8_t (used for numbers) and std::byte (used for files and messages).
+/// Conversions between std::uint8_t (the type of this reader and writer) and std::byte (the type of files and
+/// messages).
 inline std::span<const std::uint8_t> octets_of(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
 }

@@ -39,8 +39,7 @@ bool write_parts(int descriptor, Parts parts, unsigned mode, Disk disk) {
          ::fchmod(descriptor, mode) == 0 && (disk == Disk::kNotAwaited || ::fsync(descriptor) == 0);
 }
 
-/// Ensures that a new name in the folder survives a power loss. If the file system does not support this, it is no
-/// error.
+/// Makes a new file name in the folder survive a power loss, if the file system supports this.
 void sync_folder(const std::filesystem::path& folder) {
   const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return;
@@ -50,7 +49,7 @@ void sync_folder(const std::filesystem::path& folder) {
 
 enum class Old { kReplaced, kStays };
 
-/// Suffix of a partial file; mkostemp(3) replaces the X.
+/// Suffix of the temporary name of an incomplete file; mkostemp(3) replaces each X by a random character.
 constexpr std::string_view kUnfinished = ".XXXXXX";
 
 bool is_unfinished(const std::string& name, const std::string& file) {
@@ -66,7 +65,7 @@ std::error_code write_file(const std::filesystem::path& file, Parts parts, unsig
   std::error_code error;
   if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
   std::string partial = file.string().append(kUnfinished);
-  // mkostemp() creates the file readable by its owner only
+  // mkostemp() creates the file with mode 0600; write_parts() sets the requested mode
   const int descriptor = ::mkostemp(partial.data(), O_CLOEXEC);
   if (descriptor < 0) return last_error();
   error = write_parts(descriptor, parts, mode, disk) ? std::error_code{} : last_error();
@@ -80,7 +79,7 @@ std::error_code write_file(const std::filesystem::path& file, Parts parts, unsig
   return error;
 }
 
-/// Returns the path of the shared library that contains this code; empty if the code is part of the program.
+/// Returns the path of the shared library that contains this code; empty if the code is linked into the program.
 std::string own_library() {
   Dl_info info{};
   void* extra = nullptr;

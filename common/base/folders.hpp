@@ -1,5 +1,5 @@
-// Folders used by the programs: the supplied data (scenes, experiments, hand paths, device profiles) and the cache.
-// Also contains functions that write files atomically.
+// Folders of the programs: the installed data (scenes, experiments, hand paths, device profiles) and the cache. Also
+// functions that write files atomically.
 #pragma once
 
 #include <cstddef>
@@ -10,9 +10,9 @@
 
 namespace tandem {
 
-/// Returns the folder of this project's programs: the folder of the running program, or, if this code is part of
-/// libtandem.so, the folder ../bin relative to that library. The relative path is valid in a build tree, after
-/// installation and after moving the prefix.
+/// Returns the folder of this project's programs. This is the folder of the running program, or ../bin relative to
+/// libtandem.so if this code is part of that library. The relative path is valid in a build tree, after installation
+/// and after moving the installation prefix.
 /// Out     empty if the folder cannot be determined
 std::filesystem::path program_folder();
 
@@ -20,31 +20,31 @@ std::filesystem::path program_folder();
 /// Out     e.g. /usr/share/tandem; the folder need not exist
 std::filesystem::path data_folder();
 
-/// Returns the first of $TANDEM_CACHE, $XDG_CACHE_HOME/tandem and $HOME/.cache/tandem whose variable is set. If none is
-/// set, returns an empty path: no cache is used.
+/// Returns the cache folder: the first of $TANDEM_CACHE, $XDG_CACHE_HOME/tandem and $HOME/.cache/tandem whose variable
+/// is set. If none is set, returns an empty path, and no cache is used.
 std::filesystem::path default_cache_directory();
 
-/// Writes the parts as one file. They are first written to a temporary name, which is then renamed. A reader therefore
-/// sees the complete file or the previous one, even after a power loss. Creates the folder if necessary.
+/// Writes the parts as one file, first under a temporary name, which is then renamed. So a reader sees the complete new
+/// file or the previous one, even after a power loss. Creates the folder if necessary.
 /// In      mode  file permission bits, see chmod(2)
 /// Out     the error, if any; in that case the previous file is unchanged and no partial file is left
 /// Thread  any
 std::error_code replace_file(const std::filesystem::path& file, std::initializer_list<std::span<const std::byte>> parts,
                              unsigned mode = 0644);
 
-/// Writes a file that can be computed or downloaded again, like replace_file(). It does not wait for the disk, so an io
-/// thread may call it. After a power loss the file may be incomplete; its readers must detect this.
+/// Writes a file that can be computed or downloaded again. Unlike replace_file() it does not wait for the disk, so an
+/// io thread may call it. After a power loss the file may be incomplete; its readers must detect this.
 std::error_code replace_cache_file(const std::filesystem::path& file,
                                    std::initializer_list<std::span<const std::byte>> parts);
 
-/// Removes partial files that terminated writers left beside `file`. Call it only if no other process writes the file,
-/// because a partial file that is still in use looks the same.
+/// Removes temporary files beside `file` that terminated writers left. Call it only if no other process writes the
+/// file, because the temporary file of a running writer has the same name pattern.
 /// Out     number of files removed
 /// Thread  any
 std::size_t remove_unfinished(const std::filesystem::path& file);
 
-/// Writes a new file, like replace_file(). Returns file_exists and changes nothing if the file exists, also if another
-/// process creates it at the same time.
+/// Writes a new file atomically, like replace_file(). If the file exists, or another process creates it at the same
+/// time, returns file_exists and changes nothing.
 std::error_code write_new_file(const std::filesystem::path& file,
                                std::initializer_list<std::span<const std::byte>> parts, unsigned mode = 0644);
 

@@ -1,4 +1,4 @@
-// Histogram of lateness and durations. They are reported as quantiles, never as a mean, because in a haptic loop the
+// Histogram of lateness and durations. These are reported as quantiles and not as a mean, because in a haptic loop the
 // tail of the distribution matters.
 #pragma once
 
@@ -22,14 +22,14 @@ class Histogram {
   void merge(const Histogram& other);
 
   std::uint64_t count() const { return count_; }
-  /// Sum of all durations.
+  /// Returns the sum of all durations.
   Duration sum() const { return sum_; }
   Duration max() const { return max_; }
-  /// Upper edge of the bucket that holds the q-quantile (0 ≤ q ≤ 1), never above max(); 0 when empty.
+  /// Returns the upper edge of the bucket that contains the q-quantile (0 ≤ q ≤ 1), clamped to max(); 0 when empty.
   Duration quantile(double q) const;
-  /// Number of durations above `value`, at the resolution of a bucket.
+  /// Returns the number of durations above `value`, at the resolution of a bucket.
   std::uint64_t count_above(Duration value) const;
-  /// Share of all durations above `value`; 0 when empty.
+  /// Returns the fraction of all durations that are above `value`; 0 when empty.
   double share_above(Duration value) const;
 
  private:

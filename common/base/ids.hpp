@@ -1,5 +1,5 @@
-// Ids of objects that threads and the wire share. Zero means "none" for every id, so a default-constructed id is
-// invalid. Ids are used because no pointer may cross a thread or the wire.
+// Identifiers of objects that are referred to across threads and on the wire, where pointers must not be used. Zero
+// means "none", so a default-constructed id is invalid.
 #pragma once
 
 #include <compare>
@@ -9,7 +9,7 @@
 
 namespace tandem {
 
-/// An opaque number that can be compared only with ids of the same kind.
+/// An integer that can be compared only with ids of the same kind.
 template <class Tag, class Integer = std::uint32_t>
 struct Id {
   Integer value = 0;
@@ -23,11 +23,11 @@ using BodyId = Id<struct BodyTag>;
 constexpr BodyId body_id_at(std::size_t index) {
   return {static_cast<std::uint32_t>(index) + 1};
 }
-/// Id of a user in a room; it is never reused while the room exists.
+/// Id of a user in a room. It is never reused during the lifetime of the room.
 using UserId = Id<struct UserTag>;
-/// Id of a room of a server.
+/// Id of a room within its server.
 using RoomId = Id<struct RoomTag>;
-/// Id of a connection on the wire. It is random, so that an attacker cannot guess it.
+/// Id of a connection on the wire. It is random, so that an attacker cannot guess the id.
 using ConnectionId = Id<struct ConnectionTag, std::uint64_t>;
 
 /// Number of a client's haptic tick (input), from 1; 0 before the first tick.

@@ -1,6 +1,5 @@
-// Includes Boost.JSON, whose definitions json.cpp compiles once. Include this header instead of <boost/json.hpp> and
-// link tandem_base. It is used for files that people write and programs read. Scene files use the JSON mapping of
-// Protobuf instead.
+// Includes Boost.JSON. Include this header instead of <boost/json.hpp>, and link tandem_base, whose json.cpp compiles
+// the definitions. It is used for files that people write, except scene files, which use the JSON mapping of Protobuf.
 #pragma once
 
 #include <boost/json.hpp>

@@ -21,7 +21,7 @@ std::string text_of(double value) {
   return out.str();
 }
 
-// Quotes a value for an error message; long values are truncated.
+// Returns a quotation of a value for an error message; long values are truncated.
 std::string excerpt(const boost::json::value& value) {
   std::string text = compact_json(value);
   constexpr std::size_t kLongest = 60;
@@ -188,7 +188,7 @@ boost::json::value parse_json(std::string_view text, const std::string& origin) 
   const std::size_t read = parser.write_some(text.data(), text.size(), error);
   const std::string_view before = text.substr(0, read);
   const bool has_more = text.find_first_not_of(" \t\r\n", read) != std::string_view::npos;
-  // Only finish() detects a text that ends too early.
+  // An incomplete text is detected by finish() only.
   if (!error && !has_more) parser.finish(error);
   if (!error && !has_more) return parser.release();
   const auto line = 1 + std::count(before.begin(), before.end(), '\n');

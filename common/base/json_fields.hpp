@@ -1,5 +1,5 @@
 // Reads JSON files that people write. Each error message names the file, the field with its index, the value and the
-// remedy. An unknown (for example misspelt) field is an error; it is not silently replaced by a default.
+// remedy. An unknown field, such as a misspelt one, is an error instead of being ignored.
 #pragma once
 
 #include <cstdint>
@@ -32,17 +32,19 @@ class JsonFields {
   bool boolean(std::string_view name, bool otherwise);
   std::string text(std::string_view name, std::string_view otherwise);
   std::string required_text(std::string_view name);
-  /// Reads a text that must be one of `choices`; returns its index, or `otherwise` if the field is absent.
+  /// Reads a text that must be one of `choices`. Returns the index of the choice, or `otherwise` if the field is
+  /// absent.
   std::size_t choice(std::string_view name, std::size_t otherwise, const std::vector<std::string_view>& choices);
-  /// Reads a list of three numbers of at most `bound` in magnitude.
+  /// Reads a list of three numbers, each with a magnitude of at most `bound`.
   Vec3 vector(std::string_view name, const Vec3& otherwise, double bound);
   std::vector<double> numbers(std::string_view name, double low, double high);
   std::vector<std::string> texts(std::string_view name);
-  /// Reads an object; returns an object without fields if it is absent.
+  /// Reads a nested object. If it is absent, returns an object without fields, so that all its fields have their
+  /// defaults.
   JsonFields object(std::string_view name);
-  /// Reads a list of `at_least` to `at_most` objects; the list may be absent if `at_least` is 0.
+  /// Reads a list of `at_least` to `at_most` objects. The list may be absent if `at_least` is 0.
   std::vector<JsonFields> objects(std::string_view name, std::size_t at_least, std::size_t at_most);
-  /// Fails   std::invalid_argument: a field was never read (the message lists the known fields)
+  /// Fails   std::invalid_argument: a field was never read; the message lists the known fields
   void finish() const;
 
   [[noreturn]] void fail(std::string_view name, std::string_view remedy) const;

@@ -9,7 +9,7 @@ namespace {
 
 namespace json = boost::json;
 
-/// Value of `depth` that keeps the whole text on one line.
+/// Special value of `depth`: the whole text is written on one line.
 constexpr int kOneLine = -1;
 
 bool is_scalar(const json::value& value) {

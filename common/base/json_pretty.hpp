@@ -7,10 +7,10 @@
 
 namespace tandem {
 
-/// Returns the text of `value`, indented by two spaces per level, with a line feed at the end. Numbers that JSON cannot
-/// represent (NaN, infinity) become null. The same value gives the same bytes on every machine.
+/// Returns the JSON text of `value`, indented by two spaces per level, with a line feed at the end. Numbers that JSON
+/// cannot represent (NaN, infinity) become null. Equal values give equal bytes on every machine.
 std::string pretty_json(const boost::json::value& value);
-/// Returns the same text on one line, for messages.
+/// Returns the JSON text of `value` on one line, for messages.
 std::string compact_json(const boost::json::value& value);
 
 }  // namespace tandem

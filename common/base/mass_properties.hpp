@@ -1,4 +1,4 @@
-// Mass distribution of a rigid body, in the form used by the simulation steps.
+// Mass distribution of a rigid body, as needed by the equations of motion.
 #pragma once
 
 #include "common/base/spatial.hpp"

@@ -15,9 +15,9 @@ namespace tandem {
 /// when all calls have ended. After the first exception no further call begins, and the exception is rethrown to the
 /// caller.
 ///
-/// In      threads  number of threads, ≥ 1; at most one per item is started
-///         done     called on the calling thread after each i that this thread has processed
-/// Thread  any except a 1 kHz thread: it starts threads and waits for them
+/// In      threads  number of threads, ≥ 1; at most one thread per item is used
+///         done     called on the calling thread after each item that this thread has processed
+/// Thread  any except a 1 kHz thread, because it starts threads and waits for them
 template <typename Work, typename Done>
 void parallel_for(int threads, std::size_t count, const Work& work, const Done& done) {
   std::atomic<std::size_t> next{0};

@@ -7,7 +7,7 @@
 
 namespace tandem {
 
-/// Returns the processor time of this thread, excluding the time for which it waits for a processor.
+/// Returns the CPU time that this thread has used. Time in which it is ready but not running does not count.
 inline Duration processor_time() noexcept {
   std::timespec time{};
   ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);

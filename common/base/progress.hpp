@@ -9,8 +9,8 @@
 
 namespace tandem {
 
-/// Returns a function that prints a task and its progress (0 to 1) on standard error. On a terminal it overwrites the
-/// same line until the progress is 1. Any other output receives a new line every 25 %.
+/// Returns a function that prints the name of a task and its progress (0 to 1) on standard error. On a terminal it
+/// overwrites the same line until the progress is 1. For any other output it prints a line every 25 %.
 ///
 /// In      write  function that receives the text instead of standard error
 /// Thread  any, one at a time
@@ -23,14 +23,15 @@ class CalledOff final : public std::exception {
   const char* what() const noexcept override { return "called off before it was done"; }
 };
 
-/// While an object of this class exists, a stop request ends long calculations of its thread at the next
-/// call_off_point(). The stop token is stored per thread instead of being passed as a parameter: mesh preparation calls
-/// a dozen nested functions, most of which have other callers too.
+/// Enables cancellation of long calculations in its thread: while an object of this class exists, a stop request ends
+/// them at the next call_off_point(). The stop token is stored per thread instead of being passed as a parameter.
+/// Otherwise a dozen nested functions of mesh preparation, most of which have other callers too, would need a parameter
+/// for it.
 ///
 /// Thread  the same thread constructs and destroys it; at most one object per thread
 class CallOffScope {
  public:
-  /// Function for tests, called at each call_off_point() before the stop request is checked.
+  /// Hook for tests, called at each call_off_point() before the stop request is checked.
   using AtPoint = std::function<void(const std::stop_token& stop)>;
 
   explicit CallOffScope(std::stop_token stop, AtPoint at_point = {});
@@ -44,14 +45,14 @@ class CallOffScope {
   AtPoint at_point_;
 };
 
-/// Number of mesh elements (triangles, points) that a loop processes between two calls of call_off_point(); this takes
-/// less than 10 ms.
+/// Number of mesh elements (triangles, points) that a loop processes between two checks by call_off_point(). Processing
+/// this number takes less than 10 ms.
 inline constexpr std::size_t kCallOffEvery = 16'384;
 
 /// Throws if a stop was requested; has no effect outside a CallOffScope. Long calculations call it about every 10 ms.
 /// Fails   CalledOff: a stop was requested
 void call_off_point();
-/// The same for a loop with index i: checks only at every kCallOffEvery-th i.
+/// Checks for a stop request like call_off_point(), but only if the loop index i is a multiple of kCallOffEvery.
 inline void call_off_point(std::size_t i) {
   if (i % kCallOffEvery == 0) call_off_point();
 }

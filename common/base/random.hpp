@@ -1,4 +1,5 @@
-// Random numbers from an explicit seed. They are identical on every machine and with every standard library.
+// Random numbers from an explicit seed. Equal seeds give equal numbers on every machine and with every standard
+// library.
 #pragma once
 
 #include <cmath>
@@ -7,11 +8,11 @@
 
 namespace tandem {
 
-/// PCG32 generator (XSH-RR) with the distributions that links, simulated hands and tests need.
+/// PCG32 generator (variant XSH-RR) with the distributions that simulated links, simulated hands and tests need.
 ///
 /// Source  O'Neill, "PCG: A Family of Simple Fast Space-Efficient Statistically Good Algorithms for Random Number
 ///         Generation", 2014, §6.3. The distributions are implemented here, because the standard does not specify the
-///         results of <random> bit by bit.
+///         exact results of the distributions of <random>
 class Random {
  public:
   /// In      seed    seed of the experiment
@@ -34,16 +35,16 @@ class Random {
     return (high << 32U) | next_u32();
   }
 
-  /// Uniformly distributed in [0, 1), with 53 random bits.
+  /// Returns a uniformly distributed number in [0, 1) with 53 random bits.
   double uniform() { return static_cast<double>(next_u64() >> 11U) * 0x1.0p-53; }
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
-  /// Standard normal distribution by the Box–Muller transform. The second value of the pair is discarded, so that there
-  /// is no hidden state.
+  /// Returns a standard normal deviate by the Box–Muller transform. The second deviate of the pair is discarded, so
+  /// that no hidden state is kept.
   double normal() {
     const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
     return radius * std::cos(2.0 * std::numbers::pi * uniform());
   }
-  /// Exponential distribution with the given mean.
+  /// Returns an exponentially distributed number with the given mean.
   double exponential(double mean) { return -mean * std::log(1.0 - uniform()); }
 
  private:

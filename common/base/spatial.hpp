@@ -1,8 +1,8 @@
 // Poses, twists and wrenches: the 6-DOF types of the whole project, based on Eigen.
 //
 // Notation (a subset of monogram notation): X_AB is the pose of frame B measured in A, p_AB its position, v_AB and w_AB
-// its linear and angular velocity. All vectors are expressed in the first-named frame A unless a suffix names another
-// one. Frames: W world, D device base, H device handle, T tool, B body.
+// its linear and angular velocity. All vectors are expressed in the first-named frame (A) unless a suffix names a
+// different frame. Frames: W world, D device base, H device handle, T tool, B body.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -29,7 +29,7 @@ struct Pose {
   }
 };
 
-/// Velocities of a frame: `v` is the linear velocity of its origin [m/s], `w` the angular velocity [rad/s].
+/// Velocity of a frame: `v` is the linear velocity of its origin [m/s], `w` its angular velocity [rad/s].
 struct Twist {
   Vec3 v = Vec3::Zero();
   Vec3 w = Vec3::Zero();
@@ -41,7 +41,8 @@ struct RigidState {
   Twist V;
 };
 
-/// Force `f` [N] and torque `t` [N·m]. The torque is about the origin of the frame that the containing type documents.
+/// Force `f` [N] and torque `t` [N·m]. The torque is about the origin of a frame; the comment of each use names the
+/// frame.
 struct Wrench {
   Vec3 f = Vec3::Zero();
   Vec3 t = Vec3::Zero();
@@ -76,7 +77,7 @@ inline bool is_finite(const Wrench& F) {
   return is_finite(F.f) && is_finite(F.t);
 }
 
-/// Exact comparison of all components; false if one is NaN.
+/// Compares all components exactly; the result is false if any component is NaN.
 inline bool is_same(const Pose& a, const Pose& b) {
   return a.p == b.p && a.q.coeffs() == b.q.coeffs();
 }
@@ -87,26 +88,26 @@ inline bool is_same(const RigidState& a, const RigidState& b) {
   return is_same(a.X, b.X) && is_same(a.V, b.V);
 }
 
-/// Matrix that maps b to a × b.
+/// Returns the skew-symmetric matrix that maps b to a × b.
 inline Eigen::Matrix3d cross_matrix(const Vec3& a) {
   Eigen::Matrix3d m;
   m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
   return m;
 }
 
-/// Rotation vector (axis · angle, |angle| ≤ π) of a unit quaternion. Of the two possible rotations it describes the
-/// shorter one.
+/// Returns the rotation vector (axis · angle, |angle| ≤ π) of a unit quaternion. Since q and −q are the same rotation,
+/// the angle is at most π.
 inline Vec3 rotation_vector(const Quat& q) {
   const double sign = q.w() < 0 ? -1.0 : 1.0;
   const Vec3 v = sign * q.vec();
   const double sine = v.norm();
-  // sin(a/2) ≈ a/2: below this limit the quotient angle/sine equals 2 in double precision.
+  // For a small angle, sin(a/2) ≈ a/2. Below this limit the quotient angle/sine equals 2 in double precision.
   if (sine < 1e-9) return 2.0 * v;
   const double angle = 2.0 * std::atan2(sine, sign * q.w());
   return v * (angle / sine);
 }
 
-/// Unit quaternion of a rotation vector; inverse function of rotation_vector().
+/// Returns the unit quaternion of a rotation vector; the inverse of rotation_vector().
 inline Quat quaternion_of(const Vec3& rotation) {
   const double angle = rotation.norm();
   if (angle < 1e-12) return Quat(1.0, 0.5 * rotation.x(), 0.5 * rotation.y(), 0.5 * rotation.z()).normalized();
@@ -118,10 +119,10 @@ inline Pose integrate(const Pose& X_WB, const Twist& V_WB, double dt_s) {
   return {X_WB.p + V_WB.v * dt_s, (quaternion_of(V_WB.w * dt_s) * X_WB.q).normalized()};
 }
 
-/// Returns `a` if its length is at most `limit`, otherwise a vector of the same direction and of length `limit`. A
-/// non-finite `a` gives zero.
+/// Returns `a` if its length is at most `limit`, and otherwise a vector of length `limit` in the same direction.
+/// Returns zero if `a` is not finite.
 inline Vec3 clamped_to_length(const Vec3& a, double limit) {
-  // Divides by the largest component first, so that the squares of a huge `a` do not overflow.
+  // Dividing by the largest component first avoids an overflow of the squares for a huge `a`.
   const double largest = a.cwiseAbs().maxCoeff();
   if (!std::isfinite(largest) || !a.allFinite()) return Vec3::Zero();
   if (largest <= 0) return a;
@@ -131,8 +132,8 @@ inline Vec3 clamped_to_length(const Vec3& a, double limit) {
   return scaled / scaled.norm() * limit;
 }
 
-/// Work [J] of a constant wrench about a frame's origin while the frame moves from `from` to `to`. All energy balances
-/// of this project compute the work at a port with this function.
+/// Returns the work [J] of a constant wrench about a frame's origin while the frame moves from `from` to `to`. All
+/// energy balances use this function for the work at a port.
 ///
 /// Model   f · (p_to − p_from) + τ · θ, where θ is the rotation vector of the shorter rotation from q_from to q_to
 inline double held_work_j(const Wrench& wrench, const Pose& from, const Pose& to) {

@@ -11,7 +11,7 @@ struct NamedFault {
   TickFault bit;
   std::string_view name;
 };
-/// Names in the order of the bits.
+/// Names of the faults, in the order of their bits.
 constexpr std::array<NamedFault, kTickFaultBits> kNames{{
     {kFaultNotFinite, "not_finite"},
     {kFaultSpeedLimited, "speed_limited"},

@@ -1,5 +1,5 @@
-// Faults of one room step, as a bit mask. A step reports its faults in this mask, because it must neither log nor
-// throw. Every user of the room receives the mask.
+// Faults of one simulation step of a room, as a bit mask. The step reports faults this way because it must neither log
+// nor throw. The mask is sent to every user of the room.
 #pragma once
 
 #include <cstddef>
@@ -10,21 +10,22 @@
 
 namespace tandem {
 
-/// Bits of ServerUpdate::tick_faults, which is sent to the clients. Each comment describes a fault and its remedy.
+/// Bits of ServerUpdate::tick_faults, which is sent to the clients. Each comment gives the cause and the remedy.
 enum TickFault : std::uint32_t {
   /// A pose or velocity became non-finite; the body was reset to its initial pose at rest.
   /// Remedy: soften the coupling, raise the tool's mass, or check whether bodies overlap deeply at the start of the
   /// scene.
   kFaultNotFinite = 1U << 0U,
-  /// The speed of a body exceeded limits.body_speed_m_per_s and was reduced to it. Remedy: as above, or raise the
-  /// limit.
+  /// The speed of a body exceeded limits.body_speed_m_per_s and was reduced to that value. Remedy: as for
+  /// kFaultNotFinite, or raise the limit.
   kFaultSpeedLimited = 1U << 1U,
-  /// The coupling force or torque of a tool was past the middle of the transition to its limit.
+  /// The coupling force or torque of a tool was in the upper half of the smooth transition to its limit.
   /// Remedy: none if it occurs rarely; otherwise soften the coupling.
   kFaultCouplingSaturated = 1U << 2U,
   /// The force of the molecular field was limited to molecular_field.force_limit_n, because the molecules overlap.
   kFaultFieldLimited = 1U << 3U,
-  /// A user's last input is older than 115 ms, so the tool is held softly in place. Remedy: check that user's network.
+  /// The last input of a user is older than 115 ms, so the tool is held softly in place. Remedy: check the network of
+  /// that user.
   kFaultInputStale = 1U << 4U,
   /// A step ended after its deadline (only in live rooms). Remedy: fewer bodies, fewer rooms or a faster machine.
   kFaultOverrun = 1U << 5U,
@@ -44,14 +45,15 @@ enum TickFault : std::uint32_t {
   /// The room runs at less than 90 % of its step rate (only in live rooms); clients reduce the force to zero. Remedy:
   /// fewer bodies, contacts or atoms, a lower step_rate_hz, fewer rooms or a faster machine.
   kFaultRoomSlow = 1U << 10U,
-  /// A body left the scene by more than limits.bounds_m and was reset to its initial pose at rest. Remedy: none needed.
+  /// A body that no tool held was farther than limits.bounds_m from the origin, and was reset to its initial pose at
+  /// rest. Remedy: none needed.
   kFaultOutOfBounds = 1U << 11U,
 };
 using TickFaults = std::uint32_t;
-/// Number of fault bits.
+/// Number of fault bits defined above.
 inline constexpr std::size_t kTickFaultBits = 12;
 
-/// Returns one name per set bit. Bits that a newer server has added appear as "bit_20", so that they are not hidden.
+/// Returns one name per set bit. A bit that only a newer server defines appears as "bit_20", so that it is not hidden.
 std::vector<std::string> tick_fault_names(TickFaults faults);
 
 /// Returns the names joined by "|", e.g. "not_finite|speed_limited"; "none" for 0.

@@ -1,6 +1,6 @@
-// Types of time. Components do not read a clock; they receive the time as a parameter `LocalTime now`. Only the
-// outermost loops of the programs read a clock. Client and server have separate clocks, so each has a type of its own.
-// A conversion between them requires a measured offset (clock_sync.hpp).
+// Types of time. Components never read a clock; they receive the time as a parameter `LocalTime now`. Only the
+// outermost loops of the programs read a clock. Client and server have separate clocks with separate types, so that
+// times of different clocks cannot be mixed. Converting between them requires a measured offset (clock_sync.hpp).
 #pragma once
 
 #include <chrono>
@@ -11,7 +11,7 @@ namespace tandem {
 
 using Duration = std::chrono::nanoseconds;
 
-/// Distinguishes times of different clocks at compile time.
+/// Tag type that separates times of different clocks at compile time.
 template <class Tag>
 struct TaggedClock {
   using rep = Duration::rep;
@@ -33,7 +33,7 @@ constexpr Duration from_seconds(double seconds) {
   return Duration(static_cast<Duration::rep>(seconds * 1e9));
 }
 
-/// Converts local time to server time. This is valid on the server only, whose local clock defines server time.
+/// Converts local time to server time. This is valid only in the server, whose local clock defines server time.
 constexpr ServerTime server_time_of_own_clock(LocalTime now) {
   return ServerTime(now.time_since_epoch());
 }
@@ -45,8 +45,8 @@ class Clock {
   virtual LocalTime now() const noexcept = 0;
 };
 
-/// The monotonic clock CLOCK_BOOTTIME, which the absolute deadlines in realtime.hpp also use. It includes the time
-/// during which the machine was suspended, so a force received before a suspension is recognised as old.
+/// The monotonic clock CLOCK_BOOTTIME. The absolute deadlines in realtime.hpp use this clock too. It continues while
+/// the machine is suspended, so a force received before a suspension is recognised as old.
 class SteadyClock final : public Clock {
  public:
   LocalTime now() const noexcept override {

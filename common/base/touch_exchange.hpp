@@ -1,5 +1,5 @@
-// Soft contact data that a room sends to a client's local model. It contains numbers only, so that the physics and the
-// wire format can share it without the wire format depending on physics.
+// Data of a soft contact that a room sends to a client's local model. It consists of numbers only, so that the physics
+// and the wire format can both use it without depending on each other.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,17 +9,17 @@
 
 namespace tandem {
 
-/// The contact of one rigid body T with all soft bodies, linearised at the pose used by the soft step. If T is not in
-/// contact yet, this is the predicted contact, linearised at a pose inside the soft body. soft_wrench()
+/// The contact of one rigid body T with all soft bodies, linearised at the pose that the soft step used. Before T
+/// touches, it is the predicted contact, linearised at a pose inside the soft body. soft_wrench()
 /// (common/physics/soft_contact.hpp) evaluates the contact force.
 struct SoftContact {
   Wrench wrench_W;  ///< wrench on T at X_WT0 about its origin: impulse of the soft step divided by the step's duration
   /// −∂W/∂X, symmetric and positive semidefinite; first the translation [m], then the rotation [rad]
   Mat6 stiffness = Mat6::Zero();
   Pose X_WT0;  ///< pose of T at which the contact is linearised; before contact, the predicted pose
-  /// displacement of T within which the contact is valid; 0: T is neither in contact nor close to it
+  /// displacement of T up to which the linearisation is valid [m]; 0: T is neither in contact nor close to contact
   double trust_radius_m = 0;
-  double lever_m = 0;  ///< lever arm: a rotation by θ counts as a displacement of lever_m · θ
+  double lever_m = 0;  ///< lever arm [m]: a rotation by θ counts as a displacement of lever_m · θ
 };
 
 }  // namespace tandem

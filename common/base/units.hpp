@@ -1,4 +1,4 @@
-// Parses quantities as people write them on a command line or in a file: a number with its unit.
+// Parses quantities with units as people write them on a command line or in a file.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@ namespace tandem {
 
 /// Parses a non-negative time such as "25ms", "1.5 s", "200us" or "10ns".
 ///
-/// In      usual_unit  unit that the message suggests if the number has none
+/// In      usual_unit  unit that the error message suggests if the number has no unit
 /// Fails   std::invalid_argument, e.g. "'25' has no unit; write 25ms (ns, us, ms or s)"
 Duration parse_duration(std::string_view text, std::string_view usual_unit = "ms");
 

@@ -1,4 +1,4 @@
-// Workspace mapping: scales the motion of a desk-sized device to a scene of another size without creating energy.
+// Workspace mapping: scales the motion of a desk-sized device to a scene of a different size without creating energy.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -23,7 +23,7 @@ struct WorkspaceMapping {
     const Quat q_DW = X_WD.q.conjugate();
     return {q_DW * (force_scale * wrench_on_hand_W.f), q_DW * (hand_joules_per_world_joule() * wrench_on_hand_W.t)};
   }
-  /// The inverse of device_wrench().
+  /// Maps a wrench from D to W; the inverse of device_wrench().
   Wrench world_wrench(const Wrench& wrench_on_hand_D) const {
     return {X_WD.q * (wrench_on_hand_D.f / force_scale), X_WD.q * (wrench_on_hand_D.t / hand_joules_per_world_joule())};
   }

@@ -14,16 +14,16 @@
 namespace tandem::docking {
 namespace {
 
-constexpr double kHydrogen_u = 1.5;  // lighter atoms are hydrogen
+constexpr double kHydrogen_u = 1.5;  // upper limit of the mass of a hydrogen isotope, excluding tritium [u]
 constexpr double kBonded_angstrom = 1.25;
 constexpr double kHydrogenToAcceptor_angstrom = 2.5, kDonorToAcceptor_angstrom = 3.5;
-constexpr double kMaxCosine = -0.5;  // largest cosine of the angle D−H···A, which is at least 120°
+constexpr double kMaxCosine = -0.5;  // cos 120°: the angle D−H···A of a hydrogen bond must be at least 120°
 
 bool is_hydrogen(const Molecule& molecule, std::size_t atom) {
   return molecule.mass_u[atom] < kHydrogen_u;
 }
 
-/// Returns whether the atom is N or O. Since a molecule may have no names, the atom is identified by its mass.
+/// Returns whether the atom is N or O. The mass decides, because a molecule may have no element names.
 bool is_polar(const Molecule& molecule, std::size_t atom) {
   constexpr std::array kMasses_u{14.007, 15.999};
   return std::ranges::any_of(kMasses_u,
@@ -42,7 +42,8 @@ bool is_heavy(const Molecule& molecule, std::size_t atom) {
   return !is_hydrogen(molecule, atom);
 }
 
-/// Points sorted into cells. A cell is as wide as the search distance, so all neighbours of a point are in 27 cells.
+/// Spatial hash of points. A cell is as wide as the search distance, so all neighbours of a point are in the 27 cells
+/// around it.
 class Cells {
  public:
   explicit Cells(double width) : width_(width) {}
@@ -84,7 +85,7 @@ class Cells {
   std::vector<Entry> points_;
 };
 
-/// Returns the pairs of atoms from `of_a` and `of_b` within `distance`.
+/// Returns the pairs of an atom from `of_a` and an atom from `of_b` within `distance` [Å].
 AtomPairs near(const Molecule& a, const std::vector<std::size_t>& of_a, const Molecule& b,
                const std::vector<std::size_t>& of_b, const Pose& X_AB, double distance) {
   AtomPairs pairs;
@@ -106,7 +107,7 @@ AtomPairs near(const Molecule& a, const std::vector<std::size_t>& of_a, const Mo
   return pairs;
 }
 
-/// Returns, for each hydrogen, the N or O to which it is bound.
+/// Returns, for each hydrogen, the N or O to which it is covalently bound, or nothing.
 std::vector<std::optional<std::size_t>> donors(const Molecule& molecule, const std::vector<std::size_t>& hydrogens,
                                                const std::vector<std::size_t>& polar) {
   std::vector<std::optional<std::size_t>> donors(molecule.size());
@@ -115,7 +116,7 @@ std::vector<std::optional<std::size_t>> donors(const Molecule& molecule, const s
   return donors;
 }
 
-/// Returns the hydrogen bonds from donors of `d` to the polar atoms of `a`.
+/// Returns the hydrogen bonds with a donor in molecule `d` and an acceptor in molecule `a`.
 AtomPairs bonds_from(const Molecule& d, const Molecule& a, const Pose& X_DA) {
   const std::vector<std::size_t> hydrogens = atoms_with(d, is_hydrogen), donating = atoms_with(d, is_polar);
   const std::vector<std::size_t> accepting = atoms_with(a, is_polar);

@@ -1,4 +1,4 @@
-// Contacts between two molecules, by the usual criteria of structural biology.
+// Contacts and hydrogen bonds between two molecules, by the usual criteria of structural biology.
 #pragma once
 
 #include <cstddef>
@@ -9,18 +9,17 @@
 
 namespace tandem::docking {
 
-/// Pairs of an atom of A and an atom of B, by index, in ascending order.
+/// Pairs (index of an atom of A, index of an atom of B), in ascending order.
 using AtomPairs = std::vector<std::pair<std::size_t, std::size_t>>;
 
 inline constexpr double kContactAngstrom = 4;
 
-/// Returns the pairs of atoms within kContactAngstrom. Hydrogen atoms are excluded.
+/// Returns the pairs of non-hydrogen atoms within kContactAngstrom.
 /// In      X_AB_angstrom  see exact_field(); a pose that is not evaluable gives no pairs
 /// Cost    linear in the number of atoms and in the size of the interface
 AtomPairs atom_contacts(const Molecule& a, const Molecule& b, const Pose& X_AB_angstrom);
 
-/// Returns the hydrogen bonds between the molecules, as pairs (atom of A, atom of B). One of the two is the donor, the
-/// other the acceptor.
+/// Returns the hydrogen bonds between the molecules, as pairs (atom of A, atom of B). Either atom may be the donor.
 ///
 /// Model   N or O with a hydrogen within 1.25 Å is a donor; any N or O is an acceptor. In a bond the distance H···A is
 ///         at most 2.5 Å and the angle D−H···A at least 120°. For a molecule without hydrogens, its N and O atoms bond
@@ -29,7 +28,7 @@ AtomPairs atom_contacts(const Molecule& a, const Molecule& b, const Pose& X_AB_a
 ///         heavy atoms
 AtomPairs hydrogen_bonds(const Molecule& a, const Molecule& b, const Pose& X_AB_angstrom);
 
-/// Classification of two atoms that are closer than atoms of different molecules usually are.
+/// Classification of two atoms that are closer than non-bonded atoms usually are.
 enum class Closeness {
   kClash,
   kHydrogenBond,  ///< a hydrogen on N or O, at least 1.3 Å from an N or O of the other molecule
@@ -43,8 +42,8 @@ struct CloseAtoms {
   Closeness closeness = Closeness::kClash;
 };
 
-/// Returns the pairs of atoms closer than kClashShare of the sum of their van der Waals radii (atom_radii()), sorted by
-/// ascending share.
+/// Returns the pairs of atoms closer than kClashShare times the sum of their van der Waals radii (atom_radii()). They
+/// are sorted by ascending `share`.
 /// In      X_AB_angstrom  see exact_field(); a pose that is not evaluable gives no pairs
 std::vector<CloseAtoms> close_atoms(const Molecule& a, const Molecule& b, const Pose& X_AB_angstrom);
 inline constexpr double kClashShare = 0.7;

@@ -1,4 +1,4 @@
-// Atomic radii, which give the minimum distance of atoms with and without a bond.
+// Van der Waals and covalent radii of the elements. They give the minimum distance of atoms without and with a bond.
 #pragma once
 
 #include <cstddef>
@@ -23,7 +23,7 @@ struct AtomRadii {
 const AtomRadii& atom_radii(std::string_view symbol, double mass_u);
 const AtomRadii& atom_radii(const Molecule& molecule, std::size_t atom);
 
-/// Maximum amount by which a bond may be longer than the sum of the covalent radii [Å].
+/// Maximum excess of a bond's length over the sum of the covalent radii [Å].
 inline constexpr double kBondSlackAngstrom = 0.4;
 
 }  // namespace tandem::docking

@@ -11,13 +11,12 @@
 namespace tandem::docking {
 namespace {
 
-/// Coordinate of the unused children of a node. They are beyond any cut-off, and the square of the coordinate is
-/// finite.
+/// Coordinate [Å] of the unused children of a node: beyond any cut-off, and its square is a finite float.
 constexpr float kNowhere = 1e18F;
-/// Smallest number of atoms that is not split further: the width of the smallest register. Leaves are split down to it,
-/// so that the atoms of a register are close together and fewer registers are within the cut-off.
+/// Number of atoms up to which a set is not split further: the width of the smallest vector register. Leaves are split
+/// down to it so that the atoms of one register are close together. Then fewer registers are within the cut-off.
 constexpr std::size_t kFewest = 4;
-/// Directions of a split: along the axes and, if there are few points, also along diagonals.
+/// Candidate directions of a split: the three axes and, for at most kMaxOblique points, the diagonals too.
 constexpr std::array<std::array<int, 3>, 13> kDirections{{{1, 0, 0},
                                                           {0, 1, 0},
                                                           {0, 0, 1},
@@ -32,7 +31,7 @@ constexpr std::array<std::array<int, 3>, 13> kDirections{{{1, 0, 0},
                                                           {1, -1, 1},
                                                           {-1, 1, 1}}};
 constexpr std::size_t kMaxOblique = 1024;
-/// Factor by which a half edge is increased, so that rounding to float does not make the box too small.
+/// Factor that increases a half edge length, so that rounding to float does not make the box too small.
 constexpr float kRoundedUp = 1 + 2 * std::numeric_limits<float>::epsilon();
 
 /// Writes centre and half edge lengths, one float per axis with the given stride. The half edges are rounded up so that
@@ -45,8 +44,8 @@ void store_box(const Eigen::AlignedBox3d& box, float* centre, float* half, std::
   }
 }
 
-/// Returns the approximate volume [Å³] of the region within 8 Å of the box. Atoms of the other molecule in this region
-/// must be evaluated.
+/// Returns the approximate volume [Å³] of the region within 8 Å of the box. Its atoms of the other molecule are the
+/// candidates for pairs.
 double reach_of(const Eigen::AlignedBox3d& box) {
   constexpr double kReach = 8;
   const Vec3 side = box.sizes();
@@ -97,7 +96,7 @@ ClusterTree::ClusterTree(std::span<const Vec3> points) : order_(points.size()) {
   box_ = bounds.front();
 }
 
-// If two points are equally far along the direction, the index decides, so that every machine has the same clusters.
+// For two points equally far along the direction, the index decides, so that every machine builds the same clusters.
 void ClusterTree::halve(std::span<const Vec3> points, const Vec3& along, std::size_t begin, std::size_t middle,
                         std::size_t end) {
   const auto comes_first = [&points, &along](std::uint32_t i, std::uint32_t j) {
@@ -120,8 +119,7 @@ void ClusterTree::split(std::span<const Vec3> points, std::size_t begin, std::si
   if (count <= kFewest) return std::sort(at(begin), at(end));
   std::size_t child = count <= kLanes ? std::bit_ceil(count) / 2 : kLanes;
   while (child * kChildren < count) child *= kChildren;
-  // The left part gets full children only. The direction is chosen by the volume that is within reach of both parts,
-  // which should be small.
+  // The left part consists of full children only. The best direction minimises the volume within reach of both parts.
   const std::size_t children = (count + child - 1) / child;
   const std::size_t middle = begin + children / 2 * child;
   double least = std::numeric_limits<double>::infinity();

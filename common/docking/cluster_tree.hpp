@@ -1,4 +1,4 @@
-// Clusters of neighbouring atoms, and the search for clusters of two molecules that are close to each other.
+// Clusters of neighbouring atoms, and the search for pairs of clusters of two molecules within a cut-off.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -15,22 +15,22 @@ namespace tandem::docking {
 /// Returns the box of one child [Å].
 Eigen::AlignedBox3d child_box(const ChildBoxes& boxes, std::size_t child) noexcept;
 
-/// A tree whose leaves have kLanes atoms each (the last may have fewer) and whose nodes have kChildren children. The
-/// splits keep each part compact, so that few other atoms are close to it. Leaves are split as well, down to the
-/// registers of a kernel. All nodes are full except the last of each level. Child l of node n therefore has the number
-/// kChildren · n + l in its level.
+/// Bounding-volume tree over points. Each leaf has kLanes atoms (the last may have fewer), and each node has kChildren
+/// children. The splits keep each part compact, so that few atoms of the other molecule are close to it. The order
+/// within a leaf continues the splits down to the registers of a kernel. All nodes are full except the last of each
+/// level, so child l of node n has the index kChildren · n + l in its level.
 class ClusterTree {
  public:
   /// Cost    one second for 200,000 points
   explicit ClusterTree(std::span<const Vec3> points);
 
-  /// Boxes of the children of each node. The children are leaves in the first level; the last level has one node. Empty
-  /// if there are no points.
+  /// Boxes of the children of each node, by level. In level 0 the children are leaves; the last level has one node, the
+  /// root. Empty if there are no points.
   const std::vector<std::vector<ChildBoxes>>& levels() const { return levels_; }
   /// Returns the total number of children of the nodes of a level.
   std::size_t child_count(std::size_t level) const { return level == 0 ? leaf_count_ : levels_[level - 1].size(); }
   const Eigen::AlignedBox3d& box() const { return box_; }             ///< box that contains all points
-  const std::vector<std::uint32_t>& order() const { return order_; }  ///< indices of the points, leaf by leaf
+  const std::vector<std::uint32_t>& order() const { return order_; }  ///< indices of the input points, leaf by leaf
 
  private:
   void halve(std::span<const Vec3> points, const Vec3& along, std::size_t begin, std::size_t middle, std::size_t end);
@@ -43,15 +43,15 @@ class ClusterTree {
   std::size_t leaf_count_ = 0;
 };
 
-/// Finds the leaves of A that are close to each leaf of B. It stores nothing between calls: the result depends only on
+/// Finds the leaves of A that are close to each leaf of B. It keeps no state between calls: the result depends only on
 /// the pose.
 class NeighbourSearch {
  public:
-  /// In      near_children  kernel that the CPU can run
+  /// In      near_children  a kernel whose instruction set the CPU supports
   NeighbourSearch(const ClusterTree& a, const ClusterTree& b, NearChildren near_children);
 
-  /// For each leaf of B with close leaves of A, calls found(leaf of B, close leaves of A), in order. A leaf of A is
-  /// close if the distance of the boxes is within the cut-off.
+  /// For each leaf of B with close leaves of A, calls found(leaf of B, close leaves of A), in ascending order. A leaf
+  /// of A is close if the distance of the two bounding boxes is within the cut-off.
   /// Cost    proportional to the nodes near the interface; no allocation
   template <class Found>
   void run(const Pose& X_AB, double cutoff, const Found& found) {
@@ -68,14 +68,14 @@ class NeighbourSearch {
   static constexpr std::uint32_t kRoot = 0;
 
   void place_b(const Pose& X_AB, double cutoff) noexcept;
-  /// Returns a box along A's axes that contains `box`, whose axes are B's.
+  /// Returns a box along A's axes that contains `box`, which is given along B's axes.
   Eigen::AlignedBox3d placed(const Eigen::AlignedBox3d& box) const noexcept;
-  /// Returns the children of these nodes of A that are close to the box.
+  /// Returns the children of the given nodes of A whose boxes are within the cut-off of `box`.
   std::span<const std::uint32_t> near(std::size_t level, std::span<const std::uint32_t> nodes,
                                       const Eigen::AlignedBox3d& box) noexcept;
 
-  /// Searches below a node of B. `candidates` are the nodes of A in the same level that are close to this node of B. In
-  /// levels above A's own, the root of A is the only candidate.
+  /// Searches below a node of B. `candidates` are the nodes of A in the same level that are close to this node of B. If
+  /// A's tree has fewer levels, its root is the only candidate.
   template <class Found>
   void visit(std::size_t level, std::uint32_t node, std::span<const std::uint32_t> candidates, const Found& found) {
     const bool is_above_a = level >= a_.levels().size();
@@ -96,7 +96,7 @@ class NeighbourSearch {
   const ClusterTree& a_;
   const ClusterTree& b_;
   NearChildren near_children_;
-  std::vector<std::vector<std::uint32_t>> arena_;  ///< for each level of A: numbers of the children found
+  std::vector<std::vector<std::uint32_t>> arena_;  ///< search buffer for each level of A: indices of the close children
   Eigen::Matrix3d R_AB_ = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d abs_R_AB_ = Eigen::Matrix3d::Identity();
   Vec3 p_AB_ = Vec3::Zero();

@@ -13,7 +13,7 @@ namespace {
 constexpr double kFarthestAngstrom = 1e9;
 constexpr double kUnitTolerance = 1e-3;
 
-/// Central force of one pair. `push` is f/r, so the force on b is push · (p_b − p_a).
+/// Central force of one pair: the force on b is push · (p_b − p_a), so `push` is the force divided by r.
 struct Central {
   double energy = 0;
   double push = 0;
@@ -33,7 +33,7 @@ struct PowerTerm {
   int alpha = 0;
   ForceSwitch shape;
   double start = 0;
-  double cutoff = 0;  ///< distance beyond which there is no force [Å]; 0: no cut-off
+  double cutoff = 0;  ///< distance beyond which the force is zero [Å]; 0: no cut-off
 
   PowerTerm(int power, double cutoff_angstrom) : alpha(power), cutoff(cutoff_angstrom) {
     if (cutoff == 0) return;
@@ -59,14 +59,15 @@ Central combined(double k1, const Central& one, double k2, const Central& two) {
   return {k1 * one.energy + k2 * two.energy, k1 * one.push + k2 * two.push, k1 * one.push_slope + k2 * two.push_slope};
 }
 
-/// Extrapolates a pair to a distance inside the core. `at_core` is the pair's force and energy at the core radius.
+/// Extrapolates a pair to a distance inside the core. `at_core` is the pair's energy and force at the core radius.
 Central inside_core(Central at_core, double core2, double r2) {
   at_core.energy += 0.5 * at_core.push * (core2 - r2);
   at_core.push_slope = 0;
   return at_core;
 }
 
-/// Returns the cut-off of the exact sum: 0 for a model with a far grid, because the exact sum includes the far part.
+/// Returns the cut-off of the exact sum [Å]. It is 0 (none) for a model with a far grid, because the exact sum includes
+/// the part that the grid approximates.
 double cutoff_angstrom(const FieldModel& model) {
   return model.has_far_grid ? 0 : model.cutoff_angstrom;
 }
@@ -112,7 +113,8 @@ Eigen::Matrix3d skew(const Vec3& v) {
   return m;
 }
 
-/// Adds the gradient of one atom of B. With δp = δx + δθ × arm: δf = K (δx − [arm] δθ), δτ = arm × δf + (δθ × arm) × f.
+/// Adds the gradient of one atom of B. δx and δθ are the displacement and rotation of B: δp = δx + δθ × arm, δf = K (δx
+/// − [arm] δθ), δτ = arm × δf + (δθ × arm) × f.
 void add_gradient(Matrix6& gradient, const Eigen::Matrix3d& stiffness, const Vec3& arm, const Vec3& force) {
   const Eigen::Matrix3d lever = skew(arm);
   const Eigen::Matrix3d by_rotation = -stiffness * lever;

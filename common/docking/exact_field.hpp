@@ -1,4 +1,4 @@
-// The field in double precision over all pairs, for energies, reports and checks.
+// The field in double precision, summed over all pairs of atoms, for energies, reports and tests.
 #pragma once
 
 #include <functional>
@@ -14,27 +14,27 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 /// Optional results of exact_field(). A null pointer means that the result is not computed.
 struct ExactDetails {
-  std::vector<Vec3>* forces_on_a = nullptr;  ///< force on each atom of A, kJ/mol/Å, in A's frame
+  std::vector<Vec3>* forces_on_a = nullptr;  ///< force on each atom of A [kJ/mol/Å], in A's frame
   std::vector<Vec3>* forces_on_b = nullptr;
   /// Derivative ∂(force, torque on B)/∂(displacement [Å], rotation vector [rad] of B about its origin), in A's frame.
   Matrix6* gradient = nullptr;
-  /// Lennard-Jones and Coulomb energy of the pairs of each atom [kJ/mol]. The sum over either molecule is the total
-  /// energy.
+  /// Lennard-Jones and Coulomb energy of each atom, summed over its pairs [kJ/mol]. The sum over either molecule is the
+  /// total energy.
   std::vector<Eigen::Vector2d>* energies_of_a = nullptr;
   std::vector<Eigen::Vector2d>* energies_of_b = nullptr;
-  /// Called after each 1e7 pairs, about 0.4 s, with the completed fraction, and with 1 at the end. May be empty.
+  /// Called with the completed fraction after each 1e7 pairs (about 0.4 s), and with 1 at the end. May be empty.
   std::function<void(double done)> progress = {};
 };
 
 /// Returns the field of two molecules in double precision, summed over all pairs.
 ///
 /// Model   V = Σ_ij 4 ε_ij [(σ_ij/r)¹² − (σ_ij/r)⁶] + k q_i q_j/(ε r), ε_ij = √(ε_i ε_j), σ_ij = √(σ_i σ_j) or (σ_i +
-///         σ_j)/2 (Molecule::mixes_arithmetically). ε is a constant or proportional to r. The core is the range r <
-///         σ_ij/4, where V exceeds 3e7 ε; for charges it is r < 0.8 Å. Inside the core V continues along its tangent in
-///         r², so f = f(r_c)·d/r_c. The force of overlapping atoms is therefore huge but finite, and still the gradient
-///         of V. Two coincident atoms have no force, because they define no direction. With a cut-off each power of r
-///         is force-switched.
-/// Source  Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225: form and geometric mixing. The core is ours
+///         σ_j)/2 (Molecule::mixes_arithmetically). The permittivity ε is a constant or proportional to r. The core is
+///         the range r < r_c. For Lennard-Jones terms r_c is σ_ij/4, where V is 6.7e7 ε_ij; for charges r_c is 0.8 Å.
+///         Inside the core V continues along its tangent in r², so the force is f(r_c)·d/r_c with the vector d between
+///         the atoms. So the force of overlapping atoms is huge but finite, and it is the gradient of V. Two coincident
+///         atoms have no force, because they define no direction. With a cut-off each power of r is force-switched.
+/// Source  Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225: form and geometric mixing. The core is our addition
 /// In      X_AB  pose of B's frame in A's, position in Å. The results are zero for a pose that is not finite, not a
 ///         rotation, or farther than 1e9 Å
 /// Fails   throws std::invalid_argument, see validate()

@@ -15,16 +15,17 @@ namespace tandem::docking {
 namespace {
 
 using Box = Eigen::AlignedBox3d;
-using Node = Eigen::Vector4f;  ///< sums over A's atoms with the coefficients q, √C6, √C12; the last is unused
+/// values at a grid node: sums over A's atoms with the coefficients q, √C6, √C12; the last float is unused
+using Node = Eigen::Vector4f;
 
 constexpr double kFadeAngstrom = 8;
 constexpr double kFinestAngstrom = 1, kCoarsestAngstrom = 3, kCoarser = 1.1;
-/// Limits of the product of nodes and atoms, from which the spacing is chosen. They are the same on every machine, so
-/// all machines choose the same spacing. The second limit applies to the coarsest spacing only.
+/// Limits of nodes × atoms, the cost of filling the grid, from which the spacing is chosen. They are the same on every
+/// machine, so all machines choose the same spacing. The second limit applies to the coarsest spacing only.
 constexpr double kMaxWork = 2.5e9, kMaxCoarsestWork = 6e9;
-/// Limit of the number of nodes, which then need 64 MB.
+/// Limit of the number of nodes; a grid of this size needs 64 MB.
 constexpr double kMaxNodes = 4e6;
-/// Number of nodes outside the range on each side: the splines need one, and the filter another one.
+/// Number of nodes beyond the range on each side: the spline needs one node and the filter needs another.
 constexpr std::size_t kBorder = 2;
 
 Box box_of(const Molecule& molecule) {
@@ -33,36 +34,38 @@ Box box_of(const Molecule& molecule) {
   return box;
 }
 
-/// While the molecules are closer than this, all atoms of B are on the grid and outside of its fading border.
+/// Distance of the two molecules below which all atoms of B are on the grid and outside its fading border.
 constexpr double kApproachAngstrom = 8;
 constexpr double kReachStepAngstrom = 4;
 
-/// Returns the factor by which the potential fades near the end of the grid. It is 1 in the interval and up to
-/// kFadeAngstrom before the reach ends, and then falls to 0.
+/// Returns the factor by which the potential fades near the end of the grid. `reach` is measured from the interval
+/// [low, high]. The factor is 1 until kFadeAngstrom before the reach ends, and then falls smoothly to 0.
 double faded(double at, double low, double high, double reach) {
   const double beyond = std::max({low - at, at - high, 0.0});
   const double t = std::clamp((reach - beyond) / kFadeAngstrom, 0.0, 1.0);
   return t * t * (3 - 2 * t);
 }
 
-/// Nodes that are farther than this from all atoms are interpolated from a coarser lattice. The distance is in spacings
-/// H of that lattice. The interpolation over six nodes has errors there of 2e-4 of r^−1 and 8e-4 of r^−2.
+/// Distance from all atoms, in spacings H of the coarser lattice, beyond which nodes are interpolated from that
+/// lattice. At this distance the six-node interpolation has a relative error of 2e-4 for r^−1 and 8e-4 for r^−2.
 constexpr double kNearSpacings = 5;
-/// Half of the width of the six nodes, in spacings. None of these nodes may be within the range of the force switch.
+/// Half of the width of the six nodes, in spacings. None of these nodes may be within the range of the force switch,
+/// where the potential is not a pure power.
 constexpr double kHalfwaySpacings = 2.5;
-/// Source  weights of Lagrange's polynomial of degree 5 at the middle of its nodes
+/// Weights of six equidistant nodes at their midpoint.
+/// Source  Lagrange's polynomial of degree 5
 constexpr std::array<float, 6> kHalfway{3.0F / 256, -25.0F / 256, 150.0F / 256, 150.0F / 256, -25.0F / 256, 3.0F / 256};
-/// A lattice with fewer nodes than this is not interpolated, because a coarser lattice would save no time.
+/// Number of nodes below which a lattice is not interpolated, because a coarser lattice would save no time.
 constexpr std::size_t kFewNodes = 4096;
 
-/// Sets each node to the potential at its position.
+/// Writes the potential at each of `places` to the node of the same index.
 using Potential = std::function<void(std::span<const Vec3> places, std::span<Node> nodes)>;
 
-/// Returns a function that computes the potential of all atoms of A. `constants` must exist as long as the function.
-/// The kernel's coordinates are relative to `centre`.
+/// Returns a function that computes the potential of all atoms of A. `constants` must outlive the function. The
+/// kernel's coordinates are relative to `centre`.
 Potential potential_of(const Molecule& a, const FieldModel& model, const KernelModel& constants,
                        FarPointsKernel far_points, const Vec3& centre) {
-  // Arrays of x, y, z, c6, s3 and q.
+  // One array each for x, y, z, c6, s3 and charge of the atoms (see Target).
   std::array<std::vector<float>, 6> atoms;
   for (std::size_t i = 0; i < a.size(); ++i) {
     const Vec3 at = a.positions_angstrom[i] - centre;
@@ -99,7 +102,7 @@ Potential potential_of(const Molecule& a, const FieldModel& model, const KernelM
       };
 }
 
-/// Nodes of a cubic lattice; x varies fastest.
+/// A cubic lattice of nodes; the index along x varies fastest.
 class Lattice {
  public:
   Lattice(const Vec3& origin, double spacing, const std::array<std::size_t, 3>& count)
@@ -136,7 +139,8 @@ class Lattice {
     }
   }
 
-  /// Converts node values to spline coefficients. The resulting splines reproduce cubic polynomials exactly.
+  /// Converts node values to B-spline coefficients (see make_far_grid()). The resulting spline reproduces cubic
+  /// polynomials exactly.
   void filter() {
     const std::array<std::size_t, 3> stride{1, count_[0], count_[0] * count_[1]};
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -160,7 +164,7 @@ class Lattice {
             coordinate(n / count_[0] / count_[1], 2)};
   }
 
-  /// Marks the nodes near an atom, or all nodes if a coarser lattice would save no time.
+  /// Marks the nodes that must be summed directly: those near an atom, or all if a coarser lattice would save no time.
   std::vector<char> near_nodes(std::span<const Vec3> atoms, double cutoff_angstrom) const {
     std::vector<char> is_near(size(), size() < kFewNodes ? 1 : 0);
     if (size() < kFewNodes) return is_near;
@@ -194,7 +198,7 @@ class Lattice {
     return static_cast<std::ptrdiff_t>(index(x, y, z));
   }
 
-  /// Returns an empty lattice of twice the spacing around this one, with the nodes that from_coarser() needs.
+  /// Returns an empty lattice with twice this spacing that contains all nodes that from_coarser() needs.
   Lattice coarser_lattice() const {
     const double wide = 2 * spacing_;
     std::array<std::size_t, 3> count{};
@@ -204,8 +208,8 @@ class Lattice {
     return {origin_ - Vec3::Constant(kBorder * wide), wide, count};
   }
 
-  /// Calls use(index in the coarser lattice, weight) for the nodes from which node i is interpolated along an axis. If
-  /// the coarser lattice has a node at the same place, it is that node. Otherwise it is the six nodes around it.
+  /// Calls use(index in the coarser lattice, weight) for the nodes from which node i is interpolated along an axis. For
+  /// even i this is the coarser node at the same position. For odd i these are the six nearest nodes.
   template <class Use>
   static void from_coarser(std::size_t i, const Use& use) {
     const std::size_t below = kBorder + i / 2;
@@ -308,22 +312,23 @@ namespace {
 using Source = std::tuple<std::vector<Vec3>, std::vector<double>, std::vector<double>, std::vector<double>, FieldModel,
                           FarPointsKernel, double>;
 
-/// Registry entry of one grid. Rooms own the grid; the entry only finds it.
+/// Registry entry of one grid. Rooms own the grid; the entry has only a weak reference to it.
 struct Made {
   explicit Made(Source initial) : source(std::move(initial)) {}
 
   const Source source;
-  std::mutex mutex;  ///< protects `grid` and is locked while the grid is filled, so only requests for this grid wait
+  /// protects `grid`; it is locked while the grid is filled, so other requests for the same grid wait for it
+  std::mutex mutex;
   std::weak_ptr<const FarGrid> grid;
 };
 
-/// Registry of the grids in this process.
+/// Registry of the far grids in this process, so that equal inputs use one grid.
 class Shelf {
  public:
   std::shared_ptr<Made> find_or_add(Source source) {
     const std::lock_guard lock(mutex_);
-    // Removes entries whose grid no longer exists. An entry with another user may be in construction and is kept. No
-    // other thread can obtain an entry while mutex_ is locked.
+    // Removes entries whose grid no longer exists. An entry that another thread holds (use_count > 1) may be in
+    // construction and is kept. No other thread can obtain an entry while mutex_ is locked.
     std::erase_if(made_, [](const auto& made) {
       if (made.use_count() != 1) return false;
       const std::lock_guard own(made->mutex);
@@ -340,7 +345,7 @@ class Shelf {
   std::vector<std::shared_ptr<Made>> made_;
 };
 
-/// Returns a grid without values; null if the cost of every spacing exceeds the limits.
+/// Returns a grid whose nodes are not yet computed; null if even the coarsest spacing exceeds the cost limits.
 std::unique_ptr<FarGrid> empty_far_grid(const Molecule& a) {
   const Box box = box_of(a);
   for (double spacing = kFinestAngstrom; spacing <= kCoarsestAngstrom; spacing *= kCoarser) {
@@ -351,8 +356,8 @@ std::unique_ptr<FarGrid> empty_far_grid(const Molecule& a) {
   return coarsest->is_affordable(a.size(), kMaxCoarsestWork) ? std::move(coarsest) : nullptr;
 }
 
-/// Returns the reach of the grid. It is so long that no atom of B is in the fading border during contact, as far as
-/// kMaxNodes allows.
+/// Returns the reach of the grid [Å]. As far as kMaxNodes allows, it is so long that no atom of B is in the fading
+/// border while the molecules are in contact.
 double reach_for(const Molecule& a, const Molecule& b, double spacing) {
   const Box box = box_of(b);
   double radius = 0;

@@ -1,5 +1,5 @@
-// The part of a field beyond a cut-off, as a potential on a grid. It is used for large molecules with long-range
-// attraction.
+// The part of a molecular field beyond the cut-off, as a potential on a grid around molecule A. It is used for large
+// molecules with long-range attraction.
 #pragma once
 
 #include <cstddef>
@@ -12,17 +12,17 @@
 
 namespace tandem::docking {
 
-/// Range of the far part, measured from the box around A's atoms. For large molecules B the range is B's diameter plus
-/// 16 Å. The far part fades to zero over the last 8 Å.
+/// Minimum range of the grid, measured from the box around A's atoms. For a large molecule B the range is B's diameter
+/// plus 16 Å. The potential fades to zero over the last 8 Å of the range.
 inline constexpr double kFarReachAngstrom = 40;
 
-/// Number of multiply-adds per atom in a look-up: 192 operations on 4 floats.
+/// Number of multiply-adds for one atom's look-up in the grid: 192 operations on 4 floats.
 inline constexpr std::size_t kGridMultiplyAdds = 768;
 
 class FarGrid;
 
-/// Returns the grid spacing, 1 to 3 Å. It is the finest spacing with at most 4e6 nodes and a product of nodes and atoms
-/// of at most 2.5e9. At 3 Å the product may be up to 6e9. If it is larger, the result is empty.
+/// Returns the grid spacing [Å], 1 to 3. It is the finest spacing with at most 4e6 nodes and a product of nodes and
+/// atoms of at most 2.5e9 (at 3 Å: 6e9). Returns nothing if even 3 Å exceeds these limits.
 std::optional<double> far_grid_spacing_angstrom(const Molecule& a);
 
 /// Creates the grid, or returns an existing one for the same inputs.
@@ -38,9 +38,9 @@ std::optional<double> far_grid_spacing_angstrom(const Molecule& a);
 /// In      b      molecule whose atoms are looked up; it determines the range
 ///         model  must have a cut-off
 /// Out     null if far_grid_spacing_angstrom() is empty
-/// Cost    the number of nodes near A times the number of atoms: FIELDS.md; 16 B per node. A grid is shared in the
-///         process as long as anyone uses it. A room that is reset, or another room with the same scene, need not wait
-///         for a new one
+/// Cost    the number of nodes near A times the number of atoms: FIELDS.md; 16 B per node. All users in the process
+///         that need the same grid share it. So a room that is reset, or a second room with the same scene, need not
+///         compute it again
 /// Thread  any
 std::shared_ptr<const FarGrid> make_far_grid(const Molecule& a, const Molecule& b, const FieldModel& model,
                                              const KernelModel& constants, FarPointsKernel far_points);
@@ -48,7 +48,7 @@ std::shared_ptr<const FarGrid> make_far_grid(const Molecule& a, const Molecule& 
 double spacing_angstrom(const FarGrid& grid);
 std::size_t node_count(const FarGrid& grid);
 
-/// Nodes for the look-ups of the kernels; valid as long as the grid exists.
+/// Returns the nodes for the look-ups of the kernels; valid as long as the grid exists.
 const GridNodes& nodes_of(const FarGrid& grid);
 
 }  // namespace tandem::docking

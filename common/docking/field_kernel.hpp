@@ -1,8 +1,8 @@
-// Interface between the field and its kernels, which are compiled once per instruction set.
+// Interface of the vectorised field kernels, which are compiled once per instruction set.
 //
-// Only plain structs of pointers may be passed across it, and this header must not include anything that defines inline
-// functions. Otherwise the linker could use the AVX-512 file's copy of an inline function in the whole program. On a
-// CPU without AVX-512 the program would then stop with an illegal instruction.
+// Only plain structs of pointers may be passed to a kernel, and this header must not include anything that defines
+// inline functions. Otherwise the linker could use the AVX-512 file's copy of an inline function in the whole program,
+// which would then stop with an illegal instruction on a CPU without AVX-512.
 #pragma once
 
 #include <cstddef>
@@ -12,13 +12,13 @@ namespace tandem::docking {
 
 /// Number of floats in the widest vector register. Atom counts of tiles are padded to a multiple of it.
 inline constexpr std::size_t kLanes = 16;
-/// Number of atoms that share one local origin. Atoms that are neighbours in a file are usually neighbours in space. A
-/// tile is therefore small (a few residues). A float coordinate in it has a precision of about 5e-7 Å, however large
-/// the molecule is.
+/// Number of atoms with one local origin. Atoms that are neighbours in a file are usually neighbours in space, so a
+/// tile spans only a few residues. A float coordinate in it has a precision of about 5e-7 Å, however large the molecule
+/// is.
 inline constexpr std::size_t kTileAtoms = 128;
-/// Number of tiles after which the sums in float lanes are added to doubles.
+/// Number of tiles after which the float sums are added to the double sums, to limit rounding errors.
 inline constexpr std::size_t kDrainTiles = 8;
-/// Squared ratio of the core radius to σ. Pairs at a smaller distance are inside the core (exact_field.hpp).
+/// Square of (core radius / σ). A pair at a smaller distance is inside the core (exact_field.hpp).
 inline constexpr float kCoreFractionSquared = 0.0625F;
 
 /// A double as the sum of two floats, so that the difference of two such numbers has the full precision of a float.
@@ -26,23 +26,24 @@ struct SplitFloat {
   float high = 0, low = 0;
 };
 
-/// Atoms of A that are evaluated together. The padding repeats the position of the last atom, without parameters.
+/// A block of atoms of A with a local origin. The padding repeats the position of the last atom, without parameters.
 struct Tile {
   std::size_t begin = 0;
-  std::size_t end = 0;   ///< index after the last atom: begin plus a multiple of kLanes
+  std::size_t end = 0;   ///< index after the last atom including padding: begin plus a multiple of kLanes
   SplitFloat origin[3];  ///< origin of the tile's float positions, the centre of its box [Å]
   float half[3] = {};    ///< half edge lengths of a box about the origin that contains all atoms [Å]
   float core2 = 0;       ///< upper bound of the squared core radii of all pairs [Å²]
-  float reach2 = 0;      ///< a probe whose squared distance from the origin is larger is outside all cores [Å²]
+  /// beyond this squared distance from the origin, an atom of B is outside the cores of all atoms of the tile [Å²]
+  float reach2 = 0;
 };
 
-/// Molecule A, as arrays of floats aligned to 64 bytes.
+/// The atoms of molecule A, as arrays of floats aligned to 64 bytes.
 struct Target {
   const float* x = nullptr;  ///< position relative to the origin of the atom's tile [Å]
   const float* y = nullptr;
   const float* z = nullptr;
-  const float* c6 = nullptr;      ///< factor of the atom in C6: 2 √ε σ³; for arithmetic mixing 2 √ε
-  const float* s3 = nullptr;      ///< factor of the atom in σ³: σ³; for arithmetic mixing σ/2
+  const float* c6 = nullptr;      ///< factor of the atom in C6 of a pair: 2 √ε σ³; for arithmetic mixing 2 √ε
+  const float* s3 = nullptr;      ///< factor of the atom in σ³ of a pair: σ³; for arithmetic mixing σ/2
   const float* sigma = nullptr;   ///< σ of the atom [Å]
   const float* charge = nullptr;  ///< charge of the atom [e]
   const Tile* tiles = nullptr;    ///< tiles with a Lennard-Jones term come first
@@ -50,10 +51,10 @@ struct Target {
   std::size_t tile_count = 0;
 };
 
-/// Coordinate of the padding of B [Å].
+/// Coordinate of the padding atoms of B [Å].
 inline constexpr double kFarAwayAngstrom = 1e12;
-/// Atoms of molecule B in A's frame; those with a Lennard-Jones term come first. The arrays are padded to a multiple of
-/// kLanes with atoms that are far away and have no parameters.
+/// The atoms of molecule B in A's frame; those with a Lennard-Jones term come first. The arrays are padded to a
+/// multiple of kLanes by far-away atoms without parameters.
 struct Probes {
   std::size_t lj_count = 0;
   std::size_t count = 0;
@@ -66,17 +67,17 @@ struct Probes {
   const float* c6 = nullptr;
   const float* s3 = nullptr;
   const float* sigma = nullptr;
-  const float* charge = nullptr;  ///< charge of the atom × k/ε, with Coulomb's constant k
+  const float* charge = nullptr;  ///< k · charge/ε of the atom, with Coulomb's constant k and the permittivity ε
 };
 
-/// Terms to be evaluated, and their cut-off.
+/// The terms of the field to be evaluated, and the cut-off.
 struct KernelModel {
   bool has_charges = false;
   bool is_distance_dependent = false;
   bool is_arithmetic = false;  ///< whether the mixing rule of σ is arithmetic
   float charge_core_squared = 0;
-  // The following values are for fields with a cut-off. Forces are switched off between start and cutoff, see
-  // force_switch().
+  // Coefficients of force_switch() for r^−12, r^−6 and the charge term (q), only for fields with a cut-off. Forces are
+  // switched off between start and cutoff [Å].
   float start = 0;
   float cutoff = 0;
   float a12 = 0, b12 = 0, c12 = 0;
@@ -91,14 +92,14 @@ struct FieldSums {
   double coulomb = 0;
   double force[3] = {};
   double torque[3] = {};
-  // Work of a field with a cut-off: comparisons of an atom with a box (boxes) and of two atoms (distances), and
-  // computed pairs. The pairs are counted by registers: all pairs of a register are computed if one is within the
-  // cut-off.
+  // Operation counts of a field with a cut-off: comparisons of an atom with a box (boxes), comparisons of two atoms
+  // (distances), and computed pairs. The kernel computes all pairs of a register if one of them is within the cut-off;
+  // all of these count.
   std::size_t boxes = 0, distances = 0, pairs = 0;
-  std::size_t on_grid = 0;  ///< number of atoms whose part beyond the cut-off was looked up in a grid
+  std::size_t on_grid = 0;  ///< number of atoms for which the far grid was evaluated
 };
 
-/// Probes [first, last) of B, at most kLanes, and the tiles of A close to them. Each of these tiles has kLanes atoms.
+/// Atoms [first, last) of B, at most kLanes, and the tiles of A close to them. Each of these tiles has kLanes atoms.
 struct NearWork {
   std::size_t first = 0;
   std::size_t last = 0;
@@ -106,13 +107,13 @@ struct NearWork {
   std::size_t tile_count = 0;
 };
 
-/// Adds all pairs to `sums`, without a cut-off.
+/// Adds the terms of all pairs to `sums`, without a cut-off.
 using AllPairsKernel = void (*)(const Target&, const Probes&, const KernelModel&, FieldSums& sums) noexcept;
 /// Adds those pairs of `work` that are within the cut-off to `sums`. Every atom may have a Lennard-Jones term.
 using NearKernel = void (*)(const Target&, const Probes&, const KernelModel&, const NearWork& work,
                             FieldSums& sums) noexcept;
 
-/// Factor of the squared cut-off in the search for close boxes. It is so large that no pair is lost by rounding.
+/// Factor of the squared cut-off in the search for close boxes. It is large enough that rounding cannot lose a pair.
 inline constexpr float kReachMargin = 1.0001F;
 /// Number of children of a node of a ClusterTree.
 inline constexpr std::size_t kChildren = 8;
@@ -122,16 +123,15 @@ struct alignas(32) ChildBoxes {
   float half[3][kChildren];  ///< half of the box's edge lengths
 };
 
-/// Lists the children of the `chosen` nodes whose squared distance to another box is below `reach2` [Å²]. A child has
-/// the number kChildren · node + its index; the list is in ascending order. Returns the length of the list. May write
-/// up to kChildren numbers beyond it.
+/// Finds the children of the `chosen` nodes whose squared distance from another box (`centre`, `half`) is below
+/// `reach2` [Å²]. Writes their indices, kChildren · node + l, in ascending order to `found` and returns the number of
+/// them. It may overwrite up to kChildren further elements of `found`.
 using NearChildren = std::size_t (*)(const ChildBoxes* nodes, const std::uint32_t* chosen, std::size_t count,
                                      const float centre[3], const float half[3], float reach2,
                                      std::uint32_t* found) noexcept;
 
-/// Computes the potentials of A beyond the cut-off at `places` [Å], in the frame of A's floats. The three potentials
-/// are those of q, C6 and C12 (far_grid.hpp). Each array has `count` floats, a multiple of kLanes, and is aligned to 64
-/// bytes.
+/// Computes the three potentials of A beyond the cut-off (for q, C6 and C12, see far_grid.hpp) at `places` [Å], in the
+/// frame of A's floats. Each array has `count` floats, a multiple of kLanes, and is aligned to 64 bytes.
 using FarPointsKernel = void (*)(const Target&, std::size_t atoms, const KernelModel&, std::size_t count,
                                  const float* const places[3], float* const potentials[3]) noexcept;
 
@@ -143,7 +143,7 @@ struct GridNodes {
   double last[3] = {};    ///< largest position at which the grid may be evaluated, in units of nodes; the smallest is 1
   double per_angstrom = 1;
 };
-/// Adds the grid's part for each atom of B. c6 and s3 are 2 √ε σ³ and σ³, padded like the arrays of B.
+/// Adds the part of the far grid for each atom of B. c6 and s3 are 2 √ε σ³ and σ³, padded like the arrays of B.
 using GridKernel = void (*)(const GridNodes&, const Probes&, const float* c6, const float* s3,
                             FieldSums& sums) noexcept;
 
@@ -154,7 +154,7 @@ std::size_t near_children_portable(const ChildBoxes*, const std::uint32_t*, std:
 void far_points_portable(const Target&, std::size_t, const KernelModel&, std::size_t, const float* const[3],
                          float* const[3]) noexcept;
 void grid_portable(const GridNodes&, const Probes&, const float*, const float*, FieldSums&) noexcept;
-/// Executes 12 × count × lanes multiply-adds in registers only, which measures the limit of the processor.
+/// Executes 12 × count × lanes multiply-adds in registers only, to measure the arithmetic peak rate of the processor.
 double multiply_adds_portable(std::size_t count) noexcept;
 #ifdef TANDEM_FIELD_X86
 void all_pairs_avx2(const Target&, const Probes&, const KernelModel&, FieldSums&) noexcept;

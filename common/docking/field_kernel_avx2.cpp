@@ -1,4 +1,4 @@
-// Compiled with AVX2 and FMA. Its functions are called only after a check of the CPU, see field_kernel.hpp.
+// The field kernels compiled with AVX2 and FMA. They are called only after a check of the CPU, see field_kernel.hpp.
 #define TANDEM_ALL_PAIRS all_pairs_avx2
 #define TANDEM_NEAR near_avx2
 #define TANDEM_NEAR_CHILDREN near_children_avx2

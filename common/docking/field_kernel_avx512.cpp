@@ -1,4 +1,4 @@
-// Compiled with AVX-512F. Its functions are called only after a check of the CPU, see field_kernel.hpp.
+// The field kernels compiled with AVX-512F. They are called only after a check of the CPU, see field_kernel.hpp.
 #define TANDEM_ALL_PAIRS all_pairs_avx512
 #define TANDEM_NEAR near_avx512
 #define TANDEM_FAR_POINTS far_points_avx512

@@ -1,4 +1,5 @@
-// Compiled for the same CPU as the whole program, see field_kernel.hpp.
+// The field kernels compiled with the compiler options of the whole program, so every CPU that it supports can run
+// them.
 #define TANDEM_ALL_PAIRS all_pairs_portable
 #define TANDEM_NEAR near_portable
 #define TANDEM_NEAR_CHILDREN near_children_portable

@@ -10,8 +10,8 @@ namespace tandem::docking {
 /// Coulomb constant, k = e²·N_A/(4π ε_0).
 /// Source  GROMACS 2022 reference manual, "Definitions and units": 138.935458 kJ·nm/mol/e²
 inline constexpr double kCoulombKjAngstromPerMol = 1389.35458;
-/// Distance below which the Coulomb energy continues as its tangent parabola. This is needed because a hydrogen without
-/// a Lennard-Jones term could otherwise reach the atom that attracts it.
+/// Distance below which the Coulomb energy continues as its tangent parabola. Without this core, a hydrogen without a
+/// Lennard-Jones term could reach the centre of the atom that attracts it.
 inline constexpr double kChargeCoreAngstrom = 0.8;
 /// Width of the range below the cut-off in which forces are switched off.
 inline constexpr double kSwitchWidthAngstrom = 2;
@@ -19,21 +19,21 @@ inline constexpr double kMinCutoffAngstrom = 4;
 inline constexpr double kMaxCutoffAngstrom = 100;
 
 enum class Dielectric {
-  kNone,      ///< no Coulomb term
-  kConstant,  ///< constant ε
-  kDistance,  ///< ε = permittivity · r/Å
+  kNone,      ///< no charges: no Coulomb term
+  kConstant,  ///< relative permittivity is the constant ε
+  kDistance,  ///< relative permittivity grows with the distance r: ε = permittivity · r/Å
 };
 
 struct FieldModel {
   Dielectric dielectric = Dielectric::kNone;
   double permittivity = 4;     ///< relative permittivity: ε, or ε at 1 Å for kDistance
-  double cutoff_angstrom = 0;  ///< distance beyond which there is no force; 0: all pairs
+  double cutoff_angstrom = 0;  ///< distance beyond which the force is zero; 0: no cut-off
   bool has_far_grid = false;   ///< whether a grid adds the part beyond the cut-off (far_grid.hpp)
 
   bool operator==(const FieldModel&) const = default;
 };
 
-/// Sets the charge term: "none", a constant ε such as "1", or a multiple of the distance such as "4r".
+/// Sets the charge term from a text: "none", a constant ε such as "1", or a multiple of the distance such as "4r".
 /// Fails   throws std::invalid_argument that quotes any other text
 void set_dielectric(FieldModel& model, const std::string& text);
 

@@ -1,7 +1,7 @@
-// Set-up of the float kernels, and selection of the one to call.
+// Set-up of the float kernels, and choice of the kernel to call.
 //
-// The float arrays of A are fixed at construction. A call transforms B's positions in double and passes both to the
-// kernel that the CPU supports (field_kernel.hpp). The sums over B's atoms are in double.
+// The float arrays of A are fixed at construction. A call transforms B's positions in double precision and passes both
+// molecules to the kernel that the CPU supports (field_kernel.hpp). The sums over B's atoms are in double precision.
 #include "common/docking/molecular_field.hpp"
 
 #include <algorithm>
@@ -66,8 +66,8 @@ std::vector<NamedKernel> runnable_kernels() {
   return kernels;
 }
 
-/// Index in runnable_kernels() of the default kernel of the process. Results that must not depend on the processor need
-/// the same kernel at both ends of a session.
+/// Index in runnable_kernels() of the default kernel of the process. Server and clients must use the same kernel where
+/// results must not depend on the processor.
 std::atomic<std::size_t> default_kernel_index{0};
 
 NamedKernel kernel_named(std::string_view name) {
@@ -103,13 +103,15 @@ KernelModel kernel_model(const FieldModel& model) {
   return made;
 }
 
-/// Number of operations of one pair, counted as in KERNELS.md.
+/// Numbers of operations per pair, counted as in KERNELS.md.
 struct PairCost {
-  std::size_t with_lennard_jones, charges_alone;  ///< for each pair of a field without a cut-off
-  std::size_t switched, distance, box;            ///< for each candidate of a field with a cut-off: pair, distance, box
+  /// for a field without a cut-off, per pair: with a Lennard-Jones term, and with charges only
+  std::size_t with_lennard_jones, charges_alone;
+  /// for a field with a cut-off: per computed pair, per comparison of two atoms, and per comparison with a box
+  std::size_t switched, distance, box;
 };
 
-/// Returns the cost in instructions with fused multiply-adds; each instruction counts as one.
+/// Returns the cost in vector instructions; a fused multiply-add counts as one instruction.
 PairCost fused_cost(Dielectric dielectric) {
   switch (dielectric) {
     case Dielectric::kNone:
@@ -122,8 +124,8 @@ PairCost fused_cost(Dielectric dielectric) {
   return {};
 }
 
-/// Returns the cost of the portable kernel in additions, multiplications, divisions and roots; two of these count as
-/// one multiply-add.
+/// Returns the cost of the portable kernel, which has no fused multiply-adds. Additions, multiplications, divisions and
+/// roots count one each; two of them count as one multiply-add.
 PairCost separate_cost(Dielectric dielectric) {
   switch (dielectric) {
     case Dielectric::kNone:
@@ -136,7 +138,7 @@ PairCost separate_cost(Dielectric dielectric) {
   return {};
 }
 
-/// Atoms with a term: first those with Lennard-Jones parameters, then those with only a charge.
+/// The atoms with a force: first those with Lennard-Jones parameters, then those with only a charge.
 struct Interacting {
   std::vector<std::size_t> atoms;
   std::size_t lj_count = 0;
@@ -184,8 +186,8 @@ float charge_of(const Molecule& m, std::size_t i, const FieldModel& model) {
   return model.dielectric == Dielectric::kNone ? 0.0F : static_cast<float>(m.charge_e[i]);
 }
 
-// This function must not be inlined: g++ 12 -O3 merges the three axes of a position and uses the low part of a wrong
-// axis.
+// This function must not be inlined. When g++ 12 -O3 inlines it, it merges the three axes of a position and uses the
+// low part of a wrong axis.
 [[gnu::noinline]] SplitFloat split(double value) {
   const auto high = static_cast<float>(value);
   return {high, static_cast<float>(value - static_cast<double>(high))};
@@ -218,7 +220,7 @@ struct MolecularField::Impl {
   bool is_swapped = false;  ///< "A" and "B" below are the caller's B and A, see comes_first()
   KernelModel constants;
   NamedKernel kernel;
-  std::optional<ClusterTree> tree_a, tree_b;  ///< trees of clusters; only with a cut-off
+  std::optional<ClusterTree> tree_a, tree_b;  ///< trees over the atoms; present only with a cut-off
   std::optional<NeighbourSearch> search;
   std::shared_ptr<const FarGrid> far;
   std::size_t count_a = 0;

@@ -13,19 +13,19 @@ namespace tandem::docking {
 
 class FarGrid;
 
-/// Returns whether `a` comes first in an order of two molecules that does not depend on their roles. The first molecule
-/// has the tiles or the grid. The molecule with more atoms is first. For equal numbers it is the one with the greater
-/// value at the first difference (charges, σ, ε, positions).
+/// Returns whether `a` precedes `b` in an order of molecules that does not depend on the order of the arguments. The
+/// first molecule has the tiles or the grid. The molecule with more atoms is first. For equal numbers of atoms, the one
+/// with the greater value at the first difference is first (charges, σ, ε, positions).
 bool comes_first(const Molecule& a, const Molecule& b);
 
-/// Field evaluation at 1 kHz: pair terms in float, sums in double, arrays arranged and padded once, one fixed order of
-/// summation for each kernel. The model is that of exact_field(), including cores and cut-off.
+/// Field evaluation at 1 kHz. Pair terms are in float, sums in double; the arrays are arranged and padded once; each
+/// kernel has one fixed order of summation. The model is that of exact_field(), including cores and cut-off.
 ///
-/// Without a cut-off all pairs are evaluated; with one, the pairs of close clusters of 16 atoms. The result depends
-/// only on the present pose.
+/// Without a cut-off all pairs are evaluated. With a cut-off only the pairs of close clusters of 16 atoms are
+/// evaluated. The result depends only on the present pose.
 ///
-/// Except for rounding errors of the pose, the result does not depend on which molecule is called A. The molecule that
-/// comes_first() has the tiles or the grid; the atoms of the other molecule are evaluated against them.
+/// Except for rounding errors of the pose, the result does not depend on which molecule is passed as A. The first
+/// molecule by comes_first() has the tiles or the grid; the atoms of the second are evaluated against them.
 ///
 /// Cost    pair_count() pairs, no allocation in evaluate(); for measured rates see KERNELS.md
 /// Thread  any; one thread at a time for each object
@@ -40,28 +40,29 @@ class MolecularField {
 
   FieldResult evaluate(const Pose& X_AB_angstrom) noexcept;
   std::string_view kernel() const;
-  /// Returns "all-pairs", "clusters", or "clusters and grid".
+  /// Returns the method of summation: "all-pairs", "clusters", or "clusters and grid".
   std::string_view method() const;
   /// Returns the far grid (far_grid.hpp); null without FieldModel::has_far_grid, or if the first molecule is too large
   /// for a grid.
   const FarGrid* far_grid() const;
-  /// Returns the number of pairs of atoms that evaluate() computes. With a cut-off the number is that of the last call.
-  /// It includes all pairs of a register with a pair within the cut-off. Atoms without a term are excluded.
+  /// Returns the number of pairs of atoms that evaluate() computes, without atoms that have no term. With a cut-off it
+  /// is the number of the last call, and includes all pairs of each vector register with at least one pair within the
+  /// cut-off.
   std::size_t pair_count() const;
-  /// Returns the number of multiply-adds of the last evaluate(), counted as in KERNELS.md. Set-up and the sums over
-  /// atoms are excluded.
+  /// Returns the number of multiply-adds of the last evaluate(), counted as in KERNELS.md. Coordinate transformation
+  /// and the sums over atoms are excluded.
   std::size_t multiply_adds() const;
 
   /// Names of the kernels that this CPU can run, widest first; "portable" is always the last.
   static std::vector<std::string_view> available_kernels();
-  /// Selects the kernel that "" means in the whole process; "" selects the widest again. Call it before fields are
-  /// created. Throws std::invalid_argument for a name that is not in available_kernels().
+  /// Selects the default kernel of the process, which the empty name stands for; "" selects the widest. Must be called
+  /// before fields are created. Throws std::invalid_argument for a name that is not in available_kernels().
   /// Thread  any
   static void use_by_default(std::string_view kernel);
-  /// Returns the name of the kernel that "" means.
+  /// Returns the name of the default kernel.
   static std::string_view default_kernel();
-  /// Executes multiply-adds in registers only, with the instructions of this kernel. Returns their number: 12 · loops ·
-  /// lanes.
+  /// Executes multiply-adds in registers only, with the instructions of this kernel, to measure the peak rate. Returns
+  /// their number: 12 · loops · lanes.
   static std::size_t run_multiply_adds(std::string_view kernel, std::size_t loops);
 
  private:
@@ -70,14 +71,15 @@ class MolecularField {
 };
 
 inline constexpr double kUsualCutoffAngstrom = 8;
-/// Maximum number of pairs for the sum over all pairs: about a third of a millisecond on one AVX-512 core. Server and
-/// clients each compute the pairs in every tick.
+/// Maximum number of pairs for the sum over all pairs. This number takes about a third of a millisecond on one AVX-512
+/// core, and both server and clients evaluate the field in every tick.
 inline constexpr std::size_t kMaxAllPairs = 1'000'000;
-/// Maximum number of atoms of the smaller molecule for look-ups in a grid; each atom takes about 30 ns in every tick.
+/// Maximum number of atoms of the smaller molecule for a far grid; a grid look-up takes about 30 ns per atom and tick.
 inline constexpr std::size_t kMaxOnGrid = 12'000;
-/// Sets the default method of summation. Up to a million pairs, all pairs are summed. For more pairs, those within 8 Å
-/// are summed, and the part beyond is taken from a grid around the molecule that comes_first(). The grid is used only
-/// if that molecule is small enough (far_grid_spacing_angstrom()) and the other one has at most kMaxOnGrid atoms.
+/// Sets the default method of summation. Up to kMaxAllPairs, all pairs are summed. For more pairs, those within
+/// kUsualCutoffAngstrom are summed, and a grid around the first molecule by comes_first() adds the part beyond. The
+/// grid is used only if that molecule is small enough (far_grid_spacing_angstrom()) and the second one has at most
+/// kMaxOnGrid atoms.
 void choose_cutoff(const Molecule& a, const Molecule& b, FieldModel& model);
 
 }  // namespace tandem::docking

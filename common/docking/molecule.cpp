@@ -1,4 +1,4 @@
-// Functions of a molecule: its centre, and the validation on which every field kernel relies.
+// Functions of a molecule: its centre of mass, its residues, and the validation on which every field kernel relies.
 #include "common/docking/molecule.hpp"
 
 #include <algorithm>

@@ -11,7 +11,7 @@
 
 namespace tandem::docking {
 
-/// Atoms with their parameters; positions are in the frame of the file.
+/// Atoms with their parameters, one array per property; positions are in the frame of the structure file.
 struct Molecule {
   std::vector<Vec3> positions_angstrom;
   std::vector<double> sigma_angstrom;
@@ -23,12 +23,12 @@ struct Molecule {
   std::vector<std::string> residue_names;  ///< name of each atom's residue, such as "GLU"
   std::vector<std::string> residue_ids;    ///< residue number and insertion code of each atom, such as "12A"
   std::vector<std::string> chains;         ///< chain of each atom, such as "B"; empty if the file gives none
-  std::vector<int> segments;               ///< number of chain ends before each atom in the file
+  std::vector<int> segments;               ///< number of chain ends (such as TER records) before each atom in the file
   std::vector<std::string> types;          ///< force-field type of each atom, such as "opls_238"
-  /// Atoms for which the force field has no exact entry, with a notice to the user for each: atom, residue and
-  /// substitute.
+  /// Atoms for which the force field has no exact entry. The text of each is a notice to the user: atom, residue and
+  /// substitute parameters.
   std::map<std::size_t, std::string> guessed;
-  std::vector<std::string> notes;  ///< other notices of the loader to the user, about omitted or missing atoms
+  std::vector<std::string> notes;  ///< further notices of the loader to the user, about omitted or missing atoms
   std::string force_field;         ///< name of the force field, such as "oplsaa"
   /// Mixing rule of the force field: true for σ_ij = (σ_i + σ_j)/2, false for √(σ_i σ_j). For two molecules the
   /// arithmetic rule applies if either of them has it.
@@ -37,10 +37,10 @@ struct Molecule {
   std::size_t size() const { return positions_angstrom.size(); }
   Vec3 centre_of_mass_angstrom() const;
   /// Moves all atoms so that their centre of mass is at the origin.
-  /// Out     the previous centre of mass
+  /// Out     the centre of mass before the call
   Vec3 centre();
-  /// Radius of gyration about the origin with equal weights. It is at least 1 Å, about a bond's length, because a
-  /// single atom has no extent.
+  /// Radius of gyration about the origin with equal weights. The result is at least 1 Å, about the length of a bond,
+  /// because a single atom has no extent.
   double gyration_radius_angstrom() const;
 };
 

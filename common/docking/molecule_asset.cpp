@@ -12,7 +12,7 @@
 namespace tandem::docking {
 namespace {
 
-constexpr std::uint32_t kKind = 0x4C4F4D54;  // "TMOL"
+constexpr std::uint32_t kKind = 0x4C4F4D54;  // the characters "TMOL" at the start of an asset
 constexpr std::size_t kAtomBytes = 7 * sizeof(double);
 constexpr std::uint32_t kMixesArithmetically = 1;
 constexpr double kMaxMass_u = 1e4;

@@ -1,4 +1,4 @@
-// A molecule prepared for the field, in the form in which it is sent to clients. Clients do not have the server's
+// A molecule prepared for the field, in the format that is sent to clients. Clients do not have the server's structure
 // files.
 #pragma once
 
@@ -15,9 +15,8 @@ namespace tandem::docking {
 inline constexpr std::uint32_t kMoleculeAssetVersion = 3;
 inline constexpr std::size_t kMaxMoleculeAssetAtoms = 1'000'000;
 
-/// Encodes positions, masses and field parameters in double precision, so that server and client compute the same
-/// forces. For display it adds the names and elements of the atoms, with their residues and chains. Types and notices
-/// are excluded.
+/// Encodes positions, masses and field parameters in double precision, so that server and client compute equal forces.
+/// Names and elements of atoms, residues and chains are included for display. Force-field types and notices are not.
 ///
 /// Model   little-endian: "TMOL"; version; flags (1: Molecule::mixes_arithmetically); number of atoms; for each atom x
 ///         y z σ ε q m (Å, kJ/mol, e, u); number of residues, 0 if the molecule has no names; for each residue its
@@ -29,8 +28,8 @@ inline constexpr std::size_t kMaxMoleculeAssetAtoms = 1'000'000;
 std::vector<std::byte> molecule_asset_bytes(const Molecule& molecule);
 inline constexpr std::size_t kMaxMoleculeTextBytes = 8;
 
-/// Decodes an asset. Returns nothing if the bytes are not exactly one asset, or if a number is outside the field's
-/// limits.
+/// Decodes an asset. Returns nothing if the bytes are not exactly one asset, or if a value is outside the limits of
+/// validate().
 std::optional<Molecule> molecule_from(std::span<const std::byte> bytes);
 
 }  // namespace tandem::docking

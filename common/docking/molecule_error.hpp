@@ -1,4 +1,4 @@
-// Error type of the structure and parameter readers.
+// Error of the readers of structure files and force-field files.
 #pragma once
 
 #include <stdexcept>

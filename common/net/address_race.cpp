@@ -40,7 +40,8 @@ bool AddressRace::has(State state) const {
   return std::ranges::find(candidates_, state, &Candidate::state) != candidates_.end();
 }
 
-/// Returns the first waiting address of the preferred family, else of the other family.
+/// Returns the first waiting address of the preferred family (IPv4 or IPv6), or else of the second family; null if
+/// none.
 AddressRace::Candidate* AddressRace::first_waiting() {
   Candidate* first = nullptr;
   for (Candidate& candidate : candidates_) {
@@ -72,8 +73,8 @@ std::optional<Address> AddressRace::next(LocalTime now) {
   return candidate.address;
 }
 
-/// Returns when the attempt times out. Empty if no other address remains: the attempt then continues for as long as the
-/// caller permits.
+/// Returns when the attempt times out. Empty if no other usable address remains: then there is no time limit here, and
+/// the caller decides how long the attempt may last.
 std::optional<LocalTime> AddressRace::expiry(const Candidate& candidate) const {
   const bool is_going_on = candidate.state == State::kTrying || candidate.state == State::kAccepted;
   const auto is_left = [&candidate](const Candidate& other) {

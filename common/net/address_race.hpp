@@ -1,4 +1,4 @@
-// Determines which address of a host to try at which time: Happy Eyeballs version 2 (RFC 8305). Contains no sockets.
+// Decides when to try which address of a host: Happy Eyeballs version 2 (RFC 8305). Contains no sockets.
 //
 //   answers of DNS look-ups ──▶ add()                  next() ──▶ address to connect to now
 //   results of attempts ──────▶ failed(), accepted()    due() ──▶ when to call next() again
@@ -22,28 +22,28 @@ using Address = boost::asio::ip::address;
 enum class AttemptFailure : std::uint8_t {
   kRefused,      ///< the host answered that no program listens on the port
   kUnreachable,  ///< there is no route, or this machine cannot use the address
-  kTimedOut,     ///< no answer
-  kUntrusted,    ///< a program answered, but it is not the expected server
+  kTimedOut,     ///< the host did not answer in time
+  kUntrusted,    ///< a program answered, but it did not prove to be the expected server
   kLost,         ///< the connection was lost before it was set up
   kOther         ///< any other error of the operating system
 };
 
 /// Delays of a race; the defaults are those of RFC 8305.
 struct RaceSettings {
-  /// §3: time for which IPv4 addresses wait for the IPv6 answer
+  /// §3: after the IPv4 answer of DNS, time to wait for the IPv6 answer before IPv4 addresses are tried
   Duration resolution_delay{std::chrono::milliseconds(50)};
   Duration attempt_delay{std::chrono::milliseconds(250)};  ///< §5: time between the starts of two attempts
-  /// Maximum time from the start of an attempt until its connection is set up; ignored if there is no other address to
-  /// try.
+  /// Maximum time from the start of an attempt until its connection is set up. Ignored if there is no other address
+  /// left.
   Duration attempt_timeout{std::chrono::seconds(3)};
 };
 
-/// The race for one connection.
+/// Connection attempts to several addresses of one server, of which the first success is used.
 ///
-/// Model   Attempts start one after the other. The next one starts attempt_delay after the last one, or at once if the
-///         last one failed. Its address is of the other family than the address of the last attempt; IPv6 comes first.
-///         Within a family the order is that of the resolver. The first address that accepts wins. The other attempts
-///         are cancelled; their addresses are tried again if the winner turns out not to be the expected server.
+/// Model   Attempts start one after the other: attempt_delay after the start of the previous one, or at once if the
+///         previous one failed. IPv6 comes first, then the families alternate. Within a family the order is that of the
+///         resolver. The first address that accepts wins. The remaining attempts are cancelled; their addresses are
+///         tried again if the winner turns out not to be the expected server.
 /// Source  RFC 8305, sections 3 to 6. Here an address that won an earlier race comes first (§4 permits it).
 /// Limits  kMaxPerFamily addresses per family; further ones are ignored
 /// Thread  any, one at a time
@@ -51,32 +51,32 @@ class AddressRace {
  public:
   static constexpr std::size_t kMaxPerFamily = 8;
 
-  /// In      known    addresses that need no look-up, the preferred one first
-  ///         lookups  number of look-ups whose answers are outstanding: 0, or 2 (one for each family)
+  /// In      known    addresses that need no look-up, in order of preference
+  ///         lookups  number of outstanding DNS look-ups: 0, or 2 (one for each family)
   explicit AddressRace(std::span<const Address> known = {}, int lookups = 0, RaceSettings settings = {});
 
-  /// Adds the answer to a look-up of one family. `problem` states why the answer contains no address.
+  /// Adds the DNS answer for one family. `problem` states why the answer contains no address.
   void add(std::span<const Address> addresses, bool is_v6, const std::string& problem, LocalTime now);
   /// Returns the address to connect to now. Call it repeatedly until it returns nothing.
   std::optional<Address> next(LocalTime now);
-  /// Returns the time at which next() or expired() can return a new result. If empty, only add(), failed() or
-  /// accepted() can cause one.
+  /// Returns the earliest time at which next() or expired() can return a new result. Empty if only add(), failed() or
+  /// accepted() can cause a new result.
   std::optional<LocalTime> due() const;
   /// Returns an attempt that has timed out; the caller cancels it and calls failed().
   std::optional<Address> expired(LocalTime now) const;
-  /// Records that the attempt, or the connection that was accepted, failed.
+  /// Records that an attempt, or the accepted connection, failed.
   void failed(const Address& address, AttemptFailure failure, const std::string& why);
   /// Declares the address the winner. No further attempt starts; the caller cancels all other attempts.
   void accepted(const Address& address);
 
   /// Returns whether every address has failed and no look-up is outstanding. A race that began with known addresses
-  /// does not wait for look-ups, because an unresponsive name server must not delay reconnections. The answer of a late
-  /// look-up is available to the next race.
+  /// does not wait for look-ups, because an unresponsive name server must not delay reconnections. Addresses of a late
+  /// DNS answer are available to the next race.
   bool is_lost() const;
-  /// Returns a readable result of each tried address and of the look-ups.
+  /// Returns a readable list of the results of all tried addresses and of the look-ups.
   std::string report() const;
   bool has_addresses() const { return !candidates_.empty(); }
-  /// Returns why the only address failed. Empty if there are several addresses, or if it did not fail.
+  /// Returns why the only address failed. Empty if there are several addresses, or if the only one did not fail.
   std::optional<AttemptFailure> only_failure() const;
 
  private:
@@ -101,7 +101,7 @@ class AddressRace {
   bool has_known_;
   std::vector<std::string> lookup_problems_;
   int lookups_;                           ///< number of outstanding look-ups
-  bool awaits_v6_;                        ///< the IPv6 answer is outstanding
+  bool awaits_v6_;                        ///< whether the IPv6 answer of DNS is outstanding
   std::optional<LocalTime> v4_answered_;  ///< time of the IPv4 answer, while the IPv6 answer is outstanding
   bool is_v6_next_;                       ///< the next attempt prefers an IPv6 address
   std::optional<Address> last_tried_;     ///< address of the last attempt; empty: no attempt has started

@@ -15,7 +15,7 @@ bool ClockSync::add(LocalTime t1, ServerTime t2, ServerTime t3, LocalTime t4) {
   const Duration back = t3.time_since_epoch() - t4.time_since_epoch();
   round_trip_ = outside - held;
   if (!has_offset_) first_at_ = slewed_at_ = t4;
-  slew(t4);  // moves towards the old target up to now
+  slew(t4);  // completes the slew towards the previous target before the new sample changes the target
   const Duration::rep slot = t4.time_since_epoch() / kSlot;
   remember({.offset = (there + back) / 2, .delay = round_trip_, .at = t4, .slot = slot, .is_used = true});
   target_ = best_offset(t4);
@@ -25,7 +25,7 @@ bool ClockSync::add(LocalTime t1, ServerTime t2, ServerTime t3, LocalTime t4) {
 }
 
 void ClockSync::remember(const Sample& sample) {
-  // The conversion to unsigned gives a valid index also for times before the clock's epoch.
+  // The conversion to unsigned gives a valid index even for times before the clock's epoch.
   Sample& kept = samples_[static_cast<std::size_t>(sample.slot) % kSlots];
   if (!kept.is_used || kept.slot != sample.slot || sample.delay <= kept.delay) kept = sample;
 }
@@ -51,8 +51,8 @@ void ClockSync::slew(LocalTime now) {
   const double error_s = std::abs(to_seconds(error));
   const double rate = std::clamp(error_s / kSlewTimeConstantS, kSlowestSlew, kFastestSlew);
   const Duration step = std::min(from_seconds(rate * elapsed_s), std::chrono::abs(error));
-  // If the step is below one nanosecond, slewed_at_ stays unchanged, so that the elapsed time accumulates and is not
-  // lost.
+  // If the step is below one nanosecond, slewed_at_ stays unchanged. The elapsed time then accumulates until it gives a
+  // step.
   if (step == Duration{0} && error != Duration{0}) return;
   slewed_at_ = now;
   current_ += error < Duration{0} ? -step : step;

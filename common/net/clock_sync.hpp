@@ -15,11 +15,11 @@ namespace tandem::net {
 /// Model   An exchange has the delay δ = (t4 − t1) − (t3 − t2) and the offset θ = ((t2 − t1) + (t3 − t4)) / 2. The
 ///         error of θ is half the difference between the forward and the return delay. For each of the last kSlots
 ///         periods of length kSlot the exchange with the smallest δ is stored. The target is the stored θ with the
-///         smallest δ/2 + kDrift · age: queueing falsifies new exchanges, drift of the clocks old ones. Error of the
-///         target ≤ |fixed asymmetry| / 2 + (queueing in its exchange) / 2 + kDrift · its age.
-/// Settle  For kSettling after the first exchange the offset equals the target, including steps. Forces are small
-///         during this time because of the start ramp. Without it, correcting a first exchange that queued for 200 ms
-///         would take about 10 s.
+///         smallest δ/2 + kDrift · age, because queueing falsifies new exchanges and clock drift falsifies old ones.
+///         Error of the target ≤ |fixed asymmetry| / 2 + (queueing in its exchange) / 2 + kDrift · its age.
+/// Settle  For kSettling after the first exchange the offset equals the target, even if the target steps. The start
+///         ramp keeps forces small during this time. Without settling, correcting a first exchange that queued for
+///         200 ms would take about 10 s.
 /// Slew    Afterwards the offset moves towards the target at the rate error / 2 s, clamped to 500 ppm … 5 %. An error
 ///         of 1 ms vanishes in 2 s; an error of 100 ms decreases to 1 ms in 10 s. Server time never stops or steps.
 /// Source  RFC 5905 (clock filter, error bound that grows with age, NTP's slew of 500 ppm); the rest is our design
@@ -43,7 +43,7 @@ class ClockSync {
   void reset() { *this = ClockSync(); }
 
  private:
-  /// The exchange with the smallest delay of one period. `slot` is the number of the period, counted from the clock's
+  /// The exchange with the smallest delay within one period. `slot` is the number of the period since the clock's
   /// epoch.
   struct Sample {
     Duration offset{0};
@@ -55,7 +55,7 @@ class ClockSync {
   static constexpr std::size_t kSlots = 64;
   static constexpr Duration kSlot{std::chrono::milliseconds(100)};
   static constexpr Duration kSettling{std::chrono::seconds(1)};
-  /// Maximum drift between two free-running crystals with tolerances of ±50 ppm each.
+  /// Maximum relative drift of two free-running crystals with tolerances of ±50 ppm each.
   static constexpr double kDrift = 100e-6;
   static constexpr double kSlowestSlew = 500e-6;
   static constexpr double kFastestSlew = 0.05;

@@ -6,12 +6,12 @@
 
 namespace tandem::net {
 
-/// Maximum interval between messages (100 Hz), however small the change and the capacity of the link. It limits the
-/// duration for which a lost message has an effect.
+/// Maximum interval between messages (100 Hz). It holds for unchanged content and for a slow link as well. It limits
+/// for how long a lost message has an effect.
 inline constexpr Duration kDeadbandFloor = std::chrono::milliseconds(10);
 inline constexpr double kMaxDeadband = 0.5;
 
-/// Detects changes that a user would feel, according to Weber's law: the threshold is a fraction of the value itself.
+/// Detects changes that a user could feel, by Weber's law: the threshold is a fraction of the value itself.
 ///
 /// Model   A force counts as changed if it differs from the last sent force F by more than w · max(|F|, kForceFloor_n).
 ///         Velocities are treated in the same way. For a position, its deviation from the receiver's estimate is
@@ -22,8 +22,7 @@ inline constexpr double kMaxDeadband = 0.5;
 ///         forces and velocities. The rule for positions and the floors are our additions. Without floors, sensor noise
 ///         at rest would be sent. Below the floor of a force, the just-noticeable difference is a larger fraction of
 ///         the force.
-/// In      weber_fraction  w, 0..kMaxDeadband; with 0 every change is significant. About 0.1 is suitable for human
-///                         hands
+/// In      weber_fraction  w, 0..kMaxDeadband; with 0 every change counts. About 0.1 is suitable for human hands
 /// Thread  any, one at a time
 class Deadband {
  public:
@@ -36,8 +35,7 @@ class Deadband {
 
   bool is_off() const { return !(fraction_ > 0); }
   bool notices(const Wrench& now, const Wrench& sent) const;
-  /// In      X_believed  the receiver's current estimate: the last sent pose, possibly extrapolated with the sent
-  ///                     velocity
+  /// In      X_believed  the receiver's current estimate: the last sent pose, or its extrapolation by the sent velocity
   ///         felt        current force at the hand
   ///         stiffness_…  stiffness of the coupling; it converts displacements to forces, so that the thresholds are
   ///                      forces

@@ -6,18 +6,19 @@
 namespace tandem::net {
 namespace {
 
-/// Time for which one piece of a pair occupies the link at the current rate.
+/// Transmission time of one piece of a pair at the current rate. A piece is one requested part of a file
+/// (fetch_rate.hpp).
 constexpr double kPiece_s = 1.75e-3;
-/// Maximum credit, expressed as time at the current rate. A caller that polls late can catch up by this time.
+/// Maximum credit, as time at the current rate. A caller that polls late can catch up by this time.
 constexpr double kMadeUp_s = 5e-3;
-/// Time after a rate reduction before its effect is evaluated. By then the queue has drained and kShort contains only
-/// newer delays.
+/// Time after a rate reduction before its effect is evaluated. By then the queue has drained, and the window kShort
+/// holds only delays that were measured after the reduction.
 constexpr Duration kAfterFall = std::chrono::milliseconds(100);
-/// Factor applied to a delay of another cause, to obtain the new allowance.
+/// Ratio of the new allowance to a delay that our own traffic did not cause.
 constexpr double kLeave = 1.25;
-/// Interval over which the rate of state is measured.
+/// Interval over which the data rate of state updates is measured.
 constexpr Duration kStateWindow = std::chrono::milliseconds(50);
-/// If no state arrives for this time, the rate of state counts as zero.
+/// If no state update arrives for this time, the data rate of state counts as zero.
 constexpr Duration kWithoutState = std::chrono::milliseconds(200);
 
 }  // namespace

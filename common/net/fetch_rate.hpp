@@ -1,5 +1,5 @@
-// Controls the rate of file requests over a link that also carries state: as fast as possible without queueing of
-// state.
+// Rate control of file requests over a link that also carries state updates. It transfers files as fast as possible
+// without making state updates queue.
 #pragma once
 
 #include <array>
@@ -12,21 +12,20 @@
 
 namespace tandem::net {
 
-/// Rate control in the receiver of files. The receiver requests pieces of files and receives them in the requested
-/// order. Because the sender only answers requests, it needs no rate control.
+/// Rate control at the receiver of files. The receiver requests pieces of files and gets them in the requested order.
+/// The sender only answers requests, so it needs no rate control.
 ///
 /// Model   Capacity: pieces are requested in pairs, whose two answers leave the sender together. The gap between their
 ///         arrivals is the time that the bottleneck needs for the second answer and for state in between. The capacity
 ///         follows from the mean time per byte of the shorter half of the last kPairs gaps. The free rate is the
-///         capacity less the rate of state. Jitter makes the shorter half of the gaps too short. The mean of all pairs
-///         therefore gives a second upper limit of the free rate.
+///         capacity less the rate of state. Jitter makes the shorter half of the gaps too short, so the mean of all
+///         pairs gives a second upper limit of the free rate.
 ///         Rate: it begins at kFirstRate and doubles once per round trip, up to kShare of the free rate. A queue is
 ///         detected when the least delay of state over kShort exceeds the least delay over kLong by more than the
-///         allowance, at first kQueue. The rate then falls by the factor kFall and afterwards rises by the factor
+///         allowance (initially kQueue). The rate then falls by the factor kFall and afterwards rises by the factor
 ///         kCareful per round trip. If the rate is already below kFall of the free rate, the delay has another cause
-///         (jitter, a longer route, other traffic). In that case the allowance is raised to this delay, up to
-///         kMaxAllowed, and the rate may double again. At most rate · (least round trip + kAhead) plus two pieces are
-///         in flight.
+///         (jitter, a longer route, other traffic). Then the allowance is raised to this delay, up to kMaxAllowed, and
+///         the rate may double again. At most rate · (least round trip + kAhead) plus two pieces are in flight.
 /// Limits  A pair occupies the link for 3.5 ms at the current rate, or for the time of two pieces of kMinPiece. State
 ///         that is queued behind the pair waits for that time. Jitter of single packets reduces the rate: without
 ///         jitter 73 to 85 % of the free rate is reached. At a standard deviation of 2 ms it is 40 to 60 %, at 5 and 10
@@ -54,15 +53,15 @@ class FetchRate {
   static constexpr std::size_t kMaxPiece = 60 * 1024;
   static constexpr std::size_t kMaxInFlight = 512 * 1024;
 
-  /// Returns the size in bytes of the piece to request now; 0: no request yet. The caller confirms a request by
+  /// Returns the size in bytes of the piece to request now; 0: no request now. The caller reports each request by
   /// note_request().
   std::size_t bytes_to_request(LocalTime now) noexcept;
   void note_request(LocalTime now, std::size_t bytes);
-  /// Records that an answer arrived, possibly a refusal. It belongs to the oldest outstanding request.
+  /// Records the arrival of an answer, which may be a refusal. It belongs to the oldest outstanding request.
   void answered(LocalTime now) noexcept;
-  /// Records that state arrived after `delay`, which is measured by two clocks with a constant offset.
+  /// Records the arrival of a state update after `delay`, which is the difference of two clocks with a constant offset.
   void state_came(LocalTime now, Duration delay, std::size_t bytes) noexcept;
-  /// Restarts for another connection: discards the outstanding requests and all measurements of the link.
+  /// Restarts for a new connection: discards the outstanding requests and all measurements of the link.
   void reset() { *this = FetchRate(); }
 
   double rate_bytes_per_s() const noexcept { return rate_; }
@@ -78,7 +77,7 @@ class FetchRate {
   std::size_t piece() const noexcept;
   bool has_room_for(std::size_t bytes) const noexcept;
   void note_pair(std::size_t bytes, Duration apart) noexcept;
-  /// Returns the capacity that is used neither by state nor, as far as the pairs show, by other traffic.
+  /// Returns the capacity less the state updates and less the other traffic that the pairs reveal.
   double free_bytes_per_s() const noexcept;
   void end_round(LocalTime now) noexcept;
 
@@ -92,12 +91,12 @@ class FetchRate {
   LocalTime first_came_{};
   std::array<double, kPairs> pair_s_per_byte_{};  ///< ring buffer with the times per byte of the last pairs
   std::size_t pairs_ = 0;                         ///< number of pairs measured so far
-  LocalTime state_from_{};                        ///< start of the interval of state_bytes_
+  LocalTime state_from_{};                        ///< start of the interval in which state_bytes_ is counted
   double state_bytes_ = 0;
-  double state_bytes_per_s_ = -1;          ///< negative: not measured yet
-  LocalTime begun_{};                      ///< time of the first answer
+  double state_bytes_per_s_ = -1;          ///< measured data rate of state updates; negative: not measured yet
+  LocalTime begun_{};                      ///< time of the first answer on this connection
   Duration round_trip_ = Duration::max();  ///< smallest round trip so far
-  LocalTime round_from_{};  ///< a round ends with the first answer to a piece that was requested at this time or later
+  LocalTime round_from_{};  ///< a round ends with the first answer to a piece that was requested at or after this time
   bool is_careful_ = false;
   Duration allowed_ = kQueue;
   LeastOver recent_{kShort};

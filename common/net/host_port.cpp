@@ -8,7 +8,7 @@
 namespace tandem::net {
 namespace {
 
-/// Returns whether the host contains a forbidden character; "/" is one of them because it ends the server name in an
+/// Returns whether the host contains a forbidden character. "/" is forbidden because it ends the server name in an
 /// invitation.
 bool has_forbidden(const std::string& host) {
   return host.find_first_of("[]/ \t\r\n") != std::string::npos;

@@ -19,7 +19,7 @@ struct HostPort {
 ///         brackets, whose last group could be mistaken for a port
 HostPort host_port_of(const std::string& text);
 
-/// Returns the host given to an option that takes no port; brackets around an IPv6 address are removed.
+/// Returns the host given to a command-line option that takes no port; brackets around an IPv6 address are removed.
 /// Fails   std::invalid_argument: the message names `option`, the value, the error and the remedy
 std::string host_without_port(const std::string& option, const std::string& text);
 

@@ -1,4 +1,4 @@
-// Minimum of the recent values, computed without storing them.
+// Minimum over a sliding time window, computed without storing the values.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace tandem::net {
 
-/// Minimum of the values added recently: over a time that varies between half and the whole of the given span.
+/// Approximate sliding minimum in constant memory: the window is between half the given span and the whole span long.
 ///
 /// Thread  any, one at a time; no allocation
 class LeastOver {

@@ -11,17 +11,18 @@ namespace tandem::net {
 namespace {
 
 constexpr Duration kMaxDelay = std::chrono::seconds(10);
-// If bad periods were shorter than the interval between packets, losses would be independent. Each period also costs a
-// random draw.
+// Lower limit of mean_bad_period. Bad periods shorter than the interval between packets would make losses independent,
+// and each period costs a random draw.
 constexpr Duration kMinBadPeriod = std::chrono::microseconds(100);
-// Three years: longer than any trial, but short enough that a sum of a few periods fits into a Duration.
+// Maximum length of a period, about three years: longer than any trial, but a sum of a few periods fits into a
+// Duration.
 constexpr double kMaxPeriod_s = 1e8;
-// Offsets of the stream numbers of duplicates and paths; they exceed the stream numbers of all links.
+// Offsets of the random stream numbers of duplicates and paths. They exceed the stream numbers of all links.
 constexpr std::uint64_t kDuplicateStreams = 1ULL << 40U;
 constexpr std::uint64_t kPathStreams = 1ULL << 41U;
 
-// Shape parameter of the Pareto distribution: the smallest integer for which the standard deviation is finite. It gives
-// the heaviest tail for which `jitter` is a standard deviation. This value is our choice.
+// Shape parameter of the Pareto distribution: our choice of the smallest integer for which the standard deviation is
+// finite. It gives the heaviest tail for which `jitter` is still a standard deviation.
 constexpr double kParetoShape = 3.0;
 // Standard deviation σ of a Pareto (type I) variable of scale 1: √(a / ((a−1)² (a−2))).
 const double kParetoUnitSigma = std::sqrt(kParetoShape / (std::pow(kParetoShape - 1, 2) * (kParetoShape - 2)));
@@ -69,7 +70,7 @@ Duration DelayPath::at(Duration time) const {
   const Duration here = time % length();
   const auto next = std::upper_bound(points.begin(), points.end(), here,
                                      [](Duration value, const Point& point) { return value < point.at; });
-  const Point& to = *next;  // exists, because `here` is before the last point
+  const Point& to = *next;  // valid, because `here` is before the last point
   const Point& from = *(next - 1);
   const double share = to_seconds(here - from.at) / to_seconds(to.at - from.at);
   return from.delay + from_seconds(share * to_seconds(to.delay - from.delay));
@@ -125,14 +126,13 @@ void SimulatedLink::set_parameters(LinkParameters parameters) {
     throw std::invalid_argument("link: " + problem);
   }
   parameters_ = is_reliable_ ? for_a_stream(std::move(parameters)) : std::move(parameters);
-  // Positions in the previous trace may lie beyond the end of the new one.
+  // A position in the previous trace may lie beyond the end of the new trace.
   delays_.trace_position = duplicate_delays_.trace_position = 0;
 }
 
 void SimulatedLink::send(LocalTime now, std::span<const std::byte> packet) {
   ++counters_.sent;
-  // With a full queue, the sender of a stream would be slowed down and would not lose bytes. The model omits this
-  // slowing down.
+  // A full queue does not drop the bytes of a stream; it would slow the sender down. The model omits this slow-down.
   if (!is_reliable_ && in_flight_.size() >= parameters_.queue_limit) {
     ++counters_.queue_full;
     return;
@@ -143,7 +143,7 @@ void SimulatedLink::send(LocalTime now, std::span<const std::byte> packet) {
     *line_free_ = std::max(*line_free_, now) + from_seconds(seconds);
     on_wire = *line_free_;
   }
-  // The delay is drawn for every packet, so that delays do not depend on losses. Duplicates use a separate random
+  // The delay is drawn even for a lost packet, so that delays do not depend on losses. Duplicates use a separate random
   // sequence.
   const Duration delay = draw_delay(delays_, on_wire);
   if (is_lost(on_wire)) {
@@ -184,8 +184,7 @@ bool SimulatedLink::is_lost(LocalTime now) {
     return from_seconds(std::min(kMaxPeriod_s, loss_random_.exponential(in_bad_period_ ? bad_s : good_s)));
   };
   if (!has_period_) {
-    // An exponential distribution has no memory: the remainder of the current period is distributed like a whole
-    // period.
+    // An exponential distribution is memoryless: the rest of the current period is distributed like a whole period.
     has_period_ = true;
     in_bad_period_ = loss_random_.uniform() < parameters_.loss;
     period_end_ = now + draw();

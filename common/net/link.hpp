@@ -1,5 +1,5 @@
-// A simulated one-way network link with delay, jitter and loss. It has no clock and no socket, so the lab uses it under
-// virtual time and the client uses it live.
+// A simulated one-way network link with delay, jitter and loss. It has no clock and no socket. The lab uses it under
+// virtual time, the client in real time.
 #pragma once
 
 #include <algorithm>
@@ -22,19 +22,19 @@ namespace tandem::net {
 /// Model   kNormal  max(0, delay + σ·N(0,1)). If σ is large relative to the delay, the maximum raises the mean delay
 ///         kPareto  delay + scale·((1 − u)^(−1/3) − 1), with u uniform. `delay` is the minimum, the standard deviation
 ///                  is exactly σ, the mean is delay + σ/√3, and P(delay exceeds the minimum by x) falls as x⁻³
-///         kTrace   the delays of a list, one after the other, repeatedly
+///          kTrace   the delays of a given list in order, repeated from the start after the last one
 enum class JitterDistribution { kNormal, kPareto, kTrace };
 
-/// Variation of a delay over time: linear between the given points, and repeated after the last point.
+/// A delay that varies over time: linear between the given points, repeated after the last point.
 struct DelayPath {
   struct Point {
     Duration at{0};
     Duration delay{0};
     bool operator==(const Point&) const = default;
   };
-  std::string name;           ///< file name
+  std::string name;           ///< name of the file that defines the path
   std::vector<Point> points;  ///< in order of time; the first is at 0, the last at a later time; empty: no delay
-  /// True: each link begins at a random point, determined by its seed; false: at the first point
+  /// True: each link begins at a random point of the path, determined by its seed; false: at the first point.
   bool starts_anywhere = true;
 
   /// Returns the delay at a given time after the beginning of the path.
@@ -43,7 +43,7 @@ struct DelayPath {
   bool operator==(const DelayPath&) const = default;
 };
 
-/// Maximum loss of a link. With a higher loss the good periods would be shorter than the interval between packets.
+/// Maximum loss of a link. With a higher loss, good periods would be shorter than the interval between packets.
 inline constexpr double kMaxLoss = 0.95;
 
 /// Parameters of one direction of a link.
@@ -51,30 +51,31 @@ struct LinkParameters {
   Duration delay{0};   ///< fixed part of the delay
   Duration jitter{0};  ///< standard deviation of the variable part of the delay
   JitterDistribution distribution = JitterDistribution::kNormal;
-  std::vector<Duration> trace;  ///< for kTrace: delays used one after the other instead of delay + jitter
+  std::vector<Duration> trace;  ///< for kTrace: delays used in order instead of delay + jitter
   /// Correlation time of the variable part, as caused by a queue; unused with kTrace. 0: each packet's delay is
   /// independent.
   Duration jitter_correlation{0};
-  /// Added to the delays above; models a varying load, a change of route or the retries of a radio link
+  /// Delay added to the delays above. It models a varying load, a change of route or the retries of a radio link.
   DelayPath delay_path;
-  /// If false, a packet does not overtake earlier ones. A late packet then delays its successors, which arrive in a
+  /// If false, no packet overtakes an earlier one. A late packet then holds back the following ones, which arrive in a
   /// burst.
   bool allows_reordering = false;
-  double loss = 0.0;                              ///< fraction of lost packets, 0 to kMaxLoss
-  Duration mean_bad_period{from_seconds(0.020)};  ///< mean length of bad periods; all packets sent in one are lost
-  double duplication = 0.0;                       ///< fraction of packets delivered twice
-  double rate_limit_bytes_per_s = 0;              ///< 0: unlimited
-  std::size_t queue_limit = 4096;  ///< maximum number of packets in flight; further ones are dropped (tail drop)
+  double loss = 0.0;  ///< fraction of lost packets, 0 to kMaxLoss
+  /// Mean length of bad periods; all packets that are sent in a bad period are lost
+  Duration mean_bad_period{from_seconds(0.020)};
+  double duplication = 0.0;           ///< fraction of packets delivered twice
+  double rate_limit_bytes_per_s = 0;  ///< 0: the rate is not limited
+  std::size_t queue_limit = 4096;     ///< maximum number of packets in flight; further ones are dropped (tail drop)
 
-  /// Returns whether datagrams are lost, duplicated or reordered. Such parameters must not be used for a stream, which
-  /// hides these effects.
+  /// Returns whether datagrams are lost, duplicated or reordered. Such parameters must not be used for a stream,
+  /// because TCP would hide these effects.
   bool spoils_datagrams() const { return loss > 0 || duplication > 0 || allows_reordering; }
   /// Describes the first invalid field and its remedy, e.g. "loss is 1.2; it must be 0 to 0.95"; empty if all are
   /// valid.
   std::string problem() const;
 };
 
-/// Numbers of packets so far.
+/// Numbers of packets since construction.
 struct LinkCounters {
   std::uint64_t sent = 0;
   std::uint64_t delivered = 0;
@@ -83,11 +84,11 @@ struct LinkCounters {
   std::uint64_t queue_full = 0;
 };
 
-/// Carries packets (or stream chunks, if reliable) from send() to receive(). The times passed must not decrease.
+/// Transports packets (or stream chunks, if reliable) from send() to receive(). The times passed must not decrease.
 ///
-/// A packet passes the queue limit, then the rate limit, which several links may share, then the loss. With the same
-/// seed and stream, the same packets give the same result. Loss and duplication do not change the random delays of the
-/// original packets.
+/// A packet passes the queue limit, then the rate limit (which several links may share), then the loss. Equal seed,
+/// stream and packets give an equal result. Loss and duplication do not change the random delays of the original
+/// packets.
 /// Thread  one at a time
 class SimulatedLink {
  public:
@@ -97,8 +98,9 @@ class SimulatedLink {
   /// Returns a link for a byte stream: delay and rate as given, order preserved; nothing is lost, duplicated or
   /// refused.
   static SimulatedLink reliable(LinkParameters parameters, std::uint64_t seed, std::uint64_t stream);
-  /// Makes both links share one line, as the datagrams and the stream of one direction do. The rate limit, which should
-  /// be the same in both, then bounds the sum of their rates: each link waits for bytes that the other one sent before.
+  /// Makes both links share one line, as the datagrams and the stream of one direction do. The rate limit then bounds
+  /// the sum of their rates: each link waits for bytes that were sent before on either link. Both should have equal
+  /// rate limits.
   void share_line(SimulatedLink& other) { line_free_ = other.line_free_; }
 
   void send(LocalTime now, std::span<const std::byte> packet);
@@ -106,7 +108,7 @@ class SimulatedLink {
   std::optional<std::vector<std::byte>> receive(LocalTime now);
   /// Returns the time for which a packet sent now would wait because of the rate limit.
   Duration line_wait(LocalTime now) const { return std::max(Duration{0}, *line_free_ - now); }
-  /// Returns the number of bytes that still wait because of the rate limit.
+  /// Returns the number of bytes that are delayed by the rate limit.
   std::size_t queued_bytes(LocalTime now) const;
   /// Returns the time when the next packet is due; empty if none is in flight.
   std::optional<LocalTime> next_due() const;
@@ -117,11 +119,11 @@ class SimulatedLink {
 
  private:
   bool is_lost(LocalTime now);
-  /// Source of random delays, with its separate random sequence.
+  /// A source of random delays with its own random sequence.
   struct DelaySource {
     Random random;
     std::size_t trace_position = 0;
-    double deviate = 0;  ///< standard normal deviate drawn last
+    double deviate = 0;  ///< standard normal deviate that was drawn last
     LocalTime drawn{};   ///< time for which `deviate` was drawn
     bool has_drawn = false;
   };
@@ -137,7 +139,7 @@ class SimulatedLink {
   DelaySource delays_;
   Random duplicate_random_;
   DelaySource duplicate_delays_;
-  Duration path_from_{0};  ///< time on the path at which the link begins
+  Duration path_from_{0};  ///< time along the delay path at which the link begins
   LocalTime path_began_{};
   bool has_path_begun_ = false;
   bool in_bad_period_ = false;
@@ -145,7 +147,7 @@ class SimulatedLink {
   bool has_period_ = false;
   LocalTime last_due_{};
   std::shared_ptr<LocalTime> line_free_ =
-      std::make_shared<LocalTime>();  ///< time when the line becomes idle; shared by its links
+      std::make_shared<LocalTime>();  ///< time when the line becomes idle; links that share the line share this value
   std::multimap<LocalTime, std::vector<std::byte>> in_flight_;  ///< sorted by due time, then by order of sending
   LinkCounters counters_;
 };

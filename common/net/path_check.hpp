@@ -1,6 +1,6 @@
-// Verifies the source address of a peer's datagrams, because even an authenticated peer can send with a false one. A
-// random number is sent to the address. Until it is returned, the address is sent at most kAmplification times the
-// bytes received from it.
+// Verifies the source address of a peer's datagrams, because even an authenticated peer can send with a false source
+// address. A random number is sent to the address. Until the peer returns it, the address receives at most
+// kAmplification times the bytes received from it.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@ class PathCheck {
   static constexpr Duration kRetryPeriod = std::chrono::milliseconds(20);
 
   PathCheck() = default;
-  /// In      number  random number that the address must return; it must be impossible to guess
+  /// In      number  random, unguessable number that the peer must return
   explicit PathCheck(std::uint64_t number) : number_(number) {}
 
   bool is_valid() const { return is_valid_; }
@@ -34,7 +34,8 @@ class PathCheck {
     sent_ += bytes;
     return true;
   }
-  /// Returns whether to send the number now. If so, it returns false for the next kRetryPeriod.
+  /// Returns whether to send the number now. A true result starts a pause of kRetryPeriod, during which it returns
+  /// false.
   bool is_due(LocalTime now) {
     if (is_valid_ || (sent_at_ != LocalTime{} && now - sent_at_ < kRetryPeriod)) return false;
     sent_at_ = now;

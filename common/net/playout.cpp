@@ -8,7 +8,7 @@ namespace {
 
 constexpr Duration kPlayoutSettling{std::chrono::milliseconds(500)};
 constexpr Duration kClockJump{std::chrono::milliseconds(200)};
-/// Maximum weight of one gap, so that a long silence does not dominate the window.
+/// Maximum weight of one gap, so that a long silence does not dominate the statistics.
 constexpr Duration kMaxCountedGap{std::chrono::milliseconds(100)};
 
 std::uint32_t microseconds(Duration duration) {
@@ -22,7 +22,8 @@ Vec3 hermite(const Vec3& p0, const Vec3& v0, const Vec3& p1, const Vec3& v1, dou
   return (2 * u3 - 3 * u2 + 1) * p0 + (u3 - 2 * u2 + u) * gap_s * v0 + (3 * u2 - 2 * u3) * p1 + (u3 - u2) * gap_s * v1;
 }
 
-/// Extrapolates after the newest sample: the twist decreases linearly to zero (constant deceleration).
+/// Returns the extrapolated state after the newest sample: the twist decreases linearly to zero (constant
+/// deceleration).
 RigidState run_out(const RigidState& last, Duration since) {
   const double whole_s = to_seconds(RigidTrack::kRunOut);
   const double t_s = std::min(to_seconds(since), whole_s);
@@ -89,7 +90,8 @@ Duration PlayoutDelay::play_at(Duration now) noexcept {
 }
 
 Duration PlayoutDelay::delay() const noexcept {
-  // If the sender's clock jumps back by hours, the base decreases before play_at() adapts; the clamp bounds the result.
+  // If the sender's clock jumps back by hours, the base decreases before play_at() adapts. The clamp bounds the result
+  // until then.
   return has_played_ ? std::clamp(offset_ - base(), Duration{0}, settings_.longest + kClockJump) : Duration{0};
 }
 

@@ -1,6 +1,6 @@
 // Playout buffer: replays received data with a constant delay, so that jitter and short losses change neither the data
-// nor its energy. It is used for inputs of a simulation and for display. It is not used for a force sent to a haptic
-// device, because the additional delay would reduce stability.
+// nor its energy. It serves the inputs of a simulation and the display. It must not be used for a force on a haptic
+// device, because the added delay would reduce stability.
 #pragma once
 
 #include <array>
@@ -13,24 +13,23 @@
 namespace tandem::net {
 
 struct PlayoutSettings {
-  double quantile = 0.98;  ///< fraction of the time for which the next sample must have arrived when it is needed
-  Duration window{std::chrono::seconds(2)};         ///< window over which the quantile is computed
-  Duration longest{std::chrono::milliseconds(60)};  ///< maximum delay; the buffer does not wait longer for a sample
+  double quantile = 0.98;  ///< fraction of the time for which the next sample has arrived before it is needed
+  Duration window{std::chrono::seconds(2)};  ///< window over which the quantile is computed; 1 to 2 times this long
+  Duration longest{std::chrono::milliseconds(60)};  ///< maximum playout delay
   double slew = 0.05;                               ///< maximum relative deviation of the playout speed from 1
 };
 
-/// Chooses the delay, and converts local time to the sender's time that is to be played.
+/// Chooses the playout delay, and converts local time to the sender's time that is to be played.
 ///
-/// Model   When a sample i with time stamp s_i arrives at a_i, all times from s_{i−1} to s_i become playable, because
-///         they can be interpolated. The longest of them to wait is s_{i−1}, with a_i − s_{i−1} − base, where base is
-///         the least a − s. The delay is the quantile of this waiting time over the window, in which each gap is
-///         weighted by its length. It covers jitter as well as gaps caused by losses. The window in effect is 1 to 2
-///         windows long, because it consists of two halves and the older one is discarded as a whole. The resolution is
-///         0.5 ms.
-/// Settle  in the first half second, and after clock jumps of more than 200 ms, the delay changes in one step
+/// Model   When sample i with time stamp s_i arrives at a_i, all times from s_{i−1} to s_i become playable, because
+///         they can be interpolated. The time s_{i−1} has waited longest: a_i − s_{i−1} − base, where base is the least
+///         a − s. The delay is the quantile of this waiting time over the window, with each gap weighted by its length.
+///         It covers jitter and gaps caused by losses. The effective window is 1 to 2 windows long, because it consists
+///         of two halves and the older half is discarded as a whole. The resolution is 0.5 ms.
+/// Settle  the delay changes in one step during the first half second, and after clock jumps of more than 200 ms
 /// Source  idea: Ramjee, Kurose, Towsley, Schulzrinne, "Adaptive playout mechanisms for packetized audio applications
-///         in wide-area networks", INFOCOM 1994; the bracketing gap and the slew are our design
-/// Thread  one; no allocation
+///         in wide-area networks", INFOCOM 1994; the weighting by gaps and the slew are our design
+/// Thread  one thread; no allocation
 class PlayoutDelay {
  public:
   explicit PlayoutDelay(const PlayoutSettings& settings = {}) : settings_(settings) {}
@@ -50,7 +49,7 @@ class PlayoutDelay {
   static constexpr std::size_t kBins = 400;
   static constexpr Duration kBin{std::chrono::microseconds(500)};
   struct Half {
-    std::array<std::uint32_t, kBins> weight_us{};  ///< weight [µs] of the gaps by waiting time
+    std::array<std::uint32_t, kBins> weight_us{};  ///< histogram: total length of the gaps [µs] by waiting time
     std::uint64_t sum_us = 0;
     Duration base{0};
     bool is_used = false;
@@ -64,28 +63,27 @@ class PlayoutDelay {
   Duration half_began_{0};
   Duration started_{0};
   Duration last_sampled_{0};
-  Duration offset_{0};  ///< local time − played time
+  Duration offset_{0};  ///< local time minus played time
   Duration played_at_{0};
   bool has_started_ = false;
   bool has_played_ = false;
 };
 
-/// Stores the newest states of one rigid body by the sender's time, and interpolates them.
+/// Stores the newest states of one rigid body by the sender's time, and interpolates between them.
 ///
 /// Model   Between two samples the position is a cubic Hermite polynomial of the samples' positions and velocities. The
-///         rotation is the shorter one at constant speed; the twist is linear. After the newest sample, the pose is
-///         extrapolated with its twist, which decreases to zero within kRunOut. A gap longer than kMaxGap is not
-///         interpolated: the samples before it are discarded. Therefore no time stamp can move a body farther than its
-///         speed would within kMaxGap.
-/// Thread  one; no allocation
-/// Thread  one; no allocation
+///         rotation follows the shorter arc at constant speed; the twist is linear. After the newest sample, the pose
+///         is extrapolated with its twist, which decreases to zero within kRunOut. Across a gap longer than kMaxGap
+///         nothing is interpolated: the samples before it are discarded. So no time stamp can move a body farther than
+///         its speed would within kMaxGap.
+/// Thread  one thread; no allocation
 class RigidTrack {
  public:
   static constexpr std::size_t kSamples = 128;
   /// Maximum extrapolation time after the newest sample.
   static constexpr Duration kRunOut{std::chrono::milliseconds(20)};
-  /// Longest gap between samples that is interpolated. It is above the normal intervals: thinned items arrive within
-  /// 0.4 s (proto/WIRE.md, Thinning).
+  /// Longest gap between samples that is interpolated. It exceeds the normal intervals: even items sent at a reduced
+  /// rate arrive within 0.4 s (proto/WIRE.md, Thinning).
   static constexpr Duration kMaxGap{std::chrono::seconds(1)};
 
   /// Adds a sample; ignores it if it is not newer than the newest one.
@@ -101,7 +99,7 @@ class RigidTrack {
     Duration time{0};
     RigidState state;
   };
-  /// Returns a sample by age; index 0 is the oldest stored one.
+  /// Returns a stored sample; index 0 is the oldest.
   const Sample& sample(std::size_t index) const { return samples_[(first_ + index) % kSamples]; }
   /// Returns the index of the first sample after `time`; count_ if there is none.
   std::size_t after(Duration time) const noexcept;

@@ -15,7 +15,8 @@ void SendRate::sent(Duration now) noexcept {
     usual_interval_s_ += weight * (since_s - usual_interval_s_);
   }
   last_sent_ = now;
-  // A delay of less than one interval is made up for, so that a coarse clock does not reduce the mean rate.
+  // A delay of less than one interval is made up for by the next message, so that a coarse clock does not reduce the
+  // mean rate.
   const Duration interval = this->interval();
   due_ = due_ == Duration::min() ? now + interval : std::max(due_ + interval, now);
 }
@@ -43,7 +44,7 @@ void SendRate::fall(Duration sent, Duration queue) noexcept {
   is_draining_ = true;
   least_draining_ = Duration::max();
   most_draining_ = Duration::min();
-  // The new rate affects only messages sent after this time; messages in flight were sent before.
+  // The new rate affects only messages that are sent after this time.
   changed_at_ = std::max(sent, last_sent_);
   due_ = std::max(due_, last_sent_ + floor_);
 }

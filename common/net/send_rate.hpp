@@ -1,4 +1,4 @@
-// Controls the send rate of state over a link that cannot carry every tick: reduces the rate before messages queue.
+// Rate control of state messages over a link that cannot carry every tick: reduces the rate before messages queue.
 #pragma once
 
 #include <algorithm>
@@ -9,8 +9,8 @@
 
 namespace tandem::net {
 
-/// Congestion control of one direction. The sender calls may_send() before each message, and reports the delays of
-/// delivered messages.
+/// Congestion control of one direction. The sender calls may_send() before each message, and delivered() with the delay
+/// of each delivered message.
 ///
 /// Model   If a link receives more than its capacity, messages queue. The least delay over a short time then exceeds
 ///         the least delay over a long time; jitter of single messages does not have this effect. If a queue grew by q
@@ -40,15 +40,15 @@ class SendRate {
   static constexpr double kMargin = 0.85;
   static constexpr double kRise_per_s = 0.05;
 
-  /// In      floor    maximum time between two messages, kept however small the capacity is
+  /// In      floor    maximum time between two messages, which even a slow link must carry
   ///         most_hz  desired rate; the rate is not controlled if this is at most the floor rate
   SendRate(Duration floor, double most_hz) : floor_(floor), most_hz_(most_hz) {}
 
   /// Returns whether to send a message now; the caller confirms each message by sent().
   bool may_send(Duration now) const noexcept { return now >= due_; }
   void sent(Duration now) noexcept;
-  /// Reports that the message sent at `sent` took `delay`, measured by clocks with a constant offset. Messages older
-  /// than the newest reported one are ignored.
+  /// Reports that the message sent at `sent` took `delay`, the difference of two clocks with a constant offset.
+  /// Messages older than the newest reported one are ignored.
   void delivered(Duration sent, Duration delay) noexcept;
 
   bool is_limited() const noexcept { return limit_hz_ < kUnlimited || is_draining_; }
@@ -73,7 +73,7 @@ class SendRate {
   Duration newest_ = Duration::min();   ///< send time of the newest reported message
   Duration calm_at_ = Duration::min();  ///< send time of the last message without a queue
   Duration changed_at_ = Duration::min();
-  Duration least_draining_{0};  ///< smallest and (below) largest queue while draining
+  Duration least_draining_{0};  ///< smallest queueing delay while draining; the next member is the largest
   Duration most_draining_{0};
   Duration patience_ = kPatience;
   LeastOver recent_{kShort};

@@ -1,4 +1,4 @@
-// Rules for the sockets of client and server: permitted addresses, and a limit of unsent bytes in the kernel.
+// Rules for the sockets of client and server: permitted addresses, and a limit of unsent bytes in the kernel's buffer.
 #pragma once
 
 #include <netinet/tcp.h>
@@ -15,15 +15,17 @@
 
 namespace tandem::net {
 
-/// Limit of unsent bytes in the kernel. It is small, so that state over TCP stays fresh: bytes that are already in the
+/// Limit of unsent bytes in the kernel's TCP buffer. A small limit keeps state over TCP fresh, because bytes in the
 /// kernel cannot be replaced by newer ones.
 using UnsentLimit = boost::asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>;
 inline constexpr int kUnsentBytes = 16 * 1024;
 
-/// Lets several sockets of one system user share a port; a connected socket receives the datagrams of its peer.
+/// Socket option that lets several sockets of one system user share a UDP port. A connected socket then receives the
+/// datagrams of its peer.
 using SharedPort = boost::asio::detail::socket_option::boolean<SOL_SOCKET, SO_REUSEPORT>;
 
-/// Adapts a system message for use within a sentence: "Connection refused" becomes "connection refused".
+/// Returns a system message in the form for the middle of a sentence: "Connection refused" becomes "connection
+/// refused".
 inline std::string lower_first(std::string text) {
   if (!text.empty()) text[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(text[0])));
   return text;
@@ -38,8 +40,8 @@ inline std::optional<std::uint16_t> port_of(std::string_view text) {
 }
 
 /// Parses the address in `text`; `purpose` begins the error message, e.g. "cannot listen on". Without encryption only
-/// loopback addresses are allowed, because anyone who can modify the traffic could move the users' hands.
-/// Fails   std::invalid_argument: not a numeric address (or localhost), or one that needs encryption
+/// loopback addresses are allowed, because an attacker who modifies the traffic could move the users' hands.
+/// Fails   std::invalid_argument: not a numeric address (or localhost), or a non-loopback address without encryption
 inline boost::asio::ip::address numeric_address(const std::string& purpose, const std::string& text,
                                                 bool is_encrypted) {
   boost::system::error_code error;

@@ -12,9 +12,9 @@ struct Rate {
   double at_once = 0;
 };
 
-/// Token bucket with `at_once` tokens, which starts full and fills at the rate `per_second`. The balance may become
-/// negative; its minimum is minus the larger of at_once and the cost of one item. If no item costs more than at_once,
-/// the balance is not negative after a pause of at_once / per_second.
+/// Token bucket of `at_once` tokens, which starts full and fills at `per_second`. The balance may become negative, down
+/// to minus the larger of at_once and the cost of one item. If no item costs more than at_once, a pause of at_once /
+/// per_second suffices for a balance of at least zero.
 ///
 /// Thread  any, one at a time; no allocation
 class TokenBucket {
@@ -24,8 +24,8 @@ class TokenBucket {
   /// Returns true while the balance is positive; the next item may cost more than the balance.
   bool has_some(LocalTime now) const { return tokens_at(now) > 0; }
   bool is_full(LocalTime now) const { return tokens_at(now) >= rate_.at_once; }
-  /// Removes `cost` tokens if the balance covers them, and returns whether it did. A request that is refused costs
-  /// nothing, so a user who requests more often than allowed still gets the allowed rate.
+  /// Removes `cost` tokens if the balance covers them, and returns whether it did. A refused request costs nothing, so
+  /// a user who requests too often still gets the allowed rate.
   bool try_consume(double cost, LocalTime now) { return tokens_at(now) >= cost && consume(cost, now); }
   /// Removes `cost` tokens; returns whether the balance covered them.
   bool consume(double cost, LocalTime now) {
@@ -43,7 +43,7 @@ class TokenBucket {
 
   Rate rate_;
   double tokens_;
-  LocalTime at_{};  ///< time of `tokens_`
+  LocalTime at_{};  ///< time for which `tokens_` is valid
 };
 
 }  // namespace tandem::net

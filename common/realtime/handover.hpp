@@ -1,12 +1,11 @@
-// Transfers objects that own memory from a maker thread to a user thread, and returns them to the maker for
-// destruction. The user thread neither allocates, locks, waits nor frees, and no thread holds a pointer to a freed
-// object.
+// Passes objects that own memory from a maker thread to a user thread, and lets the maker free them later. The user
+// thread neither allocates, locks, waits nor frees, and never holds a pointer to a freed object.
 //
 //   maker: offer(g, object) ──▶ slot g mod 2 ──▶ get()             user, in generation g
 //          frees the object of g − 2, once ◀─── enter(g − 1) ───── user
 //
-// Each object belongs to a generation, a number that only increases. The user thread enters generations in order and
-// never accesses an object of an older one, so the maker may free that object.
+// Each object belongs to a generation, an increasing number. The user thread enters generations in order and never
+// accesses an object of an older generation, so the maker may free such objects.
 #pragma once
 
 #include <array>
@@ -18,13 +17,13 @@
 
 namespace tandem::realtime {
 
-/// At most one object per generation, for one maker thread and one user thread.
+/// Holds at most one object per generation, for one maker thread and one user thread.
 template <class T>
 class Handover {
  public:
-  /// Stores `object` as the only object of `generation` (> 0, increasing). Returns false and does not take the object
-  /// while the user may still use the object of two generations before. The maker then calls this function again later.
-  /// Thread  maker: it frees the object of two generations before
+  /// Stores `object` as the only object of `generation` (> 0, increasing). While the user may still use the object of
+  /// generation − 2, returns false and leaves `object` to the caller, who must call again later.
+  /// Thread  maker, which here frees the object of generation − 2
   bool offer(std::uint32_t generation, std::unique_ptr<T>& object) {
     const std::size_t slot = generation % kSlots;
     const std::uint32_t older = generations_[slot].load(std::memory_order_relaxed);
@@ -35,26 +34,26 @@ class Handover {
     return true;
   }
 
-  /// Returns the object of `generation`, also before the user enters that generation; null if there is none yet.
-  /// Thread  user
+  /// Returns the object of `generation`, even if the user has not entered it yet; null if no object was offered yet.
+  /// Thread  user thread
   T* offered(std::uint32_t generation) const noexcept {
     const std::size_t slot = generation % kSlots;
     const bool is_it = generations_[slot].load(std::memory_order_acquire) == generation;
     return is_it ? shown_[slot].load(std::memory_order_relaxed) : nullptr;
   }
-  /// Declares that the user thread uses the object of `generation` from now on, and never again one of an older
+  /// Declares that the user thread now uses the object of `generation`, and no longer any object of an older
   /// generation.
-  /// Thread  user
+  /// Thread  user thread
   void enter(std::uint32_t generation) noexcept { entered_.store(generation, std::memory_order_release); }
-  /// Returns the object of the generation entered last; null if there is none yet.
-  /// Thread  user
+  /// Returns the object of the generation that was entered last; null if there is none.
+  /// Thread  user thread
   T* get() const noexcept { return offered(entered_.load(std::memory_order_relaxed)); }
 
  private:
   static constexpr std::size_t kSlots = 2;
 
   std::array<std::unique_ptr<T>, kSlots> objects_;  ///< accessed by the maker only
-  /// Pointers to the objects, for the user thread. They are atomic, because the user may load one while the maker
+  /// Pointers to the objects, for the user thread. They are atomic, because the user may load a pointer while the maker
   /// replaces it.
   std::array<std::atomic<T*>, kSlots> shown_{};
   std::array<std::atomic<std::uint32_t>, kSlots> generations_{};

@@ -23,29 +23,30 @@ namespace tandem::realtime {
 namespace {
 
 constexpr Duration kFollowEvery{std::chrono::milliseconds(10)};
-/// The load is evaluated over kJudgeTimes periods. The helper pauses for kStopTimes periods if other threads used more
-/// than the fraction kMaxOthers of the time.
+/// The load is evaluated over kJudgeTimes periods of kFollowEvery. The helper pauses for kStopTimes periods if threads
+/// other than the protected one used more than the fraction kMaxOthers of the processor's time.
 constexpr int kJudgeTimes = 10, kStopTimes = 100;
 constexpr double kMaxOthers = 0.5;
 
-std::array<std::atomic_flag, CPU_SETSIZE> kept_awake{};  // one flag per processor, set while a helper keeps it awake
+// One flag per processor, set while a helper thread keeps that processor awake
+std::array<std::atomic_flag, CPU_SETSIZE> kept_awake{};
 
-/// Returns the processor on which the thread with this /proc stat file ran last; −1: the thread has ended.
+/// Returns the processor on which the thread with this /proc stat file ran last; −1 if the thread has ended.
 int processor_of(int stat) {
   std::array<char, 1024> bytes{};
   const ssize_t count = pread(stat, bytes.data(), bytes.size(), 0);
   if (count <= 0) return -1;
   std::string_view text(bytes.data(), static_cast<std::size_t>(count));
-  // The thread's name may contain any characters. The third value follows it; the processor is the 39th value (man 5
-  // proc).
+  // The thread's name (2nd value) may contain any characters, so the search starts after its last ')'. The 3rd value
+  // follows; the processor is the 39th value (man 5 proc).
   text.remove_prefix(std::min(text.size(), text.rfind(')') + 1));
   for (int value = 3; value <= 39; ++value) text.remove_prefix(std::min(text.size(), text.find(' ') + 1));
   return text.empty() ? -1 : std::atoi(text.data());
 }
 
-/// Returns two times from a thread's /proc schedstat file: its running time, and the time for which it was ready while
-/// others ran (0 if the kernel does not count it). Time during which the host suspended the virtual processor is not
-/// included.
+/// Returns two times from a thread's /proc schedstat file: its running time, and the time in which it was ready but
+/// other threads ran (0 if the kernel does not count it). Time in which the host suspended the virtual processor is
+/// excluded.
 std::array<Duration, 2> times_of(int schedstat) {
   std::array<char, 128> bytes{};
   if (pread(schedstat, bytes.data(), bytes.size() - 1, 0) <= 0) return {};
@@ -65,7 +66,8 @@ bool claim(int processor) {
   return true;
 }
 
-/// Loop of the helper thread. `stat` and `schedstat` are /proc files of the thread whose processor it keeps awake.
+/// Loop of the helper thread. `stat` and `schedstat` are open /proc files of the protected thread, whose processor must
+/// stay awake.
 void run_beside(int stat, int schedstat, int own_schedstat, const std::weak_ptr<const void>& is_wanted) {
   const SteadyClock clock;
   const auto others_so_far = [=] { return times_of(own_schedstat)[1] - times_of(schedstat)[0]; };
@@ -130,8 +132,8 @@ bool gives_idle_to_host(const std::filesystem::path& root) {
 bool has_processor_quota(const std::filesystem::path& root) {
   std::ifstream own(root / "proc/self/cgroup");
   for (std::string line; std::getline(own, line);) {
-    // A line contains number, controllers and path; in version 2 the controllers are empty. Quotas of parent groups
-    // apply as well.
+    // A line contains number, controllers and path; in cgroup version 2 the list of controllers is empty. Quotas of
+    // parent groups apply too.
     const std::size_t colon = line.find(':'), slash = line.find(":/");
     if (slash == std::string::npos) continue;
     const std::string controllers = ',' + line.substr(colon + 1, std::max(colon + 1, slash) - colon - 1) + ',';
@@ -162,8 +164,8 @@ std::shared_ptr<const void> keep_awake() {
   const auto wanted = std::make_shared<const char>();
   try {
     if (stat < 0) throw std::system_error(errno, std::generic_category());
-    // The thread is detached, because joining it could take a second: busy threads delay a thread at SCHED_IDLE for so
-    // long.
+    // The thread is detached, because joining it could take a second: a SCHED_IDLE thread gets almost no time while
+    // other threads are busy.
     std::thread([stat, schedstat, close_files, is_wanted = std::weak_ptr<const void>(wanted)] {
       const sched_param parameters{};
       const int own_schedstat = opened("/proc/thread-self/schedstat");

@@ -1,4 +1,4 @@
-// Prevents a processor from becoming idle, for a loop that must wake up in time on a virtual machine.
+// Prevents a processor of a virtual machine from becoming idle, so that a real-time loop wakes up in time.
 #pragma once
 
 #include <filesystem>
@@ -6,12 +6,14 @@
 
 namespace tandem::realtime {
 
-/// Returns whether an idle processor is handed back to a host, which may need a millisecond to run it again. This is
-/// the case if the machine is virtual and its kernel has no idle driver that request_realtime() could configure.
+/// Returns whether an idle processor is handed back to the host of a virtual machine, which may need a millisecond to
+/// run it again. This is so if the machine is virtual and its kernel has no idle driver that request_realtime() could
+/// configure.
 ///
-/// In      root  folder with proc/cpuinfo and sys/devices/system/cpu/cpuidle/current_driver; tests pass a different one
+/// In      root  folder with proc/cpuinfo and sys/devices/system/cpu/cpuidle/current_driver; tests pass a folder of
+///         their own
 bool gives_idle_to_host(const std::filesystem::path& root = "/");
-/// Returns whether a quota limits the processor time of this process, as in a container. A thread that never sleeps
+/// Returns whether a quota limits the processor time of this process, as in a container. A helper that never sleeps
 /// would use up the quota.
 ///
 /// In      root  folder with proc/self/cgroup and sys/fs/cgroup
@@ -20,12 +22,14 @@ bool has_processor_quota(const std::filesystem::path& root = "/");
 /// are handed back to a host, and there is no quota.
 bool should_keep_awake();
 
-/// Starts a helper thread at SCHED_IDLE, the lowest priority, on the processor of the calling thread. The helper keeps
-/// that processor busy, and follows the calling thread within 10 ms to another processor. All other threads preempt it,
-/// as if the processor were idle. Exception: a kernel that shares processors by group (cgroups, sessions) lets the
-/// helper take time from others. The helper therefore pauses for a second whenever other threads use more than half of
-/// the processor's time. It reads this from /proc/self/schedstat; without that file it never pauses. To the host the
-/// processor appears fully used. If several helpers of a process run on one processor, only one of them keeps it busy.
+/// Starts a helper thread on the processor of the calling thread, at the lowest priority (SCHED_IDLE). The helper keeps
+/// the processor busy, and follows the calling thread within 10 ms to a different processor. To the host the processor
+/// appears fully used.
+/// All other threads preempt the helper, as if the processor were idle, with one exception. A kernel that shares
+/// processor time by group (cgroups, sessions) lets the helper take time from other threads. The helper therefore
+/// pauses for a second whenever other threads use more than half of the processor's time. It reads this from
+/// /proc/self/schedstat; without that file it never pauses. If several helpers of a process run on one processor, only
+/// one of them keeps it busy.
 ///
 /// Out     handle of the helper, which ends some time after the last copy is destroyed or the calling thread ends;
 ///         empty if the helper cannot be started

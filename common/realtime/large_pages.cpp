@@ -13,7 +13,7 @@ bool use_large_pages(std::span<const std::byte> memory) noexcept {
   const std::uintptr_t before = (kPage - address % kPage) % kPage;
   if (memory.size() < before + kPage) return false;
   const std::uintptr_t bytes = (memory.size() - before) / kPage * kPage;
-  // The contents are neither used nor changed, but madvise() takes a pointer to non-const.
+  // The contents are neither read nor changed, but madvise() takes a pointer to non-const.
   auto* const pages = const_cast<std::byte*>(memory.data() + before);
   return ::madvise(pages, bytes, MADV_HUGEPAGE) == 0 && ::madvise(pages, bytes, MADV_COLLAPSE) == 0;
 }

@@ -1,4 +1,4 @@
-// Pages of 2 MiB for memory that is accessed randomly.
+// Use of 2 MiB pages for memory that is accessed randomly.
 #pragma once
 
 #include <cstddef>
@@ -6,8 +6,8 @@
 
 namespace tandem::realtime {
 
-/// Moves all complete 2 MiB blocks within `memory` to large pages, if the kernel supports it. With small pages, the
-/// address translation of a random access takes about as long as the access, and longer in a virtual machine.
+/// Moves all complete 2 MiB blocks within `memory` to large pages, if the kernel supports them. With pages of 4 KiB,
+/// address translation takes about as long as the random access itself, and longer in a virtual machine.
 ///
 /// Out     false: nothing was moved, because the memory is too small or large pages are not supported
 ///         (/sys/kernel/mm/transparent_hugepage)

@@ -3,8 +3,9 @@
 //   writer owns slot A      middle slot      reader owns slot B
 //        publish(): A ⇄ middle (mark fresh)      poll(): if fresh, middle ⇄ B
 //
-// With three slots the writer can always write and the reader can always read a complete value. States in this project
-// are absolute, and only the newest matters, so a value that was never read is only counted.
+// With three slots the writer can always write and the reader can always read a complete value. Values in this project
+// describe a whole state, and only the newest matters. So a value that was never read is not kept; publish() reports it
+// for a counter.
 #pragma once
 
 #include <array>
@@ -24,7 +25,8 @@ class Mailbox {
   /// Fills all slots with `initial`, so that their memory is allocated at construction.
   explicit Mailbox(const T& initial) { slots_.fill(initial); }
 
-  /// The slot that the next publish() makes visible. It holds an arbitrary older value, so assign all of its fields.
+  /// Returns the slot that the next publish() makes visible. It holds an arbitrary older value, so assign all of its
+  /// fields.
   T& back() { return slots_[back_]; }
 
   /// Makes back() the newest value. Returns true if the value that it replaces was never read.

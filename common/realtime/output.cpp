@@ -19,18 +19,18 @@ namespace tandem::realtime {
 namespace {
 
 constexpr std::size_t kMaxQueuedLines = 1024;
-// Far longer than an active reader needs. A server that also spends up to a second on disconnect messages thus ends
-// within two seconds.
+// Maximum time for which finish() waits: far longer than an active reader needs. Since a server also spends up to a
+// second on disconnect messages, it ends within two seconds.
 constexpr Duration kMaxFinish{std::chrono::milliseconds(500)};
 
-/// Number of completed flushes, with which a thread can wait for them.
+/// Counter of completed flushes, on which a thread can wait.
 struct Flushes {
   std::mutex mutex;
   std::condition_variable changed;
   int count = 0;
 };
 
-/// Writes to a descriptor on the thread of the pool. The thread blocks here while nobody reads the output.
+/// Writes to a file descriptor on the thread of the pool. The thread blocks here while nobody reads the output.
 class DescriptorSink : public spdlog::sinks::base_sink<std::mutex> {
  public:
   DescriptorSink(int descriptor, spdlog::details::thread_pool& pool, Flushes& flushes)
@@ -62,7 +62,7 @@ class DescriptorSink : public spdlog::sinks::base_sink<std::mutex> {
       if (written >= 0) {
         text.remove_prefix(static_cast<std::size_t>(written));
       } else if (errno == EAGAIN) {
-        // Another process may have made the shared terminal non-blocking.
+        // Another process that shares the terminal may have made it non-blocking.
         pollfd ready{descriptor_, POLLOUT, 0};
         ::poll(&ready, 1, -1);
       } else if (errno != EINTR) {
@@ -77,7 +77,7 @@ class DescriptorSink : public spdlog::sinks::base_sink<std::mutex> {
   std::size_t reported_lost_ = 0;
 };
 
-/// One standard output, with its thread, its queue and the loggers that write to it.
+/// A standard output stream, with its thread, its queue and the loggers that write to it.
 class Stream {
  public:
   Stream(const std::string& program, int descriptor, Flushes& flushes)

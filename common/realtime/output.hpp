@@ -1,5 +1,5 @@
-// Non-blocking output of a program. A program that displays forces, or a server of such programs, must never wait for
-// the reader of its output. A terminal can be stopped (Ctrl-S), a pipe can be full, and its reader may have ended.
+// Non-blocking output of a program. A program that displays forces must never wait for the reader of its output. A
+// terminal can be stopped (Ctrl-S), a pipe can be full, and its reader may have ended.
 //
 //   any thread: out(), err(), log() ──▶ queue of 1024 lines ──▶ a thread for each output: write(2), may hang
 //                                       full: the oldest line is dropped and counted
@@ -15,8 +15,8 @@
 
 namespace tandem::realtime {
 
-/// Limits the number of lines of one kind per minute; suppressed lines are counted and reported. A peer that triggers
-/// log lines thus cannot fill the log.
+/// Limits the number of lines of one kind per minute. Suppressed lines are counted and reported. So a peer that
+/// triggers log lines cannot fill the log.
 ///
 /// Thread  one at a time
 class LineLimit {
@@ -24,8 +24,8 @@ class LineLimit {
   static constexpr std::size_t kMaxLines = 60;
   static constexpr Duration kWindow{std::chrono::minutes(1)};
 
-  /// Returns the lines to write for `line`: the line itself, a notice that further ones are suppressed, or nothing.
-  /// Before these come the counts of lines that were suppressed in windows that have now ended.
+  /// Returns the lines to write for `line`: the line itself, or a notice that further lines are suppressed, or nothing.
+  /// They are preceded by the counts of suppressed lines of windows that have ended.
   /// In      kind  chosen by the program, never by a peer, so that there are few kinds
   std::vector<std::string> admitted(std::string_view kind, const std::string& line, LocalTime now);
   /// Returns the counts of suppressed lines that have not been reported yet.
@@ -41,8 +41,8 @@ class LineLimit {
   std::map<std::string, Window, std::less<>> windows_;
 };
 
-/// Each program has one object of this class, constructed first in main() and used until the program ends. Its threads
-/// may be blocked in a write, so the process ends without joining them, and their memory is never freed.
+/// Output of one program, constructed first in main() and never destroyed. Its threads may be blocked in a write, so
+/// the process ends without joining them, and their memory is never freed.
 ///
 /// Thread  any
 class Output {
@@ -52,13 +52,13 @@ class Output {
   Output(const Output&) = delete;
   Output& operator=(const Output&) = delete;
 
-  /// Write text unchanged: out() to the standard output, err() to the standard error output.
+  /// Writes text unchanged to standard output; err() writes it to standard error.
   void out(const std::string& text);
   void err(const std::string& text);
-  /// Writes a line with a time stamp to the standard error output; LineLimit applies.
+  /// Writes a line with a time stamp to standard error, subject to LineLimit.
   void log(std::string_view kind, const std::string& line);
 
-  /// Reports the suppressed lines, then waits at most half a second until all lines are written. Lines not written by
+  /// Reports the suppressed lines, then waits up to half a second for all lines to be written. Lines not written by
   /// then are lost.
   void finish();
 

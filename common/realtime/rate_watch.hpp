@@ -1,4 +1,4 @@
-// Detects a loop that runs too slowly. If a step takes 10 ms, results computed for a step of 1 ms are wrong.
+// Detects a loop that runs too slowly: results computed for steps of 1 ms are wrong if a step takes 10 ms.
 #pragma once
 
 #include <algorithm>
@@ -9,10 +9,11 @@
 
 namespace tandem::realtime {
 
-/// A loop counts as slow if in each of the last two windows it ran fewer than 90 % of its ticks. A single delay affects
-/// one window only. A window lasts 50 ms, or 20 periods if that is longer.
+/// Watches the rate of a loop. The loop counts as slow if it ran fewer than 90 % of its ticks in each of the last two
+/// windows. A single delay affects one window only, so it does not count. A window lasts 50 ms, or 20 periods if that
+/// is longer.
 ///
-/// Thread  that of the loop; no allocation after construction
+/// Thread  the thread of the loop; no allocation after construction
 class RateWatch {
  public:
   /// In      period  period of the loop, > 0

@@ -1,4 +1,4 @@
-// This file is for Linux only: the loops use SCHED_FIFO, mlockall and sleeps until absolute times.
+// Linux only: the loops use SCHED_FIFO, mlockall and sleeps until absolute times.
 #include "common/realtime/realtime.hpp"
 
 #include <fcntl.h>
@@ -28,11 +28,11 @@ namespace {
 
 constexpr std::size_t kPrefaultedStackBytes = 256U * 1024U;
 constexpr std::size_t kPageBytes = 4096;
-// The kernel's throttling suspends real-time threads by default for 50 ms of each second (sched_rt_runtime_us is 950000
-// of 1000000). A limit of half that time distinguishes it clearly from the delays of a busy machine.
+// Lateness that suggests real-time throttling. By default the kernel suspends real-time threads for 50 ms of each
+// second (sched_rt_runtime_us is 950000 of 1000000). Half that time is well above the delays of a busy machine.
 constexpr Duration kThrottleLateness{std::chrono::milliseconds(25)};
 
-/// Time constant of the mean wake-up delay, as a number of wake-ups.
+/// Time constant of the running mean of the wake-up delay, in wake-ups.
 constexpr int kWakingMean = 64;
 
 std::string not_granted(const std::string& what, int error, const std::string& remedy) {
@@ -65,7 +65,7 @@ void request_priority(int priority, std::vector<std::string>& missing) {
   }
 }
 
-// Writes one byte per page below the current frame, so that the loop's stack is resident before use.
+// Touches one byte per page below the current frame, so that the stack pages are resident before the loop uses them.
 [[gnu::noinline]] void prefault_stack() {
   std::byte pages[kPrefaultedStackBytes];
   volatile std::byte* const touched = pages;
@@ -82,8 +82,8 @@ bool may_lock_all_memory() {
 }
 
 void request_locked_memory(std::vector<std::string>& missing) {
-  // If the amount of locked memory is limited, later allocations must not be locked. An allocation beyond the limit
-  // would fail and end the program while a force is displayed.
+  // If the amount of locked memory is limited, only existing memory is locked. With MCL_FUTURE, an allocation beyond
+  // the limit would fail and end the program while it displays a force.
   const bool may_lock_all = may_lock_all_memory();
   const int result = mlockall(may_lock_all ? MCL_CURRENT | MCL_FUTURE : MCL_CURRENT);
   if (result != 0 || !may_lock_all) {
@@ -95,7 +95,7 @@ void request_locked_memory(std::vector<std::string>& missing) {
   prefault_stack();
 }
 
-/// Returns whether the kernel uses idle states, which may have a long wake-up latency.
+/// Returns whether the kernel uses idle states, some of which may have a long wake-up latency.
 bool has_deep_sleep() {
   std::string driver;
   std::ifstream("/sys/devices/system/cpu/cpuidle/current_driver") >> driver;
@@ -103,8 +103,8 @@ bool has_deep_sleep() {
 }
 
 void request_light_sleep(std::vector<std::string>& missing) {
-  // The request is effective while the file is open, which is until the program ends. Further threads get the stored
-  // result.
+  // The request is effective while the file is open, which it is until the program ends. So only the first call opens
+  // the file; later calls return the stored result.
   static const int error = [] {
     const int file = open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC);
     if (file < 0) return errno;

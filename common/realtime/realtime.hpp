@@ -1,6 +1,6 @@
-// Real-time requests for a haptic loop or a room loop, and the timer of such loops. A request never fails. It returns a
-// list of the resources that were not granted; the program prints the list once and continues, unless an option
-// requires all.
+// Requests for real-time properties of a loop, and its periodic timer. A request never fails. It returns a list of the
+// resources that the system did not grant. The program prints the list once and continues, unless an option requires
+// all resources.
 #pragma once
 
 #include <pthread.h>
@@ -16,16 +16,17 @@
 
 namespace tandem::realtime {
 
-/// Requests real-time properties for the calling thread. A priority above 0 also locks the memory of the process,
-/// including later allocations (mlockall). It touches the first 256 KiB of the stack, so that the loop has no page
-/// faults. It also disables idle states of the processors with a long wake-up latency until the program ends (PM QoS,
-/// /dev/cpu_dma_latency).
+/// Requests real-time properties for the calling thread. A priority above 0 has three further effects, so that the loop
+/// has no page faults and wakes up fast:
+/// * The memory of the process is locked, including later allocations (mlockall).
+/// * The first 256 KiB of the stack are touched.
+/// * Idle states with a long wake-up latency are disabled until the program ends (PM QoS, /dev/cpu_dma_latency).
 ///
 /// In      priority  SCHED_FIFO priority, 1–99; 0: the thread keeps the normal scheduler
 ///         cpu       CPU to which the thread is pinned; −1: not pinned
 /// Out     one line with the remedy for each resource not granted; empty if all were granted
 std::vector<std::string> request_realtime(int priority, int cpu = -1);
-/// Returns the calling thread to the normal scheduler, for work that may take long.
+/// Returns the calling thread to the normal scheduler, for example before work that takes long.
 void drop_realtime();
 /// Returns whether the calling thread runs at SCHED_FIFO (or SCHED_RR) priority.
 bool has_realtime_priority();
@@ -33,8 +34,8 @@ bool has_realtime_priority();
 /// Returns the number of cores that this process may use (limited by `taskset` and by the quota of a container's
 /// cgroup); at least 1.
 std::size_t usable_cores();
-/// Returns the number of cores that a cgroup's quota permits, rounded up, at least 1. Returns nothing if there is no
-/// limit or the text is invalid.
+/// Returns the number of cores that a cgroup's quota permits, rounded up, at least 1. Returns nothing without a quota
+/// or for invalid text.
 ///
 /// In      cpu_max  text of the file cpu.max (cgroup v2): processor time and period in µs, "200000 100000", or "max …"
 std::optional<std::size_t> cores_of_quota(const std::string& cpu_max);
@@ -47,33 +48,32 @@ bool set_priority(pthread_t thread, int priority);
 /// Sleeps until absolute deadlines start + n·period on the clock of SteadyClock, and records the lateness of each
 /// wake-up.
 ///
-/// Thread  that of the loop
+/// Thread  the thread of the loop
 class PeriodicTimer {
  public:
-  /// In      spin  maximum time for which wait() wakes up before the deadline and polls. The time used is twice the
-  ///               recent wake-up delay: up to a tenth of a millisecond on an idle processor, microseconds on a busy
-  ///               one
+  /// In      spin  maximum time for which wait() wakes up early and polls until the deadline. The actual time is twice
+  ///         the recent wake-up delay: up to a tenth of a millisecond on an idle processor, microseconds on a busy one
   /// Fails   std::invalid_argument: period not above 0
   PeriodicTimer(Duration period, LocalTime start, Duration spin = Duration{0});
   /// Sleeps until the next deadline and returns it. If that deadline passed more than one period ago, the missed
-  /// deadlines are skipped and counted. A late loop thus does not run a burst of ticks to catch up.
+  /// deadlines are skipped and counted, so a late loop does not run a burst of ticks to catch up.
   ///
-  /// In      early  time by which it may return before the deadline. If the deadline is no farther away, it returns at
-  ///                once. Otherwise the sleep ends earlier by twice the recent wake-up delay, at most by the larger of
-  ///                `early` and spin
+  /// In      early  time before the deadline at which it may already return. If the deadline is no farther away, it
+  ///         returns at once. Otherwise the sleep ends earlier by twice the recent wake-up delay, but at most by the
+  ///         larger of `early` and spin
   LocalTime wait(Duration early = Duration{0});
-  /// Returns the deadline of the next wait(), provided that it is not missed.
+  /// Returns the deadline of the next wait(), if no deadline is missed until then.
   LocalTime due() const { return next_ + period_; }
 
-  /// Sets the next deadline to one period after `start`; deadlines before it do not count as missed.
+  /// Sets the next deadline to one period after `start`. Earlier deadlines do not count as missed.
   void restart(LocalTime start) { next_ = start; }
   /// Delays all following deadlines by `later`.
   void shift(Duration later) { next_ += later; }
 
   const Histogram& lateness() const { return lateness_; }
   std::uint64_t missed() const { return missed_; }
-  /// Number of wake-ups that were more than 25 ms late. At real-time priority the probable cause is the kernel's
-  /// real-time throttling (sched_rt_runtime_us). A program can report this number.
+  /// Returns the number of wake-ups that were more than 25 ms late. At real-time priority the probable cause is the
+  /// kernel's real-time throttling (sched_rt_runtime_us).
   std::uint64_t throttle_suspects() const { return throttle_suspects_; }
 
  private:

@@ -1,6 +1,6 @@
-// Ordered exchange of commands and events between two threads. Nothing is overwritten: a full ring refuses new values.
-// For states, of which only the newest matters, use mailbox.hpp; for objects that own memory, handover.hpp. Threads of
-// this project exchange data in these three ways only.
+// Ordered exchange of commands and events between two threads. A full ring refuses new values instead of overwriting
+// old ones. For states of which only the newest matters, use mailbox.hpp; for objects that own memory, use
+// handover.hpp. Threads of this project exchange data only in these three ways.
 #pragma once
 
 #include <boost/lockfree/spsc_queue.hpp>
@@ -14,11 +14,12 @@ class Ring {
  public:
   explicit Ring(std::size_t capacity) : queue_(capacity) {}
 
-  /// Returns false if the ring is full. The value is then not stored, and the caller counts or reports it.
+  /// Appends a value. Returns false if the ring is full; then the value is not stored, and the caller must count or
+  /// report it.
   bool push(const T& value) { return queue_.push(value); }
-  /// Returns false if the ring is empty.
+  /// Removes the oldest value. Returns false if the ring is empty.
   bool pop(T& value) { return queue_.pop(value); }
-  /// Thread  reader
+  /// Thread  reader thread
   bool is_empty() const { return queue_.read_available() == 0; }
 
  private:

@@ -32,19 +32,19 @@ enum class Op : std::uint8_t {
   kDataEnd = 15,
 };
 
-/// A channel carries messages of one type. Its schema is a FileDescriptorSet (encoding "protobuf"), so that a file can
-/// be decoded without other files.
+/// A channel carries messages of one type. Its schema is a Protobuf FileDescriptorSet (encoding "protobuf"), so a file
+/// can be decoded without further files.
 struct Channel {
   std::string topic;
   std::string type;  ///< full name of the message type
   Bytes descriptors;
 };
 
-/// A message. Times are counted from 1970, UTC.
+/// A message. Times are in nanoseconds since 1970, UTC.
 struct Message {
-  std::uint16_t channel = 0;  ///< number of the channel in the writer or in the reader
+  std::uint16_t channel = 0;  ///< id of the channel within its file
   std::uint32_t sequence = 0;
-  std::uint64_t log_ns = 0;      ///< time of the event
+  std::uint64_t log_ns = 0;      ///< time of the recorded event
   std::uint64_t publish_ns = 0;  ///< equal to log_ns in this project
   std::span<const std::uint8_t> data;
 };

@@ -97,7 +97,7 @@ bool McapReader::read_schema(std::span<const std::uint8_t> rest) {
   const auto id = reader.number<std::uint16_t>();
   Channel schema;
   schema.type = read_text(reader, rest);
-  read_text(reader, rest);  // skips the encoding, because the decoder knows the type
+  read_text(reader, rest);  // skips the encoding, because the decoder determines it from the type
   const auto data = read_bytes(reader, rest, reader.u32());
   schema.descriptors.assign(data.begin(), data.end());
   if (!reader.ok() || !rest.empty() || id == 0 || schemas_.size() >= kMaxChannels) return false;
@@ -111,11 +111,11 @@ bool McapReader::read_channel(std::span<const std::uint8_t> rest) {
   const auto schema = schemas_.find(reader.number<std::uint16_t>());
   Channel channel = schema == schemas_.end() ? Channel{} : schema->second;
   channel.topic = read_text(reader, rest);
-  read_text(reader, rest);                 // skips the encoding
+  read_text(reader, rest);                 // skips the encoding of the messages
   read_bytes(reader, rest, reader.u32());  // skips the channel's metadata
   if (!reader.ok() || !rest.empty() || channels_.size() >= kMaxChannels) return false;
-  // The summary, which has a checksum, repeats each channel. If the topics differ, messages were assigned to a wrong
-  // channel.
+  // The summary, which has a checksum, repeats each channel. A different topic there means that messages were assigned
+  // to a wrong channel.
   const Channel* const before = is_in_summary_ ? this->channel(id) : nullptr;
   if (before != nullptr && before->topic != channel.topic) return false;
   channels_.insert_or_assign(id, std::move(channel));
@@ -185,16 +185,18 @@ std::optional<Message> McapReader::next_in_chunk() {
   return std::nullopt;
 }
 
-/// Detects a header with a damaged length, which would hide the records after it.
+/// Returns the damage of the header record, or an empty text. An altered length would hide the records after the
+/// header.
 std::string McapReader::damage_of_header() const {
   std::span<const std::uint8_t> rest(content_);
   ByteReader reader(rest);
-  read_text(reader, rest);  // skips the profile
+  read_text(reader, rest);  // skips the name of the profile
   read_text(reader, rest);  // skips the name of the library
   return reader.ok() && rest.empty() && channels_.empty() ? "" : "the header is damaged";
 }
 
-/// Checks a MessageIndex record, which must follow its chunk. This also detects a chunk whose type byte was altered.
+/// Returns the damage of a MessageIndex record, which must follow its chunk. A chunk whose type byte was altered is
+/// detected here, because its indexes then follow no chunk.
 std::string McapReader::damage_of_index() const {
   if (!follows_chunk_) return "an index follows no chunk: a chunk before it is damaged";
   std::span<const std::uint8_t> rest(content_);
@@ -204,8 +206,7 @@ std::string McapReader::damage_of_index() const {
   return reader.ok() && rest.empty() && channel(id) != nullptr ? "" : "the index of a chunk is damaged";
 }
 
-/// Returns whether the checksum of the summary is correct. It also covers the fields of the Footer that precede the
-/// sum.
+/// Returns whether the checksum of the summary is correct. The checksum also covers the fields of the Footer before it.
 bool McapReader::is_sum_of_summary_right(std::uint32_t sum) const {
   Bytes summed = summary_;
   summed.insert(summed.end(), head_.begin(), head_.end());
@@ -213,7 +214,7 @@ bool McapReader::is_sum_of_summary_right(std::uint32_t sum) const {
   return sum == crc32(summed);
 }
 
-/// Compares the numbers of messages and chunks read with the numbers that the writer stored.
+/// Compares the numbers of messages and chunks that were read with those that the writer stored in the file.
 std::string McapReader::damage_of_footer() {
   std::span<const std::uint8_t> rest(content_);
   ByteReader reader(rest);
@@ -256,7 +257,8 @@ std::string McapReader::damage_of_record() {
       counts_ = content_;
       return "";
     default:
-      // Type 0 is not an MCAP record, but occurs in zeroed pages of a file. Types from 0x80 on are private: skipped.
+      // Type 0 is not an MCAP record, but occurs in zeroed pages of a file. Types from 0x80 on are private and are
+      // skipped.
       const bool is_known = op_ >= Op::kHeader && op_ <= Op::kDataEnd;
       return is_known || static_cast<std::uint8_t>(op_) >= 0x80 ? "" : "there is no record where one should begin";
   }

@@ -1,6 +1,6 @@
 // Reads the messages of an MCAP file in the order in which they were written. The file is not trusted. Reading ends at
-// the first record that exceeds the limits, has a wrong checksum or is inconsistent with others; the reader reports its
-// position.
+// the first record that exceeds the limits, has a wrong checksum or contradicts earlier records. The reader reports the
+// position of that record.
 #pragma once
 
 #include <istream>
@@ -18,8 +18,8 @@ namespace tandem::recording {
 /// Thread  one at a time
 class McapReader {
  public:
-  /// How reading ended: kNotYet: not yet ended; kWhole: at the end of a complete file; kCut: file truncated; kDamaged:
-  /// file damaged.
+  /// State of reading. kNotYet: reading has not ended; kWhole: the end of a complete file was reached; kCut: the file
+  /// is truncated; kDamaged: the file is damaged.
   enum class End : std::uint8_t { kNotYet, kWhole, kCut, kDamaged };
 
   /// In      in  binary stream positioned at the start of the file; must outlive the reader
@@ -27,17 +27,18 @@ class McapReader {
 
   /// Returns the next message; nothing at the end, see end(). The data of the message remain valid until the next call.
   std::optional<Message> next();
-  /// Returns the channel of a message, if it was read already; otherwise null.
+  /// Returns the channel of a message; null if its record has not been read.
   const Channel* channel(std::uint16_t id) const;
   End end() const { return end_; }
-  /// Readable reason why reading ended; empty if the file is complete.
+  /// Returns the readable reason why reading ended; empty if the file is complete.
   const std::string& why() const { return why_; }
-  /// File offset of the last record read. For a truncated or damaged file this is the record at which reading stopped.
+  /// Returns the file offset of the last record read. For a truncated or damaged file this is the record at which
+  /// reading stopped.
   std::uint64_t offset() const { return record_at_; }
-  /// Number of messages that next() has returned.
+  /// Returns the number of messages that next() has returned.
   std::uint64_t messages() const { return messages_; }
-  /// Returns true for a truncated file that ends after a complete record, as happens when the writing program is
-  /// stopped.
+  /// Returns true for a truncated file that ends after a complete record. Such a file arises when the writing program
+  /// is stopped.
   bool ends_behind_a_record() const { return end_ == End::kCut && position_ == record_at_; }
 
  private:
@@ -64,12 +65,12 @@ class McapReader {
   std::uint64_t position_ = 0;  ///< bytes read so far
   std::uint64_t record_at_ = 0;
   std::uint64_t messages_ = 0, chunks_ = 0;
-  bool follows_chunk_ = false;  ///< the previous record was a chunk or one of its indexes
-  bool is_in_summary_ = false;  ///< the record DataEnd was read
+  bool follows_chunk_ = false;  ///< whether the previous record was a chunk or one of its MessageIndex records
+  bool is_in_summary_ = false;  ///< whether DataEnd, the last record before the summary, was read
   Op op_ = Op::kHeader;
   Bytes head_;  ///< type and length of the current record
   Bytes content_;
-  Bytes summary_;                ///< all records after DataEnd, needed to verify their checksum
+  Bytes summary_;                ///< all records after DataEnd, kept to verify their checksum
   std::optional<Bytes> counts_;  ///< content of the Statistics record
   Bytes chunk_;
   std::span<const std::uint8_t> rest_;  ///< part of the chunk that is not read yet

@@ -1,4 +1,4 @@
-// Converts messages to the bytes of an MCAP file. The file only grows: bytes that were returned never change.
+// Converts messages to the bytes of an MCAP file. Bytes that were returned never change, so a file is only appended to.
 //
 //   magic, Header, Schema and Channel records        begin()
 //   Chunk of messages, one MessageIndex per channel  each pop_chunk()
@@ -15,7 +15,7 @@
 
 namespace tandem::recording {
 
-/// Writes one file after another.
+/// Writes one or more files, one after the other.
 ///
 /// Thread  one at a time
 class McapWriter {
@@ -27,13 +27,13 @@ class McapWriter {
   Bytes begin();
   /// Adds a message to the current chunk; at most 65,535 channels are possible.
   void add(std::uint16_t channel, std::uint64_t time_ns, std::span<const std::uint8_t> data);
-  /// Size of the messages added since the last pop_chunk(), before compression.
+  /// Returns the size of the messages added since the last pop_chunk(), before compression.
   std::size_t waiting_bytes() const { return chunk_.size(); }
   std::uint64_t waiting_messages() const { return chunk_messages_; }
-  /// Returns the messages added since the last call as a compressed chunk; empty if there are none. The bytes must be
-  /// appended to the end of the file, because the index of finish() contains their positions.
+  /// Returns the messages added since the last call as a compressed chunk; empty if there are none. The caller must
+  /// append the bytes to the file, because the index that finish() writes contains their positions.
   Bytes pop_chunk();
-  /// Reverts the last pop_chunk(), because its bytes could not be written.
+  /// Undoes the last pop_chunk(), if the caller could not write its bytes.
   void drop_chunk();
   /// Returns the last bytes of the file.
   Bytes finish();

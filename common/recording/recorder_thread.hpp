@@ -1,4 +1,4 @@
-// Writer thread of a recording. It ensures that the recorded thread does not wait for a disk.
+// Writer thread of a recording, so that the recorded thread need not wait for a disk.
 #pragma once
 
 #include <atomic>
@@ -9,7 +9,7 @@
 
 namespace tandem::recording {
 
-/// Calls `work` once per period on a thread of normal priority, and a last time when it stops.
+/// Calls `work` once per period on a thread of normal priority, and once more when it stops.
 class RecorderThread {
  public:
   /// In      work  function to call; must not throw
@@ -19,7 +19,7 @@ class RecorderThread {
   RecorderThread(const RecorderThread&) = delete;
   RecorderThread& operator=(const RecorderThread&) = delete;
 
-  /// Waits for the last call to end. May be called repeatedly.
+  /// Stops the thread after a last call of `work`, and waits for it. May be called repeatedly.
   void stop();
 
  private:

@@ -12,8 +12,8 @@
 namespace tandem::recording {
 namespace {
 
-/// Time without failure after which the disk counts as usable again. It is needed because a nearly full disk sometimes
-/// accepts a small chunk.
+/// Time without a failed write after which the disk counts as usable again. The delay is needed because a nearly full
+/// disk sometimes accepts a small chunk.
 constexpr std::uint64_t kTrustAfterNs = 5'000'000'000;
 
 }  // namespace
@@ -46,7 +46,7 @@ bool RecordingFile::open_new_file() {
   return descriptor_ >= 0;
 }
 
-/// Begins the next part. If its file cannot be created, messages are lost until a later call succeeds.
+/// Begins the next part. If its file cannot be created, messages are lost until a later flush succeeds in creating it.
 void RecordingFile::open(std::uint64_t now_ns) {
   begun_ns_ = now_ns;
   size_ = 0;

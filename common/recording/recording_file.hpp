@@ -1,4 +1,4 @@
-// Writes a recording to disk as MCAP files that rotate by size and age. Handles a full disk.
+// Writes a recording to disk as MCAP files that rotate by size and age, and continues when a full disk has space again.
 #pragma once
 
 #include <atomic>
@@ -22,7 +22,8 @@ struct RotationSettings {
 /// Thread  one at a time; may block on the disk
 class RecordingFile {
  public:
-  /// Returns the first message of a part. It is written on channel 0 and makes each part readable without the others.
+  /// Returns the first message of a part. It is written to channel 0, and makes each part readable without the other
+  /// parts.
   using Describe = std::function<Bytes(std::uint32_t part)>;
 
   /// Creates the first part.
@@ -34,8 +35,9 @@ class RecordingFile {
   RecordingFile& operator=(const RecordingFile&) = delete;
 
   void add(std::uint16_t channel, std::uint64_t time_ns, std::span<const std::uint8_t> data);
-  /// Writes all added messages to the file, where they survive a SIGKILL, and begins the next part when it is due.
-  /// Messages that cannot be written, for example to a full disk, are lost and counted; the next flush tries again.
+  /// Writes all added messages to the file, and begins the next part when it is due. Written messages survive a
+  /// SIGKILL. Messages that cannot be written, for example to a full disk, are lost and counted; the next flush tries
+  /// to write again.
   void flush(std::uint64_t now_ns);
   /// Writes the end of the file. May be called repeatedly.
   void finish();
@@ -45,10 +47,10 @@ class RecordingFile {
   std::uint64_t messages_written() const { return messages_written_.load(std::memory_order_relaxed); }
   std::uint64_t messages_lost() const { return messages_lost_.load(std::memory_order_relaxed); }
   std::uint64_t bytes_written() const { return bytes_written_.load(std::memory_order_relaxed); }
-  // Thread  that of the calls above
+  // Thread  one at a time, as for add() and flush()
   std::uint32_t parts() const { return part_; }
-  /// Returns a message for the user if the state has changed since the last call: writing fails, or has succeeded again
-  /// for 5 s. Otherwise empty.
+  /// Returns a message for the user if the state has changed since the last call: writing has begun to fail, or has
+  /// succeeded again for 5 s. Otherwise returns an empty text.
   std::string pop_news();
 
  private:
@@ -72,7 +74,7 @@ class RecordingFile {
   std::uint64_t size_ = 0;  ///< size of this part, not including failed writes
   std::uint64_t begun_ns_ = 0;
   std::atomic<std::uint64_t> bytes_written_{0}, messages_written_{0}, messages_lost_{0};
-  bool is_failing_ = false;      ///< whether failure was the state last reported to the user
+  bool is_failing_ = false;      ///< whether the last state reported to the user was a failure
   std::uint64_t failed_ns_ = 0;  ///< time of the last failed write
   std::string news_;
 };

@@ -9,7 +9,8 @@
 
 namespace tandem::secure {
 
-/// Returns a self-signed certificate (PEM) for clients that pin the key. It contains no information besides the key.
+/// Returns a self-signed certificate (PEM) for clients that pin the server's key. It contains only the key and a fixed
+/// name.
 std::string self_signed_certificate(const KeyPair& key);
 
 /// Creates a certificate authority and a server certificate signed by it: ca.pem, ca-key.pem, server.pem,

@@ -10,7 +10,7 @@ struct evp_md_ctx_st;
 
 namespace tandem::secure {
 
-/// Computes the SHA-256 of content that arrives in pieces. The cost of a call depends only on the size of its piece.
+/// Computes the SHA-256 of content that arrives in pieces. The cost of a call is proportional to the size of its piece.
 /// Fails   std::runtime_error: OpenSSL has no SHA-256 (a broken installation)
 class ContentHasher {
  public:

@@ -62,7 +62,7 @@ KeyPair KeyPair::load(const std::filesystem::path& file) {
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(in.gcount()));
   if (text.empty()) throw std::invalid_argument(file.string() + " cannot be read; give the PEM file of a private key");
-  // The callback refuses to prompt for a password, because a server may start without a user at its terminal.
+  // The callback refuses to prompt for a password, because a server may start without a user at a terminal.
   EVP_PKEY* const key = PEM_read_bio_PrivateKey(
       bio_of(text).get(), nullptr, [](char*, int, int, void*) { return -1; }, nullptr);
   wipe(std::as_writable_bytes(std::span(text)));

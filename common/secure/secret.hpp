@@ -16,16 +16,16 @@ using Bytes = std::vector<std::byte>;
 /// SHA-256 of a public key (SubjectPublicKeyInfo, DER). It identifies a server's key, and clients pin it.
 using KeyId = std::array<std::byte, 32>;
 
-/// Overwrites memory in a way that the compiler cannot optimise away.
+/// Overwrites memory with zeros in a way that the compiler cannot optimise away.
 void wipe(std::span<std::byte> bytes) noexcept;
-/// Compares two byte strings in a time that does not depend on the position of the first difference.
+/// Compares two byte strings in constant time: the duration does not depend on the position of the first difference.
 bool is_equal(std::span<const std::byte> a, std::span<const std::byte> b) noexcept;
 /// Fills `bytes` with random bytes for cryptographic use.
-/// Fails   std::runtime_error: the operating system supplies none
+/// Fails   std::runtime_error: the operating system supplies no random bytes
 void fill_random(std::span<std::byte> bytes);
 std::uint64_t random_u64();
 
-/// Returns the bytes as Base64 with - and _ (RFC 4648 §5), without padding.
+/// Returns the bytes as URL-safe Base64 (with - and _, RFC 4648 §5), without padding.
 std::string text_of(std::span<const std::byte> bytes);
 /// Inverse of text_of(). Returns nothing if the text has invalid characters or does not encode a whole number of bytes.
 std::optional<Bytes> bytes_of_text(std::string_view text);

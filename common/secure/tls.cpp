@@ -15,13 +15,14 @@ namespace {
 
 constexpr const char* kSuites = "TLS_AES_256_GCM_SHA384:TLS_CHACHA20_POLY1305_SHA256";
 constexpr const char* kSuitesWithoutAes = "TLS_CHACHA20_POLY1305_SHA256:TLS_AES_256_GCM_SHA384";
-/// Permitted groups of the key exchange. With larger groups, an unauthenticated peer could make the server compute for
-/// up to a tenth of a second by sending a few hundred bytes.
+/// Permitted groups of the key exchange. With larger groups, a few hundred bytes from an unauthenticated peer could
+/// cost the server up to a tenth of a second.
 constexpr std::array<int, 2> kGroups{NID_X25519, NID_X9_62_prime256v1};
-/// Maximum number of key updates requested by a peer. A session needs none, and each one costs a key derivation for
-/// only a few received bytes.
+/// Maximum number of key updates that a peer may request. A session needs none, and each update costs a key derivation
+/// for only a few received bytes.
 constexpr std::uintptr_t kMaxKeyUpdates = 32;
-/// Number of bytes passed to OpenSSL before the number of key updates is checked; each update has at least 22 bytes.
+/// Number of bytes passed to OpenSSL between two checks of the number of key updates; each update has at least 22
+/// bytes.
 constexpr std::size_t kReceivedAtOnce = 512;
 
 bool has_fast_aes() {
@@ -32,13 +33,13 @@ bool has_fast_aes() {
 #endif
 }
 
-/// Returns the list of protocol names in the format of ALPN, which places a length before each name.
+/// Returns the protocol name in the format of ALPN: a length byte, then the name.
 std::string alpn_list() {
   return static_cast<char>(kAlpn.size()) + std::string(kAlpn);
 }
 
-/// Returns the number of key updates. It is stored in the connection instead of the TlsStream, because a stream may be
-/// moved.
+/// Returns the number of key updates of a connection. It is stored in the SSL object, because the address of a
+/// TlsStream changes when the stream is moved.
 std::uintptr_t key_updates_of(const SSL* connection) {
   return reinterpret_cast<std::uintptr_t>(SSL_get_app_data(connection));
 }
@@ -56,7 +57,7 @@ std::shared_ptr<SSL_CTX> context_of(const SSL_METHOD* method) {
   SSL_CTX_set_min_proto_version(c, TLS1_3_VERSION);
   SSL_CTX_set_max_proto_version(c, TLS1_3_VERSION);
   SSL_CTX_set_ciphersuites(c, has_fast_aes() ? kSuites : kSuitesWithoutAes);
-  std::array<int, kGroups.size()> groups = kGroups;  // the OpenSSL macro takes a pointer to non-const
+  std::array<int, kGroups.size()> groups = kGroups;  // a copy, because the OpenSSL macro takes a pointer to non-const
   if (SSL_CTX_set1_groups(c, groups.data(), groups.size()) != 1)
     throw std::runtime_error("OpenSSL has neither X25519 nor P-256");
   SSL_CTX_set_msg_callback(c, count_key_updates);
@@ -79,8 +80,8 @@ int choose_alpn(SSL*, const unsigned char** chosen, unsigned char* size, const u
   return result == OPENSSL_NPN_NEGOTIATED ? SSL_TLSEXT_ERR_OK : SSL_TLSEXT_ERR_ALERT_FATAL;
 }
 
-/// Replaces all other certificate checks: only the key is compared with the pinned one; the fields of the certificate
-/// are ignored.
+/// Replaces all checks of a certificate by OpenSSL: only its key is compared with the pinned key; all other fields are
+/// ignored.
 int check_pin(X509_STORE_CTX* store, void* trust) {
   const X509* const certificate = X509_STORE_CTX_get0_cert(store);
   KeyId id{};
@@ -182,7 +183,7 @@ bool TlsStream::start(Bytes& to_peer) {
   return is_good;
 }
 
-/// Advances the handshake. Returns false if it failed; true also if it needs more data from the peer.
+/// Advances the handshake. Returns false only if it failed; true may mean that it needs more data from the peer.
 bool TlsStream::shake_hands() {
   ERR_clear_error();
   const int result = SSL_do_handshake(ssl_.get());
@@ -247,7 +248,7 @@ bool TlsStream::read(Bytes& plain) {
     const int size = SSL_read(ssl_.get(), piece.data(), static_cast<int>(piece.size()));
     if (size <= 0) {
       const int error = SSL_get_error(ssl_.get(), size);
-      // After the peer's close message the socket ends too, which the transport detects.
+      // A close message of the peer is no error. The transport then detects the end of the socket.
       is_good = error == SSL_ERROR_WANT_READ || error == SSL_ERROR_ZERO_RETURN || fail();
       break;
     }

@@ -1,5 +1,5 @@
-// TLS 1.3 without socket, clock or thread. The transports of client and server pass received bytes to it, and send the
-// bytes that it appends to `to_peer`.
+// TLS 1.3 without socket, clock or thread. The transports of client and server pass received bytes in, and send the
+// bytes that are appended to `to_peer`.
 //
 //   socket ──▶ receive() ──▶ plain ──▶ session         without a context (--insecure, virtual time): the same calls,
 //   socket ◀── to_peer ◀── send() ◀── session          and bytes pass unchanged
@@ -25,11 +25,11 @@ namespace tandem::secure {
 
 inline constexpr std::string_view kAlpn = "tandem/2";
 
-/// Cipher of the datagrams that accompany a TLS connection; it is the one that TLS negotiated.
+/// Cipher of the datagrams that accompany a TLS connection. It is the cipher that TLS negotiated.
 enum class Aead : std::uint8_t { kAes256Gcm, kChaCha20Poly1305 };
 
-/// 32 bytes of key material exported from a TLS connection (RFC 8446 §7.5). Only the two ends of the connection know
-/// it.
+/// Key material of 32 bytes exported from a TLS connection (RFC 8446 §7.5). It is secret to the two ends of the
+/// connection.
 struct Exported {
   Aead aead = Aead::kAes256Gcm;
   Secret secret;
@@ -38,8 +38,8 @@ struct Exported {
 inline constexpr std::string_view kDatagramExport = "EXPORTER-tandem-datagram-v1";
 inline constexpr std::string_view kResumeExport = "EXPORTER-tandem-resume-v1";
 
-/// Criterion by which a client authenticates its server: the key `pin` if set, otherwise a certificate for `host`
-/// issued by an authority in `ca_file`.
+/// How a client authenticates its server: by the key `pin` if set, otherwise by a certificate for `host` that an
+/// authority in `ca_file` issued.
 struct Trust {
   std::optional<KeyId> pin{};
   std::filesystem::path ca_file{};
@@ -71,28 +71,29 @@ class TlsContext {
 /// TLS state of one connection. Input from a peer never causes an exception or an assertion failure.
 class TlsStream {
  public:
-  /// In      context  TLS settings; null: bytes pass unchanged
+  /// In      context  TLS settings; null: no TLS, bytes pass unchanged
   explicit TlsStream(const TlsContext* context);
   ~TlsStream();
   TlsStream(TlsStream&&) noexcept;
   TlsStream& operator=(TlsStream&&) noexcept;
 
   bool is_plain() const { return ssl_ == nullptr; }
-  /// Returns whether the handshake is complete. From then on bytes are delivered.
+  /// Returns whether the handshake is complete, so that bytes of the application pass.
   bool is_established() const { return is_established_; }
-  /// Returns whether bytes were ever appended to `to_peer`. At a server this means that it has replied to a complete
-  /// ClientHello, which usually costs a signature.
+  /// Returns whether this end has produced any bytes for the peer. At a server this means that it has replied to a
+  /// complete ClientHello, which usually costs a signature.
   bool has_answered() const { return has_answered_; }
-  /// Begins the handshake at a client; has no effect at a server.
+  /// Begins the handshake at a client; does nothing at a server.
   bool start(Bytes& to_peer);
   /// Processes bytes from the peer. Appends decrypted bytes to `plain`, and replies to the peer to `to_peer`.
   /// Out     false if this connection has failed, see problem(); `to_peer` then ends with the alert for the peer
   bool receive(std::span<const std::byte> from_peer, Bytes& plain, Bytes& to_peer);
-  /// Encrypts bytes. If the connection is not established yet, discards them.
+  /// Encrypts bytes for the peer. Discards them if the connection is not established yet.
   void send(std::span<const std::byte> plain, Bytes& to_peer);
-  /// Appends the close message of TLS. It lets the peer distinguish a regular end of the data from a truncation.
+  /// Appends the close message of TLS (close_notify). It lets the peer distinguish a regular end of the data from a
+  /// truncation.
   void close(Bytes& to_peer);
-  /// Readable description of the failure.
+  /// Returns the readable description of the failure.
   const std::string& problem() const { return problem_; }
 
   /// Exports key material. Returns nothing without TLS or before the handshake is complete.

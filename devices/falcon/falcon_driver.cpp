@@ -46,7 +46,7 @@ constexpr std::string_view kNowhere =
 constexpr std::string_view kStandsStill =
     "its encoders do not move by a step although a force is shown; move the grip, or plug it in again";
 
-// Converts from the device's frame (x right, y up, z towards the user) to D.
+// Converts a position from the device's frame (x right, y up, z towards the user) to D.
 Vec3 in_D(const Vec3& p) {
   return {p.x(), kOrigin_m - p.z(), p.y()};
 }
@@ -116,7 +116,7 @@ bool FalconDriver::set_line(std::uint16_t baud, std::uint16_t latency_ms) {
          port_->control(FtdiRequest::kBaud, baud);
 }
 
-// The buffers are purged again after the change of the baud rate, because bytes received during the change are noise.
+// The buffers are purged after the change of the baud rate too, because bytes received during the change are noise.
 void FalconDriver::begin_probing() {
   phase_ = Phase::kProbing;
   tries_ = 0;
@@ -140,7 +140,7 @@ void FalconDriver::probe(LocalTime now) {
   if (!port_) return lose(now, kUnplugged);
   if (++tries_ < kMaxProbes) return;
   if (!settings_.firmware.empty()) return begin_loader();
-  phase_ = Phase::kClosed;  // the port stays open for the next attempt
+  phase_ = Phase::kClosed;  // the port is kept open for the next attempt
   absence_.set_reason(kNoFirmware);
 }
 
@@ -212,8 +212,7 @@ void FalconDriver::lose(LocalTime now, std::string_view reason) {
   velocity_.reset();
 }
 
-/// Sends motor commands and receives a reply. Returns false if there was no reply. If the connection failed, the port
-/// is closed.
+/// Sends motor commands and receives a reply. Returns false without a reply. If the connection failed, closes the port.
 bool FalconDriver::exchange(const FalconCounts& motors, std::uint8_t lights_and_home, FalconReply& reply) {
   may_be_on_ = may_be_on_ || !motors.isZero();
   if (!port_->write(falcon_request(motors, lights_and_home))) {
@@ -221,8 +220,8 @@ bool FalconDriver::exchange(const FalconCounts& motors, std::uint8_t lights_and_
     return false;
   }
   const bool has_reply = receive(reply);
-  // The reply may belong to an earlier packet. Zero therefore counts as delivered only when its own transfer is
-  // complete too.
+  // The reply may belong to an earlier packet. So zero counts as delivered only when its own transfer is complete as
+  // well.
   if (has_reply && motors.isZero() && port_->is_written()) may_be_on_ = false;
   return has_reply;
 }
@@ -231,7 +230,7 @@ bool FalconDriver::receive(FalconReply& reply) {
   const LocalTime end = SteadyClock().now() + 2 * kReplyWait;
   bool has_reply = false;
   int length = port_->read(bytes_, kReplyWait);
-  // If several packets have arrived, the newest is used. If the last packet is incomplete, the next read completes it.
+  // If several packets have arrived, the newest one is used. An incomplete last packet is completed by the next read.
   for (; length > 0; length = port_->read(bytes_, has_reply ? Duration{0} : kReplyWait)) {
     for (const std::uint8_t byte : std::span(bytes_).first(static_cast<std::size_t>(length))) {
       if (const auto one = parser_.parse(byte)) {
@@ -239,7 +238,7 @@ bool FalconDriver::receive(FalconReply& reply) {
         has_reply = true;
       }
     }
-    // The loop ends at a time limit. On a stream without valid packets, it would otherwise delay the next command.
+    // The time limit is needed for a stream without valid packets, which would otherwise delay the next command.
     if (has_reply || SteadyClock().now() >= end) return has_reply;
   }
   if (length < 0) port_.reset();
@@ -266,8 +265,8 @@ DeviceSample FalconDriver::run(LocalTime now, const Wrench& wrench_on_hand_D) {
     lose(now, kSilent);
     return absence_.sample(now);
   }
-  // Without a reply, the last sample is repeated with its original time. If replies remain missing, the sample becomes
-  // too old, and DeviceReader treats it as a fault.
+  // Without a reply, the last sample is repeated with its original time stamp. If replies remain missing, the sample
+  // becomes too old, which DeviceReader treats as a fault.
   return is_homed_ && !is_in_ ? last_ : homing_sample(now);
 }
 

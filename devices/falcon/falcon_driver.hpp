@@ -1,4 +1,4 @@
-// Driver of a Falcon. It works in steps, from opening the device to displaying the force.
+// Driver of a Novint Falcon. It proceeds in steps, from opening the device to displaying the force.
 //
 //   closed ─▶ probing ──reply─────────────────────────▶ running ─▶ homing (red) ─▶ pulled out (blue) ─▶ ready (green)
 //     ▲         │ none after 20 tries                      ▲
@@ -23,14 +23,14 @@
 namespace tandem::devices {
 
 struct FalconSettings {
-  DeviceSpec spec;  ///< limits of the device; the driver sets the axes and buttons
-  /// Firmware of the device's manufacturer. If it is empty, the driver loads no firmware.
+  DeviceSpec spec;  ///< limits of the device; the driver itself sets axes and buttons
+  /// Firmware by the device's manufacturer. Empty: the driver loads no firmware.
   std::vector<std::uint8_t> firmware;
   double motor_counts_per_n_m = 3000;
 };
 
-/// Detects frozen encoders: they do not change by a count for 3 s at a force of 1 N or more. The tremor of a hand is
-/// larger than a count.
+/// Detects frozen encoders: no count changes within 3 s at a force of 1 N or more. The tremor of a hand exceeds one
+/// count.
 class EncoderWatch {
  public:
   /// Restarts the time of 3 s. Called at the first reply of the device.
@@ -44,23 +44,23 @@ class EncoderWatch {
 
  private:
   FalconCounts encoders_ = FalconCounts::Zero();
-  LocalTime changed_{};  ///< time of the last change, or of the last smaller force
+  LocalTime changed_{};  ///< time of the last change of a count, or of the last force below 1 N
   bool are_frozen_ = false;
 };
 
-/// Base frame D: x right, y away from the user, z up. Its origin is 0.125 m in front of the origin of the device's
-/// frame.
+/// Driver of one Falcon. Base frame D: x right, y away from the user, z up. The origin of D is 0.125 m in front of the
+/// origin of the device's frame.
 ///
 /// Model   Encoder angles give p_DH by forward kinematics, started from the last position. VelocityEstimator computes
 ///         the velocity from steps of DeviceSpec::position_step_m. A force gives torques τ = J⁻ᵀ F and motor counts,
 ///         which are scaled together to at most ±4095. The force is zero unless every arm is homed. After homing, the
-///         user must first pull out the grip to z = 0.170 m in the device's frame. Otherwise the force could push a
+///         user must first pull the grip out to z = 0.170 m in the device's frame. Otherwise the force could push a
 ///         hand that still presses the grip against the stop. If the encoders do not change for 3 s at a force of 1 N
-///         or more, they are considered frozen, because the tremor of a hand would change them.
+///         or more, they count as frozen, because the tremor of a hand would change them.
 /// Thread  the thread of the device
 class FalconDriver final : public DeviceDriver {
  public:
-  /// In      port  open port; if null, step() opens one, as after unplugging
+  /// In      port  an open port; null: step() opens one, as after unplugging
   FalconDriver(FalconSettings settings, OpenFalcon open, std::unique_ptr<FalconPort> port);
 
   const DeviceSpec& spec() const noexcept override { return settings_.spec; }
@@ -92,23 +92,23 @@ class FalconDriver final : public DeviceDriver {
   Phase phase_ = Phase::kClosed;
   Absence absence_;
   LocalTime loader_due_{};  ///< time of the next attempt to contact the loader
-  int tries_ = 0;           ///< number of attempts in this phase
+  int tries_ = 0;           ///< number of attempts in the present phase
   int attempts_ = 0;        ///< number of attempts to load the firmware
   std::size_t uploaded_ = 0;
   std::size_t echoed_ = 0;
   FalconPacketParser parser_;
   std::array<std::uint8_t, 64> bytes_{};
   LocalTime replied_{};
-  DeviceSample last_;  ///< last sample while the device was homed
+  DeviceSample last_;  ///< last sample with homed arms
   bool is_homed_ = false;
   bool has_homing_begun_ = false;
-  bool is_in_ = false;  ///< the grip was not yet pulled out after homing; the device is not ready until then
+  bool is_in_ = false;  ///< whether the grip has not been pulled out since homing; until then the device is not ready
   LocalTime homing_since_{};
-  Vec3 p_m_ = Vec3(0, 0, 0.125);  ///< position of the grip in the device's frame
+  Vec3 p_m_ = Vec3(0, 0, 0.125);  ///< position of the grip in the device's frame [m]
   bool has_pose_ = false;
   haptics::VelocityEstimator velocity_;
   EncoderWatch encoders_;
-  double force_n_ = 0;  ///< magnitude of the last force sent
+  double force_n_ = 0;  ///< magnitude of the last force sent [N]
   bool may_be_on_ = false;
 };
 

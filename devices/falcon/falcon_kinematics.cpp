@@ -9,7 +9,7 @@ namespace tandem::devices {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-// Lengths of the links in metres: thigh, shin, and the offsets of the joints at the parallelogram and the grip.
+// Lengths of the links [m]: thigh, shin, and the joint offsets at the parallelogram and the grip.
 constexpr double kThigh = 0.060, kShin = 0.1025, kC = 0.01443, kD = 0.01125, kE = 0.01125, kF = -0.025;
 constexpr double kMotorRadius = 0.0400, kMotorOffset = -0.02309;
 constexpr std::array<double, 3> kLegs_rad{105 * kDegree, -15 * kDegree, -135 * kDegree};
@@ -21,7 +21,7 @@ constexpr int kMaxNewtonSteps = 30;
 constexpr double kAngleError_rad = 1e-12;
 constexpr double kMaxNewtonStep_m = 0.03;
 // Minimum of |det J| [rad³/m³]. Normally 1 m of the grip corresponds to about 15 rad of a motor. Below the minimum the
-// legs are almost fully stretched.
+// legs are almost fully stretched, so J⁻ᵀ is ill-conditioned.
 constexpr double kMinDeterminant = 1.0;
 
 struct LegAngles {
@@ -84,8 +84,8 @@ std::optional<Vec3> falcon_forward(const Vec3& angles_rad, const Vec3& start_m) 
     const Vec3 error = angles_rad - *angles;
     if (error.cwiseAbs().maxCoeff() < kAngleError_rad) return p;
     Vec3 step = clamped_to_length(j->inverse() * error, kMaxNewtonStep_m);
-    // Near the edge of the workspace, a full Newton step may end outside, where the inverse does not exist. The step is
-    // halved until it ends inside.
+    // Near the edge of the workspace, a full Newton step may end outside of it, where there is no inverse. So the step
+    // is halved until it ends inside.
     for (int halved = 0; halved < 10 && !falcon_inverse(p + step); ++halved) step *= 0.5;
     p += step;
   }

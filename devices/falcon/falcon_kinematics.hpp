@@ -1,4 +1,4 @@
-// Kinematics of the Falcon: position of the grip from the angles of three motors, and motor torques for a force.
+// Kinematics of the Falcon: position of the grip from the three motor angles, and motor torques for a force.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,12 +15,13 @@ using FalconCounts = Eigen::Matrix<int, 3, 1>;  ///< counts of the three encoder
 ///         drives a drum of 110 mm; the angle is 35° at count 0
 Vec3 falcon_angles(const FalconCounts& encoders);
 
-/// Returns θ1 of each leg [rad] for a position p of the grip [m] in the device's frame: x right, y up, z towards the
-/// user.
+/// Returns the angle θ1 of each leg [rad] for a position p of the grip [m] in the device's frame: x right, y up, z
+/// towards the user.
 ///
 /// Model   Delta robot. In the frame of a leg, which is rotated by φ about z and shifted to its motor, the grip is at
-///         P. The angle of the parallelogram is θ3 = acos((Py + f)/b). With t = tan(θ1/2), the kinematic loop of the
-///         leg is closed if l2 t² + l1 t + l0 = 0
+///         P. The angle of the parallelogram is θ3 = acos((Py + f)/b), with the shin length b and the joint offset f.
+///         With t = tan(θ1/2), the kinematic loop of the leg is closed if l2 t² + l1 t + l0 = 0; falcon_kinematics.cpp
+///         computes l0, l1 and l2
 /// Source  R. E. Stamper, "A three degree of freedom parallel manipulator with only translational degrees of freedom",
 ///         PhD thesis, University of Maryland, 1997; geometry from libnifalcon
 /// Fails   returns nothing: p is out of reach
@@ -39,8 +40,8 @@ std::optional<Vec3> falcon_forward(const Vec3& angles_rad, const Vec3& start_m =
 /// Fails   returns nothing: p is out of reach, or near a singularity of the mechanism
 std::optional<Vec3> falcon_torques(const Vec3& p_m, const Vec3& force_on_hand_n);
 
-/// Returns the motor commands −counts_per_n_m · τ. If one exceeds ±4095, all three are scaled down together, so that
-/// the direction is preserved and no number overflows. Non-finite input gives zero.
+/// Returns the motor commands −counts_per_n_m · τ. If a command exceeds ±4095, all three are scaled down together, so
+/// that the direction is kept and no number overflows. Input that is not finite gives zero.
 FalconCounts falcon_motor_counts(const Vec3& torques_n_m, double counts_per_n_m);
 
 }  // namespace tandem::devices

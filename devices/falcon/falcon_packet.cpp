@@ -9,7 +9,7 @@ constexpr std::uint8_t kStart = '<', kEnd = '>', kZero = 'A';
 constexpr int kMaxNumber = 4095;
 constexpr std::size_t kBits = 13;
 
-// Writes a number in two's complement as four nibbles, the lowest first.
+// Writes a number in two's complement as four nibbles, lowest nibble first.
 void write_number(int number, std::span<std::uint8_t, 4> bytes) {
   auto rest = static_cast<std::uint16_t>(std::clamp(number, -kMaxNumber, kMaxNumber));
   for (std::uint8_t& byte : bytes) {
@@ -48,7 +48,7 @@ std::optional<FalconReply> read_falcon_packet(std::span<const std::uint8_t, kFal
   const auto second = read_number(bytes.subspan<5, 4>());
   const auto third = read_number(bytes.subspan<9, 4>());
   if (!first || !second || !third) return std::nullopt;
-  // The last value is not limited to a nibble, because its byte contains buttons and homed arms.
+  // The last byte holds buttons and homed arms, so its value is not limited to a nibble.
   return FalconReply{{*first, *second, *third}, static_cast<std::uint8_t>(bytes[kBits] - kZero)};
 }
 

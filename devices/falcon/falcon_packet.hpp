@@ -1,4 +1,4 @@
-// Packets of the Falcon, 16 bytes in both directions: `<`, fourteen bytes of 0x41 + value, `>`.
+// Packets of the Falcon. They have 16 bytes in both directions: `<`, fourteen bytes of 0x41 + value, `>`.
 #pragma once
 
 #include <array>
@@ -13,9 +13,9 @@ namespace tandem::devices {
 inline constexpr std::size_t kFalconPacketSize = 16;
 using FalconPacket = std::array<std::uint8_t, kFalconPacketSize>;
 
-/// Bits sent to the device.
+/// Bits sent to the device: start of homing, and the colours of its lights.
 inline constexpr std::uint8_t kFalconHome = 1, kFalconGreen = 2, kFalconBlue = 4, kFalconRed = 8;
-/// Bits received from the device: buttons of the grip, and arms that are homed.
+/// Bits received from the device: buttons of the grip, and kFalconHomed for the three homed arms.
 inline constexpr std::uint8_t kFalconRight = 1, kFalconForward = 2, kFalconCentre = 4, kFalconLeft = 8;
 inline constexpr std::uint8_t kFalconHomed = 0x70;
 
@@ -28,18 +28,17 @@ struct FalconReply {
   std::uint8_t bits = 0;
 };
 
-/// Decodes the three numbers and the bits of a packet of either direction. Returns nothing if the bytes are not a
-/// packet.
+/// Decodes the three numbers and the bits of a packet of either direction. Returns nothing if the bytes are no packet.
 std::optional<FalconReply> read_falcon_packet(std::span<const std::uint8_t, kFalconPacketSize> bytes);
 
-/// Finds packets in a byte stream. After an invalid packet it continues at the next `<`, which may be inside that
+/// Finds packets in a byte stream. After an invalid packet it continues at the next `<`, which may lie inside that
 /// packet.
 class FalconPacketParser {
  public:
   /// Processes a byte; returns the packet that this byte completes, if any.
   std::optional<FalconReply> parse(std::uint8_t byte) noexcept;
   void reset() noexcept { length_ = 0; }
-  /// Returns the number of bytes that did not belong to a packet.
+  /// Returns the number of bytes that belonged to no packet.
   std::uint64_t skipped() const { return skipped_; }
 
  private:

@@ -1,4 +1,4 @@
-// Serial connection to a Falcon through its FTDI bridge; the interface between the driver and libusb.
+// Serial connection to a Falcon through its FTDI bridge: the interface between the driver and libusb.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +28,8 @@ class FalconPort {
   virtual ~FalconPort() = default;
   /// Executes a vendor request. Returns false if it failed.
   virtual bool control(FtdiRequest request, std::uint16_t value) = 0;
-  /// Waits for the previous transfer, then starts to send at most 64 bytes. Returns false if they cannot be sent, e.g.
-  /// because the device is disconnected.
+  /// Waits for the previous transfer, then starts to send at most 64 bytes. Returns false if sending is impossible,
+  /// e.g. because the device is disconnected.
   virtual bool write(std::span<const std::uint8_t> bytes) = 0;
   /// Returns whether the device has accepted the bytes of the last write().
   virtual bool is_written() const = 0;
@@ -38,13 +38,12 @@ class FalconPort {
   virtual int read(std::span<std::uint8_t> bytes, Duration longest) = 0;
 };
 
-/// Function that opens the first available device. If there is none, it returns null and sets `reason` to cause and
-/// remedy.
+/// Opens the first available device. If there is none, returns null and sets `reason` to cause and remedy.
 using OpenFalcon = std::function<std::unique_ptr<FalconPort>(std::string_view& reason)>;
 
-/// Opens a device through libusb. The watchdog, if given, covers it until it is closed.
+/// Opens a device through libusb. The watchdog, if given, protects the device until it is closed.
 std::unique_ptr<FalconPort> open_falcon_usb_port(std::string_view& reason, Watchdog* watchdog = nullptr);
-/// Returns the zero command of the Falcon that this process has opened; nothing if there is none.
+/// Returns the zero command of the Falcon that this process has opened, or nothing if none is open.
 std::optional<ZeroCommand> falcon_zero();
 std::vector<FoundDevice> find_falcons();
 

@@ -1,5 +1,5 @@
-// USB connection to a Falcon. Two transfers, allocated once, always wait for data, so that a reply is received as soon
-// as the bridge has it. Before the memory of a cancelled transfer is freed, its completion is awaited.
+// USB connection to a Falcon. Two transfers, allocated once, are always pending, so that a reply is received as soon as
+// the bridge has it. The completion of a cancelled transfer is awaited before its memory is freed.
 #include <libusb-1.0/libusb.h>
 
 #include <algorithm>
@@ -43,8 +43,8 @@ timeval timeval_of(Duration duration) {
   return {us / 1000000, us % 1000000};
 }
 
-/// A context of libusb for one port. If ports shared a context, one thread could handle the events for which another
-/// thread waits.
+/// A libusb context for one port. Ports must not share a context, because one thread could then handle the events for
+/// which a second thread waits.
 using Usb = std::shared_ptr<libusb_context>;
 /// Opens a context. Returns null if USB cannot be used.
 Usb open_usb() {
@@ -110,14 +110,14 @@ class FalconUsbPort final : public FalconPort {
   void prepare(Transfer& transfer, unsigned char endpoint, libusb_transfer_cb_fn done);
   bool submit(Transfer& transfer, std::size_t length);
   void note(const libusb_transfer& transfer);
-  /// Handles libusb events until `is_done` returns true, at most for `longest`.
+  /// Handles libusb events until `is_done` returns true, but at most for `longest`.
   template <class Done>
   void work(Duration longest, Done is_done);
   bool is_anything_under_way() const;
 
   Usb usb_;
   libusb_device_handle* handle_;
-  Watchdog* watchdog_;  ///< may be null
+  Watchdog* watchdog_;  ///< null: no watchdog
   std::array<Transfer, 2> in_;
   Transfer out_;
   std::vector<std::uint8_t> received_;
@@ -145,7 +145,7 @@ FalconUsbPort::~FalconUsbPort() {
   if (watchdog_ != nullptr) watchdog_->release();
   libusb_release_interface(handle_, kInterface);
   libusb_close(handle_);
-  // Transfers that libusb still held have been returned by closing the device, so they can be freed.
+  // Closing the device has returned all transfers that libusb still held, so they can be freed.
   for (Transfer* one : {in_.data(), &in_[1], &out_}) libusb_free_transfer(one->transfer);
 }
 
@@ -240,8 +240,8 @@ libusb_device_handle* claimed(libusb_device* device, std::string_view& reason) {
   return nullptr;
 }
 
-/// Returns the zero command of a device that this process has opened. Its descriptor is found in /proc, because libusb
-/// does not provide it.
+/// Returns the zero command of a device that this process has opened. The file descriptor is found in /proc, because
+/// libusb does not provide it.
 std::optional<ZeroCommand> zero_of(libusb_device* device) {
   const FalconPacket zero = falcon_request(FalconCounts::Zero(), kFalconRed | kFalconHome);
   std::array<char, 32> node{};

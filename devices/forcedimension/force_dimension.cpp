@@ -14,11 +14,11 @@ constexpr std::string_view kRefused =
     "its maker's SDK opens it, but refuses its watchdog or its force; start it by its maker's program, then start "
     "again";
 
-/// Watchdog time in units of 125 µs, the largest possible value. According to the manufacturer, the device removes its
-/// force if it receives no new force for 32 ms.
+/// Watchdog time in units of 125 µs: the largest possible value, about 32 ms. According to the manufacturer, the device
+/// removes its force if it receives no new force within this time.
 constexpr unsigned char kWatchdogUnits = 255;
 
-// Converts vectors between the axes of the SDK and those of D.
+// Converts a vector from the axes of the SDK to those of D.
 Vec3 in_D_from_dhd(const Vec3& v) {
   return {v.y(), -v.x(), v.z()};
 }
@@ -33,7 +33,7 @@ Quat orientation_D(const double (&rows)[3][3]) {
     for (int j = 0; j < 3; ++j) R(i, j) = rows[i][j];
   }
   to_D << 0, 1, 0, -1, 0, 0, 0, 0, 1;
-  // The matrix may have single precision or a calibration error, so its quaternion must be normalised.
+  // The matrix may have single precision or a calibration error, so the quaternion must be normalised.
   return Quat(Eigen::Matrix3d(to_D * R * to_D.transpose())).normalized();
 }
 
@@ -48,7 +48,7 @@ DhdFunctions dhd_functions(const std::filesystem::path& library) {
   dhd.find(found.get_pose, "dhdGetPositionAndOrientationFrame");
   dhd.find(found.set_force, "dhdSetForceAndTorque");
   dhd.find(found.get_button, "dhdGetButton");
-  // Available since version 3.3.2; without it the force would remain when the program is killed
+  // available since version 3.3.2; without it, the force would remain when the program is killed
   dhd.find(found.set_watchdog, "dhdSetWatchdog");
   dhd.require_all();
   return found;

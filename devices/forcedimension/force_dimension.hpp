@@ -1,5 +1,5 @@
 // Devices of Force Dimension (omega, delta, sigma), used through the manufacturer's SDK. This code follows the public
-// documentation and was not tested on hardware.
+// documentation and has not been tested on hardware.
 #pragma once
 
 #include <memory>
@@ -10,8 +10,8 @@
 
 namespace tandem::devices {
 
-/// SDK functions that are used. A negative result means failure. Units: metres, radians, newtons, newton metres. The
-/// last argument selects the device; -1 is the device opened last.
+/// The SDK functions in use. A negative result means failure. Units: metres, radians, newtons, newton metres. The last
+/// argument selects the device; −1 is the device that was opened last.
 struct DhdFunctions {
   int (*open)() = nullptr;
   int (*close)(char) = nullptr;
@@ -25,8 +25,9 @@ struct DhdFunctions {
 /// Fails   std::runtime_error: see VendorLibrary
 DhdFunctions dhd_functions(const std::filesystem::path& library);
 
-/// Base frame D: x points right, y away from the user, z up. In the SDK, x points towards the user, y right, z up. The
-/// first button grabs, the second is the clutch. The manufacturer's program must have initialised the device (autoinit).
+/// Driver of one device. Base frame D: x right, y away from the user, z up. In the SDK, x is towards the user, y right,
+/// z up. The first button grabs, the second is the clutch. The manufacturer's program must have initialised the device
+/// (autoinit).
 ///
 /// Thread  the thread of the device
 class ForceDimensionDriver final : public DeviceDriver {

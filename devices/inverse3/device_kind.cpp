@@ -11,7 +11,7 @@ namespace {
 
 constexpr Duration kProbeTime = std::chrono::milliseconds(300);
 
-/// Returns the first state of the service that decides whether the device can be used, or the last state after
+/// Waits until a state of the service shows whether the device can be used. Returns that state, or the last one after
 /// kProbeTime.
 DeviceSample probe(Inverse3Driver& driver) {
   const SteadyClock clock;

@@ -38,7 +38,7 @@ constexpr std::string_view kWatchdogEnded =
 constexpr std::string_view kWatchdogMissing =
     "no watchdog could be started for it (too many processes or open files); end other programs, then start again";
 
-/// Returns an unfragmented WebSocket text frame from a client: FIN set, 16-bit payload length (126 to 65535 bytes), and
+/// Returns a WebSocket text frame from a client, unfragmented: FIN set, 16-bit payload length (126 to 65535 bytes), and
 /// a zero masking key, which leaves the payload unchanged.
 std::vector<std::uint8_t> websocket_message(std::string text) {
   constexpr std::size_t kLeast = 126;
@@ -53,8 +53,8 @@ std::vector<std::uint8_t> websocket_message(std::string text) {
 
 }  // namespace
 
-/// Socket layer for Boost.Beast. Each write contains one complete frame, which is passed to the watchdog if there is
-/// one.
+/// Socket layer for Boost.Beast. Each write contains one complete frame. If there is a watchdog, the frame is passed to
+/// the watchdog instead of being written here.
 class ServiceSocket {
  public:
   using executor_type = asio::ip::tcp::socket::executor_type;
@@ -66,7 +66,7 @@ class ServiceSocket {
     error_code ignored;
     socket_.close(ignored);
   }
-  /// Hands all writes over to the watchdog. No write of this socket may be pending at this call.
+  /// Passes all later writes to the watchdog. No write of this socket may be pending when it is called.
   void write_through(Watchdog& watchdog) { watchdog_ = &watchdog; }
   bool is_writing() const { return is_writing_; }
   /// Sets whether the next command contains a force.
@@ -122,8 +122,8 @@ void beast_close_socket(ServiceSocket& socket) {
   socket.close();
 }
 
-/// One connection. Its pending handlers share ownership of it, so that an abandoned connection exists until they have
-/// ended.
+/// One connection. Its pending handlers share ownership of it, so an abandoned connection exists until its handlers
+/// have ended.
 struct Inverse3Driver::Link {
   explicit Link(asio::io_context& io) : stream(io) {}
 
@@ -167,7 +167,7 @@ DeviceSample Inverse3Driver::step(LocalTime now, const Wrench& wrench_on_hand_D)
   now_ = now;
   if (!link_) connect(now);
   if (link_ && state_ && !link_->socket().is_writing()) watch_over();
-  // One command is sent for each received state. Exception: zero is sent at once if a force was sent before.
+  // One command is sent for each received state. As an exception, zero is sent at once if the last command had a force.
   const bool must_release = state_ && !shown_n_.isZero(0) && wrench_on_hand_D.f.isZero(0);
   const bool may_send = link_ && !link_->is_sending && (!watchdog_ || !watched_id_.empty());
   if (may_send && (is_new_ || must_release)) send(wrench_on_hand_D);
@@ -177,7 +177,7 @@ DeviceSample Inverse3Driver::step(LocalTime now, const Wrench& wrench_on_hand_D)
   return sample(now);
 }
 
-/// Starts the watchdog for this connection and its device. If the device changes, a new connection is needed, because a
+/// Starts the watchdog for this connection and its device. A change of the device needs a new connection, because a
 /// frame on the current one may be incomplete.
 void Inverse3Driver::watch_over() {
   if (!watchdog_) return;
@@ -229,7 +229,7 @@ void Inverse3Driver::receive(std::string_view text) {
   is_new_ = true;
   is_taken_ = is_taken_ || state->cursor_m.has_value();
   if (state_ && !state->cursor_m) state->cursor_m = state_->cursor_m;
-  // A message without a grip keeps the last known state of the grip.
+  // After a message without a grip, the last known state of the grip is kept.
   if (state_ && !state->grip) {
     state->grip = state_->grip;
     state->buttons = state_->buttons;
@@ -255,13 +255,13 @@ void Inverse3Driver::send(const Wrench& wrench_on_hand_D) {
   });
 }
 
-/// On a connection with a watchdog, zero counts as delivered when the watchdog has written it.
+/// On a connection with a watchdog, zero counts as delivered once the watchdog has written it.
 bool Inverse3Driver::may_be_on() const noexcept {
   const bool is_zero_out = watchdog_ && !watched_id_.empty() && shown_n_.isZero(0) && watchdog_->is_written();
   return may_be_on_ && !is_zero_out;
 }
 
-/// Handles events until a state arrives, at most for kWait.
+/// Handles events until a state arrives, but at most for kWait.
 void Inverse3Driver::work() {
   const SteadyClock clock;
   const LocalTime end = clock.now() + kWait;
@@ -271,7 +271,7 @@ void Inverse3Driver::work() {
 }
 
 void Inverse3Driver::fail(std::string_view reason) {
-  // If a connection attempt fails after a loss, the next attempt follows a second later. Meanwhile the reason of the
+  // If a connection attempt fails after a loss, the next attempt follows a second later. Until then the reason of the
   // loss is reported.
   if (has_last_)
     absence_.begin(now_, reason);

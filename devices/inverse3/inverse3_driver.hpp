@@ -1,10 +1,11 @@
-// Driver of a Haply Inverse3, which uses the manufacturer's service on the same machine: JSON over a WebSocket.
+// Driver of a Haply Inverse3. It uses the manufacturer's service on the same machine, by JSON over a WebSocket.
 //
-// The service answers each command with the next state, and sends no state without a command. The driver therefore
-// sends one command per state, with zero force if there is none to display. It is unknown whether the service continues
-// to apply the last force when the program is stopped or ends. A watchdog therefore shares the connection and writes
-// zero to it. From the first command on only the watchdog writes. Otherwise a program that is killed or stopped could
-// leave a partial WebSocket frame, which would corrupt the stream.
+// The service answers each command with the next state, and sends no state without a command. So the driver sends one
+// command per state, with zero force if there is none to display.
+//
+// It is unknown whether the service continues to apply the last force when this program is stopped or ends. A watchdog
+// therefore shares the connection and writes zero to it. From the first command on only the watchdog writes. A program
+// that is killed or stopped could otherwise leave a partial WebSocket frame, which would corrupt the stream.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -21,15 +22,16 @@
 namespace tandem::devices {
 
 /// Parses an endpoint such as "127.0.0.1:10001".
-/// Fails   std::invalid_argument: the text is not an address with a port, or the address is not on this machine
+/// Fails   std::invalid_argument: the text is not an address with a port, or the address is not one of this machine
 boost::asio::ip::tcp::endpoint inverse3_endpoint(const std::string& service);
 
-/// Base frame D: the axes are those of the service, the origin is the first position of the cursor.
+/// Driver of one device. Base frame D: the axes are those of the service, the origin is the first position of the
+/// cursor.
 ///
 /// Thread  the thread of the device
 class Inverse3Driver final : public DeviceDriver {
  public:
-  /// In      watchdog  watchdog for each connection; null: none
+  /// In      watchdog  watchdog for each connection; null: no watchdog
   Inverse3Driver(DeviceSpec spec, boost::asio::ip::tcp::endpoint service, std::shared_ptr<Watchdog> watchdog = nullptr);
   ~Inverse3Driver() override;
   Inverse3Driver(const Inverse3Driver&) = delete;
@@ -54,20 +56,20 @@ class Inverse3Driver final : public DeviceDriver {
   DeviceSpec spec_;
   boost::asio::ip::tcp::endpoint service_;
   std::shared_ptr<Watchdog> watchdog_;
-  std::string watched_id_;  ///< id of the device for which the watchdog has a zero command; empty: none
+  std::string watched_id_;  ///< id of the device whose zero command the watchdog has; empty: none
   boost::asio::io_context io_;
   std::shared_ptr<Link> link_;  ///< connection to the service; null: not connected
   Absence absence_;
   LocalTime now_{};  ///< time of the current step()
   LocalTime last_received_{};
-  Vec3 shown_n_ = Vec3::Zero();  ///< last force sent
-  bool may_be_on_ = false;       ///< a force was sent, and no zero was sent completely since then
-  bool is_new_ = false;          ///< the newest state was not answered by a command yet
-  bool is_taken_ = false;        ///< the newest state was not returned in a sample yet
+  Vec3 shown_n_ = Vec3::Zero();  ///< last force sent [N]
+  bool may_be_on_ = false;       ///< whether a force was sent after the last complete sending of zero
+  bool is_new_ = false;          ///< whether the newest state has not been answered by a command
+  bool is_taken_ = false;        ///< whether the newest state has not been returned in a sample
   std::optional<Inverse3State> state_;
   std::optional<Vec3> origin_m_;
   DeviceSample last_;
-  bool has_last_ = false;  ///< last_ was received on this connection
+  bool has_last_ = false;  ///< whether last_ was received on this connection
 };
 
 }  // namespace tandem::devices

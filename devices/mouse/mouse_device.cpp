@@ -8,7 +8,7 @@
 namespace tandem::devices {
 namespace {
 
-/// Maximum time that one read() simulates, which limits its cost. A longer pause is treated as this time.
+/// Maximum time that one read() simulates, which limits its cost. A longer pause counts as this time.
 constexpr Duration kMaxFrame = std::chrono::milliseconds(100);
 
 bool is_usable(const PointerTarget& target) {
@@ -68,7 +68,8 @@ void MouseDevice::advance(double dt_s) noexcept {
 }
 
 bool MouseDevice::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
-  // The hand is first simulated up to `now` under the previous force, whichever of read() and write() is called first.
+  // First simulates the hand up to `now` under the previous force, so that the order of read() and write() does not
+  // matter.
   if (has_started_ && now > last_read_) read(now);
   if (!is_finite(wrench_on_hand_D)) return false;
   on_hand_D_ = wrench_on_hand_D;

@@ -1,4 +1,4 @@
-// A mouse as a device with six axes: a window sets a target pose, and a simulated hand follows it under the force.
+// A mouse as a device with six axes. A window sets a target pose, and a simulated hand follows it while the force acts.
 #pragma once
 
 #include <memory>
@@ -11,11 +11,11 @@
 namespace tandem::devices {
 
 /// A simulated hand that follows a pointer. The pointer moves in jumps, 60 times a second, so the intended pose is
-/// smoothed. The force acts on a simulated hand with mass, damping and a spring to that pose.
+/// smoothed. The force acts on a simulated hand with mass, damping and a spring to the intended pose.
 ///
-/// Model   ẍ = ω² (target − x) − 2 ω ẋ with speed at most kMaxSpeed_m_per_s, and the same for rotation. x is the
-///         intended pose of HandDynamics. ω and the bounds are our choice: the response takes less than 0.1 s and
-///         remains below the limits of a device
+/// Model   ẍ = ω² (target − x) − 2 ω ẋ with speed at most kMaxSpeed_m_per_s, and the corresponding equation for
+///         rotation. x is the intended pose of HandDynamics. ω and the bounds are our choice: the response takes less
+///         than 0.1 s and stays below the limits of a device
 /// Thread  haptic
 class MouseDevice final : public Device {
  public:
@@ -28,8 +28,8 @@ class MouseDevice final : public Device {
   ///         rumble   displays the force as a fraction of the device's limit; may be null
   MouseDevice(DeviceSpec spec, const HandParameters& hand, std::shared_ptr<Pointer> pointer,
               std::unique_ptr<Rumble> rumble = nullptr);
-  /// Returns the parameters of a hand on a mouse. Its damping ratio is 0.8, higher than for a hand in the air, so
-  /// that the displayed hand does not oscillate.
+  /// Returns the parameters of a hand on a mouse. Its damping ratio is 0.8, more than for a hand in the air, so that
+  /// the displayed hand does not oscillate.
   static HandParameters default_hand();
 
   const DeviceSpec& spec() const noexcept override { return spec_; }

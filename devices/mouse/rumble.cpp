@@ -20,11 +20,13 @@ namespace {
 
 constexpr auto kPeriod = std::chrono::milliseconds(20);
 constexpr int kPeriodsAPlay = 5, kPeriodsAnOpen = 50;
-constexpr int kMaxSilentPeriods = 5;  // limit of periods without show(); after 0.1 s the haptic loop is assumed to hang
+// Periods (0.1 s) without a call of show() after which the haptic loop counts as hanging
+constexpr int kMaxSilentPeriods = 5;
 constexpr std::uint16_t kLength_ms = 200;
-constexpr double kSmallest = 1.0 / 64;  // changes of strength below this are not sent
+constexpr double kSmallest = 1.0 / 64;  // minimum change of strength that is sent
 
-/// Opens a game pad. Returns a negative number if it cannot be opened or has no rumble motors; errno has the reason.
+/// Opens a game pad. Returns a negative number if it cannot be opened or has no rumble motors; errno then gives the
+/// reason.
 int opened(const std::string& node) {
   const int pad = open(node.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK);
   if (pad < 0) return pad;
@@ -80,7 +82,7 @@ void Rumble::run() {
   }
 }
 
-/// Sends a strength to the pad. Returns false if the pad is disconnected.
+/// Sends a strength to the game pad. Returns false if the pad is disconnected.
 bool Rumble::send(double share) {
   ff_effect effect{};
   effect.type = FF_RUMBLE;

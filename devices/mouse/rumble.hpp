@@ -9,19 +9,19 @@
 
 namespace tandem::devices {
 
-/// Sends the strength to the game pad at most 50 times a second. This happens on a separate thread, because the pad may
-/// be slow. An effect lasts 0.2 s and is repeated while show() is called. The rumble thus ends if the program ends or
-/// is stopped, or if the haptic loop hangs. After the pad was unplugged, it is opened again.
+/// Sends the strength to the game pad at most 50 times a second, on a separate thread, because the pad may be slow. An
+/// effect lasts 0.2 s and is repeated while show() is called. So the rumble ends if the program ends or is stopped, or
+/// if the haptic loop hangs. After unplugging, the pad is opened again.
 class Rumble {
  public:
   /// Fails   std::runtime_error: the device file cannot be opened, or the pad has no rumble motors
   explicit Rumble(std::string node);
-  /// Stops the motors.
+  /// Stops the motors and ends the thread.
   ~Rumble();
   Rumble(const Rumble&) = delete;
   Rumble& operator=(const Rumble&) = delete;
 
-  /// In      share  strength as a fraction of the maximum, clamped to 0..1; NaN is treated as 0
+  /// In      share  strength as a fraction of the maximum, clamped to 0..1; NaN counts as 0
   /// Thread  haptic: one atomic store
   void show(double share) noexcept;
 
@@ -31,14 +31,14 @@ class Rumble {
 
   std::string node_;
   int pad_ = -1;     ///< file descriptor of the pad; negative: not connected
-  int effect_ = -1;  ///< id of the effect in the pad; negative: none was uploaded yet
+  int effect_ = -1;  ///< id of the effect in the pad; negative: no effect was uploaded
   std::atomic<float> share_{0};
   std::atomic<std::uint32_t> shows_{0};  ///< number of calls of show()
   std::atomic<bool> should_stop_{false};
   std::thread thread_;
 };
 
-/// Opens the game pad named by an option.
+/// Opens the game pad that an option selects.
 /// In      wish  "off": returns null. "auto": the first usable pad, or null if there is none. Otherwise a device file,
 ///               /dev/input/eventN
 /// Fails   std::runtime_error: the device file is unusable, see Rumble

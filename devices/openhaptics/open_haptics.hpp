@@ -1,5 +1,5 @@
 // Devices of 3D Systems (Touch, Touch X, Phantom), used through the HD layer of the manufacturer's OpenHaptics. This
-// code follows the public documentation and was not tested on hardware.
+// code follows the public documentation and has not been tested on hardware.
 #pragma once
 
 #include <memory>
@@ -9,10 +9,10 @@
 
 namespace tandem::devices {
 
-/// Functions of the HD layer that are used. Units: millimetres, newtons. Axes: x right, y up, z towards the user.
+/// The HD functions in use. Units: millimetres, newtons. Axes: x right, y up, z towards the user.
 struct HdFunctions {
   struct Error {
-    unsigned code = 0;  ///< error code; 0: no error
+    unsigned code = 0;  ///< 0: no error
     int internal_code = 0;
     unsigned device = 0;
   };
@@ -22,7 +22,7 @@ struct HdFunctions {
   void (*enable)(unsigned) = nullptr;
   void (*start_scheduler)() = nullptr;
   void (*stop_scheduler)() = nullptr;
-  /// Calls the function once on the servo thread, and returns after the call.
+  /// Calls the given function once on the servo thread, and returns after that call.
   void (*schedule)(unsigned (*)(void*), void*, unsigned short) = nullptr;
   void (*begin_frame)(unsigned) = nullptr;
   void (*end_frame)(unsigned) = nullptr;
@@ -35,8 +35,8 @@ struct HdFunctions {
 /// Fails   std::runtime_error: see VendorLibrary
 HdFunctions hd_functions(const std::filesystem::path& library);
 
-/// Base frame D: x right, y away from the user, z up. The first button is grab, the second clutch. Torque is not
-/// displayed.
+/// Driver of one device. Base frame D: x right, y away from the user, z up. The first button grabs, the second is the
+/// clutch. Torque is not displayed.
 ///
 /// Thread  the thread of the device. Each step waits for a tick of the SDK's servo thread, which takes a millisecond
 class OpenHapticsDriver final : public DeviceDriver {

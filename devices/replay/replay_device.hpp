@@ -9,7 +9,7 @@
 
 namespace tandem::devices {
 
-/// Follows the recorded motion of a hand with the original timing. The force has no effect on it.
+/// Follows the recorded motion of a hand with the original timing. The force has no effect on the motion.
 ///
 /// Model   Between two valid samples at most kMaxGap apart, position and twist are interpolated linearly and the
 ///         rotation by slerp. Otherwise the earlier sample is held. The buttons are always those of the earlier sample
@@ -19,11 +19,11 @@ class ReplayDevice final : public Device {
   static constexpr Duration kMaxGap = std::chrono::milliseconds(50);
 
   /// In      samples  at least one; `taken` increases and may have any origin. The `reason` of the last sample, a
-  ///                  string literal, states why the recording ends there; if it is empty, the recording is complete
+  ///         string literal, states why the recording ends there; empty: the recording is complete
   ReplayDevice(DeviceSpec spec, std::shared_ptr<const std::vector<DeviceSample>> samples);
 
   const DeviceSpec& spec() const noexcept override { return spec_; }
-  /// Reads a sample. The recording starts at the first read, unless begin_path_at() has set another time.
+  /// Reads a sample. The recording starts at the first read, unless begin_path_at() has set a start time.
   DeviceSample read(LocalTime now) noexcept override;
   void begin_path_at(LocalTime start) noexcept override;
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept override;
@@ -32,7 +32,7 @@ class ReplayDevice final : public Device {
   DeviceSpec spec_;
   std::shared_ptr<const std::vector<DeviceSample>> samples_;
   std::string_view ending_ = "the recording is over";
-  std::size_t at_ = 0;  ///< index of the last sample that is due
+  std::size_t at_ = 0;  ///< index of the last due sample
   bool is_start_set_ = false;
   LocalTime started_{};
 };

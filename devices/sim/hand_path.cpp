@@ -15,7 +15,7 @@ constexpr double kMaxPath_s = 86400;
 constexpr double kFarthest_m = 10;
 constexpr std::size_t kMaxPoints = 10000;
 constexpr std::size_t kMaxComponents = 64;
-// Maximum frequency of a multisine that a hand can follow; the device is sampled at 1 kHz.
+// Maximum frequency of a multisine that a hand can follow. The device is sampled at 1 kHz.
 constexpr double kMaxFrequency_hz = 50;
 constexpr double kMaxAmplitude_m = 1;
 
@@ -129,8 +129,8 @@ Sway sway_of(const std::vector<SineComponent>& components, double t_s) {
   return sway;
 }
 
-/// Returns the envelope of the multisine and its time derivative [1/s]. The envelope is 0 at both ends and 1 between
-/// the fades.
+/// Returns the envelope of the multisine and its time derivative [1/s]. The envelope is 0 at both ends of the multisine
+/// and 1 between the fades.
 UnitMove envelope_of(const Multisine& multisine, Duration time) {
   const Duration inside = std::min(time - multisine.from, multisine.to - time);
   if (inside >= multisine.fade) return {1, 0};
@@ -140,7 +140,7 @@ UnitMove envelope_of(const Multisine& multisine, Duration time) {
   return {rising.position, (is_ending ? -1 : 1) * rising.speed / fade_s};
 }
 
-// With the envelope w and the sum of sines s: p = w s, v = w s' + w' s.
+// With the envelope w and the sum of sines s: p = w s and v = w s' + w' s.
 Sway sway_at(const Multisine& multisine, Duration time) {
   if (multisine.components.empty() || time <= multisine.from || time >= multisine.to) return {};
   const Sway full = sway_of(multisine.components, to_seconds(time - multisine.from));

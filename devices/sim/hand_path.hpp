@@ -12,18 +12,19 @@
 
 namespace tandem::devices {
 
-/// A way point: the intended pose is `X_DH` at the time `at`. The hand moves between way points by minimum jerk, and is
-/// at rest at each of them.
+/// A way point: the intended pose is `X_DH` at the time `at`. The hand moves between way points by minimum-jerk
+/// movements, and is at rest at each way point.
 struct WayPoint {
   Duration at{0};
   Pose X_DH;
-  std::uint32_t buttons = 0;  ///< bits of Button that are set from this way point on
-  std::string phase;        ///< name of the phase that begins here, e.g. "approach" or "hold"; "": the phase continues
-  bool is_relaxed = false;  ///< from here on the hand is passive: its intended pose equals its actual pose
+  std::uint32_t buttons = 0;  ///< bits of Button that are pressed from this way point on
+  /// Name of the phase that begins here, e.g. "approach" or "hold"; "": the previous phase continues
+  std::string phase;
+  bool is_relaxed = false;  ///< whether the hand is passive from here on: its intended pose equals its actual pose
 };
 
-/// One sine component of a multisine: amplitude·sin(2π·frequency·t + phase) along an axis; t is counted from the
-/// multisine's beginning.
+/// One sine component of a multisine: amplitude·sin(2π·frequency·t + phase) along an axis, with the time t since the
+/// beginning of the multisine.
 struct SineComponent {
   Vec3 axis = Vec3::UnitX();  ///< unit vector in D
   double frequency_hz = 1;
@@ -31,8 +32,8 @@ struct SineComponent {
   double phase_rad = 0;
 };
 
-/// A sum of sines that is added to the way points between `from` and `to`. It is used to shake a held body, and for
-/// circles at constant speed. It fades in and out by minimum jerk over `fade`, so that position and velocity are
+/// A sum of sines that is added to the way points between `from` and `to`. It serves for shaking a held body, and for
+/// circles at constant speed. It fades in and out over `fade` by minimum jerk, so that position and velocity are
 /// continuous.
 struct Multisine {
   Duration from{0};
@@ -41,8 +42,8 @@ struct Multisine {
   std::vector<SineComponent> components;  ///< components of the sum; empty: no multisine
 };
 
-/// A path with at least one way point and increasing times. The hand is at rest before the first and after the last
-/// one.
+/// A path with at least one way point and increasing times. The hand is at rest before the first and after the last way
+/// point.
 class HandPath {
  public:
   /// Fails   std::invalid_argument: no way point, times that do not increase, a number that is not finite, or a
@@ -53,15 +54,15 @@ class HandPath {
   Twist twist_at(Duration time) const noexcept;
   std::uint32_t buttons_at(Duration time) const noexcept;
   bool is_relaxed_at(Duration time) const noexcept;
-  /// Returns the index of the current phase in phases(); −1 before the first named phase.
+  /// Returns the index into phases() of the current phase; −1 before the first named phase.
   int phase_at(Duration time) const noexcept;
   const std::vector<std::string>& phases() const { return phases_; }
   const std::vector<WayPoint>& points() const { return points_; }
   const Multisine& multisine() const { return multisine_; }
   Duration length() const;
-  /// Returns the same path, delayed by `later`.
+  /// Returns this path delayed by `later`.
   HandPath shifted(Duration later) const;
-  /// Returns the same path at a speed multiplied by `factor`, which must be above 0.
+  /// Returns this path with its speed multiplied by `factor`, which must be above 0.
   HandPath paced(double factor) const;
 
  private:
@@ -75,8 +76,8 @@ class HandPath {
 };
 
 /// Reads {"points": [{"t_s": 0, "position_m": [x,y,z], "rotation_xyz_deg": [..], "buttons": ["grab"], "relaxed": false,
-/// "phase": "hold"}]}. If a field is omitted, the value of the previous point is used. An optional field beside
-/// "points" is "multisine": {"from_s": 2, "to_s": 6, "fade_s": 0.5, "components": [{"axis": [x,y,z], "frequency_hz": 1,
+/// "phase": "hold"}]}. An omitted field has the value of the previous point. An optional field beside "points" is
+/// "multisine": {"from_s": 2, "to_s": 6, "fade_s": 0.5, "components": [{"axis": [x,y,z], "frequency_hz": 1,
 /// "amplitude_m": 0.01, "phase_rad": 0}]}.
 /// Fails   std::invalid_argument: the message names file, field, value and remedy
 HandPath load_hand_path(const std::filesystem::path& file);

@@ -1,5 +1,5 @@
-// Built-in hand paths, which a command line selects by name: the movements used in the demonstrations and in the
-// supplied experiments. Times are in s, positions in m relative to the initial position of the hand; z is up.
+// Built-in hand paths, selected by name on a command line: the movements of the demonstrations and of the supplied
+// experiments. Times are in s; positions are in m relative to the initial position of the hand, with z up.
 
 #include <algorithm>
 #include <array>
@@ -26,8 +26,8 @@ HandPath press_down() {
                    point(2.5, {0, 0, -0.05}, "hold"), point(6.5, {0, 0, -0.05}, "retreat"), point(8, Vec3::Zero())});
 }
 
-// Two circles with a radius of 30 mm, each in 8 s. Each is a polygon with 16 sides, because a minimum-jerk movement
-// comes to rest at every way point.
+// Two circles with a radius of 30 mm, 8 s each. Each circle is a polygon with 16 sides, because a minimum-jerk movement
+// stops at every way point.
 HandPath circle() {
   constexpr int kSides = 16;
   constexpr double kRadius_m = 0.03;
@@ -42,8 +42,8 @@ HandPath circle() {
   return HandPath(std::move(points));
 }
 
-// Moves down 40 mm to a body, grabs it, lifts the hand by 80 mm, waits, puts the body down and returns. The body is
-// lifted by less than 80 mm, because its weight stretches the arm and the coupling.
+// Moves down 40 mm to a body, grabs it, raises the hand by 80 mm, waits, puts the body down and returns. The body rises
+// by less than 80 mm, because its weight stretches the arm and the coupling.
 HandPath grab_and_lift() {
   const Vec3 on_it(0, 0, -0.04);
   const Vec3 lifted(0, 0, 0.04);
@@ -53,8 +53,8 @@ HandPath grab_and_lift() {
                    point(9.4, on_it, "", kButtonGrab), point(9.9, on_it), point(11, Vec3::Zero())});
 }
 
-// Moves from above a body to its side and down beside it. Then pushes it along x for 80 mm, to 20 mm beyond the initial
-// position of the hand. For two users the signs are opposite.
+// Moves from above a body to its side and down beside it. Then pushes the body along x for 80 mm, to 20 mm beyond the
+// initial position of the hand. `sign` is the direction of the push, opposite for two users.
 HandPath push(double sign) {
   const Vec3 aside(-sign * 0.06, 0, 0);
   const Vec3 beside(-sign * 0.06, 0, -0.065);
@@ -64,9 +64,9 @@ HandPath push(double sign) {
                    point(10, aside), point(11, Vec3::Zero())});
 }
 
-// For the scene peg_in_hole: two users hold one peg at its near (−y) and its far (+y) side. They carry it 100 mm to a
-// position above the hole and lower it to the bottom of the hole (70 mm). Each user then presses 15 mm downwards and
-// pulls 10 mm to the user's own side.
+// For the scene peg_in_hole: two users hold one peg at its near side (`side` = −1, at −y) and its far side (+1). They
+// carry it 100 mm to a position above the hole and lower it to the bottom of the hole (70 mm). Each user then presses
+// 15 mm downwards and pulls 10 mm to their own side.
 HandPath peg(double side) {
   const Vec3 over_hole(0.1, 0, 0);
   const Vec3 in_hole(0.1, 0, -0.07);
@@ -84,7 +84,7 @@ HandPath dock(double sign) {
 }
 
 // Components of a multisine with a period of 4 s. Amplitudes are inversely proportional to the frequency, so that all
-// components have the same speed. The phases decrease quadratically (Schroeder phases for a flat spectrum), which keeps
+// components have equal speed. The phases decrease quadratically (Schroeder phases for a flat spectrum), which keeps
 // the peaks low.
 std::vector<SineComponent> multisine_components(double speed_m_per_s) {
   constexpr std::array kFrequencies_hz = {0.5, 0.75, 1.25, 1.75, 2.5, 3.25, 4.0, 5.0};
@@ -98,8 +98,8 @@ std::vector<SineComponent> multisine_components(double speed_m_per_s) {
   return components;
 }
 
-// Grabs a body 40 mm below and lifts it by 80 mm. Shakes it along x with frequencies of 0.5 to 5 Hz for four periods of
-// 4 s. Holds it still and puts it down. The movement lets a user feel the inertia of the body.
+// Grabs a body 40 mm below the hand and lifts it by 80 mm. Shakes it along x with frequencies of 0.5 to 5 Hz for four
+// periods of 4 s. Holds it still and puts it down. With this movement a user feels the inertia of the body.
 HandPath shake() {
   const Vec3 on_it(0, 0, -0.04);
   const Vec3 lifted(0, 0, 0.04);

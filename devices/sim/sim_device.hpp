@@ -1,4 +1,4 @@
-// A simulated hand on a simulated device: used in tests, in the lab, and on machines without a haptic device.
+// A simulated hand on a simulated device, for tests, for the lab, and for machines without a haptic device.
 #pragma once
 
 #include <algorithm>
@@ -13,31 +13,31 @@
 namespace tandem::devices {
 
 /// Simulates a hand with HandParameters on a device that is always ready. read(now) simulates the hand up to `now`
-/// under the last written force. DeviceSpec::workspace_m, if set, defines mechanical stops.
+/// under the last written force. If DeviceSpec::workspace_m is set, mechanical stops limit the motion.
 class SimDevice final : public Device {
  public:
-  /// The hand starts at rest at the first pose of the path. The path starts at the first read, unless begin_path_at()
-  /// has set another time.
+  /// Starts the hand at rest at the first pose of the path. The path starts at the first read, unless begin_path_at()
+  /// has set a start time.
   SimDevice(DeviceSpec spec, const HandParameters& hand, HandPath path, std::uint64_t seed);
-  /// Returns the spec of `sim`: 6 axes, and limits with sources of a mid-range desktop device. It equals the profile
-  /// named "sim".
+  /// Returns the spec of `sim`: 6 axes, and the limits of a mid-range desktop device with their sources. It equals the
+  /// profile "sim".
   static DeviceSpec default_spec();
 
   const DeviceSpec& spec() const noexcept override { return spec_; }
   DeviceSample read(LocalTime now) noexcept override;
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept override;
 
-  /// Simulates a user who watches an object that moves with the hand, and guides it along the path. Must be called once
-  /// per tick. The intended position is path / scale − offset, limited to the device's reach. The user corrects the
-  /// remaining visible error with a time constant of 0.2 s, by at most 10 mm.
+  /// Simulates a user who watches an object that moves with the hand, and guides the object along the path. Must be
+  /// called once per tick. The intended position is path / scale − offset, limited to the device's reach. The user
+  /// corrects the remaining visible error with a time constant of 0.2 s, by at most 10 mm.
   void steer(const Vec3& offset_m, double scale) noexcept;
-  /// In      start  time at which the path starts; LocalTime::max(): not before a further call sets it
+  /// In      start  time at which the path starts; LocalTime::max(): unknown until a later call sets it
   void begin_path_at(LocalTime start) noexcept override;
 
   const HandPath& path() const { return path_; }
   /// Returns the path time of the last read; negative before the path has started.
   Duration path_time() const noexcept { return path_time_; }
-  /// Returns the exact (not quantised) state of the hand, in D.
+  /// Returns the exact state of the hand in D, without quantisation.
   const Pose& hand_pose() const { return hand_motion_.pose(); }
   const Twist& hand_twist() const { return hand_motion_.twist(); }
 
@@ -46,7 +46,7 @@ class SimDevice final : public Device {
   RigidState intended(double dt_s) const noexcept;
   Vec3 stop_force() const noexcept;
   Duration path_time_at(LocalTime time) const noexcept { return time - started_; }
-  /// Returns the path time used to evaluate the path: 0 before the path has started.
+  /// Returns the time at which the path is evaluated: 0 before the path has started.
   Duration place_on_path() const noexcept { return std::max(path_time_, Duration(0)); }
   Vec3 tremor_force(double dt_s) noexcept;
   Twist reported_twist(LocalTime now, const Pose& reported) noexcept;
@@ -64,7 +64,7 @@ class SimDevice final : public Device {
   Duration path_time_{0};
   HandDynamics hand_motion_;
   Wrench force_on_hand_D_;
-  Vec3 offset_m_ = Vec3::Zero();  ///< offset given to steer()
+  Vec3 offset_m_ = Vec3::Zero();  ///< last offset passed to steer()
   Vec3 offset_rate_m_per_s_ = Vec3::Zero();
   Vec3 made_up_m_ = Vec3::Zero();
   double scale_ = 1;

@@ -1,4 +1,4 @@
-// A simulated device that also writes its commands to a file or pipe, and has a watchdog like a real device.
+// A simulated device that writes its commands to a file or pipe, too, and has a watchdog like a real device.
 #pragma once
 
 #include <filesystem>
@@ -9,9 +9,9 @@
 
 namespace tandem::devices {
 
-/// Makes motor commands observable without hardware, including those of the watchdog. A command consists of three
-/// doubles in native format: the force on the hand [N]. Each command is written at once and as a whole, because it is
-/// shorter than PIPE_BUF. If the write fails, the command is lost, and the motors keep the previous command.
+/// Makes motor commands, including those of the watchdog, observable without hardware. A command consists of three
+/// doubles in native format: the force on the hand [N]. A command is shorter than PIPE_BUF, so it is written at once
+/// and as a whole. If the write fails, the command is lost, and the motors keep the previous command.
 class ToldMotors final : public Device {
  public:
   /// In      file  a pipe with a reader, or a file to which commands are appended
@@ -32,7 +32,7 @@ class ToldMotors final : public Device {
   std::unique_ptr<Device> device_;
   int file_;
   Watchdog watchdog_;
-  bool may_be_on_ = false;  ///< a force was written, and no zero was written since
+  bool may_be_on_ = false;  ///< whether a force was written after the last zero
 };
 
 }  // namespace tandem::devices

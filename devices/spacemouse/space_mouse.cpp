@@ -60,7 +60,7 @@ DeviceSample SpaceMouseDriver::step(LocalTime now, const Wrench& /*wrench_on_han
   return sample;
 }
 
-// The handle keeps its pose while the device is absent; buttons and deflection are reset.
+// While the device is absent, the handle keeps its pose; buttons and deflection are reset.
 DeviceSample SpaceMouseDriver::absent(LocalTime now) {
   reports_ = {};
   cap_.setZero();
@@ -75,14 +75,15 @@ DeviceSample SpaceMouseDriver::absent(LocalTime now) {
   return absence_.sample(now);
 }
 
-// Switches the light. Some models accept the command to switch it off only after one to switch it on.
+// Switches the light on or off. Some models accept "off" only after "on".
 void SpaceMouseDriver::light(bool is_on) {
   const std::array<std::uint8_t, 2> on{kLightReport, 1}, off{kLightReport, 0};
   const bool is_taken = port_->write(on);
   if (!is_on && is_taken) port_->write(off);
 }
 
-/// Reads all reports that have arrived; waits one step for the first one. Returns false if the device is disconnected.
+/// Reads all reports that have arrived, and waits one step for the first one. Returns false if the device is
+/// disconnected.
 bool SpaceMouseDriver::read_report(LocalTime now) {
   std::array<std::uint8_t, 64> report{};
   for (int i = 0; i < kMaxReportsAStep; ++i) {

@@ -1,4 +1,4 @@
-// A SpaceMouse as a device without force: its cap can be deflected by a few millimetres, which moves a handle.
+// A SpaceMouse as a device without force. Its cap can be deflected by a few millimetres, which moves a handle.
 #pragma once
 
 #include <memory>
@@ -19,13 +19,13 @@ enum class CapControl : std::uint8_t {
 /// Driver of a SpaceMouse.
 ///
 /// Model   Reports arrive at 62 to 125 Hz. Their deflection u is filtered by a critically damped filter, ẍ = ω² (u − x)
-///         − 2ω ẋ with ω = 60 rad/s, once per millisecond and exactly for constant u. The velocity of the handle
-///         therefore has no steps. A deflected cap sends reports continuously; a released cap stops sending. If no
-///         report arrives for 150 ms, the report of the release was lost, and the deflection is set to zero.
+///         − 2ω ẋ with ω = 60 rad/s, once per millisecond and exactly for constant u. So the velocity of the handle has
+///         no steps. A deflected cap sends reports continuously; a released cap stops sending. If no report arrives for
+///         150 ms, the report of the release was lost, and the deflection is set to zero.
 /// Thread  the thread of the device
 class SpaceMouseDriver final : public DeviceDriver {
  public:
-  /// In      port  open port; if null, step() opens one, as after unplugging
+  /// In      port  an open port; null: step() opens one, as after unplugging
   SpaceMouseDriver(CapControl control, OpenHid open, std::unique_ptr<HidPort> port);
   /// Switches the light of the device off.
   ~SpaceMouseDriver() override;
@@ -53,7 +53,7 @@ class SpaceMouseDriver final : public DeviceDriver {
   LocalTime moved_{};
   bool has_moved_ = false;
   Vec6 cap_ = Vec6::Zero();       ///< filtered deflection
-  Vec6 cap_rate_ = Vec6::Zero();  ///< derivative of cap_, per second
+  Vec6 cap_rate_ = Vec6::Zero();  ///< derivative of cap_ [1/s]
   Pose X_DH_;
   Twist V_DH_;
 };

@@ -1,4 +1,4 @@
-// Decodes the reports of a SpaceMouse.
+// Decodes the HID reports of a SpaceMouse.
 #pragma once
 
 #include <cstdint>
@@ -19,12 +19,12 @@ class SpaceMouseReports {
 
   /// Decodes a report. Reports other than motion and buttons have no effect.
   Kind parse(std::span<const std::uint8_t> report) noexcept;
-  /// Sets the deflection to zero, if the cap was released but no report of it was received.
+  /// Sets the deflection to zero, for a released cap whose report of the release was lost.
   void rest() noexcept { deflection_.setZero(); }
-  /// (translation, rotation) in D, each number −1 to 1. Small values are set to 0, because caps do not return exactly
-  /// to the centre.
+  /// Returns (translation, rotation) in D, each number −1 to 1. Small values are set to 0, because caps do not return
+  /// exactly to the centre.
   const Vec6& deflection() const { return deflection_; }
-  /// Bits of Button: the left button is grab, the right one clutch.
+  /// Returns the bits of Button: the left button is grab, the right one clutch.
   std::uint32_t buttons() const { return buttons_; }
 
  private:

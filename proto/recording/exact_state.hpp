@@ -1,4 +1,4 @@
-// Writes and reads states in recordings: bit-exact and without range checks.
+// Writes and reads states in recordings: bit-exact, and without range checks.
 #pragma once
 
 #include "common/base/spatial.hpp"

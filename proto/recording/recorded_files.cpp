@@ -18,8 +18,8 @@ namespace {
 constexpr std::array<std::string_view, 6> kTopics{"/room", "/step", "/states", "/session", "/tick", "/link"};
 constexpr std::uint32_t kMaxParts = 100'000;
 
-/// Identifies a file within a recording, from its first message. The recording is 0 if the file was not written by this
-/// program.
+/// Identity of a file within a recording, from its first message. `recording` is 0 if the file was not written by a
+/// program of this project.
 struct PartOf {
   std::uint64_t recording = 0;
   std::uint32_t part = 0;
@@ -33,7 +33,7 @@ PartOf part_of(const std::string& topic, const recording::Message& message) {
   return {};
 }
 
-/// Returns the existing files "attic-002.mcap", … in the order of their numbers, which may have gaps.
+/// Returns the existing files "attic-002.mcap", … in ascending order of their numbers, which may have gaps.
 std::vector<std::filesystem::path> followers(const std::filesystem::path& first) {
   std::vector<std::pair<std::uint32_t, std::filesystem::path>> found;
   const std::string stem = first.stem().string() + "-";
@@ -84,7 +84,7 @@ class Reading {
   RecordingEnd end;
 
  private:
-  /// Returns false if the file belongs to another recording.
+  /// Returns false if the file belongs to a different recording.
   bool accept_first(const std::filesystem::path& path, const PartOf& own) {
     if (!end.files.empty() && own.recording != recording_) return false;
     if (!end.files.empty() && own.part > part_ + 1) {

@@ -1,4 +1,4 @@
-// Reads all files of a rotated recording as one sequence of messages.
+// Reads all files of a recording that was split by size or age, as one sequence of messages.
 #pragma once
 
 #include <filesystem>
@@ -13,19 +13,19 @@ namespace tandem::proto {
 /// Result of reading a recording.
 struct RecordingEnd {
   std::vector<std::filesystem::path> files;  ///< files that were read, in order
-  bool is_whole = true;                      ///< each file ends with its end record
-  /// Written messages are missing: a file is damaged or truncated within a record, or a part is missing. If the program
-  /// was stopped, its file is incomplete but not damaged.
+  bool is_whole = true;                      ///< whether each file ends with its end record
+  /// Whether written messages are missing: a file is damaged or truncated within a record, or a part is missing. A file
+  /// of a stopped program is incomplete but does not count as damaged.
   bool is_damaged = false;
-  /// File, byte offset and kind of the damage, and the number of messages read before it; empty if there is none.
+  /// File, byte offset and kind of the damage, and the number of messages before it; empty without damage.
   std::string why;
 };
 
-/// Function called for each message; it returns false to stop reading.
+/// Called for each message; returns false to stop reading.
 using OnMessage = std::function<bool(const std::string& topic, const recording::Message& message)>;
 
-/// Reads `first` and the files that follow it in the same folder: "attic.mcap", "attic-002.mcap", …. Files of other
-/// recordings among them are skipped. A truncated file is read as far as possible.
+/// Reads `first` and its following files in the same folder: "attic.mcap", "attic-002.mcap", …. Files among them that
+/// belong to a different recording are skipped. A truncated file is read as far as possible.
 /// Fails   std::invalid_argument: `first` cannot be opened, or contains no message
 RecordingEnd read_recording(const std::filesystem::path& first, const OnMessage& on_message);
 

@@ -1,4 +1,4 @@
-// Protobuf part of recordings: description of channels, and conversion of messages.
+// Protobuf part of recordings: descriptions of channels, and conversion of messages.
 #pragma once
 
 #include <google/protobuf/message.h>
@@ -9,15 +9,15 @@
 
 namespace tandem::proto {
 
-/// Returns a channel for messages of the type of `example`, with the descriptors of all .proto files that the type
+/// Returns a channel for messages of the type of `example`, with the descriptors of all .proto files that this type
 /// needs.
 recording::Channel channel_of(const std::string& topic, const google::protobuf::Message& example);
 
 recording::Bytes bytes_of(const google::protobuf::Message& message);
-/// Parses a recorded message. Returns false if it is invalid. The values are not checked.
+/// Parses a recorded message. Returns false if it is not a valid message. Ranges of values are not checked.
 bool parse_recorded(const recording::Message& from, google::protobuf::Message& out);
 /// Parses a recorded message.
-/// Fails   std::invalid_argument: the message is invalid; the text contains its time
+/// Fails   std::invalid_argument: it is not a valid message; the text contains its time
 void require_recorded(const recording::Message& from, google::protobuf::Message& out);
 
 }  // namespace tandem::proto

@@ -1,4 +1,3 @@
-// See force_blend.hpp.
 #include "client/haptics/stages/force_blend.hpp"
 
 #include <algorithm>
@@ -7,8 +6,8 @@
 namespace tandem::client {
 namespace {
 
-/// Shortens `offset` by the part of the target's change `way` that points in the same direction, and the slope in the
-/// same proportion.
+/// Shortens `offset` by the part of the target's motion `way` that points in the direction of the offset. Scales
+/// `slope` by the same factor.
 void give_way(const Vec3& way, Vec3& offset, Vec3& slope) {
   const double length = offset.norm();
   const double along = length > 0 ? way.dot(offset) / length : 0.0;
@@ -20,8 +19,8 @@ void give_way(const Vec3& way, Vec3& offset, Vec3& slope) {
 
 }  // namespace
 
-// Advances offset and slope by the exact solution of the differential equation in the header: o(t) = e^(−ωt) (o (1 +
-// ωt) + ȯ t),  ȯ(t) = e^(−ωt) (ȯ (1 − ωt) − ω² t o).
+// Advances offset and slope by the exact solution of the differential equation in the header:
+// o(t) = e^(−ωt) (o (1 + ωt) + ȯ t),  ȯ(t) = e^(−ωt) (ȯ (1 − ωt) − ω² t o)
 void ForceBlend::advance(double period_s) noexcept {
   const double turned = rate_per_s_ * period_s;
   if (!(turned > 0) || !std::isfinite(turned)) return;

@@ -1,4 +1,4 @@
-// Blends the force when a stage changes its rule: the difference to the previously displayed force fades out.
+// Blends the force when a stage changes its rule: the difference from the previously displayed force fades out.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -7,28 +7,28 @@ namespace tandem::client {
 
 /// Makes a displayed wrench continuous across jumps of its target.
 ///
-/// Model   displayed = target + o, with ö = −2ω ȯ − ω² o (critically damped, solved exactly for any period). jump()
-///         adds (previously displayed − target) to o and keeps ȯ. The displayed wrench and its slope are thus
-///         continuous if the target jumps.
+/// Model   displayed = target + o with the offset o, where ö = −2ω ȯ − ω² o (critically damped, solved exactly for any
+///         period). jump() adds (previously displayed − target) to o and keeps ȯ. So the displayed wrench and its slope
+///         are continuous when the target jumps.
 ///         If the target itself moves in the direction of o (a relocated tool springs back to its handle), o is reduced
-///         by the same amount. If a jump is reversed, this prevents a force in the opposite direction.
+///         by the same amount. When a jump is reversed, this prevents a force in the opposite direction.
 ///         Bounds: after a jump Δ from rest, o falls monotonically, by at most |Δ| ω T / e in a period T. This is 3 %
-///         of Δ for the default ω and T = 1 ms. 10 % of Δ is left after 3.9 / ω = 49 ms, 1 % after 6.6 / ω = 83 ms.
-///         The offsets of several jumps add up.
+///         of Δ for the default ω and T = 1 ms. 10 % of Δ is left after 3.9 / ω = 49 ms, 1 % after 6.6 / ω = 83 ms. The
+///         offsets of several jumps add up.
 /// Thread  haptic: no allocation, no throw
 class ForceBlend {
  public:
-  /// ω [1/s]. A larger value makes the fade shorter and steeper.
+  /// Rate ω [1/s]. A larger value makes the fade shorter and steeper.
   static constexpr double kRate = 80.0;
 
   explicit ForceBlend(double rate_per_s = kRate) noexcept : rate_per_s_(rate_per_s) {}
 
-  /// Must be called before apply() if the next target is computed by another rule than the last one.
+  /// Must be called before apply() if the next target is computed by a different rule than the last one.
   void jump() noexcept { jumps_ = true; }
   /// Must be called once a tick, before apply().
   void advance(double period_s) noexcept;
-  /// Returns the wrench to display. Must be called once a tick. If the target is not finite, it is returned unchanged
-  /// and not stored.
+  /// Returns the wrench to display. Must be called once a tick. A target that is not finite is returned unchanged and
+  /// not stored.
   Wrench apply(const Wrench& target) noexcept;
   void reset() noexcept { *this = ForceBlend(rate_per_s_); }
 
@@ -38,8 +38,8 @@ class ForceBlend {
  private:
   double rate_per_s_;
   Wrench offset_;
-  Wrench slope_;   ///< rate of the offset [1/s]
-  Wrench target_;  ///< last target
+  Wrench slope_;   ///< rate of change of the offset
+  Wrench target_;  ///< target of the last apply()
   bool jumps_ = false;
 };
 

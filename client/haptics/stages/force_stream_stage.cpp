@@ -7,20 +7,20 @@
 namespace tandem::client {
 namespace {
 
-// Contact begins above the first threshold and ends below the second (hysteresis). The values are our choice. They are
-// above the force that damping and noise cause on a free tool, and below a perceptible contact force.
+// Thresholds of contact detection: contact begins above the first and ends below the second (hysteresis). Our choice:
+// above the force of damping and noise on a free tool, and below a perceptible contact force.
 constexpr double kTouching_n = 0.10, kFree_n = 0.05;
 constexpr double kTouching_n_m = 0.005, kFree_n_m = 0.0025;
 
-/// Upper limit of the age of a wrench. A wrench of this age is not displayed, because the safety chain has removed the
-/// force long before.
+/// Upper limit of the age of a wrench sample. A wrench of this age is not displayed, because the safety chain has
+/// removed the force long before.
 constexpr Duration kMaxSampleAge = std::chrono::seconds(1);
 
 /// Returns the time of the server's step `update.stepped` on this machine's clock.
 ///
-/// The result is clamped: a wrench is not newer than the reception of its datagram. Before the first exchange of time
-/// stamps, or after an erroneous one, the estimated clock offset may be wrong by years. A sample with a time in the
-/// future would make the stream reject all later samples.
+/// The result is clamped, because a wrench cannot be newer than the reception of its datagram. Before the first
+/// exchange of time stamps, or after an erroneous one, the estimated clock offset may be wrong by years. A sample with
+/// a time in the future would make the stream reject all later samples.
 LocalTime stepped_at(const ReceivedUpdate& received) {
   const LocalTime by_server(received.update.stepped.time_since_epoch() - received.clock_offset);
   return std::clamp(by_server, received.received - kMaxSampleAge, received.received);

@@ -11,7 +11,7 @@
 namespace tandem::client {
 namespace {
 
-/// Maximum displayed residual, as a fraction of the coupling's limits.
+/// Maximum displayed residual, as a fraction of the coupling's force and torque limits.
 constexpr double kResidualShare = 1.0 / 3;
 
 LocalModelInput model_input(const StageInput& input) {
@@ -26,21 +26,21 @@ LocalModelInput model_input(const StageInput& input) {
   return result;
 }
 
-/// Predictor of a residual, scaled by the accuracy of its recent predictions.
+/// Predictor of the residual (server wrench minus local wrench), weighted by the accuracy of its recent predictions.
 ///
-/// Model   r̂(t) = g r̄(t). r̄ is the newest known residual after a low-pass filter. The filter's time constant, called
-///         the lag of r̄, is the sum of kTime_s and the loop delay. The gain g is the regression coefficient of the
-///         residual on r̄ one loop delay earlier, over kMemory_s. It is computed separately for force and torque, is
-///         regularised towards 0 (kForceWorth, kTorqueWorth), and is limited to 0 … kMaxShare. Persistent errors (a
-///         wrong mass, a soft body) are thus compensated, and unpredictable ones are not displayed. If another user is
-///         present but has no hand on the same body, g is multiplied by a factor. It depends on the duration of the
-///         residual. Without this factor, a single unpredicted motion of that user's hand would be treated as a
-///         persistent error until it stops. The duration D = (Σ r²)² / Σ r⁴ is computed over kLastingMemory_s. The
+/// Model   r̂(t) = g r̄(t). r̄ is the newest known residual after a low-pass filter, whose time constant (the lag of
+///         r̄) is kTime_s plus the loop delay. The gain g is the regression coefficient of the residual on r̄ one loop
+///         delay earlier, over kMemory_s. It is computed separately for force and torque, regularised towards 0
+///         (kForceWorth, kTorqueWorth), and limited to 0 … kMaxShare. So persistent errors (a wrong mass, a soft body)
+///         are compensated, and unpredictable errors are not displayed.
+///         If another user is present but has no hand on the same body, g is multiplied by a factor that depends on the
+///         duration of the residual. Without this factor, a single unpredicted motion of that user's hand would count
+///         as a persistent error until it stops. The duration D = (Σ r²)² / Σ r⁴ is computed over kLastingMemory_s. The
 ///         factor rises from 0 to 1 as D rises from kFirst to kAll times the lag of r̄.
 /// Source  direct autoregression of order one over the loop; D is a participation ratio; the constants are our choice
 class ScoredResidual {
  public:
-  /// In      common_share  LocalModel::common_share()
+  /// In      common_share  result of LocalModel::common_share()
   Wrench step(const std::optional<Wrench>& newest, Duration loop, double common_share, double period_s) noexcept;
   void reset() noexcept { *this = ScoredResidual(); }
 
@@ -51,12 +51,12 @@ class ScoredResidual {
   static constexpr double kLastingMemory_s = 5;
   static constexpr double kFirst = 3, kAll = 6;
   static constexpr std::size_t kKept = 512;
-  /// Regularisation of the gain [N² s, (N m)² s], added to its denominator Σ r̄². With a residual of 0.05 N or 2 mN m
-  /// that has lasted for 0.3 s, the gain is half of its value without regularisation.
+  /// Regularisation of the gain [N² s, (N m)² s], added to its denominator Σ r̄². It halves the gain for a residual of
+  /// 0.05 N or 2 mN m that has lasted for 0.3 s.
   static constexpr double kForceWorth = 0.05 * 0.05 * 0.3;
   static constexpr double kTorqueWorth = 0.002 * 0.002 * 0.3;
 
-  /// Gain g of the force or of the torque.
+  /// Estimator of the gain g, one for the force and one for the torque.
   class Share {
    public:
     explicit Share(double worth) : worth_(worth) {}
@@ -134,7 +134,7 @@ class LocalModelStage final : public Stage {
   ScoredResidual scored_;
   ForceBlend blend_;
   bool was_local_ = false;
-  bool has_shown_ = false;  ///< an output was displayed; HapticCore blends in the first one
+  bool has_shown_ = false;  ///< whether an output was displayed; HapticCore blends in the first output
 };
 
 StageOutput LocalModelStage::tick(const StageInput& input) noexcept {

@@ -1,5 +1,5 @@
-// Private to this folder: factory functions of the stages. Each is defined in the source of its stage; stage.cpp
-// contains the table of stage names. They return null for settings that the stage cannot use.
+// Private to this folder: the factory function of each stage, defined in the source of the stage. stage.cpp contains
+// the table of stage names. A function returns null for settings that the stage cannot use.
 #pragma once
 
 #include "client/haptics/stages/stage.hpp"
@@ -8,20 +8,19 @@ namespace tandem::client {
 
 /// "local-model": the hand touches the client's local model (client/model). A prediction of the residual force (server
 /// minus local model) may be added.
-///
 /// Model   wrench = wrench of the local model + r̂. The residual r is the server's wrench minus the model's wrench for
-///         the same input. The predictor extrapolates r over its age to r̂. r̂ represents other users' hands and errors
-///         of the model. It is limited to a third of the coupling's limits: a contact that is only late at the server
-///         would otherwise be displayed twice. With the predictor "none" r̂ is zero, and other users' hands stay at
-///         their last received poses.
-///         If there is no local model (for example while its assets are fetched), the output is that of "late-pose".
+///         the same input. The predictor extrapolates r over its age to r̂, which represents other users' hands and
+///         errors of the model. r̂ is limited to a third of the coupling's limits, because a contact that is merely
+///         late at the server would otherwise be displayed twice. With the predictor "none" r̂ is zero, and other
+///         users' hands stay at their last received poses.
+///         Without a local model (for example while its assets are fetched), the output is that of "late-pose".
 /// Limits  r̂ closes a loop over the network, as "hold" does; the gain of this loop is the relative error of the model
 std::unique_ptr<Stage> make_local_model_stage(const StageSettings& settings);
 
-/// "late-pose": local coupling to the newest tool pose of the server. If the law places the tool at the handle, there
-/// is no spring to render. The server's wrench is then displayed, as by "hold".
+/// "late-pose": local coupling to the newest tool pose of the server. A law that places the tool at the handle has no
+/// spring to render; then the server's wrench is displayed, as by "hold".
 std::unique_ptr<Stage> make_late_pose_stage(const StageSettings& settings);
-/// Output of the stage "late-pose".
+/// Computes the output of the stage "late-pose", which stages without a model use too.
 StageOutput late_pose(const StageInput& input) noexcept;
 
 /// "hold": zero-order hold of the newest wrench of the server.
@@ -29,27 +28,27 @@ std::unique_ptr<Stage> make_hold_stage(const StageSettings& settings);
 
 /// "linear", "ar", "ar-spline": the server's wrench, extrapolated over its age
 /// (common/haptics/prediction/force_stream.hpp). The prediction bridges only the gap between updates and a few
-/// milliseconds of delay. In stiff contact the loop is closed over the network with any predictor.
+/// milliseconds of delay. With any predictor, the loop of stiff contact is still closed over the network.
 ///
-/// Model   The time stamp of a sample is the time of the server's step on this machine's clock. The prediction horizon
-///         is thus the measured age of the data.
+/// Model   The time stamp of a sample is the time of the server's step on the local clock. So the prediction horizon is
+///         the measured age of the data.
 std::unique_ptr<Stage> make_force_stream_stage(const StageSettings& settings);
 /// Detects contact from the wrench with hysteresis: contact begins above an upper threshold and ends below a lower one.
 bool is_contact(const Wrench& wrench, bool was_contact) noexcept;
 
-/// "wave": force and velocity are sent as wave variables (common/haptics/wave), which is stable at any constant delay.
-/// The user feels the delayed line: with a longer delay, free motion feels heavier and contact feels softer.
+/// "wave": force and velocity are sent as wave variables (common/haptics/wave), so the loop is stable at any constant
+/// delay. The longer the delay, the heavier free motion feels and the softer contact feels.
 std::unique_ptr<Stage> make_wave_stage(const StageSettings& settings);
 
-/// "god-object": a spring between the haptic interface point and a massless ball that never enters a body. It is
-/// computed locally, without delay. This is classical god-object rendering of a shared scene, for devices with three
-/// force axes. The force of static objects is exact at any delay. Pushed objects move only with the server's states, so
-/// their motion is felt late. At the server the tool follows the handle as for "late-pose".
+/// "god-object": classical god-object rendering of a shared scene, for devices with three force axes. A spring acts
+/// between the haptic interface point and a massless ball that never enters a body. It is computed locally, so the
+/// force of static objects is exact at any delay. Pushed objects move only with the server's states, so their motion is
+/// felt late. At the server the tool follows the handle as for "late-pose".
 ///
 /// Model   The force on the hand is f = −law(handle − ball), without torque (proxy_force_on_hand_W()). ProxyWorld
 ///         computes the ball's position.
 /// Source  Zilles & Salisbury, "A constraint-based god-object method for haptic display", IROS 1995
-/// Fails   without a ProxyWorld the force is zero: before its assets have arrived, or if it could not be built
+/// Fails   the force is zero without a ProxyWorld: before its assets have arrived, or if it could not be built
 std::unique_ptr<Stage> make_god_object_stage(const StageSettings& settings);
 
 }  // namespace tandem::client

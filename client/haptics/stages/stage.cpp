@@ -1,4 +1,4 @@
-// See stage.hpp. The table below contains the names of all stages, for the command line, the lab and error messages.
+// The table below maps the names of stages to their makers, for the command line, the lab and error messages.
 #include "client/haptics/stages/stage.hpp"
 
 #include <algorithm>

@@ -13,8 +13,8 @@ class WaveStage final : public Stage {
     StageOutput output;
     output.mode = proto::ClientMode::kWave;
     if (input.newest == nullptr) return output;
-    // The stage is not ticked while samples are invalid. The distance that the hand moves in such a gap must not be
-    // taken for a velocity.
+    // The stage is not ticked while samples are invalid. The motion of the hand during such a gap must not count as a
+    // velocity.
     if (input.tick.value != last_tick_.value + 1) port_.lose_hand();
     last_tick_ = input.tick;
     if (input.is_new) port_.receive(input.newest->update.stepped.time_since_epoch(), input.newest->update.wave);

@@ -1,4 +1,4 @@
-// Tests that a file is written completely or not at all.
+// Tests that a file is written completely or not at all: detects partial, overwritten and left-over files.
 #include "common/base/folders.hpp"
 
 #include <gtest/gtest.h>

@@ -34,8 +34,8 @@ TEST(ParallelFor, TellsWhatTheCallingThreadHasDoneOnThatThread) {
   for (std::size_t i = 0; i < by.size(); ++i) EXPECT_EQ(is_called[i] != 0, by[i] == caller);
 }
 
-// The items after the tenth are slow. All of them together would take ten seconds, so the test ends soon only if the
-// loop stops at the exception.
+// Detects a loop that continues after an exception: the items after the tenth are slow and would take ten seconds
+// altogether.
 TEST(ParallelFor, ThrowsWhatOneThrowsAndBeginsNoMore) {
   constexpr std::size_t kCount = 1'000'000;
   for (const int threads : {1, 4}) {

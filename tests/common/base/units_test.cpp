@@ -1,4 +1,4 @@
-// Tests the parsing of numbers with units, and the errors for numbers without a unit.
+// Tests the parsing of quantities with units. Detects numbers without a unit that are accepted.
 #include "common/base/units.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Compares contacts and hydrogen bonds with a search over all pairs, and with constructed bonds.
+// Compares contacts and hydrogen bonds with a search over all pairs of atoms, and with constructed geometries.
 #include "common/docking/atom_contacts.hpp"
 
 #include <gtest/gtest.h>
@@ -27,8 +27,8 @@ Molecule atoms(const std::vector<std::pair<double, Vec3>>& masses_and_places) {
 
 constexpr double kH = 1.008, kC = 12.011, kN = 14.007, kO = 15.999;
 
-/// The hydrogen bonds between an N−H group along x and an oxygen that is `distance` from the hydrogen, with the angle
-/// `angle_deg` at the hydrogen.
+/// Returns the hydrogen bonds between an N−H group along x and an oxygen at `distance` [Å] from the hydrogen.
+/// `angle_deg` is the angle N−H···O at the hydrogen.
 AtomPairs bonds_of(double distance, double angle_deg) {
   const Molecule donor = atoms({{kN, {0, 0, 0}}, {kH, {1.01, 0, 0}}});
   const Molecule acceptor = atoms({{kC, {1.2, 0, 0}}, {kO, {0, 0, 0}}, {kH, {2.2, 0.4, 0}}});
@@ -81,14 +81,14 @@ TEST(AtomContacts, AtomsNearerThanSevenTenthsOfTheirRadiiAreNamedByWhatTheyAre) 
   const auto close = [](const Molecule& a, const Molecule& b, double way) {
     return close_atoms(a, b, {{way, 0, 0}, Quat::Identity()});
   };
-  // The limit for two carbon atoms is 0.7 · 3.40 Å.
+  // Clash limit for two carbon atoms: 0.7 · 3.40 Å = 2.38 Å.
   EXPECT_TRUE(close(carbon, carbon, 2.39).empty());
   ASSERT_EQ(close(carbon, carbon, 2.37).size(), 1U);
   EXPECT_EQ(close(carbon, carbon, 2.37)[0].closeness, Closeness::kClash);
   EXPECT_NEAR(close(carbon, carbon, 2.37)[0].share, 2.37 / 3.4, 1e-12);
   EXPECT_EQ(close(carbon, carbon, 1.5)[0].closeness, Closeness::kBond);
-  // The hydrogen is 1.7 Å from the oxygen, which is 0.65 of the sum of their radii. If it is bonded to nitrogen, this
-  // is a hydrogen bond; if it is bonded to carbon, a clash.
+  // The hydrogen is 1.7 Å from the oxygen, which is 0.65 of the sum of their radii. Bonded to nitrogen it forms a
+  // hydrogen bond; bonded to carbon it is a clash.
   ASSERT_EQ(close(ammonia, oxygen, 2.71).size(), 1U);
   EXPECT_EQ(close(ammonia, oxygen, 2.71)[0].closeness, Closeness::kHydrogenBond);
   EXPECT_EQ(close(ammonia, oxygen, 1.01 + 1.25)[0].closeness, Closeness::kClash);
@@ -115,7 +115,7 @@ TEST(AtomContacts, RmsdOfAShiftIsTheShift) {
   EXPECT_NEAR(rmsd_angstrom(molecule, {{1, 2, 3}, turn}, {{1, 2, 3}, turn}), 0, 1e-12);
 }
 
-/// A real interface has hydrogen bonds in salt bridges and between the backbones of two chains.
+/// An interface of a real protein. It has hydrogen bonds in salt bridges and between the backbones of its two chains.
 TEST(AtomContacts, ARealInterfaceHasBonds) {
   const std::filesystem::path file = "/usr/share/pymol/data/tut/1hpv.pdb";
   TANDEM_NEEDS_FILES(file, test::kOplsDirectory);
@@ -123,7 +123,7 @@ TEST(AtomContacts, ARealInterfaceHasBonds) {
     return server::load_molecule(file, {{name}}, test::kOplsDirectory, server::Hydrogens::kBuild);
   };
   const Molecule a = chain("A"), b = chain("B");
-  // Expected bonds: those of the four-stranded sheet at the chain ends of the dimer.
+  // Expected bonds: those of the four-stranded sheet at the ends of the two chains.
   const AtomPairs bonds = hydrogen_bonds(a, b, Pose{});
   EXPECT_GT(bonds.size(), 8U);
   EXPECT_LT(bonds.size(), 40U);

@@ -1,5 +1,5 @@
-// Tests charges and the cut-off: closed forms, gradients by finite differences, and the single-precision kernels
-// against the exact field.
+// Tests charges and the cut-off: against closed forms, with gradients by finite differences, and the single-precision
+// kernels against the exact field.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ Molecule ion(double charge_e) {
   return molecule;
 }
 
-/// Random atoms with the density of a protein, 11 Å³ per atom, and charges between −0.6 and 0.6 e.
+/// Returns random atoms with the density of a protein (11 Å³ per atom) and charges between −0.6 and 0.6 e.
 Molecule charged_molecule(std::size_t count, std::mt19937& random) {
   Molecule molecule = test::random_molecule(count, random);
   std::uniform_real_distribution<double> charge(-0.6, 0.6);
@@ -67,7 +67,7 @@ Pose moved(const Pose& X, const Vec3& by, const Vec3& turn) {
   return {X.p + by, quaternion_of(turn) * X.q};
 }
 
-/// Five-point central difference of a function of one length [Å].
+/// Returns the derivative of a function of a length [Å] at 0, by a five-point central difference.
 template <typename Function>
 std::invoke_result_t<Function, double> derivative(const Function& f) {
   const double h = 1e-3;
@@ -118,7 +118,7 @@ TEST(Cutoff, EnergyAndForceEndThereWithoutAStep) {
     EXPECT_NEAR(at(8 - 1e-4).energy_kj_per_mol(), 0, 1e-9);
     EXPECT_NEAR(at(8 - 1e-4).force_on_b.x(), 0, 1e-6);
     EXPECT_GT(at(7.5).force_on_b.x(), 1e-3);
-    // Below the start of the switch, the force equals that of a field without cut-off.
+    // Below the start of the switch, the force must equal that of a field without cut-off.
     const FieldResult whole = exact_field(atom, atom, {{5.9, 0, 0}, Quat::Identity()}, model_of(dielectric));
     EXPECT_NEAR(at(5.9).force_on_b.x(), whole.force_on_b.x(), 1e-12 * std::abs(whole.force_on_b.x()));
   }
@@ -140,7 +140,7 @@ TEST(Cutoff, OutOfRangeIsRefusedByName) {
   }
 }
 
-/// All combinations of dielectric, cut-off (with or without) and mixing rule.
+/// Fixture for all combinations of dielectric, cut-off (with or without) and mixing rule.
 class Model : public testing::TestWithParam<std::tuple<Dielectric, double, bool>> {
  protected:
   static FieldModel model() { return model_of(std::get<0>(GetParam()), std::get<1>(GetParam())); }
@@ -207,8 +207,8 @@ TEST_P(Model, KernelsAgreeWithTheExactField) {
       for (const Vec3& p : pair.b.positions_angstrom) reach = std::max(reach, p.norm());
       for (const std::string_view kernel : MolecularField::available_kernels()) {
         const FieldResult result = MolecularField(pair.a, pair.b, model(), kernel).evaluate(pair.X_AB);
-        // If atoms nearly overlap, a rounding error of 1e-6 in a single-precision distance causes a larger error of the
-        // force.
+        // For nearly overlapping atoms, a rounding error of 1e-6 in a single-precision distance causes a larger
+        // relative error of the force.
         const double bound = gap < 1 ? 1e-4 : 1e-5;
         EXPECT_NEAR(result.lennard_jones_kj_per_mol, exact.lennard_jones_kj_per_mol, bound * energy_scale)
             << kernel << " " << count << " gap " << gap;
@@ -253,7 +253,7 @@ TEST_P(Model, TheAnswerDependsOnThePoseAlone) {
   }
 }
 
-/// Assigns `per_residue` atoms to each residue, numbered from 1.
+/// Assigns names, with `per_residue` atoms to each residue; residues are numbered from 1.
 void name_residues(Molecule& molecule, std::size_t per_residue) {
   const std::size_t count = molecule.size();
   molecule.atom_names.assign(count, "C");
@@ -365,8 +365,8 @@ TEST(Clusters, AgreeWithTheExactFieldWhereALeafHasMoreNeighboursThanAreHeldAtOnc
         MolecularField field(pair.a, pair.b, model, kernel);
         const FieldResult result = field.evaluate(pair.X_AB);
         EXPECT_GT(field.pair_count(), 50U * 64 * 16) << "one list held them all";
-        // If atoms nearly overlap, a rounding error of 1e-6 in a single-precision distance causes a larger error of the
-        // force.
+        // For nearly overlapping atoms, a rounding error of 1e-6 in a single-precision distance causes a larger
+        // relative error of the force.
         const double bound = gap < 0 ? 1e-4 : 1e-5;
         EXPECT_LT((result.force_on_b - exact.force_on_b).norm(), bound * largest) << kernel << " gap " << gap;
         EXPECT_NEAR(result.energy_kj_per_mol(), exact.energy_kj_per_mol(),

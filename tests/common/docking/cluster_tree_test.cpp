@@ -1,4 +1,5 @@
-// Compares the search over two cluster trees with a search over all pairs of points.
+// Compares the search over two cluster trees with a search over all pairs of points. Detects missed pairs and needless
+// leaves.
 #include "common/docking/cluster_tree.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +19,7 @@ namespace {
 
 constexpr unsigned kClusterTreeSeed = 20261123;
 
-using Leaves = std::pair<std::uint32_t, std::uint32_t>;  ///< a leaf of A and a leaf of B
+using Leaves = std::pair<std::uint32_t, std::uint32_t>;  ///< indices of a leaf of A and a leaf of B
 
 std::vector<std::uint32_t> leaf_of_each_point(const ClusterTree& tree) {
   std::vector<std::uint32_t> leaves(tree.order().size());
@@ -39,7 +40,7 @@ std::set<Leaves> leaves_with_a_pair(const std::vector<Vec3>& a, const std::vecto
   return found;
 }
 
-/// If the parameter is true, the larger molecule is searched against the smaller one, otherwise the reverse.
+/// Fixture parameter: false if the larger molecule is A in the search, true if it is B.
 class NeighbourSearches : public testing::TestWithParam<bool> {};
 
 TEST_P(NeighbourSearches, FindAllLeavesWithAPairAndFewOthers) {

@@ -1,5 +1,5 @@
-// Tests the grid of the interaction beyond the cut-off. It is compared with the sum over all pairs and with its
-// gradient, and its outer limit is checked.
+// Tests the far grid (interaction beyond the cut-off): its energy against the sum over all pairs, its force against the
+// gradient of its energy, and its outer end.
 #include "common/docking/far_grid.hpp"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ FieldModel model_of(Dielectric dielectric, double cutoff_angstrom, bool has_far_
   return model;
 }
 
-/// Charges around the origin with the density of a protein. Each is at most ±0.6 e, and their sum is not zero.
+/// Returns charges around the origin with the density of a protein. Each is at most ±0.6 e, and their sum is not zero.
 Molecule random_charges(std::size_t count, std::mt19937& random) {
   Molecule molecule = test::random_molecule(count, random);
   std::uniform_real_distribution<double> charge(-0.5, 0.6);
@@ -53,8 +53,8 @@ TEST_P(FarGridOf, BringsBackTheForceOfAllPairsInEveryKernel) {
     MolecularField grid(a_, b_, model_of(GetParam(), 8, true), kernel);
     ASSERT_NE(grid.far_grid(), nullptr);
     EXPECT_EQ(grid.method(), "clusters and grid");
-    // Forces of random charges cancel each other more than those of a protein, so relative errors are larger. The
-    // measured error was 0.053 of the force.
+    // Forces of random charges cancel each other more than those of a protein, so relative errors are larger here. The
+    // measured error is 0.053 of the force beyond the cut-off.
     double force = 0, force_error = 0, torque = 0, torque_error = 0, energy = 0, energy_error = 0;
     for (int i = 0; i < 24; ++i) {
       const Pose X_AB = {(20 + i % 8) * Vec3(0.6, 0.64, 0.48), test::random_rotation(random_)};
@@ -96,8 +96,8 @@ TEST_P(FarGridOf, WorkIsTheEnergyLostAndNoneOnALoopAlsoThroughTheFadingEnd) {
     }
     EXPECT_GT(absolute, 0);
     EXPECT_LT(std::abs(work), 1e-6 * absolute) << distance;
-    // Both energies are sums in single precision. At 42 Å their rounding error is 0.9e-6 of the work, for any number of
-    // steps.
+    // Both energies are sums in single precision. At 42 Å their measured rounding error is 0.9e-6 of the work, for any
+    // number of steps.
     EXPECT_NEAR(half, energy[0] - energy[1], 2e-6 * absolute) << distance;
   }
 }
@@ -110,8 +110,8 @@ TEST(FarGrid, OfOneIonIsCoulombsLawBeyondTheCutOffAndEndsByDesign) {
     const FieldResult result = field.evaluate({{0, r, 0}, Quat::Identity()});
     const double energy = kCoulombKjAngstromPerMol / r;
     EXPECT_NEAR(result.coulomb_kj_per_mol, energy, 2e-3 * energy) << r;
-    // Near the end of the switch, whose width is 2 Å, the node spacing of 1 Å is too coarse. Therefore the bound is
-    // larger there.
+    // Near the end of the switch, which is 2 Å wide, the node spacing of 1 Å is coarse, so the tolerance is larger
+    // there.
     EXPECT_NEAR(result.force_on_b.y(), energy / r, (r < 10 ? 5e-2 : 5e-3) * energy / r) << r;
   }
   EXPECT_EQ(field.evaluate({{0, kFarReachAngstrom + 2, 0}, Quat::Identity()}).energy_kj_per_mol(), 0);

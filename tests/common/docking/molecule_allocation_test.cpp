@@ -1,4 +1,4 @@
-// This test is separate from molecule_test.cpp, because it counts the allocations of the whole program.
+// Counts the allocations of the whole program, so it is a program separate from molecule_test.cpp.
 #include <gtest/gtest.h>
 
 #include <random>

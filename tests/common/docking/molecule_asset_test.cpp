@@ -1,4 +1,4 @@
-// A client must read a molecule exactly as the server wrote it, and refuse all other bytes.
+// A client must read a molecule exactly as the server wrote it, and must refuse all other bytes.
 #include "common/docking/molecule_asset.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@
 namespace tandem::docking {
 namespace {
 
-/// Byte offsets of the fields.
+/// Byte offsets of the fields in an asset.
 constexpr std::size_t kVersion = 4, kFlags = 8, kCount = 12, kFirstAtom = 16;
 
 Molecule sample(std::size_t count) {
@@ -27,7 +27,7 @@ Molecule sample(std::size_t count) {
   return molecule;
 }
 
-/// A molecule of 20 atoms in four residues of five atoms.
+/// Returns a molecule of 20 atoms in four residues of five atoms each.
 Molecule named_sample() {
   Molecule molecule = sample(20);
   for (int i = 0; i < 20; ++i) {
@@ -41,7 +41,7 @@ Molecule named_sample() {
   return molecule;
 }
 
-/// Replaces the checksum by a valid one, as an attacker would.
+/// Returns the bytes with a valid checksum, as an attacker would compute it.
 std::vector<std::byte> sealed(std::span<const std::byte> bytes) {
   const auto content = octets_of(bytes.first(bytes.size() - sizeof(std::uint64_t)));
   std::vector<std::uint8_t> octets(content.begin(), content.end());
@@ -108,7 +108,8 @@ TEST(MoleculeAsset, TextsAreShortAndPrintable) {
   EXPECT_EQ(read->residue_names[0], "??");
 }
 
-/// If residues overlapped, were empty or had the same name, they would not be read back as written.
+/// Detects a reader that accepts residues that overlap, are empty or have equal names: such residues are not read back
+/// as written.
 TEST(MoleculeAsset, ResiduesThatAreNoRunsOfAllAtomsAreRefused) {
   const std::vector<std::byte> good = molecule_asset_bytes(named_sample());
   constexpr std::size_t kResidues = kFirstAtom + 20 * 56, kFirstResidue = kResidues + 4, kResidueBytes = 8 + 2 + 4 + 2;

@@ -1,5 +1,5 @@
-// Compares the kernels with results of LAMMPS for a real pair of molecules. The results were written by
-// tests/docking_lammps (see its README.md), so this test does not need LAMMPS.
+// Compares exact field and kernels with LAMMPS for a real pair of molecules. The results of LAMMPS are in a file,
+// written by tests/docking_lammps (see its README.md), so LAMMPS is not needed here.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ struct Golden {
   std::string name;
   Pose X_AB;
   double energy_kj_per_mol = 0;
-  std::vector<Vec3> forces;  ///< forces on the atoms of A, followed by those on the atoms of B
+  std::vector<Vec3> forces;  ///< forces on the atoms of A, then on the atoms of B [kJ/mol/Å]
 };
 
 std::vector<Golden> read_golden(const std::filesystem::path& path) {
@@ -77,8 +77,8 @@ TEST_F(AgainstLammps, TheDoubleKernelAgreesInEnergyAndEveryAtomForceTo1e8) {
     const FieldResult result = exact_field(a_, b_, golden.X_AB, {}, {&forces, &on_b});
     forces.insert(forces.end(), on_b.begin(), on_b.end());
     EXPECT_NEAR(result.energy_kj_per_mol(), golden.energy_kj_per_mol, 1e-8 * std::abs(golden.energy_kj_per_mol));
-    // If a force is below 1e-6 of the largest force, its pair forces almost cancel. The text file then has too few
-    // significant digits of it.
+    // Below 1e-6 of the largest force, the pair forces of an atom almost cancel. The text file then has too few
+    // significant digits for a relative comparison.
     const double floor = 1e-6 * largest_of(golden.forces);
     for (std::size_t i = 0; i < forces.size(); ++i) {
       EXPECT_LE((forces[i] - golden.forces[i]).norm(), 1e-8 * std::max(golden.forces[i].norm(), floor))
@@ -119,8 +119,7 @@ Molecule only_atom(const Molecule& all, std::size_t index) {
   return one;
 }
 
-// The kernels return the sum over B. To get the force on one atom, B is therefore a molecule that consists of this atom
-// only.
+// A kernel returns only the sum over B. To get the force on a single atom, B consists of this atom only.
 TEST_F(AgainstLammps, TheFloatKernelsGiveEveryAtomForceTo1e5OfTheLargest) {
   for (const Golden& golden : poses_) {
     const double largest = largest_of(golden.forces);

@@ -1,5 +1,5 @@
 // Compares the Lennard-Jones interaction with its closed form, its gradient and its symmetries, and the
-// single-precision kernels with the double-precision kernel.
+// single-precision kernels with the double-precision field.
 #include "common/docking/molecule.hpp"
 
 #include <gtest/gtest.h>
@@ -36,8 +36,8 @@ Vec3 centroid(const std::vector<Vec3>& points) {
   return sum / static_cast<double>(points.size());
 }
 
-/// Two random molecules side by side. Their outermost atoms are `gap_angstrom` apart along x, and B is rotated about
-/// its origin.
+/// Returns two random molecules side by side. Their outermost atoms are `gap_angstrom` apart along x, and B has a
+/// random orientation.
 MoleculePair random_pair(std::size_t count_a, std::size_t count_b, double gap_angstrom, std::mt19937& random) {
   MoleculePair pair = {test::random_molecule(count_a, random), test::random_molecule(count_b, random), {}};
   pair.X_AB.q = test::random_rotation(random);
@@ -60,7 +60,8 @@ double energy_at(const MoleculePair& pair, const Pose& X_AB) {
   return exact_field(pair.a, pair.b, X_AB).energy_kj_per_mol();
 }
 
-/// Five-point central difference. Its error is of order h⁴ and stays below 1e-8 for h = 1e-3 Å.
+/// Returns the derivative of `f` at 0 by a five-point central difference. Its error is of order h⁴, below 1e-8 for h =
+/// 1e-3 Å.
 template <typename Function>
 double numerical_derivative(const Function& f) {
   const double h = 1e-3;
@@ -243,7 +244,7 @@ TEST(Molecule, CentreOfMassWeighsByMass) {
   EXPECT_EQ(molecule.gyration_radius_angstrom(), 1);
 }
 
-/// Requirements on every kernel that this processor can run.
+/// Fixture for requirements on every kernel that this processor can run.
 class Kernel : public testing::TestWithParam<std::string_view> {};
 
 INSTANTIATE_TEST_SUITE_P(LennardJones, Kernel, testing::ValuesIn(MolecularField::available_kernels()),
@@ -274,8 +275,8 @@ TEST_P(Kernel, AgreesWithDoubleForEveryPaddingAndBeyondOneDrain) {
     const FieldResult exact = exact_field(pair.a, pair.b, pair.X_AB, {}, {nullptr, &on_b});
     const FieldResult result = MolecularField(pair.a, pair.b, {}, GetParam()).evaluate(pair.X_AB);
     const double largest = std::max(longest(on_b), 1e-6);
-    // Repulsion and attraction almost cancel in the energy. A position error, however, changes the energy by force ×
-    // error. The scale of the energy is therefore at least the largest force.
+    // Repulsion and attraction almost cancel in the energy, but a position error changes the energy by force × error.
+    // So the scale of the energy is at least the largest force (× 1 Å).
     const double energy_scale = std::max(std::abs(exact.energy_kj_per_mol()), largest);
     double reach = 0;
     for (const Vec3& p : pair.b.positions_angstrom) reach = std::max(reach, p.norm());
@@ -353,8 +354,8 @@ TEST(MolecularField, PicksTheWidestKernelAndNamesThoseItHas) {
   }
 }
 
-// The tests of class Kernel cover only the kernels that this processor supports. This test needs AVX2, and reports if
-// the kernel for AVX-512 is not tested.
+// The tests of class Kernel cover only the kernels that this processor supports. This test requires AVX2, and reports
+// when the AVX-512 kernel remains untested.
 TEST(MolecularField, HasTheVectorKernelsOfThisProcessor) {
   const auto kernels = MolecularField::available_kernels();
   if (std::ranges::count(kernels, "avx512") == 0) {

@@ -1,5 +1,5 @@
-// The field of two molecules must not depend on which of them is the ligand. Its energy well must be that of the sum
-// over all pairs.
+// The field of two molecules must not depend on which of them is passed as A. Its energy well must agree with that of
+// the sum over all pairs.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -74,7 +74,7 @@ TEST_P(RoleSwap, GivesTheSameEnergyAndOppositeForces) {
     EXPECT_NEAR(on_b.energy_kj_per_mol(), on_a.energy_kj_per_mol(), 1e-9 * std::abs(on_b.energy_kj_per_mol())) << where;
     const Vec3 force_a = X_AB.q * on_a.force_on_b, torque_a = X_AB.q * on_a.torque_on_b;
     EXPECT_LT((on_b.force_on_b + force_a).norm(), 1e-7 * (1 + on_b.force_on_b.norm())) << where;
-    // Both torques are taken about the origin of A.
+    // For the comparison both torques are taken about the origin of A.
     const Vec3 about_a = on_b.torque_on_b + X_AB.p.cross(on_b.force_on_b);
     EXPECT_LT((about_a + torque_a).norm(), 1e-7 * (1 + on_b.torque_on_b.norm() + about_a.norm())) << where;
   }
@@ -99,13 +99,13 @@ TEST_P(RoleSwap, KeepsTheWellOfAllPairsOnTheWayIn) {
     error = std::max(error, std::abs(chosen.evaluate(at(contact + out)).energy_kj_per_mol() - energy));
   }
   EXPECT_LT(well, 0) << "seed " << seed_;
-  // Some molecules are spherical and touch in one place only, so they attract each other weakly. The tolerance is
-  // therefore relative to at least 20 kJ/mol, which is 8 kT.
+  // Some random molecules are spherical and touch at one point only, so they attract each other weakly. The tolerance
+  // is therefore relative to at least 20 kJ/mol (8 kT).
   EXPECT_LT(error, 0.05 * std::max(20.0, -well)) << "well " << well << " kJ/mol, seed " << seed_;
   RecordProperty("error_per_mille", static_cast<int>(std::lround(1000 * error / -well)));
 }
 
-/// The order of two molecules with the same number of atoms must not depend on the order of the arguments.
+/// Detects an order of two molecules of equal size that depends on the order of the arguments.
 TEST(ComesFirst, OrdersTwoDifferentMoleculesOfOneSize) {
   std::mt19937 random(kRoleSeed);
   const Molecule a = test::protein_like(100, 1, random);

@@ -1,5 +1,5 @@
-// Tests Happy Eyeballs (RFC 8305) in virtual time: order and start times of the attempts, and the address that is
-// selected.
+// Tests Happy Eyeballs (RFC 8305) in virtual time: the order and the start times of connection attempts, and the
+// winning address.
 #include "common/net/address_race.hpp"
 
 #include <gtest/gtest.h>
@@ -27,13 +27,13 @@ LocalTime at(int ms) {
 
 enum class Ending : std::uint8_t { kAccepts, kRefuses, kSilent };
 
-/// How an address responds to a connection attempt, `after_ms` after its start.
+/// How an address responds to a connection attempt: the kind of ending, and its time after the start [ms].
 struct Behaviour {
   Ending ending = Ending::kSilent;
   int after_ms = 0;
 };
 
-/// Advances a race by milliseconds, as sockets and timers do, until it is won or lost or `limit_ms` has passed.
+/// Runs a race in steps of 1 ms, in place of sockets and timers, until it is won or lost or until `limit_ms`.
 struct Course {
   Course(AddressRace& race, const std::function<Behaviour(const Address&)>& behaviour, int from_ms, int limit_ms) {
     std::map<Address, int> going_on;
@@ -180,8 +180,8 @@ TEST(AddressRace, IgnoresAddressesAboveItsLimitAndThoseItHas) {
   EXPECT_EQ(course.started.size(), AddressRace::kMaxPerFamily);
 }
 
-/// Order and start times according to the text of RFC 8305, computed without the tested code. The address families
-/// alternate. Each attempt starts a fixed delay after the previous one, or when the previous one fails.
+/// Reference: order and start times according to the text of RFC 8305, computed without the tested code. The address
+/// families alternate. Each attempt starts a fixed delay after the previous one, or when the previous one fails.
 struct Expected {
   Expected(std::vector<Address> six, std::vector<Address> four, const std::map<Address, Behaviour>& behaviours) {
     std::vector<Address> order;
@@ -235,7 +235,7 @@ TEST(AddressRace, WinnerAndTimesAreThoseOfRfc8305ForGeneratedOutcomes) {
     if (expected.winner) {
       ++wins;
       EXPECT_EQ(course.now_ms, expected.ends_ms) << "round " << round;
-      // If two addresses accept in the same millisecond, both are valid winners.
+      // If two addresses accept in the same millisecond, either may win.
       const Behaviour& does = behaviours.at(*course.winner);
       const auto began = std::ranges::find(expected.starts, *course.winner, &std::pair<Address, int>::first);
       ASSERT_NE(began, expected.starts.end()) << "round " << round;

@@ -1,5 +1,5 @@
-// Tests the estimate with simulated links whose true clock offset is known. The links are asymmetric, have jitter or
-// queues that fill and drain, or connect clocks with a drift.
+// Tests the estimated clock offset over simulated links with a known true offset. The links are asymmetric, have jitter
+// or queues that fill and drain, or connect clocks that drift.
 #include "common/net/clock_sync.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 constexpr Duration kInterval = milliseconds(1);
-constexpr double kDriftAllowed = 100e-6;              // relative drift of the clocks that the filter assumes
+constexpr double kDriftAllowed = 100e-6;  // kDrift of ClockSync: relative drift of the clocks that the filter assumes
 constexpr Duration kMemory = milliseconds(64 * 100);  // time for which the filter stores an exchange
 
 struct Network {
@@ -25,17 +25,18 @@ struct Network {
   Duration back = milliseconds(20);
   Duration mean_jitter{0};  ///< mean of the exponentially distributed jitter in each direction
   Duration queue_up{0};     ///< additional delay towards the server while a queue exists
-  double skew = 0.0;        ///< rate of the server's clock minus 1
+  double skew = 0.0;        ///< relative rate error of the server's clock
 };
 
-constexpr Duration kOffsetAtStart = seconds(-3600);  // the two machines were started one hour apart
+// True offset at the start: the two machines were started one hour apart
+constexpr Duration kOffsetAtStart = seconds(-3600);
 
-/// Runs exchanges one after the other over a network whose true clock offset is known to the test.
+/// Runs consecutive exchanges over a network whose true clock offset is known.
 class Experiment {
  public:
   Experiment(const Network& initial_network, std::uint64_t seed) : network(initial_network), random_(seed) {}
 
-  /// Sends a request at the current time. The exchange is added when its response arrives.
+  /// Sends a request at the current time, and adds the exchange when its response arrives.
   void exchange() {
     const LocalTime t1 = now_;
     const LocalTime arrived = t1 + network.up + network.queue_up + jitter();
@@ -51,8 +52,8 @@ class Experiment {
 
   /// Returns the error of the estimate at the newest arrival.
   Duration error() { return sync.offset(newest_t4_) - true_offset(newest_t4_); }
-  /// Returns the error bound of the target as given in the header of ClockSync, for the smallest round trip that the
-  /// filter has seen.
+  /// Returns the error bound of the target according to clock_sync.hpp, for the smallest round trip that the filter has
+  /// seen.
   Duration bound() const {
     const Duration asymmetry = std::chrono::abs(network.up - network.back);
     const Duration queueing = sync.minimum_round_trip() - network.up - network.back;
@@ -108,7 +109,8 @@ TEST(ClockSync, ErrorStaysWithinHalfTheAsymmetryPlusQueueingPlusDrift) {
         SCOPED_TRACE(testing::Message() << "skew " << skew << " back " << back.count() << " ns seed " << seed);
         Experiment experiment({.back = back, .mean_jitter = milliseconds(5), .skew = skew}, seed);
         experiment.run(seconds(2));
-        // The estimate is slewed between targets, each of which was within its error bound.
+        // The estimate is slewed between targets that were each within their error bounds, so it must be within the
+        // largest bound.
         Duration largest_bound = experiment.bound();
         for (int i = 0; i < 20'000; ++i) {
           experiment.exchange();
@@ -123,7 +125,7 @@ TEST(ClockSync, ErrorStaysWithinHalfTheAsymmetryPlusQueueingPlusDrift) {
 TEST(ClockSync, JitterAloneLeavesAnErrorFarBelowTheJitter) {
   // Each slot has 100 exchanges, with exponential jitter of mean m in each direction. The minimum of n sums of two
   // jitters has P(sum < x) ≈ x²/2m², so it is about m·√(2/n). Over the whole memory this is 1 ms · √(2/6400) = 18 µs,
-  // and the error is half of it. The test allows ten times this error, so that all seeds pass.
+  // and the error is half of it. The limit is ten times this error, so that all seeds pass.
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     Experiment experiment({.mean_jitter = milliseconds(1)}, seed);
@@ -167,7 +169,7 @@ TEST(ClockSync, ServerTimeNeitherStepsNorTurnsBackOnceSettled) {
   for (const Duration new_up : {milliseconds(500), milliseconds(1)}) {
     Experiment experiment({.up = milliseconds(150)}, 1);
     experiment.run(seconds(2));
-    experiment.network.up = new_up;  // the route changes, which the filter cannot detect
+    experiment.network.up = new_up;  // a changed route with asymmetric delay, which the filter cannot detect
     LocalTime at = experiment.newest_t4();
     Duration offset = experiment.sync.offset(at);
     for (int i = 0; i < 20'000; ++i) {
@@ -196,7 +198,8 @@ TEST(ClockSync, SmallErrorIsSlewedAt500PpmHoweverOftenItIsAsked) {
     ASSERT_EQ(sync.offset(start), Duration{0}) << "settled, so no step";
     Duration offset{0};
     for (LocalTime now = start; now <= start + seconds(1); now += interval) offset = sync.offset(now);
-    // The rounding error is at most one nanosecond per call. At the end the slew may lag by one interval between calls.
+    // The rounding error is at most one nanosecond per call. At the end the slew may lag by one interval between two
+    // calls.
     EXPECT_LE(offset, microseconds(500));
     EXPECT_GE(offset, microseconds(500) - interval / 2000 -
                           Duration(seconds(1) / std::max(interval, Duration(microseconds(2)))));

@@ -1,4 +1,4 @@
-// A suppressed message must be imperceptible to the hand. This is tested on both sides of the threshold.
+// A suppressed change must be imperceptible to the hand. Each rule is tested just below and just above its threshold.
 #include "common/net/deadband.hpp"
 
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ TEST(Deadband, APlaceIsNoticedAsTheForceThatTheCouplingMakesOfIt) {
     return deadband.notices(moving(Vec3(way_m, 0, 0), Vec3::Zero()), {}, {}, {Vec3(0, 0, felt_n), Vec3::Zero()},
                             kStiffness_n_per_m, kStiffness_n_m_per_rad);
   };
-  // The threshold is 0.1 of the force of 6 N, or of the minimum of 1 N, divided by 300 N/m.
+  // The position threshold is 0.1 of the force (6 N, or the floor of 1 N), divided by 300 N/m.
   EXPECT_FALSE(notices(0.99 * 0.1 / 300, 0));
   EXPECT_TRUE(notices(1.01 * 0.1 / 300, 0));
   EXPECT_FALSE(notices(0.99 * 0.6 / 300, 6));
@@ -55,7 +55,8 @@ TEST(Deadband, SteadyMotionIsNoticedByWhoHoldsTheLastStateOnly) {
   faster.V.v.x() += 0.021;
   EXPECT_TRUE(deadband.notices(faster, sent.V, X_believed, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
   RigidState turned = now;
-  turned.X.q = quaternion_of(Vec3(0, 0, 0.011));  // with 0.3 N·m/rad this is 3.3 mN·m; the minimum threshold is 3 mN·m
+  // Times 0.3 N·m/rad is 3.3 mN·m; the threshold is 0.1 of the floor of 30 mN·m
+  turned.X.q = quaternion_of(Vec3(0, 0, 0.011));
   EXPECT_TRUE(deadband.notices(turned, sent.V, X_believed, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
 }
 

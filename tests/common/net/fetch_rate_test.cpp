@@ -1,5 +1,5 @@
-// Tests a file download on a line that also carries states, in virtual time: the rate of the download and the delay of
-// the states.
+// Tests a file download over a line that also carries state updates, in virtual time: the rate of the download and the
+// delay of the states.
 #include "common/net/fetch_rate.hpp"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ struct Line {
   Duration jitter{0};
 };
 
-/// A server that answers requests immediately and sends a state every millisecond.
+/// A simulated server that answers requests at once and sends a state update every millisecond.
 class Fetching {
  public:
   explicit Fetching(const Line& line)

@@ -1,4 +1,4 @@
-// The parameters of a simulated link change while packets are in transit.
+// Replaces the delay trace of a simulated link by a shorter one. Detects a position beyond the end of the new trace.
 #include <gtest/gtest.h>
 
 #include "common/net/link.hpp"

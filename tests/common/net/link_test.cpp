@@ -37,7 +37,7 @@ struct Arrival {
   LocalTime at;
 };
 
-// Sends `count` packets with a spacing of `gap`, and advances from arrival to arrival.
+// Sends `count` packets with a spacing of `gap`, and returns their arrivals.
 std::vector<Arrival> run(SimulatedLink& link, std::uint32_t count, Duration gap, std::size_t size = 4) {
   std::vector<Arrival> arrivals;
   const auto receive_until = [&](LocalTime end) {
@@ -54,8 +54,7 @@ std::vector<Arrival> run(SimulatedLink& link, std::uint32_t count, Duration gap,
   return arrivals;
 }
 
-// Returns the delay of each packet. Many packets are in transit at the same time; reordering is allowed, so that no
-// packet waits for another.
+// Returns the delay of each packet. Reordering is allowed, so that no packet waits for an earlier one.
 std::vector<double> measured_delays_s(LinkParameters parameters, std::uint32_t count) {
   parameters.allows_reordering = true;
   parameters.queue_limit = count;
@@ -78,7 +77,8 @@ double deviation_of(const std::vector<double>& values) {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-// Returns the largest difference between the sample's distribution function and `cdf` (Kolmogorov-Smirnov statistic).
+// Returns the Kolmogorov-Smirnov statistic: the largest difference between the empirical distribution function and
+// `cdf`.
 double distance_to(std::vector<double> values, const std::function<double(double)>& cdf) {
   std::sort(values.begin(), values.end());
   const auto n = static_cast<double>(values.size());
@@ -91,7 +91,8 @@ double distance_to(std::vector<double> values, const std::function<double(double
   return distance;
 }
 
-// Dvoretzky-Kiefer-Wolfowitz-Massart bound: P(difference > e) ≤ 2 exp(−2 n e²), solved for a probability of 1e-9.
+// Dvoretzky-Kiefer-Wolfowitz-Massart bound for n values: P(difference > e) ≤ 2 exp(−2 n e²), solved for a probability
+// of 1e-9.
 double dkw_bound(std::size_t n) {
   return std::sqrt(std::log(2 / 1e-9) / (2.0 * static_cast<double>(n)));
 }
@@ -109,7 +110,8 @@ TEST(SimulatedLink, NormalDelaysFollowTheConfiguredMeanAndDeviation) {
   constexpr std::uint32_t kCount = 40000;
   const auto delays = measured_delays_s(parameters, kCount);
   ASSERT_EQ(delays.size(), kCount);
-  // The tolerance is six standard errors: σ/√n for a mean, σ/√(2n) for the standard deviation of a normal distribution.
+  // Tolerance: six standard errors, which are σ/√n for a mean and σ/√(2n) for the standard deviation of a normal
+  // distribution.
   EXPECT_NEAR(mean_of(delays), 0.050, 6 * 0.005 / std::sqrt(kCount));
   EXPECT_NEAR(deviation_of(delays), 0.005, 6 * 0.005 / std::sqrt(2.0 * kCount));
   EXPECT_LT(distance_to(delays, [](double x) { return 0.5 * std::erfc((0.050 - x) / (0.005 * std::sqrt(2.0))); }),
@@ -133,15 +135,15 @@ TEST(SimulatedLink, ParetoDelaysFollowTheClosedFormWithItsHeavyTail) {
   parameters.distribution = JitterDistribution::kPareto;
   constexpr std::uint32_t kCount = 40000;
   const auto delays = measured_delays_s(parameters, kCount);
-  // A Pareto variable with shape 3 has σ = scale·√3/2. Its sample deviation converges too slowly, so the test compares
-  // the whole distribution.
+  // A Pareto variable with shape 3 has σ = scale·√3/2. Its sample deviation converges too slowly for a test, so the
+  // whole distribution is compared.
   const double scale_s = 0.004 / (std::sqrt(3.0) / 2);
   EXPECT_LT(distance_to(delays, [&](double x) { return 1 - std::pow(1 + (x - 0.020) / scale_s, -3.0); }),
             dkw_bound(kCount));
   EXPECT_NEAR(mean_of(delays), 0.020 + 0.004 / std::sqrt(3.0), 6 * 0.004 / std::sqrt(kCount));
   EXPECT_GE(*std::min_element(delays.begin(), delays.end()), 0.020);
-  // A normal distribution would have no values at 10 σ above the mean. Here P = (1 + 0.0423/scale)⁻³ ≈ 1e-3, so 38
-  // values are expected.
+  // Detects a distribution without a heavy tail: a normal distribution has no values 10 σ above the mean. Here P = (1 +
+  // 0.0423/scale)⁻³ ≈ 1e-3, so 38 values are expected.
   const auto far = std::count_if(delays.begin(), delays.end(), [](double x) { return x > 0.0623; });
   EXPECT_NEAR(static_cast<double>(far), kCount * std::pow(1 + 0.0423 / scale_s, -3.0), 6 * std::sqrt(40.0));
 }
@@ -158,7 +160,7 @@ TEST(SimulatedLink, TraceDelaysComeInTurnAndStartAgain) {
   EXPECT_THAT(delays, testing::ElementsAre(1ms, 7ms, 3ms, 1ms, 7ms, 3ms, 1ms));
 }
 
-/// Returns the correlation of values that are `lag` apart.
+/// Returns the autocorrelation of the values at distance `lag`.
 double correlation_at(const std::vector<double>& values, std::size_t lag) {
   const double mean = mean_of(values);
   double sum = 0, square = 0;
@@ -176,7 +178,7 @@ TEST(SimulatedLink, CorrelatedJitterHasTheSameDistributionAndForgetsExponentiall
   parameters.jitter_correlation = milliseconds(20);
   constexpr std::uint32_t kCount = 400000;
   const auto delays = measured_delays_s(parameters, kCount);
-  // The number of independent values is the total duration divided by twice the correlation time: 10000.
+  // Number of independent values: total duration divided by twice the correlation time, 10000.
   const double independent = kCount / 40.0;
   EXPECT_NEAR(mean_of(delays), 0.100, 6 * 0.005 / std::sqrt(independent));
   EXPECT_NEAR(deviation_of(delays), 0.005, 6 * 0.005 / std::sqrt(independent));
@@ -193,7 +195,7 @@ TEST(SimulatedLink, CorrelatedParetoKeepsItsTail) {
   parameters.jitter_correlation = milliseconds(2);
   constexpr std::uint32_t kCount = 80000;
   const double scale_s = 0.004 / (std::sqrt(3.0) / 2);
-  // Values that are 0.1 s apart are independent.
+  // Values 20 ms apart (ten correlation times) are independent.
   std::vector<double> apart;
   const auto delays = measured_delays_s(parameters, kCount);
   for (std::size_t i = 0; i < delays.size(); i += 20) apart.push_back(delays[i]);
@@ -264,8 +266,8 @@ TEST(SimulatedLink, LosesTheConfiguredFractionInPeriodsOfTheConfiguredLength) {
   const auto lost = static_cast<double>(kCount - arrivals.size());
   EXPECT_EQ(link.counters().lost, kCount - arrivals.size());
 
-  // A two-state chain spends a fraction of the time T in one state. The variance of this fraction is 2 p (1−p) t_c / T,
-  // with 1/t_c = 1/bad + 1/good.
+  // For a two-state Markov chain observed for a time T, the fraction p spent in one state has the variance 2 p (1−p)
+  // t_c / T, with 1/t_c = 1/bad + 1/good.
   const double bad_s = 0.020;
   const double good_s = bad_s * 0.95 / 0.05;
   const double correlation_s = 1 / (1 / bad_s + 1 / good_s);
@@ -273,15 +275,16 @@ TEST(SimulatedLink, LosesTheConfiguredFractionInPeriodsOfTheConfiguredLength) {
   const double sigma = std::sqrt(2 * 0.05 * 0.95 * correlation_s / total_s);
   EXPECT_NEAR(lost / kCount, 0.05, 5 * sigma);
 
-  // A loss period of length L contains L/gap packets on average, and is visible as a run if it contains at least one.
-  // For exponential lengths the mean of the visible runs is exactly 1 / (1 − exp(−gap/mean)) packets.
+  // A bad period of length L contains L/gap packets on average, and is visible as a run of losses if it contains at
+  // least one. For exponential lengths, the mean length of the visible runs is exactly 1 / (1 − exp(−gap/mean))
+  // packets.
   double runs = 0;
   for (std::size_t i = 1; i < arrivals.size(); ++i) {
     if (arrivals[i].number != arrivals[i - 1].number + 1) ++runs;
   }
   const double mean_run_s = lost / runs * to_seconds(kGap);
   const double expected_s = to_seconds(kGap) / (1 - std::exp(-to_seconds(kGap) / bad_s));
-  // The standard error of an exponential mean is mean/√n. Good periods shorter than two packets join two runs, which
+  // The standard error of an exponential mean is mean/√n. Good periods shorter than two packets merge two runs, which
   // changes the result by less than 0.2 %.
   EXPECT_NEAR(mean_run_s, expected_s, (5 / std::sqrt(runs) + 0.002) * expected_s);
 }
@@ -293,8 +296,8 @@ TEST(SimulatedLink, LossDoesNotDependOnHowOftenPacketsAreSent) {
     SimulatedLink link(parameters, kSeed, 4);
     constexpr std::uint32_t kCount = 200'000;
     run(link, kCount, gap);
-    // In the worst case (1 ms) the correlation time is 16 packets, so the variance is 2 p (1−p) 16 / n. The tolerance
-    // is five standard errors.
+    // In the worst case (1 ms) the correlation time is 16 packets, so the variance is 2 p (1−p) 16 / n. Tolerance: five
+    // standard errors.
     const double sigma = std::sqrt(0.2 * 0.8 * 2 * 16 / kCount);
     EXPECT_NEAR(static_cast<double>(link.counters().lost) / kCount, 0.2, 5 * sigma) << "gap " << to_seconds(gap);
   }
@@ -316,8 +319,7 @@ TEST(SimulatedLink, SpacesPacketsByTheRateLimit) {
   parameters.rate_limit_bytes_per_s = 100'000;
   SimulatedLink link(parameters, kSeed, 6);
   for (std::uint32_t i = 0; i < 20; ++i)
-    link.send(LocalTime{}, packet(i, 500));  // each packet occupies the line for 5
-                                             // ms
+    link.send(LocalTime{}, packet(i, 500));  // each packet occupies the line for 5 ms
   EXPECT_EQ(link.queued_bytes(LocalTime{}), 20U * 500U);
   EXPECT_EQ(link.queued_bytes(LocalTime(milliseconds(25))), 15U * 500U);
   EXPECT_EQ(link.queued_bytes(LocalTime(milliseconds(100))), 0U);
@@ -384,7 +386,7 @@ TEST(SimulatedLink, TheSameSeedGivesTheSameFateAndAnotherSeedOrStreamAnother) {
   EXPECT_NE(fate_of(1, 2), fate_of(1, 3));
 }
 
-/// Returns the arrivals of packets that are sent one second apart, so that they never overlap.
+/// Returns the arrivals of packets that are sent one second apart, so that they cannot influence each other.
 std::vector<std::pair<std::uint32_t, LocalTime>> arrivals_of(const LinkParameters& parameters) {
   SimulatedLink link(parameters, kSeed, 10);
   std::vector<std::pair<std::uint32_t, LocalTime>> arrivals;

@@ -1,4 +1,5 @@
-// Tests playout with a constant delay: its coverage and its smoothness. The playout time must never run backwards.
+// Tests playout with a constant delay: how many samples arrive in time, how smooth the motion is, and that the playout
+// time never runs backwards.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,7 +17,7 @@ Duration ms(double value) {
   return from_seconds(value * 1e-3);
 }
 
-/// A sine along x with an amplitude of 10 mm at 2 Hz.
+/// Returns a sinusoidal motion along x with an amplitude of 10 mm at 2 Hz.
 RigidState swing(double t_s) {
   constexpr double kTurns = 2 * 3.14159265358979 * 2;
   RigidState state;
@@ -30,8 +31,8 @@ struct Packet {
   Duration arrived{0};
 };
 
-/// One packet per millisecond for 10 s, in order. The link has a delay of 50 ms ± 10 ms (σ) and loses 5 % of the
-/// packets in bursts of 20 ms.
+/// Returns one packet per millisecond for 10 s, in order of arrival. The link has a delay of 50 ms ± 10 ms (σ) and
+/// loses 5 % of the packets in bursts of 20 ms.
 std::vector<Packet> over_a_bad_link() {
   Random random(7, 1);
   std::vector<Packet> packets;
@@ -48,9 +49,9 @@ std::vector<Packet> over_a_bad_link() {
 }
 
 struct Played {
-  double worst_m = 0;     ///< largest deviation from the true motion at the playout time, after settling
-  double dry_share = 0;   ///< fraction of time in which the playout time is after the newest sample
-  double least_rate = 1;  ///< smallest rate of the playout time
+  double worst_m = 0;     ///< maximum deviation from the true motion at the playout time, after settling [m]
+  double dry_share = 0;   ///< fraction of the time in which the newest sample is older than the playout time (underrun)
+  double least_rate = 1;  ///< minimum rate of the playout time; 1: real time
   double most_rate = 1;
 };
 
@@ -86,19 +87,19 @@ Played played(const std::vector<Packet>& packets, const PlayoutSettings& setting
 TEST(PlayoutDelay, CoversJitterAndBurstsForAboutItsQuantileOfTheTime) {
   const auto packets = over_a_bad_link();
   EXPECT_LT(played(packets, {.quantile = 0.98}).dry_share, 0.03);
-  // With the quantile 0.5, fewer samples may arrive in time. A delay that always is the longest one would fail this
-  // test.
+  // With the quantile 0.5, fewer samples arrive in time. Detects a playout that ignores the quantile and always uses
+  // the longest delay.
   EXPECT_GT(played(packets, {.quantile = 0.5}).dry_share, 0.2);
 }
 
 TEST(PlayoutDelay, PlaysASwingAsItWas) {
-  // Samples that are later than the delay cause an underrun. At 0.126 m/s the motion is then braked within 20 ms; the
-  // longest underrun is a burst of losses.
+  // A sample later than the playout delay causes an underrun, during which the motion (0.126 m/s) is braked within 20
+  // ms. The longest underrun is a burst of losses.
   EXPECT_LT(played(over_a_bad_link(), {}).worst_m, 0.004);
 }
 
 TEST(RigidTrack, FillsAGapAsTheCubicDoes) {
-  // A Hermite cubic over a gap g has an error of at most x⁗ g⁴ / 384, with x⁗ = 10 mm · (4π/s)⁴.
+  // Error bound of a Hermite cubic over a gap g: x⁗ g⁴ / 384, with x⁗ = 10 mm · (4π/s)⁴.
   constexpr double kGap_s = 0.06;
   const double bound_m = 0.010 * std::pow(4 * 3.14159265358979, 4) * std::pow(kGap_s, 4) / 384;
   RigidTrack track;
@@ -123,7 +124,7 @@ TEST(PlayoutDelay, WaitsOneGapOnAPerfectLink) {
     delay.add(ms(k), ms(k + 30));
     delay.play_at(ms(k + 30));
   }
-  // The bound is a gap of 1 ms plus half a bin of the delay's histogram.
+  // Tolerance: the gap of 1 ms plus half a bin of the delay's histogram.
   EXPECT_LE(delay.delay(), ms(1.5));
 }
 
@@ -153,7 +154,7 @@ TEST(RigidTrack, BrakesToRestWithoutNews) {
   RigidState state;
   state.V.v.x() = 0.1;
   track.add(ms(0), state);
-  // Uniform braking from 0.1 m/s within 20 ms covers 1 mm.
+  // Uniform braking from 0.1 m/s to rest within 20 ms covers 1 mm.
   EXPECT_NEAR(track.at(ms(20)).X.p.x(), 0.001, 1e-12);
   EXPECT_NEAR(track.at(ms(500)).X.p.x(), 0.001, 1e-12);
   EXPECT_EQ(track.at(ms(500)).V.v.norm(), 0);
@@ -170,11 +171,11 @@ TEST(RigidTrack, KeepsTheNewestWhenItIsFull) {
   const double last = static_cast<double>(3 * RigidTrack::kSamples - 1);
   EXPECT_EQ(track.newest().X.p.x(), last);
   EXPECT_NEAR(track.at(ms(last - 1.5)).X.p.x(), last - 1.5, 1e-9);
-  // Far before the stored samples, the oldest sample is returned.
+  // For a time before the stored samples, the oldest sample is returned.
   EXPECT_EQ(track.at(ms(0)).X.p.x(), last + 1 - static_cast<double>(RigidTrack::kSamples));
 }
 
-/// A random gap from 1 ns to 70 years, uniform in its logarithm.
+/// Returns a random gap from 1 ns to 70 years, uniform in its logarithm.
 Duration random_gap(Random& random) {
   return Duration(static_cast<Duration::rep>(std::exp(random.uniform(0, std::log(2.2e18)))));
 }
@@ -208,7 +209,7 @@ TEST(PlayoutDelay, NoStampMakesTheDelayLongerThanItsLimit) {
       now += ms(random.uniform(0, 500));
       sampled = std::min(sampled + random_gap(random), Duration(std::int64_t{1} << 61U));
       delay.add(sampled, now);
-      // The delay is also checked between add() and play_at().
+      // The delay must be within its bounds between add() and play_at() as well.
       ASSERT_LE(delay.delay(), kSettings.longest + ms(200)) << "trial " << trial << ", sample " << k;
       ASSERT_GE(delay.delay(), Duration{0});
       delay.play_at(now);

@@ -1,5 +1,5 @@
-// Tests the rate of a sender on a link with a queue. The rate must be found within one second and leave no standing
-// queue. Without a bottleneck the sender must not be limited.
+// Tests the rate control of a sender on a link with a queue. The sender must find the rate within one second and leave
+// no standing queue. Without a bottleneck it must not be limited.
 #include "common/net/send_rate.hpp"
 
 #include <gtest/gtest.h>
@@ -15,8 +15,8 @@ using std::chrono::milliseconds;
 constexpr Duration kFloor = milliseconds(10);
 constexpr double kMost_hz = 1000;
 
-/// A sender with 1 kHz and a link that carries `carried_hz` messages per second, one after the other. The report about
-/// each message arrives `way` after the message's arrival. The receiver's clock is one hour ahead.
+/// A sender at 1 kHz and a link that transmits `carried_hz` messages per second one after the other. Each message is
+/// reported to the sender a time `way` after its arrival. The receiver's clock is one hour ahead.
 struct SendRateLine {
   void run(Duration length) {
     for (const Duration end = now + length; now < end; now += milliseconds(1)) {

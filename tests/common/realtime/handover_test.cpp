@@ -10,7 +10,7 @@
 namespace tandem::realtime {
 namespace {
 
-/// Counts the instances that exist.
+/// Object that counts its living instances.
 struct Counted {
   explicit Counted(std::uint32_t its_generation) : generation(its_generation) { ++alive; }
   Counted(const Counted&) = delete;

@@ -1,5 +1,5 @@
-// Tests that the threads that keep a processor awake yield to others, follow the requesting thread, and end. The effect
-// on the wake-up latency is not tested.
+// Tests that helper threads that keep a processor awake yield to others, follow the protected thread, and end. Their
+// effect on the wake-up latency is not tested.
 #include "common/realtime/keep_awake.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@
 namespace tandem::realtime {
 namespace {
 
-/// Returns the threads of this process that have the lowest priority.
+/// Returns the threads of this process with the priority SCHED_IDLE.
 std::vector<pid_t> idle_threads() {
   std::vector<pid_t> result;
   for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
@@ -62,7 +62,7 @@ std::vector<int> usable_cpus() {
   return result;
 }
 
-/// Waits up to 30 s until the condition is true. This is sufficient on a processor with other load.
+/// Waits up to 30 s for the condition, which suffices even on a busy processor. Returns whether it became true.
 template <class Condition>
 bool is_in_time(Condition condition) {
   const SteadyClock clock;
@@ -114,8 +114,7 @@ TEST(KeepAwake, OfTwoBesideAThreadOneIsOnItsProcessor) {
       return std::ranges::count_if(idle_threads(), [cpu](pid_t thread) { return is_pinned_to(thread, cpu); });
     };
     EXPECT_TRUE(is_in_time([&on_it] { return idle_threads().size() == 2 && on_it() > 0; }));
-    std::this_thread::sleep_for(std::chrono::seconds(3));  // long enough for the other thread to check its processor
-                                                           // once
+    std::this_thread::sleep_for(std::chrono::seconds(3));  // long enough for the second helper to check its processor
     EXPECT_EQ(on_it(), 1);
     first = second = nullptr;
     EXPECT_TRUE(is_nobody_idle());

@@ -1,4 +1,4 @@
-// Large pages must change only the mapping of memory, not its content.
+// Large pages must change only the mapping of memory. Detects changed or read-only content.
 #include "common/realtime/large_pages.hpp"
 
 #include <gtest/gtest.h>
@@ -41,11 +41,11 @@ TEST(LargePages, KeepWhatIsInMemory) {
   const std::vector<std::uint32_t> before = numbers;
   use_large_pages(std::as_bytes(std::span(numbers)));
   EXPECT_EQ(numbers, before);
-  numbers.assign(numbers.size(), 3);  // the pages must still be writable
+  numbers.assign(numbers.size(), 3);  // detects pages that are not writable
   EXPECT_EQ(numbers.back(), 3U);
 }
 
-/// Tests with separate memory if the system calls work on this machine.
+/// Returns whether the system calls work on this machine, tried on memory that the tests do not use.
 bool can_collapse() {
   constexpr std::size_t kBytes = 4 * kPage;
   void* const memory = ::mmap(nullptr, kBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -69,8 +69,7 @@ TEST(LargePages, LeaveWhatFillsNone) {
   const std::vector<std::byte> little(kPage - 1);
   EXPECT_FALSE(use_large_pages(little));
   EXPECT_FALSE(use_large_pages({}));
-  // A range as long as a page that extends from the middle of one page to the middle of the next. It contains no whole
-  // page.
+  // A range as long as a page, from the middle of one page to the middle of the next. It contains no whole page.
   std::vector<std::byte> some(3 * kPage);
   const std::size_t to_page = kPage - reinterpret_cast<std::uintptr_t>(some.data()) % kPage;
   EXPECT_FALSE(use_large_pages(std::span(some).subspan(to_page + kPage / 2, kPage)));

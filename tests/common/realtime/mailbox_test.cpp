@@ -25,7 +25,7 @@ TEST(Mailbox, GivesTheNewestValueAndOnlyOnce) {
 }
 
 TEST(Mailbox, NeverShowsAHalfWrittenOrAnOlderValueAcrossThreads) {
-  using Value = std::array<std::uint64_t, 16>;  // all elements are equal, unless a value is torn
+  using Value = std::array<std::uint64_t, 16>;  // all elements are written equal; unequal elements reveal a torn value
   Mailbox<Value> mailbox;
   constexpr std::uint64_t kLast = 200'000;
   std::thread writer([&] {

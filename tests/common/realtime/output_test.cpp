@@ -1,5 +1,5 @@
-// Tests how many lines a log keeps of a flood of lines. tests/system/output_test.py tests that no thread waits for a
-// reader.
+// Tests how many lines of a flood a log keeps. That no thread waits for a reader is tested by
+// tests/system/output_test.py.
 #include "common/realtime/output.hpp"
 
 #include <gmock/gmock.h>

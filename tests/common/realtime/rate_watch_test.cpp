@@ -9,7 +9,7 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
 struct Loop {
-  /// Ticks for the duration `span`. Returns true if the loop was slow at the last tick.
+  /// Simulates ticks for the duration `span`. Returns whether the loop counts as slow at the last tick.
   bool run(Duration period, Duration span) {
     bool is_slow = false;
     for (Duration t{0}; t < span; t += period) is_slow = watch.is_slow(now += period);

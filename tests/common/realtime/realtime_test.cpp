@@ -1,5 +1,5 @@
-// Tests the periodic timer and the requests for real-time scheduling. The tests check only counts and lower bounds of
-// time, so they do not depend on the machine's speed.
+// Tests the periodic timer and the requests for real-time properties. Only counts and lower bounds of times are
+// checked, so that the tests do not depend on the speed of the machine.
 #include "common/realtime/realtime.hpp"
 
 #include <gmock/gmock.h>
@@ -72,14 +72,14 @@ TEST(PeriodicTimer, LateLoopSkipsWhatItMissedInsteadOfABurst) {
   const LocalTime deadline = timer.wait();
   EXPECT_GE(timer.missed(), 28U);
   EXPECT_GE(deadline - start, std::chrono::milliseconds(29));
-  // Every deadline is either met or missed. None is omitted or counted twice.
+  // Every deadline must be counted once, as met or as missed.
   EXPECT_EQ(timer.lateness().count() + timer.missed(), static_cast<std::uint64_t>((deadline - start) / period));
 }
 
 TEST(PeriodicTimer, WakeUpLaterThanTwentyFiveMillisecondsIsSuspicious) {
   const SteadyClock clock;
   PeriodicTimer timer(std::chrono::milliseconds(100), clock.now() - std::chrono::milliseconds(160));
-  timer.wait();  // returns at once and late, because its deadline passed 60 ms ago, less than a period
+  timer.wait();  // returns at once: its deadline passed 60 ms ago, which is late but less than a period
   EXPECT_EQ(timer.throttle_suspects(), 1U);
   EXPECT_GE(timer.lateness().max(), std::chrono::milliseconds(60));
 }
@@ -93,7 +93,7 @@ TEST(Realtime, AskingForNothingIsAlwaysGranted) {
 }
 
 TEST(Realtime, ImpossibleRequestsAreEachAnsweredByOneLineWithARemedy) {
-  // The request is made in a separate thread, so that the test program does not keep its effect.
+  // A separate thread makes the request, so that the test program itself keeps its scheduling.
   std::vector<std::string> missing;
   std::thread([&missing] { missing = request_realtime(1000, 100000); }).join();
   EXPECT_THAT(missing, SizeIs(Ge(2U))) << "and where memory may not be locked, a line of that";
@@ -102,7 +102,7 @@ TEST(Realtime, ImpossibleRequestsAreEachAnsweredByOneLineWithARemedy) {
   EXPECT_THAT(missing, Contains(HasSubstr("use a priority from 1 to 99")));
 }
 
-/// Exits with 0 if a request for priority keeps processors from deep sleep, and a request without priority does not.
+/// Exits with 0 if a request with a priority keeps processors from deep sleep and a request without priority does not.
 [[noreturn]] void request_light_sleep_and_exit() {
   const auto holds_it = [] {
     const std::filesystem::directory_iterator files("/proc/self/fd");
@@ -119,8 +119,8 @@ TEST(Realtime, ImpossibleRequestsAreEachAnsweredByOneLineWithARemedy) {
 }
 
 TEST(Realtime, ProcessorsDoNotSleepDeeplyOnceThereIsAPriority) {
-  GTEST_FLAG_SET(death_test_style, "threadsafe");  // runs the test in a new process, without an earlier request for
-                                                   // priority
+  // Runs the test in a new process, in which no priority was requested before
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(request_light_sleep_and_exit(), testing::ExitedWithCode(0), "");
 }
 
@@ -152,7 +152,7 @@ std::size_t pages_in_use() {
   return pages;
 }
 
-/// Exits with 0 if an allocation beyond a small limit for locked memory still succeeds.
+/// Exits with 0 if an allocation beyond a small limit of locked memory still succeeds.
 [[noreturn]] void allocate_under_a_small_limit() {
   const rlim_t limit = pages_in_use() * 4096 + (16U << 20U);
   const rlimit limits{limit, limit};

@@ -1,4 +1,4 @@
-// For damage of any kind and at any position, a reader must report the damage or deliver every message.
+// For any kind and position of damage, a reader must either report the damage or deliver every message.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,12 +24,12 @@ struct Written {
   Messages messages;
   std::vector<std::uint64_t> chunks_at;         ///< file offset of the start of each chunk
   std::uint64_t data_end = 0;                   ///< file offset of the start of the summary
-  std::vector<std::size_t> messages_of_chunks;  ///< number of messages up to and including each chunk
+  std::vector<std::size_t> messages_of_chunks;  ///< number of messages up to the end of each chunk
 };
 
 Bytes random_bytes(Random& random, std::size_t size) {
   Bytes bytes(size);
-  // If there are few distinct values, the bytes can be compressed.
+  // With few distinct values the bytes are compressible.
   const std::uint32_t kinds = 1 + random.next_u32() % 256;
   for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random.next_u32() % kinds);
   return bytes;
@@ -69,7 +69,7 @@ Written random_file(Random& random) {
 struct Damage {
   std::string what;
   Bytes file;
-  std::uint64_t at = 0;  ///< file offset of the first changed byte
+  std::uint64_t at = 0;  ///< file offset of the first damaged byte
 };
 
 Damage damaged(const Written& written, Random& random) {
@@ -136,9 +136,9 @@ bool is_beginning(const Messages& read, const Messages& written) {
   return read.size() <= written.size() && std::equal(read.begin(), read.end(), written.begin(), has_same_content);
 }
 
-/// Returns true if `read` consists of chunks of `written`. Each chunk may occur twice, because a chunk that the file
-/// contains twice is read twice. Its messages are in order, and only the last chunk may be incomplete, because a
-/// message with a damaged channel ends the reading.
+/// Returns whether `read` consists of chunks of `written`. A chunk may occur twice, because damage can duplicate it in
+/// the file. Its messages must be in order. Only the last chunk may be incomplete, because a message with a damaged
+/// channel ends the reading.
 bool is_of_chunks(const Messages& read, const Written& written) {
   std::vector<int> times(written.chunks_at.size());
   std::size_t at = 0;
@@ -192,7 +192,8 @@ TEST(McapDamage, OfAnyKindAndPlaceIsNamedOrTakesNoMessage) {
     const bool may_repeat = damage.what.starts_with("written twice") || damage.what.starts_with("put elsewhere");
     ASSERT_TRUE(may_repeat ? is_of_chunks(read, written) : is_beginning(read, written.messages)) << reader.why();
     if (damage.at < written.chunks_at.front() || damage.at >= written.data_end) continue;
-    // If the data section is damaged, the reader stops in the damaged chunk, but reads all chunks before it.
+    // After damage in the data section, the reader must stop in the damaged chunk, and must have read all chunks before
+    // it.
     const auto behind = std::ranges::upper_bound(written.chunks_at, damage.at);
     const auto chunk = static_cast<std::size_t>(behind - written.chunks_at.begin()) - 1;
     ASSERT_GE(reader.offset(), written.chunks_at[chunk]) << reader.why();
@@ -221,8 +222,7 @@ TEST(McapDamage, IsNamedWithItsByte) {
   }
 }
 
-/// Damage may change the type of a chunk to that of a private record, which readers skip. The loss of the chunk must be
-/// noticed.
+/// Detects the silent loss of a chunk whose type byte was changed to that of a private record, which readers skip.
 TEST(McapDamage, AChunkThatWasMadeAnotherRecordIsNoticed) {
   Random random(4);
   const Written written = random_file(random);

@@ -1,4 +1,4 @@
-// Written messages must be readable, also from a truncated file. Damage ends the reading.
+// Written messages must be readable, even from a truncated file, and reading must stop at damage.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ void append(Bytes& file, const Bytes& part) {
   file.insert(file.end(), part.begin(), part.end());
 }
 
-/// A file with three chunks of ten messages each.
+/// Returns a file with three chunks of ten messages each. `ends` receives the file offset of the end of each chunk.
 Bytes whole_file(std::vector<std::size_t>* ends = nullptr) {
   McapWriter writer = two_channels();
   Bytes file = writer.begin();
@@ -84,7 +84,7 @@ TEST(Mcap, AFileThatEndsAtAnyByteIsReadToItsLastWholeChunk) {
     const Reading reading = read(Bytes(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(size)));
     std::size_t whole_chunks = 0;
     for (const std::size_t end : ends) whole_chunks += size >= end ? 1 : 0;
-    // The indexes that follow a chunk are not needed to read it.
+    // A chunk is readable even if the indexes that follow it are missing.
     ASSERT_GE(reading.messages.size(), 10 * whole_chunks) << "of " << size << " bytes";
     ASSERT_LE(reading.messages.size(), 10 * (whole_chunks + 1));
     ASSERT_TRUE(std::equal(reading.messages.begin(), reading.messages.end(), all.messages.begin()));
@@ -104,7 +104,7 @@ TEST(Mcap, AByteThatIsChangedGivesNoMessageThatWasNotWritten) {
     const Reading reading = read(damaged);
     if (reading.end == McapReader::End::kDamaged) ++refused;
     for (const std::string& message : reading.messages) {
-      // The topic is not covered by the checksum of a chunk.
+      // Only the content is compared, because the checksum of a chunk does not cover the topic.
       const std::string content = message.substr(message.find(' '));
       ASSERT_TRUE(std::ranges::any_of(all.messages, [&](const auto& good) { return good.ends_with(content); }))
           << "byte " << at << ": " << message;

@@ -1,5 +1,4 @@
-// Tests the files of a recording: they are rotated, overwrite no file, and stay valid when the disk accepts no more
-// data.
+// Tests the files of a recording: they rotate, never overwrite a file, and stay valid when the disk is full.
 #include "common/recording/recording_file.hpp"
 
 #include <gtest/gtest.h>
@@ -59,7 +58,7 @@ TEST_F(RecordingFileTest, RotatesBySizeAndEachPartSaysWhatItIs) {
   RecordingFile file = open({.max_bytes = 2000, .max_age = Duration(0)});
   std::uint64_t state = 1;
   for (std::uint64_t i = 1; i <= 20; ++i) {
-    std::string noise;  // random bytes cannot be compressed
+    std::string noise;  // incompressible random bytes
     for (int k = 0; k < 300; ++k) noise += static_cast<char>((state = state * 6364136223846793005U + 1) >> 56U);
     file.add(1, i, octets_of_text(noise));
     file.flush(i);
@@ -103,7 +102,7 @@ TEST_F(RecordingFileTest, OverwritesNothing) {
   EXPECT_EQ(messages_in(folder_ / "r-003.mcap"), (std::vector<std::string>{"part 2", "two"}));
 }
 
-/// Limits the file size while it exists. A full disk has the same effect except for another errno.
+/// While an object exists, it limits the file size. A full disk has the same effect, except for the value of errno.
 class SmallDisk {
  public:
   explicit SmallDisk(rlim_t bytes) : before_(std::signal(SIGXFSZ, SIG_IGN)) {
@@ -130,7 +129,7 @@ TEST_F(RecordingFileTest, ADiskThatIsFullCostsMessagesAndIsToldOnce) {
   file.flush(1);
   EXPECT_EQ(file.pop_news(), "");
   {
-    const SmallDisk small(file.bytes_written() + 20);  // has room for a part of the chunk only
+    const SmallDisk small(file.bytes_written() + 20);  // room for only a part of the chunk
     for (const std::uint64_t i : {2, 3}) {
       file.add(1, i, octets_of_text("lost"));
       file.flush(i);

@@ -16,7 +16,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// A client that uses OpenSSL directly, without the restrictions of TlsStream.
+/// A client that uses OpenSSL directly, without the restrictions of TlsStream, to play a hostile peer.
 class AnyClient {
  public:
   explicit AnyClient(const char* groups) : context_(SSL_CTX_new(TLS_client_method())), ssl_(nullptr) {
@@ -44,7 +44,7 @@ class AnyClient {
   void receive(const Bytes& bytes) {
     if (!bytes.empty()) BIO_write(SSL_get_rbio(ssl_), bytes.data(), static_cast<int>(bytes.size()));
   }
-  /// Returns true if the server completes the handshake.
+  /// Returns whether the server completes the handshake with this client.
   bool shakes_hands_with(TlsStream& server) {
     for (int i = 0; i < 4; ++i) {
       SSL_do_handshake(ssl_);

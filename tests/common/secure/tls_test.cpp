@@ -34,7 +34,7 @@ std::string failure_of(const std::function<void()>& action) {
   return "";
 }
 
-/// A client and a server. The test transfers the bytes between them.
+/// A client and a server in one process. The test transports the bytes between them.
 struct Pair {
   Pair(const TlsContext& client_context, const TlsContext& server_context)
       : client(&client_context), server(&server_context) {
