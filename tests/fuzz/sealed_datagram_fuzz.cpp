@@ -1,9 +1,13 @@
-// Reads arbitrary bytes as a sealed datagram at either end of a connection with known keys. The seeds have valid seals.
-// A datagram that was accepted once must be refused as a duplicate.
+// Reads arbitrary bytes at either end of a connection with known keys: once as a sealed datagram, as a stranger would
+// send it, and once sealed by the target itself, as a hostile peer with valid keys would send it. In the second case
+// mutated headers and contents reach the checks behind the seal. A datagram that was accepted once must be refused as a
+// duplicate.
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "proto/datagram_channel.hpp"
+#include "proto/datagram_seal.hpp"
 #include "proto/state_codec.hpp"
 #include "tests/fuzz/check.hpp"
 #include "tests/fuzz/secure_seeds.hpp"
@@ -35,14 +39,42 @@ void receive(proto::DatagramType sends, proto::DatagramType expected, std::span<
   if (receive_once() == DropReason::kNone) check(receive_once() == DropReason::kDuplicate);
 }
 
+/// Makes a datagram with a valid seal from the type, the sequence and the content of the input.
+/// In      state  type of state that the peer sends
+/// Out     empty if the input has no valid header of this state or of the corresponding path message
+std::optional<proto::Bytes> sealed_by_peer(proto::DatagramType state, std::span<const std::byte> input) {
+  proto::DatagramHeader header;
+  if (proto::read_header(input, state, header) != DropReason::kNone) return std::nullopt;
+  proto::Bytes datagram;
+  proto::append_header({header.type, 0, fuzz::kConnection, header.sequence}, datagram);
+  const auto content = input.subspan(proto::kDatagramHeaderBytes);
+  datagram.insert(datagram.end(), content.begin(), content.end());
+  proto::DatagramSeal seal(fuzz::fixed_secret(), proto::DatagramSeal::Use::kSeal,
+                           state == proto::DatagramType::kClientUpdate, 0);
+  seal.seal(header.sequence, datagram);
+  return datagram;
+}
+
+void receive_at_server(std::span<const std::byte> datagram) {
+  using Type = proto::DatagramType;
+  receive<proto::ClientUpdate>(Type::kServerUpdate, Type::kClientUpdate, datagram, proto::parse_client_update);
+}
+
+void receive_at_client(std::span<const std::byte> datagram) {
+  using Type = proto::DatagramType;
+  receive<proto::ServerUpdate>(
+      Type::kClientUpdate, Type::kServerUpdate, datagram,
+      [](auto payload, proto::ServerUpdate& out) { return proto::parse_server_update(payload, out); });
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using Type = proto::DatagramType;
   const std::span<const std::byte> datagram = std::as_bytes(std::span(data, size));
-  receive<proto::ClientUpdate>(Type::kServerUpdate, Type::kClientUpdate, datagram, proto::parse_client_update);
-  receive<proto::ServerUpdate>(
-      Type::kClientUpdate, Type::kServerUpdate, datagram,
-      [](auto payload, proto::ServerUpdate& out) { return proto::parse_server_update(payload, out); });
+  receive_at_server(datagram);
+  receive_at_client(datagram);
+  if (const auto sealed = sealed_by_peer(Type::kClientUpdate, datagram)) receive_at_server(*sealed);
+  if (const auto sealed = sealed_by_peer(Type::kServerUpdate, datagram)) receive_at_client(*sealed);
   return 0;
 }

@@ -13,18 +13,26 @@ namespace {
 
 using namespace tandem;
 
+/// Writes a datagram of state and one of a path message, both sealed by the known secret and without a seal. The target
+/// seals the second kind itself.
 template <class Update, class Append>
 void write_datagrams(const std::filesystem::path& folder, proto::DatagramType type, const std::string& name,
                      const Append& append) {
-  proto::ChannelCounters counters;
-  proto::DatagramChannel channel(
-      {.sends = type, .connection = fuzz::kConnection, .max_rate_hz = 1000, .secret = fuzz::fixed_secret()}, counters);
-  Update update;
-  channel.send(update, LocalTime(std::chrono::seconds(1)), false, append, [&](std::span<const std::byte> datagram) {
-    fuzz::write_seed(folder / name, datagram);
-    return true;
-  });
-  fuzz::write_seed(folder / (name + "_path"), channel.path_message(7, LocalTime(std::chrono::seconds(1))));
+  for (const bool is_sealed : {true, false}) {
+    proto::ChannelCounters counters;
+    proto::DatagramChannel channel({.sends = type,
+                                    .connection = fuzz::kConnection,
+                                    .max_rate_hz = 1000,
+                                    .secret = is_sealed ? std::optional(fuzz::fixed_secret()) : std::nullopt},
+                                   counters);
+    const std::string stem = name + (is_sealed ? "" : "_plain");
+    Update update;
+    channel.send(update, LocalTime(std::chrono::seconds(1)), false, append, [&](std::span<const std::byte> datagram) {
+      fuzz::write_seed(folder / stem, datagram);
+      return true;
+    });
+    fuzz::write_seed(folder / (stem + "_path"), channel.path_message(7, LocalTime(std::chrono::seconds(1))));
+  }
 }
 
 void write_tokens(const std::filesystem::path& folder) {
