@@ -54,7 +54,7 @@ class AsioClientTransport final : public ClientTransport {
   ~AsioClientTransport() override;
 
   /// Sets the session whose callbacks are called. Call before the first connect().
-  void attach(ClientSession& session) { session_ = &session; }
+  void attach(TransportListener& session) { session_ = &session; }
   /// Returns true if no closed connection has bytes left to send.
   bool is_drained() const;
   /// Changes the parameters of the simulated links in both directions. Ignored if there were none at construction.
@@ -101,7 +101,7 @@ class AsioClientTransport final : public ClientTransport {
   std::optional<secure::TlsContext> tls_;  ///< none: no TLS
   std::optional<SimulatedLinks> links_;
   const Clock& clock_;
-  ClientSession* session_ = nullptr;
+  TransportListener* session_ = nullptr;
   ConnectionPointer current_;
   std::weak_ptr<Connection> closing_;
   std::uint64_t connections_ = 0;

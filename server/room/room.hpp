@@ -39,7 +39,7 @@
 namespace tandem::server {
 
 /// Command from the io thread to the room, about a seat. Of `seat` all commands use `index` and `user`; only kJoin uses
-/// the rest.
+/// the rest. kSetSignal comes from a source of signals, which has no seat: its `user` is for recordings only.
 struct RoomCommand {
   enum class Kind : std::uint8_t {
     kJoin,
@@ -50,7 +50,8 @@ struct RoomCommand {
     kReset,
     kPlace,
     kStartLevel,
-    kSetWeight
+    kSetWeight,
+    kSetSignal
   };
   Kind kind = Kind::kJoin;
   Seat seat = {};
@@ -62,6 +63,8 @@ struct RoomCommand {
   Pose X_SB = {};                                 ///< kPlace: pose of `body` in the frame of `beside`
   std::uint8_t level = 0;                         ///< kStartLevel: index of the level of the game
   bool is_weightless = false;                     ///< kSetWeight
+  std::uint8_t signal = 0;                        ///< kSetSignal: index of the signal of the game
+  SignalValue signal_value = {};                  ///< kSetSignal
 };
 
 /// Event from the room to the io thread. kReturned concerns all users; only its field `body` is valid.

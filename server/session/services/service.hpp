@@ -31,6 +31,7 @@ struct SessionUser {
 
   const Room& room() const { return seats->room(); }
   bool is_operator() const { return seat.role == UserRole::kOperator; }
+  bool is_source() const { return seat.role == UserRole::kSignal; }
   /// Text that identifies the user in logs.
   std::string label() const;
 };
@@ -77,7 +78,8 @@ class SessionService {
   /// Kinds of messages that handle() accepts. Each kind is handled by one service only.
   virtual std::vector<Case> cases() const { return {}; }
   virtual void handle(SessionUser& /*user*/, const wire::ClientControl& /*message*/) {}
-  /// Called after a user has joined and has been sent Joined and the names of the other users.
+  /// Called after a user has joined and has been sent Joined and the names of the other users. Not called for sources
+  /// of signals.
   virtual void on_joined(SessionUser& /*user*/, const wire::JoinRoom& /*granted*/) {}
   /// Called after a user has left: the seat is free and users_of() does not contain the user. The other users have not
   /// received UserLeft yet.
