@@ -29,7 +29,7 @@ Bytes signed_bytes(const std::string& claims) {
 bool is_within_limits(const wire::TokenClaims& claims) {
   return claims.id().size() == kTokenIdBytes && claims.audience().size() == sizeof(secure::KeyId) &&
          claims.user_name().size() <= kMaxNameBytes && claims.room().size() <= kMaxNameBytes &&
-         claims.role() >= wire::ROLE_MANIPULATOR && claims.role() <= wire::ROLE_OPERATOR &&
+         claims.role() >= wire::ROLE_MANIPULATOR && claims.role() <= wire::ROLE_SIGNAL &&
          (claims.max_force_n() == 0 || find_coupling_field("coupling.force_limit_n")->accepts(claims.max_force_n())) &&
          claims.expires_ms() > claims.issued_ms() && claims.expires_ms() - claims.issued_ms() <= kMaxTokenLife_ms;
 }

@@ -203,7 +203,7 @@ void add_soft_bodies_and_scene(Table& table) {
 
 /// Adds the ranges of goals. The default tolerances and speeds are our choice: a user reaches them without effort.
 void add_goals(Table& table) {
-  constexpr double kMaxScore = 1e6, kMaxTime_s = 86400, kMaxOutline_m = 10;
+  constexpr double kMaxScore = 1e6, kMaxTime_s = 86400, kMaxOutline_m = 10, kMaxSignal = 1e6;
   const auto users = static_cast<double>(kMaxUsers);
   add(table, {{"AtPose.position_tolerance_m", "m", kMin, 10, {0.005}},
               {"AtPose.angle_tolerance_deg", "°", 0.1, 180, {10}},
@@ -214,12 +214,23 @@ void add_goals(Table& table) {
               {"Silhouette.figure_m", "m", -kMaxOutline_m, kMaxOutline_m, {}, 0},
               {"Silhouette.covered_percent", "%", 50, 100, {95}},
               {"Silhouette.outside_percent", "%", 0, 50, {5}},
+              {"SignalCondition.above", "", -kMaxSignal, kMaxSignal, {-kMaxSignal}},
+              {"SignalCondition.below", "", -kMaxSignal, kMaxSignal, {kMaxSignal}},
               color("Say.color_rgb", {0.9, 0.9, 0.9}),
               {"Goal.at_least", "", 1, 16, {}},
               {"Goal.hold_s", "s", 0, 600, {0}},
               {"Goal.score", "", -kMaxScore, kMaxScore, {1}},
               {"Goal.score_per_s", "", 0, kMaxScore, {0}},
               {"Goal.time_limit_s", "s", 0, kMaxTime_s, {0}},
+              {"SignalState.above", "", -kMaxSignal, kMaxSignal, {-kMaxSignal}},
+              {"SignalState.below", "", -kMaxSignal, kMaxSignal, {kMaxSignal}},
+              {"GameSignal.max_age_s", "s", 0.1, 600, {5}},
+              {"GameSignal.min_confidence", "", 0, 1, {0}},
+              {"LevelTable.high_score", "", -1e9, 1e9, {0}},
+              {"LevelTable.dominant_percent", "%", 1, 99, {50}},
+              {"StateLimit.limit_s", "s", 0.1, kMaxTime_s, {60}},
+              {"SolvedBody.position_m", "m", -kMaxOutline_m, kMaxOutline_m, {0, 0}, 2},
+              {"SolvedBody.angle_deg", "°", -360, 360, {0}},
               {"LevelParameter.value", "", 0, 1e5, {0}},
               {"Level.time_limit_s", "s", 0, kMaxTime_s, {0}},
               {"Level.gravity_m_per_s2", "m/s²", -kMaxGravity_m_per_s2, kMaxGravity_m_per_s2, {}, 3},
@@ -317,8 +328,10 @@ std::string check_numbers(const Message& message, const FieldDescriptor& field, 
   const int count = values.FieldSize(message, &field);
   const bool may_be_absent = !range.fallback.empty();
   if (range.count > 0 && count != range.count && !(may_be_absent && count == 0)) {
-    return path + " has " + std::to_string(count) + " numbers; it must have " + std::to_string(range.count) +
-           (range.field.ends_with("color_rgb") ? " (red, green, blue)" : " (x, y, z)");
+    const char* const meaning = range.count == 2                     ? " (x, y)"
+                                : range.field.ends_with("color_rgb") ? " (red, green, blue)"
+                                                                     : " (x, y, z)";
+    return path + " has " + std::to_string(count) + " numbers; it must have " + std::to_string(range.count) + meaning;
   }
   for (int i = 0; i < count; ++i) {
     const double value = values.GetRepeatedDouble(message, &field, i);

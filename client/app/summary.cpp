@@ -222,9 +222,19 @@ json::value game_of(const ClientIoSnapshot& io) {
                                      {"by_time", event.by_time()},
                                      {"text", text_of(event, game)}});
   }
+  json::array signals;
+  for (int i = 0; i < std::min(game.signals_size(), state.signals_size()); ++i) {
+    const wire::SignalReport& signal = state.signals(i);
+    signals.emplace_back(json::object{{"name", game.signals(i).name()},
+                                      {"fresh", signal.fresh()},
+                                      {"value", signal.value()},
+                                      {"confidence", signal.confidence()},
+                                      {"age_s", signal.age_s()}});
+  }
   return json::object{{"title", game.title()},          {"phase", wire::GameState::Phase_Name(state.phase())},
                       {"level", state.level() + 1},     {"score", state.score()},
-                      {"elapsed_s", state.elapsed_s()}, {"events", std::move(events)}};
+                      {"elapsed_s", state.elapsed_s()}, {"events", std::move(events)},
+                      {"signals", std::move(signals)}};
 }
 
 json::value watched_of(const RunSummary& s) {

@@ -55,7 +55,7 @@ class AsioClientTransport final : public ClientTransport {
   ~AsioClientTransport() override;
 
   /// Sets the session that receives the callbacks. Call it before the first connect().
-  void attach(ClientSession& session) { session_ = &session; }
+  void attach(TransportListener& session) { session_ = &session; }
   /// Returns true once closed connections have no bytes left to send.
   bool is_drained() const;
   /// Changes the parameters of the simulated links in both directions. Ignored if the transport was constructed without
@@ -103,7 +103,7 @@ class AsioClientTransport final : public ClientTransport {
   std::optional<secure::TlsContext> tls_;  ///< empty: no TLS
   std::optional<SimulatedLinks> links_;
   const Clock& clock_;
-  ClientSession* session_ = nullptr;
+  TransportListener* session_ = nullptr;
   ConnectionPointer current_;
   std::weak_ptr<Connection> closing_;
   std::uint64_t connections_ = 0;

@@ -12,6 +12,7 @@
 namespace tandem::client {
 namespace {
 
+constexpr double kMaxSignal = 1e6;
 constexpr double kMaxScore = 1e14, kMaxElapsed_s = 1e9;
 
 bool is_amount(double value, double most) {
@@ -40,6 +41,10 @@ const wire::Say& say_of(const wire::GameEvent& event, const wire::Game& game) {
       return game.won();
     case Event::LOST:
       return game.lost();
+    case Event::LEVEL_CHOSEN:
+      return level.next().rows(static_cast<int>(event.row())).say();
+    case Event::CALLED:
+      return game.call().said();
     default:
       return wire::Say::default_instance();
   }
@@ -48,7 +53,9 @@ const wire::Say& say_of(const wire::GameEvent& event, const wire::Game& game) {
 std::string own_text(const wire::GameEvent& event, const wire::Game& game) {
   using Event = wire::GameEvent;
   const wire::Level& level = game.levels(static_cast<int>(event.level()));
-  const std::string why = event.by_time() ? ": the time is over" : "";
+  const std::string why = event.by_state()  ? ": " + game.state_limit().state() + " for too long"
+                          : event.by_time() ? ": the time is over"
+                                            : "";
   switch (event.kind()) {
     case Event::GOAL_REACHED:
       return "reached: " + level.goals(static_cast<int>(event.goal())).text();
@@ -65,6 +72,12 @@ std::string own_text(const wire::GameEvent& event, const wire::Game& game) {
       return "the game is won";
     case Event::LOST:
       return "the game is lost" + why;
+    case Event::LEVEL_CHOSEN: {
+      const std::string& next = level.next().rows(static_cast<int>(event.row())).level();
+      return next.empty() ? "the last level is done" : "next level: " + next;
+    }
+    case Event::CALLED:
+      return "help is called" + why;
     default:
       return game.title() + " begins";
   }
@@ -99,11 +112,17 @@ bool GameBook::receive(const wire::GameState& state) {
   if (state.level() >= static_cast<std::uint32_t>(game_.levels_size())) return false;
   const auto is_body = [this](std::uint32_t id) { return id >= 1 && id <= static_cast<std::uint32_t>(bodies_); };
   const auto is_goal = [](const wire::GoalState& goal) { return is_time(goal.elapsed_s()); };
+  const auto is_signal = [this, number = 0](const wire::SignalReport& signal) mutable {
+    const int states = game_.signals(number++).states_size();
+    return is_amount(signal.value(), kMaxSignal) && is_amount(signal.confidence(), 1) && is_time(signal.age_s()) &&
+           signal.state() <= static_cast<std::uint32_t>(states);
+  };
   const double most_m_per_s2 = proto::scene_range("Scene.gravity_m_per_s2").high;
   const auto& gravity = state.gravity_m_per_s2();
   const bool fits = state.goals_size() == game_.levels(static_cast<int>(state.level())).goals_size() &&
                     std::ranges::all_of(state.goals(), is_goal) && is_amount(state.score(), kMaxScore) &&
                     is_time(state.elapsed_s()) && is_time(state.level_elapsed_s()) &&
+                    state.signals_size() == game_.signals_size() && std::ranges::all_of(state.signals(), is_signal) &&
                     std::ranges::all_of(state.absent_bodies(), is_body) && gravity.size() == 3 &&
                     std::ranges::all_of(gravity, [&](double value) { return is_amount(value, most_m_per_s2); });
   if (!fits) return false;
@@ -119,6 +138,9 @@ std::string GameBook::receive(const wire::GameEvent& event) {
       event.goal() >= static_cast<std::uint32_t>(game_.levels(static_cast<int>(event.level())).goals_size())) {
     return {};
   }
+  const wire::Level& level = game_.levels(static_cast<int>(event.level()));
+  const bool is_choice = event.kind() == wire::GameEvent::LEVEL_CHOSEN;
+  if (is_choice && event.row() >= static_cast<std::uint32_t>(level.next().rows_size())) return {};
   if (events_.size() == kMaxGameEvents) events_.erase(events_.begin());
   events_.push_back(event);
   last_text_ = text_of(event, game_);

@@ -62,6 +62,18 @@ class ClientTransport {
   virtual void close() = 0;
 };
 
+/// Receiver of the events and bytes of a ClientTransport.
+class TransportListener {
+ public:
+  virtual void on_connected(LocalTime now) = 0;
+  virtual void on_disconnected(LocalTime now, const std::string& why) = 0;
+  virtual void on_control_bytes(std::span<const std::byte> bytes, LocalTime now) = 0;
+  virtual void on_datagram(std::span<const std::byte> datagram, LocalTime now) = 0;
+
+ protected:
+  ~TransportListener() = default;
+};
+
 struct SessionSettings {
   std::string room = "";  ///< name of the room; "": the only room of the server
   std::string user_name = "user";
@@ -116,7 +128,7 @@ using net::printable;
 
 class Credentials;
 
-class ClientSession {
+class ClientSession final : public TransportListener {
  public:
   ClientSession(SessionSettings settings, ClientTransport& transport, ClientMailboxes& mailboxes);
   ~ClientSession();
@@ -124,10 +136,10 @@ class ClientSession {
   /// Replaces the token in the settings. Must be called before start().
   void set_credentials(const Credentials& credentials);
   void start(LocalTime now);
-  void on_connected(LocalTime now);
-  void on_disconnected(LocalTime now, const std::string& why);
-  void on_control_bytes(std::span<const std::byte> bytes, LocalTime now);
-  void on_datagram(std::span<const std::byte> datagram, LocalTime now);
+  void on_connected(LocalTime now) override;
+  void on_disconnected(LocalTime now, const std::string& why) override;
+  void on_control_bytes(std::span<const std::byte> bytes, LocalTime now) override;
+  void on_datagram(std::span<const std::byte> datagram, LocalTime now) override;
   /// Sends a new client update if there is one, checks time-outs, and reconnects. Must be called after every haptic
   /// tick, and every few milliseconds if no ticks run.
   void poll(LocalTime now);

@@ -58,11 +58,49 @@ void draw_choices(const PanelContent& content, const wire::Game& game) {
   ImGui::Separator();
   for (int i = 0; i < game.levels_size(); ++i) {
     if (i % 4 != 0) ImGui::SameLine();
-    if (ImGui::SmallButton(net::printable(game.levels(i).name()).c_str())) set(content.client, "game.level", i + 1);
+    const std::string label = net::printable(game.levels(i).name()) + "##level" + std::to_string(i);
+    if (ImGui::SmallButton(label.c_str())) set(content.client, "game.level", i + 1);
   }
   if (ImGui::SmallButton("gravity on (1)")) set_game_gravity(content.client, true);
   ImGui::SameLine();
   if (ImGui::SmallButton("off (2)")) set_game_gravity(content.client, false);
+}
+
+/// Draws polygons to scale, one colour each, in a picture of the given width.
+void draw_outlines(const std::vector<SolutionOutline>& outlines, float width) {
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9), high = Eigen::Vector2d::Constant(-1e9);
+  for (const SolutionOutline& outline : outlines) {
+    for (const Eigen::Vector2d& point : outline) {
+      low = low.cwiseMin(point);
+      high = high.cwiseMax(point);
+    }
+  }
+  if ((high - low).minCoeff() <= 0) return;
+  const double scale = width / (high - low).x();
+  const ImVec2 corner = ImGui::GetCursorScreenPos();
+  for (const SolutionOutline& outline : outlines) {
+    std::vector<ImVec2> points;
+    for (const Eigen::Vector2d& point : outline) {
+      points.emplace_back(corner.x + static_cast<float>(scale * (point - low).x()),
+                          corner.y + static_cast<float>(scale * (high - point).y()));
+    }
+    ImGui::GetWindowDrawList()->AddPolyline(points.data(), static_cast<int>(points.size()),
+                                            ImGui::GetColorU32(kReached), ImDrawFlags_Closed, 2);
+  }
+  ImGui::Dummy(ImVec2(width, static_cast<float>(scale * (high - low).y())));
+}
+
+/// Draws a button for each solution of the level, and the solution of the button that was pressed last.
+void draw_solutions(const wire::Level& level) {
+  int& shown = *ImGui::GetStateStorage()->GetIntRef(ImGui::GetID("solution"), 0);
+  for (int i = 0; i < level.solutions_size(); ++i) {
+    if (i % 3 != 0) ImGui::SameLine();
+    const bool is_shown = shown == i + 1;
+    const std::string label = (is_shown ? "hide " : "show ") + net::printable(level.solutions(i).name());
+    if (ImGui::SmallButton((label + "##solution" + std::to_string(i)).c_str())) shown = is_shown ? 0 : i + 1;
+  }
+  if (shown > level.solutions_size()) shown = 0;
+  if (shown > 0) draw_outlines(solution_outlines(level, level.solutions(shown - 1)), 10 * ImGui::GetFontSize());
 }
 
 constexpr int kCircleSides = 24;
@@ -192,6 +230,45 @@ std::vector<GoalRow> goal_rows(const wire::Game& game, const wire::GameState& st
   return rows;
 }
 
+std::vector<std::string> signal_rows(const wire::Game& game, const wire::GameState& state) {
+  std::vector<std::string> rows;
+  for (int i = 0; i < std::min(game.signals_size(), state.signals_size()); ++i) {
+    const wire::GameSignal& signal = game.signals(i);
+    const wire::SignalReport& now = state.signals(i);
+    const std::string name = net::printable(signal.text());
+    if (!now.fresh()) {
+      rows.push_back("no signal " + name + ": by score alone");
+      continue;
+    }
+    const bool has_state = now.state() >= 1 && now.state() <= static_cast<std::uint32_t>(signal.states_size());
+    const std::string of_state =
+        has_state ? net::printable(signal.states(static_cast<int>(now.state()) - 1).name()) + " " : std::string();
+    rows.push_back(name + ": " + of_state + text_of("%.2f", now.value()));
+  }
+  return rows;
+}
+
+std::vector<SolutionOutline> solution_outlines(const wire::Level& level, const wire::Solution& solution) {
+  std::vector<SolutionOutline> outlines;
+  for (const wire::SolvedBody& solved : solution.bodies()) {
+    if (solved.position_m_size() != 2) continue;
+    const Eigen::Rotation2Dd turn(solved.angle_deg() * std::numbers::pi / 180);
+    const Eigen::Vector2d origin(solved.position_m(0), solved.position_m(1));
+    for (const wire::Goal& goal : level.goals()) {
+      for (const wire::Condition& condition : goal.conditions()) {
+        for (const wire::Outline& piece : condition.silhouette().pieces()) {
+          if (piece.body() != solved.body()) continue;
+          SolutionOutline& outline = outlines.emplace_back();
+          for (int i = 0; i + 1 < piece.points_m_size(); i += 2) {
+            outline.emplace_back(origin + turn * Eigen::Vector2d(piece.points_m(i), piece.points_m(i + 1)));
+          }
+        }
+      }
+    }
+  }
+  return outlines;
+}
+
 void draw_goals(const PanelContent& content, float top) {
   if (content.io->game == nullptr || content.io->joined == nullptr) return;
   const wire::Game& game = content.io->joined->scene().game();
@@ -211,12 +288,14 @@ void draw_goals(const PanelContent& content, float top) {
                      phase_text(state.phase()));
   for (const GoalRow& row : goal_rows(game, state))
     ImGui::TextColored(color_of_status(row.status), "%s", row.text.c_str());
+  for (const std::string& row : signal_rows(game, state)) ImGui::TextColored(kWaits, "%s", row.c_str());
   if (!content.io->game->events.empty()) {
     const Vec3 color = color_of(content.io->game->events.back(), game);
     ImGui::TextColored(
         ImVec4(static_cast<float>(color.x()), static_cast<float>(color.y()), static_cast<float>(color.z()), 1), "%s",
         content.io->game->last_text.c_str());
   }
+  draw_solutions(level);
   if (may_choose(*content.io->joined)) draw_choices(content, game);
   ImGui::PopTextWrapPos();
   ImGui::End();

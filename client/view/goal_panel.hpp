@@ -24,6 +24,14 @@ std::string time_text(double seconds);
 /// Returns the time left, or the time passed if there is no limit.
 std::string level_time_text(const wire::Game& game, const wire::GameState& state);
 
+/// Returns a line for each signal of the game: its state and value, or that the game runs without it.
+std::vector<std::string> signal_rows(const wire::Game& game, const wire::GameState& state);
+
+/// A closed polygon of a solution, in the frame of the figure [m].
+using SolutionOutline = std::vector<Eigen::Vector2d>;
+/// Returns the outlines of the boards of a solution at their places. Bodies without an outline in the level are left out.
+std::vector<SolutionOutline> solution_outlines(const wire::Level& level, const wire::Solution& solution);
+
 using GoalLine = std::pair<Vec3, Vec3>;  ///< both ends, in W
 /// A body at its target pose in W. `body` is its index in the scene.
 using GoalGhost = std::pair<std::size_t, Pose>;

@@ -18,6 +18,7 @@
 #include "server/net/live_server.hpp"
 #include "server/recording/server_checkpoint.hpp"
 #include "server/recording/server_recorder.hpp"
+#include "server/session/call_program.hpp"
 #include "server/session/user_name.hpp"
 
 namespace {
@@ -51,6 +52,7 @@ struct Options {
   recording::RotationSettings rotation;
   std::optional<std::string> metrics;  ///< address as [ADDRESS:]PORT
   std::optional<std::string> agones;   ///< port of the sidecar, or "auto"
+  std::filesystem::path on_call;       ///< program that is run when a game calls a person; empty: none
 };
 
 void add_duration(CLI::App& app, const std::string& name, const std::string& help,
@@ -74,10 +76,11 @@ void declare_security(CLI::App& app, Options& options) {
       ->default_str("1")
       ->check(CLI::Range(1, 64).description(""))
       ->type_name("N");
-  app.add_option("--invite-role", options.invited.role, "role of the invited user, or a lesser one")
-      ->check(CLI::IsMember({"manipulator", "operator", "observer"}).description(""))
+  app.add_option("--invite-role", options.invited.role,
+                 "role of the invited user, or a lesser one; signal: a program such as tandem-signal")
+      ->check(CLI::IsMember({"manipulator", "operator", "observer", "signal"}).description(""))
       ->capture_default_str()
-      ->type_name("manipulator|operator|observer");
+      ->type_name("manipulator|operator|observer|signal");
   app.add_option_function<std::string>(
          "--valid",
          [&options](const std::string& text) {
@@ -147,6 +150,10 @@ void declare_monitoring(CLI::App& app, Options& options) {
       ->expected(0, 1)
       ->default_str("auto")
       ->type_name("PORT");
+  app.add_option("--on-call", options.on_call,
+                 "program to run when a game calls a person who looks after its users, for at most 10 s, without a "
+                 "shell; its arguments are the room and the reason: time-limit or state-limit")
+      ->type_name("PROGRAM");
 }
 
 void declare(CLI::App& app, Options& options) {
@@ -405,6 +412,13 @@ int serve(const Options& options, realtime::Output& output) {
   server::PoseKeeper* const poses =
       rooms.add(std::make_unique<server::PoseKeeper>(keep, rooms.rooms(), server::unix_ms_now));
   settings.hub.poses = poses;
+  if (!options.on_call.empty()) {
+    auto* const program = rooms.add(std::make_unique<server::CallProgram>(
+        options.on_call, [&output](const std::string& news) { output.log("call", news); }));
+    settings.hub.on_call = [program](const std::string& room, const std::string& reason) {
+      program->call(room, reason);
+    };
+  }
   server::LiveServer server(settings, std::move(rooms));
   std::vector<std::string> machine_notes;
   for (const auto& room : server.rooms()) {

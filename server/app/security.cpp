@@ -36,6 +36,7 @@ std::filesystem::path from_environment(const char* name, const char* below) {
 
 wire::Role role_named(const std::string& name) {
   if (name == "observer") return wire::ROLE_OBSERVER;
+  if (name == "signal") return wire::ROLE_SIGNAL;
   return name == "operator" ? wire::ROLE_OPERATOR : wire::ROLE_MANIPULATOR;
 }
 

@@ -30,10 +30,11 @@ void declare(CLI::App& app, Options& options) {
       ->type_name("DIR");
   app.add_option("--key", options.keys.key, "as tandem-server has it")->type_name("FILE.pem");
   app.add_option("--cert", options.keys.certificate, "as tandem-server has it")->type_name("FILE.pem");
-  app.add_option("--role", options.invited.role, "role of the user, or a lesser one")
-      ->check(CLI::IsMember({"manipulator", "operator", "observer"}).description(""))
+  app.add_option("--role", options.invited.role,
+                 "role of the user, or a lesser one; signal: a program such as tandem-signal")
+      ->check(CLI::IsMember({"manipulator", "operator", "observer", "signal"}).description(""))
       ->capture_default_str()
-      ->type_name("manipulator|operator|observer");
+      ->type_name("manipulator|operator|observer|signal");
   app.add_option("--room", options.invited.room, "the only room that it is for [any of the server]");
   app.add_option("--name", options.invited.name, "the user's name [as the user gives it]");
   app.add_option("--max-force", options.invited.max_force_n,

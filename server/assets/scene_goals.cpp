@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kMaxFigureCorners = 32;
 /// Shortest time after which a level may repeat, so that its messages do not flood the users.
 constexpr double kMinRepeat_s = 1;
-constexpr std::size_t kMaxTitleBytes = 64, kMaxTextBytes = 200;
+constexpr std::size_t kMaxTitleBytes = 64, kMaxTextBytes = 200, kMaxSignalTextBytes = 64;
 
 using geometry::Vec2;
 using Numbers = google::protobuf::RepeatedField<double>;
@@ -42,6 +42,21 @@ std::vector<Vec2> corners_of(const Numbers& numbers) {
   return corners;
 }
 
+/// Returns whether a name has only the characters of a signal's name.
+bool is_signal_name(const std::string& name) {
+  constexpr std::string_view kCharacters = "abcdefghijklmnopqrstuvwxyz0123456789_-.";
+  return !name.empty() && name.size() <= kMaxSignalNameBytes &&
+         name.find_first_not_of(kCharacters) == std::string::npos;
+}
+
+/// Checks the limits `above` and `below` of a message.
+template <class Message>
+void check_interval(const Message& interval, const SceneField& field) {
+  if (interval.above() <= interval.below()) return;
+  field.in("above").refuse("is " + number_text(interval.above()) + ", more than below, which is " +
+                           number_text(interval.below()) + "; no value lies between them");
+}
+
 class Checker {
  public:
   explicit Checker(const wire::Scene& scene) : scene_(scene) {}
@@ -50,6 +65,7 @@ class Checker {
     text(game.title(), kMaxTitleBytes, field.in("title"));
     say(game.won(), field.in("won"));
     say(game.lost(), field.in("lost"));
+    signals(game, field);
     count(game.levels_size(), 1, kMaxLevels, "levels", field.in("levels"));
     std::set<std::string> names;
     for (int i = 0; i < game.levels_size(); ++i) {
@@ -89,6 +105,105 @@ class Checker {
     if (name == own) field.refuse("is \"" + name + "\", the body of the condition itself; name another body, or none");
   }
 
+  /// Checks the signals, the limit of a state, and the call.
+  void signals(const wire::Game& game, const SceneField& field) const {
+    count(game.signals_size(), 0, kMaxSignals, "signals", field.in("signals"));
+    std::set<std::string> names;
+    for (int i = 0; i < game.signals_size(); ++i) {
+      const SceneField of_signal = field.in("signals", static_cast<std::size_t>(i));
+      signal(game.signals(i), of_signal);
+      check_unique_name(game.signals(i).name(), names, of_signal.in("name"));
+    }
+    if (game.has_state_limit()) {
+      const SceneField limit = field.in("state_limit");
+      const wire::GameSignal& of_limit = named_signal(game.state_limit().signal(), limit.in("signal"));
+      state(game.state_limit().state(), of_limit, limit.in("state"));
+    }
+    const SceneField call = field.in("call");
+    say(game.call().said(), call.in("said"));
+    if (game.call().at_time_limit() && game.time_limit_s() == 0) {
+      call.in("at_time_limit").refuse("is true, and game.time_limit_s is 0; give a time limit");
+    }
+    if (game.call().at_state_limit() && !game.has_state_limit()) {
+      call.in("at_state_limit").refuse("is true, and game.state_limit is absent; give one");
+    }
+  }
+  static void signal(const wire::GameSignal& signal, const SceneField& field) {
+    if (!is_signal_name(signal.name())) {
+      field.in("name").refuse("is \"" + signal.name() + "\"; it must be 1 to " + std::to_string(kMaxSignalNameBytes) +
+                              " characters a-z, 0-9, _ - .");
+    }
+    text(signal.text(), kMaxSignalTextBytes, field.in("text"));
+    count(signal.states_size(), 0, kMaxSignalStates, "states", field.in("states"));
+    std::set<std::string> names;
+    for (int i = 0; i < signal.states_size(); ++i) {
+      const SceneField of_state = field.in("states", static_cast<std::size_t>(i));
+      check_unique_name(signal.states(i).name(), names, of_state.in("name"));
+      check_interval(signal.states(i), of_state);
+    }
+  }
+  const wire::GameSignal& named_signal(const std::string& name, const SceneField& field) const {
+    const auto& signals = scene_.game().signals();
+    const auto found = std::ranges::find(signals, name, &wire::GameSignal::name);
+    if (found == signals.end()) field.refuse("is \"" + name + "\"; it must be the name of one of game.signals");
+    return *found;
+  }
+  static void state(const std::string& name, const wire::GameSignal& signal, const SceneField& field) {
+    if (std::ranges::find(signal.states(), name, &wire::SignalState::name) != signal.states().end()) return;
+    field.refuse("is \"" + name + "\"; it must be the name of a state of the signal " + signal.name());
+  }
+  void table(const wire::LevelTable& table, const SceneField& field) const {
+    const wire::GameSignal* const signal =
+        table.signal().empty() ? nullptr : &named_signal(table.signal(), field.in("signal"));
+    count(table.rows_size(), 1, kMaxTableRows, "rows", field.in("rows"));
+    bool has_low = false, has_high = false;
+    for (int i = 0; i < table.rows_size(); ++i) {
+      const wire::LevelChoice& row = table.rows(i);
+      const SceneField of_row = field.in("rows", static_cast<std::size_t>(i));
+      say(row.say(), of_row.in("say"));
+      if (!row.state().empty() && signal == nullptr) {
+        of_row.in("state").refuse("is \"" + row.state() + "\", and the table has no signal; give signal, or no state");
+      }
+      if (!row.state().empty()) state(row.state(), *signal, of_row.in("state"));
+      const auto& levels = scene_.game().levels();
+      if (!row.level().empty() && std::ranges::find(levels, row.level(), &wire::Level::name) == levels.end()) {
+        of_row.in("level").refuse("is \"" + row.level() + "\"; there is no level of that name");
+      }
+      has_low = has_low || (row.state().empty() && row.score() != wire::LevelChoice::HIGH);
+      has_high = has_high || (row.state().empty() && row.score() != wire::LevelChoice::LOW);
+    }
+    if (has_low && has_high) return;
+    field.in("rows").refuse(std::string("have no row without state for a ") + (has_low ? "high" : "low") +
+                            " score; add one, which decides when no state is dominant");
+  }
+  void solutions(const wire::Level& level, const SceneField& field) const {
+    count(level.solutions_size(), 0, kMaxSolutions, "solutions", field.in("solutions"));
+    std::set<std::string> names;
+    for (int i = 0; i < level.solutions_size(); ++i) {
+      const SceneField of_solution = field.in("solutions", static_cast<std::size_t>(i));
+      const wire::Solution& solution = level.solutions(i);
+      check_unique_name(solution.name(), names, of_solution.in("name"));
+      count(solution.bodies_size(), 1, kMaxPieces, "bodies", of_solution.in("bodies"));
+      for (int j = 0; j < solution.bodies_size(); ++j) {
+        const SceneField of_body = of_solution.in("bodies", static_cast<std::size_t>(j));
+        solved(solution.bodies(j), level, of_body);
+      }
+    }
+  }
+  void solved(const wire::SolvedBody& solved, const wire::Level& level, const SceneField& field) const {
+    body(solved.body(), field.in("body"));
+    bool is_piece = false;
+    for (const wire::Goal& goal : level.goals()) {
+      for (const wire::Condition& condition : goal.conditions()) {
+        is_piece = is_piece || std::ranges::find(condition.silhouette().pieces(), solved.body(),
+                                                 &wire::Outline::body) != condition.silhouette().pieces().end();
+      }
+    }
+    if (!is_piece) {
+      field.in("body").refuse("is \"" + solved.body() + "\", which no silhouette of the level has as a piece");
+    }
+  }
+
   static void silhouettes(const wire::Game& game, const SceneField& field) {
     int number = 0;
     for (const wire::Level& level : game.levels()) {
@@ -115,15 +230,19 @@ class Checker {
       field.in("goals").refuse("are all extra; at least one must be needed, or the level ends at once");
     }
     time_limits(level, field);
+    if (level.has_next()) table(level.next(), field.in("next"));
+    solutions(level, field);
     level_bodies(level, field);
     coupling(level, field);
   }
   static void time_limits(const wire::Level& level, const SceneField& field) {
-    if (level.repeats()) repeat_limit(level.time_limit_s(), field.in("time_limit_s"));
+    // A level that can follow itself is limited in the same way as one that repeats.
+    const bool repeats = level.repeats() || level.has_next();
+    if (repeats) repeat_limit(level.time_limit_s(), field.in("time_limit_s"));
     for (int i = 0; i < level.goals_size(); ++i) {
       const wire::Goal& goal = level.goals(i);
       const SceneField limit = field.in("goals", static_cast<std::size_t>(i)).in("time_limit_s");
-      if (level.repeats() && !goal.extra()) repeat_limit(goal.time_limit_s(), limit);
+      if (repeats && !goal.extra()) repeat_limit(goal.time_limit_s(), limit);
       if (level.in_order() && goal.extra() && goal.time_limit_s() == 0 && i + 1 < level.goals_size()) {
         limit.refuse("is 0; an extra goal of a level in order needs a time limit, or must be the last one");
       }
@@ -203,6 +322,13 @@ class Checker {
     for (int i = 0; i < goal.conditions_size(); ++i) {
       condition(goal.conditions(i), field.in("conditions", static_cast<std::size_t>(i)));
     }
+    const auto is_optional_signal = [](const wire::Condition& condition) {
+      return condition.has_signal() && !condition.signal().required();
+    };
+    if (std::ranges::count_if(goal.conditions(), is_optional_signal) < static_cast<std::ptrdiff_t>(goal.at_least()))
+      return;
+    field.in("conditions")
+        .refuse("are satisfied by stale signals alone; set required of one of them, or add a condition about a body");
   }
   void condition(const wire::Condition& condition, const SceneField& field) const {
     switch (condition.kind_case()) {
@@ -217,8 +343,11 @@ class Checker {
         return body(condition.slower().body(), field.in("slower").in("body"));
       case wire::Condition::kSilhouette:
         return silhouette(condition.silhouette(), field.in("silhouette"));
+      case wire::Condition::kSignal:
+        named_signal(condition.signal().name(), field.in("signal").in("name"));
+        return check_interval(condition.signal(), field.in("signal"));
       case wire::Condition::KIND_NOT_SET:
-        field.refuse("has no kind; it must have one of in_region, at_pose, held, slower, silhouette");
+        field.refuse("has no kind; it must have one of in_region, at_pose, held, slower, silhouette, signal");
     }
   }
   void in_region(const wire::InRegion& condition, const SceneField& field) const {
@@ -268,6 +397,9 @@ void complete_goals(wire::Scene& scene) {
   if (!scene.has_game()) return;
   wire::Game& game = *scene.mutable_game();
   if (game.title().empty()) game.set_title(scene.name());
+  for (wire::GameSignal& signal : *game.mutable_signals()) {
+    if (signal.text().empty()) signal.set_text(signal.name());
+  }
   for (wire::Level& level : *game.mutable_levels()) {
     if (level.text().empty()) level.set_text(level.name());
     for (wire::Goal& goal : *level.mutable_goals()) complete(goal);

@@ -15,6 +15,9 @@ inline constexpr std::size_t kMaxSilhouettes = 32;
 /// Limit of the outlines of one silhouette.
 inline constexpr std::size_t kMaxPieces = 16;
 
+inline constexpr std::size_t kMaxSignals = 8, kMaxSignalStates = 4, kMaxSignalNameBytes = 32;
+inline constexpr std::size_t kMaxTableRows = 16, kMaxSolutions = 4;
+
 /// Fills in the defaults of a game that are not numbers, or that depend on other fields.
 void complete_goals(wire::Scene& scene);
 /// Refuses the first goal that cannot be evaluated, with the remedy.

@@ -48,6 +48,11 @@ bool holds_now(const SilhouetteCondition& condition, const BodyStates& bodies) n
   return (bodies.covered >> condition.fit & 1U) != 0;
 }
 
+bool holds_now(const SignalCondition& condition, const BodyStates& bodies) noexcept {
+  const SignalStatus& signal = bodies.signals[condition.signal];
+  return signal.is_fresh && condition.range.contains(signal.value);
+}
+
 }  // namespace
 
 bool GoalRegion::contains(const Vec3& p_R, double radius_m) const noexcept {

@@ -9,15 +9,17 @@
 #include <vector>
 
 #include "common/base/spatial.hpp"
+#include "server/goals/signals.hpp"
 
 namespace tandem::server {
 
 /// States of a room's bodies after a step, indexed as in the scene. Only bodies that a condition names are filled in.
 struct BodyStates {
   std::span<const RigidState> states;
-  std::span<const std::uint8_t> holders;  ///< number of tools that hold each body
-  std::uint64_t absent = 0;               ///< bit i: body i does not exist; every condition about it is false
-  std::uint64_t covered = 0;              ///< bit i: silhouette i of the game is covered (SilhouetteFit)
+  std::span<const std::uint8_t> holders;    ///< number of tools that hold each body
+  std::uint64_t absent = 0;                 ///< bit i: body i does not exist; every condition about it is false
+  std::uint64_t covered = 0;                ///< bit i: silhouette i of the game is covered (SilhouetteFit)
+  std::span<const SignalStatus> signals{};  ///< signals of the game
 };
 
 /// A ball inside a body: the body's points, or the surface of its round shapes.
@@ -68,13 +70,19 @@ struct SilhouetteCondition {
   std::size_t fit = 0;  ///< index of the silhouette in the game
 };
 
-using GoalCondition =
-    std::variant<InRegionCondition, AtPoseCondition, HeldCondition, SlowerCondition, SilhouetteCondition>;
+struct SignalCondition {
+  std::size_t signal = 0;  ///< index of the signal in the game
+  SignalRange range;
+  bool is_required = false;  ///< a stale signal does not satisfy the condition
+};
+
+using GoalCondition = std::variant<InRegionCondition, AtPoseCondition, HeldCondition, SlowerCondition,
+                                   SilhouetteCondition, SignalCondition>;
 
 /// Returns whether the condition holds.
 ///
 /// Model   Regions and poses that belong to a body move with it. The distance of two orientations is the angle of the
-///         rotation from one to the other.
+///         rotation from one to the other. A stale signal is in no range; Game decides how it counts.
 /// Cost    proportional to the balls of the body, at most kMaxBodyBalls; no allocation
 bool holds(const GoalCondition& condition, const BodyStates& bodies) noexcept;
 

@@ -40,6 +40,9 @@ void Game::restart(physics::World& world, std::uint32_t hands) noexcept {
   status_.entries = before.entries;
   status_.step = before.step;
   status_.events_hash = kHashStart;
+  status_.signals = before.signals;
+  status_.signals.resize(plan_.signals.size());
+  for (SignalStatus& signal : status_.signals) signal.level_steps = signal.steps = {};
   read_absent(world);
   enter(0, world, hands);
   exchange_bodies(world, hands);
@@ -50,10 +53,12 @@ bool Game::resume(const GameStatus& status, physics::World& world) noexcept {
   if (status.level >= plan_.levels.size() || status.goals.size() != plan_.levels[status.level].goals.size())
     return false;
   const bool is_finite = std::isfinite(status.score) && std::isfinite(status.level_score);
-  if (!is_finite) return false;
+  if (!is_finite || status.signals.size() > plan_.signals.size()) return false;
   const std::uint32_t entries = status_.entries;
   status_ = status;
   status_.entries = entries;
+  status_.signals.resize(plan_.signals.size());
+  for (SignalStatus& signal : status_.signals) signal.has_value = false;
   read_absent(world);
   apply_level(world);
   exchange_bodies(world, 0);
@@ -66,6 +71,8 @@ void Game::start_level(std::size_t level, physics::World& world, std::uint32_t h
   if (status_.phase == GamePhase::kWon || status_.phase == GamePhase::kLost) {
     status_.score = status_.level_score = 0;
     status_.steps = 0;
+    status_.has_called = false;
+    for (SignalStatus& signal : status_.signals) signal.steps = {};
   }
   if (status_.phase != GamePhase::kWaiting) status_.phase = GamePhase::kPlaying;
   enter(level, world, hands);
@@ -76,11 +83,21 @@ void Game::set_weightless(bool is_weightless, physics::World& world) noexcept {
   world.set_gravity(is_weightless ? Vec3(Vec3::Zero()) : level().gravity_m_per_s2);
 }
 
+void Game::set_signal(std::size_t number, const SignalValue& value) noexcept {
+  if (number >= status_.signals.size() || !std::isfinite(value.value) || !std::isfinite(value.confidence)) return;
+  SignalStatus& signal = status_.signals[number];
+  signal.has_value = true;
+  signal.value = value.value;
+  signal.confidence = value.confidence;
+  signal.age_steps = value.age_steps;
+}
+
 /// Starts a level. The score of an unfinished try is lost.
 void Game::enter(std::size_t number, physics::World& world, std::uint32_t hands) noexcept {
   status_.level = static_cast<std::uint8_t>(number);
   status_.level_score = 0;
   status_.level_steps = 0;
+  for (SignalStatus& signal : status_.signals) signal.level_steps = {};
   status_.goals.clear();
   for (std::size_t i = 0; i < level().goals.size(); ++i) {
     const bool is_open = i == 0 || !level().is_in_order;
@@ -173,6 +190,7 @@ void Game::begin_step(Step step) noexcept {
 void Game::step(physics::World& world, std::uint32_t hands) noexcept {
   read_absent(world);
   exchange_bodies(world, hands);
+  for (std::size_t i = 0; i < status_.signals.size(); ++i) advance(status_.signals[i], plan_.signals[i]);
   const bool has_players = static_cast<std::size_t>(std::popcount(hands)) >= plan_.players;
   if (status_.phase == GamePhase::kWaiting && has_players) {
     status_.phase = GamePhase::kPlaying;
@@ -184,6 +202,7 @@ void Game::step(physics::World& world, std::uint32_t hands) noexcept {
     advance_fits();
     ++status_.steps;
     ++status_.level_steps;
+    for (SignalStatus& signal : status_.signals) count_state(signal);
     for (std::size_t goal = 0; goal < status_.goals.size(); ++goal) evaluate(goal);
     end_level(world, hands);
   } else {
@@ -214,7 +233,11 @@ void Game::interrupt_conditions() noexcept {
 }
 
 bool Game::holds(const PlannedCondition& condition) const noexcept {
+  if (const auto* const signal = std::get_if<SignalCondition>(&condition.condition)) {
+    if (!status_.signals[signal->signal].is_fresh) return !signal->is_required;
+  }
   BodyStates bodies{states_, holders_, status_.absent};
+  bodies.signals = status_.signals;
   if (const auto* const silhouette = std::get_if<SilhouetteCondition>(&condition.condition)) {
     bodies.covered = fits_[silhouette->fit].is_covered() ? bit(silhouette->fit) : 0;
   }
@@ -233,7 +256,7 @@ void Game::evaluate(std::size_t goal) noexcept {
     reach(goal);
   } else if (planned.limit_steps > 0 && progress.steps >= planned.limit_steps) {
     progress.status = GoalStatus::kFailed;
-    emit(GameEvent::Kind::kGoalFailed, goal, true);
+    emit(GameEvent::Kind::kGoalFailed, {.goal = static_cast<std::uint8_t>(goal), .by_time = true});
     if (planned.is_extra && level().is_in_order && goal + 1 < status_.goals.size()) {
       status_.goals[goal + 1].status = GoalStatus::kOpen;
     }
@@ -246,7 +269,7 @@ void Game::reach(std::size_t goal) noexcept {
   progress.status = GoalStatus::kReached;
   const std::uint64_t left = planned.limit_steps > progress.steps ? planned.limit_steps - progress.steps : 0;
   status_.level_score += planned.score + planned.score_per_step * static_cast<double>(left);
-  emit(GameEvent::Kind::kGoalReached, goal);
+  emit(GameEvent::Kind::kGoalReached, {.goal = static_cast<std::uint8_t>(goal)});
   if (level().is_in_order && goal + 1 < status_.goals.size()) status_.goals[goal + 1].status = GoalStatus::kOpen;
 }
 
@@ -259,29 +282,67 @@ void Game::end_level(physics::World& world, std::uint32_t hands) noexcept {
     is_failed = is_failed || status_.goals[i].status == GoalStatus::kFailed;
   }
   const bool is_over = level().limit_steps > 0 && status_.level_steps >= level().limit_steps;
-  if (is_reached) {
+  const bool has_ended = is_reached || is_failed || is_over;
+  if (has_ended && level().next) {
+    end_round(is_reached, world, hands);
+  } else if (is_reached) {
     status_.score += std::exchange(status_.level_score, 0);
     emit(GameEvent::Kind::kLevelReached);
     const std::size_t next = status_.level + std::size_t{1};
-    if (next == plan_.levels.size()) return finish(GameEvent::Kind::kWon, false);
+    if (next == plan_.levels.size()) return finish(GameEvent::Kind::kWon, {});
     enter(next, world, hands);
-  } else if (is_failed || is_over) {
-    emit(GameEvent::Kind::kLevelFailed, 0, true);
-    if (!level().repeats) return finish(GameEvent::Kind::kLost, true);
+  } else if (has_ended) {
+    emit(GameEvent::Kind::kLevelFailed, {.by_time = true});
+    if (!level().repeats) return finish(GameEvent::Kind::kLost, {.by_time = true});
     enter(status_.level, world, hands);
   }
-  if (plan_.limit_steps > 0 && status_.steps >= plan_.limit_steps) finish(GameEvent::Kind::kLost, true);
+  if (status_.phase == GamePhase::kPlaying) check_limits();
 }
 
-void Game::finish(GameEvent::Kind kind, bool by_time) noexcept {
+/// Ends a level with a decision table: its score counts in either case, and the table determines which level follows.
+void Game::end_round(bool is_reached, physics::World& world, std::uint32_t hands) noexcept {
+  const LevelTable& table = *level().next;
+  std::optional<std::size_t> dominant;
+  if (table.signal) {
+    dominant = dominant_state(status_.signals[*table.signal], status_.level_steps, table.dominant_share);
+  }
+  const std::size_t row = table.row_for(status_.level_score, dominant);
+  status_.score += std::exchange(status_.level_score, 0);
+  emit(is_reached ? GameEvent::Kind::kLevelReached : GameEvent::Kind::kLevelFailed, {.by_time = !is_reached});
+  emit(GameEvent::Kind::kLevelChosen, {.row = static_cast<std::uint8_t>(row)});
+  if (row == table.rows.size() || !table.rows[row].level) return finish(GameEvent::Kind::kWon, {});
+  enter(*table.rows[row].level, world, hands);
+}
+
+/// Ends the game when its time, or its time in a state of a signal, is over.
+void Game::check_limits() noexcept {
+  const auto end = [this](GameEvent reason, bool calls) {
+    if (calls && !std::exchange(status_.has_called, true)) emit(GameEvent::Kind::kCalled, reason);
+    finish(GameEvent::Kind::kLost, reason);
+  };
+  const auto& limit = plan_.state_limit;
+  if (plan_.limit_steps > 0 && status_.steps >= plan_.limit_steps) {
+    end({.by_time = true}, plan_.calls_at_time_limit);
+  } else if (limit && status_.signals[limit->signal].steps[limit->state] >= limit->steps) {
+    end({.by_state = true}, plan_.calls_at_state_limit);
+  }
+}
+
+void Game::finish(GameEvent::Kind kind, GameEvent event) noexcept {
   status_.phase = kind == GameEvent::Kind::kWon ? GamePhase::kWon : GamePhase::kLost;
-  emit(kind, 0, by_time);
+  emit(kind, event);
 }
 
-void Game::emit(GameEvent::Kind kind, std::size_t goal, bool by_time) noexcept {
-  const GameEvent event{kind, status_.level, static_cast<std::uint8_t>(goal), status_.total(), status_.step, by_time};
+/// Completes an event and stores it.
+/// In      event  goal, row and reasons
+void Game::emit(GameEvent::Kind kind, GameEvent event) noexcept {
+  event.kind = kind;
+  event.level = status_.level;
+  event.score = status_.total();
+  event.step = status_.step;
   std::uint64_t& hash = status_.events_hash;
-  hash = mixed(mixed(hash, static_cast<std::uint64_t>(kind)), (std::uint64_t{event.level} << 8U) | event.goal);
+  const std::uint64_t indices = (std::uint64_t{event.row} << 16U) | (std::uint64_t{event.level} << 8U) | event.goal;
+  hash = mixed(mixed(hash, static_cast<std::uint64_t>(kind)), indices | (event.by_state ? std::uint64_t{1} << 24U : 0));
   hash = mixed(mixed(hash, std::bit_cast<std::uint64_t>(event.score)), status_.steps);
   if (events_.size() < events_.capacity()) events_.push_back(event);
   if (!news_.push(event)) ++events_lost_;
@@ -296,9 +357,12 @@ bool is_same_but_time(const GameStatus& a, const GameStatus& b) noexcept {
   const auto is_same = [](const GoalProgress& x, const GoalProgress& y) {
     return x.status == y.status && x.satisfied == y.satisfied;
   };
+  const auto is_same_signal = [](const SignalStatus& x, const SignalStatus& y) {
+    return x.is_fresh == y.is_fresh && x.state == y.state;
+  };
   return a.phase == b.phase && a.level == b.level && a.total() == b.total() && a.absent == b.absent &&
          a.entries == b.entries && a.is_weightless == b.is_weightless && a.events_hash == b.events_hash &&
-         std::ranges::equal(a.goals, b.goals, is_same);
+         std::ranges::equal(a.goals, b.goals, is_same) && std::ranges::equal(a.signals, b.signals, is_same_signal);
 }
 
 std::uint32_t hash_of(const GameStatus& status) noexcept {
@@ -313,6 +377,13 @@ std::uint32_t hash_of(const GameStatus& status) noexcept {
     add(static_cast<std::uint64_t>(goal.status));
     add(goal.steps);
     add(goal.held_steps);
+  }
+  for (const SignalStatus& signal : status.signals) {
+    for (const double number : {signal.value, signal.confidence}) add(std::bit_cast<std::uint64_t>(number));
+    add(signal.age_steps);
+    add((signal.has_value ? 1U : 0U) | (status.has_called ? 2U : 0U));
+    for (const std::uint64_t number : signal.level_steps) add(number);
+    for (const std::uint64_t number : signal.steps) add(number);
   }
   return static_cast<std::uint32_t>(hash ^ (hash >> 32U));
 }

@@ -19,6 +19,7 @@
 #include "common/realtime/ring.hpp"
 #include "proto/state.hpp"
 #include "server/goals/game_plan.hpp"
+#include "server/goals/signals.hpp"
 #include "server/goals/silhouette_fit.hpp"
 
 namespace tandem::server {
@@ -46,6 +47,8 @@ struct GameStatus {
   bool is_weightless = false;                                              ///< a user has switched gravity off
   std::uint64_t absent = 0;                                                ///< bit i: body i does not exist
   std::uint64_t events_hash = 0;                                           ///< hash of all events so far
+  SignalStatuses signals;                                                  ///< parallel to the signals of the plan
+  bool has_called = false;                                                 ///< the call of this game was made
   Step step;                                                               ///< last step of the room
   std::uint32_t entries = 0;  ///< number of levels that were entered; not part of checkpoints
 
@@ -61,14 +64,25 @@ struct GameEvent {
     kLevelReached,
     kLevelFailed,
     kWon,
-    kLost
+    kLost,
+    kLevelChosen,
+    kCalled
   };
   Kind kind = Kind::kStarted;
   std::uint8_t level = 0;
   std::uint8_t goal = 0;
   double score = 0;
-  Step step;
-  bool by_time = false;  ///< a time limit was the reason
+  Step step = {};
+  bool by_time = false;   ///< a time limit was the reason
+  std::uint8_t row = 0;   ///< kLevelChosen: index of the row of the decision table
+  bool by_state = false;  ///< the limit of the time in a state of a signal was the reason
+};
+
+/// Value of a signal, as received.
+struct SignalValue {
+  double value = 0;
+  double confidence = 0;
+  std::uint32_t age_steps = 0;  ///< since the measurement
 };
 
 /// Evaluates the game of one room.
@@ -76,6 +90,8 @@ struct GameEvent {
 /// Determinism  the same states and commands give the same status and events in each step. Nothing depends on wall time.
 /// Bodies       a body that leaves or returns with a level waits until no hand touches it or is near its place, so that
 ///              no force jumps. A static body waits until no hand is within its bounding sphere.
+/// Signals      age with each step, also while the clock stands. A checkpoint has the times in their states, but not
+///              their values, which are stale after a restart.
 /// Thread       room: no allocation, lock or wait. status_mailbox() and next_event() are read by io.
 /// Cost         conditions of the open goals only; at most one placement of a silhouette a step, in turn for several
 class Game {
@@ -93,6 +109,8 @@ class Game {
   void start_level(std::size_t level, physics::World& world, std::uint32_t hands) noexcept;
   /// Switches gravity off or on, in this level and the later ones.
   void set_weightless(bool is_weightless, physics::World& world) noexcept;
+  /// Sets the newest value of a signal. A signal that does not exist, and a value that is not finite, are ignored.
+  void set_signal(std::size_t signal, const SignalValue& value) noexcept;
   /// Begins a step of the room, before its commands: the events of the last step are discarded.
   void begin_step(Step step) noexcept;
   /// Evaluates the step of the last begin_step(), after the world's step.
@@ -126,8 +144,10 @@ class Game {
   void interrupt_conditions() noexcept;
   void reach(std::size_t goal) noexcept;
   void end_level(physics::World& world, std::uint32_t hands) noexcept;
-  void finish(GameEvent::Kind kind, bool by_time) noexcept;
-  void emit(GameEvent::Kind kind, std::size_t goal = 0, bool by_time = false) noexcept;
+  void end_round(bool is_reached, physics::World& world, std::uint32_t hands) noexcept;
+  void check_limits() noexcept;
+  void finish(GameEvent::Kind kind, GameEvent event) noexcept;
+  void emit(GameEvent::Kind kind, GameEvent event = {}) noexcept;
   void publish() noexcept;
 
   const LoadedScene& scene_;

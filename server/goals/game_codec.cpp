@@ -1,5 +1,7 @@
 #include "server/goals/game_codec.hpp"
 
+#include <algorithm>
+
 namespace tandem::server {
 
 wire::GameState state_message(const GameStatus& status, const LoadedScene& scene) {
@@ -26,6 +28,15 @@ wire::GameState state_message(const GameStatus& status, const LoadedScene& scene
   }
   for (const double number : gravity) out.add_gravity_m_per_s2(number);
   out.set_step(status.step.value);
+  for (const SignalStatus& signal : status.signals) {
+    wire::SignalReport& to = *out.add_signals();
+    if (!signal.is_fresh) continue;
+    to.set_fresh(true);
+    to.set_value(signal.value);
+    to.set_confidence(signal.confidence);
+    to.set_age_s(static_cast<double>(signal.age_steps) * step_s);
+    to.set_state(signal.state);
+  }
   return out;
 }
 
@@ -37,6 +48,8 @@ wire::GameEvent event_message(const GameEvent& event) {
   out.set_score(event.score);
   out.set_step(event.step.value);
   out.set_by_time(event.by_time);
+  out.set_row(event.row);
+  out.set_by_state(event.by_state);
   return out;
 }
 
@@ -56,11 +69,17 @@ void write_checkpoint(const GameStatus& status, wire::GameCheckpoint& out) {
   out.set_is_weightless(status.is_weightless);
   out.set_absent_bodies(status.absent);
   out.set_events_hash(status.events_hash);
+  for (const SignalStatus& signal : status.signals) {
+    wire::SignalCheckpoint& to = *out.add_signals();
+    for (const std::uint64_t number : signal.level_steps) to.add_level_steps(number);
+    for (const std::uint64_t number : signal.steps) to.add_steps(number);
+  }
+  out.set_has_called(status.has_called);
 }
 
 std::optional<GameStatus> read_checkpoint(const wire::GameCheckpoint& in) {
   if (in.level() >= kMaxLevels || in.goals_size() > static_cast<int>(kMaxGoalsPerLevel) ||
-      !wire::GameState::Phase_IsValid(in.phase())) {
+      in.signals_size() > static_cast<int>(kMaxSignals) || !wire::GameState::Phase_IsValid(in.phase())) {
     return std::nullopt;
   }
   GameStatus status;
@@ -76,6 +95,15 @@ std::optional<GameStatus> read_checkpoint(const wire::GameCheckpoint& in) {
   }
   status.is_weightless = in.is_weightless();
   status.events_hash = in.events_hash();
+  for (const wire::SignalCheckpoint& signal : in.signals()) {
+    if (signal.level_steps_size() != static_cast<int>(kMaxSignalStates) ||
+        signal.steps_size() != signal.level_steps_size())
+      return std::nullopt;
+    SignalStatus& to = status.signals.emplace_back();
+    std::ranges::copy(signal.level_steps(), to.level_steps.begin());
+    std::ranges::copy(signal.steps(), to.steps.begin());
+  }
+  status.has_called = in.has_called();
   return status;
 }
 

@@ -72,6 +72,10 @@ class Planner {
     plan.players = game.players();
     plan.limit_steps = steps(game.time_limit_s());
     plan.level_bodies = level_bodies(game);
+    for (const wire::GameSignal& signal : game.signals()) plan.signals.push_back(planned(signal));
+    if (game.has_state_limit()) plan.state_limit = planned(game.state_limit());
+    plan.calls_at_time_limit = game.call().at_time_limit();
+    plan.calls_at_state_limit = game.call().at_state_limit();
     for (int i = 0; i < game.levels_size(); ++i) {
       plan.levels.push_back(level(game.levels(i), static_cast<std::size_t>(i), plan.level_bodies));
       plan.sets_coupling = plan.sets_coupling || !game.levels(i).law().empty() || game.levels(i).parameters_size() > 0;
@@ -124,6 +128,43 @@ class Planner {
     to.is_in_order = from.in_order();
     to.returns_bodies = from.returns_bodies();
     to.repeats = from.repeats();
+    if (from.has_next()) to.next = planned(from.next());
+    return to;
+  }
+  const wire::Game& game() const { return scene_.description.game(); }
+  /// Returns the interval of a message with the fields `above` and `below`.
+  template <class Message>
+  static SignalRange range_of(const Message& from) {
+    return {from.above(), from.below()};
+  }
+  PlannedSignal planned(const wire::GameSignal& from) const {
+    PlannedSignal to{steps(from.max_age_s()), from.min_confidence(), {}};
+    for (const wire::SignalState& state : from.states()) to.states.push_back(range_of(state));
+    return to;
+  }
+  std::size_t state_index(std::size_t signal, const std::string& name) const {
+    const auto& states = game().signals(static_cast<int>(signal)).states();
+    return static_cast<std::size_t>(std::ranges::find(states, name, &wire::SignalState::name) - states.begin());
+  }
+  PlannedStateLimit planned(const wire::StateLimit& from) const {
+    const std::size_t signal = signal_index(game(), from.signal());
+    return {signal, state_index(signal, from.state()), steps(from.limit_s())};
+  }
+  LevelTable planned(const wire::LevelTable& from) const {
+    LevelTable to;
+    if (!from.signal().empty()) to.signal = signal_index(game(), from.signal());
+    to.high_score = from.high_score();
+    to.dominant_share = from.dominant_percent() / 100;
+    for (const wire::LevelChoice& row : from.rows()) {
+      LevelTable::Row planned{static_cast<LevelTable::Row::Score>(row.score())};
+      if (!row.state().empty()) planned.state = state_index(*to.signal, row.state());
+      if (!row.level().empty()) {
+        const auto& levels = game().levels();
+        planned.level =
+            static_cast<std::size_t>(std::ranges::find(levels, row.level(), &wire::Level::name) - levels.begin());
+      }
+      to.rows.push_back(planned);
+    }
     return to;
   }
   PlannedGoal planned(const wire::Goal& from) {
@@ -152,6 +193,9 @@ class Planner {
       case wire::Condition::kSilhouette:
         silhouettes_.push_back(planned(from.silhouette()));
         return SilhouetteCondition{silhouettes_.size() - 1};
+      case wire::Condition::kSignal:
+        return SignalCondition{signal_index(game(), from.signal().name()), range_of(from.signal()),
+                               from.signal().required()};
       default:
         return SlowerCondition{body(from.slower().body()), from.slower().speed_m_per_s(),
                                from.slower().turn_deg_per_s() * kDegree};
@@ -199,6 +243,19 @@ class Planner {
 };
 
 }  // namespace
+
+std::size_t LevelTable::row_for(double score, std::optional<std::size_t> dominant) const noexcept {
+  const Row::Score of_level = score >= high_score ? Row::Score::kHigh : Row::Score::kLow;
+  const auto fits = [&](const Row& row) {
+    return (row.score == Row::Score::kAny || row.score == of_level) && (!row.state || row.state == dominant);
+  };
+  return static_cast<std::size_t>(std::ranges::find_if(rows, fits) - rows.begin());
+}
+
+std::size_t signal_index(const wire::Game& game, const std::string& name) {
+  return static_cast<std::size_t>(std::ranges::find(game.signals(), name, &wire::GameSignal::name) -
+                                  game.signals().begin());
+}
 
 std::vector<Vec2> polygon_of(const google::protobuf::RepeatedField<double>& numbers) {
   std::vector<Vec2> polygon;

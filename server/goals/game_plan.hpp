@@ -12,6 +12,7 @@
 #include "server/assets/scene_file.hpp"
 #include "server/assets/scene_goals.hpp"
 #include "server/goals/conditions.hpp"
+#include "server/goals/signals.hpp"
 #include "server/goals/silhouette_fit.hpp"
 
 namespace tandem::server {
@@ -31,6 +32,31 @@ struct PlannedGoal {
   bool is_extra = false;      ///< not needed for the level
 };
 
+/// Decision table of a level: the first row that fits determines which level follows.
+struct LevelTable {
+  struct Row {
+    enum class Score : std::uint8_t { kAny, kLow, kHigh };
+    Score score = Score::kAny;
+    std::optional<std::size_t> state{};  ///< dominant state of the signal; none: any
+    std::optional<std::size_t> level{};  ///< index of the level that follows; none: the game is won
+  };
+  std::optional<std::size_t> signal{};  ///< index of the signal; none: the score decides alone
+  double high_score = 0;                ///< smallest high score
+  double dominant_share = 0.5;          ///< share of the level's time above which a state is dominant
+  std::vector<Row> rows;
+
+  /// Returns the index of the first row that fits. The scene's check ensures that one does.
+  /// In      dominant  dominant state of the signal; none: no state, or the signal was stale
+  std::size_t row_for(double score, std::optional<std::size_t> dominant) const noexcept;
+};
+
+/// Limit of the time that a game may spend in one state of a signal.
+struct PlannedStateLimit {
+  std::size_t signal = 0;
+  std::size_t state = 0;
+  std::uint64_t steps = 0;
+};
+
 struct PlannedLevel {
   std::vector<PlannedGoal> goals;
   std::uint64_t limit_steps = 0;  ///< 0: no time limit
@@ -41,6 +67,7 @@ struct PlannedLevel {
   bool is_in_order = false;
   bool returns_bodies = false;
   bool repeats = false;
+  std::optional<LevelTable> next;  ///< none: the next level follows a reached one
 };
 
 struct GamePlan {
@@ -51,10 +78,17 @@ struct GamePlan {
   std::uint64_t limit_steps = 0;    ///< 0: no time limit
   std::size_t players = 1;
   bool sets_coupling = false;  ///< a level has a law or a coefficient of its own
+  std::vector<PlannedSignal> signals;
+  std::optional<PlannedStateLimit> state_limit;
+  bool calls_at_time_limit = false;
+  bool calls_at_state_limit = false;
 };
 
 /// Returns the game of a checked scene; none if the scene has no game.
 std::optional<GamePlan> make_game_plan(const LoadedScene& scene);
+
+/// Returns the index of a signal of a checked game.
+std::size_t signal_index(const wire::Game& game, const std::string& name);
 
 /// Returns the polygon of the numbers x, y, x, y, …
 std::vector<Vec2> polygon_of(const google::protobuf::RepeatedField<double>& numbers);

@@ -87,13 +87,20 @@ wire::RecordedCommand recorded(const RoomCommand& command) {
   }
   out.set_level(command.level);
   out.set_is_weightless(command.is_weightless);
+  if (command.kind == RoomCommand::Kind::kSetSignal) {
+    out.set_signal(command.signal);
+    out.set_value(command.signal_value.value);
+    out.set_confidence(command.signal_value.confidence);
+    out.set_age_steps(command.signal_value.age_steps);
+  }
   return out;
 }
 
 std::optional<RoomCommand> command_of(const wire::RecordedCommand& in) {
   RoomCommand command;
-  if (in.kind() < 0 || in.kind() > static_cast<int>(RoomCommand::Kind::kSetWeight)) return std::nullopt;
+  if (in.kind() < 0 || in.kind() > static_cast<int>(RoomCommand::Kind::kSetSignal)) return std::nullopt;
   if (in.seat() >= proto::kMaxUsers || in.tool() >= proto::kMaxUsers || in.level() >= kMaxLevels) return std::nullopt;
+  if (in.signal() >= kMaxSignals || !std::isfinite(in.value()) || !std::isfinite(in.confidence())) return std::nullopt;
   command.kind = static_cast<RoomCommand::Kind>(in.kind());
   command.seat.index = static_cast<std::uint8_t>(in.seat());
   command.seat.user = UserId{in.user()};
@@ -102,6 +109,8 @@ std::optional<RoomCommand> command_of(const wire::RecordedCommand& in) {
   command.seat.leaves_gaps = in.leaves_gaps();
   command.level = static_cast<std::uint8_t>(in.level());
   command.is_weightless = in.is_weightless();
+  command.signal = static_cast<std::uint8_t>(in.signal());
+  command.signal_value = {in.value(), in.confidence(), in.age_steps()};
   command.body = BodyId{in.body()};
   command.request = in.request();
   const bool is_join = command.kind == RoomCommand::Kind::kJoin;

@@ -209,6 +209,9 @@ void Room::apply_commands() noexcept {
 
 void Room::apply(const RoomCommand& command) noexcept {
   if (command.seat.index >= proto::kMaxUsers) return;
+  if (command.kind == RoomCommand::Kind::kSetSignal) {
+    return game_ ? game_->set_signal(command.signal, command.signal_value) : void();
+  }
   if (command.kind == RoomCommand::Kind::kJoin) return join(command.seat);
   User& user = *users_[command.seat.index];
   // A command can be applied after its user has left. It must not affect the next user of the seat.
@@ -230,6 +233,7 @@ void Room::apply(const RoomCommand& command) noexcept {
       return game_ ? game_->start_level(command.level, world_, hands()) : void();
     case RoomCommand::Kind::kSetWeight:
       return game_ ? game_->set_weightless(command.is_weightless, world_) : void();
+    case RoomCommand::Kind::kSetSignal:
     case RoomCommand::Kind::kJoin:
       return;
   }

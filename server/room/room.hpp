@@ -40,7 +40,7 @@
 namespace tandem::server {
 
 /// Command from the io thread to the room, about a seat. Every command uses `index` and `user` of the seat; only kJoin
-/// uses its remaining fields.
+/// uses its remaining fields. kSetSignal is sent by a source of signals, which has no seat: its `user` is only recorded.
 struct RoomCommand {
   enum class Kind : std::uint8_t {
     kJoin,
@@ -51,7 +51,8 @@ struct RoomCommand {
     kReset,
     kPlace,
     kStartLevel,
-    kSetWeight
+    kSetWeight,
+    kSetSignal
   };
   Kind kind = Kind::kJoin;
   Seat seat = {};
@@ -63,6 +64,8 @@ struct RoomCommand {
   Pose X_SB = {};                                 ///< kPlace: pose of `body` in the frame of `beside`
   std::uint8_t level = 0;                         ///< kStartLevel: index of the level in the scene's game
   bool is_weightless = false;                     ///< kSetWeight
+  std::uint8_t signal = 0;                        ///< kSetSignal: index of the signal of the game
+  SignalValue signal_value = {};                  ///< kSetSignal
 };
 
 /// Event from the room to the io thread. kReturned concerns all users and has only the field `body`.

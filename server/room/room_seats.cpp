@@ -38,6 +38,7 @@ std::optional<std::uint8_t> RoomSeats::free_tool(std::optional<std::uint8_t> wan
 }
 
 bool RoomSeats::has_place(UserRole role) const {
+  if (role == UserRole::kSignal) return sources_ < kMaxSignalSources;
   const auto& limits = room_.scene().description.limits();
   const std::size_t limit = has_tool(role) ? limits.manipulators() : limits.observers();
   const bool has_seat = std::find(seats_.begin(), seats_.end(), std::nullopt) != seats_.end();
@@ -54,7 +55,7 @@ std::optional<Seat> RoomSeats::allocate(UserRole role, bool leaves_gaps,
     seat.tool = *free_tool(wanted_tool);
     seat.coupling_bounds = haptics::coupling_bounds_in_world(device_bounds, room_.scene().workspaces[seat.tool]);
   }
-  std::ranges::copy(user_name.substr(0, seat.user_name.size() - 1), seat.user_name.begin());
+  set_name(seat, user_name);
   seat.user = UserId{++last_user_};
   *free = seat;
   requested_[seat.index] = served_[seat.index] = 0;
@@ -67,7 +68,31 @@ std::optional<Seat> RoomSeats::allocate(UserRole role, bool leaves_gaps,
   return seat;
 }
 
+void RoomSeats::set_name(Seat& seat, std::string_view name) {
+  std::ranges::copy(name.substr(0, seat.user_name.size() - 1), seat.user_name.begin());
+}
+
+std::optional<Seat> RoomSeats::add_source(std::string_view name) {
+  if (sources_ >= kMaxSignalSources) return std::nullopt;
+  ++sources_;
+  Seat source{.user = UserId{++last_user_}, .role = UserRole::kSignal};
+  set_name(source, name);
+  return source;
+}
+
+bool RoomSeats::set_signal(const Seat& source, std::uint8_t signal, const SignalValue& value) {
+  flush();
+  return waiting_.empty() && room_.post({.kind = RoomCommand::Kind::kSetSignal,
+                                         .seat = {.user = source.user, .role = UserRole::kSignal},
+                                         .signal = signal,
+                                         .signal_value = value});
+}
+
 void RoomSeats::leave(const Seat& seat) {
+  if (seat.role == UserRole::kSignal) {
+    --sources_;
+    return;
+  }
   const bool is_as_in_scene = coupling_.law == of_level_.law && coupling_.parameters == of_level_.parameters;
   if (seat.role == UserRole::kOperator && !is_as_in_scene) {
     coupling_ = of_level_;

@@ -16,6 +16,9 @@ namespace tandem::server {
 /// Rate limit of a room's resets: one per second, with bursts of two.
 inline constexpr net::Rate kResetRate{1, 2};
 
+/// Limit of the sources of signals of a room.
+inline constexpr std::size_t kMaxSignalSources = 8;
+
 /// Assigns the seats of one room, and posts the commands of their users to the room's loop.
 ///
 /// Thread  io. Const members, and on_update() for different seats, are called by a room thread that helps with sending,
@@ -41,7 +44,12 @@ class RoomSeats {
   std::optional<Seat> allocate(UserRole role, bool leaves_gaps = false,
                                const haptics::CouplingParameters& device_bounds = haptics::kNoCouplingBounds,
                                std::string_view user_name = "", std::optional<std::uint8_t> tool = std::nullopt);
-  /// Returns whether allocate() would succeed now for this role.
+  /// Returns the entry of a new source of signals, which has a user id but no seat; none if the room has
+  /// kMaxSignalSources of them. leave() removes it.
+  std::optional<Seat> add_source(std::string_view name);
+  /// Posts a value of a signal. Returns false if the room's queue is full.
+  bool set_signal(const Seat& source, std::uint8_t signal, const SignalValue& value);
+  /// Returns whether allocate() would succeed now for this role; for a source of signals, whether add_source() would.
   bool has_place(UserRole role) const;
   /// Releases a seat. If its user is the operator, the coupling of the scene or of the current level is restored.
   void leave(const Seat& seat);
@@ -75,6 +83,7 @@ class RoomSeats {
   /// Returns the number of occupied seats that have a tool, or that have none, whichever applies to `role`.
   std::size_t count(UserRole role) const;
   std::optional<std::uint8_t> free_tool(std::optional<std::uint8_t> wanted) const;
+  static void set_name(Seat& seat, std::string_view name);
   void post_coupling(const Seat& seat);
   void post_surely(const RoomCommand& command);
   bool post_request(const RoomCommand& command);
@@ -88,6 +97,7 @@ class RoomSeats {
   std::array<std::uint64_t, proto::kMaxUsers> requested_{};  ///< number of grabs and releases since the user joined
   std::array<std::uint64_t, proto::kMaxUsers> served_{};
   std::uint32_t last_user_ = 0;
+  std::size_t sources_ = 0;  ///< number of sources of signals
   net::TokenBucket resets_{kResetRate};
   /// Commands that did not fit into the room's queue and must not be lost. Their number is bounded, because a room with
   /// many of them accepts no new users.

@@ -9,10 +9,11 @@
 
 namespace tandem::server {
 
-/// kOperator: a manipulator who may also set the room's parameters; at most one per room.
-enum class UserRole : std::uint8_t { kManipulator, kObserver, kOperator };
+/// kOperator: a manipulator who may also set the room's parameters; at most one per room. kSignal: a program that sends
+/// signals to the game, and that has no seat.
+enum class UserRole : std::uint8_t { kManipulator, kObserver, kOperator, kSignal };
 constexpr bool has_tool(UserRole role) {
-  return role != UserRole::kObserver;
+  return role == UserRole::kManipulator || role == UserRole::kOperator;
 }
 
 /// A seat of a room and its user. The io thread and the room's loop each have a copy.

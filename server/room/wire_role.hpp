@@ -10,6 +10,7 @@ namespace tandem::server {
 
 inline wire::Role wire_role(UserRole role) noexcept {
   if (role == UserRole::kOperator) return wire::ROLE_OPERATOR;
+  if (role == UserRole::kSignal) return wire::ROLE_SIGNAL;
   return role == UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
 }
 
@@ -18,6 +19,7 @@ inline std::optional<UserRole> role_of(wire::Role role) noexcept {
   if (role == wire::ROLE_MANIPULATOR) return UserRole::kManipulator;
   if (role == wire::ROLE_OBSERVER) return UserRole::kObserver;
   if (role == wire::ROLE_OPERATOR) return UserRole::kOperator;
+  if (role == wire::ROLE_SIGNAL) return UserRole::kSignal;
   return std::nullopt;
 }
 

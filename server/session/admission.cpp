@@ -34,6 +34,13 @@ int rank_of(wire::Role role) {
 
 std::optional<Refusal> cut_to(const wire::TokenClaims& claims, wire::JoinRoom& join) {
   if (join.role() == wire::ROLE_UNSPECIFIED) join.set_role(claims.role());
+  // A source of signals has other rights, not lesser ones: its token admits to no other role, and no other token to it.
+  const bool is_source = join.role() == wire::ROLE_SIGNAL;
+  if (is_source != (claims.role() == wire::ROLE_SIGNAL)) {
+    return Refusal{wire::ERROR_NOT_ALLOWED,
+                   is_source ? "sending signals needs a token for it; issue one by tandem-token --role signal"
+                             : "the token is for sending signals only; use it with tandem-signal or tandem-eeg"};
+  }
   if (rank_of(join.role()) > rank_of(claims.role())) {
     return Refusal{wire::ERROR_NOT_ALLOWED, "the token does not let its holder join in that role; leave out --role"};
   }
@@ -253,6 +260,9 @@ std::optional<Refusal> Admission::admit_beside(wire::JoinRoom& join, const std::
   ticket.claims = found->second.claims;
   const wire::JoinRoom& first = found->second.granted;
   join.set_room(first.room());
+  if (join.role() == wire::ROLE_SIGNAL || first.role() == wire::ROLE_SIGNAL) {
+    return Refusal{wire::ERROR_NOT_ALLOWED, "a source of signals has no second device; give it a token of its own"};
+  }
   // A second device never gets the role of operator, because a room has only one operator.
   const bool has_tool = join.role() != wire::ROLE_OBSERVER && first.role() != wire::ROLE_OBSERVER;
   join.set_role(has_tool ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER);

@@ -103,6 +103,16 @@ wire::ServerControl joined_answer(std::uint32_t request, const RoomSeats& seats,
   return answer;
 }
 
+wire::ServerControl joined_source_answer(std::uint32_t request, const LoadedScene& scene, const Seat& source) {
+  wire::ServerControl answer;
+  answer.set_request(request);
+  wire::Joined& joined = *answer.mutable_joined();
+  joined.set_user(source.user.value);
+  joined.set_role(wire::ROLE_SIGNAL);
+  for (const wire::GameSignal& signal : scene.description.game().signals()) joined.add_signals(signal.name());
+  return answer;
+}
+
 std::size_t joined_answer_bound(const LoadedScene& scene) {
   // Allowance for the fields that depend on the user, and for coefficients that the description omits [bytes], rounded
   // up.

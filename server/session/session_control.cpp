@@ -111,6 +111,11 @@ bool SessionHub::Impl::handle_in_any_state(Connection& connection, const wire::C
 
 bool SessionHub::Impl::handle_active(Connection& connection, const wire::ClientControl& message) {
   if (connection.state != ConnectionState::kActive) return false;
+  if (connection.is_source() && !message.has_signal()) {
+    refuse_request(connection, message.request(), wire::ERROR_NOT_ALLOWED,
+                   "a source of signals may only send signals; join in another role");
+    return true;
+  }
   if (message.has_state_datagram()) {
     owner.on_datagram(std::as_bytes(std::span(message.state_datagram())), called_at,
                       [&connection](ConnectionHandle handle) { return handle == connection.handle; });

@@ -73,11 +73,12 @@ SessionHub::Impl::Impl(SessionHub& hub, HubSettings hub_settings, const std::vec
   }
   services.push_back(make_grasping(*this));
   services.push_back(make_soft_shapes(*this));
-  services.push_back(make_games(*this));
+  services.push_back(make_games(*this, settings.on_call));
   services.push_back(make_poses(*this, settings.poses));
   services.push_back(make_coupling(*this));
   services.push_back(make_moderation(*this, settings.poses));
   services.push_back(make_pointing(*this));
+  services.push_back(make_signals(*this));
   services.push_back(make_assets(*this));
   for (const auto& service : services) {
     for (const SessionService::Case message : service->cases()) handlers[message] = service.get();
@@ -109,7 +110,7 @@ proto::DropReason SessionHub::Impl::receive_datagram(std::span<const std::byte> 
   const auto found = active.find(header.connection);
   if (found == active.end()) return proto::DropReason::kUnknownConnection;
   Connection& connection = *found->second;
-  if (connection.state != ConnectionState::kActive || !connection.stream->is_for(header)) {
+  if (connection.state != ConnectionState::kActive || !connection.stream || !connection.stream->is_for(header)) {
     return proto::DropReason::kUnknownConnection;
   }
   if (may_belong_to && !may_belong_to(connection.handle)) return proto::DropReason::kNotAllowed;
@@ -239,8 +240,9 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
   }
   // A short stay is logged under a separate kind, because the log limits the lines of each kind.
   const std::string_view kind = called_at - connection.joined < kShortStay ? "left soon" : "left";
-  log(kind, connection.label() + " left room " + connection.room().name() + ": " + text + "; " +
-                std::to_string(connection.stream->taken()) + " inputs taken");
+  const std::string inputs =
+      connection.stream ? "; " + std::to_string(connection.stream->taken()) + " inputs taken" : std::string();
+  log(kind, connection.label() + " left room " + connection.room().name() + ": " + text + inputs);
   if (connection.credential && (reason == wire::DISCONNECT_LEFT || reason == wire::DISCONNECT_KICKED)) {
     end_other_device(*connection.credential, reason);
   } else if (connection.credential) {
@@ -250,6 +252,7 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
   }
   connection.seats->leave(connection.seat);
   for (const auto& service : services) service->on_left(connection);
+  if (connection.is_source()) return;
   note_start(connection, &RoomStart::remove);
   announce_presence(connection, user_left(connection.seat, reason));
 }
@@ -315,7 +318,7 @@ AcceptedDatagram SessionHub::on_datagram(std::span<const std::byte> datagram, Lo
 std::span<const std::byte> SessionHub::path_challenge(ConnectionHandle connection, std::uint64_t number,
                                                       LocalTime now) {
   Connection* const found = impl_->find(connection);
-  if (found == nullptr || found->state != ConnectionState::kActive) return {};
+  if (found == nullptr || found->state != ConnectionState::kActive || !found->stream) return {};
   return found->stream->path_challenge(number, now);
 }
 

@@ -70,6 +70,9 @@ struct HubSettings {
   std::optional<AdmissionSettings> admission{};
   /// Service that saves poses; owned by ServerRooms, must outlive the hub. Null: no poses are saved.
   PoseKeeper* poses = nullptr;
+  /// Called on the io thread when a game calls a person, with the name of the room and the reason, "time-limit" or
+  /// "state-limit". It must not block.
+  std::function<void(const std::string& room, const std::string& reason)> on_call{};
 };
 
 /// Result of on_datagram().

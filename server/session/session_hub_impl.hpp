@@ -52,7 +52,7 @@ struct Connection final : SessionUser {
   LocalTime joined{};
   proto::ChannelCounters counters;  ///< counters of `stream` since the last collect()
   std::uint64_t bodies_thinned = 0;
-  std::optional<StateStream> stream;
+  std::optional<StateStream> stream;  ///< none for a source of signals
   net::TokenBucket updates{kUpdateRate};
   std::optional<Admission::Id> credential;  ///< credential with which the user can resume
   // Notifications that have not been sent to the user yet.
@@ -61,7 +61,8 @@ struct Connection final : SessionUser {
 
   std::string label() const { return seats == nullptr ? "connection " + std::to_string(handle) : SessionUser::label(); }
   bool is_half_open() const { return state == ConnectionState::kGreeting || state == ConnectionState::kJoining; }
-  bool is_in(const Room& of) const { return state == ConnectionState::kActive && &room() == &of; }
+  /// Returns whether the connection has a seat of the room; a source of signals has none.
+  bool is_in(const Room& of) const { return state == ConnectionState::kActive && !is_source() && &room() == &of; }
 };
 
 // A connection that ends is only marked kClosed, and sweep() erases it at the end of the outermost call of the hub. A
@@ -87,6 +88,7 @@ struct SessionHub::Impl final : ServiceHost {
   void join_as_granted(Connection& connection, const wire::ClientControl& message);
   void hold(Connection& connection, const wire::ClientControl& message);
   void settle(Connection& connection);
+  void admit_source(Connection& connection, const wire::ClientControl& message, RoomSeats& seats);
   void assign_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats);
   void give_credential(Connection& connection, const wire::JoinRoom& granted, wire::Joined& joined);
   void introduce(Connection& newcomer, const wire::JoinRoom& granted);

@@ -69,13 +69,16 @@ void SessionHub::Impl::join_as_granted(Connection& connection, const wire::Clien
            "a user name is 1 to 64 bytes of printable UTF-8, without invisible characters, its blanks single spaces; "
            "choose another");
   } else if (!role_of(wanted.role())) {
-    refuse(wire::ERROR_BAD_VALUE, "the role must be manipulator, operator or observer");
+    refuse(wire::ERROR_BAD_VALUE, "the role must be manipulator, operator, observer or signal");
   } else if (seats == nullptr) {
     refuse(wire::ERROR_UNKNOWN_ROOM,
            (wanted.room().empty() ? "several rooms are open, name one" : "there is no room " + quoted(wanted.room())) +
                "; rooms here: " + names_of(room_seats));
   } else if (wanted.role() == wire::ROLE_OPERATOR && seats->has_operator()) {
     refuse(wire::ERROR_NOT_ALLOWED, "room " + seats->room().name() + " has an operator; join as a manipulator");
+  } else if (wanted.role() == wire::ROLE_SIGNAL && seats->room().scene().description.game().signals().empty()) {
+    refuse(wire::ERROR_NOT_ALLOWED,
+           "room " + seats->room().name() + " has no game with signals; add game.signals to its scene");
   } else if (!(wanted.deadband() >= 0 && wanted.deadband() <= net::kMaxDeadband)) {  // also refuses NaN
     refuse(wire::ERROR_BAD_VALUE, "the deadband must be 0 to 0.5");
   } else if (const proto::CouplingField* bad = find_bad_bound(wanted.coupling_bounds())) {
@@ -83,15 +86,35 @@ void SessionHub::Impl::join_as_granted(Connection& connection, const wire::Clien
                                       std::to_string(bad->low) + " to " + std::to_string(bad->high) + ", or absent");
   } else if (!seats->has_place(*role_of(wanted.role()))) {
     refuse(wire::ERROR_ROOM_FULL, "room " + seats->room().name() + " is full: no free place for " +
-                                      (!has_tool(*role_of(wanted.role())) ? "an observer; wait until a user leaves"
+                                      (wanted.role() == wire::ROLE_SIGNAL   ? "another source of signals"
+                                       : !has_tool(*role_of(wanted.role())) ? "an observer; wait until a user leaves"
                                        : seats->has_place(UserRole::kObserver)
                                            ? "a manipulator; join as an observer, or wait until a user leaves"
                                            : "a manipulator; wait until a user leaves"));
   } else if (admission && ticket.uses_token() && admission->use_of(ticket) != InvitationLedger::Use::kWritten) {
     hold(connection, message);
+  } else if (wanted.role() == wire::ROLE_SIGNAL) {
+    admit_source(connection, message, *seats);
   } else {
     assign_seat(connection, message, *seats);
   }
+}
+
+/// Admits a source of signals: it has a user id, but no seat, no state stream and no news of the room.
+void SessionHub::Impl::admit_source(Connection& connection, const wire::ClientControl& message, RoomSeats& seats) {
+  const wire::JoinRoom& wanted = message.join();
+  const auto source = seats.add_source(wanted.user_name());
+  if (!source) return refuse_connection(connection, message.request(), wire::ERROR_ROOM_FULL, kRoomBusy);
+  connection.name = wanted.user_name();
+  connection.seats = &seats;
+  connection.seat = *source;
+  connection.state = ConnectionState::kActive;
+  connection.joined = called_at;
+  ++counters.joins;
+  log("joined", connection.label() + " joined room " + seats.room().name() + " as a source of signals");
+  wire::ServerControl answer = joined_source_answer(message.request(), seats.room().scene(), *source);
+  give_credential(connection, wanted, *answer.mutable_joined());
+  send(connection, answer);
 }
 
 /// Holds a join until the use of its token is on disk, without blocking the io thread. If the user got the seat before,

@@ -40,7 +40,8 @@ std::string sample_json() {
          {"held": {"body": "moving"}},
          {"silhouette": {"pieces": [{"body": "moving", "points_m": [0, -10, 5, 5, -5, 5]}],
                          "figure_m": [0, -10, 5, 5, -5, 5]}})";
-  for (int i = 4; i < 16; ++i) conditions += R"(, {"slower": {"body": "moving"}})";
+  conditions += R"(, {"signal": {"name": "s"}})";
+  for (int i = 5; i < 16; ++i) conditions += R"(, {"slower": {"body": "moving"}})";
   std::string tools;
   for (std::size_t i = 0; i < kMaxUsers; ++i) {
     tools += (i > 0 ? ", " : "") + (R"({"name": "t)" + std::to_string(i)) +
@@ -59,7 +60,9 @@ std::string sample_json() {
    "coupling": {"law": "adaptive", "adaptive": {"mass_range_kg": [1, 10000], "stiffness_n_per_m": [100],
      "damping_n_s_per_m": [1], "inertia_range_kg_m2": [1, 10000], "stiffness_n_m_per_rad": [1],
      "damping_n_m_s_per_rad": [0.01]}},
-   "game": {"won": {}, "levels": [{"name": "a", "law": "stable-dynamic", "gravity_m_per_s2": [0, 0, -1], "parameters": [{"name": "coupling.stiffness_n_per_m"}],
+   "game": {"won": {}, "signals": [{"name": "s", "states": [{"name": "calm"}]}], "state_limit": {"signal": "s", "state": "calm"},
+     "levels": [{"name": "a", "next": {"rows": [{"level": "a"}]},
+       "solutions": [{"name": "one", "bodies": [{"body": "moving"}]}], "law": "stable-dynamic", "gravity_m_per_s2": [0, 0, -1], "parameters": [{"name": "coupling.stiffness_n_per_m"}],
      "goals": [{"name": "g", "time_limit_s": 1, "conditions": [)" +
          conditions + R"(]}]}]},
    "molecular_field": {}, "limits": {"manipulators": 1, "contact_pairs": 16},

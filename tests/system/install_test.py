@@ -66,7 +66,7 @@ class Installed(ProgramTest):
 
     def test_no_program_names_the_source_tree(self):
         for name in ("tandem-server", "tandem-token", "tandem-client", "tandem-doctor", "tandem-lab", "tandem-replay",
-                     "tandem-mesh-reader", "tandem-watchdog", "tandem-eeg"):
+                     "tandem-mesh-reader", "tandem-watchdog", "tandem-eeg", "tandem-signal"):
             with open(support.program(name), "rb") as file:
                 self.assertNotIn(support.SOURCE.encode(), file.read(), name)
 

@@ -15,7 +15,7 @@ import needs  # from tests/support; support.py adds this folder to the path
 BUILD = os.environ["TANDEM_BUILD"]
 PROGRAMS = {
     "tandem-server": ["tandem-server", "tandem-token"],
-    "tandem-client": ["tandem-client", "tandem-doctor"],
+    "tandem-client": ["tandem-client", "tandem-doctor", "tandem-signal"],
     "tandem-lab": ["tandem-lab", "tandem-replay", "tandem-eeg"],
     "tandem-common": ["tandem-mesh-reader", "tandem-watchdog"],
 }
@@ -151,7 +151,8 @@ class Version(unittest.TestCase):
                               capture_output=True, text=True, env={**os.environ, "SOURCE_DATE_EPOCH": "0"}, check=False)
 
     def test_programs_and_changelog_and_pages_have_the_version_of_the_build(self):
-        for program in ("tandem-server", "tandem-token", "tandem-client", "tandem-doctor", "tandem-lab", "tandem-replay"):
+        for program in ("tandem-server", "tandem-token", "tandem-client", "tandem-doctor", "tandem-lab", "tandem-replay",
+                        "tandem-signal"):
             self.assertEqual(run(program, "--version")[1], f"{program} {self.version}\n")
         self.assertIn(f"\nversion: {self.version}\n", read("CITATION.cff"))
         for name in ("README.md", "kubernetes/Containerfile", "kubernetes/fleet.yaml"):

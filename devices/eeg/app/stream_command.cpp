@@ -2,6 +2,7 @@
 #include <iostream>
 #include <stdexcept>
 
+#include "client/signals/app/signal_options.hpp"
 #include "common/base/units.hpp"
 #include "devices/eeg/app/options.hpp"
 #include "devices/eeg/classifier/signal.hpp"
@@ -26,6 +27,39 @@ struct StreamOptions {
   std::size_t step = 128;
   std::string duration;
   bool is_immediate = false;
+  client::SignalOptions room;
+};
+
+/// Sends each report with a value to a room, and passes all of them on to another sink.
+class RoomSink final : public SignalSink {
+ public:
+  RoomSink(SignalSink& next, client::SignalConnectionSettings settings)
+      : next_(next), connection_(std::move(settings)) {
+    try {
+      connection_.wait_until_joined();
+    } catch (const std::runtime_error& refused) {
+      throw std::invalid_argument(refused.what());
+    }
+    const std::vector<std::string> names = connection_.status().names;
+    if (std::ranges::find(names, kSignalName) == names.end()) {
+      throw std::invalid_argument(std::string("the game of the room has no signal '") + kSignalName +
+                                  "'; add it to game.signals of its scene");
+    }
+  }
+  void send(const SignalReport& report) override {
+    if (report.value) connection_.send({report.name, *report.value, report.confidence}, report.age);
+    next_.send(report);
+  }
+  /// Sends the last value, and leaves the room.
+  void finish() {
+    connection_.flush(std::chrono::seconds(1));
+    connection_.stop();
+  }
+
+ private:
+  static constexpr const char* kSignalName = "valence";
+  SignalSink& next_;
+  client::SignalConnection connection_;
 };
 
 std::unique_ptr<EegSource> open_source(StreamOptions& options, const Model& model) {
@@ -76,10 +110,20 @@ int run_stream(StreamOptions& options) {
   model.settings.step = options.step;
   const std::unique_ptr<EegSource> source = open_source(options, model);
   ValenceSignal signal(std::move(model), source->format(), "--source " + options.source);
-  JsonLineSink sink(std::cout);
+  JsonLineSink lines(std::cout);
+  std::unique_ptr<RoomSink> room;
+  if (options.room.has_server()) {
+    if (options.is_immediate)
+      throw std::invalid_argument("--immediate: a room needs signals in real time; leave it out");
+    client::SignalConnectionSettings settings = client::connection_of(options.room);
+    settings.on_log = [](const std::string& line) { std::cerr << "tandem-eeg: " << line << std::endl; };
+    room = std::make_unique<RoomSink>(lines, std::move(settings));
+  }
+  SignalSink& sink = room ? static_cast<SignalSink&>(*room) : lines;
   int exit_code = 0;
   try {
     stream(*source, signal, sink, options.rate_hz, duration_s);
+    if (room) room->finish();
   } catch (const std::runtime_error& lost) {
     std::cerr << "tandem-eeg: " << lost.what() << std::endl;
     exit_code = 1;
@@ -91,8 +135,8 @@ int run_stream(StreamOptions& options) {
 }  // namespace
 
 void add_stream_command(CLI::App& app, int& exit_code) {
-  CLI::App* const command =
-      app.add_subcommand("stream", "prints the signal 'valence' of a trained model as lines of JSON");
+  CLI::App* const command = app.add_subcommand(
+      "stream", "prints the signal 'valence' of a trained model as lines of JSON, and sends it to a room");
   const auto options = std::make_shared<StreamOptions>();
   command->add_option("--source", options->source, "where the EEG comes from")
       ->required()
@@ -116,6 +160,7 @@ void add_stream_command(CLI::App& app, int& exit_code) {
   command->add_option("--library", options->lsl.library, "liblsl for --source lsl [as the system finds it]")
       ->type_name("FILE");
   command->add_option("--stream", options->lsl.stream, "name of the LSL stream [the first of the type EEG]");
+  client::add_signal_options(*command, options->room);
   command->add_option("--seed", options->generator.seed, "seed of --source generator")->capture_default_str();
   command->add_option("--bayes-accuracy", options->generator.bayes_accuracy, "of --source generator")
       ->capture_default_str();
@@ -123,6 +168,7 @@ void add_stream_command(CLI::App& app, int& exit_code) {
       "Fields: value -1 (negative) to 1 (positive), null before the first window without artefacts; confidence 0.5 to "
       "1; "
       "age_s since the last sample that the value depends on; artefacts of the newest window.\n"
+      "With --join, --pin, --ca or --insecure it also sends the signal to the game of a room.\n"
       "Exit code: 0 done, 1 the source was lost, 2 bad input or set-up.");
   command->callback([=, &exit_code] { exit_code = run_stream(*options); });
 }

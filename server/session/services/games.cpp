@@ -15,7 +15,9 @@ constexpr std::size_t kGameNews = 100;
 
 class Games final : public SessionService {
  public:
-  explicit Games(ServiceHost& host) : host_(host) {}
+  using OnCall = std::function<void(const std::string& room, const std::string& reason)>;
+
+  Games(ServiceHost& host, OnCall on_call) : host_(host), on_call_(std::move(on_call)) {}
   void on_joined(SessionUser& user, const wire::JoinRoom& granted) override;
   void on_poll() override;
 
@@ -34,7 +36,10 @@ class Games final : public SessionService {
   }
   void receive(RoomSeats& seats, const GameStatus& status);
 
+  void call(const Room& room, const GameEvent& event);
+
   ServiceHost& host_;
+  OnCall on_call_;
   std::map<const Room*, Known> rooms_;
 };
 
@@ -53,9 +58,17 @@ void Games::on_poll() {
       wire::ServerControl message;
       *message.mutable_game_event() = event_message(event);
       host_.send_to_room(room, message);
+      if (event.kind == GameEvent::Kind::kCalled) call(room, event);
     }
     if (game->status_mailbox().poll()) receive(*seats, game->status_mailbox().front());
   }
+}
+
+void Games::call(const Room& room, const GameEvent& event) {
+  const std::string reason = event.by_state ? "state-limit" : "time-limit";
+  host_.log("call", "the game of room " + room.name() + " calls a person: " + reason +
+                        (on_call_ ? "" : "; no program is run (--on-call)"));
+  if (on_call_) on_call_(room.name(), reason);
 }
 
 /// Notifies the users when the state of the game changes, and of the game's time once a second.
@@ -108,8 +121,9 @@ bool post_game_parameter(SessionUser& user, const wire::SetParameter& wanted) {
   return user.seats->play(user.seat, command);
 }
 
-std::unique_ptr<SessionService> make_games(ServiceHost& host) {
-  return std::make_unique<Games>(host);
+std::unique_ptr<SessionService> make_games(ServiceHost& host,
+                                           std::function<void(const std::string&, const std::string&)> on_call) {
+  return std::make_unique<Games>(host, std::move(on_call));
 }
 
 }  // namespace tandem::server

@@ -31,6 +31,7 @@ struct SessionUser {
 
   const Room& room() const { return seats->room(); }
   bool is_operator() const { return seat.role == UserRole::kOperator; }
+  bool is_source() const { return seat.role == UserRole::kSignal; }
   /// Returns text that identifies the user in logs.
   std::string label() const;
 };
@@ -76,7 +77,8 @@ class SessionService {
   /// Returns the kinds of messages that handle() accepts. Only one service handles each kind.
   virtual std::vector<Case> cases() const { return {}; }
   virtual void handle(SessionUser& /*user*/, const wire::ClientControl& /*message*/) {}
-  /// Called after a user has joined and has been sent Joined and the names of the other users.
+  /// Called after a user has joined and has been sent Joined and the names of the other users. Not called for sources
+  /// of signals.
   virtual void on_joined(SessionUser& /*user*/, const wire::JoinRoom& /*granted*/) {}
   /// Called after a user has left: the seat is free, and users_of() does not include the user. UserLeft has not been
   /// sent to the other users yet.

@@ -21,10 +21,14 @@ std::unique_ptr<SessionService> make_moderation(ServiceHost& host, PoseKeeper* p
 std::unique_ptr<SessionService> make_poses(ServiceHost& host, PoseKeeper* poses);
 /// Handles Point, which shows a position to all users of a room.
 std::unique_ptr<SessionService> make_pointing(ServiceHost& host);
+/// Handles Signal, which sets a signal of the room's game.
+std::unique_ptr<SessionService> make_signals(ServiceHost& host);
 /// Handles GetAsset, which requests one chunk of an asset of the room's scene.
 std::unique_ptr<SessionService> make_assets(ServiceHost& host);
 /// Sends the state and the events of games, and passes the coupling of a level on to RoomSeats.
-std::unique_ptr<SessionService> make_games(ServiceHost& host);
+/// In      on_call  called with the room and the reason when a game calls a person; may be empty
+std::unique_ptr<SessionService> make_games(ServiceHost& host,
+                                           std::function<void(const std::string&, const std::string&)> on_call);
 /// Sends the shapes of soft bodies to the users who requested them when they joined.
 std::unique_ptr<SessionService> make_soft_shapes(ServiceHost& host);
 

@@ -70,6 +70,38 @@ TEST(GoalPanel, RegionsAreOutlinedInTheFrameOfTheirBodyAndTargetsAreGhosts) {
   EXPECT_EQ(outline.ghosts[0].second.p, Vec3(1, 2, 3));
 }
 
+TEST(GoalPanel, SignalsShowTheirStateOrThatTheGameRunsByScoreAlone) {
+  wire::Game game;
+  wire::GameSignal& signal = *game.add_signals();
+  signal.set_text("valence");
+  signal.add_states()->set_name("negative");
+  wire::GameState now;
+  now.add_signals();
+  EXPECT_EQ(signal_rows(game, now), std::vector<std::string>{"no signal valence: by score alone"});
+  now.mutable_signals(0)->set_fresh(true);
+  now.mutable_signals(0)->set_value(-0.5);
+  EXPECT_EQ(signal_rows(game, now), std::vector<std::string>{"valence: -0.50"});
+  now.mutable_signals(0)->set_state(1);
+  EXPECT_EQ(signal_rows(game, now), std::vector<std::string>{"valence: negative -0.50"});
+}
+
+TEST(GoalPanel, ASolutionHasTheOutlinesOfItsBodiesAtTheirPlaces) {
+  wire::Level level;
+  wire::Outline& piece = *level.add_goals()->add_conditions()->mutable_silhouette()->add_pieces();
+  piece.set_body("board");
+  for (const double number : {0, 0, 2, 0, 0, 1}) piece.add_points_m(number);
+  wire::Solution solution;
+  wire::SolvedBody& solved = *solution.add_bodies();
+  solved.set_body("board");
+  solved.set_angle_deg(90);
+  EXPECT_TRUE(solution_outlines(level, solution).empty()) << "its place is absent";
+  for (const double number : {10, 20}) solved.add_position_m(number);
+  const auto outlines = solution_outlines(level, solution);
+  ASSERT_EQ(outlines.size(), 1U);
+  EXPECT_TRUE(outlines[0][1].isApprox(Eigen::Vector2d(10, 22)));
+  EXPECT_TRUE(outlines[0][2].isApprox(Eigen::Vector2d(9, 20)));
+}
+
 TEST(GoalPanel, ReachedGoalsAndFinishedGamesShowNothing) {
   const auto pose_of = [](std::size_t) { return Pose{}; };
   wire::GameState other = state();

@@ -36,7 +36,8 @@ struct ScriptedHand {
 
 class GameRoom {
  public:
-  explicit GameRoom(std::shared_ptr<const LoadedScene> scene) : room(RoomId{1}, "game", std::move(scene)) {
+  explicit GameRoom(std::shared_ptr<const LoadedScene> scene, const RoomOptions& options = {})
+      : room(RoomId{1}, "game", std::move(scene), options) {
     for (std::size_t i = 0; i < hands.size(); ++i) {
       if (i < room.scene().world.tools.size()) hands[i].p = room.scene().world.tools[i].X_WT.p;
     }

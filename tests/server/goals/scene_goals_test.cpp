@@ -17,6 +17,14 @@ std::string game_with_condition(const std::string& condition) {
   return game_with_goal(R"({"name": "g", "conditions": [)" + condition + "]}");
 }
 
+std::string game_with_signal(const std::string& signal, const std::string& goal = kGoal) {
+  return R"({"signals": [)" + signal + R"(], "levels": [{"name": "a", "goals": [)" + goal + "]}]}";
+}
+std::string game_with_table(const std::string& table) {
+  return R"({"signals": [{"name": "calm"}], "levels": [{"name": "a", "next": )" + table + R"(, "goals": [)" + kGoal +
+         "]}]}";
+}
+
 struct Wrong {
   std::string game;
   std::string error;
@@ -43,11 +51,41 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{game_with_goal(R"({"name": "g"})"),
               "game.levels[0].goals[0].conditions has 0 conditions; it must have 1 to 16"},
         Wrong{game_with_condition("{}"),
-              kCondition + " has no kind; it must have one of in_region, at_pose, held, slower, silhouette"},
+              kCondition + " has no kind; it must have one of in_region, at_pose, held, slower, silhouette, signal"},
         Wrong{game_with_condition(R"({"held": {"body": "bal"}})"),
               kCondition + ".held.body is \"bal\"; there is no body of that name"},
         Wrong{game_with_condition(R"({"held": {"body": "table"}})"),
               kCondition + ".held.body is \"table\", which is not graspable; set graspable of that body"},
+        Wrong{game_with_condition(R"({"signal": {"name": "calm"}})"),
+              kCondition + ".signal.name is \"calm\"; it must be the name of one of game.signals"},
+        Wrong{game_with_signal(R"({"name": "Calm"})"),
+              "game.signals[0].name is \"Calm\"; it must be 1 to 32 characters a-z, 0-9, _ - ."},
+        Wrong{game_with_signal(R"({"name": "calm", "max_age_s": 0})"),
+              "game.signals[0].max_age_s is 0 s; it must be from 0.1 to 600 s"},
+        Wrong{game_with_signal(R"({"name": "calm", "states": [{"name": "a", "above": 2, "below": 1}]})"),
+              "game.signals[0].states[0].above is 2, more than below, which is 1; no value lies between them"},
+        Wrong{
+            game_with_signal(R"({"name": "calm"})",
+                             R"({"name": "g", "conditions": [{"signal": {"name": "calm", "above": 1}}]})"),
+            "game.levels[0].goals[0].conditions are satisfied by stale signals alone; set required of one of them, or "
+            "add a condition about a body"},
+        Wrong{game_with_table(R"({"rows": []})"), "game.levels[0].next.rows has 0 rows; it must have 1 to 16"},
+        Wrong{
+            game_with_table(R"({"rows": [{"score": "HIGH", "level": "a"}]})"),
+            "game.levels[0].next.rows have no row without state for a low score; add one, which decides when no state "
+            "is dominant"},
+        Wrong{game_with_table(R"({"rows": [{"level": "b"}]})"),
+              "game.levels[0].next.rows[0].level is \"b\"; there is no level of that name"},
+        Wrong{game_with_table(R"({"rows": [{"state": "sad"}]})"),
+              "game.levels[0].next.rows[0].state is \"sad\", and the table has no signal; give signal, or no state"},
+        Wrong{game_with_table(R"({"signal": "calm", "rows": [{"state": "sad"}]})"),
+              "game.levels[0].next.rows[0].state is \"sad\"; it must be the name of a state of the signal calm"},
+        Wrong{R"({"call": {"at_time_limit": true}, "levels": [{"name": "a", "goals": [)" + std::string(kGoal) + "]}]}",
+              "game.call.at_time_limit is true, and game.time_limit_s is 0; give a time limit"},
+        Wrong{
+            R"({"levels": [{"name": "a", "solutions": [{"name": "s", "bodies": [{"body": "ball"}]}], "goals": [)" +
+                std::string(kGoal) + "]}]}",
+            "game.levels[0].solutions[0].bodies[0].body is \"ball\", which no silhouette of the level has as a piece"},
         Wrong{game_with_condition(R"({"in_region": {"body": "ball"}})"),
               kCondition + ".in_region.region has no kind; it must have one of sphere, box, cylinder"},
         Wrong{game_with_condition(R"({"in_region": {"body": "ball", "region": {"sphere": {"radius_m": -1}}}})"),

@@ -67,6 +67,23 @@ TEST(TPuzzle, EachFigureIsReachedByItsSolutionAndNotBefore) {
   }
 }
 
+TEST(TPuzzle, EachFigureHasASolutionToShowWhichReachesIt) {
+  TANDEM_LOAD_SCENE(scene, "t_puzzle");
+  const wire::Game& puzzle = scene->description.game();
+  for (int figure = 0; figure < puzzle.levels_size(); ++figure) {
+    ASSERT_EQ(puzzle.levels(figure).solutions_size(), 1) << figure;
+    GameRoom game(scene);
+    game.join(0);
+    game.command({.kind = RoomCommand::Kind::kStartLevel, .level = static_cast<std::uint8_t>(figure)});
+    for (const wire::SolvedBody& solved : puzzle.levels(figure).solutions(0).bodies()) {
+      const Vec3 p(solved.position_m(0), solved.position_m(1), 0);
+      place(game, {solved.body().c_str(), p / kWidth_m, solved.angle_deg()}, Vec3::Zero());
+    }
+    game.run(2.5);
+    EXPECT_EQ(reached(game).size(), 1U) << figure;
+  }
+}
+
 TEST(TPuzzle, ItsBoardsAreLightAndHaveTheAreaOfTheT) {
   TANDEM_LOAD_SCENE(scene, "t_puzzle");
   double area_m2 = 0;

@@ -267,6 +267,22 @@ TEST_F(AdmissionTest, ATokenForAnyRoomLetsItsUserGoFromOneToAnother) {
   EXPECT_EQ(user.joined.scene().name(), "attic");
 }
 
+TEST_F(AdmissionTest, ATokenForSignalsAdmitsToNoOtherRoleAndNoOtherTokenToIt) {
+  const auto for_signals = [](auto& claims) { claims.set_role(wire::ROLE_SIGNAL); };
+  for (const wire::Role role : {wire::ROLE_MANIPULATOR, wire::ROLE_OBSERVER, wire::ROLE_OPERATOR}) {
+    EXPECT_EQ(answer_to(join_by(token(for_signals), role)), "error ERROR_NOT_ALLOWED, goodbye");
+    const auto of_role = [role](auto& claims) { claims.set_role(role); };
+    EXPECT_EQ(answer_to(join_by(token(of_role), wire::ROLE_SIGNAL)), "error ERROR_NOT_ALLOWED, goodbye");
+    bench->now += std::chrono::seconds(1);  // fills the token buckets of the address
+  }
+  EXPECT_EQ(answer_to(join_by(token(for_signals))), "error ERROR_NOT_ALLOWED, goodbye") << "the room has no signals";
+  const test::BenchClient first = joined_client();
+  test::BenchClient second = greeted();
+  wire::ClientControl join = join_beside(second, first.joined.resume_credential(), client_key);
+  join.mutable_join()->set_role(wire::ROLE_SIGNAL);
+  EXPECT_EQ(answer_to(second, join), "error ERROR_NOT_ALLOWED, goodbye") << "a second device is no source of signals";
+}
+
 TEST_F(AdmissionTest, ASecondDeviceJoinsBesideTheFirstWithinItsToken) {
   const test::BenchClient first = joined_client([](auto& claims) { claims.set_max_force_n(2); });
   const std::string& credential = first.joined.resume_credential();

@@ -118,6 +118,7 @@ std::vector<std::unique_ptr<SessionService>> all_services(ServiceHost& host) {
   services.push_back(make_moderation(host, nullptr));
   services.push_back(make_poses(host, nullptr));
   services.push_back(make_pointing(host));
+  services.push_back(make_signals(host));
   services.push_back(make_assets(host));
   services.push_back(make_soft_shapes(host));
   return services;

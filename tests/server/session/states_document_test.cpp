@@ -16,7 +16,9 @@ const std::string kDocument = test::source_path("proto/STATES.md").string();
 
 /// A bench with a client whose connection is in the given state.
 struct Subject {
-  explicit Subject(const std::string& state, const HubSettings& settings = {}) : bench(settings) {
+  explicit Subject(const std::string& state, const HubSettings& settings = {},
+                   const std::string& scene = test::two_hands_scene())
+      : bench(settings, {scene}) {
     client = bench.connect();
     if (state != "greeting") bench.greet(client);
     if (state == "active") {
@@ -43,6 +45,22 @@ void fill_with(wire::ClientControl& message, const google::protobuf::FieldDescri
   } else {
     message.GetReflection()->MutableMessage(&message, &field);
   }
+}
+
+/// The usual scene with a game that has a signal.
+std::string scene_with_signal() {
+  std::string scene = test::two_hands_scene();
+  scene.insert(scene.rfind('}'), R"(, "game": {"signals": [{"name": "valence"}], "levels": [
+      {"name": "a", "goals": [{"name": "g", "conditions": [{"held": {"body": "box"}}]}]}]})");
+  return scene;
+}
+
+void send_signal(Subject& subject, const std::string& name) {
+  subject.send([&name](auto& message) { message.mutable_signal()->set_name(name); });
+}
+
+void become_source(Subject& subject) {
+  subject.client = subject.bench.join("eeg", wire::ROLE_SIGNAL);
 }
 
 void wait_out(Subject& subject) {
@@ -123,6 +141,7 @@ std::map<std::string, Event> events_before_joining() {
              join.mutable_join()->set_deadband(0.6);
              s.bench.send(s.client, join);
            }},
+          {"join as a source of signals", [](Subject& s) { join_room(s, "eeg", wire::ROLE_SIGNAL, ""); }},
           {"join without a role", [](Subject& s) { join_room(s, "ada", wire::ROLE_UNSPECIFIED, ""); }}};
 }
 
@@ -191,6 +210,22 @@ std::map<std::string, Event> events_of_users() {
       {"reset_room by another user", [](Subject& s) { s.send([](auto& message) { message.mutable_reset_room(); }); }},
       {"ask_pose where there are no molecules",
        [](Subject& s) { s.send([](auto& message) { message.mutable_ask_pose(); }); }},
+      {"signal by a source of signals",
+       [](Subject& s) {
+         become_source(s);
+         send_signal(s, "valence");
+       }},
+      {"signal by another user", [](Subject& s) { send_signal(s, "valence"); }},
+      {"signal of an unknown name",
+       [](Subject& s) {
+         become_source(s);
+         send_signal(s, "arousal");
+       }},
+      {"grab by a source of signals",
+       [](Subject& s) {
+         become_source(s);
+         s.send([](auto& message) { message.mutable_grab(); });
+       }},
       {"point at a body", [](Subject& s) { point_at(s, 1); }},
       {"point at a body that is not there", [](Subject& s) { point_at(s, 99); }},
   };
@@ -234,7 +269,8 @@ TEST(StatesDocument, EveryTransitionOfTheServerHappensAsWritten) {
     ++caused[event];
     HubSettings settings;
     if (event == "one connection too many") settings.max_connections = 0;
-    Subject subject(row.at("state"), settings);
+    const bool has_signal = event.find("signal") != std::string::npos;
+    Subject subject(row.at("state"), settings, has_signal ? scene_with_signal() : test::two_hands_scene());
     if (event != "one connection too many") {
       ASSERT_EQ(subject.state(), row.at("state"));
       subject.bench.drain(subject.client);

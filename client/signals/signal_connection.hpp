@@ -1,0 +1,66 @@
+// A live source of signals: the sockets, and the thread that drives a SignalSession.
+//
+//   any thread ── send() ──post──▶ io thread: SignalSession ◀──TLS──▶ server
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/net/asio_client_transport.hpp"
+#include "client/signals/signal_session.hpp"
+
+namespace tandem::client {
+
+struct SignalConnectionSettings {
+  std::string host = "127.0.0.1";  ///< without `trust` a loopback address; with `trust` also a name
+  std::uint16_t port = 47800;
+  std::optional<secure::Trust> trust{};  ///< key or authorities to verify the server; none: no TLS (--insecure)
+  SignalSessionSettings session{};
+  /// Called on the io thread with each line for the user. It must neither block nor throw.
+  std::function<void(const std::string& line)> on_log{};
+};
+
+/// Copy of the session's state for other threads.
+struct SignalConnectionStatus {
+  SessionStatus session;
+  bool has_joined = false;
+  std::vector<std::string> names;  ///< signals of the room's game
+  std::size_t waiting = 0;         ///< number of values that are not sent yet
+  std::uint64_t sent = 0;
+  std::uint64_t refused = 0;  ///< refusals of the server
+};
+
+/// Thread  any; a call takes a lock for a moment
+class SignalConnection {
+ public:
+  /// Starts the io thread, which connects.
+  /// Fails   std::invalid_argument: see AsioClientTransport
+  explicit SignalConnection(SignalConnectionSettings settings);
+  /// Calls stop().
+  ~SignalConnection();
+  SignalConnection(const SignalConnection&) = delete;
+  SignalConnection& operator=(const SignalConnection&) = delete;
+
+  /// Waits until the room has admitted this source.
+  /// Fails   std::runtime_error: the text for the user
+  void wait_until_joined();
+  /// Passes on a value, which is sent within milliseconds, or after a lost connection is restored.
+  /// In      age  time since the measurement
+  /// Fails   std::invalid_argument: problem_of(signal)
+  void send(Signal signal, Duration age = {});
+  /// Waits until all values are sent; returns false if they are not within `patience`.
+  bool flush(Duration patience);
+  SignalConnectionStatus status() const;
+  /// Leaves the room and joins the thread. Repeated calls have no effect.
+  void stop();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tandem::client

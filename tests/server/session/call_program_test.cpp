@@ -1,0 +1,101 @@
+// The program of --on-call: its arguments, its limit of time, and its failures.
+#include "server/session/call_program.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <mutex>
+#include <thread>
+
+namespace tandem::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+class CallProgramTest : public ::testing::Test {
+ protected:
+  CallProgramTest() { std::filesystem::create_directories(folder); }
+  ~CallProgramTest() override { std::filesystem::remove_all(folder); }
+
+  std::filesystem::path script(const std::string& body) const {
+    const std::filesystem::path file = folder / "call me";
+    std::ofstream(file) << "#!/bin/sh\n" << body << "\n";
+    ::chmod(file.c_str(), S_IRWXU);
+    return file;
+  }
+  std::function<void(const std::string&)> to_news() {
+    return [this](const std::string& line) {
+      const std::lock_guard lock(mutex);
+      news.push_back(line);
+    };
+  }
+  /// Waits until this many lines of news are here.
+  void await(std::size_t count) {
+    for (int i = 0; i < 10'000; ++i) {
+      {
+        const std::lock_guard lock(mutex);
+        if (news.size() >= count) return;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    FAIL() << "the program did not end";
+  }
+  static std::string text_of(const std::filesystem::path& file) {
+    std::ifstream in(file);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("tandem_call" + std::to_string(::getpid()));
+  std::mutex mutex;
+  std::vector<std::string> news;
+};
+
+TEST_F(CallProgramTest, ItsArgumentsAreRoomAndReasonWithoutAShell) {
+  const std::filesystem::path out = folder / "out";
+  CallProgram program(script("printf '%s|' \"$@\" >> '" + out.string() + "'"), to_news());
+  program.call("a b; exit 3", "$(time) limit");
+  await(1);
+  EXPECT_EQ(text_of(out), "a b; exit 3|$(time) limit|");
+  EXPECT_THAT(news[0], HasSubstr("exit code 0"));
+  program.finish();
+  EXPECT_EQ(news.size(), 1U) << "one run for one call";
+}
+
+TEST_F(CallProgramTest, AFailureIsReported) {
+  CallProgram program(script("exit 7"), to_news());
+  program.call("room", "time-limit");
+  await(1);
+  EXPECT_THAT(news[0], HasSubstr("failed: exit code 7"));
+}
+
+TEST_F(CallProgramTest, AProgramThatDoesNotEndIsKilledWithItsChildren) {
+  CallProgram program(script("sleep 100"), to_news(), std::chrono::milliseconds(50));
+  program.call("room", "time-limit");
+  await(1);
+  EXPECT_THAT(news[0], HasSubstr("killed after"));
+}
+
+TEST_F(CallProgramTest, MoreCallsThanItsQueueHoldsAreReported) {
+  CallProgram program(script("sleep 100"), to_news());
+  for (std::size_t i = 0; i < CallProgram::kMaxWaiting + 3; ++i) program.call("room", "time-limit");
+  await(1);
+  EXPECT_THAT(news[0], HasSubstr("too many calls"));
+}
+
+TEST_F(CallProgramTest, AFileThatCannotBeExecutedIsASetUpError) {
+  for (const std::filesystem::path& wrong : {folder, folder / "absent", std::filesystem::path("/etc/passwd")}) {
+    try {
+      CallProgram program(wrong, to_news());
+      FAIL() << wrong;
+    } catch (const std::invalid_argument& error) {
+      EXPECT_THAT(error.what(), HasSubstr("--on-call: " + wrong.string() + " cannot be executed; give"));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tandem::server

@@ -1,0 +1,102 @@
+"""Signals from other programs reach the game of a room, with a role of their own; a game calls a person by a program."""
+
+import json
+import os
+import re
+import stat
+import subprocess
+import time
+import unittest
+
+from support import PATIENCE_S, ProgramTest, Server, finish, program, run, start_client
+
+GAME = {
+    "signals": [{"name": "valence", "max_age_s": 2, "states": [{"name": "negative", "below": 0}, {"name": "positive", "above": 0}]}],
+    "time_limit_s": 3, "call": {"at_time_limit": True, "said": {"text": "somebody comes"}},
+    "levels": [{"name": "a", "goals": [{"name": "g", "conditions": [{"held": {"body": "ball"}}]}]}]}
+SCENE = {
+    "name": "play",
+    "bodies": [{"name": "ball", "shapes": [{"sphere": {"radius_m": 0.01}}], "mass_kg": 0.05, "graspable": True, "gravity": False,
+                "placement": {"position_m": [0.3, 0, 0]}}],
+    "tools": [{"name": "a"}], "game": GAME}
+
+
+def send(text, *arguments):
+    done = subprocess.run([program("tandem-signal"), *arguments], input=text, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    return done.returncode, done.stdout, done.stderr
+
+
+class Signals(ProgramTest):
+    def scene(self, **changes):
+        return self.write("play.json", json.dumps({**SCENE, "game": {**GAME, **changes}}))
+
+    def test_lines_reach_the_game_which_calls_once(self):
+        calls = self.path("calls")
+        script = self.write("call me", f"#!/bin/sh\nprintf '%s|%s\\n' \"$1\" \"$2\" >> '{calls}'\n")
+        os.chmod(script, stat.S_IRWXU)
+        with Server("--scene", self.scene(), "--on-call", script) as server:
+            client = start_client(server.port, "--json", "--duration", "5s", "--hand", "rest")
+            server.wait_for_log("user 1 .* joined")
+            time.sleep(1)
+            code, _, err = send("# a comment\nvalence -0.5 0.9\nvalence 0.5 0.9 0.1\n", "--server", f"127.0.0.1:{server.port}",
+                                "--insecure")
+            self.assertEqual(code, 0, err)
+            self.assertIn("the signals of the room: valence", err)
+            server.wait_for_log("joined room play as a source of signals")
+            server.wait_for_log("call me for room play .*exit code 0")
+            time.sleep(1)
+            code, out, err = finish(client)
+        self.assertEqual(code, 0, err)
+        game = json.loads(out)["game"]
+        self.assertEqual([event["kind"] for event in game["events"]].count("CALLED"), 1)
+        self.assertEqual(game["phase"], "LOST")
+        self.assertIn("somebody comes", err)
+        self.assertEqual([signal["name"] for signal in game["signals"]], ["valence"])
+        self.assertEqual(game["signals"][0]["value"] if game["signals"][0]["fresh"] else 0.5, 0.5)
+        with open(calls, encoding="utf-8") as file:
+            self.assertEqual(file.read(), "play|time-limit\n")
+
+    def test_wrong_lines_are_named_and_the_others_sent(self):
+        with Server("--scene", self.scene(time_limit_s=0, call={})) as server:
+            to = ("--server", f"127.0.0.1:{server.port}", "--insecure")
+            code, _, err = send("valence x\narousal 1\nvalence 0.25\n" + "v" * 10000 + "\n", *to)
+            self.assertEqual(code, 1)
+            self.assertRegex(err, r"line 1: the value 'x' is not a number")
+            self.assertRegex(err, r"line 2: the game of the room has no signal 'arousal'; it has valence")
+            self.assertRegex(err, r"line 4: it is longer than 256 bytes")
+            code, _, err = send("", *to, "--generate", "valence", "--duration", "1s", "--rate", "20")
+            self.assertEqual(code, 0, err)
+            self.assert_setup_error(run("tandem-signal", *to, "--generate", "arousal", "--duration", "1s"), "tandem-signal: ", "arousal")
+            self.assert_setup_error(run("tandem-signal", *to, "--generate", "valence", "--rate", "99"), "tandem-signal: ", "--rate")
+
+    def test_a_room_without_signals_refuses_them(self):
+        with Server("--scene", "free") as server:
+            self.assert_setup_error(send("valence 1\n", "--server", f"127.0.0.1:{server.port}", "--insecure"), "tandem-signal: ",
+                                    "no game with signals")
+
+    def test_a_program_that_cannot_be_run_is_a_set_up_error(self):
+        self.assert_setup_error(run("tandem-server", "--port", "0", "--insecure", "--scene", "free", "--on-call", self.path("none")),
+                                "--on-call", "cannot be executed")
+
+    def test_a_token_of_the_role_admits_a_source_and_nobody_else(self):
+        state = self.path("state")
+        server = subprocess.Popen([program("tandem-server"), "--port", "0", "--scene", self.scene(), "--state", state, "--invite", "2",
+                                   "--invite-role", "signal"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        try:
+            port = re.search(r"127\.0\.0\.1:(\d+)", server.stdout.readline()).group(1)
+            invitations = [server.stdout.readline().strip() for _ in range(2)]
+            code, _, err = send("valence 1\n", "--join", invitations[0])
+            self.assertEqual(code, 0, err)
+            code, _, err = run("tandem-client", "--headless", "--device", "sim", "--duration", "1s", "--role", "manipulator",
+                               "--join", invitations[1])
+            self.assertEqual(code, 2)
+            self.assertIn("for sending signals only", err)
+            self.assertTrue(port)
+        finally:
+            server.terminate()
+            server.wait(PATIENCE_S)
+            server.stdout.close()
+
+
+if __name__ == "__main__":
+    unittest.main()
