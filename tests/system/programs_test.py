@@ -318,7 +318,7 @@ class Mistakes(ProgramTest):
         crowd = self.write("crowd.json", json.dumps({"name": "crowd", "scene": "two_boxes",
                                                      "users": [{"name": name} for name in "abc"]}))
         subcommands = ("run or random or live or link or bench or calibrate or check or mesh or reproduce or energy or redock or "
-                       "fit-order or report")
+                       "fit-order or report or therapy")
         for arguments, words in [([], [subcommands]), (["run"], ["--out", "tandem-lab run --help"]),
                                  (["bench"], ["field", "tandem-lab bench --help"]),
                                  (["bench", "contact"], ["--a", "tandem-lab bench contact --help"]),
