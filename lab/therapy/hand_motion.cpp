@@ -21,10 +21,6 @@ constexpr auto kMarginSamples = static_cast<std::size_t>(0.1 * kMotionRate_hz);
 constexpr auto kSecond = static_cast<std::size_t>(kMotionRate_hz);
 static_assert(kMaxMovementSamples + 2 * kMarginSamples <= kMaxSpeedSamples);
 
-bool is_measured(const HandMotion& motion, std::size_t i) {
-  return motion.p_W[i].allFinite();
-}
-
 /// Derivative [m/s] at a sample, by the widest stencil that lies within the measured samples.
 double speed_at(const std::vector<Vec3>& p, std::size_t i) {
   const auto has = [&](std::ptrdiff_t offset) {
@@ -161,19 +157,24 @@ std::vector<double> MotionRange::reach_m() const {
 }
 
 std::optional<MotionRange> range_of(const HandMotion& motion, std::size_t first, std::size_t last) {
-  std::array<std::vector<double>, 3> values;
+  std::array<std::vector<double>, 3> values, start;
+  std::size_t rest = 0;
   for (std::size_t i = first; i < std::min(last, motion.p_W.size()); ++i) {
-    if (!is_measured(motion, i)) continue;
-    for (std::size_t axis = 0; axis < 3; ++axis) values[axis].push_back(motion.p_W[i][static_cast<int>(axis)]);
+    if (!motion.p_W[i].allFinite()) continue;
+    rest = motion.speed_m_per_s[i] < kRests_m_per_s ? rest + 1 : 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double value = motion.p_W[i][static_cast<int>(axis)];
+      if (rest <= kRestSamples) values[axis].push_back(value);
+      if (start[axis].size() < kSecond) start[axis].push_back(value);
+    }
   }
-  if (values[0].size() < kSecond) return std::nullopt;
+  if (start[0].size() < kSecond) return std::nullopt;
   MotionRange range;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const int i = static_cast<int>(axis);
     range.low_m[i] = quantile(values[axis], 0.01);
     range.high_m[i] = quantile(values[axis], 0.99);
-    values[axis].resize(kSecond);
-    range.start_m[i] = quantile(values[axis], 0.5);
+    range.start_m[i] = quantile(start[axis], 0.5);
   }
   return range;
 }

@@ -72,7 +72,8 @@ double path_length_m(const HandMotion& motion, std::size_t first, std::size_t la
 double quantile(std::vector<double> values, double q);
 
 /// Axis-aligned box in W that contains the hand for 98 % of the time along each axis: percentiles 1 and 99. Short
-/// outliers therefore do not count.
+/// outliers therefore do not count. Of a rest only the first 0.2 s count, so that a session with long rests has the same
+/// range.
 struct MotionRange {
   Vec3 low_m = Vec3::Zero();
   Vec3 high_m = Vec3::Zero();

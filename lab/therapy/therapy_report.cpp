@@ -213,7 +213,7 @@ Plot range_progress(std::span<const StoredSession> sessions) {
     add_series(plot, sessions, "along " + std::string(1, "xyz"[axis]),
                [=](const SessionMeasures& session) { return size_mm(session.whole().range, axis); });
   }
-  plot.caption = "Size of the box in which the hand was for 98 % of the session.";
+  plot.caption = "Size of the box in which the hand was for 98 % of the time, without long rests.";
   return plot;
 }
 
@@ -295,7 +295,7 @@ void add_definitions(HtmlReport& report) {
   report.paragraph(
       "Range of motion: percentiles 1 and 99 of the position along each axis of the scene, so that short outliers do "
       "not "
-      "count. The start is the median position of the first second.");
+      "count. Of a rest only the first 0.2 s count. The start is the median position of the first second.");
   report.paragraph(
       "Force: magnitude of the force of the server's coupling on the hand, 50 values a second, before the limits of "
       "the "

@@ -159,6 +159,16 @@ TEST(Range, HasTheReachFromTheStartInEachDirection) {
   EXPECT_FALSE(range_of(motion, 0, 50)) << "half a second is too short";
 }
 
+TEST(Range, IsTheSameWithALongRest) {
+  const auto moves = [](double t) { return Vec3(0.1 * std::sin(3 * t), 0, 0); };
+  const HandMotion without = sampled(10, 200, moves);
+  const HandMotion with = sampled(300, 200, [&](double t) { return moves(std::min(t, 10.0)); });
+  const auto expected = range_of(without, 0, without.p_W.size()), range = range_of(with, 0, with.p_W.size());
+  ASSERT_TRUE(expected && range);
+  EXPECT_LT((range->size_m() - expected->size_m()).cwiseAbs().maxCoeff(), 0.001);
+  EXPECT_NEAR(range->size_m().x(), 0.2, 0.001);
+}
+
 TEST(Quantile, InterpolatesAndSkipsUnknownValues) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(quantile({3, nan, 1, 2}, 0.5), 2);
