@@ -70,27 +70,50 @@ const std::vector<Column> kMeasureColumns{{"Time", "s"},
                                           {"Movements", "1"},
                                           {"Smoothness", "SPARC"},
                                           {"Path", "m"},
-                                          {"Force mean", "N"},
-                                          {"Force peak", "N"},
-                                          {"Range of motion x × y × z", "mm"},
-                                          {"Grasps", "1"},
-                                          {"Objects", "1"},
+                                          {"Force mean / peak", "N"},
+                                          {"Range x × y × z", "mm"},
+                                          {"Grasps / objects", "1"},
                                           {"Score", "points"}};
 
 std::vector<std::string> measure_cells(const PartMeasures& part) {
-  return {format_fixed(part.time_s, 1),     std::to_string(part.movements),     format_fixed(part.smoothness, 2),
-          format_fixed(part.path_m, 2),     format_fixed(part.force_mean_n, 2), format_fixed(part.force_peak_n, 2),
-          size_words(part.range),           std::to_string(part.grasps),        std::to_string(part.objects),
+  return {format_fixed(part.time_s, 1),
+          std::to_string(part.movements),
+          format_fixed(part.smoothness, 2),
+          format_fixed(part.path_m, 2),
+          format_fixed(part.force_mean_n, 2) + " / " + format_fixed(part.force_peak_n, 2),
+          size_words(part.range),
+          std::to_string(part.grasps) + " / " + std::to_string(part.objects),
           format_significant(part.score, 6)};
 }
 
-Table parts_table(const std::string& caption, std::span<const PartMeasures* const> parts) {
-  Table table{caption, {{.header = "Part", .is_text = true}, {.header = "Outcome", .is_text = true}}, {}};
-  table.columns.insert(table.columns.end(), kMeasureColumns.begin(), kMeasureColumns.end());
-  for (const PartMeasures* part : parts) {
-    std::vector<std::string> row{part->name, outcome_words(part->outcome)};
-    for (std::string& cell : measure_cells(*part)) row.push_back(std::move(cell));
-    table.rows.push_back(std::move(row));
+/// Returns an empty table with the measures behind `columns`; add_row() fills it.
+Table measures_table(const std::string& caption, std::vector<Column> columns) {
+  columns.insert(columns.end(), kMeasureColumns.begin(), kMeasureColumns.end());
+  return {caption, std::move(columns), {}};
+}
+
+void add_row(Table& table, std::vector<std::string> first_cells, const PartMeasures& part) {
+  for (std::string& cell : measure_cells(part)) first_cells.push_back(std::move(cell));
+  table.rows.push_back(std::move(first_cells));
+}
+
+Column text_column(const std::string& header) {
+  return {.header = header, .is_text = true};
+}
+
+Table levels_table(const std::string& caption, std::span<const PartMeasures* const> parts) {
+  Table table = measures_table(caption, {text_column("Part"), text_column("Outcome")});
+  for (const PartMeasures* part : parts) add_row(table, {part->name, outcome_words(part->outcome)}, *part);
+  return table;
+}
+
+/// A goal belongs to the last level that precedes it in the list of parts.
+Table goals_table(const SessionMeasures& session) {
+  Table table = measures_table("Goals", {text_column("Level"), text_column("Goal"), text_column("Outcome")});
+  std::string level;
+  for (const PartMeasures& part : session.parts) {
+    if (part.kind == PartKind::kLevel) level = part.name;
+    if (part.kind == PartKind::kGoal) add_row(table, {level, part.name, outcome_words(part.outcome)}, part);
   }
   return table;
 }
@@ -104,18 +127,14 @@ std::vector<const PartMeasures*> parts_of(const SessionMeasures& session, std::i
 }
 
 Table sessions_table(std::span<const StoredSession> sessions) {
-  Table table{"All sessions",
-              {{.header = "Session", .is_text = true},
-               {.header = "Date", .is_text = true},
-               {.header = "Scene", .is_text = true},
-               {"Levels reached", "1"}},
-              {}};
-  table.columns.insert(table.columns.end(), kMeasureColumns.begin(), kMeasureColumns.end());
+  Table table = measures_table(
+      "All sessions", {text_column("Session"), text_column("Date"), text_column("Scene"), {"Levels reached", "1"}});
   for (const StoredSession& session : sessions) {
-    std::vector<std::string> row{std::to_string(session.number), date_of(session.measures), session.measures.scene,
-                                 std::to_string(session.measures.count(PartKind::kLevel, PartOutcome::kReached))};
-    for (std::string& cell : measure_cells(session.measures.whole())) row.push_back(std::move(cell));
-    table.rows.push_back(std::move(row));
+    const std::size_t reached = session.measures.count(PartKind::kLevel, PartOutcome::kReached);
+    add_row(
+        table,
+        {std::to_string(session.number), date_of(session.measures), session.measures.scene, std::to_string(reached)},
+        session.measures.whole());
   }
   return table;
 }
@@ -364,15 +383,16 @@ HtmlReport therapy_report(std::string_view pseudonym, std::span<const StoredSess
   report.answer(answer(sessions, index));
   if (session.is_cut) report.paragraph("The recording is cut or damaged; only its readable part was measured.");
   const auto parts = parts_of(session, {PartKind::kSession, PartKind::kLevel});
-  report.table(parts_table("Session and levels", std::span(parts).first(std::min(parts.size(), 1 + kFirstPageLevels))));
+  report.table(
+      levels_table("Session and levels", std::span(parts).first(std::min(parts.size(), 1 + kFirstPageLevels))));
   add_figures(report, {smoothness_progress(sessions), range_progress(sessions)});
   const Plot movements = movements_plot(session);
   if (has_data(movements)) report.figure(movements);
 
   report.appendix();
-  if (parts.size() > 1 + kFirstPageLevels) report.table(parts_table("All levels", parts));
-  const auto goals = parts_of(session, {PartKind::kGoal});
-  if (!goals.empty()) report.table(parts_table("Goals", goals));
+  if (parts.size() > 1 + kFirstPageLevels) report.table(levels_table("All levels", parts));
+  const Table goals = goals_table(session);
+  if (!goals.rows.empty()) report.table(goals);
   report.table(reach_table(session));
   if (const std::string used = used_words(session); !used.empty()) report.paragraph(used);
   report.heading("Progress");
