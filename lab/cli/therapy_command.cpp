@@ -74,12 +74,9 @@ int run_list(const TherapyOptions& options) {
 int run_add(const TherapyOptions& options) {
   PersonStore store = store_of(options);
   store.sessions(options.pseudonym);  // reports an unknown person before the recording is read
-  SessionMeasures session = measure_session(options.recording, options.user);
-  if (!options.calibration.empty()) {
-    session.calibration = measure_calibration(options.calibration, options.user, std::nullopt);
-  } else if (options.calibration_s > 0) {
-    session.calibration = measure_calibration(options.recording, options.user, options.calibration_s);
-  }
+  const auto first_seconds = options.calibration_s > 0 ? std::optional(options.calibration_s) : std::nullopt;
+  SessionMeasures session = measure_session(options.recording, options.user, first_seconds);
+  if (!options.calibration.empty()) session.calibration = measure_calibration(options.calibration, options.user);
   const int number = store.add(options.pseudonym, session);
   if (session.is_cut) {
     std::cerr << "tandem-lab: " << options.recording

@@ -93,8 +93,10 @@ class GameLog {
         close_level(PartOutcome::kFailed, at_ns);
         outcome_ = PartOutcome::kFailed;
         break;
-      default:  // STARTED, and kinds of later versions
+      case Event::STARTED:
         outcome_ = PartOutcome::kOpen;
+        break;
+      default:  // of a later version
         break;
     }
   }

@@ -77,6 +77,15 @@ PartMeasures measure(const RecordedHand& hand, const std::vector<Movement>& move
   return measures;
 }
 
+MotionRange calibration_of(const HandMotion& motion, double seconds, const std::filesystem::path& file) {
+  const auto last = static_cast<std::size_t>(std::clamp(seconds, 0.0, kMaxSession_s) * kMotionRate_hz);
+  const auto range = range_of(motion, 0, last);
+  if (range) return *range;
+  throw std::invalid_argument(file.string() +
+                              ": the calibration has less than 1 s of the hand's motion; record the hand while it "
+                              "reaches as far as it can in each direction");
+}
+
 }  // namespace
 
 std::string text_of(PartKind kind) {
@@ -94,7 +103,8 @@ std::size_t SessionMeasures::count(PartKind kind, PartOutcome outcome) const {
       parts, [=](const PartMeasures& part) { return part.kind == kind && part.outcome == outcome; }));
 }
 
-SessionMeasures measure_session(const std::filesystem::path& file, const std::string& user) {
+SessionMeasures measure_session(const std::filesystem::path& file, const std::string& user,
+                                std::optional<double> calibration_s) {
   const RecordedHand hand = read_hand(file, user);
   std::vector<Movement> movements = movements_of(hand.motion);
   SessionMeasures session{.recording = hand.recording,
@@ -105,6 +115,7 @@ SessionMeasures measure_session(const std::filesystem::path& file, const std::st
                           .movements = {}};
   session.parts.push_back(measure(
       hand, movements, {PartKind::kSession, hand.game_outcome, "session", 0, hand.motion.duration_s(), hand.score}));
+  if (calibration_s) session.calibration = calibration_of(hand.motion, *calibration_s, file);
   for (const GamePart& part : hand.game_parts) {
     if (part.end_s <= 0 || part.begin_s >= hand.motion.duration_s()) continue;  // the user was not in the room
     session.parts.push_back(measure(hand, movements, part));
@@ -114,16 +125,9 @@ SessionMeasures measure_session(const std::filesystem::path& file, const std::st
   return session;
 }
 
-MotionRange measure_calibration(const std::filesystem::path& file, const std::string& user,
-                                std::optional<double> seconds) {
+MotionRange measure_calibration(const std::filesystem::path& file, const std::string& user) {
   const HandMotion motion = read_hand(file, user).motion;
-  const std::size_t last =
-      seconds ? static_cast<std::size_t>(std::clamp(*seconds, 0.0, kMaxSession_s) * kMotionRate_hz) : motion.p_W.size();
-  const auto range = range_of(motion, 0, last);
-  if (range) return *range;
-  throw std::invalid_argument(file.string() +
-                              ": the calibration has less than 1 s of the hand's motion; record the hand "
-                              "while it reaches as far as it can in each direction");
+  return calibration_of(motion, motion.duration_s(), file);
 }
 
 }  // namespace tandem::lab

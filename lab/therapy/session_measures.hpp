@@ -63,14 +63,16 @@ struct SessionMeasures {
 /// Measures a session.
 /// In      file  first file of a recording by `tandem-server --record`
 ///         user  name of the user in the recording; empty: its only user with a tool
+///         calibration_s  first seconds after the join of the user that are the calibration, 1..kMaxSession_s; none: the
+///                 session has no calibration
 /// Fails   std::invalid_argument, which names file, field and remedy: the file is no recording of a room, the user is
-///         not in it or not the only one, no motion of the user was recorded, or a limit is exceeded
-SessionMeasures measure_session(const std::filesystem::path& file, const std::string& user);
+///         not in it or not the only one, no motion of the user was recorded, less than 1 s of the calibration was
+///         recorded, or a limit is exceeded
+SessionMeasures measure_session(const std::filesystem::path& file, const std::string& user,
+                                std::optional<double> calibration_s = {});
 
-/// Returns the range of motion of a user in a recording, or in its first seconds after the join of the user.
-/// In      seconds  1..kMaxSession_s; none: the whole recording
-/// Fails   as measure_session(); fewer than 1 s are measured
-MotionRange measure_calibration(const std::filesystem::path& file, const std::string& user,
-                                std::optional<double> seconds);
+/// Returns the range of motion of a user in a recording of a calibration.
+/// Fails   as measure_session()
+MotionRange measure_calibration(const std::filesystem::path& file, const std::string& user);
 
 }  // namespace tandem::lab

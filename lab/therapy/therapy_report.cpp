@@ -356,6 +356,11 @@ void add_lines(std::string& csv, const StoredSession& session, const PartMeasure
   line("grasps", "1", std::to_string(part.grasps));
   line("objects", "1", std::to_string(part.objects));
   line("score", "points", number_text(part.score));
+  if (!part.range) return;
+  const Vec3 size_m = part.range->size_m();
+  line("range_x", "m", number_text(size_m.x()));
+  line("range_y", "m", number_text(size_m.y()));
+  line("range_z", "m", number_text(size_m.z()));
 }
 
 void add_range(std::string& csv, const StoredSession& session, const std::string& kind,

@@ -79,6 +79,12 @@ class MadeRecording {
     bytes_.insert(bytes_.end(), chunk.begin(), chunk.end());
     chunk_begin_ = bytes_.size();
   }
+  /// Adds a message that is no step.
+  void damaged_step() {
+    const std::string text = "\xff\xff\xff\xff\xff";
+    writer_.add(1, kBegin_ns + steps_ * 1'000'000,
+                std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+  }
   std::size_t bytes_until_chunk() const { return chunk_begin_; }
   double now_s() const { return static_cast<double>(steps_) * 1e-3; }
 

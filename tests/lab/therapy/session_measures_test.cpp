@@ -182,11 +182,13 @@ TEST_F(SessionMeasuresTest, CalibrationIsTheRangeOfTheFirstSeconds) {
   made.run(2, [](double t) { return Vec3(t < 2 ? -0.1 : 0.3, 0, 0.1); });
   made.run(2, [](double) { return Vec3(0.9, 0, 0.1); });
   const fs::path recording = written(made);
-  const MotionRange first = measure_calibration(recording, "", 3.0), all = measure_calibration(recording, "", {});
+  const MotionRange first = measure_session(recording, "", 3.0).calibration.value(),
+                    all = measure_calibration(recording, "");
+  EXPECT_FALSE(measure_session(recording, "").calibration);
   EXPECT_NEAR(first.reach_m()[0], 0.1, 1e-9);
   EXPECT_NEAR(first.reach_m()[1], 0.3, 1e-9);
   EXPECT_NEAR(all.reach_m()[1], 0.9, 1e-9);
-  EXPECT_THAT(error_of([&] { measure_calibration(recording, "", 0.5); }),
+  EXPECT_THAT(error_of([&] { measure_session(recording, "", 0.5); }),
               AllOf(HasSubstr("a.mcap: the calibration has less than 1 s"), HasSubstr("record the hand")));
 }
 
@@ -233,6 +235,16 @@ TEST_F(SessionMeasuresTest, HostileValuesAreNotMeasured) {
     const auto stored = to_json(session);
     EXPECT_EQ(to_json(session_from_json(stored, "x.json")), stored);
   }
+}
+
+TEST_F(SessionMeasuresTest, AMessageThatCannotBeReadIsNamed) {
+  MadeRecording made;
+  made.join(0, "anna");
+  made.run(2, at_rest);
+  made.damaged_step();
+  EXPECT_THAT(
+      error_of([&] { measure_session(written(made), ""); }),
+      AllOf(HasSubstr("a.mcap: a message tandem.wire.RecordedStep cannot be read"), HasSubstr("copy it again")));
 }
 
 TEST_F(SessionMeasuresTest, AClientsRecordingIsRefused) {

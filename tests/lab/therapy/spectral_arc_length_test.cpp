@@ -61,6 +61,27 @@ TEST(SpectralArcLength, IsLoweredByTremorAndMoreByMoreTremor) {
   }
 }
 
+/// The values are of an independent program in Python after the steps of the authors' smoothness.py: power of two with
+/// padding level 4, magnitude over its maximum, frequencies up to 10 Hz, last magnitude of 0.05 or more.
+TEST(SpectralArcLength, AgreesWithAnIndependentProgram) {
+  struct Case {
+    int samples;
+    double rate_hz, share, expected;
+  };
+  for (const Case& one : {Case{101, 100, 0, -1.405829324421465},
+                          {101, 100, 0.3, -1.7904027061313468},
+                          {101, 100, 1.5, -2.69799343627433},
+                          {250, 100, 0.3, -2.0085310464399835},
+                          {250, 100, 1.5, -3.5434035489961833},
+                          {300, 120, 1.5, -3.0135554009069816}}) {
+    std::vector<double> speed;
+    for (int i = 0; i < one.samples; ++i) {
+      speed.push_back(std::abs(minimum_jerk_speed(i / (one.samples - 1.0)) + one.share * std::sin(0.31 * i)));
+    }
+    EXPECT_NEAR(spectral_arc_length(speed, one.rate_hz), one.expected, 1e-9) << one.samples << ", " << one.share;
+  }
+}
+
 TEST(SpectralArcLength, OfTwoSubmovementsIsLowerThanOfOne) {
   std::vector<double> speed = minimum_jerk_profile(0.1, 0.8, kRate_hz);
   const double one = spectral_arc_length(speed, kRate_hz);
