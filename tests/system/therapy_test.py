@@ -119,20 +119,24 @@ class Therapy(ProgramTest):
         return process.wait(PATIENCE_S)
 
     def test_a_run_that_is_killed_leaves_all_or_nothing(self):
+        seed = int(os.environ.get("TANDEM_TEST_SEED", "1"))
+        print(f"TANDEM_TEST_SEED={seed}")
+        chance = random.Random(seed)
         kept = self.new()
         begin = time.monotonic()
         self.done("add", kept, self.recording)
         duration_s = time.monotonic() - begin
-        for i in range(12):
+        for _ in range(12):
             person = self.new()
-            self.killed(random.uniform(0.7, 1.1) * duration_s, "add", person, self.recording)
+            self.killed(chance.uniform(0.7, 1.1) * duration_s, "add", person, self.recording)
             sessions = {one["pseudonym"]: len(one["sessions"]) for one in json.loads(self.done("list", "--json"))}
             self.assertEqual(sessions[kept], 1)
             self.assertIn(sessions[person], (0, 1))
             if sessions[person] == 0:
                 self.done("add", person, self.recording)
-            self.killed(random.uniform(0, 0.03), "delete", person)
+            self.killed(chance.uniform(0, 0.03), "delete", person)
             if person in self.done("list"):
+                self.assertIn(f"{person}  1 session", self.done("list"))
                 self.done("delete", person)
             self.assertEqual(self.found(person), [])
         self.new()  # completes the deletions
