@@ -38,5 +38,7 @@ void add_fit_order_command(CLI::App& app, int& exit_code);
 /// Adds `report --out FILE --session NAME=DIR …`.
 /// Writes one HTML report and a verdict about the folders of live sessions.
 void add_report_command(CLI::App& app, int& exit_code);
+/// Adds `therapy new|list|add|report|delete [PSEUDONYM] [FILE] [--data DIR] …`.
+void add_therapy_command(CLI::App& app, int& exit_code);
 
 }  // namespace tandem::lab

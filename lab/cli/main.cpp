@@ -50,6 +50,7 @@ int main(int argument_count, char** arguments) {
   tandem::lab::add_redock_command(app, exit_code);
   tandem::lab::add_fit_order_command(app, exit_code);
   tandem::lab::add_report_command(app, exit_code);
+  tandem::lab::add_therapy_command(app, exit_code);
   try {
     app.parse(argument_count, arguments);
     return exit_code;

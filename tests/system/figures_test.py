@@ -1,5 +1,6 @@
 """Tests that the figures in reports of tandem-lab satisfy the rules in figures.py, which are those of a journal."""
 
+import glob
 import os
 import re
 import tempfile
@@ -7,7 +8,7 @@ import unittest
 import xml.etree.ElementTree as ElementTree
 
 import figures
-from support import ProgramTest, run
+from support import ProgramTest, Server, finish, run, start_client
 
 GOOD = """<svg class="plot" viewBox="0 0 400 200" xmlns="http://www.w3.org/2000/svg"><style>
 .plot .s0 { stroke: #0072b2; } .plot .s1 { stroke: #d55e00; }
@@ -102,6 +103,20 @@ class Reports(ProgramTest):
 
     def test_a_bench_of_contact(self):
         self.report_of(3, "bench", "contact", "--a", "sphere", "--b", "cube", "--steps", "1500", "--no-peer")
+
+    def test_a_session_of_a_person(self):
+        with Server("--scene", "ring", "--record", self.path("rec")) as server:
+            code, _, err = finish(start_client(server.port, "--hand", "grab-and-lift", "--duration", "5s"))
+            self.assertEqual(code, 0, err)
+        recording, = glob.glob(self.path("rec/*.mcap"))
+        folder = ("--data", self.path("data"))
+        for arguments in (("new", "PERSON-1"), ("add", "PERSON-1", recording, "--calibration-s", "3"),
+                          ("report", "PERSON-1", "--out", self.path("out"))):
+            code, _, err = run("tandem-lab", "therapy", *arguments, *folder)
+            self.assertEqual(code, 0, err)
+        self.assert_good(self.path("out"), 5)
+        with open(self.path("out/report.html"), encoding="utf-8") as file:
+            self.assertIn("Not a medical device", file.read().split('<section class="appendix">')[0])
 
 
 if __name__ == "__main__":

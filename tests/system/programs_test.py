@@ -318,7 +318,7 @@ class Mistakes(ProgramTest):
         crowd = self.write("crowd.json", json.dumps({"name": "crowd", "scene": "two_boxes",
                                                      "users": [{"name": name} for name in "abc"]}))
         subcommands = ("run or random or live or link or bench or calibrate or check or mesh or reproduce or energy or redock or "
-                       "fit-order or report")
+                       "fit-order or report or therapy")
         for arguments, words in [([], [subcommands]), (["run"], ["--out", "tandem-lab run --help"]),
                                  (["bench"], ["field", "tandem-lab bench --help"]),
                                  (["bench", "contact"], ["--a", "tandem-lab bench contact --help"]),
@@ -333,6 +333,9 @@ class Mistakes(ProgramTest):
                                  (["bench", "room", "--users", "1", "--hands", "rest", "rest"],
                                   ["--hands names 2 paths for 1 user"]),
                                  (["bench", "goals", "--scene", "free"], ["--scene free: the scene has no game"]),
+                                 (["therapy"], ["new or list or add or report or delete", "tandem-lab therapy --help"]),
+                                 (["therapy", "new", "anna", "--data", self.folder], ["'anna'", "A-Z, 0-9"]),
+                                 (["therapy", "delete", "PERSON-1", "--data", self.folder], ["no person PERSON-1", "therapy list"]),
                                  (["bench", "join", "--loss", "2"], ["--loss", "0 to 0.95"]),
                                  (["bench", "docking", "--receptor", "a.pdb", "--ligand", "b.pdb", "--sweep"],
                                   ["--sweep requires --interface-atoms"]),

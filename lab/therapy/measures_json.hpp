@@ -1,0 +1,18 @@
+// Measures of a session as JSON, for the data folder.
+#pragma once
+
+#include <string>
+
+#include "common/base/json.hpp"
+#include "lab/therapy/session_measures.hpp"
+
+namespace tandem::lab {
+
+/// Numbers that are not known are left out.
+boost::json::object to_json(const SessionMeasures& session);
+
+/// In      origin  file name for error messages
+/// Fails   std::invalid_argument, which names file, field, value and remedy
+SessionMeasures session_from_json(const boost::json::value& value, const std::string& origin);
+
+}  // namespace tandem::lab
