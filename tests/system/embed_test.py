@@ -222,6 +222,20 @@ print(json.dumps(has | {"__version__": None}))
                           for name, members in names.items() if members is not None})
         self.assertEqual(stub, has)
 
+    def test_recipes_use_names_of_the_headers(self):
+        with open(os.path.join(self.prefix, "include/tandem/tandem.hpp"), encoding="utf-8") as hpp, \
+                open(os.path.join(self.prefix, "include/tandem/tandem.h"), encoding="utf-8") as h:
+            known = set(re.findall(r"\w+", hpp.read() + h.read()))
+        for recipe in ("UNREAL.md", "ROS2.md"):
+            with open(os.path.join(SOURCE, "client", "embed", recipe), encoding="utf-8") as file:
+                text = file.read()
+            self.assertIn("Not tested", text)
+            used = set(re.findall(r"\b(tandem_\w+|TANDEM_\w+)", text)) | set(re.findall(r"tandem::(\w+)", text))
+            used |= set(re.findall(r"\b(?:[cC]lient_?|device_?|Client)(?:\.|->)(\w+)\(", text)) - {"reset"}
+            used |= set(re.findall(r"\b(?:[sS]ample|[tT]ick|[sS]ettings|hardware|handle_D|on_hand_D|tool_W|handle_W|Session|about)\.(\w+)", text))
+            self.assertGreater(len(used), 15)
+            self.assertEqual(used - known - {"tandem"}, set(), recipe)
+
     def test_programs_that_cmake_has_built_run(self):
         for name in ("01_touch_a_room", "02_own_device", "03_touch_a_room"):
             with self.subTest(name=name), Server("--scene", "crate") as server:
