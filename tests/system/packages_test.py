@@ -2,6 +2,7 @@
 version. The nightly deploy/check-packages tests the built packages."""
 
 import glob
+import json
 import os
 import re
 import subprocess
@@ -176,11 +177,33 @@ class Scripts(ProgramTest):
         for package in re.findall(r"^ ([a-z0-9.+-]+)", listed, re.M):
             self.assertRegex(table, rf"(?m)^{re.escape({'debhelper-compat': 'debhelper', 'python3': 'python3'}.get(package, package))} ")
 
+    def test_list_of_contents_has_the_licence_of_everything_that_is_compiled_in(self):
+        done = subprocess.run([os.path.join(SOURCE, "deploy", "debian", "make_spdx"), "--build", BUILD, "--version-text", "0"],
+                              capture_output=True, text=True, env={**os.environ, "SOURCE_DATE_EPOCH": "0"}, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        names = {package["name"] for package in json.loads(done.stdout)["packages"]}
+        self.assertLessEqual({"libeigen3-dev", "libssl-dev", "libstdc++-12-dev"}, names)
+
+    def test_files_of_the_library_and_of_python_are_in_their_packages(self):
+        expected = {"runtime-library": r"usr/lib/.*libtandem\.so\.[0-9.]+", "python": r"usr/lib/python3/dist-packages/tandem/.*",
+                    "development": r"usr/(include/tandem|share/tandem/csharp|lib/.*(cmake/tandem|pkgconfig))/.*|usr/lib/.*libtandem\.so"}
+        rules, control = read("deploy", "debian", "rules"), read("deploy", "debian", "control")
+        for component, pattern in expected.items():
+            package, = re.findall(rf"^component_(\S+) = {component}$", rules, re.M)
+            self.assertIn(f"\nPackage: {package}\n", control)
+            folder = self.path(component)
+            subprocess.run(["cmake", "--install", BUILD, "--prefix", "/usr", "--component", component], check=True, capture_output=True,
+                           env={**os.environ, "DESTDIR": folder})
+            files = files_below(folder)
+            self.assertGreater(len(files), 1)
+            for file in files:
+                self.assertRegex(file, f"^({pattern})$")
+
     def test_every_package_of_the_list_of_licences_with_a_notice_is_in_the_copyright_file(self):
         licences = re.findall(r'^    "([^"]+)": "([^"]+)",$', read("deploy", "debian", "make_spdx"), re.M)
         copyright_file = read("deploy", "debian", "copyright")
         statically_used = {"libassimp-dev", "libboost1.81-dev", "libbullet-dev", "libcli11-dev", "libeigen3-dev", "libfmt-dev",
-                           "libimgui-dev", "libprotobuf-dev", "libspdlog-dev"}
+                           "libimgui-dev", "libprotobuf-dev", "libspdlog-dev", "pybind11-dev"}
         self.assertLess(statically_used, {name for name, _ in licences})
         for name in statically_used:
             self.assertIn(f"Comment: {name}, ", copyright_file)

@@ -3,7 +3,9 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -73,22 +75,70 @@ void copy_to(const std::array<double, 3>& from, double (&to)[3]) {
   for (std::size_t i = 0; i < 3; ++i) to[i] = from[i];
 }
 
+/// Longest time until Ctrl-C ends a wait.
+constexpr tandem::Seconds kSlice{0.05};
+
+/// Repeats a wait of the library in slices without the interpreter's lock. Between them the signal handlers of Python
+/// run, so that Ctrl-C ends the wait. Returns the status of the last slice.
+/// In      timeout_s  the library refuses a time-out that is not valid
+///         wait       waits for at most the given number of seconds, and returns a status
+template <class Wait>
+tandem_status wait_in_slices(double timeout_s, const Wait& wait) {
+  const auto begin = std::chrono::steady_clock::now();
+  double left_s = timeout_s;
+  while (true) {
+    const bool is_last = !(left_s > kSlice.count());  // also for a number that the library refuses
+    {
+      const py::gil_scoped_release release;
+      const tandem_status status = wait(is_last ? left_s : kSlice.count());
+      if (is_last || status != TANDEM_TIMED_OUT) return tandem::detail::check(status);
+    }
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    left_s = std::max(0.0, timeout_s - tandem::Seconds(std::chrono::steady_clock::now() - begin).count());
+  }
+}
+
 /// A client that can be closed before Python releases it.
 class Client {
  public:
   explicit Client(const tandem::ClientSettings& settings, std::shared_ptr<tandem::OwnDevice> device)
       : device_(std::move(device)), client_(std::in_place, settings) {}
 
+  /// Joins the room and starts the loop. If this fails, the client is closed, because `with` calls no __exit__ then.
   void enter(double timeout_s) {
-    client_->join();
-    client_->wait_joined(tandem::Seconds(timeout_s));
-    client_->start();
+    try {
+      without_lock([this] { client_->join(); });
+      wait_joined(timeout_s);
+      without_lock([this] { client_->start(); });
+    } catch (...) {
+      without_lock([this] { close(); });
+      throw;
+    }
+  }
+  void wait_joined(double timeout_s) {
+    wait_in_slices(timeout_s, [this](double s) { return tandem_client_wait_joined(client_->handle(), s); });
+  }
+  /// Returns false after the time-out.
+  bool wait_event(double timeout_s) {
+    try {
+      wait_in_slices(timeout_s, [this](double s) { return tandem_client_wait_event(client_->handle(), s); });
+      return true;
+    } catch (const tandem::Error& error) {
+      if (error.status() != TANDEM_TIMED_OUT) throw;
+      return false;
+    }
   }
   // The object of tandem.hpp is kept, so that a call after the close gives an error of the library.
   void close() { tandem_client_close(client_->handle()); }
   tandem::Client& open() { return *client_; }
 
  private:
+  template <class Function>
+  static void without_lock(const Function& function) {
+    const py::gil_scoped_release release;
+    function();
+  }
+
   std::shared_ptr<tandem::OwnDevice> device_;
   std::optional<tandem::Client> client_;
 };
@@ -101,8 +151,7 @@ struct Events {
   tandem::Event next() {
     while (true) {
       if (auto event = client->open().next_event()) return std::move(*event);
-      const py::gil_scoped_release release;
-      if (!client->open().wait_event(tandem::Seconds(timeout_s))) break;
+      if (!client->wait_event(timeout_s)) break;
     }
     throw py::stop_iteration();
   }
@@ -307,9 +356,8 @@ void add_client(py::module_& m) {
            py::arg("has_passivity") = true, py::arg("realtime_priority") = 0, py::arg("has_simulated_link") = false)
       .def(
           "join", [](Client& self) { self.open().join(); }, WithoutLock())
-      .def(
-          "wait_joined", [](Client& self, double timeout_s) { self.open().wait_joined(tandem::Seconds(timeout_s)); },
-          WithoutLock(), py::arg("timeout_s") = 20.0)
+      .def("wait_joined", &Client::wait_joined, py::arg("timeout_s") = 20.0)
+      .def("wait_event", &Client::wait_event, py::arg("timeout_s"))
       .def(
           "start", [](Client& self) { self.open().start(); }, WithoutLock())
       .def(
@@ -317,7 +365,6 @@ void add_client(py::module_& m) {
       .def("close", &Client::close, WithoutLock())
       .def("__enter__",
            [](const std::shared_ptr<Client>& self) {
-             const py::gil_scoped_release release;
              self->enter(20);
              return self;
            })
