@@ -28,9 +28,9 @@ class Screen;
 
 /// End of a run.
 struct RunEnd {
-  enum class Next { kQuit, kOpen, kHost };
+  enum class Next { kQuit, kOpen, kHost, kGuide };
   int code = 0;
-  Next next = Next::kQuit;  ///< next step of the user: quit, or open or host another scene from the start screen
+  Next next = Next::kQuit;  ///< next step of the user: quit, or open, host or be guided from the start screen
 };
 
 /// Runs until the duration is over, a signal arrives, or the session ends. Returns the exit code. The caller must have

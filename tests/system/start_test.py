@@ -56,15 +56,15 @@ class StartTest(WindowTest):
     programs = (*WindowTest.programs, "xclip", "ps")
     width, height = 800, 620  # a small window is drawn fast
 
-    def start_screen(self, *arguments, display=None):
-        """Starts the program without an address, and waits for the start screen."""
+    def start_screen(self, *arguments, display=None, title="^tandem: start$"):
+        """Starts the program without an address, and waits for the start screen, or another title."""
         display = display or self.display
         client = subprocess.Popen(
             [program("tandem-client"), "--window-size", f"{self.width}x{self.height}", *arguments],
             env=display.environment() | {"USER": "anna"}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(client.communicate)
         self.addCleanup(client.kill)
-        self.wait_for_title("^tandem: start$", display)
+        self.wait_for_title(title, display)
         time.sleep(2)
         return client
 
@@ -219,6 +219,61 @@ class Local(StartTest):
             time.sleep(0.1)
         self.assertFalse(is_running(server), "the server")
         self.assertFalse(is_running(partner), "the partner")
+
+
+class Guided(StartTest):
+    """The guided first minute. Its steps are read from the window's memory, which is written after each step."""
+
+    def memory(self):
+        try:
+            with open(os.path.join(self.display.folder.name, "tandem", "window.json")) as file:
+                return json.load(file)
+        except (FileNotFoundError, json.JSONDecodeError):
+            return {}
+
+    #: Buttons of the card.
+    SKIP, END = (45, StartTest.height - 27), (160, StartTest.height - 27)
+
+    def wait_for(self, is_so, act=lambda: None):
+        """Repeats an action until the window's memory satisfies a condition."""
+        deadline = time.monotonic() + OPENING_S
+        while time.monotonic() < deadline:
+            if is_so(self.memory()):
+                return
+            act()
+            time.sleep(0.5)
+        self.fail(f"the guide has not gone on: {self.memory()}")
+
+    def wait_for_step(self, step, act=lambda: None):
+        self.wait_for(lambda memory: memory.get("guide_step") == step, act)
+
+    def grab(self):
+        """Presses the key, and waits longer than a grab takes on a busy machine: a second press would release."""
+        self.display.do("key", "space")
+        for _ in range(20):
+            if self.memory().get("guide_step") != "grasp":
+                return
+            time.sleep(0.5)
+
+    def hold(self, key, seconds):
+        self.display.do("keydown", key, "sleep", seconds, "keyup", key)
+
+    def test_leads_from_the_touch_to_the_lift_and_is_resumed_at_the_next_start(self):
+        client = self.start_screen("--guide", title="^tandem: anna$")
+        self.wait_for_step("touch")
+        # By keys, whose effect does not depend on the place of the mouse.
+        self.wait_for_step("grasp", lambda: self.hold("Down", 0.4))
+        self.wait_for_step("lift", self.grab)
+        self.wait_for_step("delay", lambda: self.hold("Up", 0.4))
+        self.quit(client)
+        self.assertEqual((self.memory()["guide_is_on"], self.memory()["guide_step"]), (True, "delay"))
+        client = self.start_screen("--guide", title="^tandem: anna$")
+        self.wait_for_picture(lambda picture: picture.count(is_orange) > 2000, "the crate")
+        self.assertEqual(self.memory()["guide_step"], "delay")
+        # Without a delay there is nothing to feel, so that step is left out too.
+        self.wait_for_step("hold", lambda: self.click(*self.SKIP))
+        self.wait_for(lambda memory: not memory["guide_is_on"], lambda: self.click(*self.END))
+        self.quit(client)
 
 
 class Hosting(StartTest):
