@@ -13,6 +13,7 @@ FOLDERS = {
     "/usr/share/apbs/": "apbs-data",
     "/usr/share/freesasa/": "freesasa",
     "/usr/share/glmark2/": "glmark2-data",
+    "/usr/share/alsa/": "libasound2",
 }
 PROGRAMS = {"Xvfb": "xvfb", "xrdb": "x11-xserver-utils", "umockdev-wrapper": "umockdev", "lmp": "lammps", "gmx_d": "gromacs",
             "ip": "iproute2", "man": "man-db", "desktop-file-validate": "desktop-file-utils", "appstreamcli": "appstream", "unshare": "util-linux", "nsenter": "util-linux"}
