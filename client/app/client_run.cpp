@@ -206,6 +206,7 @@ void ClientRun::open_window() {
   const SessionSettings& session = options_.io.client.session;
   settings.title = "tandem: " + session.user_name;
   settings.screen = part_.screen;
+  settings.begins_guide = options_.window.begins_guide;
   settings.is_scene_only = options_.window.is_scene_only;
   settings.invitations = part_.invitations;
   settings.molecules = options_.window.molecules;
@@ -239,7 +240,9 @@ void ClientRun::pause() {
 /// Ends the run if the user has requested another scene or server in the window.
 void ClientRun::follow_request(WindowRequest request) {
   if (request == WindowRequest::kNone) return;
-  part_.next = request == WindowRequest::kHost ? RunEnd::Next::kHost : RunEnd::Next::kOpen;
+  part_.next = RunEnd::Next::kOpen;
+  if (request == WindowRequest::kHost) part_.next = RunEnd::Next::kHost;
+  if (request == WindowRequest::kGuide) part_.next = RunEnd::Next::kGuide;
   is_over_ = true;
 }
 

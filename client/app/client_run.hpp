@@ -28,9 +28,9 @@ class Screen;
 
 /// End of a run: exit code and request for a next session.
 struct RunEnd {
-  enum class Next { kQuit, kOpen, kHost };
+  enum class Next { kQuit, kOpen, kHost, kGuide };
   int code = 0;
-  Next next = Next::kQuit;  ///< kOpen, kHost: the user wants to open or host another scene from the start screen
+  Next next = Next::kQuit;  ///< kOpen, kHost, kGuide: the user wants another scene, or the guide, from the start screen
 };
 
 /// Runs until the duration is over, a signal arrives, or the session ends. Returns the exit code. The caller must have

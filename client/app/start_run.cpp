@@ -1,6 +1,8 @@
 // See start_run.hpp.
 #include "client/app/start_run.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <exception>
@@ -13,6 +15,7 @@
 #include "client/app/stop_signals.hpp"
 #include "client/start/recent.hpp"
 #include "client/start/start_flow.hpp"
+#include "client/view/guide/guide.hpp"
 #include "client/view/screen/screen.hpp"
 #include "client/view/screen/start_screen.hpp"
 
@@ -44,13 +47,14 @@ StartForm new_form(const ClientOptions& options) {
 
 class StartRun {
  public:
-  StartRun(const ClientOptions& options, realtime::Output& output, Screen& screen, bool is_hosting)
+  StartRun(const ClientOptions& options, realtime::Output& output, Screen& screen, RunEnd::Next next)
       : options_(options),
         output_(output),
         screen_(screen),
         flow_(program_beside("").parent_path(), recent_file()),
         form_(new_form(options)) {
-    flow_.form().is_hosted = is_hosting;
+    flow_.form().is_hosted = next == RunEnd::Next::kHost;
+    form_.wants_guide = next == RunEnd::Next::kGuide;
   }
 
   int run() {
@@ -66,6 +70,7 @@ class StartRun {
   bool choose();
   /// Runs one session. Sets returns_to_start_ if the start screen must be shown again afterwards.
   int session();
+  void open_guide();
   bool is_pictured(LocalTime since);
 
   ClientOptions options_;
@@ -81,6 +86,7 @@ bool StartRun::choose() {
   StartScreen start(screen_, form_);
   const LocalTime since = SteadyClock().now();
   while (!screen_.is_closed() && !signals.is_requested()) {
+    open_guide();
     start.draw(flow_);
     if (flow_.state() == StartFlow::State::kReady) return true;
     if (is_pictured(since)) {
@@ -90,6 +96,19 @@ bool StartRun::choose() {
     }
   }
   return false;
+}
+
+/// Opens the scene of the guide if the user has requested it, as soon as the server can be started: deploy/demo builds it
+/// behind the window.
+void StartRun::open_guide() {
+  if (flow_.state() != StartFlow::State::kChoosing) {
+    form_.wants_guide = false;
+    return;
+  }
+  form_.begins_guide = form_.wants_guide && access(program_beside("tandem-server").c_str(), X_OK) == 0;
+  if (!form_.begins_guide) return;
+  form_.wants_guide = false;
+  flow_.open({.kind = StartChoice::Kind::kScene, .scene = std::string(kGuideScene)});
 }
 
 /// Returns whether the picture of the start screen is due (--screenshot).
@@ -102,11 +121,13 @@ int StartRun::session() {
   bool has_begun = false;
   int code = 1;
   try {
-    const ClientOptions options = options_to_join(options_, flow_.target(), form_.name.data(), flow_.has_server());
+    ClientOptions options = options_to_join(options_, flow_.target(), form_.name.data(), flow_.has_server());
+    options.window.begins_guide = form_.begins_guide;
     const RunEnd end = run_client(options, output_, screen_, flow_.invitations(), has_begun);
     returns_to_start_ = end.next != RunEnd::Next::kQuit;
     flow_.close("");
     flow_.form().is_hosted = end.next == RunEnd::Next::kHost;
+    form_.wants_guide = end.next == RunEnd::Next::kGuide;
     code = end.code;
   } catch (const std::exception& error) {
     output_.err(std::string("tandem-client: ") + error.what() + "\n");
@@ -127,11 +148,12 @@ int run_from_start(const ClientOptions& options, realtime::Output& output) {
   Screen screen({.width = options.window.width,
                  .height = options.window.height,
                  .is_for_picture = !options.window.screenshot.empty()});
-  return StartRun(options, output, screen, false).run();
+  return StartRun(options, output, screen, options.window.begins_guide ? RunEnd::Next::kGuide : RunEnd::Next::kOpen)
+      .run();
 }
 
 int run_from_start(const ClientOptions& options, realtime::Output& output, Screen& screen, RunEnd::Next next) {
-  return StartRun(options, output, screen, next == RunEnd::Next::kHost).run();
+  return StartRun(options, output, screen, next).run();
 }
 
 }  // namespace tandem::client

@@ -343,6 +343,7 @@ void draw_view(const PanelContent& content, WindowSwitches& switches) {
   if (content.figures->has_molecules) draw_molecule_style(content, switches.molecules);
   ImGui::Checkbox("cut away the front (X)", &switches.cuts);
   if (switches.cuts) slider("depth", switches.cut_share, 1, "%.2f");
+  if (content.is_mouse) ImGui::Checkbox("sounds at contact (S)", &switches.has_sound);
   ImGui::TextColored(kDim, "F1: help");
 }
 
@@ -369,6 +370,7 @@ void draw_help(const PanelContent& content, bool& is_open) {
       line("double click, or Space", "grab the body within reach, or release it");
       line("C held", "clutch: the hand moves, the tool stays");
       line("R", "hand back to where it began");
+      line("S", "short sounds at contact and grasp on, off");
       ImGui::Separator();
     }
     line("drag, right button", "view from another side");

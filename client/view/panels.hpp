@@ -10,6 +10,7 @@
 #include "client/net/client_io.hpp"
 #include "client/view/drawn_mesh.hpp"
 #include "client/view/figures.hpp"
+#include "client/view/guide/guide.hpp"
 
 namespace tandem::client {
 
@@ -23,6 +24,8 @@ struct WindowSwitches {
   bool cuts = false;       ///< hides all objects that are nearer than a plane
   double cut_share = 0.5;  ///< position of the plane: 0 in front of the focus ball, 1 behind it
   MoleculeStyle molecules{};
+  GuideProgress guide{};
+  bool has_sound = true;  ///< short sounds at contact, with the device "mouse"
   /// open or closed state of the panels' parts: session, network, touch, stage, view, molecules, hand, details
   std::array<bool, 8> is_open{true, true, true, true, true, true, false, false};
   std::array<char, 65> pose_name{};      ///< input field for the name of a pose to be saved; not stored

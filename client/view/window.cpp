@@ -11,15 +11,19 @@
 #include <cmath>
 #include <ctime>
 #include <fstream>
+#include <optional>
 
 #include "client/session/scene_from_wire.hpp"
 #include "client/view/goal_panel.hpp"
+#include "client/view/guide/guide_card.hpp"
 #include "client/view/panels.hpp"
 #include "client/view/pointer_hand.hpp"
 #include "client/view/scene_view.hpp"
 #include "client/view/screen/menu.hpp"
 #include "client/view/screen/screen.hpp"
 #include "client/view/screen/sentences.hpp"
+#include "client/view/sound/alsa_sink.hpp"
+#include "client/view/sound/window_sounds.hpp"
 #include "client/view/window_memory.hpp"
 
 namespace tandem::client {
@@ -36,6 +40,7 @@ constexpr Duration kNewsShown = std::chrono::seconds(15);
 /// Width of the picture beside the panel by its height, below which the scene is shown smaller.
 constexpr double kNarrowAspect = 0.8;
 /// Pose of the cap of a 3D mouse at full deflection.
+constexpr const char* kMissed = "nothing within reach to grab: move the hand nearer";
 constexpr double kCapReach_m = 0.04, kCapReach_rad = 0.5;
 
 bool is_down(GLFWwindow* window, int key) {
@@ -64,7 +69,12 @@ struct Window::Impl {
   void follow(const View* view);
   void point(const View* view);
   void draw_labels(const Mat4f& clip) const;
-  void draw_hint(const ClientIoSnapshot& io) const;
+  void draw_lower_left(const ClientIoSnapshot& io);
+  float draw_hint(const ClientIoSnapshot& io) const;
+  void follow_guide(const View* view, const ClientIoSnapshot& io);
+  bool shows_guide(const ClientIoSnapshot& io) const { return guide.is_on() && io.joined != nullptr; }
+  void draw_guide_card(const ClientIoSnapshot& io);
+  void remember();
   float free_width() const;
   bool is_mouse() const { return settings.pointer != nullptr; }
 
@@ -76,6 +86,8 @@ struct Window::Impl {
   Camera camera;
   PointerHand hand;
   Figures figures;
+  Guide guide;
+  std::optional<WindowSounds> sounds;  ///< none with a haptic device, where contact is felt
   WindowSwitches switches;
   SteadyClock clock;
   std::uint32_t hand_of = 0;  ///< scene generation of the hand's target
@@ -98,14 +110,22 @@ Window::Impl::Impl(WindowSettings window_settings)
   if (settings.remembers) switches = remembered_switches(window_memory_file());
   apply_named(settings.molecules, MoleculeStyle::kShapeNames, switches.molecules.shape);
   apply_named(settings.molecule_colors, MoleculeStyle::kColorNames, switches.molecules.colors);
+  guide = Guide(switches.guide);
+  if (is_mouse() && settings.remembers) sounds.emplace(alsa_sink());
+  if (settings.begins_guide) guide.resume();
   renderer = std::make_unique<Renderer>(screen.quality());
   scene = std::make_unique<SceneView>(*renderer);
 }
 
 Window::Impl::~Impl() {
-  if (settings.remembers) remember_switches(window_memory_file(), switches);
+  remember();
   scene.reset();
   renderer.reset();
+}
+
+void Window::Impl::remember() {
+  switches.guide = guide.progress();
+  if (settings.remembers) remember_switches(window_memory_file(), switches);
 }
 
 /// Returns the number of the next enumerator; the first one follows the last.
@@ -131,6 +151,7 @@ void Window::Impl::handle_keys() {
   MoleculeStyle& style = switches.molecules;
   if (pressed(GLFW_KEY_M)) style.shape = next_of(MoleculeStyle::kShapeNames, style.shape);
   if (pressed(GLFW_KEY_N)) style.colors = next_of(MoleculeStyle::kColorNames, style.colors);
+  if (pressed(GLFW_KEY_S)) switches.has_sound = !switches.has_sound;
   if (pressed(GLFW_KEY_F)) fit();
   if (pressed(GLFW_KEY_V)) is_pointing_requested = true;
   if (pressed(GLFW_KEY_1)) set_game_gravity(settings.client, true);
@@ -249,26 +270,67 @@ void Window::Impl::draw_labels(const Mat4f& clip) const {
   }
 }
 
-void Window::Impl::draw_hint(const ClientIoSnapshot& io) const {
+/// Draws the card of the guide, otherwise a hint, and the messages above it.
+void Window::Impl::draw_lower_left(const ClientIoSnapshot& io) {
+  const float em = ImGui::GetFontSize();
+  if (!shows_guide(io)) return draw_messages(io, draw_hint(io) - 0.6F * em);
+  draw_messages(io, guide_place(free_width()).y - 0.6F * em);
+  draw_guide_card(io);
+}
+
+/// Draws a line about the use of mouse and keys. Returns its upper edge [px].
+float Window::Impl::draw_hint(const ClientIoSnapshot& io) const {
   const char* hint = "drag with the right button: look around    F1: help";
   if (is_mouse() && io.joined && has_tool(io.joined->role())) {
     hint = "drag: move the hand    Shift: away, towards    double click: grab    right button: look around    F1: help";
     if (is_holding) hint = "drag: move the hand    double click: release    drag with Ctrl: turn it    F1: help";
   }
-  if (hand.has_missed(clock.now())) hint = "nothing within reach to grab: move the hand nearer";
+  if (hand.has_missed(clock.now())) hint = kMissed;
   const float em = ImGui::GetFontSize(), width = free_width() - 2 * em;
   const ImVec2 extent = ImGui::CalcTextSize(hint, nullptr, false, width);
   const float top = ImGui::GetIO().DisplaySize.y - extent.y - 0.8F * em;
   ImGui::GetBackgroundDrawList()->AddText(nullptr, 0, ImVec2(em, top), IM_COL32(235, 240, 245, 210), hint, nullptr,
                                           width);
-  draw_messages(io, top - 0.6F * em);
+  return top;
+}
+
+/// Passes the state of this frame to the guide. A step that is done is stored at once, so that it survives a crash.
+void Window::Impl::follow_guide(const View* view, const ClientIoSnapshot& io) {
+  if (view == nullptr || io.joined == nullptr || io.joined->scene().name() != kGuideScene) return;
+  guide.follow({.force_n = view->record.displayed_on_hand_D.f.norm(),
+                .is_holding = is_holding,
+                .p_WT = scene->tool_pose().p,
+                .added_delay = settings.link.delay,
+                .stage = io.rendering.stage.name},
+               clock.now());
+  if (guide.progress() != switches.guide) remember();
+}
+
+void Window::Impl::draw_guide_card(const ClientIoSnapshot& io) {
+  const GuideCard card{
+      .step = guide.progress().step, .is_mouse = is_mouse(), .is_in_scene = io.joined->scene().name() == kGuideScene};
+  switch (draw_guide(card, free_width())) {
+    case GuideAction::kNone:
+      break;
+    case GuideAction::kSkip:
+      guide.skip();
+      break;
+    case GuideAction::kEnd:
+      guide.end();
+      break;
+    case GuideAction::kOpenScene:
+      request = WindowRequest::kGuide;
+      break;
+  }
 }
 
 /// Draws the last messages above the hint, where they move no control: about the room, the stage, the recording.
 void Window::Impl::draw_messages(const ClientIoSnapshot& io, float bottom) const {
   const float em = ImGui::GetFontSize(), width = free_width() - 2 * em, rim = 0.25F * em;
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
-  for (const std::string* text : {&news, &io.rendering.stage_note, &recording_state, &picture_news}) {
+  // The hint says so where there is no card.
+  const std::string missed = shows_guide(io) && hand.has_missed(clock.now()) ? kMissed : "";
+  for (const std::string* text : {&missed, &news, &io.rendering.stage_note, &recording_state, &picture_news}) {
     const bool is_old = text == &news && clock.now() - news_at > kNewsShown;
     if (text->empty() || is_old) continue;
     const ImVec2 extent = ImGui::CalcTextSize(text->c_str(), nullptr, false, width);
@@ -316,6 +378,9 @@ void Window::Impl::handle_menu() {
     case MenuAction::kSettings:
       switches.shows_panels = switches.is_open[7] = true;
       break;
+    case MenuAction::kGuide:
+      guide.begin();
+      break;
     case MenuAction::kHelp:
       switches.shows_help = true;
       break;
@@ -351,6 +416,7 @@ Window::~Window() = default;
 
 void Window::add(const TickRecord& record) {
   impl_->figures.add(record);
+  if (impl_->sounds) impl_->sounds->add(record);
 }
 
 void Window::draw(const View* view, const ClientIoSnapshot& io, const std::string& notice) {
@@ -369,7 +435,9 @@ void Window::draw(const View* view, const ClientIoSnapshot& io, const std::strin
 
   self.camera.leave_free(1 - self.free_width() / ImGui::GetIO().DisplaySize.x);
   self.renderer->draw(self.scene->frame(), self.camera, self.screen.width(), self.screen.height());
-  self.draw_hint(io);
+  self.follow_guide(view, io);
+  if (self.sounds) self.sounds->follow(view, io, self.switches.has_sound, self.clock.now());
+  self.draw_lower_left(io);
   self.draw_labels(self.camera.projection_of_world(self.aspect()));
   self.handle_menu();
   std::string problem = session_problem(io);

@@ -24,7 +24,7 @@ namespace tandem::client {
 class Screen;
 
 /// Request of the menu that ends the session.
-enum class WindowRequest { kNone, kOpen, kHost };
+enum class WindowRequest { kNone, kOpen, kHost, kGuide };
 
 struct WindowSettings {
   std::string title = "tandem";
@@ -32,6 +32,7 @@ struct WindowSettings {
   bool is_scene_only = false;                  ///< a saved frame contains neither panels nor texts
   std::string molecules{}, molecule_colors{};  ///< names as in MoleculeStyle; empty: as in the last run
   std::shared_ptr<devices::Device> cap{};      ///< a 3D mouse that steers the camera; null: none
+  bool begins_guide = false;                   ///< shows the guided first minute, at the step where the user was
   bool remembers = true;       ///< stores the user's switches from one run to the next (window_memory.hpp)
   ClientIo* client = nullptr;  ///< receives the user's requests; must outlive the window
   /// The window writes to it from mouse and keys. Null: the device is no mouse, and the mouse moves only the camera.

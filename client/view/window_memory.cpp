@@ -22,6 +22,7 @@ void for_each_switch(Switches& switches, const Use& use) {
   use("shows_contacts", switches.shows_contacts);
   use("follows_tool", switches.follows_tool);
   use("cuts", switches.cuts);
+  use("has_sound", switches.has_sound);
   for (std::size_t i = 0; i < switches.is_open.size(); ++i) {
     use(("part_" + std::to_string(i) + "_is_open").c_str(), switches.is_open[i]);
   }
@@ -30,6 +31,11 @@ void for_each_switch(Switches& switches, const Use& use) {
 std::string_view text_of(const json::object& object, const char* field) {
   const json::value* const stored = object.if_contains(field);
   return stored != nullptr && stored->is_string() ? std::string_view(stored->get_string()) : std::string_view();
+}
+
+bool flag_of(const json::object& object, const char* field) {
+  const json::value* const stored = object.if_contains(field);
+  return stored != nullptr && stored->is_bool() && stored->get_bool();
 }
 
 }  // namespace
@@ -51,6 +57,8 @@ WindowSwitches remembered_switches(const std::filesystem::path& file) {
   if (const json::value* const stored = object->if_contains("cut_share"); stored != nullptr && stored->is_number()) {
     switches.cut_share = std::clamp(stored->to_number<double>(), 0.0, 1.0);
   }
+  switches.guide.is_on = flag_of(*object, "guide_is_on");
+  apply_named(text_of(*object, "guide_step"), kGuideStepNames, switches.guide.step);
   apply_named(text_of(*object, "molecules"), MoleculeStyle::kShapeNames, switches.molecules.shape);
   apply_named(text_of(*object, "molecule_colors"), MoleculeStyle::kColorNames, switches.molecules.colors);
   return switches;
@@ -60,6 +68,8 @@ void remember_switches(const std::filesystem::path& file, const WindowSwitches& 
   json::object object;
   for_each_switch(switches, [&object](const char* name, const bool& is_on) { object[name] = is_on; });
   object["cut_share"] = switches.cut_share;
+  object["guide_is_on"] = switches.guide.is_on;
+  object["guide_step"] = kGuideStepNames.at(static_cast<std::size_t>(switches.guide.step));
   object["molecules"] = MoleculeStyle::kShapeNames.at(switches.molecules.shape);
   object["molecule_colors"] = MoleculeStyle::kColorNames.at(switches.molecules.colors);
   if (file.empty()) return;

@@ -12,7 +12,8 @@ namespace tandem::test {
 namespace {
 
 // Folders into which data packages of Debian and other programs install files, and the names of these packages.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kPackages{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 9> kPackages{{
+    {"/usr/share/alsa/", "libasound2"},
     {"/usr/share/gromacs/", "gromacs-data"},
     {"/usr/share/pymol/", "pymol-data"},
     {"/usr/share/apbs/", "apbs-data"},

@@ -14,6 +14,7 @@ FOLDERS = {
     "/usr/share/freesasa/": "freesasa",
     "/usr/share/glmark2/": "glmark2-data",
     "/usr/lib/python3/dist-packages/h5py/": "python3-h5py",
+    "/usr/share/alsa/": "libasound2",
 }
 PROGRAMS = {"Xvfb": "xvfb", "xrdb": "x11-xserver-utils", "umockdev-wrapper": "umockdev", "lmp": "lammps", "gmx_d": "gromacs",
             "ip": "iproute2", "mcs": "mono-mcs", "mono": "mono-runtime", "abidiff": "abigail-tools", "abidw": "abigail-tools", "cc": "gcc", "man": "man-db", "desktop-file-validate": "desktop-file-utils", "appstreamcli": "appstream", "unshare": "util-linux", "nsenter": "util-linux"}

@@ -7,10 +7,13 @@ import signal
 import subprocess
 import time
 import unittest
+from unittest import mock
 
 from support import BIN, PATIENCE_S, SOURCE, ProgramTest, finish, free_port, program
-from window_support import Display, WindowTest, is_cream, is_orange
+from window_support import Display, WindowTest, is_cream, is_orange, is_yellow
 from window_use_test import blocks, is_arrow_button
+
+import needs  # from tests/support; support.py adds this folder to the path
 
 #: Distance from a button of the forms to the field on its left, in pixels.
 TO_FIELD = 120
@@ -56,15 +59,15 @@ class StartTest(WindowTest):
     programs = (*WindowTest.programs, "xclip", "ps")
     width, height = 800, 620  # a small window is drawn faster
 
-    def start_screen(self, *arguments, display=None):
-        """Starts the program without an address and waits for the start screen."""
+    def start_screen(self, *arguments, display=None, title="^tandem: start$"):
+        """Starts the program without an address, and waits for the start screen, or another title."""
         display = display or self.display
         client = subprocess.Popen(
             [program("tandem-client"), "--window-size", f"{self.width}x{self.height}", *arguments],
             env=display.environment() | {"USER": "anna"}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(client.communicate)
         self.addCleanup(client.kill)
-        self.wait_for_title("^tandem: start$", display)
+        self.wait_for_title(title, display)
         time.sleep(2)
         return client
 
@@ -219,6 +222,148 @@ class Local(StartTest):
             time.sleep(0.1)
         self.assertFalse(is_running(server), "the server")
         self.assertFalse(is_running(partner), "the partner")
+
+
+class Dropped(StartTest):
+    def drop(self, path):
+        """Drops a file onto the window, as a file manager does. Returns whether the window has taken it."""
+        window = subprocess.run(["xdotool", "search", "--onlyvisible", "--name", "^tandem"], env=self.display.environment(),
+                                capture_output=True, text=True, timeout=PATIENCE_S, check=True).stdout.split()[0]
+        done = subprocess.run([program("drop_file"), window, path], env=self.display.environment(), capture_output=True,
+                              text=True, timeout=OPENING_S)
+        self.assertEqual(done.stderr, "")
+        return done.returncode == 0
+
+    def test_a_mesh_that_is_dropped_onto_the_window_is_opened_and_felt(self):
+        path = self.write("ein W\u00fcrfel.off", CUBE)
+        client = self.start_screen()
+        self.assertTrue(self.drop(path))
+        self.wait_for_title("^tandem: anna$")
+        self.wait_for_picture(lambda picture: picture.count(is_cream) > 4000, "the mesh")
+        without_force = self.display.picture().count(is_yellow)
+
+        def is_pressed(picture):
+            self.display.do("keydown", "Down", "sleep", 0.4, "keyup", "Down")
+            return picture.count(is_yellow) > without_force + 100
+        self.wait_for_picture(is_pressed, "the arrow of a force")
+        self.quit(client)
+        with open(os.path.join(self.display.folder.name, "tandem", "recent.json")) as file:
+            self.assertEqual([choice["mesh"] for choice in json.load(file)], [path])
+
+    def test_a_file_of_another_kind_is_refused_with_a_reason_and_the_window_stays(self):
+        client = self.start_screen()
+        before = self.display.picture().count(is_yellow_text)
+        self.assertTrue(self.drop(self.write("notes.txt", "no mesh")))
+        self.wait_for_picture(lambda picture: picture.count(is_yellow_text) > before + 100, "a line of warning")
+        self.quit(client)
+
+
+class Guided(StartTest):
+    """The guided first minute. Its steps are read from the window's memory, which is written after each step."""
+
+    def memory(self):
+        try:
+            with open(os.path.join(self.display.folder.name, "tandem", "window.json")) as file:
+                return json.load(file)
+        except (FileNotFoundError, json.JSONDecodeError):
+            return {}
+
+    #: Buttons of the card.
+    SKIP, END = (45, StartTest.height - 27), (160, StartTest.height - 27)
+
+    def wait_for(self, is_so, act=lambda: None):
+        """Repeats an action until the window's memory satisfies a condition."""
+        deadline = time.monotonic() + OPENING_S
+        while time.monotonic() < deadline:
+            if is_so(self.memory()):
+                return
+            act()
+            time.sleep(0.5)
+        self.fail(f"the guide has not gone on: {self.memory()}")
+
+    def wait_for_step(self, step, act=lambda: None):
+        self.wait_for(lambda memory: memory.get("guide_step") == step, act)
+
+    def grab(self):
+        """Presses the key, and waits longer than a grab takes on a busy machine: a second press would release."""
+        self.display.do("key", "space")
+        for _ in range(20):
+            if self.memory().get("guide_step") != "grasp":
+                return
+            time.sleep(0.5)
+
+    def hold(self, key, seconds):
+        self.display.do("keydown", key, "sleep", seconds, "keyup", key)
+
+    def test_leads_from_the_touch_to_the_lift_and_is_resumed_at_the_next_start(self):
+        client = self.start_screen("--guide", title="^tandem: anna$")
+        self.wait_for_step("touch")
+        # By keys, whose effect does not depend on the place of the mouse.
+        self.wait_for_step("grasp", lambda: self.hold("Down", 0.4))
+        self.wait_for_step("lift", self.grab)
+        self.wait_for_step("delay", lambda: self.hold("Up", 0.4))
+        self.quit(client)
+        self.assertEqual((self.memory()["guide_is_on"], self.memory()["guide_step"]), (True, "delay"))
+        client = self.start_screen("--guide", title="^tandem: anna$")
+        self.wait_for_picture(lambda picture: picture.count(is_orange) > 2000, "the crate")
+        self.assertEqual(self.memory()["guide_step"], "delay")
+        # Without a delay there is nothing to feel, so that step is left out too.
+        self.wait_for_step("hold", lambda: self.click(*self.SKIP))
+        self.wait_for(lambda memory: not memory["guide_is_on"], lambda: self.click(*self.END))
+        self.quit(client)
+
+
+class Sounds(StartTest):
+    """Sounds at contact. ALSA is configured to write them into a file instead of a sound card."""
+
+    def setUp(self):
+        super().setUp()
+        needs.files("/usr/share/alsa/alsa.conf")
+        self.samples = self.path("samples.raw")
+        configuration = self.write("alsa.conf", f'pcm.default {{ type file file "{self.samples}" format raw slave.pcm {{ type null }} }}\n')
+        self.enterContext(mock.patch.dict(os.environ, {"ALSA_CONFIG_PATH": configuration}))
+
+    def is_heard(self):
+        """Returns whether something else than silence was written."""
+        try:
+            with open(self.samples, "rb") as file:
+                return any(file.read())
+        except FileNotFoundError:
+            return False
+
+    def memory(self):
+        with open(os.path.join(self.display.folder.name, "tandem", "window.json")) as file:
+            return json.load(file)
+
+    def press_on_the_crate(self, *arguments):
+        """Opens the crate with the guide, and moves the hand down until the guide has recognised the touch."""
+        client = self.start_screen("--guide", *arguments, title="^tandem: anna$")
+        deadline = time.monotonic() + OPENING_S
+        while time.monotonic() < deadline:
+            self.display.do("keydown", "Down", "sleep", 0.4, "keyup", "Down")
+            try:
+                if self.memory()["guide_step"] == "grasp":
+                    return client
+            except (FileNotFoundError, json.JSONDecodeError):
+                pass
+        self.fail("the crate is not touched")
+
+    def test_a_contact_is_heard_unless_the_key_s_has_switched_sounds_off(self):
+        client = self.press_on_the_crate()
+        deadline = time.monotonic() + OPENING_S
+        while not self.is_heard() and time.monotonic() < deadline:
+            time.sleep(0.2)
+        self.assertTrue(self.is_heard())
+        self.display.do("key", "s")
+        time.sleep(1)
+        self.quit(client)
+        memory = self.memory()
+        self.assertFalse(memory["has_sound"], "stored for the next run")
+        with open(os.path.join(self.display.folder.name, "tandem", "window.json"), "w") as file:
+            json.dump(memory | {"guide_step": "touch"}, file)
+        os.remove(self.samples)
+        self.quit(self.press_on_the_crate())
+        self.assertFalse(os.path.exists(self.samples))
 
 
 class Hosting(StartTest):

@@ -67,6 +67,7 @@ MenuAction draw_menu(const MenuContent& content, MenuState& state) {
       ImGui::EndMenu();
     }
     if (ImGui::BeginMenu("Help")) {
+      add_item("Guided first minute", "", MenuAction::kGuide, chosen);
       add_item("Mouse and keys", "F1", MenuAction::kHelp, chosen);
       ImGui::EndMenu();
     }

@@ -6,7 +6,19 @@
 
 namespace tandem::client {
 
-enum class MenuAction { kNone, kOpen, kHost, kSavePicture, kRecord, kFullScreen, kSettings, kHelp, kPanels, kQuit };
+enum class MenuAction {
+  kNone,
+  kOpen,
+  kHost,
+  kSavePicture,
+  kRecord,
+  kFullScreen,
+  kSettings,
+  kGuide,
+  kHelp,
+  kPanels,
+  kQuit
+};
 
 struct MenuContent {
   bool is_recording = false;

@@ -14,6 +14,7 @@
 #include "client/start/shipped_scenes.hpp"
 #include "client/view/screen/scene_pictures.hpp"
 #include "client/view/screen/style.hpp"
+#include "client/view/window_memory.hpp"
 #include "common/base/folders.hpp"
 
 namespace tandem::client {
@@ -189,10 +190,12 @@ void draw_forms(StartFlow& flow, StartForm& form) {
 }
 
 /// Draws the line below the title: why the last choice was not opened. Its height never changes.
-void draw_problem(const std::string& problem) {
+void draw_problem(const std::string& problem, bool waits_for_guide) {
   const float height = 2 * ImGui::GetTextLineHeightWithSpacing();
   ImGui::BeginChild("problem", ImVec2(0, height));
-  if (problem.empty()) {
+  if (problem.empty() && waits_for_guide) {
+    draw_explanation("The guided first minute opens as soon as its server, the program tandem-server, is built.");
+  } else if (problem.empty()) {
     draw_explanation("Touch and move the same things, together. Choose a scene, open a file, or join others.");
   } else {
     ImGui::PushStyleColor(ImGuiCol_Text, kWarning);
@@ -200,6 +203,17 @@ void draw_problem(const std::string& problem) {
     ImGui::PopStyleColor();
   }
   ImGui::EndChild();
+}
+
+/// Draws the button of the guide beside the title.
+void draw_guide_button(StartForm& form) {
+  std::string label = "Guided first minute";
+  const auto done = static_cast<std::size_t>(form.guide.step);
+  if (form.guide.is_on && done > 0 && done < kGuideTasks) {
+    label = "Continue the guide at step " + std::to_string(done + 1) + " of " + std::to_string(kGuideTasks);
+  }
+  ImGui::SameLine(0, 1.5F * em());
+  if (ImGui::Button((label + "###guide").c_str())) form.wants_guide = true;
 }
 
 /// Draws a part that scrolls by itself.
@@ -239,7 +253,8 @@ void draw_start(StartFlow& flow, StartForm& form, ScenePictures* pictures) {
   ImGui::SetWindowFontScale(1.5F);
   ImGui::TextColored(kTitle, "Tandem");
   ImGui::SetWindowFontScale(1);
-  draw_problem(flow.problem());
+  draw_guide_button(form);
+  draw_problem(flow.problem(), form.wants_guide);
   const bool is_wide = size.x > kTwoColumnsEm * em();
   if (is_wide) {
     const float width = ImGui::GetContentRegionAvail().x - (kFormsEm + 1.2F) * em();
@@ -266,6 +281,7 @@ void draw_start(StartFlow& flow, StartForm& form, ScenePictures* pictures) {
 StartScreen::StartScreen(Screen& screen, StartForm& form)
     : screen_(screen), form_(form), pictures_(std::make_unique<ScenePictures>(data_folder() / "pictures")) {
   screen_.set_title("tandem: start");
+  form_.guide = remembered_switches(window_memory_file()).guide;
   screen_.take_dropped();  // files dropped during a session, where they open nothing
 }
 

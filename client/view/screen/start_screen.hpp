@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "client/start/start_flow.hpp"
+#include "client/view/guide/guide.hpp"
 #include "client/view/screen/screen.hpp"
 
 namespace tandem::client {
@@ -20,6 +21,9 @@ struct StartForm {
   std::array<char, 2049> address{};
   std::vector<std::string> devices;  ///< lines about the devices found
   std::string about;                 ///< line at the end of the page
+  GuideProgress guide{};             ///< of the user's earlier runs
+  bool wants_guide = false;          ///< the user has requested the guided first minute
+  bool begins_guide = false;         ///< the choice that is opened is that of the guide
 };
 
 /// Draws the start screen in the current ImGui context, and passes the user's choice to the flow.

@@ -208,6 +208,9 @@ TEST(ClientOptions, WithoutHeadlessThereIsAWindowAndTheMouseIsTheDevice) {
   EXPECT_EQ(options->window.after, std::chrono::seconds(2));
   EXPECT_EQ(options->window.width, 640);
   EXPECT_EQ(options->window.height, 480);
+  EXPECT_FALSE(options->window.begins_guide);
+  EXPECT_TRUE(parse_with_window({"--guide"})->window.begins_guide);
+  EXPECT_THAT(error_of({"--guide"}), AllOf(HasSubstr("--guide"), HasSubstr("leave out --headless")));
   EXPECT_FALSE(parse({})->window.is_open);
   EXPECT_EQ(parse_with_window({"--hand", "circle"})->device.name, "sim") << "who names a hand wants to watch it";
   EXPECT_EQ(parse_with_window({"--device", "sim"})->device.name, "sim");

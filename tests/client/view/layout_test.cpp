@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "client/haptics/stages/stage.hpp"
+#include "client/view/guide/guide_card.hpp"
 #include "client/view/panels.hpp"
 #include "client/view/screen/menu.hpp"
 #include "client/view/screen/sentences.hpp"
@@ -162,6 +163,9 @@ class Layout : public testing::TestWithParam<Size> {
 TEST_P(Layout, TheStartScreenFits) {
   form_.devices = {"Your hand: mouse.", "Found: falcon at usb 1-2, but its rights are missing; see tandem-doctor"};
   EXPECT_EQ(problems([this] { draw_start(flow_, form_, nullptr); }), "");
+  form_.guide = {.is_on = true, .step = GuideStep::kCompare};
+  form_.wants_guide = true;
+  EXPECT_EQ(problems([this] { draw_start(flow_, form_, nullptr); }), "") << "waits for the server of the guide";
   flow_.form().is_hosted = true;
   EXPECT_EQ(problems([this] { draw_start(flow_, form_, nullptr); }), "") << "hosting";
   flow_.open({.kind = StartChoice::Kind::kMesh, .mesh = "/a/rather/long/path/of/a/file/that/does/not/exist/part.stl"});
@@ -187,6 +191,35 @@ TEST_P(Layout, AMessageHidesNoControl) {
               draw_panels(with_notice, switches_, link_, workspace_);
             }),
             "");
+}
+
+TEST_P(Layout, TheCardOfTheGuideFitsAndHidesNothingThatIsClicked) {
+  const auto free = [] { return GetParam().width - static_cast<float>(panels_width()); };
+  PanelContent with_notice = content();
+  with_notice.notice = "No force: the server has not sent for 150 ms. The force returns when it sends again.";
+  std::vector<GuideCard> cards{{.is_in_scene = false}};
+  for (std::size_t i = 0; i < kGuideStepNames.size(); ++i) {
+    for (const bool is_mouse : {false, true}) {
+      cards.push_back({.step = static_cast<GuideStep>(i), .is_mouse = is_mouse});
+    }
+  }
+  for (const GuideCard& card : cards) {
+    EXPECT_EQ(problems([&] {
+                draw_menu({.shows_panels = true}, menu_);
+                draw_panels(with_notice, switches_, link_, workspace_);
+                draw_guide(card, free());
+              }),
+              "")
+        << guide_title(card.step);
+  }
+  ImGui::NewFrame();
+  const ImVec4 place = guide_place(free());
+  const float width = free();
+  ImGui::EndFrame();
+  EXPECT_GE(place.x, 0);
+  EXPECT_LE(place.z, width) << "beside the panel";
+  EXPECT_LE(place.w, GetParam().height);
+  EXPECT_GT(place.y, 0.7 * GetParam().height) << "below the crate, which is in the middle";
 }
 
 TEST_P(Layout, AMessageClosesNoMenu) {

@@ -27,6 +27,7 @@ TEST_F(WindowMemory, KeepsWhatUsersSwitched) {
   switches.cut_share = 0.25;
   switches.molecules = {MoleculeStyle::kSticks, MoleculeStyle::kByChain};
   switches.is_open[3] = false;
+  switches.guide = {.is_on = true, .step = GuideStep::kHold};
   remember_switches(file_, switches);
   const WindowSwitches again = remembered_switches(file_);
   EXPECT_TRUE(again.shows_ghosts);
@@ -36,6 +37,7 @@ TEST_F(WindowMemory, KeepsWhatUsersSwitched) {
   EXPECT_EQ(again.molecules, (MoleculeStyle{MoleculeStyle::kSticks, MoleculeStyle::kByChain}));
   EXPECT_TRUE(again.is_open[2]);
   EXPECT_FALSE(again.is_open[3]);
+  EXPECT_EQ(again.guide, switches.guide);
 }
 
 TEST_F(WindowMemory, KeepsEachWayToDrawMolecules) {
@@ -76,6 +78,8 @@ TEST_F(WindowMemory, AFileThatIsNoneIsANewWindow) {
 TEST_F(WindowMemory, NumbersAreBounded) {
   write("{\"cut_share\": 1e300}");
   EXPECT_EQ(remembered_switches(file_).cut_share, 1);
+  write("{\"guide_is_on\": 3, \"guide_step\": \"nowhere\"}");
+  EXPECT_EQ(remembered_switches(file_).guide, GuideProgress{});
   write("{\"cut_share\": -3}");
   EXPECT_EQ(remembered_switches(file_).cut_share, 0);
 }

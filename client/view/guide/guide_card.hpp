@@ -1,0 +1,32 @@
+// The card of the guided first minute: the task of the present step, at a fixed place at the lower left.
+#pragma once
+
+#include <imgui.h>
+
+#include <string>
+
+#include "client/view/guide/guide.hpp"
+
+namespace tandem::client {
+
+/// Choice of the user on the card.
+enum class GuideAction : std::uint8_t { kNone, kSkip, kEnd, kOpenScene };
+
+struct GuideCard {
+  GuideStep step = GuideStep::kTouch;
+  bool is_mouse = true;
+  bool is_in_scene = true;  ///< false: the session has another scene than kGuideScene
+};
+
+/// Title and task of a step for the user.
+std::string guide_title(GuideStep step);
+const char* guide_text(GuideStep step, bool is_mouse);
+
+/// Place of the card: left, top, right, bottom [px]. It is the same for all steps.
+/// In      free_width  width of the window beside the panel
+ImVec4 guide_place(float free_width);
+/// Draws the card in the current ImGui context.
+/// Thread  the window's
+GuideAction draw_guide(const GuideCard& card, float free_width);
+
+}  // namespace tandem::client

@@ -1,0 +1,111 @@
+#include "client/view/sound/sound_player.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <future>
+#include <semaphore>
+#include <thread>
+#include <utility>
+
+#include "common/realtime/ring.hpp"
+
+namespace tandem::client {
+namespace {
+
+/// Wait for room in the device's buffer.
+constexpr Duration kPoll{std::chrono::milliseconds(5)};
+/// Time without progress after which the device counts as stuck.
+constexpr Duration kStuck{std::chrono::milliseconds(500)};
+/// Silence after a sound, so that the device starts even if the sound is shorter than its buffer.
+constexpr double kTail_s = 0.1;
+
+struct Queued {
+  Sound sound = Sound::kContact;
+  double gain = 0;
+  LocalTime at{};
+};
+
+}  // namespace
+
+/// State of the player, which the thread owns too.
+struct SoundPlayer::Shared {
+  explicit Shared(std::unique_ptr<SoundSink> by) : sink(std::move(by)) {}
+
+  void run();
+  void play(const Queued& queued);
+  bool write(std::span<const std::int16_t> samples);
+
+  std::unique_ptr<SoundSink> sink;
+  SteadyClock clock;
+  realtime::Ring<Queued> queue{kMaxQueued};
+  std::counting_semaphore<kMaxQueued + 1> work{0};  ///< one for each queued sound, and one for the end
+  std::atomic<bool> is_ending{false};
+  std::atomic<bool> has_no_device{false};
+  bool is_open = false;
+  std::thread thread;
+  std::promise<void> end;
+};
+
+SoundPlayer::SoundPlayer(std::unique_ptr<SoundSink> sink) : shared_(std::make_shared<Shared>(std::move(sink))) {
+  shared_->thread = std::thread([shared = shared_] { shared->run(); });
+}
+
+SoundPlayer::~SoundPlayer() {
+  const std::future<void> end = shared_->end.get_future();
+  shared_->is_ending = true;
+  shared_->work.release();
+  if (end.wait_for(kMaxEnd) == std::future_status::ready) {
+    shared_->thread.join();
+  } else {
+    shared_->thread.detach();  // the thread keeps its state
+  }
+}
+
+bool SoundPlayer::play(Sound sound, double gain, LocalTime at) {
+  if (shared_->has_no_device || !shared_->queue.push({sound, gain, at})) return false;
+  shared_->work.release();
+  return true;
+}
+
+void SoundPlayer::Shared::run() {
+  while (!is_ending) {
+    Queued queued;
+    if (!work.try_acquire_for(kIdle)) {
+      if (std::exchange(is_open, false)) sink->close();
+    } else if (!is_ending && queue.pop(queued)) {
+      play(queued);
+    }
+  }
+  if (is_open) sink->close();
+  end.set_value();
+}
+
+void SoundPlayer::Shared::play(const Queued& queued) {
+  if (has_no_device || clock.now() - queued.at > kMaxAge) return;
+  if (!is_open) is_open = sink->open();
+  has_no_device = !is_open;
+  if (!is_open) return;
+  std::vector<std::int16_t> samples = samples_of(queued.sound, queued.gain);
+  samples.resize(samples.size() + static_cast<std::size_t>(kTail_s * kSampleRate_hz));
+  if (write(samples)) return;
+  sink->close();
+  is_open = false;
+}
+
+/// Writes all samples. Returns false if the device is lost or stuck.
+bool SoundPlayer::Shared::write(std::span<const std::int16_t> samples) {
+  LocalTime progress_at = clock.now();
+  while (!samples.empty() && !is_ending) {
+    const std::ptrdiff_t written = sink->write(samples);
+    if (written < 0 || clock.now() - progress_at > kStuck) return false;
+    samples = samples.subspan(std::min(samples.size(), static_cast<std::size_t>(written)));
+    if (written > 0) {
+      progress_at = clock.now();
+    } else {
+      std::this_thread::sleep_for(kPoll);
+    }
+  }
+  return true;
+}
+
+}  // namespace tandem::client

@@ -1,0 +1,29 @@
+// The sounds of a session: events of its frames, played by a thread.
+#pragma once
+
+#include "client/haptics/view.hpp"
+#include "client/net/client_io.hpp"
+#include "client/view/sound/sound_events.hpp"
+#include "client/view/sound/sound_player.hpp"
+
+namespace tandem::client {
+
+/// Thread  the window's
+class WindowSounds {
+ public:
+  explicit WindowSounds(std::unique_ptr<SoundSink> sink) : player_(std::move(sink)) {}
+
+  /// Adds a tick. Call for each tick, in order, so that a short contact between two frames is heard.
+  void add(const TickRecord& record);
+  /// Plays the sounds of a frame.
+  /// In      view   null: none received yet
+  ///         is_on  false: the user has switched sounds off
+  void follow(const View* view, const ClientIoSnapshot& io, bool is_on, LocalTime now);
+
+ private:
+  SoundEvents events_;
+  double force_n_ = 0;  ///< largest since the last frame
+  SoundPlayer player_;
+};
+
+}  // namespace tandem::client
