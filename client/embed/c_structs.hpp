@@ -1,4 +1,4 @@
-// Conversions from the client's types to the structs of the C interface. struct_size is left 0.
+// Converts the client's types to the structs of the C interface. The caller of these functions sets struct_size.
 #pragma once
 
 #include <string>

@@ -18,14 +18,14 @@
 namespace tandem::client::embed {
 namespace {
 
-/// Blocks all signals of the calling thread except those of faults. Threads that are started meanwhile inherit this, so that the program's
-/// signal handlers run on its own threads.
+/// Blocks all signals of the calling thread, except those of faults, while the object exists. Threads that are started
+/// meanwhile inherit the mask, so that the program's signal handlers never run on threads of the library.
 class SignalsBlocked {
  public:
   SignalsBlocked() {
     sigset_t all;
     sigfillset(&all);
-    // A fault of a thread is handled in that thread.
+    // A signal for a fault must be handled in the thread that caused it.
     for (const int fault : {SIGSEGV, SIGBUS, SIGFPE, SIGILL}) sigdelset(&all, fault);
     pthread_sigmask(SIG_SETMASK, &all, &before_);
   }
@@ -60,7 +60,7 @@ Signal::~Signal() {
 
 void Signal::raise() noexcept {
   const std::uint64_t one = 1;
-  // Writing fails only if the counter is full; then the signal is raised already.
+  // The write can fail only if the eventfd's counter is full, and then the signal is already raised.
   [[maybe_unused]] const auto written = ::write(descriptor_, &one, sizeof one);
 }
 
@@ -263,14 +263,14 @@ bool EmbeddedClient::pop(tandem_tick& tick) {
   return true;
 }
 
-// The signal is lowered before the queue is read a last time. An event that arrives between is then returned, and the
-// signal is raised again for those that follow it.
+// If the queue is empty, the signal is lowered and the queue is read once more. An event that arrived in between is
+// thus not missed. It is returned, and the signal is raised again for further events.
 std::optional<Event> EmbeddedClient::next_event() {
   std::optional<Event> event = io_->next();
   if (event.has_value() || is_closed_) return event;
   events_.lower();
   event = io_->next();
-  // close() may have raised the signal before it was lowered.
+  // The signal is also raised if close() raised it just before it was lowered.
   if (event.has_value() || is_closed_) events_.raise();
   return event;
 }

@@ -1,10 +1,10 @@
-// A client with its device and its haptic thread, for a program that calls it from any thread.
+// A client with its device and its haptic thread, which the threads of another program can call.
 //
 //   program's threads                       library's threads
 //   snapshot, ticks ◀── mailbox, ring ───── haptic   HapticLoop, 1 kHz; never waits for the program
 //   commands, events ◀── queues, eventfd ─▶ io       ClientIo
 //
-// Phases: open → join() → start() → stop(). stop() is possible in every phase and final.
+// Phases: open → join() → start() → stop(). stop() can be called in every phase, and no phase follows it.
 #pragma once
 
 #include <atomic>
@@ -21,10 +21,10 @@
 
 namespace tandem::client::embed {
 
-/// An eventfd that is readable while it is raised.
+/// A signal between threads: an eventfd that is readable while the signal is raised.
 class Signal {
  public:
-  /// Fails   std::system_error: no free descriptor
+  /// Fails   std::system_error: no file descriptor is free
   Signal();
   ~Signal();
   Signal(const Signal&) = delete;
@@ -42,8 +42,8 @@ class Signal {
 
 class EmbeddedClient {
  public:
-  /// Opens the device.
-  /// Fails   StatusError, std::invalid_argument or std::runtime_error with the remedy
+  /// Opens the device, but does not connect.
+  /// Fails   StatusError, std::invalid_argument or std::runtime_error; the message names the remedy
   explicit EmbeddedClient(ClientConfig config);
   /// Calls close().
   ~EmbeddedClient();
@@ -56,21 +56,22 @@ class EmbeddedClient {
   void start();
   /// Ramps the force to zero, then leaves the room.
   void stop() noexcept;
-  /// Begins to ramp the force to zero, without waiting.
+  /// Starts to ramp the force to zero, and returns at once.
   void begin_stop() noexcept;
-  /// Ends the waits of other threads, and calls stop().
+  /// Makes functions that wait in other threads return, and calls stop().
   void close() noexcept;
 
-  /// Fails   StatusError: not joining, or stopped
+  /// Fails   StatusError: join() was not called yet, or the client is stopped
   void send(Command command);
   StageSettings stage() const { return io_->snapshot().rendering.stage; }
   bool has_links() const { return has_links_; }
-  /// Returns a place in the world for other users; if `body` is not 0, it moves with that body.
-  /// Fails   StatusError: there is no such body
+  /// Returns the message that shows a position in the world to other users. If `body` is not 0, the position moves with
+  /// that body.
+  /// Fails   StatusError: a body with this id does not exist
   wire::Point point_of(std::uint32_t body, const Vec3& place_W);
 
   tandem_session session() const;
-  /// Returns nothing before the first tick.
+  /// Newest state of the room and its tick; newest() returns nothing before the first tick.
   struct Newest {
     tandem_snapshot snapshot{};
     tandem_tick tick{};
@@ -99,10 +100,10 @@ class EmbeddedClient {
   std::atomic<Phase> phase_{Phase::kOpen};
   std::mutex lifecycle_;  ///< protects the changes of phase_
   mutable std::mutex notes_mutex_;
-  std::string realtime_note_;  ///< refused real-time rights
+  std::string realtime_note_;  ///< real-time rights that the system refused
   std::unique_ptr<ClientIo> io_;
-  std::mutex view_mutex_;           ///< makes all readers of the view one reader
-  mutable std::mutex ticks_mutex_;  ///< makes all readers of the ring one reader; protects the pointer `loop_`
+  std::mutex view_mutex_;           ///< serialises the readers of the view, which may have one reader only
+  mutable std::mutex ticks_mutex_;  ///< serialises the readers of the ring of ticks; protects the pointer `loop_`
   std::unique_ptr<HapticLoop> loop_;
 };
 

@@ -1,4 +1,4 @@
-// Handles of a C interface: numbers for objects that several threads use.
+// Handles of the C interface: numbers that identify objects, for use by several threads.
 #pragma once
 
 #include <array>
@@ -10,20 +10,21 @@
 
 namespace tandem::client::embed {
 
-/// Table of objects. A handle is never valid again after remove(), so that a late call is an error and not a crash.
+/// Table of objects by handle. After remove(), a handle never becomes valid again, so that a late call with it is an
+/// error instead of a crash.
 ///
-/// Model   handle = kind · 2⁵⁶ + generation · 2¹⁶ + place + 1. The generation counts the handles of all places. A
-///         program that opens a thousand handles a second uses all 2⁴⁰ generations in 34 years
+/// Model   handle = kind · 2⁵⁶ + generation · 2¹⁶ + index in the table + 1. The generation counts all handles of the
+///         table. A program that opens 1000 handles a second uses up the 2⁴⁰ generations in 34 years
 /// Thread  any
 template <class T>
 class HandleTable {
  public:
   static constexpr std::size_t kCapacity = 256;
 
-  /// In      kind  1 to 255, different for each table, so that a handle of another table is not found
+  /// In      kind  1 to 255, different for each table, so that a table refuses handles of another table
   explicit HandleTable(std::uint8_t kind) : kind_(kind) {}
 
-  /// Returns 0 if kCapacity objects are open.
+  /// Adds an object and returns its handle; 0 if kCapacity objects are open.
   std::uint64_t add(std::shared_ptr<T> object) {
     const std::lock_guard lock(mutex_);
     for (std::size_t place = 0; place < entries_.size(); ++place) {
@@ -34,13 +35,13 @@ class HandleTable {
     }
     return 0;
   }
-  /// Returns null for a handle that is not open. The object lives at least as long as the result.
+  /// Returns the object of a handle; null if the handle is not open. The result keeps the object alive.
   std::shared_ptr<T> find(std::uint64_t handle) const {
     const std::lock_guard lock(mutex_);
     const Entry* const entry = entry_of(handle);
     return entry == nullptr ? nullptr : entry->object;
   }
-  /// Closes a handle and returns its object; null for a handle that is not open.
+  /// Closes a handle and returns its object; null if the handle is not open.
   std::shared_ptr<T> remove(std::uint64_t handle) {
     const std::lock_guard lock(mutex_);
     const Entry* const entry = entry_of(handle);

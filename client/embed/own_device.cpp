@@ -7,7 +7,8 @@
 namespace tandem::client::embed {
 namespace {
 
-/// Largest error of a rotation's length. A sum of single-precision products has an error of about 1e-6.
+/// Largest accepted deviation of a quaternion's norm from 1. It is far above the error of about 1e-6 of a program that
+/// computes in single precision.
 constexpr double kMaxLengthError = 1e-2;
 
 bool is_zero(const Wrench& wrench) noexcept {
@@ -65,7 +66,8 @@ ForceCommand OwnDevice::force(LocalTime now) {
   return command;
 }
 
-// After kZeroWithin the device is lost, and the client writes zero at once. Until then it decays the force.
+// A sample older than kMaxFeedAge is invalid, so that the client decays the force. From kZeroWithin on the device
+// counts as lost, so that the client writes zero at once.
 devices::DeviceSample OwnDevice::read(LocalTime now) noexcept {
   samples_.poll();
   devices::DeviceSample sample = samples_.front();

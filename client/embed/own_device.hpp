@@ -1,12 +1,14 @@
-// A device that the embedding program drives: the program feeds samples and reads commands, on threads of its own.
+// A device that the embedding program drives. The program passes samples to it and reads commands, on its own threads.
 //
 //   program   feed() ──▶ newest sample ──▶  read()    haptic thread
 //             force() ◀── newest command ◀── write()
 //
-// 1. If the feed stalls, samples are invalid from kMaxFeedAge on. The safety chain of the client then decays the force
-//    within kFeedDecay, so that it is zero kZeroWithin after the last sample. It returns by the start ramp.
-// 2. Independently of the chain, force() gives zero if the last sample or the last command is older than kZeroWithin.
-//    It then returns zero until the haptic thread has called has_released_force(), so that the chain restarts from zero.
+// 1. If the program stops passing samples, the last sample becomes invalid at the age kMaxFeedAge. The safety chain of
+//    the client then decays the force within kFeedDecay, so that it is zero kZeroWithin after the last sample. Later
+//    the force returns with the start ramp.
+// 2. Independently of the safety chain, force() returns zero if the last sample or the last command is older than
+//    kZeroWithin. It continues to return zero until the haptic thread has called has_released_force(), so that the
+//    chain restarts from zero.
 #pragma once
 
 #include <atomic>
@@ -20,18 +22,18 @@
 
 namespace tandem::client::embed {
 
-/// Age of a sample above which it is invalid. Twice the period of the slowest documented feed, 200 Hz.
+/// Age of a sample above which it is invalid: twice the period of the lowest documented sample rate, 200 Hz.
 inline constexpr Duration kMaxFeedAge = std::chrono::milliseconds(10);
-/// Time in which the force decays from then on (SafetySettings::fault_decay).
+/// Time in which the force decays to zero after that (SafetySettings::fault_decay).
 inline constexpr Duration kFeedDecay = std::chrono::milliseconds(8);
-/// Time after the last sample, or the last command, from which the force is zero.
+/// Age of the last sample, or of the last command, from which the force is zero.
 inline constexpr Duration kZeroWithin = std::chrono::milliseconds(20);
 
-/// Sample of the program, checked by problem_of().
+/// A sample from the program. problem_of() checks it.
 struct FedSample {
   Pose X_DH;
   Twist V_DH;
-  bool has_velocity = false;  ///< false: V_DH is estimated
+  bool has_velocity = false;  ///< false: V_DH is ignored and estimated from the poses
   std::uint32_t buttons = 0;
 };
 /// Returns why a sample is unusable; empty if it is usable.
@@ -39,8 +41,8 @@ const char* problem_of(const FedSample& sample) noexcept;
 
 struct ForceCommand {
   Wrench on_hand_D;
-  bool is_stale = false;       ///< feed or haptic thread has stalled; the wrench is zero
-  std::uint64_t commands = 0;  ///< number of commands so far
+  bool is_stale = false;       ///< true: the program or the haptic thread has stalled, and the wrench is zero
+  std::uint64_t commands = 0;  ///< number of commands so far, to detect a new one
 };
 
 class OwnDevice final : public devices::Device {
@@ -50,15 +52,17 @@ class OwnDevice final : public devices::Device {
 
   const devices::DeviceProfile& profile() const noexcept { return profile_; }
 
-  /// In      sample  usable by problem_of(); its rotation is normalised here
+  /// Accepts a sample at the time `now`.
+  /// In      sample  problem_of(sample) must be empty; its rotation is normalised
   /// Thread  any except haptic
   void feed(LocalTime now, const FedSample& sample);
+  /// Returns the current command.
   /// Thread  any except haptic
   ForceCommand force(LocalTime now);
-  /// Ends the feed: samples are invalid from now on.
+  /// Closes the device for the client: from now on read() returns invalid samples of a lost device.
   /// Thread  any
   void end_feed() noexcept { has_ended_.store(true, std::memory_order_relaxed); }
-  /// Reserves the device for one client; false if it has one.
+  /// Reserves the device for one client. Returns false if another client has reserved it.
   bool reserve() noexcept { return !is_reserved_.exchange(true); }
   void unreserve() noexcept { is_reserved_.store(false); }
 
@@ -78,17 +82,18 @@ class OwnDevice final : public devices::Device {
   devices::DeviceProfile profile_;
   std::atomic<bool> has_ended_{false};
   std::atomic<bool> is_reserved_{false};
-  std::atomic<bool> gave_zero_{false};  ///< zero has replaced a command, and the haptic thread was not informed yet
-  std::atomic<bool> is_on_{false};      ///< the program has last read a force other than zero
+  /// force() has replaced a command by zero, and has_released_force() was not called yet
+  std::atomic<bool> gave_zero_{false};
+  std::atomic<bool> is_on_{false};  ///< the last force that the program read was not zero
 
-  std::mutex feeding_;  ///< protects the next two; never taken by the haptic thread
+  std::mutex feeding_;  ///< serialises feed(); never locked by the haptic thread
   haptics::VelocityEstimator estimator_;
   std::atomic<Duration::rep> fed_at_{kNever};
   realtime::Mailbox<devices::DeviceSample> samples_;
 
-  std::mutex reading_;  ///< protects the read side of `commands_`; never taken by the haptic thread
+  std::mutex reading_;  ///< protects the reader of `commands_`; never locked by the haptic thread
   realtime::Mailbox<Command> commands_;
-  std::uint64_t command_count_ = 0;  ///< used by the haptic thread only
+  std::uint64_t command_count_ = 0;  ///< accessed by the haptic thread only
 
   static constexpr Duration::rep kNever = -1;
 };

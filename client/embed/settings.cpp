@@ -13,11 +13,11 @@ namespace tandem::client::embed {
 namespace {
 
 constexpr int kDefaultPriority = 70;
-/// Difference between the priorities of the haptic thread and the io thread; the same as in tandem-client.
+/// Difference between the priorities of the haptic thread and the io thread, as in tandem-client.
 constexpr int kIoPriorityBelow = 10;
 
-/// A maximum that the program has not given. Its value is above all others, so the bounds for unverified devices apply
-/// (devices::coupling_bounds()).
+/// Stands for a maximum that the program did not set. The value is higher than any real maximum, so that only the
+/// bounds for unverified devices apply (devices::coupling_bounds()).
 const devices::SourcedLimit kUnknown{1e9, "unverified: the program has not given it"};
 
 [[noreturn]] void refuse(const std::string& text) {
@@ -28,7 +28,7 @@ std::string text_or(const char* text, const char* otherwise = "") {
   return text == nullptr || *text == '\0' ? otherwise : text;
 }
 
-/// Returns a setting whose zero selects the default.
+/// Returns the value of a setting, or its default `otherwise` if the value is zero.
 double number_or(double value, double otherwise, const char* field) {
   if (!std::isfinite(value) || value < 0) {
     refuse(std::string(field) + " is " + std::to_string(value) + "; it must be 0 or a positive number");
@@ -49,7 +49,7 @@ void apply_token(const proto::Bytes& token, ClientIoSettings& io) {
   io.client.session.role = claims->role();
 }
 
-// The messages do not contain the text, because it may be a secret with one wrong character.
+// The error messages do not contain the invitation, because it may be a secret with one mistyped character.
 void apply_invitation(const std::string& text, ClientIoSettings& io) {
   const auto invitation = proto::invitation_of(text);
   if (!invitation) refuse("invitation is no invitation; give the whole output of tandem-server --invite");
@@ -70,7 +70,7 @@ void apply_security(const tandem_client_settings& settings, ClientIoSettings& io
   }
   if (!invitation.empty()) return apply_invitation(invitation, io);
   if (!has_key) return;
-  // The zone of an IPv6 address ("%eth0") is removed, because a certificate does not contain it.
+  // The zone of an IPv6 address ("%eth0") is removed, because certificates do not contain a zone.
   io.trust = secure::Trust{.ca_file = authorities, .host = io.host.substr(0, io.host.find('%'))};
   if (!pin.empty()) {
     const auto bytes = secure::bytes_of_text(pin);

@@ -1,4 +1,4 @@
-// Settings of the C interface, checked and converted to those of the client.
+// Checks the settings of the C interface and converts them to those of the client.
 #pragma once
 
 #include <memory>
@@ -13,16 +13,17 @@ namespace tandem::client::embed {
 
 struct ClientConfig {
   ClientIoSettings io;
-  devices::DeviceOptions device;          ///< unused if there is an own device
-  std::shared_ptr<OwnDevice> own_device;  ///< null: the library opens the device
+  devices::DeviceOptions device;          ///< unused if own_device is set
+  std::shared_ptr<OwnDevice> own_device;  ///< device that the program drives; null: the library opens a device
   int realtime_priority = 0;
 };
 
-/// In      own_device  device with the handle of the settings; null if the handle is 0
+/// Converts the settings of a client.
+/// In      own_device  device whose handle is in the settings; null if the handle is 0
 /// Fails   StatusError or std::invalid_argument: the message names the field, the value and the remedy
 ClientConfig config_of(const tandem_client_settings& settings, std::shared_ptr<OwnDevice> own_device);
-/// Returns the profile of a device of the caller.
-/// Fails   as config_of()
+/// Returns the profile of a device that the program drives.
+/// Fails   like config_of()
 devices::DeviceProfile profile_of(const tandem_device_settings& settings);
 
 }  // namespace tandem::client::embed

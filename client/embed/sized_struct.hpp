@@ -1,4 +1,5 @@
-// Structs of a C interface whose first field is their size, so that program and library may have different versions.
+// Reads and writes structs of the C interface. Their first field is their size, so that program and library may have
+// different versions.
 #pragma once
 
 #include <algorithm>
@@ -14,12 +15,14 @@
 
 namespace tandem::client::embed {
 
-/// Limits of struct_size. The lower one is that of a struct with one number, the upper one is above any later version.
+/// Limits of struct_size [bytes]. The minimum is a struct with one more field of 4 bytes. The maximum is larger than
+/// any later version of a struct will be.
 inline constexpr std::uint32_t kMinStructSize = 8, kMaxStructSize = 65536;
-/// Divisor of struct_size: no version of a struct has padding, so each size ends after a whole field.
+/// struct_size must be a multiple of this alignment. No version of a struct has padding, so that a valid size never
+/// ends within a field.
 inline constexpr std::uint32_t kStructAlignment = 8;
 
-/// Returns the struct_size that the caller has set.
+/// Returns the struct_size that the calling program has set.
 /// Fails   StatusError: a null pointer, or a size outside the limits
 template <class Struct>
 std::uint32_t size_of(const Struct* given, const char* name) {
@@ -31,8 +34,8 @@ std::uint32_t size_of(const Struct* given, const char* name) {
                                              "; set it to sizeof(" + name + ") before the call");
 }
 
-/// Reads a struct of settings. Fields that the caller's version lacks are zero.
-/// Fails   StatusError: see size_of(); or a field that this version lacks is not zero
+/// Reads a struct of settings from the program. Fields that the program's version lacks are zero.
+/// Fails   StatusError: see size_of(); or the program's version has a field that this version lacks, and it is not zero
 template <class Struct>
 Struct read_struct(const Struct* given, const char* name) {
   const std::uint32_t size = size_of(given, name);
@@ -47,8 +50,8 @@ Struct read_struct(const Struct* given, const char* name) {
   return known;
 }
 
-/// Writes the caller's part of a result to element `index` of an array, whose elements have `size` bytes. Fields that
-/// this version lacks are zero. struct_size is kept.
+/// Writes a result to element `index` of the program's array, whose elements have `size` bytes. Fields that the
+/// program's version lacks are omitted; fields that this version lacks are set to zero. struct_size is preserved.
 template <class Struct>
 void write_struct(Struct result, Struct* to, std::uint32_t size, std::size_t index = 0) {
   result.struct_size = size;
@@ -58,11 +61,11 @@ void write_struct(Struct result, Struct* to, std::uint32_t size, std::size_t ind
   std::memset(bytes + known, 0, size - known);
 }
 
-/// Limit of a text of the program [bytes], far below that of a control message (proto::kMaxControlBytes).
+/// Maximum length of a text from the program [bytes], far below that of a control message (proto::kMaxControlBytes).
 inline constexpr std::size_t kMaxTextBytes = 8192;
 
-/// Returns the text of an argument or of a setting.
-/// Fails   StatusError: the text is too long, or not valid UTF-8, which no message can contain
+/// Returns the text of an argument or of a setting, after a check.
+/// Fails   StatusError: the text is too long, or is not valid UTF-8, which messages require
 inline std::string checked_text(const char* text, const char* name) {
   if (std::strlen(text) > kMaxTextBytes) {
     throw StatusError(TANDEM_BAD_ARGUMENT,
@@ -76,7 +79,8 @@ inline std::string checked_text(const char* text, const char* name) {
   return text;
 }
 
-/// Copies text and a 0 into a buffer of at least one byte. Longer text is cut between characters of UTF-8.
+/// Copies a text and a final 0 into a buffer of at least one byte. A text that is too long is cut between two UTF-8
+/// characters.
 inline void cut_text(std::string_view text, std::span<char> to) {
   std::size_t length = std::min(text.size(), to.size() - 1);
   while (length > 0 && length < text.size() && (static_cast<unsigned char>(text[length]) & 0xc0U) == 0x80U) --length;

@@ -1,4 +1,4 @@
-// Error inside the library, with the status that the C interface returns.
+// Exception within the library, with the status that the C interface returns.
 #pragma once
 
 #include <stdexcept>

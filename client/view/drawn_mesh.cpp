@@ -10,8 +10,8 @@ namespace {
 constexpr int kConeSides = 20;
 constexpr Rgba kWhite{1, 1, 1, 1};
 
-/// Appends triangles between two circles about z, which are given by two points of a profile. A circle of radius 0 is a
-/// tip.
+/// Appends the triangles between two circles around the z axis, which may differ in radius and height. A circle of
+/// radius 0 is the tip of a cone.
 void append_band(geometry::TriangleMesh& mesh, double low_radius, double low_z, double high_radius, double high_z,
                  int sides) {
   const auto first = static_cast<int>(mesh.vertices.size());

@@ -1,4 +1,4 @@
-// Triangle meshes in the format of the graphics card, made from a scene's shapes. No window is needed.
+// Converts the shapes of a scene to triangle meshes in the format of the graphics card. No window is needed.
 #pragma once
 
 #include <array>
@@ -19,24 +19,24 @@ struct Vertex {
   std::array<std::uint8_t, 4> color{};
 };
 
-/// Triangles of three vertices each, counter-clockwise seen from outside.
+/// Vertices of triangles: every three consecutive ones form a triangle, counter-clockwise when seen from outside.
 using DrawnMesh = std::vector<Vertex>;
 
-/// Appends a shaded mesh. The second function shades the mesh first.
-/// In      mesh  triangles that geometry::shaded() drops are not drawn
+/// Appends a mesh with vertex normals. The second function first computes them with geometry::shaded(), which drops
+/// some triangles.
 void append_mesh(DrawnMesh& out, const geometry::ShadedMesh& shaded, const Pose& X, const Rgba& color);
 void append_mesh(DrawnMesh& out, const geometry::TriangleMesh& mesh, const Pose& X, const Rgba& color);
 
 /// Converts a colour to the format of a vertex.
 std::array<std::uint8_t, 4> bytes_of(const Rgba& color);
 
-/// Appends a cone along z, with its base of radius 1 at z = 0 and its tip at z = 1.
+/// Appends a cone along the z axis, with its base of radius 1 at z = 0 and its tip at z = 1.
 void append_cone(DrawnMesh& out);
 
 /// Appends the lateral surface of a cylinder between two points.
 void append_stick(DrawnMesh& out, const Vec3& from, const Vec3& to, double radius_m, int sides, const Rgba& color);
 
-/// Returns a ball of radius 1: an octahedron whose edges are halved `halvings` times.
+/// Returns a sphere of radius 1: an octahedron that is subdivided `halvings` times by halving its edges.
 geometry::TriangleMesh halved_octahedron(int halvings);
 std::array<float, 3> floats_of(const Vec3& a);
 

@@ -8,7 +8,7 @@ namespace {
 
 constexpr Duration kBetweenCounts = std::chrono::milliseconds(200);
 constexpr Duration kMemory = std::chrono::seconds(2);
-/// Gap between frames above which no values are added for the missing time.
+/// Maximum time between two frames for which the curves are continued. After a longer gap, no values are added for it.
 constexpr Duration kMaxFrame = std::chrono::milliseconds(500);
 
 double in_ms(Duration duration) {
@@ -95,8 +95,8 @@ void Figures::add_molecules(const DrawnScene& scene, const View* view, const Cli
   if (io.kept_poses != nullptr) rmsd_angstrom = docking::rmsd_angstrom(b, X_AB, pose_of(io.kept_poses->front()));
 }
 
-// Transit times are differences between the server's clock and the local one. The offset between the clocks does not
-// affect their standard deviation.
+// A transit time is the difference between the local time of arrival and the server's time of sending. The unknown
+// offset between the clocks does not affect the standard deviation of transit times.
 void Figures::add_transit(const View& view, LocalTime now) {
   forget_old(transits_ms_, now);
   if (view.newest.update.step != transit_of_) {

@@ -1,4 +1,4 @@
-// Data for the window's plots and figures, collected over the last seconds.
+// Collects the values of the last seconds that the window displays as plots and numbers.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace tandem::client {
 
-/// The newest kLength values in a ring buffer; offset() is the index of the oldest.
+/// Ring buffer of the newest kLength values of a plot. offset() is the index of the oldest value.
 class Curve {
  public:
   static constexpr std::size_t kLength = 400;
@@ -29,39 +29,39 @@ class Curve {
   std::size_t next_ = 0;
 };
 
-/// Returns the displayed pose of a body; before the first view, its start pose.
+/// Returns the displayed pose of a body, or its start pose if no view was received yet.
 Pose felt_pose(const DrawnScene& scene, const View* view, std::size_t body);
 
-/// Collects the values of the plots and figures.
+/// Collects the values for plots and displayed numbers.
 ///
 /// Thread  the window's
 class Figures {
  public:
-  /// Time between two values of a curve, and time span of a complete curve.
+  /// kStep: time between two values of a curve. kSpan: time span of a full curve.
   static constexpr Duration kStep{std::chrono::milliseconds(20)};
   static constexpr Duration kSpan = kStep * static_cast<int>(Curve::kLength);
 
-  /// Adds a tick. Call for each tick, in order.
+  /// Adds a tick of the haptic loop. Call for each tick, in order.
   void add(const TickRecord& record);
-  /// Adds a view and the session's figures. Call once a frame.
+  /// Adds the newest view and the network counters of the session. Call once a frame.
   void add(const View* view, const ClientIoSnapshot& io, LocalTime now);
-  /// Updates the figures of two docked molecules a few times a second, if the scene has exactly two molecules. Call
-  /// once a frame.
+  /// Updates the values below that describe two docked molecules, at most five times a second, if the scene has exactly
+  /// two molecules. Call once a frame.
   void add_molecules(const DrawnScene& scene, const View* view, const ClientIoSnapshot& io, LocalTime now);
 
-  Curve force_n, torque_n_m;          ///< largest displayed value in a step of the curve
-  Curve round_trip_ms, state_age_ms;  ///< newest value
-  Curve residual_n;                   ///< predicted residual force
-  Curve longest_tick_ms;              ///< longest interval between two ticks
+  Curve force_n, torque_n_m;          ///< largest displayed magnitude within each kStep
+  Curve round_trip_ms, state_age_ms;  ///< newest value at the end of each kStep
+  Curve residual_n;                   ///< predicted residual force (server minus local model)
+  Curve longest_tick_ms;              ///< longest interval between two ticks within each kStep
   double jitter_ms = 0;  ///< standard deviation of the transit time of the server's updates, over the last 2 s
   double loss_up = 0, loss_down = 0;  ///< fractions of messages that the simulated links lost in the last 2 s
 
-  // Figures of the first and the second molecule of the scene, at their displayed poses.
+  // Values for the first and the second molecule of the scene, at their displayed poses.
   bool has_molecules = false;
   std::array<std::size_t, 2> molecules{};  ///< indices of their bodies
   std::size_t contacts = 0;
   docking::AtomPairs hydrogen_bonds;
-  std::optional<double> rmsd_angstrom;  ///< deviation from the pose in their files
+  std::optional<double> rmsd_angstrom;  ///< deviation of the second molecule from the reference pose
 
  private:
   void finish_step();

@@ -13,9 +13,9 @@ constexpr double kSharpness = 1.2;
 constexpr double kFinestGrid_angstrom = 0.4;
 constexpr double kAtomsOnFinestGrid = 2000;
 constexpr double kCoarsening = 1.3;
-/// Smallest standard deviation of a Gaussian, in cells. With it no Gaussian falls between the points of the grid.
+/// Smallest standard deviation of a Gaussian, in cells. A narrower Gaussian could be missed between the grid points.
 constexpr double kMinWidth = 0.8;
-/// Contributions of an atom below this fraction of the level are neglected.
+/// Contributions of an atom to F below this fraction of the level F = 1 are neglected.
 constexpr double kNegligible = 0.01;
 /// Smallest distance of a vertex from the faces of its cell, as a fraction of the cell, so that no two vertices
 /// coincide.
@@ -23,13 +23,13 @@ constexpr double kFaceMargin = 0.02;
 constexpr int kNewtonSteps = 3;
 
 constexpr int kBlockCells = 8;
-/// Number of grid points of a block per axis: its cells' points, one before and one after them.
+/// Number of grid points of a block along each axis: one per cell, plus one before and one after them.
 constexpr int kPoints = kBlockCells + 2;
 constexpr int kCells = kPoints - 1;
 
 using Index3 = std::array<int, 3>;
 
-/// One atom's term of F: amplitude · exp(−steepness |x − centre|²).
+/// One atom's term of F (molecular_surface.hpp): amplitude · exp(−steepness |x − centre|²).
 struct Blob {
   Vec3 centre;
   double square_radius;
@@ -72,8 +72,9 @@ Index3 next(Index3 at, int axis, int steps = 1) {
   return at;
 }
 
-/// F on one block of the grid, and the triangles of the block's edges. The value at a point is bit-identical in all
-/// blocks that contain it: they add the same atoms in the same order, at coordinates computed in the same way.
+/// Values of F on one block of the grid, and the triangles of its grid edges. Blocks share points at their borders. The
+/// value at a shared point is bit-identical in all its blocks: each adds the same atoms in the same order, at
+/// coordinates that are computed in the same way. Therefore the surface has no gaps between blocks.
 class Block {
  public:
   Block(double grid, double scale) : grid_(grid), scale_(scale) {}
@@ -100,7 +101,7 @@ class Block {
   const std::vector<Blob>* blobs_ = nullptr;
   const std::vector<std::uint32_t>* atoms_ = nullptr;
   std::array<double, kPoints * kPoints * kPoints> values_{};
-  std::array<int, kCells * kCells * kCells> vertex_of_{};  ///< index of a cell's vertex; −1: none yet
+  std::array<int, kCells * kCells * kCells> vertex_of_{};  ///< index of each cell's vertex; −1: not computed yet
   std::vector<Vertex> vertices_;
   std::array<std::vector<double>, 3> centres_;
   mutable std::vector<double> squares_;
@@ -121,7 +122,7 @@ void Block::fill(const Index3& block, const std::vector<Blob>& blobs, const std:
   for (const std::uint32_t atom : atoms) add(blobs[atom]);
 }
 
-/// Adds a Gaussian. It is computed as the product of one factor per axis.
+/// Adds a Gaussian to the grid. It is a product of one factor for each axis, which saves exponentials.
 void Block::add(const Blob& blob) {
   std::array<std::array<double, kPoints>, 3> factors{};
   Index3 first{}, last{};
@@ -147,7 +148,7 @@ void Block::add(const Blob& blob) {
   }
 }
 
-/// Appends the faces of the edges that start at points inside this block.
+/// Appends the faces that belong to the grid edges that start at points inside this block.
 void Block::append_to(DrawnMesh& out) {
   const auto is_inside_value = [](double value) { return value >= 1; };
   if (std::ranges::none_of(values_, is_inside_value) || std::ranges::all_of(values_, is_inside_value)) return;
@@ -160,7 +161,8 @@ void Block::append_to(DrawnMesh& out) {
   }
 }
 
-/// Appends the quadrilateral between the four cells around an edge, split along its shorter diagonal.
+/// If the surface crosses a grid edge, appends the quadrilateral between the vertices of the four cells around it. The
+/// quadrilateral is split into triangles along its shorter diagonal.
 void Block::add_faces(DrawnMesh& out, const Index3& at, int axis) {
   const bool is_leaving = is_inside(at);
   if (is_leaving == is_inside(next(at, axis))) return;
@@ -197,7 +199,8 @@ Vec3 Block::mean_of_crossings(const Index3& cell) const {
   return sum / count;
 }
 
-/// Returns the vertex of a cell. Newton's method uses log F, which is a parabola for an isolated atom.
+/// Returns the vertex of a cell, which is computed at the first call. Newton's method is applied to log F, because it
+/// is quadratic near an isolated atom.
 const Vertex& Block::vertex(const Index3& cell) {
   int& index = vertex_of_[place_of(kCells, cell)];
   if (index >= 0) return vertices_[static_cast<std::size_t>(index)];
@@ -221,7 +224,7 @@ const Vertex& Block::vertex(const Index3& cell) {
   return made;
 }
 
-/// Weight of an atom's colour. It decreases with the distance, does not depend on the grid, and is never 0.
+/// Weight of an atom's colour at a vertex. It decreases with the distance, does not depend on the grid, and is never 0.
 /// In      square  squared distance, in units of the atom's squared radius
 double color_weight(double square) {
   const double near = 1 / std::max(square, 1e-9);
@@ -229,7 +232,8 @@ double color_weight(double square) {
   return fourth * fourth;
 }
 
-/// All distances are computed first, in a loop that compilers can vectorise. Few atoms are near enough to contribute.
+/// Returns F, its gradient and the mixed colour at a point. All distances are computed first, in a loop that compilers
+/// can vectorise; the rest is computed for the few atoms that are near enough to contribute.
 Sample Block::sample(const Vec3& at) const {
   const double x = at.x(), y = at.y(), z = at.z();
   for (std::size_t i = 0; i < squares_.size(); ++i) {
@@ -252,7 +256,8 @@ Sample Block::sample(const Vec3& at) const {
   return sum;
 }
 
-/// Returns the blocks within an atom's reach plus one cell, so that they contain each neighbour of a reached point.
+/// Returns for each block the atoms that contribute to it. The reach of an atom is extended by one cell, so that the
+/// neighbours of each reached point are included.
 std::map<Index3, std::vector<std::uint32_t>> blocks_of(const std::vector<Blob>& blobs, double grid,
                                                        const std::stop_token& stop) {
   std::map<Index3, std::vector<std::uint32_t>> blocks;
@@ -272,7 +277,8 @@ std::map<Index3, std::vector<std::uint32_t>> blocks_of(const std::vector<Blob>& 
   return blocks;
 }
 
-/// Returns false if the surface has more than `max_triangles`; true otherwise, also after a stop.
+/// Appends the surface for one grid spacing. Returns false if it would have more than `max_triangles`, otherwise true.
+/// It ends early, and returns true, after a stop request.
 bool append_on_grid(DrawnMesh& out, const std::vector<Blob>& blobs, double grid, double scale,
                     std::size_t max_triangles, const std::stop_token& stop) {
   const std::size_t before = out.size();

@@ -1,5 +1,5 @@
-// The surface of a molecule as triangles. No window is needed. Making it may take a second, so it is done outside of
-// the frame loop.
+// Computes the surface of a molecule as triangles. No window is needed. It can take a second, so it must not run in the
+// frame loop.
 #pragma once
 
 #include <cstddef>
@@ -12,19 +12,19 @@ namespace tandem::client {
 
 inline constexpr std::size_t kMaxSurfaceTriangles = 1'000'000;
 
-/// Appends a smooth closed surface around the atoms at about their van der Waals radii. A vertex has the colour of the
-/// atom that is nearest relative to its radius. Near the seam between two atoms, colours are mixed.
+/// Appends a smooth closed surface around the atoms, approximately at their van der Waals radii. A vertex has the
+/// colour of the nearest atom, with distances relative to the atoms' radii. Between two atoms, colours are mixed.
 ///
 /// Model    The surface is F(x) = Σ exp(B (1 − |x − c|²/r²)) = 1, summed over atoms at c of radius r. For an isolated
-///          atom it is a ball. B = 1.2, and less for atoms narrower than the grid, so that neighbouring atoms merge on
-///          a coarse grid. The triangles are surface nets: each cell that the surface crosses has a vertex, which
-///          starts at the mean of the crossings of the cell's edges. Newton's method moves it within the cell onto
-///          F = 1. The four cells around an edge give two triangles. Normals are −∇F
+///          atom it is a sphere. B = 1.2; it is smaller for atoms narrower than a grid cell, so that neighbouring atoms
+///          merge on a coarse grid. The triangles are surface nets: each cell that the surface crosses has one vertex.
+///          It starts at the mean of the points where the surface crosses the cell's edges. Newton's method then moves
+///          it within the cell onto F = 1. The four cells around a crossed edge give two triangles. Normals are −∇F
 /// Source   F: manual of SurfaceDiver, "Molecular surface representation", with B = ln 2; the larger B here follows the
 ///          atoms more closely. Surface nets: Lysenko, "Smooth voxel terrain (part 2)", 2012; Newton's method is an
 ///          addition
-/// In       colors         one for each atom
-///          max_triangles  limit; a surface with more triangles is made again on a coarser grid
+/// In       colors         one colour for each atom
+///          max_triangles  limit; a surface with more triangles is computed again on a coarser grid
 ///          stop           after a stop request nothing is appended
 /// Cost     The grid spacing is 0.4 Å up to 2000 atoms; above that the number of cells is constant. Blocks of 8 × 8 × 8
 ///          cells are processed one after the other, and only near atoms. Isolated atoms much smaller than a cell are

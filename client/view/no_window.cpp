@@ -1,4 +1,4 @@
-// Replacement of window.cpp in a build without the window (TANDEM_WINDOW=OFF).
+// Replaces window.cpp in a build without the window (CMake option TANDEM_WINDOW=OFF).
 #include <stdexcept>
 
 #include "client/view/screen/screen.hpp"

@@ -1,4 +1,4 @@
-// Motion of the hand of the device "mouse", by mouse and keys: translation and rotation.
+// Translates and rotates the hand of the device "mouse" by mouse and keys.
 #pragma once
 
 #include <optional>
@@ -10,13 +10,14 @@
 
 namespace tandem::client {
 
-/// Converts motion of mouse and keys to a target pose for the device "mouse".
+/// Converts motion of the mouse and pressed keys to a target pose for the simulated device "mouse".
 ///
 /// Thread  the window's
 class PointerHand {
  public:
-  /// Largest distance between target and hand, in device metres. At this distance the spring of the simulated arm
-  /// exerts about the device's maximum force. A larger distance would only add a dead zone when the mouse moves back.
+  /// Largest distance between target and hand, in metres of the device. At this distance the spring of the simulated
+  /// arm exerts approximately the device's maximum force. A larger distance would only add a dead zone when the mouse
+  /// moves back.
   static constexpr double kMaxStretch_m = 0.05;
   static constexpr double kMaxTwist_rad = 0.6;  ///< largest rotation between target and hand, for the same reason
 
@@ -25,22 +26,23 @@ class PointerHand {
   void set_workspace(const WorkspaceMapping& workspace) { workspace_ = workspace; }
   Pose X_WH() const { return workspace_.world_pose(target_.X_DH); }
 
-  /// Moves the hand sideways and vertically by fractions of the window's height, so that it stays under the mouse. If
-  /// the camera looks from above, the hand moves away and towards the camera instead of up and down.
+  /// Moves the hand sideways and vertically, so that it follows the mouse. If the camera looks from above, the hand
+  /// moves horizontally away from or towards the camera instead of vertically.
+  /// In      right, down  motion of the mouse, in fractions of the window's height
   void move(const Camera& camera, double right, double down);
-  /// Moves the hand sideways and horizontally, away from or towards the camera. If the camera looks from above, it
-  /// moves up and down instead.
+  /// Moves the hand sideways, and horizontally away from or towards the camera. If the camera looks from above, the
+  /// hand moves up and down instead of away and towards.
   void move_level(const Camera& camera, double right, double down);
-  /// Rotates the hand about the picture's axes. The surface nearest to the camera moves by `right` and `down`; `roll`
-  /// is clockwise.
+  /// Rotates the hand about the axes of the picture. Its surface on the camera's side moves to the right and down;
+  /// `roll_rad` is clockwise.
   void turn(const Camera& camera, double right_rad, double down_rad, double roll_rad);
   void press(std::uint32_t button, bool is_down);
-  /// Releases the held body if there is one; otherwise grabs one within reach. One key is used for both.
+  /// Releases the held body if there is one; otherwise grabs a body within reach. For a key with both functions.
   void toggle_grab(bool is_holding, LocalTime now);
-  /// Releases the button if a grab has found no body within kGrabPatience, so that the next press grabs again. Call
+  /// Releases the button if a grab has not succeeded within kGrabPatience, so that the next press grabs again. Call
   /// once a frame.
   void follow_grab(bool is_holding, LocalTime now);
-  /// Returns true for kMissShown after a grab that found no body.
+  /// Returns true for the duration kMissShown after a grab that found no body.
   bool has_missed(LocalTime now) const { return missed_at_ && now - *missed_at_ < kMissShown; }
   /// Moves the target back to the start pose of the tool.
   void rest() { target_.X_DH = Pose{}; }
@@ -48,9 +50,9 @@ class PointerHand {
   void stay_near(const Pose& X_DH);
 
  private:
-  /// time to wait for a grab, longer than any round trip
+  /// Time-out of a grab. It is longer than round trips in practice.
   static constexpr Duration kGrabPatience = std::chrono::milliseconds(1500);
-  /// Shortest time for which the button is pressed, long enough that at least one of its datagrams arrives.
+  /// Shortest time for which the button is pressed, so that at least one datagram with the pressed button arrives.
   static constexpr Duration kPress = std::chrono::milliseconds(100);
   static constexpr Duration kMissShown = std::chrono::seconds(3);
 
@@ -58,7 +60,7 @@ class PointerHand {
 
   WorkspaceMapping workspace_;
   devices::PointerTarget target_;
-  bool is_releasing_ = false;  ///< the button is to be released kPress after grabbed_at_
+  bool is_releasing_ = false;  ///< true: the button must be released at grabbed_at_ + kPress
   LocalTime grabbed_at_{};
   std::optional<LocalTime> missed_at_;
 };

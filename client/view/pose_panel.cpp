@@ -1,4 +1,4 @@
-// The part of the panels for scenes of two molecules: figures of their relative pose, and the saved poses.
+// Part of the panels for scenes with two molecules: values for their relative pose, and the saved poses.
 #include <imgui.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ std::string counted(std::size_t count, const char* what) {
   return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }
 
-/// Draws the popup of a row, in which the pose can be renamed or deleted.
+/// Draws the button of a row of the list, and its popup in which the saved pose can be renamed or deleted.
 void draw_edit(const PanelContent& content, WindowSwitches& switches, const wire::KeptPose& pose) {
   if (pose.number() == 0) return ImGui::TextUnformatted("");
   if (ImGui::SmallButton("...")) {
@@ -42,7 +42,8 @@ void draw_edit(const PanelContent& content, WindowSwitches& switches, const wire
   ImGui::EndPopup();
 }
 
-/// Draws the button that starts a minimisation. During a minimisation, draws its progress and a button that cancels it.
+/// Draws the button that starts an energy minimisation. During a minimisation, draws its progress and a button that
+/// cancels it.
 void draw_minimising(const PanelContent& content) {
   const auto& progress = content.io->pose_progress;
   if (!progress) {

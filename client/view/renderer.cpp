@@ -15,7 +15,7 @@ namespace {
 constexpr int kShadowPixels = 2048, kFastShadowPixels = 1024;
 /// Direction to the sun in the world.
 const Vec3 kToSun = Vec3(-0.45, -0.55, 1.0).normalized();
-/// Half width of the floor, in radii of the focus ball.
+/// Half width of the floor, in units of DrawnFrame::focus_radius_m.
 constexpr double kFloorReach = 14;
 
 using Mat4 = Eigen::Matrix4f;
@@ -70,7 +70,7 @@ class Program {
   GLuint id_;
 };
 
-/// Vertex buffers of a mesh in the memory of the graphics card.
+/// Copy of a mesh in the memory of the graphics card: a vertex array object and its buffer.
 class Buffers {
  public:
   explicit Buffers(const DrawnMesh& mesh) : count_(static_cast<GLsizei>(mesh.size())) {
@@ -99,7 +99,7 @@ class Buffers {
   static void attribute(GLuint index, GLint count, GLenum type, GLboolean is_share, std::size_t offset) {
     glEnableVertexAttribArray(index);
     const auto* const place =
-        reinterpret_cast<const void*>(offset);  // NOLINT(performance-no-int-to-ptr): as OpenGL has it
+        reinterpret_cast<const void*>(offset);  // NOLINT(performance-no-int-to-ptr): OpenGL passes it as a pointer
     glVertexAttribPointer(index, count, type, is_share, sizeof(Vertex), place);
   }
 
@@ -108,7 +108,7 @@ class Buffers {
   GLuint buffer_ = 0;
 };
 
-/// Returns a square of two triangles from −1 to 1, at z = 0.
+/// Returns a square from −1 to 1 along x and y, at z = 0, as two triangles.
 DrawnMesh square() {
   DrawnMesh mesh;
   for (const auto& [x, y] : {std::pair(-1, -1), {1, -1}, {1, 1}, {-1, -1}, {1, 1}, {-1, 1}}) {
@@ -197,7 +197,7 @@ void Renderer::Impl::draw_shadows(const DrawnFrame& frame, const Mat4& sun) cons
   glDepthMask(GL_TRUE);
   shadows.use();
   shadows.set("clip_of_world", sun);
-  // Depth is offset in proportion to the slope, so that no surface casts a shadow on itself.
+  // Adds an offset to the depth in proportion to the slope, so that no surface casts a shadow on itself.
   glEnable(GL_POLYGON_OFFSET_FILL);
   glPolygonOffset(2.0F, 4.0F);
   for (const DrawnThing& thing : frame.things) {

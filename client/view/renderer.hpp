@@ -1,5 +1,5 @@
-// Draws a scene with OpenGL 3.3. The scene is lit by a sun with soft shadows and by ambient light of the sky, and has a
-// floor with a grid. Transparent objects are drawn last.
+// Draws a scene with OpenGL 3.3. A sun with soft shadows and ambient light of the sky illuminate the scene. The floor
+// has a grid. Transparent objects are drawn last.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -14,29 +14,31 @@
 
 namespace tandem::client {
 
-/// One mesh at one pose. `mesh` is the index that add_mesh() returned.
+/// An object to draw: a mesh at a pose. `mesh` is the index that add_mesh() returned.
 struct DrawnThing {
   std::size_t mesh = 0;
   Pose X_W;
   Vec3 scale = Vec3::Ones();
-  Rgba tint{1, 1, 1, 1};  ///< factor for the mesh's colour; an opacity below 1 makes it transparent, without a shadow
-  float glow = 0;         ///< fraction of the light that is emitted
-  bool is_mark = false;   ///< a mark, drawn in front of all objects and without a shadow
+  Rgba tint{1, 1, 1, 1};  ///< factor for the mesh's colour; with an opacity below 1 there is no shadow
+  float glow = 0;         ///< 0: lit by the scene's lights, 1: shown in its own colour without lighting
+  bool is_mark = false;   ///< true: drawn in front of all objects and without a shadow
 };
 
-/// kFull: soft edges and shadows. kFast: for rendering on the processor: one sample a pixel, a smaller map of shadows
-/// with one lookup, and a display power of 2 in place of 2.2, which needs no logarithm.
+/// kFull: multisampled edges and soft shadows. kFast, for rendering without a graphics card: one sample per pixel, a
+/// smaller shadow map that is sampled once, and a display gamma of 2 instead of 2.2, which needs no logarithm.
 enum class RenderQuality : std::uint8_t { kFull, kFast };
 
 struct DrawnFrame {
   std::vector<DrawnThing> things;
-  Vec3 focus_W = Vec3::Zero();  ///< centre of the ball within which shadows are cast
-  double focus_radius_m = 0.2;
+  Vec3 focus_W = Vec3::Zero();  ///< centre of the ball in which shadows are cast
+  double focus_radius_m = 0.2;  ///< radius of this ball
   double floor_z_m = 0;
-  double grid_m = 0.05;                               ///< distance between two lines on the floor
-  std::optional<Eigen::Hyperplane<double, 3>> cut_W;  ///< objects are drawn only on its positive side; none: everywhere
+  double grid_m = 0.05;                               ///< distance between two lines of the floor's grid
+  std::optional<Eigen::Hyperplane<double, 3>> cut_W;  ///< cutting plane: only its positive side is drawn; empty: no cut
 };
 
+/// Draws frames in the current OpenGL context.
+///
 /// Thread  the thread whose OpenGL context is current
 class Renderer {
  public:

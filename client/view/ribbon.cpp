@@ -18,31 +18,32 @@ using docking::Molecule;
 
 enum class Fold : std::uint8_t { kCoil, kHelix, kStrand, kNucleic };
 
-/// One residue of a chain. Lengths are in Å.
+/// One residue of a chain. Coordinates are in Å.
 struct Link {
   std::size_t residue = 0;  ///< index in the molecule
-  std::size_t atom = 0;     ///< α carbon or C4'
+  std::size_t atom = 0;     ///< index of the α carbon (proteins) or of C4' (nucleic acids)
   Vec3 place = Vec3::Zero();
-  Vec3 across = Vec3::Zero();  ///< direction in the plane of the peptide, perpendicular to the chain; zero: unknown
+  Vec3 across = Vec3::Zero();  ///< direction of the ribbon's width, perpendicular to the chain; zero: unknown
   Fold fold = Fold::kCoil;
 };
 using Chain = std::vector<Link>;
 
 constexpr double kMaxPeptideAngstrom = 4.5, kMaxNucleotideAngstrom = 8;
 constexpr std::size_t kMinLinks = 3;
-/// Half sizes of a cross-section: in the plane of the ribbon, and perpendicular to it.
+/// Half width and half thickness of a cross-section of the ribbon [Å].
 using Size = Eigen::Vector2d;
 const Size kCoilSize(0.28, 0.28), kHelixSize(1.3, 0.22), kStrandSize(1.0, 0.22), kNucleicSize(0.6, 0.6);
 constexpr double kArrowAngstrom = 1.7, kBaseAngstrom = 0.35;
 constexpr int kBaseSides = 8;
-/// Numbers of cross-sections between two residues and of corners of each, for molecules of up to this many residues.
+/// Level of detail for molecules of up to `max_residues`: number of cross-sections between two residues, and number of
+/// corners of a cross-section.
 struct Detail {
   std::size_t max_residues;
   int sections, corners;
 };
 constexpr std::array<Detail, 4> kDetails{{{3000, 8, 12}, {30'000, 4, 6}, {100'000, 2, 4}, {1'000'000, 1, 3}}};
 
-/// Atoms of a molecule, sorted by residue.
+/// Access to the atoms of a molecule by residue.
 class Residues {
  public:
   explicit Residues(const Molecule& molecule) : molecule_(molecule), starts_(docking::residue_starts(molecule)) {}
@@ -108,7 +109,8 @@ std::vector<Chain> chains_of(const Residues& residues) {
   return chains;
 }
 
-/// Distances from a residue to the second, third and fourth residue after it, with tolerances.
+/// Criterion for a secondary structure: distances [Å] from a residue to the second, third and fourth residue after it,
+/// with tolerances, and the smallest number of consecutive residues.
 struct Pattern {
   Fold fold;
   std::array<double, 3> distances, margins;
@@ -117,7 +119,8 @@ struct Pattern {
 constexpr std::array<Pattern, 2> kPatterns{
     {{Fold::kHelix, {5.5, 5.3, 6.4}, {0.5, 0.5, 0.6}, 5}, {Fold::kStrand, {6.7, 9.9, 12.4}, {0.6, 0.9, 1.1}, 4}}};
 
-/// Compares the distances to those of these residues that exist. The second one must exist.
+/// Returns whether the distances from residue i match the pattern. Near the end of the chain only the existing residues
+/// are compared; the second residue after i must exist.
 bool fits(const Chain& chain, std::size_t i, const Pattern& pattern) {
   if (i + 2 >= chain.size()) return false;
   for (std::size_t k = 0; k < 3 && i + k + 2 < chain.size(); ++k) {
@@ -127,7 +130,8 @@ bool fits(const Chain& chain, std::size_t i, const Pattern& pattern) {
   return true;
 }
 
-/// Marks a run of residues that fit, and the two residues after its last. Runs shorter than min_links are ignored.
+/// Marks each run of consecutive residues that match the pattern, including the two residues after the run. Runs of
+/// fewer than min_links residues are ignored.
 void mark(Chain& chain, const Pattern& pattern) {
   for (std::size_t i = 0; i < chain.size();) {
     std::size_t end = i;
@@ -140,7 +144,8 @@ void mark(Chain& chain, const Pattern& pattern) {
   }
 }
 
-/// Converts `across` from positions of oxygens to directions, each within 90° of the previous one.
+/// Replaces `across`, which contains the position of an oxygen atom, by a direction. Each direction is within 90° of
+/// the previous one, so that the ribbon does not flip.
 void turn_to_planes(Chain& chain) {
   Vec3 before = Vec3::Zero();
   for (std::size_t i = 0; i < chain.size(); ++i) {
@@ -159,7 +164,7 @@ void turn_to_planes(Chain& chain) {
   }
 }
 
-/// Smooths the pleats of strands, so that the ribbon is flat.
+/// Smooths the zigzag of strands, so that their ribbon is flat.
 void smooth_strands(Chain& chain) {
   const Chain as_was = chain;
   for (std::size_t i = 1; i + 1 < chain.size(); ++i) {
@@ -182,7 +187,8 @@ Size size_of(Fold fold) {
   }
 }
 
-/// Returns the half sizes of the cross-section at the fraction `share` of the distance after link i.
+/// Returns the half width and thickness of the cross-section between the links i and i + 1, at the fraction `share` of
+/// their distance. At the end of a strand they form an arrow.
 Size size_at(const Chain& chain, std::size_t i, double share) {
   const Fold here = chain[i].fold, next = chain[std::min(i + 1, chain.size() - 1)].fold;
   const bool ends_next = i + 2 >= chain.size() || chain[i + 2].fold != Fold::kStrand;
@@ -195,14 +201,15 @@ Size size_at(const Chain& chain, std::size_t i, double share) {
   return from + smooth * (size_of(next) - from);
 }
 
-/// Cross-section, given by its corners with their outward normals.
+/// Cross-section of a ribbon, with the position and the outward normal of each corner.
 struct Section {
   Vec3 middle, along;
   std::vector<std::pair<Vec3, Vec3>> corners;
   Rgba color;
 };
 
-/// Returns point and tangent of the Catmull-Rom spline, which is extended straight at the ends.
+/// Returns the point and the tangent of the Catmull-Rom spline between links i and i + 1 at t, 0 to 1. At the ends of
+/// the chain, the spline is continued by a straight line.
 std::pair<Vec3, Vec3> place_and_way(const Chain& chain, std::size_t i, double t) {
   const std::size_t last = chain.size() - 1;
   const Vec3 b = chain[i].place, c = chain[std::min(i + 1, last)].place;
@@ -232,7 +239,7 @@ Section section_at(const Chain& chain, std::size_t i, double share, int corners,
   return section;
 }
 
-/// Mesh between consecutive cross-sections, in metres.
+/// Builds the mesh of a ribbon from consecutive cross-sections. The mesh is in metres.
 class Ribbon {
  public:
   Ribbon(DrawnMesh& out, double metres_per_angstrom) : out_(out), scale_(metres_per_angstrom) {}
@@ -263,7 +270,8 @@ class Ribbon {
     }
   }
 
-  /// In      side  1: visible from the direction in which the chain continues
+  /// Closes the ribbon at an end.
+  /// In      side  1: end of the chain, its outside faces along the chain; −1: start of the chain
   void cap(const Section& section, double side) {
     const std::size_t corners = section.corners.size();
     for (std::size_t k = 0; k < corners; ++k) {
@@ -279,7 +287,7 @@ class Ribbon {
   std::optional<Section> last_;
 };
 
-/// Appends a rod from the sugar to the far end of the base.
+/// Appends a rod for a base of a nucleic acid, from the sugar to the far end of the base.
 void append_base(DrawnMesh& out, const Residues& residues, const Link& link, double scale, const Rgba& color) {
   const bool is_purine = residues.atom(link.residue, "N9").has_value();
   if (const auto end = residues.atom(link.residue, is_purine ? "N1" : "N3")) {
@@ -287,7 +295,7 @@ void append_base(DrawnMesh& out, const Residues& residues, const Link& link, dou
   }
 }
 
-/// Appends the atoms that are outside of chains.
+/// Appends the atoms that do not belong to a chain, as sticks.
 void append_others(DrawnMesh& out, const Molecule& molecule, double scale, std::span<const Rgba> colors,
                    const std::vector<bool>& is_in_chain, const std::stop_token& stop) {
   Molecule others;

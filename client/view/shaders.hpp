@@ -22,9 +22,9 @@ void main() {
   gl_ClipDistance[0] = dot(cut, world);
 })";
 
-// Lighting is computed in linear space; displayed values are its power 1/2.2, with FAST its square root. There is light
-// of the sky from above, weak light of the ground from below, and a sun with a small highlight. The sun's shadow is
-// filtered over 3 x 3 points of the shadow map, with FAST over the four points of one lookup.
+// Lighting is computed with linear intensities. They are displayed with gamma 2.2, or gamma 2 if FAST is defined. The
+// lights are the sky from above, weak light of the ground from below, and a sun with a small highlight. The sun's
+// shadow is filtered over 3 x 3 samples of the shadow map, or over the four texels of one sample if FAST is defined.
 inline constexpr const char* kLight = R"(
 uniform vec3 eye, to_sun;
 uniform sampler2DShadow shadow_map;
@@ -98,7 +98,7 @@ void main() {
   gl_Position = clip_of_world * vec4(at, 1.0);
 })";
 
-// Lines are about a pixel wide. The floor fades into the background.
+// The floor: its grid lines are about one pixel wide, and it fades into the background with the distance.
 inline constexpr const char* kFloorFragmentShader = R"(
 in vec3 at;
 in vec4 in_sun;

@@ -1,4 +1,4 @@
-// The window's settings that are stored from one run to the next, in a small JSON file of the user.
+// Stores settings of the window in a small JSON file of the user, so that the next run of the program starts with them.
 #pragma once
 
 #include <array>
@@ -10,12 +10,12 @@
 
 namespace tandem::client {
 
-/// Returns XDG_STATE_HOME/tandem/window.json, otherwise the same file below ~/.local/state. Empty if neither folder is
-/// known.
+/// Returns the path of the file: XDG_STATE_HOME/tandem/window.json, or ~/.local/state/tandem/window.json if
+/// XDG_STATE_HOME is not set. Empty if neither folder is known.
 std::filesystem::path window_memory_file();
-/// Reads the switches. Missing or invalid entries leave the defaults unchanged.
+/// Reads the settings of the window. A missing or invalid entry gets its default.
 WindowSwitches remembered_switches(const std::filesystem::path& file);
-/// Writes the switches by replacing the whole file. Errors are ignored.
+/// Writes the settings of the window. The whole file is replaced. Errors are ignored.
 void remember_switches(const std::filesystem::path& file, const WindowSwitches& switches);
 
 /// Sets `number` to the index of `name` in `names`. If the name is not found, `number` is unchanged.

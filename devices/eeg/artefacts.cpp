@@ -9,7 +9,8 @@
 namespace tandem::eeg {
 namespace {
 
-/// Windowed and centred samples, for estimates of power at single frequencies.
+/// Returns the samples without their mean, multiplied by a Hann window. The window limits spectral leakage when the
+/// power at single frequencies is estimated.
 std::vector<double> tapered(std::span<const double> x) {
   const auto count = static_cast<double>(x.size());
   double mean = 0;
@@ -32,7 +33,8 @@ double power_at(std::span<const double> x, double cycles_per_sample) {
   return std::norm(sum);
 }
 
-/// Share of the power within 1 Hz of a frequency, by Parseval's theorem over the bins of the transform.
+/// Returns the fraction of the total power within 1 Hz of a frequency. The sum runs over bins of the discrete Fourier
+/// transform; the total power is computed in the time domain (Parseval's theorem).
 double share_near(std::span<const double> tapered_uv, double frequency_hz, double rate_hz) {
   const auto count = static_cast<double>(tapered_uv.size());
   double total = 0, near = 0;

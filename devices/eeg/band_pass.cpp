@@ -18,7 +18,7 @@ void check_edges(double low_hz, double high_hz, double rate_hz) {
   throw std::invalid_argument(text.str());
 }
 
-/// Returns the section with the pole `pole` of the z plane and its conjugate.
+/// Returns the second-order section with the given pole (in the z plane) and its complex conjugate.
 FilterSection section_of(Complex pole) {
   return {.b0 = 1, .a1 = -2 * pole.real(), .a2 = std::norm(pole)};
 }
@@ -42,8 +42,8 @@ BandPass::BandPass(double low_hz, double high_hz, double rate_hz) : rate_hz_(rat
   const double low = std::tan(std::numbers::pi * low_hz / rate_hz);
   const double high = std::tan(std::numbers::pi * high_hz / rate_hz);
   const double width = high - low, centre_squared = low * high;
-  // A pole p of the prototype gives the two roots of s² - p·width·s + centre² = 0. Poles with a positive imaginary part
-  // suffice: the others are their conjugates.
+  // Low-pass to band-pass transformation: each pole p of the prototype becomes the two roots s of
+  // s² - p·width·s + centre² = 0. Only poles with a positive imaginary part are computed; the rest are conjugates.
   std::size_t next = 0;
   for (int k = 0; k < kPrototypeOrder / 2; ++k) {
     const double angle = std::numbers::pi * (2 * k + 1 + kPrototypeOrder) / (2 * kPrototypeOrder);
@@ -51,7 +51,7 @@ BandPass::BandPass(double low_hz, double high_hz, double rate_hz) : rate_hz_(rat
     const Complex root = std::sqrt(half * half - centre_squared);
     for (const Complex s : {half + root, half - root}) sections_[next++] = section_of((1.0 + s) / (1.0 - s));
   }
-  // Each section has gain 1 at the centre of the band, where the prototype has gain 1.
+  // Each section is scaled to gain 1 at the centre of the band, so that the whole filter has gain 1 there.
   const Complex z_inverse = std::polar(1.0, -2 * std::atan(std::sqrt(centre_squared)));
   for (FilterSection& section : sections_) section.b0 /= std::abs(response_of(section, z_inverse));
 }

@@ -1,4 +1,4 @@
-// Features of one window of one channel.
+// Features of one window of one EEG channel, which are the input of the classifier.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 namespace tandem::eeg {
 
 inline constexpr std::size_t kFeatureCount = 7;
-/// Names of the features, in the order of features_of() and of every file.
+/// Names of the features, in the order of features_of() and of the files.
 inline constexpr std::array<std::string_view, kFeatureCount> kFeatureNames{"mean",
                                                                            "standard_deviation",
                                                                            "mean_first_difference",
@@ -17,18 +17,18 @@ inline constexpr std::array<std::string_view, kFeatureCount> kFeatureNames{"mean
                                                                            "mean_second_difference_normalised",
                                                                            "fractal_dimension"};
 
-/// Six statistical features of a signal X of N samples.
+/// Returns six statistical features of a signal X of N samples.
 ///
-/// Model    μ = 1/N Σ X(n);  σ² = 1/(N−1) Σ (X(n) − μ)²;  δ = 1/(N−1) Σ |X(n+1) − X(n)|;  γ = 1/(N−2) Σ |X(n+2) − X(n)|;
-///          δ and γ again for the normalised signal (X − μ)/σ, that is δ/σ and γ/σ
+/// Model    μ = 1/N Σ X(n);  σ² = 1/(N−1) Σ (X(n) − μ)²;  δ = 1/(N−1) Σ |X(n+1) − X(n)|;
+///          γ = 1/(N−2) Σ |X(n+2) − X(n)|; for the normalised signal (X − μ)/σ, the last two are δ/σ and γ/σ
 /// Source   Picard, Vyzas, Healey, "Toward machine emotional intelligence", IEEE Trans. PAMI 23(10), 2001, §3.1
 /// Out      μ, σ, δ, δ/σ, γ, γ/σ; for a constant signal the normalised ones are 0
 std::array<double, 6> picard_features(std::span<const double> x);
 
-/// Longest interval of Higuchi's method [samples].
+/// Longest interval k of Higuchi's method [samples].
 inline constexpr std::size_t kHiguchiMax = 10;
 
-/// Fractal dimension of the graph of a signal.
+/// Returns the fractal dimension of the graph of a signal, by Higuchi's method.
 ///
 /// Model    L_m(k) = (N − 1)/(k² M) Σ_{i=1}^{M} |x(m + ik) − x(m + (i−1)k)|, M = ⌊(N − m)/k⌋, m = 1 … k;
 ///          L(k) is their mean; the dimension is the slope of ln L(k) against ln(1/k), k = 1 … k_max, by least squares

@@ -1,4 +1,4 @@
-// EEG as all sources supply it: named channels of one rate, in microvolts.
+// Types of a recording of EEG: named channels with a common sampling rate, in microvolts.
 #pragma once
 
 #include <optional>
@@ -7,15 +7,15 @@
 
 namespace tandem::eeg {
 
-/// Channels of a headset with 14 electrodes, by the names of the international 10-20 system.
+/// Default channels: those of a headset with 14 electrodes, with the names of the international 10-20 system.
 inline const std::vector<std::string> kDefaultChannels{"AF3", "F7", "F3", "FC5", "T7", "P7", "O1",
                                                        "O2",  "P8", "T8", "FC6", "F4", "F8", "AF4"};
 inline constexpr double kDefaultRateHz = 128;
-/// Limits of every source, so that a hostile one cannot make the program allocate without bound.
+/// Limits for every source, so that hostile data cannot make the program allocate without bound.
 inline constexpr std::size_t kMaxChannels = 256;
 inline constexpr double kMaxRateHz = 20'000;
 
-/// Range of the converter of a channel [µV]. Values at its ends are clipped.
+/// Input range of the analog-to-digital converter of a channel [µV]. Values at its ends are counted as clipped.
 struct ConverterRange {
   double low_uv;
   double high_uv;
@@ -23,11 +23,11 @@ struct ConverterRange {
 
 struct StreamFormat {
   std::vector<std::string> channels;
-  double rate_hz = 0;                  ///< rate of every channel
+  double rate_hz = 0;                  ///< sampling rate, equal for all channels
   std::vector<ConverterRange> ranges;  ///< one for each channel; empty if the source does not state them
 };
 
-/// A text at a time of a recording, relative to its first sample.
+/// A text that marks a time of a recording. Times are relative to the first sample.
 struct Annotation {
   double onset_s = 0;
   std::optional<double> duration_s;

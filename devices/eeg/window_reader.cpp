@@ -8,7 +8,7 @@
 namespace tandem::eeg {
 namespace {
 
-/// Larger windows are refused, so that a model file cannot make the program allocate without bound.
+/// Allowed window lengths [samples]. The maximum keeps a model file from making the program allocate without bound.
 constexpr std::size_t kMinWindow = 64, kMaxWindow = 1U << 16U;
 
 }  // namespace
@@ -50,7 +50,7 @@ bool WindowReader::append(std::span<const double> frame_uv) {
       channel.raw_uv.erase(channel.raw_uv.begin(), channel.raw_uv.begin() + kept);
       channel.filtered_uv.erase(channel.filtered_uv.begin(), channel.filtered_uv.begin() + kept);
     }
-    // The filter has memory, so a lost sample is replaced by the one before it.
+    // The state of the filter must stay finite, so a lost sample (NaN) is replaced by the last valid one.
     if (std::isfinite(frame_uv[i])) channel.last_uv = frame_uv[i];
     channel.raw_uv.push_back(frame_uv[i]);
     channel.filtered_uv.push_back(channel.filter.step(channel.last_uv));

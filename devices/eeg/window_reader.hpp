@@ -1,4 +1,4 @@
-// Cuts a stream of EEG into windows, with the features and the artefacts of each.
+// Cuts a stream of EEG into windows, and computes the features and artefacts of each window.
 #pragma once
 
 #include <cstdint>
@@ -14,36 +14,37 @@
 namespace tandem::eeg {
 
 struct WindowSettings {
-  double low_hz = 2, high_hz = 42;  ///< edges of the band-pass, at -3 dB
-  std::size_t window = 512;         ///< samples of a window
-  std::size_t step = 512;           ///< samples from one window to the next
+  double low_hz = 2, high_hz = 42;  ///< edges of the band-pass filter, at -3 dB
+  std::size_t window = 512;         ///< length of a window [samples]
+  std::size_t step = 512;           ///< samples from the start of one window to the start of the next
   ArtefactLimits limits;
 };
 
+/// Checks the settings.
 /// Fails   std::invalid_argument: a number is out of its range; the message names the value
 void check(const WindowSettings& settings);
 
 struct Window {
   std::uint64_t first_sample = 0;
-  std::vector<double> features;     ///< kFeatureCount for each channel, channel by channel
-  std::vector<std::uint8_t> flags;  ///< bits of Artefact for each channel
+  std::vector<double> features;     ///< kFeatureCount values of the first channel, then of the next
+  std::vector<std::uint8_t> flags;  ///< for each channel: bits of Artefact
 
   bool is_clean() const;
 };
 
-/// Filters each channel and evaluates it window by window.
+/// Filters each channel, and computes its features and artefacts window by window.
 ///
-/// Cost    a window: O(channels · window · kHiguchiMax)
+/// Cost    for each window O(channels · window length · kHiguchiMax)
 class WindowReader {
  public:
   /// Fails   std::invalid_argument: the settings are not possible at the rate of the stream
   WindowReader(StreamFormat format, WindowSettings settings);
 
-  /// Takes one sample of each channel [µV], NaN for a lost one. Returns true if a window is complete.
+  /// Accepts one sample of each channel [µV], NaN for a lost one. Returns true if this completes a window.
   bool append(std::span<const double> frame_uv);
   /// Begins a new window with the next sample. The filter keeps its state.
   void restart();
-  /// Returns the window that append() has completed.
+  /// Returns the complete window. The last append() must have returned true.
   Window window() const;
 
  private:
@@ -62,7 +63,7 @@ class WindowReader {
 /// Returns all windows of a recording.
 std::vector<Window> windows_of(const Recording& recording, const WindowSettings& settings);
 
-/// Number of windows with each artefact, for each channel.
+/// Counts the windows with each artefact, for each channel.
 class ArtefactCount {
  public:
   explicit ArtefactCount(std::vector<std::string> channels);
@@ -70,7 +71,7 @@ class ArtefactCount {
   void add(const Window& window);
   std::size_t windows() const { return windows_; }
   std::size_t flagged() const { return flagged_; }
-  /// Returns a summary in lines: totals, and each channel with flags.
+  /// Returns a summary in lines: first the totals, then each channel that had artefacts.
   std::string text() const;
 
  private:

@@ -1,4 +1,5 @@
-// Messages of a game: the state and the events that users receive, and the state in checkpoints and recordings.
+// Converts the state and the events of a game to messages for users, and the state to and from checkpoints and
+// recordings.
 #pragma once
 
 #include <optional>
@@ -8,12 +9,12 @@
 
 namespace tandem::server {
 
-/// Message for users. Times are converted to seconds of the room.
+/// Returns the message for users about the state of a game. Numbers of steps are converted to seconds.
 wire::GameState state_message(const GameStatus& status, const LoadedScene& scene);
 wire::GameEvent event_message(const GameEvent& event);
 
 void write_checkpoint(const GameStatus& status, wire::GameCheckpoint& out);
-/// Fails   returns none for numbers out of range; Game::resume() checks that the state belongs to the scene
+/// Returns nothing if a number is out of range. Game::resume() checks in addition that the state fits the scene.
 std::optional<GameStatus> read_checkpoint(const wire::GameCheckpoint& in);
 
 }  // namespace tandem::server

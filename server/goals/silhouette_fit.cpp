@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kRest_m_per_s = 0.02, kRest_rad_per_s = 10 * std::numbers::pi / 180;
 constexpr int kAngles = 24;
-constexpr int kStepsBetweenSearches = 100;  ///< steps between two searches
-constexpr double kFirstStep = 0.1;          ///< of the pattern search: a tenth of the figure's size, and 6 degrees
+constexpr int kStepsBetweenSearches = 100;  ///< steps of the room between two searches
+constexpr double kFirstStep = 0.1;          ///< first step of the pattern search: 10 % of the figure's size, or 0.1 rad
 constexpr double kLastStep = 1e-3;
 
 }  // namespace
@@ -42,8 +42,8 @@ bool SilhouetteFit::rest(std::span<const RigidState> bodies, std::uint64_t absen
   });
 }
 
-/// Computes the outlines of the pieces at their present poses. The outline of a board that is upside down is clockwise
-/// from above and is reversed.
+/// Starts a search. Computes the outlines of the pieces, seen from above, at their current poses. The outline of a
+/// board that lies upside down is clockwise, and is reversed to be counter-clockwise.
 void SilhouetteFit::begin(std::span<const RigidState> bodies) noexcept {
   pieces_area_m2_ = overlap_m2_ = 0;
   Vec2 sum = Vec2::Zero();

@@ -1,4 +1,4 @@
-// Fit of several boards to a figure, seen from above.
+// Tests whether several boards on a table form a given figure, seen from above.
 #pragma once
 
 #include <array>
@@ -15,26 +15,28 @@ namespace tandem::server {
 
 using geometry::Vec2;
 
-/// A figure on the plane, and the bodies whose outlines must cover it.
+/// A figure in the horizontal plane, and the bodies (boards) whose outlines must cover it.
 struct SilhouettePlan {
   struct Piece {
     std::size_t body = 0;
     std::vector<Vec2> outline;  ///< convex, in the xy plane of the body
   };
   std::vector<Piece> pieces;
-  std::vector<geometry::Triangle2> figure;  ///< triangles
+  std::vector<geometry::Triangle2> figure;  ///< the figure as triangles that do not overlap
   double figure_area_m2 = 0;
   Vec2 figure_centre = Vec2::Zero();
-  double covered = 0.95;  ///< smallest covered share of the figure
-  double outside = 0.05;  ///< largest area of the pieces outside, as a share of the figure's area
+  double covered = 0.95;  ///< smallest accepted fraction of the figure that the pieces cover
+  double outside = 0.05;  ///< largest accepted area of the pieces outside the figure, relative to its area
 };
 
-/// Searches the placement of a figure at which the pieces cover it best.
+/// Searches for the placement of the figure at which the pieces cover most of it.
 ///
-/// Model    c(x, y, θ) is the area of the figure that the pieces cover, less the area in which pieces overlap each
-///          other. The search begins with the centroids on each other, at 24 angles. From the best three angles it
-///          continues by pattern search: a step along each axis in both directions, halved when none improves c.
-/// Cost     one placement a call of advance(), so that a step of the room stays short; at most kMaxPlacements a search
+/// Model    A placement is a position (x, y) and an angle θ. Its value c(x, y, θ) is the area of the figure that the
+///          pieces cover, minus the area in which pieces overlap each other. First, 24 angles are tested with the
+///          figure's centroid at that of the pieces. A pattern search continues from each of the best three: it tries
+///          a step along each of the three axes in both directions, and halves the step when no trial increases c.
+/// Cost     one placement for each call of advance(), so that a step of the room stays short; at most kMaxPlacements
+///          for a search
 /// Thread   room: no allocation after construction
 class SilhouetteFit {
  public:
@@ -42,14 +44,17 @@ class SilhouetteFit {
 
   explicit SilhouetteFit(const SilhouettePlan& plan);
 
-  /// Returns whether the last search of bodies that still rest has found a placement that meets the plan.
+  /// Returns whether the last search has found a placement within the tolerances of the plan. It becomes false when a
+  /// piece moves.
   bool is_covered() const noexcept { return is_covered_; }
-  /// Best covered and outside shares of the last finished search.
+  /// Best placement of the last finished search: covered fraction of the figure, and area of the pieces outside it
+  /// relative to its area.
   double covered() const noexcept { return covered_; }
   double outside() const noexcept { return outside_; }
-  /// Continues the search by one placement, or starts one 100 steps after the last one.
-  /// In      bodies  states, indexed as in the scene
-  ///         absent  bit i: body i does not exist; without one of the pieces nothing is covered
+  /// Continues the search by one placement. A new search starts 100 steps after the end of the last one. Call once a
+  /// step.
+  /// In      bodies  states of the bodies, indexed as in the scene
+  ///         absent  bit i: body i does not exist; if a piece does not exist, the figure is not covered
   void advance(std::span<const RigidState> bodies, std::uint64_t absent = 0) noexcept;
   void reset() noexcept;
 
@@ -70,19 +75,19 @@ class SilhouetteFit {
   bool meets(double covered_m2) const noexcept;
 
   SilhouettePlan plan_;
-  double size_m_;                                           ///< root of the figure's area: the unit of steps
-  std::array<geometry::ConvexPolygon, kMaxPieces> pieces_;  ///< in the world, as the search began
+  double size_m_;                                           ///< square root of the figure's area, the unit of step_
+  std::array<geometry::ConvexPolygon, kMaxPieces> pieces_;  ///< outlines in the world when the search began
   double pieces_area_m2_ = 0;
-  double overlap_m2_ = 0;  ///< of pieces with each other
+  double overlap_m2_ = 0;  ///< area in which pieces overlap each other
   Vec2 pieces_centre_ = Vec2::Zero();
-  std::array<Placement, 3> best_{};  ///< best starts, the best one first
+  std::array<Placement, 3> best_{};  ///< best placements of the first phase, in descending order
   Placement current_;
-  double step_ = 0;      ///< of the pattern search, relative: times size_m_ and times a radian
-  int placements_ = -1;  ///< tried in this search; negative: no search
-  int candidate_ = 0;    ///< index into best_
-  int direction_ = 0;    ///< 0..5: next direction of the pattern
+  double step_ = 0;      ///< step of the pattern search, in units of size_m_ and in rad
+  int placements_ = -1;  ///< number of placements tried in this search; negative: no search is active
+  int candidate_ = 0;    ///< index into best_ of the current start
+  int direction_ = 0;    ///< next direction to try: 0 to 5 for +x, −x, +y, −y, +θ, −θ
   bool has_improved_ = false;
-  int waited_ = 0;  ///< steps since the last search
+  int waited_ = 0;  ///< steps of the room since the last search
   Placement found_;
   double covered_ = 0, outside_ = 0;
   bool is_covered_ = false;

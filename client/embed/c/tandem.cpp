@@ -1,4 +1,5 @@
-// Functions of tandem.h. Each finds the object of the handle, calls it, and turns exceptions into a status.
+// Implements tandem.h. Each function finds the object of its handle, calls the object, and converts exceptions to a
+// status.
 #include "client/embed/c/tandem.h"
 
 #include <unistd.h>
@@ -28,24 +29,26 @@ using namespace tandem::client;
 using namespace tandem::client::embed;
 
 struct Tables {
-  const pid_t process = ::getpid();  ///< a child of fork() has the tables, but none of the threads
+  const pid_t process = ::getpid();  ///< detects a child of fork(), which has a copy of the tables but no threads
   HandleTable<EmbeddedClient> clients{1};
   HandleTable<OwnDevice> devices{2};
 };
 
-/// Ramps all forces down before the program ends, and ends all threads of the library.
+/// Exit handler: ramps all forces to zero and ends all threads of the library before the program ends.
 void close_all(int /*exit_code*/, void* all) {
   auto& tables = *static_cast<Tables*>(all);
   if (::getpid() != tables.process) return;
   const auto clients = tables.clients.remove_all();
-  for (const auto& client : clients) client->begin_stop();  // all forces fall together
+  for (const auto& client : clients) client->begin_stop();  // starts all ramps before the first wait
   for (const auto& client : clients) client->close();
 }
 
-// The tables are never destroyed, because a thread of the program may call the library while the program exits.
+// Returns the tables, created at the first call. They are never destroyed, because a thread of the program may call the
+// library while the program exits.
 Tables& tables() {
   static Tables* const tables = [] {
-    // OpenSSL registers its exit handler at its first use. It must run after close_all(), and is thus registered before.
+    // Exit handlers run in reverse order of registration. OpenSSL registers one at its first use. It must run after
+    // close_all(), so OpenSSL is used before close_all() is registered.
     static_cast<void>(secure::random_u64());
     auto* const made = new Tables;
     on_exit(&close_all, made);
@@ -54,8 +57,8 @@ Tables& tables() {
   return *tables;
 }
 
-// These texts need no destructor. Static objects of the program may call the library after the thread's objects have been
-// destroyed.
+// Texts for the calling thread. Arrays need no destructor, which matters at the exit of the program: its static objects
+// may still call the library after thread-local objects were destroyed.
 thread_local std::array<char, 2048> last_error{};
 thread_local std::array<char, 512> fault_text{};
 
@@ -69,7 +72,8 @@ bool lacks_resources(const std::error_code& code) {
          code == std::errc::too_many_files_open || code == std::errc::too_many_files_open_in_system;
 }
 
-/// Calls a function that returns a status. Exceptions become a status and the thread's last error.
+/// Calls a function that returns a status. An exception is converted to a status, and its text becomes the last error
+/// of the calling thread.
 template <class Function>
 tandem_status call_safely(const Function& function) noexcept {
   try {
@@ -106,7 +110,7 @@ std::shared_ptr<OwnDevice> device_of(tandem_device handle) {
   return device;
 }
 
-/// Calls a function of an open client.
+/// Calls a function with the client of a handle. Fails if the client is not open.
 template <class Function>
 tandem_status with_client(tandem_client handle, const Function& function) noexcept {
   return call_safely([&]() -> tandem_status {
@@ -144,7 +148,7 @@ FedSample fed_of(const tandem_sample& sample) {
   return fed;
 }
 
-/// Writes at most `capacity` elements.
+/// Copies results to an array of the caller with elements of `size` bytes, at most `capacity` of them.
 template <class Struct>
 void write_all(const std::vector<Struct>& results, Struct* to, std::uint32_t size, std::uint32_t capacity,
                std::uint32_t* count) {
@@ -230,7 +234,8 @@ tandem_status tandem_device_force(tandem_device device, tandem_force* force) noe
       result.on_hand_D = c_wrench(command.on_hand_D);
       result.commands = command.commands;
     }
-    // A program that ignores the status of a closed device reads zero force.
+    // The result is written before the handle is checked. A program that ignores the error of a closed device thus
+    // reads zero force.
     write_struct(result, force, size);
     static_cast<void>(device_of(device));
     return TANDEM_OK;
@@ -276,7 +281,8 @@ tandem_status tandem_client_stop(tandem_client client) noexcept {
 
 tandem_status tandem_client_close(tandem_client client) noexcept {
   return call_safely([&]() -> tandem_status {
-    // The handle is removed afterwards, so that close_all() waits for this call at the exit of the program.
+    // The handle is removed after the client is closed, so that close_all() still finds the client and waits for this
+    // call if the program exits meanwhile.
     const auto found = client_of(client);
     found->close();
     if (tables().clients.remove(client) == nullptr) {

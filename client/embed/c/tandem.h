@@ -1,4 +1,4 @@
-/* C interface of libtandem: a client of a shared haptic room, for use in other programs.
+/* C interface of libtandem, with which a program joins a shared haptic room.
  *
  *   tandem_client_settings settings = {0};
  *   tandem_client client = 0;
@@ -9,24 +9,26 @@
  *   tandem_client_join(client);                   connects in the background
  *   tandem_client_wait_joined(client, 20.0);
  *   tandem_client_start(client);                  starts the 1 kHz loop on a thread of the library
- *   ...                                           snapshots, ticks, events, commands: from any thread, at any time
+ *   ...                                           read snapshots, ticks and events, send commands, from any thread
  *   tandem_client_close(client);                  ramps the force to zero, leaves the room
  *
  * Rules for all functions:
  *  - They may be called from any thread. They never throw, and never end the program.
- *  - They return a status. A negative status is an error, described by tandem_last_error() for the calling thread.
- *  - Handles are numbers that are never reused. A call with a closed or foreign handle returns TANDEM_BAD_HANDLE.
- *  - Each struct begins with struct_size, which the caller sets to sizeof the struct. A caller that was built with an
- *    older header has shorter structs; the missing settings keep their defaults. A setting that a newer header added
- *    must be zero, otherwise the call fails with TANDEM_BAD_ARGUMENT. Unknown fields of a result are set to zero.
- *  - In settings, zero selects the default that the comment states in brackets.
- *  - In arrays of structs, struct_size of the first element sets the distance of the elements.
+ *  - They return a status. A negative status is an error; tandem_last_error() describes the last one of the thread.
+ *  - Handles are numbers that are never reused. A call with a closed handle, or with a handle of another kind, returns
+ *    TANDEM_BAD_HANDLE.
+ *  - Each struct begins with struct_size, which the caller sets to sizeof the struct. Header and library may have
+ *    different versions. If the header is older, settings that it lacks have their defaults. If the header is newer,
+ *    settings that the library lacks must be zero, otherwise the call fails with TANDEM_BAD_ARGUMENT; results that the
+ *    library lacks are set to zero.
+ *  - In settings, zero selects the default, which the comment states in brackets.
+ *  - In arrays of structs, struct_size of the first element is the size of each element.
  *
- * After fork() a child must not use the handles of its parent.
+ * A child process of fork() must not use the handles of its parent.
  *
- * Units are SI. Frames: W is the world, D the base of the device. The scene places D in the world; in the shipped scenes
- * the axes of both are parallel, and z is up. Rotations are unit quaternions in the order w, x, y, z. A force "on the
- * hand" acts on the user.
+ * Units are SI. Frames: W is the world, D the base of the device. The scene defines the pose of D in the world; in the
+ * installed scenes their axes are parallel, and z is up. Rotations are unit quaternions in the order w, x, y, z. A
+ * force "on the hand" acts on the user.
  */
 #ifndef TANDEM_H
 #define TANDEM_H
@@ -53,8 +55,8 @@ extern "C" {
 typedef int32_t tandem_status;
 enum {
   TANDEM_OK = 0,
-  TANDEM_EMPTY = 1,         /* there is nothing to read now */
-  TANDEM_BAD_HANDLE = -1,   /* the handle was closed, or never belonged to such an object */
+  TANDEM_EMPTY = 1,         /* there is nothing to read at present */
+  TANDEM_BAD_HANDLE = -1,   /* the handle is closed, or does not belong to an object of this kind */
   TANDEM_BAD_ARGUMENT = -2, /* a null pointer, a bad struct_size, or a value outside its range */
   TANDEM_BAD_STATE = -3,    /* the call is not possible now, e.g. a command before tandem_client_join() */
   TANDEM_SETUP_FAILED = -4, /* a device or a socket cannot be opened */
@@ -72,10 +74,10 @@ TANDEM_API const char* tandem_status_text(tandem_status status) TANDEM_NOEXCEPT;
 TANDEM_API const char* tandem_last_error(void) TANDEM_NOEXCEPT;
 /* Returns the version of the library, such as "0.1.0". */
 TANDEM_API const char* tandem_version(void) TANDEM_NOEXCEPT;
-/* Returns the version of the protocol. A server of another version refuses the join, and the message says so. */
+/* Returns the version of the network protocol. A server with another version refuses the join with a message. */
 TANDEM_API uint32_t tandem_protocol_version(void) TANDEM_NOEXCEPT;
 
-/* Parts of other structs. Their size never changes, so they have no struct_size. */
+/* Structs that are parts of other structs. Their size never changes, so they have no struct_size. */
 typedef struct tandem_pose {
   double position_m[3];
   double rotation_wxyz[4];
@@ -89,32 +91,33 @@ typedef struct tandem_wrench {
   double torque_n_m[3];
 } tandem_wrench;
 
-/* A device of the caller.
+/* A haptic device that the calling program drives itself.
  *
- * The caller feeds samples and reads force commands, both from threads of its own, 200 to 2000 times a second. If the
- * feed stalls, the force begins to fall after 10 ms and is zero 20 ms after the last sample. It returns by a ramp of
- * 0.5 s. The force is also zero while no client uses the device, and if the library's own loop is 20 ms late. */
+ * The program passes samples to the library and reads force commands, 200 to 2000 times a second, from its own threads.
+ * If samples stop, the force begins to decrease after 10 ms and is zero 20 ms after the last sample. When samples
+ * continue, the force returns with a ramp of 0.5 s. The force is also zero while no client uses the device, and if the
+ * loop of the library is 20 ms late. */
 
 typedef uint64_t tandem_device; /* 0 is no device */
 
 enum { TANDEM_BUTTON_GRAB = 1, TANDEM_BUTTON_CLUTCH = 2 };
 
 enum {
-  TANDEM_SENSES_ROTATION = 1,   /* otherwise the orientation of the handle is constant */
-  TANDEM_DISPLAYS_TORQUE = 2,   /* otherwise no torque is commanded */
-  TANDEM_DISPLAYS_NO_FORCE = 4, /* an input device */
+  TANDEM_SENSES_ROTATION = 1,   /* without it, the orientation of the handle is constant */
+  TANDEM_DISPLAYS_TORQUE = 2,   /* without it, no torque is commanded */
+  TANDEM_DISPLAYS_NO_FORCE = 4, /* a device for input only */
 };
 
 typedef struct tandem_device_settings {
   uint32_t struct_size;
   uint32_t abilities;               /* TANDEM_SENSES_ROTATION, ... */
   const char* name;                 /* ["program"] */
-  double force_limit_n;             /* commands are limited to this length [2] */
+  double force_limit_n;             /* commands are limited to this magnitude [2] */
   double torque_limit_n_m;          /* [0.1] */
   double force_maximum_n;           /* maximum of the hardware; needed for a force limit above 2 N */
-  double torque_maximum_n_m;        /* the same for a torque limit above 0.1 N*m */
-  const char* maximum_source;       /* source of these two: a data sheet or a measurement */
-  double workspace_m[3];            /* width of the reachable space around the origin of D [unknown] */
+  double torque_maximum_n_m;        /* maximum of the hardware; needed for a torque limit above 0.1 N*m */
+  const char* maximum_source;       /* source of the two maxima: a data sheet or a measurement */
+  double workspace_m[3];            /* size of the reachable space, centred at the origin of D [unknown] */
   double reach_m;                   /* a sample farther from the origin is a fault [2] */
   double speed_limit_m_per_s;       /* a faster handle sets the force to zero [3] */
   double slew_limit_n_per_s;        /* maximum rate of change of the force [4000] */
@@ -122,7 +125,7 @@ typedef struct tandem_device_settings {
   double position_step_m;           /* resolution of the fed positions [exact] */
   double rotation_step_rad;         /* resolution of the fed rotations [exact] */
   double stiffness_maximum_n_per_m; /* largest stable stiffness of the device, from maximum_source [unknown] */
-  double damping_maximum_n_s_per_m; /* the same for damping [unknown] */
+  double damping_maximum_n_s_per_m; /* largest stable damping of the device [unknown] */
 } tandem_device_settings;
 
 typedef struct tandem_sample {
@@ -130,7 +133,7 @@ typedef struct tandem_sample {
   uint32_t buttons;      /* TANDEM_BUTTON_... */
   uint32_t has_velocity; /* 0: the library estimates the velocity */
   uint32_t reserved;     /* must be 0 */
-  tandem_pose handle_D;  /* a rotation of only zeros means no rotation */
+  tandem_pose handle_D;  /* a rotation of four zeros means no rotation */
   tandem_twist velocity_D;
 } tandem_sample;
 
@@ -144,21 +147,22 @@ typedef struct tandem_force {
 
 TANDEM_API tandem_status tandem_device_open(const tandem_device_settings* settings,
                                             tandem_device* device) TANDEM_NOEXCEPT;
-/* Feeds the newest sample. A sample that is not finite, or whose rotation is no rotation, is refused and not used. */
+/* Passes the newest sample to the library. A sample is refused if a value is not finite, or if the rotation is not a
+* unit quaternion. */
 TANDEM_API tandem_status tandem_device_feed(tandem_device device, const tandem_sample* sample) TANDEM_NOEXCEPT;
-/* Reads the command for this instant. It does not block. */
+/* Reads the current force command. It never waits for a new one. */
 TANDEM_API tandem_status tandem_device_force(tandem_device device, tandem_force* force) TANDEM_NOEXCEPT;
-/* Ends the feed. A client that still uses the device displays no force from then on. */
+/* Closes the device. A client that still uses it displays no force from then on. */
 TANDEM_API tandem_status tandem_device_close(tandem_device device) TANDEM_NOEXCEPT;
 
-/* A client of a room, with its device. 0 is no client. */
+/* A client, which can join a room and has a device. 0 is no client. */
 typedef uint64_t tandem_client;
 
-/* 0 in the settings: the role that the token grants; without a token a manipulator. */
+/* Roles. In the settings, 0 selects the role that the token grants, or TANDEM_MANIPULATOR without a token. */
 enum { TANDEM_MANIPULATOR = 1, TANDEM_OBSERVER = 2, TANDEM_OPERATOR = 3 };
 
-/* The text of the settings is copied. The server is identified by exactly one of: invitation; pin or authorities, each
- * with token; is_insecure. */
+/* Settings of a client. Texts are copied. Trust in the server requires exactly one of these: an invitation; a pin and a
+* token; authorities and a token; is_insecure. */
 typedef struct tandem_client_settings {
   uint32_t struct_size;
   uint32_t role;               /* TANDEM_MANIPULATOR, ... */
@@ -166,14 +170,14 @@ typedef struct tandem_client_settings {
   const char* room;            /* [the server's only room] */
   const char* user_name;       /* ["user"] */
   const char* invitation;      /* as tandem-server --invite prints it */
-  const char* pin;             /* key of the server, as the server prints it */
-  const char* authorities;     /* file of the certificates of authorities */
+  const char* pin;             /* public key of the server, as the server prints it at its start */
+  const char* authorities;     /* file with the certificates of the accepted authorities */
   const char* token;           /* as tandem-token prints it */
   uint32_t is_insecure;        /* 1: neither TLS nor authentication, for a server on this machine only */
-  uint32_t uses_tcp;           /* 1: the state travels over TCP, for networks that block UDP */
-  tandem_device own_device;    /* device of the caller; 0: the library opens `device` */
+  uint32_t uses_tcp;           /* 1: state updates are sent over TCP, for networks that block UDP */
+  tandem_device own_device;    /* device that the program drives; 0: the library opens `device` */
   const char* device;          /* "sim", "falcon", ...; "auto": the first real device that is connected ["sim"] */
-  const char* profile;         /* profile of the device, by name or file [its own] */
+  const char* profile;         /* profile of the device, by name or file [that of the device] */
   const char* hand;            /* path of a simulated hand, by name or file ["rest"] */
   const char* stage;           /* ["local-model"] */
   const char* predictor;       /* ["scored"] */
@@ -187,7 +191,7 @@ typedef struct tandem_client_settings {
 /* State of a session. */
 enum {
   TANDEM_NOT_STARTED = 0,
-  TANDEM_CONNECTING = 1, /* also: greeting, joining, and waiting for the next attempt to connect */
+  TANDEM_CONNECTING = 1, /* also during the handshake, and until the next attempt to connect */
   TANDEM_JOINED = 2,
   TANDEM_SESSION_ENDED = 3
 };
@@ -211,13 +215,13 @@ typedef struct tandem_session {
 /* Reasons why the displayed force differs from the computed one: bits of tandem_tick.safety. */
 enum {
   TANDEM_SAFETY_RAMPING = 1,          /* start ramp */
-  TANDEM_SAFETY_SILENCE = 2,          /* no state from the server */
-  TANDEM_SAFETY_SLEWED = 4,           /* the change was limited */
-  TANDEM_SAFETY_NOT_FINITE = 8,       /* the computed force was not usable */
-  TANDEM_SAFETY_TOO_FAST = 16,        /* the handle is too fast */
-  TANDEM_SAFETY_BAD_SAMPLE = 32,      /* the pose is not known: a lost device, or a feed that has stalled */
-  TANDEM_SAFETY_STOPPING = 64,        /* the client stops */
-  TANDEM_SAFETY_NOT_DISPLAYING = 128, /* no session, an observer, or a coupling that is unstable on this device */
+  TANDEM_SAFETY_SILENCE = 2,          /* the server has sent no state for too long */
+  TANDEM_SAFETY_SLEWED = 4,           /* the rate of change was limited */
+  TANDEM_SAFETY_NOT_FINITE = 8,       /* the computed force was not finite */
+  TANDEM_SAFETY_TOO_FAST = 16,        /* the handle was faster than its speed limit */
+  TANDEM_SAFETY_BAD_SAMPLE = 32,      /* the pose is unknown: the device is lost, or samples have stopped */
+  TANDEM_SAFETY_STOPPING = 64,        /* the client is being stopped */
+  TANDEM_SAFETY_NOT_DISPLAYING = 128, /* not joined, an observer, or a coupling that this device cannot render stably */
   TANDEM_SAFETY_CLUTCHED = 256,
   TANDEM_SAFETY_LATE = 512, /* a tick was late */
   TANDEM_SAFETY_SLOW = 1024 /* the loop or the server is below 90 % of its rate */
@@ -227,20 +231,20 @@ enum {
 typedef struct tandem_tick {
   uint32_t struct_size;
   uint32_t safety;          /* TANDEM_SAFETY_... */
-  uint64_t number;          /* from 1 */
+  uint64_t number;          /* number of the tick, from 1 */
   int64_t time_ns;          /* clock of the library (CLOCK_BOOTTIME on Linux) */
   uint64_t server_step;     /* number of the newest step of the server; 0: none */
   double state_age_s;       /* age of the newest state of the server; negative: none was received */
   uint32_t buttons;         /* TANDEM_BUTTON_... */
   uint32_t held_body;       /* 0: none */
-  uint32_t is_sample_valid; /* 0: the pose of the handle is not known */
-  uint32_t is_local;        /* 1: `tool_W` is the tool of the local model; 0: of the server */
-  tandem_pose device_D;     /* handle, as the device measures it */
-  tandem_pose handle_W;     /* handle in the world */
+  uint32_t is_sample_valid; /* 0: the pose of the handle is unknown */
+  uint32_t is_local;        /* 1: `tool_W` is from the local model; 0: from the server */
+  tandem_pose device_D;     /* pose of the handle as the device measures it */
+  tandem_pose handle_W;     /* pose of the handle in the world */
   tandem_twist handle_velocity_W;
   tandem_pose tool_W;
   tandem_twist tool_velocity_W;
-  tandem_wrench on_hand_D; /* displayed on the hand: the last command that the device has accepted */
+  tandem_wrench on_hand_D; /* the last force and torque that the device has accepted */
 } tandem_tick;
 
 /* Newest state of the room. */
@@ -252,7 +256,7 @@ typedef struct tandem_snapshot {
   uint32_t body_count;    /* number of bodies of tandem_client_bodies() */
   uint32_t user_count;    /* number of users of tandem_client_users() */
   uint32_t reserved;
-  double field_energy_kj_per_mol; /* of the molecular field; 0: none */
+  double field_energy_kj_per_mol; /* energy of the molecular field; 0 if there is none */
 } tandem_snapshot;
 
 typedef struct tandem_body {
@@ -291,38 +295,40 @@ enum {
 
 typedef struct tandem_event {
   uint32_t struct_size;
-  uint32_t kind; /* TANDEM_EVENT_... A program ignores kinds that it does not know */
+  uint32_t kind; /* TANDEM_EVENT_...; programs must ignore unknown kinds, which later versions may add */
   uint32_t user;
   uint32_t body;
   uint32_t code;
   uint32_t tag;
   double value;
-  uint32_t text_bytes; /* length of the whole text without the 0 at its end, also if it was cut */
+  uint32_t text_bytes; /* length of the complete text without the 0 at its end, even if the text was cut */
   uint32_t reserved;
 } tandem_event;
 
-/* Opens a client and its device, without connecting. Opening a device may take a second. */
+/* Opens a client and its device, but does not connect. Opening a device may take a second. */
 TANDEM_API tandem_status tandem_client_open(const tandem_client_settings* settings,
                                             tandem_client* client) TANDEM_NOEXCEPT;
-/* Begins to join the room and returns at once. A lost connection is resumed automatically for 15 minutes. */
+/* Starts to join the room and returns at once. After a lost connection, the client rejoins automatically for up to 15
+* minutes. */
 TANDEM_API tandem_status tandem_client_join(tandem_client client) TANDEM_NOEXCEPT;
-/* Waits until the session is joined. TANDEM_ENDED: the server has refused it; the last error has the reason. */
+/* Waits until the room is joined. TANDEM_ENDED: the server has refused the client; the last error states the reason. */
 TANDEM_API tandem_status tandem_client_wait_joined(tandem_client client, double timeout_s) TANDEM_NOEXCEPT;
-/* Starts the 1 kHz loop after tandem_client_join(). The path of a simulated hand begins here. */
+/* Starts the 1 kHz loop; tandem_client_join() must come first. A simulated hand starts its path at this call. */
 TANDEM_API tandem_status tandem_client_start(tandem_client client) TANDEM_NOEXCEPT;
-/* Ramps the force to zero within 50 ms, then leaves the room, within 0.5 s. Afterwards ticks, events and the last
- * snapshot can still be read. */
+/* Ramps the force to zero within 50 ms, then leaves the room within 0.5 s. Unread ticks, events and the last snapshot
+* can still be read afterwards. */
 TANDEM_API tandem_status tandem_client_stop(tandem_client client) TANDEM_NOEXCEPT;
-/* Stops the client and releases the handle. At the exit of the program all clients are closed. */
+/* Stops the client and closes the handle. All clients are closed automatically when the program exits. */
 TANDEM_API tandem_status tandem_client_close(tandem_client client) TANDEM_NOEXCEPT;
 
 TANDEM_API tandem_status tandem_client_session(tandem_client client, tandem_session* session) TANDEM_NOEXCEPT;
 
-/* Reads the newest state of the room, and the tick to which it belongs, at most 4 ms old while the loop runs. Either may
- * be null. The haptic thread never waits for a reader. TANDEM_EMPTY: the loop has not ticked yet. */
+/* Reads the newest state of the room and the tick in which the loop published it, at most 4 ms ago while the loop runs.
+* Either pointer may be null. The haptic thread never waits for a reader. TANDEM_EMPTY: the loop has not ticked yet. */
 TANDEM_API tandem_status tandem_client_snapshot(tandem_client client, tandem_snapshot* snapshot,
                                                 tandem_tick* tick) TANDEM_NOEXCEPT;
-/* Reads bodies and users of the newest state. `count` gets the number that was written, at most `capacity`. */
+/* Read the bodies or the users of the newest state. `count` is set to the number of written elements, at most
+* `capacity`. */
 TANDEM_API tandem_status tandem_client_bodies(tandem_client client, tandem_body* bodies, uint32_t capacity,
                                               uint32_t* count) TANDEM_NOEXCEPT;
 TANDEM_API tandem_status tandem_client_users(tandem_client client, tandem_user* users, uint32_t capacity,
@@ -331,27 +337,27 @@ TANDEM_API tandem_status tandem_client_users(tandem_client client, tandem_user* 
  * is valid until the next call of this thread. */
 TANDEM_API const char* tandem_server_fault_text(uint32_t faults) TANDEM_NOEXCEPT;
 
-/* Reads and removes the oldest ticks that were not read yet. The library keeps 4 s of unread ticks; while they are full,
- * new ticks are lost and counted. TANDEM_EMPTY: there is none. */
+/* Reads and removes the oldest unread ticks. The library keeps the unread ticks of 4 s; beyond that, new ticks are
+* discarded and counted in lost_ticks. TANDEM_EMPTY: there is no unread tick. */
 TANDEM_API tandem_status tandem_client_read_ticks(tandem_client client, tandem_tick* ticks, uint32_t capacity,
                                                   uint32_t* count) TANDEM_NOEXCEPT;
 
-/* Reads and removes the next event. The text is cut at `text_size`, including the 0 at its end. At most 4096 events are
- * kept; then the oldest are dropped. TANDEM_EMPTY: there is none. */
+/* Reads and removes the oldest event. Its text is cut to `text_size` bytes, including the 0 at its end. At most 4096
+* events are kept; beyond that, the oldest ones are discarded. TANDEM_EMPTY: there is no event. */
 TANDEM_API tandem_status tandem_client_next_event(tandem_client client, tandem_event* event, char* text,
                                                   size_t text_size) TANDEM_NOEXCEPT;
 /* Waits for an event. TANDEM_TIMED_OUT: none has arrived. */
 TANDEM_API tandem_status tandem_client_wait_event(tandem_client client, double timeout_s) TANDEM_NOEXCEPT;
-/* Gives a descriptor that is readable while there are events, for poll() and event loops. It belongs to the library:
- * do not read from it or close it. It is valid until tandem_client_close(). */
+/* Returns a file descriptor that is readable while there are events, for poll() and event loops. It belongs to the
+* library: do not read from it or close it. It is valid until tandem_client_close(). */
 TANDEM_API tandem_status tandem_client_event_descriptor(tandem_client client, int* descriptor) TANDEM_NOEXCEPT;
 
-/* Commands. They return at once; an event or the next snapshot shows the effect. */
+/* Commands. They return at once. Events and snapshots show their effect later. */
 
 /* Grabs a body; 0: the nearest one within reach. */
 TANDEM_API tandem_status tandem_client_grab(tandem_client client, uint32_t body) TANDEM_NOEXCEPT;
 TANDEM_API tandem_status tandem_client_release(tandem_client client) TANDEM_NOEXCEPT;
-/* Shows a place in the world to the other users. If `body` is not 0, the place moves with that body. */
+/* Shows a position in the world to the other users. If `body` is not 0, the position moves with that body. */
 TANDEM_API tandem_status tandem_client_point(tandem_client client, uint32_t body,
                                              const double place_W_m[3]) TANDEM_NOEXCEPT;
 /* Sets a coefficient of the room's coupling, such as "coupling.stiffness_n_per_m"; operator only. */
@@ -359,25 +365,27 @@ TANDEM_API tandem_status tandem_client_set_parameter(tandem_client client, const
                                                      double value) TANDEM_NOEXCEPT;
 /* Sets the coupling law of the room; operator only. */
 TANDEM_API tandem_status tandem_client_set_law(tandem_client client, const char* law) TANDEM_NOEXCEPT;
-/* Selects how the force is computed, without a step of the force. Null for `predictor` keeps the present one. */
+/* Selects how the force is computed. The force changes to the new value gradually. Null for `predictor` keeps the
+* current one. */
 TANDEM_API tandem_status tandem_client_set_stage(tandem_client client, const char* stage, const char* predictor,
                                                  uint32_t has_passivity) TANDEM_NOEXCEPT;
-/* Sets the simulated link in both directions; see has_simulated_link. `loss` is a share from 0 to 0.95. */
+/* Sets delay, jitter and loss of the simulated link in both directions; requires has_simulated_link. `loss` is the
+* fraction of lost messages, 0 to 0.95. */
 TANDEM_API tandem_status tandem_client_set_link(tandem_client client, double delay_s, double jitter_s,
                                                 double loss) TANDEM_NOEXCEPT;
 /* Moves all bodies to their start poses; operator only. */
 TANDEM_API tandem_status tandem_client_reset_room(tandem_client client) TANDEM_NOEXCEPT;
-/* Changes to another room of the same server. */
+/* Leaves the room and joins another room of the same server. */
 TANDEM_API tandem_status tandem_client_change_room(tandem_client client, const char* room) TANDEM_NOEXCEPT;
-/* Switches on (1) or off (0) the nudges of the hand towards places that other users point at. */
+/* Switches nudges on (1) or off (0): short pulls of the hand towards positions that other users show. */
 TANDEM_API tandem_status tandem_client_set_nudges(tandem_client client, uint32_t has_nudges) TANDEM_NOEXCEPT;
-/* Changes the mapping of the hand: a factor from 0.1 to 10 on the scene's ratio of tool motion to hand motion, and a turn
- * about the vertical [rad]. */
+/* Changes the mapping from hand motion to tool motion. `scale` is a factor for the scene's ratio of tool motion to hand
+* motion, 0.1 to 10. `turn_rad` is a rotation about the vertical axis [rad]. */
 TANDEM_API tandem_status tandem_client_set_workspace(tandem_client client, double scale,
                                                      double turn_rad) TANDEM_NOEXCEPT;
 
 enum {
-  TANDEM_POSE_KEEP = 0, /* name: may be null */
+  TANDEM_POSE_KEEP = 0, /* stores the current pose; name may be null */
   TANDEM_POSE_GO_TO = 1,
   TANDEM_POSE_UNDO = 2,
   TANDEM_POSE_REDO = 3,
@@ -386,7 +394,8 @@ enum {
   TANDEM_POSE_RENAME = 6,
   TANDEM_POSE_CANCEL = 7
 };
-/* Requests a change of the room's two molecules. If `tag` is not 0, TANDEM_EVENT_POSE_ANSWERED reports the result. */
+/* Requests an operation on the relative pose of the room's two molecules. If `tag` is not 0, an event
+* TANDEM_EVENT_POSE_ANSWERED with this tag reports the result. */
 TANDEM_API tandem_status tandem_client_request_pose(tandem_client client, uint32_t request, uint32_t number,
                                                     const char* name, uint32_t tag) TANDEM_NOEXCEPT;
 

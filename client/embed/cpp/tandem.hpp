@@ -1,5 +1,6 @@
-// C++ interface of libtandem (C++17), a layer over tandem.h: objects that close their handles, and exceptions of one
-// type. It needs no other library than the standard one. tandem.h describes units, frames, threads and safety.
+// C++ interface of libtandem (C++17), a layer over tandem.h: classes whose destructors close the handles, and
+// exceptions of the type tandem::Error. It needs only the standard library. tandem.h describes units, frames, threads
+// and safety.
 //
 //   tandem::ClientSettings settings;
 //   settings.is_insecure = true;
@@ -27,11 +28,11 @@ namespace tandem {
 
 using Seconds = std::chrono::duration<double>;
 
-/// Error of a call; what() names the value and the remedy.
+/// Exception for the error of a call; what() names the value and the remedy.
 class Error : public std::runtime_error {
  public:
   explicit Error(tandem_status status) : std::runtime_error(text_of(status)), status_(status) {}
-  /// One of TANDEM_BAD_HANDLE, ...
+  /// Returns the status of the call, e.g. TANDEM_BAD_HANDLE.
   tandem_status status() const noexcept { return status_; }
 
  private:
@@ -51,7 +52,7 @@ inline tandem_status check(tandem_status status) {
   return status;
 }
 
-/// Returns a struct with its size and otherwise zeros.
+/// Returns a struct of zeros with its struct_size.
 template <class Struct>
 Struct sized() {
   Struct made{};
@@ -63,7 +64,7 @@ inline const char* text_or_null(const std::string& text) {
   return text.empty() ? nullptr : text.c_str();
 }
 
-/// A handle that is closed once.
+/// Owner of a handle, which closes the handle exactly once.
 template <tandem_status (*Close)(std::uint64_t) noexcept>
 class Handle {
  public:
@@ -85,10 +86,11 @@ class Handle {
 
 }  // namespace detail
 
-/// A device that the program drives: feed() and force() are called 200 to 2000 times a second, from any thread.
+/// A device that the program drives. The program must call feed() and force() 200 to 2000 times a second, from any
+/// thread.
 class OwnDevice {
  public:
-  /// In      settings  its struct_size is set here
+  /// In      settings  struct_size need not be set
   explicit OwnDevice(tandem_device_settings settings = {}) {
     settings.struct_size = sizeof settings;
     tandem_device device = 0;
@@ -111,14 +113,14 @@ class OwnDevice {
   detail::Handle<tandem_device_close> handle_;
 };
 
-/// Settings of a client; an empty text or a zero selects the default that tandem.h states.
+/// Settings of a client. An empty text or a zero selects the default that tandem.h states.
 struct ClientSettings {
   std::string server, room, user_name;
   std::string invitation, pin, authorities, token;
   bool is_insecure = false;
   std::uint32_t role = 0;
   bool uses_tcp = false;
-  const OwnDevice* own_device = nullptr;  ///< must be open when the client is opened
+  const OwnDevice* own_device = nullptr;  ///< must exist when the client is constructed
   std::string device, profile, hand;
   std::string stage, predictor;
   bool has_passivity = true;
@@ -128,7 +130,7 @@ struct ClientSettings {
 };
 
 struct Snapshot {
-  bool has_tick = false;  ///< false: the loop has not ticked yet, and all other values are zero
+  bool has_tick = false;  ///< false: the loop has not ticked yet, and all values are zero
   tandem_snapshot room{};
   tandem_tick tick{};
 };
@@ -172,7 +174,7 @@ class Client {
     detail::check(tandem_client_wait_joined(handle_.get(), timeout.count()));
   }
   void start() { detail::check(tandem_client_start(handle_.get())); }
-  /// Ramps the force to zero and leaves the room. Ticks and events can still be read.
+  /// Ramps the force to zero and leaves the room. Unread ticks and events can still be read afterwards.
   void stop() { detail::check(tandem_client_stop(handle_.get())); }
 
   tandem_session session() const {
@@ -188,12 +190,12 @@ class Client {
   }
   std::vector<tandem_body> bodies() const { return all<tandem_body, tandem_client_bodies>(64); }
   std::vector<tandem_user> users() const { return all<tandem_user, tandem_client_users>(16); }
-  /// Returns the unread ticks, at most `most`.
+  /// Returns and removes the oldest unread ticks, at most `most`.
   std::vector<tandem_tick> read_ticks(std::uint32_t most = 1024) {
     return all<tandem_tick, tandem_client_read_ticks>(most);
   }
 
-  /// Returns nothing if there is no event.
+  /// Returns and removes the oldest event; nothing if there is none.
   std::optional<Event> next_event() {
     Event event{detail::sized<tandem_event>(), std::string(4096, '\0')};
     const tandem_status status =
@@ -202,7 +204,7 @@ class Client {
     event.text.resize(event.text.find('\0'));
     return event;
   }
-  /// Returns false after the time-out.
+  /// Waits for an event. Returns false after the time-out.
   bool wait_event(Seconds timeout) {
     const tandem_status status = tandem_client_wait_event(handle_.get(), timeout.count());
     if (status == TANDEM_TIMED_OUT) return false;
@@ -224,7 +226,7 @@ class Client {
     detail::check(tandem_client_set_parameter(handle_.get(), name.c_str(), value));
   }
   void set_law(const std::string& law) { detail::check(tandem_client_set_law(handle_.get(), law.c_str())); }
-  /// An empty predictor keeps the present one.
+  /// Selects how the force is computed. An empty predictor keeps the current one.
   void set_stage(const std::string& stage, const std::string& predictor = "", bool has_passivity = true) {
     detail::check(
         tandem_client_set_stage(handle_.get(), stage.c_str(), detail::text_or_null(predictor), has_passivity ? 1 : 0));
@@ -238,6 +240,7 @@ class Client {
   void set_workspace(double scale, double turn_rad = 0) {
     detail::check(tandem_client_set_workspace(handle_.get(), scale, turn_rad));
   }
+  /// Requests an operation on the relative pose of two molecules.
   /// In      request  TANDEM_POSE_...
   void request_pose(std::uint32_t request, std::uint32_t number = 0, const std::string& name = "",
                     std::uint32_t tag = 0) {

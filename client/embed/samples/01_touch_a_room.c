@@ -6,15 +6,15 @@
 #include <stdio.h>
 #include <tandem/tandem.h>
 
-/* Prints the reason of a failed call. */
+/* Prints the reason why a call failed. */
 static int fail(const char* call) {
   fprintf(stderr, "01_touch_a_room: %s: %s\n", call, tandem_last_error());
   return 2;
 }
 
 int main(int argc, char** argv) {
-  /* A zero selects the default, so that only the differences are set. A room beyond this machine needs an invitation
-   * instead of is_insecure. With device = "auto" the first real device is used. */
+  /* Zero selects a default, so only the settings that differ are set. A server on another machine needs an invitation
+  * instead of is_insecure. device = "auto" selects the first connected haptic device instead of a simulated hand. */
   tandem_client_settings settings = {0};
   settings.struct_size = sizeof settings;
   settings.server = argc > 1 ? argv[1] : "127.0.0.1:47800";
@@ -23,11 +23,12 @@ int main(int argc, char** argv) {
   tandem_client client = 0;
   if (tandem_client_open(&settings, &client) != TANDEM_OK) return fail("open");
 
-  /* Joining runs in the background. A program with a window would query tandem_client_session() at each frame instead. */
+  /* Joining runs in the background. A program with a window would not wait, but query tandem_client_session() at each
+  * frame. */
   if (tandem_client_join(client) != TANDEM_OK) return fail("join");
   if (tandem_client_wait_joined(client, 20) != TANDEM_OK) return fail("wait_joined");
 
-  /* From here on, the library's own thread displays the force of the room, 1000 times a second. */
+  /* From here on, a thread of the library displays the force, 1000 times a second. */
   if (tandem_client_start(client) != TANDEM_OK) return fail("start");
   if (tandem_client_grab(client, 0) != TANDEM_OK) return fail("grab");
 
@@ -48,7 +49,7 @@ int main(int argc, char** argv) {
            tick.on_hand_D.force_n[2], held);
   }
 
-  /* Ramps the force to zero before it leaves the room. */
+  /* Ramps the force to zero, then leaves the room. */
   tandem_client_close(client);
   return held != 0 ? 0 : 1;
 }

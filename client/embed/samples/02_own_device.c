@@ -1,5 +1,5 @@
-/* Drives a device that the library does not know: this program feeds the pose of the handle and applies the force. Here
- * the "device" is a mass on a spring, whose other end is lifted. Read 01_touch_a_room.c first.
+/* Drives a device for which the library has no driver: this program supplies the pose of the handle and applies the
+* force. Here the device is simulated: a mass on a spring, whose other end is lifted. Read 01_touch_a_room.c first.
  *
  *   cc 02_own_device.c $(pkg-config --cflags --libs tandem) && ./a.out 127.0.0.1:47800
  */
@@ -13,7 +13,7 @@ static int fail(const char* call) {
 }
 
 int main(int argc, char** argv) {
-  /* The limits of the hardware. A force limit above 2 N needs force_maximum_n and its source. */
+  /* Limits of the hardware. A force limit above 2 N also needs force_maximum_n and the source of this maximum. */
   tandem_device_settings hardware = {0};
   hardware.struct_size = sizeof hardware;
   hardware.force_limit_n = 6;
@@ -33,14 +33,14 @@ int main(int argc, char** argv) {
   if (tandem_client_wait_joined(client, 20) != TANDEM_OK) return fail("wait_joined");
   if (tandem_client_start(client) != TANDEM_OK) return fail("start");
 
-  /* A device with a driver of its own does this on a real-time thread. If the loop stalls, the force is zero 20 ms
-   * later, and returns by a ramp. */
+  /* For a real device, this loop must run on a real-time thread. If the loop stalls, the force is zero 20 ms later, and
+  * returns with a ramp when the loop continues. */
   double height_m = 0, speed_m_per_s = 0, largest_n = 0;
   uint32_t held = 0;
   for (int i = 0; i < 3000; ++i) {
     tandem_sample sample = {.struct_size = sizeof sample};
     sample.handle_D.position_m[2] = height_m;
-    sample.buttons = i > 500 ? TANDEM_BUTTON_GRAB : 0; /* held: the tool holds the nearest body */
+    sample.buttons = i > 500 ? TANDEM_BUTTON_GRAB : 0; /* while pressed, the tool holds the nearest body */
     if (tandem_device_feed(device, &sample) != TANDEM_OK) return fail("feed");
     tandem_force force = {.struct_size = sizeof force};
     if (tandem_device_force(device, &force) != TANDEM_OK) return fail("force");

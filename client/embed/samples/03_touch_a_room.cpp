@@ -1,4 +1,4 @@
-// The C++ form of 01_touch_a_room.c: objects close what they opened, and errors are exceptions of one type.
+// The C++ version of 01_touch_a_room.c: destructors close the handles, and errors are exceptions (tandem::Error).
 //
 //   c++ -std=c++17 03_touch_a_room.cpp $(pkg-config --cflags --libs tandem) && ./a.out 127.0.0.1:47800
 #include <algorithm>
@@ -29,7 +29,7 @@ bool touch(const std::string& server) {
       if (event->about.kind == TANDEM_EVENT_GRABBED) std::printf("grabbed body %u\n", event->about.body);
       if (event->about.kind == TANDEM_EVENT_NEWS) std::printf("%s\n", event->text.c_str());
     }
-    // All ticks since the last call, for a log or a plot.
+    // read_ticks() returns all ticks since its last call, for a log or a plot.
     double largest_n = 0;
     const std::vector<tandem_tick> ticks = client.read_ticks();
     for (const tandem_tick& tick : ticks) largest_n = std::max(largest_n, tick.on_hand_D.force_n[2]);

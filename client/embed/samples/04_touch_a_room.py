@@ -7,7 +7,7 @@ import sys
 
 import tandem
 
-# The block joins the room and starts the 1 kHz loop; its end ramps the force to zero and leaves the room.
+# The start of the block joins the room and starts the 1 kHz loop. Its end ramps the force to zero and leaves the room.
 with tandem.Client(server=sys.argv[1], user_name="sample", is_insecure=True) as client:
     client.grab()
     for event in client.events(timeout_s=1):  # ends when there is no event for 1 s

@@ -1,4 +1,4 @@
-// Small pictures of the shipped scenes, as textures. deploy/pictures makes them.
+// Loads small pictures of the installed scenes as textures. The program deploy/pictures creates the pictures.
 #pragma once
 
 #include <cstdint>
@@ -9,16 +9,18 @@
 
 namespace tandem::client {
 
-/// Thread  the thread whose OpenGL context is current, also for the destruction
+/// Textures of the pictures, loaded on demand.
+///
+/// Thread  the thread whose OpenGL context is current; this includes the destruction
 class ScenePictures {
  public:
-  /// In      folder  files NAME.png
+  /// In      folder  contains a file NAME.png for each picture
   explicit ScenePictures(std::filesystem::path folder) : folder_(std::move(folder)) {}
   ~ScenePictures();
   ScenePictures(const ScenePictures&) = delete;
   ScenePictures& operator=(const ScenePictures&) = delete;
 
-  /// Texture of the picture; 0 if there is none. It is read at the first call.
+  /// Returns the OpenGL texture of a picture; 0 if the picture does not exist. The file is read at the first call.
   std::uint32_t texture(std::string_view name);
 
  private:

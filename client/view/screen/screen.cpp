@@ -1,8 +1,7 @@
-// See screen.hpp.
 #include "client/view/screen/screen.hpp"
 
 #include <epoxy/gl.h>
-// Must follow the header of the OpenGL functions; otherwise it would declare them itself.
+// Must follow the header of the OpenGL functions, because GLFW would otherwise declare them a second time.
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
@@ -24,8 +23,8 @@ namespace {
 
 constexpr Duration kFramePeriod = std::chrono::microseconds(16'667);
 constexpr Duration kSoftwareFramePeriod = std::chrono::microseconds(33'333);
-/// Longest pause after a frame that was rendered on the processor. The haptic loop and a local server need the same
-/// processors.
+/// Longest pause after a frame that was rendered without a graphics card. The pause leaves processor time for the
+/// haptic loop and a local server.
 constexpr Duration kMaxPause = std::chrono::milliseconds(80);
 constexpr Duration kDoubleClick = std::chrono::milliseconds(500);
 constexpr double kDoubleClickPixels = 8;
@@ -61,8 +60,9 @@ bool is_software(const std::string& driver) {
   return driver.find("llvmpipe") != std::string::npos || driver.find("softpipe") != std::string::npos;
 }
 
-/// The quality is a property of the context, and only a context names the driver. Therefore the first window has one
-/// sample per pixel; if four samples are affordable, the window is opened again.
+/// Opens the window and selects the quality. The number of samples per pixel must be set before a window is opened, but
+/// the driver's name is known only afterwards. Therefore the first window has one sample per pixel. If the driver uses
+/// a graphics card, the window is opened again with four samples.
 std::pair<GLFWwindow*, RenderQuality> open_window(const ScreenSettings& settings) {
   if (glfwInit() == GLFW_FALSE) {
     throw std::runtime_error("no window can be opened: no display (" + glfw_problem() + "); add --headless");
@@ -73,13 +73,14 @@ std::pair<GLFWwindow*, RenderQuality> open_window(const ScreenSettings& settings
     glfwDestroyWindow(window);
     window = open_hidden(settings, 4);
   }
-  // Frames are paced by FramePacer: a hidden window must not wait for the screen.
+  // Disables the wait for the screen's refresh, because it can block while the window is hidden. FramePacer limits the
+  // frame rate instead.
   glfwSwapInterval(0);
   glfwShowWindow(window);
   return {window, is_fast ? RenderQuality::kFast : RenderQuality::kFull};
 }
 
-/// Paces the frames: at most one each period, and on a processor without a graphics card with a pause after each.
+/// Limits the frame rate to one frame per period. Without a graphics card, adds a pause after each frame.
 class FramePacer {
  public:
   explicit FramePacer(RenderQuality quality) : is_fast_(quality == RenderQuality::kFast) {}
@@ -97,22 +98,23 @@ class FramePacer {
   LocalTime begun_{};
 };
 
-/// Detects double clicks by event times instead of frames: at a low frame rate both clicks arrive in one frame.
+/// Detects double clicks by the times of the click events. Counting clicks per frame would fail at a low frame rate,
+/// because both clicks may occur within one frame.
 class DoubleClick {
  public:
-  /// Adds a click at a place in pixels.
+  /// Adds a click at a position in pixels.
   void add(LocalTime now, const Eigen::Vector2d& at) {
     const bool is_second = now - clicked_at_ < kDoubleClick && (at - clicked_).norm() < kDoubleClickPixels;
     is_complete_ = is_complete_ || is_second;
     clicked_at_ = is_second ? LocalTime{} : now;
     clicked_ = at;
   }
-  /// True if one was completed since the last call.
+  /// Returns true if a double click was completed since the last call.
   bool pop() { return std::exchange(is_complete_, false); }
 
  private:
   bool is_complete_ = false;
-  LocalTime clicked_at_{};  ///< time and place of the last click
+  LocalTime clicked_at_{};  ///< time of the last click; clicked_ is its position
   Eigen::Vector2d clicked_ = Eigen::Vector2d::Zero();
 };
 
@@ -132,21 +134,21 @@ struct Screen::Impl {
   GLFWwindow* window = opened.first;
   SteadyClock clock;
   FramePacer pacer{opened.second};
-  int width = 0;  ///< size of the frame's buffer
+  int width = 0;  ///< size of the frame buffer [pixels]
   int height = 0;
-  std::filesystem::path picture;  ///< file for the next frame; empty: none
-  bool is_scene_only = false;     ///< the picture contains no texts and panels
-  std::vector<int> keys;          ///< since the last call of take_keys()
+  std::filesystem::path picture;  ///< file in which the next frame is saved; empty: not saved
+  bool is_scene_only = false;     ///< true: the saved picture contains no texts and panels
+  std::vector<int> keys;          ///< keys that were pressed since the last call of take_keys()
   DoubleClick double_click;
   std::vector<std::filesystem::path> dropped;
-  std::array<int, 4> windowed{};  ///< place and size before the full screen
+  std::array<int, 4> windowed{};  ///< position and size of the window before it became full screen
 };
 
 Screen::Impl::Impl(const ScreenSettings& settings) : opened(open_window(settings)) {
   float scale = 1, scale_y = 1;
   glfwGetWindowContentScale(window, &scale, &scale_y);
   glfwSetWindowUserPointer(window, this);
-  // These must be set before ImGui installs its callbacks, because ImGui's callbacks call them.
+  // These callbacks must be set before those of ImGui, because ImGui's callbacks call the previously installed ones.
   glfwSetKeyCallback(window, note_key);
   glfwSetMouseButtonCallback(window, note_button);
   glfwSetDropCallback(window, note_dropped);

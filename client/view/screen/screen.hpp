@@ -1,5 +1,5 @@
-// The window of the operating system: GLFW, OpenGL and Dear ImGui, the pace of frames, and input since the last frame.
-// The start screen and the session draw into the same one, so that it stays where the user has put it.
+// The window of the operating system, with GLFW, OpenGL and Dear ImGui. It limits the frame rate and collects the input
+// since the last frame. The start screen and the session use the same window, so that it keeps its position and size.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,12 +18,12 @@ struct ScreenSettings {
   std::string title = "tandem";
   int width = 1280;
   int height = 800;
-  bool is_for_picture = false;  ///< every frame has the full quality, also without a graphics card
+  bool is_for_picture = false;  ///< true: full quality, even without a graphics card
 };
 
-/// A frame is: begin_frame(), calls of Dear ImGui and OpenGL, end_frame().
+/// A window. To draw a frame, call begin_frame(), then functions of Dear ImGui and OpenGL, then end_frame().
 ///
-/// Thread  main, the thread that constructed it
+/// Thread  main thread, which must also construct it
 class Screen {
  public:
   /// Fails   std::runtime_error: there is no display or no OpenGL 3.3, or the program was built without a window; the
@@ -33,31 +33,32 @@ class Screen {
   Screen(const Screen&) = delete;
   Screen& operator=(const Screen&) = delete;
 
-  /// Waits until the next frame is due: at most 60 frames a second. Without a graphics card at most 30, with a pause
-  /// after each frame that is as long as the frame took, up to 80 ms. Receives input and begins a frame of Dear ImGui.
+  /// Waits until the next frame is due, then receives input and begins a frame of Dear ImGui. The limit is 60 frames a
+  /// second. Without a graphics card it is 30, and each frame is followed by a pause of its own duration, up to 80 ms.
   void begin_frame();
-  /// Draws the frame of Dear ImGui, saves a requested picture, and shows the frame.
+  /// Draws the panels of Dear ImGui, saves a requested picture, and displays the frame.
   void end_frame();
-  /// Size of the frame's buffer [pixels].
+  /// Size of the frame buffer [pixels].
   int width() const;
   int height() const;
   GLFWwindow* handle() const;
-  /// Returns kFast if the driver renders on the processor, unless the window was opened for a picture.
+  /// Returns kFast if there is no graphics card (software rendering), unless the window was opened for a picture.
   RenderQuality quality() const;
   void set_title(const std::string& title);
 
-  /// Keys pressed since the last call, including keys pressed and released between two frames.
+  /// Returns the keys that were pressed since the last call, including keys that were already released.
   std::vector<int> take_keys();
   /// Returns whether a double click was completed since the last call.
   bool pop_double_click();
-  /// Files dropped onto the window since the last call.
+  /// Returns the files that were dropped onto the window since the last call.
   std::vector<std::filesystem::path> take_dropped();
   bool is_closed() const;
   /// Makes is_closed() true, as if the user had closed the window.
   void close();
   void toggle_full_screen();
-  /// Writes the next frame also to a PNG file. If that fails, the frame's end throws std::runtime_error.
-  /// In      is_scene_only  only the part that was drawn by OpenGL before end_frame(), without texts and panels
+  /// Requests that the next frame is also written to a PNG file. If writing fails, end_frame() throws
+  /// std::runtime_error.
+  /// In      is_scene_only  true: only the part that was drawn by OpenGL before end_frame(), without texts and panels
   void save_next_frame(const std::filesystem::path& file, bool is_scene_only);
 
  private:

@@ -12,7 +12,8 @@ struct FaultSentence {
   haptics::SafetyFault fault;
   const char* sentence;
 };
-/// In the order of importance. Faults that are not listed end by themselves within half a second.
+/// Sentences for safety faults, in the order of importance. Faults that are not listed end by themselves within half a
+/// second.
 constexpr std::array kFaults{
     FaultSentence{haptics::kSafetyInvalidSample,
                   "No force: the device does not report where it is. Check its cable and its calibration."},

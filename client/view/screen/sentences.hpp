@@ -1,4 +1,4 @@
-// Sentences of the panels: the state of a session in plain words. No display is needed.
+// Sentences for the panels, which describe the state of a session to the user. No display is needed.
 #pragma once
 
 #include <string>
@@ -9,17 +9,18 @@
 
 namespace tandem::client {
 
-/// Users in the room, e.g. "You are the operator, with ben."
+/// Returns a sentence about the users in the room, e.g. "You are the operator, with ben."
 std::string people_sentence(const ClientIoSnapshot& io);
-/// Force on the hand, e.g. "1.2 N on your hand." In  view  null: none received yet
+/// Returns a sentence about the force on the hand, e.g. "1.2 N on your hand."
+/// In      view  null if none was received yet
 std::string force_sentence(const View* view);
-/// Delay of the link, e.g. "52 ms there and back, of which 50 ms are simulated here."
+/// Returns a sentence about the delay of the link, e.g. "52 ms there and back, of which 50 ms are simulated here."
 /// In      one_way  delay of the simulated link in each direction
 std::string delay_sentence(double round_trip_ms, Duration one_way);
-/// Effect of a stage on the hand. Empty for a name that is no stage.
+/// Returns a sentence about the effect of a stage on the hand. Empty if no stage has this name.
 std::string_view stage_sentence(std::string_view stage);
-/// Reason for a missing force, with the remedy. Empty while a force is displayed, and for a fault that ends by itself
-/// within half a second.
+/// Returns the reason why no force is displayed, with the remedy. Empty while a force is displayed, and for a fault
+/// that ends by itself within half a second.
 std::string force_problem(const View* view, const ClientIoSnapshot& io);
 
 }  // namespace tandem::client

@@ -23,8 +23,8 @@ void apply_style(float scale) {
   style.ScaleAllSizes(scale);
   ImGuiIO& io = ImGui::GetIO();
   io.IniFilename = nullptr;
-  // The delay of most desktops [s]. With the default of 0.25 s, a slow press of Ctrl+V pastes an invitation twice, which
-  // no server accepts.
+  // Delay until a held key repeats [s], as on most desktops. With the default of 0.25 s, a slow press of Ctrl+V pasted
+  // an invitation twice, and servers refuse such a text.
   io.KeyRepeatDelay = 0.5F;
   if (std::filesystem::exists(kFont)) {
     io.Fonts->AddFontFromFileTTF(kFont, std::round(kFontPixels * scale));

@@ -13,7 +13,7 @@
 namespace tandem::eeg {
 namespace {
 
-/// Returns a text as a field of CSV, quoted by RFC 4180 where its characters need it.
+/// Returns a text as a CSV field. It is quoted as in RFC 4180 if it contains a comma, a quote or a line end.
 std::string csv_field(const std::string& text) {
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
   std::string field = "\"";

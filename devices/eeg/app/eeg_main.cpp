@@ -1,4 +1,4 @@
-// tandem-eeg: from EEG to the signal `valence`, with a classifier trained for one person.
+// Program tandem-eeg: computes the signal `valence` from EEG, with a classifier that is trained for one person.
 #include <algorithm>
 #include <exception>
 #include <iostream>

@@ -1,4 +1,4 @@
-// Options that several commands of tandem-eeg share, and the commands themselves.
+// Options that are common to several commands of tandem-eeg, and the functions that add each command.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -14,7 +14,7 @@ namespace tandem::eeg {
 inline constexpr const char* kNotMedical =
     "Not a medical device: its output is for games and research, not for diagnosis or treatment.";
 
-/// Recordings, the channels used, and how they are cut into windows.
+/// Options that select recordings and channels, and that set how a recording is cut into windows.
 struct RecordingOptions {
   std::vector<std::filesystem::path> files;
   std::vector<std::string> channels;
@@ -27,10 +27,10 @@ void add_file_options(CLI::App& command, RecordingOptions& options);
 void add_window_options(CLI::App& command, WindowSettings& settings);
 void add_label_options(CLI::App& command, RecordingOptions& options);
 
-/// Reads the labelled sessions that the options name.
-/// Fails   std::invalid_argument
+/// Reads the labelled recordings whose files the options name. Each file is one session.
+/// Fails   std::invalid_argument: a file, a channel or a label is unusable; the message names it
 Calibration read_calibration(const RecordingOptions& options);
-/// Prints how many windows of each session have artefacts, to standard error.
+/// Prints the number of windows with artefacts of each session to standard error.
 void print_artefacts(const Calibration& calibration);
 
 void add_features_command(CLI::App& app);

@@ -23,7 +23,7 @@ std::optional<double> seconds_in(std::string_view text) {
   return is_number && std::isfinite(value) && value >= 0 ? std::optional(value) : std::nullopt;
 }
 
-/// FNV-1a of the bits of the samples, in hexadecimal.
+/// Returns a hash of the samples from `begin` to `end` in hexadecimal: FNV-1a, with 64-bit samples instead of bytes.
 std::string fingerprint_of(const Recording& recording, std::size_t begin, std::size_t end) {
   std::uint64_t hash = 14695981039346656037ULL;
   for (const std::vector<double>& channel : recording.samples_uv) {
@@ -47,7 +47,8 @@ void check_format(const Calibration& calibration, const Recording& recording) {
                                 "; sessions of one person must have one rate");
 }
 
-/// Refuses a session whose samples are all those of a known one. Its blocks may have other borders.
+/// Refuses a session with the same samples as an earlier one. The hash of all samples detects the copy even if its
+/// blocks have other limits.
 void check_copy(const Calibration& calibration, const Recording& recording, const std::string& fingerprint) {
   const auto known = std::ranges::find(calibration.session_fingerprints, fingerprint);
   if (known == calibration.session_fingerprints.end()) return;
@@ -64,7 +65,7 @@ void check_overlap(const Recording& recording, const std::vector<Block>& blocks)
   }
 }
 
-/// A block in samples, and its index in the calibration.
+/// A block as a range of sample indices, and its index in Calibration::blocks.
 struct Span {
   std::size_t begin, end, block;
   bool is_positive;

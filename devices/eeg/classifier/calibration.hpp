@@ -1,4 +1,4 @@
-// Labelled windows of the calibration sessions of one person.
+// Labelled windows from the calibration sessions of one person, as data for training and tests.
 #pragma once
 
 #include <array>
@@ -12,57 +12,60 @@
 
 namespace tandem::eeg {
 
-/// Texts of the annotations that begin a state.
+/// Texts of the annotations that mark the start of each of the two states.
 struct Labels {
   std::string negative = "negative";
   std::string positive = "positive";
 };
 
-/// An interval of constant state. Windows of one block resemble each other, in either state.
+/// An interval of a recording in which the person's state is constant. Windows of one block resemble each other,
+/// whatever the state, so they must not be split between training and test.
 struct Block {
   double begin_s = 0, end_s = 0;
   bool is_positive = false;
 };
 
-/// Finds the labelled blocks of a recording. An annotation without a duration lasts until the next label. Blocks of one
-/// state that follow each other within a second are one block.
-/// Fails   std::invalid_argument: no annotation has one of the labels, or two labels overlap; the message names them
+/// Finds the labelled blocks of a recording. An annotation without a duration lasts until the next label. Two blocks
+/// of the same state are merged if the pause between them is at most 1 s.
+/// Fails   std::invalid_argument: no annotation has one of the labels, or two labels overlap; the message names the
+///         labels
 std::vector<Block> blocks_of(const Recording& recording, const Labels& labels);
 
-/// Reads annotations from lines `onset_s,duration_s,label`; the duration may be empty.
+/// Reads annotations from a text file with lines `onset_s,duration_s,label`; the duration may be empty.
 /// Fails   std::invalid_argument: the message names the file, the line and the remedy
 std::vector<Annotation> read_label_file(const std::filesystem::path& file);
 
 struct LabelledWindow {
   std::vector<double> features;
   bool is_positive = false;
-  std::size_t block = 0;  ///< index of Calibration::blocks
+  std::size_t block = 0;  ///< index into Calibration::blocks
 };
 
 struct CalibrationBlock {
-  std::size_t session = 0;  ///< index of Calibration::sessions
+  std::size_t session = 0;  ///< index into Calibration::sessions
   bool is_positive = false;
-  std::string fingerprint;  ///< hash of the samples; a copy of the recording has the same
+  std::string fingerprint;  ///< hash of the samples, equal in copies of the recording
 };
 
-/// Data that a classifier is trained or tested with.
+/// Data for training or testing a classifier. A session is one recording.
 struct Calibration {
   StreamFormat format;
   WindowSettings settings;
   Labels labels;
-  std::vector<std::string> sessions;              ///< file names
+  std::vector<std::string> sessions;              ///< file name of each recording
   std::vector<std::string> session_fingerprints;  ///< hash of all samples of each session
   std::vector<CalibrationBlock> blocks;
-  std::vector<LabelledWindow> windows;   ///< without artefacts
-  std::vector<ArtefactCount> artefacts;  ///< counts of each session
-  std::size_t too_short_blocks = 0;      ///< shorter than a window, not used
+  std::vector<LabelledWindow> windows;   ///< only those without artefacts
+  std::vector<ArtefactCount> artefacts;  ///< counts for each session
+  std::size_t too_short_blocks = 0;      ///< number of blocks that are unused because they are shorter than a window
 };
 
-/// States for each block whether it has a window without artefacts.
+/// Returns for each block whether it has a window without artefacts.
 std::vector<bool> blocks_with_windows(const Calibration& calibration);
 
-/// Cuts a session into windows, each within one block, and appends them.
-/// Fails   std::invalid_argument: channels or rate differ from the previous session, or the same data is there already
+/// Cuts a recording into windows, each within one block, and appends them as a new session.
+/// Fails   std::invalid_argument: channels or rate differ from the previous session, or the calibration already
+///         contains the same data
 void add_session(Calibration& calibration, const Recording& recording);
 
 }  // namespace tandem::eeg

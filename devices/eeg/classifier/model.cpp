@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kInnerFolds = 5;
 constexpr int kPositive = 1, kNegative = -1;
 
-/// The samples in the form of libsvm: a list of (index, value) for each, ended by index -1.
+/// The windows in libsvm's format: for each window a list of (index, value) pairs, terminated by the index -1.
 class SvmProblem {
  public:
   SvmProblem(const Model& model, const Calibration& calibration, std::span<const std::size_t> windows)
@@ -41,7 +41,7 @@ class SvmProblem {
   std::vector<double> states_;
 };
 
-/// Sets mean and scale (1/σ) of each feature. A constant feature gets the scale 0 and no influence.
+/// Computes the mean and the scale (1/σ) of each feature. A constant feature gets the scale 0 and thus no influence.
 void standardise(Model& model, const Calibration& calibration, std::span<const std::size_t> windows) {
   const std::size_t width = calibration.windows[windows.front()].features.size();
   const auto count = static_cast<double>(windows.size());
@@ -72,14 +72,14 @@ svm_parameter parameters_of(double penalty, std::array<int, 2>& states, std::arr
   return parameter;
 }
 
-/// Sums the support vectors of a linear machine to its weights.
+/// Computes the weight vector of a linear support vector machine as the weighted sum of its support vectors.
 void take_weights(Model& model, const svm_model& machine) {
   model.weights.assign(model.mean.size(), 0);
   for (int i = 0; i < machine.l; ++i) {
     for (const svm_node* node = machine.SV[i]; node->index != -1; ++node)
       model.weights[static_cast<std::size_t>(node->index - 1)] += machine.sv_coef[0][i] * node->value;
   }
-  // libsvm decides for the label that it met first
+  // A positive decision of libsvm means the label of the first training sample, which may be either state.
   const double sign = machine.label[0] == kPositive ? 1 : -1;
   for (double& weight : model.weights) weight *= sign;
   model.bias = -sign * machine.rho[0];
@@ -93,11 +93,12 @@ std::size_t blocks_with(const Calibration& calibration, bool is_positive) {
   return count;
 }
 
-/// Decisions for each window by machines that were trained without its fold of blocks.
+/// Cross-validation: returns for each window the decision value of a machine that was trained without the fold of its
+/// block, and whether the window is positive.
 std::vector<std::pair<double, bool>> held_out_decisions(const Calibration& calibration, double penalty) {
   std::vector<std::size_t> fold_of(calibration.blocks.size());
   const std::vector<bool> has_windows = blocks_with_windows(calibration);
-  std::array<std::size_t, 2> next{};  // the blocks of each state are dealt out in turn
+  std::array<std::size_t, 2> next{};  // for each state: number of blocks that have a fold (round robin)
   for (std::size_t b = 0; b < fold_of.size(); ++b) {
     if (has_windows[b]) fold_of[b] = next[calibration.blocks[b].is_positive ? 1 : 0]++ % kInnerFolds;
   }
@@ -143,7 +144,7 @@ Model train_machine(const Calibration& calibration, std::span<const std::size_t>
   model.settings = calibration.settings;
   model.labels = calibration.labels;
   standardise(model, calibration, windows);
-  // Both states weigh the same, however many windows they have.
+  // Class weights balance the two states when they have different numbers of windows.
   std::array<int, 2> states{kPositive, kNegative};
   std::array<double, 2> weights{(positive + negative) / (2 * positive), (positive + negative) / (2 * negative)};
   svm_set_print_string_function([](const char*) {});

@@ -22,7 +22,7 @@ json::array texts_of(const std::vector<std::string>& values) {
   return list;
 }
 
-/// Limits of artefacts, with their names in the file and the largest allowed value.
+/// An artefact threshold: its name in the file, the member that stores it, and its largest allowed value.
 struct LimitField {
   const char* name;
   double ArtefactLimits::*value;
@@ -75,7 +75,7 @@ void save_model(const Model& model, const std::filesystem::path& file) {
                           {"offset", model.offset},
                           {"trained_blocks", texts_of(model.trained_blocks)},
                           {"trained_sessions", texts_of(model.trained_sessions)}};
-  // The model is personal: the file is closed to others before it has any content.
+  // The model is personal data. Access by other users is removed before anything is written.
   std::ofstream out(file);
   std::error_code ignored;
   std::filesystem::permissions(file, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write, ignored);
@@ -117,7 +117,7 @@ Model load_model(const std::filesystem::path& file) {
   if (model.trained_sessions.empty())
     fields.fail("trained_sessions", "it must have the hash of each recording of the training; train again");
   fields.finish();
-  // Both throw for a combination that no training can have written.
+  // The constructor throws if channels, rate and settings are a combination that no training can have written.
   const WindowReader possible(model.format, model.settings);
   return model;
 }

@@ -8,7 +8,8 @@ namespace {
 
 constexpr int kMaxSteps = 100;
 
-/// Targets of the fit, which are not 0 and 1, so that separable data gives a finite slope.
+/// Target probabilities of the fit for the two states. They are slightly inside 0 and 1, so that the slope remains
+/// finite for perfectly separable data.
 struct Targets {
   double positive, negative;
 };
@@ -18,7 +19,7 @@ double log_loss(const std::vector<std::pair<double, bool>>& decisions, const Tar
   for (const auto& [f, is_positive] : decisions) {
     const double t = is_positive ? targets.positive : targets.negative;
     const double z = s.slope * f + s.offset;
-    // log(1 + exp(−z)) without overflow
+    // The last two terms are log(1 + exp(−z)), written so that exp() cannot overflow.
     loss += (1 - t) * z + std::max(-z, 0.0) + std::log1p(std::exp(-std::abs(z)));
   }
   return loss;

@@ -1,4 +1,4 @@
-// Probability of a state from the decision value of a classifier.
+// Platt's sigmoid: converts the decision value of a classifier to the probability of the positive state.
 #pragma once
 
 #include <utility>
@@ -6,7 +6,7 @@
 
 namespace tandem::eeg {
 
-/// p(positive) = 1/(1 + exp(−(slope f + offset))). The slope is not negative.
+/// p(positive) = 1/(1 + exp(−(slope f + offset))) for the decision value f. The slope is not negative.
 struct Sigmoid {
   double slope = 0;
   double offset = 0;
@@ -15,8 +15,9 @@ struct Sigmoid {
 /// Fits the sigmoid by maximum likelihood, with Newton's method.
 ///
 /// Source  Lin, Lin, Weng, "A note on Platt's probabilistic outputs for support vector machines", Machine Learning 68,
-///         2007: targets and regularisation; a slope below 0 becomes 0, with the rate of the states as probability
-/// In      decisions  decision value, and whether the state is positive
+///         2007, with its targets and regularisation. Difference: a negative slope is replaced by 0, so that the
+///         probability is the relative frequency of the state
+/// In      decisions  for each window the decision value, and whether the state is positive
 Sigmoid fit_sigmoid(const std::vector<std::pair<double, bool>>& decisions);
 
 }  // namespace tandem::eeg

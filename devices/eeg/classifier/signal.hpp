@@ -1,4 +1,4 @@
-// A named signal computed from a stream of EEG, and where it is sent.
+// Computes a named signal from a stream of EEG and sends it to a receiver.
 #pragma once
 
 #include <cstdint>
@@ -15,21 +15,21 @@ namespace tandem::eeg {
 /// Value of a signal at one time.
 struct SignalReport {
   std::string name;
-  LocalTime time{};             ///< when it is reported
-  std::optional<double> value;  ///< -1 … 1; nothing until the first window without artefacts
-  double confidence = 0;        ///< 0.5 … 1; 0 without a value
+  LocalTime time{};             ///< time of the report
+  std::optional<double> value;  ///< -1 to 1; empty until the first window without artefacts
+  double confidence = 0;        ///< 0.5 to 1; 0 if there is no value
   Duration age{};               ///< time since the last sample that the value depends on
-  std::string artefacts;        ///< flags of the newest window, "F7 flat, O1 step"; empty if it had none
+  std::string artefacts;        ///< artefacts of the newest window, for example "F7 flat, O1 step"
 };
 
-/// Receiver of a signal.
+/// Interface of a receiver of signal reports.
 class SignalSink {
  public:
   virtual ~SignalSink() = default;
   virtual void send(const SignalReport& report) = 0;
 };
 
-/// Writes each report as one line of JSON, and flushes it.
+/// Writes each report as one line of JSON, and flushes the stream.
 class JsonLineSink final : public SignalSink {
  public:
   explicit JsonLineSink(std::ostream& out) : out_(out) {}
@@ -39,16 +39,17 @@ class JsonLineSink final : public SignalSink {
   std::ostream& out_;
 };
 
-/// Computes the signal `valence`. A window with artefacts does not change the value, and its age grows.
+/// Computes the signal `valence`. A window with artefacts leaves the value unchanged, so that the age of the value
+/// grows.
 class ValenceSignal {
  public:
   /// Fails   std::invalid_argument: channels or rate differ from the model
   ValenceSignal(Model model, const StreamFormat& format, const std::string& origin);
 
-  /// Takes one sample of each channel [µV], recorded at `time`.
+  /// Accepts one sample of each channel [µV], recorded at `time`.
   void append(std::span<const double> frame_uv, LocalTime time);
-  /// Takes the samples of one read (EegSource::read()). The last one was recorded at `end`, the others before it at the
-  /// rate of the source.
+  /// Accepts the samples of one call of EegSource::read(). The last sample was recorded at `end`, and each other
+  /// sample one sampling period before the next.
   void append_all(std::span<const double> frames_uv, LocalTime end);
   SignalReport report(LocalTime now) const;
   const ArtefactCount& artefacts() const { return count_; }

@@ -23,10 +23,11 @@ void shuffle(std::vector<T>& values, Random& random) {
   }
 }
 
-/// State of a block or window; nothing for a block that has no windows and gets no fold.
+/// Labelled state of a block or window, true if positive. Empty for a block without windows, which gets no fold.
 using State = std::optional<bool>;
 
-/// Deals out the blocks, or the windows if each is a block of its own, to the folds; both states evenly.
+/// Returns a random fold for each element of `states`. The elements are blocks, or single windows. Each state is
+/// distributed evenly over the folds.
 std::vector<std::size_t> dealt_out(const std::vector<State>& states, std::size_t folds, Random& random) {
   std::vector<std::size_t> order, fold(states.size());
   for (std::size_t i = 0; i < states.size(); ++i) {
@@ -54,7 +55,7 @@ std::vector<State> states_of_blocks(const Calibration& calibration) {
   return states;
 }
 
-/// Returns the fold of each window, and sets the number of folds.
+/// Returns the fold of each window. For a split by sessions, sets `folds` to the number of sessions.
 std::vector<std::size_t> fold_of_windows(const Calibration& calibration, SplitBy by, std::size_t& folds,
                                          std::uint64_t seed) {
   Random random(seed, 1);
@@ -82,7 +83,7 @@ std::vector<std::size_t> fold_of_windows(const Calibration& calibration, SplitBy
   return fold;
 }
 
-/// Decisions of a classifier for the windows of one block.
+/// Counts of a classifier's decisions for the windows of one block.
 struct BlockResult {
   std::size_t session = 0;
   bool is_positive = false;
@@ -104,7 +105,7 @@ void record(BlockResult& result, bool is_decided_positive) {
   if (is_decided_positive) ++result.decided_positive;
 }
 
-/// Permutes the labels of the blocks of each session.
+/// Returns the labels of the blocks, randomly permuted within each session, for the permutation test.
 std::vector<bool> permuted(const std::vector<BlockResult>& results, Random& random) {
   std::vector<bool> labels(results.size());
   std::set<std::size_t> sessions;

@@ -1,4 +1,4 @@
-// Accuracy on data that the classifier was not trained with.
+// Validation: accuracy of a classifier on data that was not used for its training.
 #pragma once
 
 #include <cstdint>
@@ -9,40 +9,41 @@
 
 namespace tandem::eeg {
 
-/// Windows that train a classifier, and windows that test it: indices of Calibration::windows.
+/// One fold of a cross-validation: training windows and test windows, as indices into Calibration::windows.
 struct Fold {
   std::vector<std::size_t> training, test;
 };
 
 enum class SplitBy { kSessions, kBlocks, kWindows };
 
-/// Makes the folds: each session is the test once; or the blocks, or the windows, are dealt out to `folds` parts.
+/// Returns the folds. By sessions: each session is the test data of one fold, and `folds` has no effect. By blocks or
+/// by windows: they are distributed at random over `folds` parts, of which each is the test data of one fold.
 /// Fails   std::invalid_argument: there are fewer sessions, or blocks of a state, than folds
 std::vector<Fold> split(const Calibration& calibration, SplitBy by, std::size_t folds, std::uint64_t seed);
 
-/// Refuses a split with windows of one block on both sides. Windows of a block resemble each other in either state, so
-/// such a test measures how well the block is recognised.
+/// Refuses folds with windows of one block in both the training and the test data. Windows of a block resemble each
+/// other whatever the state, so such a test would measure how well the block is recognised instead of the state.
 /// Fails   std::invalid_argument: the message names the block and the remedy
 void check_split(const Calibration& calibration, const std::vector<Fold>& folds);
 
-/// Result of a validation, and the range that chance alone gives.
+/// Result of a validation, compared with the range of accuracies that chance alone gives (permutation test).
 struct Accuracy {
   std::size_t windows = 0, correct = 0;
   double share = 0;
-  /// 2.5 % and 97.5 % quantiles of the share when the labels of the tested blocks are permuted within their session
+  /// 2.5 % and 97.5 % quantiles of `share` when the labels of the tested blocks are permuted within their session
   double chance_low = 0, chance_high = 0;
-  double p_value = 1;  ///< share of permutations that are at least as accurate
+  double p_value = 1;  ///< fraction of permutations with at least this accuracy
 
   bool is_above_chance() const { return share > chance_high; }
 };
 
 inline constexpr std::size_t kDefaultPermutations = 1000;
 
-/// Trains and tests each fold.
-/// Fails   std::invalid_argument, see check_split() and train_machine()
+/// Trains and tests a classifier for each fold and returns the accuracy over all folds.
+/// Fails   std::invalid_argument: see check_split() and train_machine()
 Accuracy validate(const Calibration& calibration, const std::vector<Fold>& folds, double penalty,
                   std::size_t permutations, std::uint64_t seed);
-/// Tests a model with other sessions.
+/// Tests a trained model with sessions that were not used for its training.
 /// Fails   std::invalid_argument: the model was trained with one of the recordings or blocks
 Accuracy validate(const Model& model, const Calibration& test, std::size_t permutations, std::uint64_t seed);
 

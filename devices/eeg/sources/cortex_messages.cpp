@@ -14,7 +14,8 @@ namespace {
 namespace json = boost::json;
 
 constexpr std::string_view kCounter = "COUNTER", kInterpolated = "INTERPOLATED";
-/// Columns of a sample that are no electrodes, in all versions of the service; and any that begins with MARKER.
+/// Columns of a sample that do not belong to an electrode, in any version of the service. Columns whose names begin
+/// with MARKER do not belong to one either.
 constexpr std::array<std::string_view, 6> kOtherColumns{kCounter,    kInterpolated, "RAW_CQ",
                                                         "TIMESTAMP", "BATTERY",     "BATTERY_PERCENT"};
 
@@ -32,12 +33,12 @@ std::optional<CortexProblem> problem_in(const json::object& object, std::string_
   if (code != nullptr && code->is_int64()) problem.code = code->get_int64();
   const json::value* const message = found->get_object().if_contains("message");
   if (message == nullptr) return problem;
-  // The message of a warning is an object
+  // In a warning, the message is an object instead of a text.
   problem.message = message->is_string() ? std::string(message->get_string()) : json::serialize(*message);
   return problem;
 }
 
-/// Remedies of frequent errors, by code.
+/// Returns the remedy of a frequent error, by its code.
 std::string_view remedy_of(std::int64_t code) {
   switch (code) {
     case -32002:
@@ -134,8 +135,8 @@ CortexColumns::CortexColumns(const json::value& names) {
                              std::to_string(kMaxChannels) + " are possible");
 }
 
-/// Number of samples lost since the previous one. The counter starts again at 0 after a largest value that depends on
-/// the headset, so losses just before a new start are not seen.
+/// Returns the number of samples that were lost since the previous sample. The counter wraps to 0 after a maximum that
+/// depends on the headset, so losses just before the wrap are not detected.
 std::size_t CortexColumns::lost_before(const json::array& sample) {
   const auto number = counter_place_ ? number_of(sample[*counter_place_]) : std::nullopt;
   if (!number || *number < 0 || *number > 1e6) return 0;

@@ -17,7 +17,7 @@ struct CortexProblem {
   std::string message;
 };
 
-/// One message of the service. A message that it does not contain remains empty.
+/// One parsed message of the service. Parts that the message does not contain are empty.
 struct CortexMessage {
   std::optional<std::int64_t> id;  ///< id of the answered request
   boost::json::value result;
@@ -26,25 +26,27 @@ struct CortexMessage {
   std::optional<boost::json::array> eeg;  ///< one sample
 };
 
-/// Parses a message. Returns nothing if it is no JSON object.
+/// Parses a message. Returns nothing if the text is not a JSON object.
 std::optional<CortexMessage> read_cortex_message(std::string_view text);
 
 std::string cortex_request(std::int64_t id, std::string_view method, boost::json::object parameters);
 
-/// Returns the remedy of an error of a request, with the service's own code and text.
+/// Returns the remedy for the error of a request, followed by the service's code and text.
 std::string cortex_advice(const CortexProblem& problem);
-/// Returns the same for a warning that ends the stream; nothing for other warnings.
+/// Returns the cause, the remedy, and the service's code and text for a warning that ends the stream. Returns nothing
+/// for other warnings.
 std::optional<std::string> cortex_loss(const CortexProblem& warning);
 
-/// Places of the electrodes in a sample, from the `cols` of the service's answer to `subscribe`.
+/// Column indices of the electrodes in a sample, from the field `cols` of the service's answer to `subscribe`.
 class CortexColumns {
  public:
   /// Fails   std::runtime_error: the answer lists no electrodes, or too many
   explicit CortexColumns(const boost::json::value& names);
 
   const std::vector<std::string>& electrodes() const { return electrodes_; }
-  /// Appends the electrodes of a sample [µV]. Samples that the counter shows to be lost, at most `max_lost`, precede it
-  /// as NaN; an interpolated one is NaN. Returns false, and appends nothing, if the sample has other columns.
+  /// Appends the values of the electrodes of a sample [µV]. If the counter shows that samples were lost, NaN samples
+  /// are appended first, at most `max_lost`. An interpolated sample is replaced by NaN. Returns false, and appends
+  /// nothing, if the sample does not have the columns of the answer.
   bool append(const boost::json::array& sample, std::size_t max_lost, std::vector<double>& frames_uv);
 
  private:

@@ -53,7 +53,7 @@ Url url_of(const std::string& text) {
   return url;
 }
 
-/// A WebSocket with or without TLS. Its operations are asynchronous, so that each has a time limit.
+/// A WebSocket with or without TLS. Its operations are asynchronous, so that the caller can limit the time of each.
 class WebSocket {
  public:
   virtual ~WebSocket() = default;
@@ -95,7 +95,7 @@ class WebSocketOn final : public WebSocket {
   beast::websocket::stream<Stream> stream_;
 };
 
-/// One connection to the service, with requests and their answers.
+/// A connection to the service: sends requests and receives their answers and samples.
 class CortexLink {
  public:
   CortexLink(const Url& url, const std::string& shown_url, Duration answer_within);
@@ -108,7 +108,8 @@ class CortexLink {
   std::optional<CortexMessage> next(Duration wait);
 
  private:
-  /// Runs an operation. Returns nothing if it has not ended within `wait`; it then continues.
+  /// Waits for the operation that was started last, and returns its error code. Returns nothing if the operation has
+  /// not ended within `wait`; it then stays active.
   std::optional<error_code> run(Duration wait);
   void begin_read();
 
@@ -164,7 +165,7 @@ std::optional<CortexMessage> CortexLink::next(Duration wait) {
   const SteadyClock clock;
   const LocalTime end = clock.now() + wait;
   do {
-    // A message that arrived during a write is evaluated before the next read appends to the buffer.
+    // A message that arrived during a write is evaluated first, because the next read appends to the same buffer.
     if (!read_result_) begin_read();
     io_.restart();
     if (!read_result_) io_.run_one_for(std::max(end - clock.now(), Duration{0}));
@@ -211,7 +212,7 @@ bool is_true_at(const json::value& value, std::string_view name) {
   return found != nullptr && found->is_bool() && found->get_bool();
 }
 
-/// Opens a session step by step, and reads its samples.
+/// A session of the Cortex service. The constructor opens it; read() returns its samples.
 class CortexSource final : public EegSource {
  public:
   explicit CortexSource(const CortexSettings& settings);
@@ -268,7 +269,7 @@ void CortexSource::authorise() {
   if (token_.empty()) throw std::runtime_error("Cortex authorize: the answer has no token; update the EMOTIV Launcher");
 }
 
-/// Returns the headset's entry in the list of the service, null if it is not there.
+/// Returns the entry of the headset in the service's list of headsets; null if it is not listed.
 json::value CortexSource::find_headset() {
   const json::value list = link_.call("queryHeadsets", {});
   if (!list.is_array()) return nullptr;

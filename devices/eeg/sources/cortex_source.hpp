@@ -1,4 +1,4 @@
-// EEG of an Emotiv headset, from the Cortex service on the same machine.
+// Reads EEG of an Emotiv headset from the Cortex service on the same machine.
 #pragma once
 
 #include <chrono>
@@ -10,33 +10,35 @@
 
 namespace tandem::eeg {
 
-/// Identity of the application at Emotiv. It is read from a file, because other users can read a command line.
+/// Credentials of an application that is registered with Emotiv. They are read from a file, because other users of the
+/// machine can read command lines.
 struct CortexCredentials {
   std::string client_id;
   std::string client_secret;
 };
 
-/// Reads {"client_id": "…", "client_secret": "…"}.
+/// Reads a JSON file with {"client_id": "…", "client_secret": "…"}.
 /// Fails   std::invalid_argument: the message names the file, the field and the remedy
 CortexCredentials read_cortex_credentials(const std::filesystem::path& file);
 
 struct CortexSettings {
-  std::string url = "wss://localhost:6868";  ///< must be on this machine
+  std::string url = "wss://localhost:6868";  ///< the address must belong to this machine
   CortexCredentials credentials;
   std::string headset;                                  ///< id of the headset; empty: the first one
-  Duration answer_within = std::chrono::seconds(10);    ///< for each request
-  Duration headset_within = std::chrono::seconds(30);   ///< until the headset is connected
-  Duration approved_within = std::chrono::seconds(60);  ///< until the user approves the application
-  Duration silent_for = std::chrono::seconds(5);        ///< without a sample the headset counts as lost
+  Duration answer_within = std::chrono::seconds(10);    ///< time limit of each request
+  Duration headset_within = std::chrono::seconds(30);   ///< time limit until the headset is connected
+  Duration approved_within = std::chrono::seconds(60);  ///< time limit until the user approves the application
+  Duration silent_for = std::chrono::seconds(5);        ///< the headset counts as lost after this time without a sample
 };
 
-/// Opens a session: requestAccess, authorize, queryHeadsets, controlDevice, createSession, subscribe.
+/// Opens a session with these calls of the Cortex API: requestAccess, authorize, queryHeadsets, controlDevice,
+/// createSession, subscribe.
 ///
 /// The service's certificate is self-signed and cannot be verified. Therefore only addresses of this machine are
-/// accepted, where no other machine can take the service's place.
+/// accepted, so that no other machine can impersonate the service.
 ///
-/// Fails   std::invalid_argument: the URL is not on this machine; std::runtime_error: a step failed. The message names
-///         the step and the remedy
+/// Fails   std::invalid_argument: the URL is not on this machine; std::runtime_error: a call failed. The message names
+///         the call and the remedy
 std::unique_ptr<EegSource> open_cortex(const CortexSettings& settings);
 
 }  // namespace tandem::eeg

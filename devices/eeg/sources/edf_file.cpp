@@ -12,12 +12,12 @@
 namespace tandem::eeg {
 namespace {
 
-/// EDFlib counts time in units of 100 ns, and annotations that it writes in units of 100 µs.
+/// Units of time of EDFlib: 100 ns, except 100 µs for the annotations that it writes.
 constexpr double kTicksPerS = EDFLIB_TIME_DIMENSION;
 constexpr double kWriteTicksPerS = 1e4;
 constexpr std::int64_t kMaxAnnotations = 1'000'000;
 
-/// An open file of EDFlib.
+/// Owns an open file of EDFlib, and closes it on destruction.
 class Handle {
  public:
   explicit Handle(int handle) : handle_(handle) {}
@@ -27,7 +27,7 @@ class Handle {
   Handle(const Handle&) = delete;
   Handle& operator=(const Handle&) = delete;
   int get() const { return handle_; }
-  /// Closes the file; returns whether all of it was written.
+  /// Closes the file. Returns whether it was written completely.
   bool close() { return edfclose_file(std::exchange(handle_, -1)) == 0; }
 
  private:
@@ -107,7 +107,8 @@ void describe(int handle, const EdfContent& content) {
     failures += edf_set_label(handle, i, one.name.c_str());
     failures += edf_set_physical_dimension(handle, i, one.unit.c_str());
   }
-  // EDFlib would write the present date. The first date of the format identifies no session.
+  // By default, EDFlib writes the current date, which could identify a session. The earliest date of the format is
+  // written instead.
   failures += edf_set_startdatetime(handle, 1985, 1, 1, 0, 0, 0);
   const auto first = content.signals.front();
   const std::size_t records = first.digital.size() / static_cast<std::size_t>(first.samples_per_record);
@@ -141,7 +142,7 @@ void write_samples(int handle, const EdfContent& content) {
   }
 }
 
-/// Returns the name of an electrode. EDF+ labels begin with the type of the signal ("EEG F3").
+/// Returns the name of an electrode, which is an EDF+ label without the type of the signal ("F3" for "EEG F3").
 std::string electrode(const std::string& label) {
   constexpr std::string_view kType = "EEG ";
   return label.starts_with(kType) ? label.substr(kType.size()) : label;

@@ -12,7 +12,7 @@
 namespace tandem::eeg {
 namespace {
 
-constexpr std::size_t kBlock = 256;  ///< bytes of the fixed part, and of each signal
+constexpr std::size_t kBlock = 256;  ///< size of the fixed part, and of the description of each signal [bytes]
 constexpr std::size_t kMaxSignals = 640;
 constexpr std::uint64_t kMaxRecordBytes = 15'000'000;
 
@@ -26,7 +26,7 @@ bool is_printable(std::string_view text) {
   return std::ranges::all_of(text, [](unsigned char c) { return c >= 0x20 && c < 0x7f; });
 }
 
-/// Printable text for a terminal; other bytes become question marks.
+/// Returns a text that is safe for a terminal: trimmed, with each unprintable byte replaced by a question mark.
 std::string shown(std::string_view text) {
   std::string result(trimmed(text));
   std::ranges::replace_if(
@@ -43,7 +43,7 @@ std::optional<double> number_in(std::string_view text) {
   return value;
 }
 
-/// The header of one file.
+/// The header of a file, and the checks of its fields.
 class Header {
  public:
   explicit Header(const std::filesystem::path& file);

@@ -1,4 +1,4 @@
-// Interface of a source of EEG that is read while it is recorded.
+// Interface of a source of EEG samples: a headset that is recording, or a recording that is replayed.
 #pragma once
 
 #include <vector>
@@ -13,11 +13,12 @@ class EegSource {
   virtual ~EegSource() = default;
 
   virtual const StreamFormat& format() const = 0;
-  /// True if the samples arrive by themselves; false if they are read from memory, so that their number is the time.
+  /// Returns true for a headset, whose samples arrive in real time. Returns false for a recording in memory, where the
+  /// time is the number of samples divided by the rate.
   virtual bool is_live() const = 0;
-  /// Waits for `wait` and appends the samples of that time: one value of each channel [µV], then those of the next
-  /// sample. A lost sample is NaN. Returns false at the end of a recording.
-  /// Fails   std::runtime_error: the source was lost; the message names the remedy
+  /// Waits for the duration `wait` (a replay may skip the wait), then appends the samples of this interval: for each
+  /// sample, one value of each channel [µV]. A lost sample is NaN. Returns false at the end of a recording.
+  /// Fails   std::runtime_error: the source is lost; the message names the remedy
   virtual bool read(std::vector<double>& frames_uv, Duration wait) = 0;
 };
 

@@ -11,14 +11,14 @@
 namespace tandem::eeg {
 namespace {
 
-constexpr double kModulation = 0.3;    ///< logarithm of the amplitude per unit of z
-constexpr double kBackgroundUv = 4.0;  ///< standard deviation of each of the processes whose sum is 1/f noise
+constexpr double kModulation = 0.3;    ///< change of the logarithm of a rhythm's amplitude per unit of z
+constexpr double kBackgroundUv = 4.0;  ///< standard deviation of each low-pass noise of the background
 constexpr double kAlphaUv = 8.0, kBetaUv = 5.0;
 constexpr double kBlinkUv = 250, kBlinkS = 0.3, kBadContactS = 10, kHumUv = 80;
 constexpr std::array kPinkHz{0.3, 1.0, 3.0, 10.0, 30.0};
 
-/// First-order low-pass noise with standard deviation 1. A sum of them, with corners evenly spaced on a logarithmic
-/// scale, has a spectrum of about 1/f.
+/// First-order low-pass noise with standard deviation 1. A sum of several, with corner frequencies evenly spaced on a
+/// logarithmic scale, has a spectrum of approximately 1/f.
 class LowPassNoise {
  public:
   LowPassNoise(double corner_hz, double rate_hz) : pole_(std::exp(-2 * std::numbers::pi * corner_hz / rate_hz)) {}
@@ -29,7 +29,8 @@ class LowPassNoise {
   double value_ = 0;
 };
 
-/// A rhythm: a carrier with two quadrature amplitudes that are low-pass noise; standard deviation 1.
+/// A rhythm, which is narrow-band noise with standard deviation 1: a sine and a cosine carrier whose amplitudes are
+/// low-pass noise.
 class Rhythm {
  public:
   Rhythm(double frequency_hz, double width_hz, double rate_hz)
@@ -47,7 +48,7 @@ class Rhythm {
   double phase_ = 0;
 };
 
-/// One electrode.
+/// Signal of one electrode: 1/f background, alpha rhythm and beta rhythm.
 class Electrode {
  public:
   explicit Electrode(double rate_hz) : alpha_(10, 2, rate_hz), beta_(20, 6, rate_hz) {
@@ -65,7 +66,7 @@ class Electrode {
   Rhythm alpha_, beta_;
 };
 
-/// States of the blocks: each pair has both, in random order.
+/// Returns the states of the blocks. Each pair of blocks has both states, in random order.
 std::vector<bool> states_of(std::size_t blocks, Random& random) {
   std::vector<bool> states(blocks);
   for (std::size_t i = 0; i < blocks; i += 2) {
@@ -135,7 +136,7 @@ void check(const GeneratorSettings& settings) {
 
 Recording generate(const GeneratorSettings& settings) {
   check(settings);
-  // States and artefacts have streams of their own, so that they do not change with the number of channels.
+  // States and artefacts use separate random streams, so that they do not depend on the number of channels.
   Random states_random(settings.seed, 3 * settings.session), random(settings.seed, 3 * settings.session + 1);
   Random artefacts(settings.seed, 3 * settings.session + 2);
   Recording recording{
@@ -190,7 +191,7 @@ EdfContent edf_from(const Recording& recording, bool is_bdf) {
 }
 
 double normal_quantile(double p) {
-  // Bisection suffices: it is called once for a recording.
+  // Bisection is fast enough, because the function is called once for a recording.
   double low = -40, high = 40;
   for (int i = 0; i < 100; ++i) {
     const double middle = (low + high) / 2;

@@ -12,8 +12,8 @@
 namespace tandem::eeg {
 namespace {
 
-/// Functions of liblsl, in declarations written for this project from its documented interface. Objects of the library
-/// are opaque pointers.
+/// Functions of liblsl, loaded at run time. The declarations were written for this project from the library's
+/// documentation. Objects of the library are opaque pointers.
 struct LslFunctions {
   std::int32_t (*resolve)(void** infos, std::uint32_t size, const char* property, const char* value,
                           std::int32_t minimum, double timeout_s);
@@ -85,7 +85,7 @@ class LslSource final : public EegSource {
   LslFunctions lsl_;
   void* inlet_ = nullptr;
   StreamFormat format_;
-  std::vector<double> microvolts_;  ///< per unit of each channel
+  std::vector<double> microvolts_;  ///< scale: microvolts per unit of each channel
   std::vector<double> buffer_;
   LocalTime last_sample_{};
 };
@@ -136,7 +136,7 @@ void LslSource::read_channel(void* channel, std::size_t index) {
   const std::string unit = text_from(lsl_.child_value(channel, "unit"));
   if (!label.empty()) format_.channels[index] = label;
   if (unit.empty()) return;
-  // Programs write the unit in full, too
+  // Some LSL programs write the name of the unit in full.
   const double scale = unit == "microvolts" || unit == "microvolt" ? 1 : unit == "volts" ? 1e6 : microvolts_per(unit);
   if (scale == 0)
     throw std::runtime_error("LSL channel '" + label + "' has the unit '" + unit +
@@ -147,7 +147,7 @@ void LslSource::read_channel(void* channel, std::size_t index) {
 bool LslSource::read(std::vector<double>& frames_uv, Duration wait) {
   constexpr double kMarginS = 0.5;
   const std::size_t channels = microvolts_.size();
-  // pull_chunk returns early only when its buffer is full
+  // The buffer is larger than the samples of `wait`, because pull_chunk would return early if it were full.
   buffer_.resize(channels * static_cast<std::size_t>(1 + format_.rate_hz * (to_seconds(wait) + kMarginS)));
   std::int32_t error = 0;
   const unsigned long pulled =

@@ -1,4 +1,4 @@
-// A recording or generated EEG as a source.
+// Replays a recording or generated EEG as an EegSource.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@ namespace tandem::eeg {
 
 class RecordedSource final : public EegSource {
  public:
-  /// In      in_real_time  read() waits; otherwise it returns at once
+  /// In      in_real_time  true: read() waits in real time; false: it returns at once
   RecordedSource(Recording recording, bool in_real_time);
 
   const StreamFormat& format() const override { return recording_.format; }

@@ -1,4 +1,4 @@
-// Tests a device that the embedding program drives, together with the safety chain of a client, under a virtual clock.
+// Tests OwnDevice, which an embedding program drives, together with the safety chain of a client and a virtual clock.
 #include "client/embed/own_device.hpp"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,8 @@ haptics::SafetySettings safety() {
   return settings;
 }
 
-/// A scene that presses with kForce_n, and a program that supplies the pose and reads the force once a millisecond.
+/// A scene that pushes the hand with kForce_n, and a program that supplies the pose and reads the force once a
+/// millisecond.
 class Pressing {
  public:
   void feed(LocalTime at) {

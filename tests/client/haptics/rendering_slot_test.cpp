@@ -74,7 +74,7 @@ TEST(RenderingSlot, BlendsFromOneForceToTheNext) {
     steepest_n = std::max(steepest_n, std::abs(now_n - before_n));
     before_n = now_n;
   }
-  EXPECT_LT(steepest_n, 0.05) << "18 N change by less than 0.1 N";
+  EXPECT_LT(steepest_n, 0.05) << "a difference of 9 N changes by less than 0.05 N in a tick";
   EXPECT_NEAR(before_n, 10, 0.01);
 }
 

@@ -5,14 +5,14 @@
 namespace tandem::client {
 namespace {
 
-/// Returns the position in the window and the distance from the camera. The position is relative to the centre, with x
-/// to the right and y up, and scaled to −1 … 1.
+/// Returns the position of a point in the window (x, y) and its distance from the camera (z). The position is relative
+/// to the centre of the window, with x to the right and y up, each −1 to 1 at the edges.
 Vec3 seen(const Camera& camera, const Vec3& point_W) {
   const Eigen::Vector4f at = camera.projection_of_world(1) * point_W.cast<float>().homogeneous();
   return {at.x() / at.w(), at.y() / at.w(), at.w()};
 }
 
-/// Returns a camera after the cap of a 3D mouse was deflected for half a second.
+/// Returns a camera that was moved by deflecting the cap of a 3D mouse for half a second.
 Camera steered(const Vec3& deflection, const Vec3& turn) {
   Camera camera;
   camera.fit({0.1, 0.2, 0.3}, 0.2);

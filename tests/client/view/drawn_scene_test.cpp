@@ -40,7 +40,7 @@ std::string add_asset(AssetMap& assets, const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(hash.data()), hash.size()};
 }
 
-/// Adds the drawing of a mesh as an asset. Returns the hash that the mesh's surface asset would have.
+/// Adds a drawing asset for a mesh. Returns the hash of the surface asset to which the drawing belongs.
 std::string add_drawing(wire::Joined& joined, AssetMap& assets, const geometry::TriangleMesh& mesh) {
   const std::string surface(32, 's');
   wire::AssetInfo& info = *joined.add_assets();
@@ -304,7 +304,8 @@ TEST(DrawnMesh, OfAMillionAtomsABallStandsForSomeAndThereAreNoSticks) {
   EXPECT_EQ(sticks.size(), balls.size());
 }
 
-/// A hostile server may send such positions. The number of tested pairs must remain bounded.
+/// 3000 atoms at nearly the same position, which a hostile server may send. The number of tested pairs, and of sticks,
+/// must remain bounded.
 TEST(DrawnMesh, AnAtomHasFewSticksWhereverAtomsAre) {
   docking::Molecule molecule;
   constexpr unsigned kAtoms = 3000;

@@ -1,4 +1,4 @@
-// Tests surfaces of molecules without a window: their position, and that they are closed.
+// Tests surfaces of molecules without a window: their position, their colours, and that they are closed.
 #include "client/view/molecular_surface.hpp"
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ DrawnMesh surface_of(const docking::Molecule& molecule, std::size_t max_triangle
   return out;
 }
 
-/// A copy of the mesh in which coincident corners are one vertex.
+/// A copy of a mesh in which vertices at the same position are merged, for tests of its topology.
 struct Welded {
   explicit Welded(const DrawnMesh& mesh) {
     std::map<Place, int> found;
@@ -51,14 +51,14 @@ struct Welded {
     }
   }
 
-  /// Returns true if each edge has the same number of triangles in both directions.
+  /// Returns true if each edge is used equally often in both directions, so that the mesh has no border.
   bool is_closed() const {
     return std::ranges::all_of(edges, [this](const auto& edge) {
       const auto back = edges.find({edge.first.second, edge.first.first});
       return back != edges.end() && back->second == edge.second;
     });
   }
-  /// Returns true if the mesh is closed and each edge has exactly two triangles.
+  /// Returns true if the mesh is closed and each edge belongs to exactly two triangles.
   bool is_manifold() const {
     return is_closed() && std::ranges::all_of(edges, [](const auto& edge) { return edge.second == 1; });
   }
@@ -79,7 +79,7 @@ struct Welded {
   }
 
   std::vector<int> corners;
-  std::map<std::pair<int, int>, int> edges;  ///< number of triangles of each directed edge
+  std::map<std::pair<int, int>, int> edges;  ///< number of triangles for each directed edge (from, to)
   int vertices = 0;
 };
 
@@ -92,7 +92,7 @@ double volume_of(const DrawnMesh& mesh) {
   return sum;
 }
 
-/// Random atoms with the density of a protein, 0.1 atoms per Å³: hydrogens, carbons and oxygens.
+/// Returns random hydrogens, carbons and oxygens with the density of a protein, 0.1 atoms per Å³.
 docking::Molecule crowd(std::size_t atoms, std::mt19937& random) {
   const double edge = std::cbrt(static_cast<double>(atoms) / 0.1);
   std::uniform_real_distribution<double> anywhere(-edge / 2, edge / 2);
@@ -229,7 +229,7 @@ TEST(MolecularSurface, StaysWithinItsTriangles) {
     EXPECT_GT(mesh.size() / 3, max_triangles / 10) << "coarser, and still there";
     EXPECT_TRUE(Welded(mesh).is_closed());
   }
-  // The atoms are so far apart that each has a separate surface.
+  // Atoms that are so far apart that each has a separate surface must not exceed the budget either.
   std::vector<Vec3> scattered;
   for (int i = 0; i < 1000; ++i) scattered.emplace_back(1000.0 * (i % 10), 1000.0 * (i / 10 % 10), 1000.0 * (i / 100));
   EXPECT_LE(surface_of(carbons(scattered), 5000).size() / 3, 5000U);

@@ -1,4 +1,5 @@
-// Tests that colours with a meaning are distinguishable for all users, including those who lack one type of cone.
+// Tests that colours with a meaning are distinguishable for all users, including colour-blind users who lack one type
+// of cone cells.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -20,14 +21,15 @@ Vec3 linear(const Rgba& color) {
   return {channel(color[0]), channel(color[1]), channel(color[2])};
 }
 
-/// Matrix from linear light to the responses of the three types of cones, in Viénot's normalisation.
+/// Returns the matrix from linear RGB to the responses of the three types of cone cells, in Viénot's normalisation.
 Mat3 cones_of_light() {
   Mat3 cones;
   cones << 17.8824, 43.5161, 4.11935, 3.45565, 27.1554, 3.86714, 0.0299566, 0.184309, 1.46709;
   return cones;
 }
 
-/// Colours as perceived by a viewer without L cones (protanope), and below by one without M cones (deuteranope).
+/// Returns a colour in linear RGB as a user without L cones (protanope) perceives it. The next function does the same
+/// for a user without M cones (deuteranope).
 ///
 /// Source  Viénot, Brettel, Mollon, "Digital video colourmaps for checking the legibility of displays by dichromats",
 ///         Color Res. Appl. 24(4), 1999
@@ -42,7 +44,7 @@ Vec3 seen_by_deuteranopes(const Vec3& light) {
   return cones_of_light().inverse() * lack * cones_of_light() * light;
 }
 
-/// Converts linear light to the CIE L*a*b* colour for illuminant D65.
+/// Converts linear RGB to CIE L*a*b* for the illuminant D65.
 Vec3 lab(const Vec3& light) {
   Mat3 xyz_of_light;
   xyz_of_light << 0.4124, 0.3576, 0.1805, 0.2126, 0.7152, 0.0722, 0.0193, 0.1192, 0.9505;
@@ -51,7 +53,7 @@ Vec3 lab(const Vec3& light) {
   return {116 * f(xyz.y()) - 16, 500 * (f(xyz.x()) - f(xyz.y())), 200 * (f(xyz.y()) - f(xyz.z()))};
 }
 
-/// Checks that all pairs differ by at least 10 in L*a*b*, a clearly visible difference side by side.
+/// Checks that each two colours have a distance of at least 10 in L*a*b*, which is clearly visible side by side.
 void expect_apart(const std::vector<std::pair<std::string, Rgba>>& colors) {
   const std::pair<const char*, Vec3 (*)(const Vec3&)> eyes[] = {{"usual", [](const Vec3& light) { return light; }},
                                                                 {"protanope", seen_by_protanopes},

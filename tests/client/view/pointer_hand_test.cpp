@@ -1,4 +1,4 @@
-// Tests that a dragged body stays under the mouse pointer, for any view of the scene.
+// Tests PointerHand. In particular, a dragged hand must stay under the mouse pointer for every direction of view.
 #include "client/view/pointer_hand.hpp"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,8 @@
 namespace tandem::client {
 namespace {
 
-/// Returns the position in the window, relative to its centre and scaled to −1 … 1 (x to the right, y up).
+/// Returns the position of a point in the window, relative to its centre: x to the right and y up, each −1 to 1 at the
+/// edges.
 Eigen::Vector2d seen(const Camera& camera, double aspect, const Vec3& point_W) {
   const Eigen::Vector4f at = camera.projection_of_world(aspect) * point_W.cast<float>().homogeneous();
   return {at.x() / at.w(), at.y() / at.w()};
@@ -61,7 +62,7 @@ TEST(PointerHand, StaysUnderTheMouseWhereverItIsLookedAtFrom) {
       const Eigen::Vector2d before = seen(camera, aspect, hand.X_WH().p);
       is_level ? hand.move_level(camera, 0.01, 0.01) : hand.move(camera, 0.01, 0.01);
       const Eigen::Vector2d moved = seen(camera, aspect, hand.X_WH().p) - before;
-      // The motion is given as a fraction of the window's height, which is 2 in clip coordinates.
+      // The motion is 0.01 of the window's height, and the height is 2 in the units of seen().
       EXPECT_NEAR(moved.x(), 2 * 0.01 / aspect, 0.001) << above;
       if (above > -0.1 && above < 0.1) {
         EXPECT_NEAR(moved.y(), -2 * 0.01, 0.002) << above << is_level;

@@ -1,4 +1,4 @@
-// Tests the ribbons of molecular chains without a window: their position and width, and atoms that form no chain.
+// Tests ribbons of molecular chains without a window: their position and width, and atoms that do not form a chain.
 #include "client/view/ribbon.hpp"
 
 #include <gmock/gmock.h>
@@ -32,7 +32,8 @@ void add_atom(docking::Molecule& molecule, const std::string& name, const std::s
   molecule.segments.push_back(0);
 }
 
-/// A helix about z with 100° and 1.5 Å per residue. The α carbons are 2.3 Å from z; the oxygens are displaced along z.
+/// Returns an α helix around the z axis, with 100° and 1.5 Å per residue. The α carbons are 2.3 Å from the axis; the
+/// oxygens are displaced along it.
 docking::Molecule helix(int residues) {
   docking::Molecule molecule;
   for (int i = 0; i < residues; ++i) {
@@ -44,7 +45,8 @@ docking::Molecule helix(int residues) {
   return molecule;
 }
 
-/// A pleated strand along x with 3.3 Å per residue. The α carbons alternate by 0.9 Å in z, the oxygens in y.
+/// Returns a zigzag strand along the x axis, with 3.3 Å per residue. The α carbons are alternately at z = 0.9 and
+/// −0.9 Å; the oxygens are displaced alternately in y.
 docking::Molecule strand(int residues) {
   docking::Molecule molecule;
   for (int i = 0; i < residues; ++i) {
@@ -109,7 +111,7 @@ TEST(Ribbon, IsATubeElsewhere) {
   EXPECT_NEAR(middle.y(), 0.28, 0.02);
 }
 
-/// Each edge must have the same number of triangles in both directions, and normals must point outwards.
+/// Each edge must be used equally often in both directions (no border), and normals must point outwards.
 TEST(Ribbon, IsClosedAndOutwardIsOut) {
   for (const docking::Molecule& molecule : {helix(14), strand(10)}) {
     const DrawnMesh mesh = ribbon_of(molecule);
@@ -193,7 +195,7 @@ TEST(Ribbon, OfNucleicAcidsHasARodForEachBase) {
   EXPECT_NEAR(half_size_at(ribbon_of(molecule), 3).y(), 0.6, 0.05);
 }
 
-/// A hostile server may send any positions and names of atoms; the ribbon must remain finite.
+/// The ribbon must be finite for coincident atoms, because a hostile server may send any positions and names.
 TEST(Ribbon, OfAtomsAtOnePlaceIsFinite) {
   docking::Molecule molecule;
   for (int i = 0; i < 6; ++i) add_atom(molecule, "CA", "C", {1, 2, 3}, i);

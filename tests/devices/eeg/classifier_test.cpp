@@ -1,4 +1,4 @@
-// Training and validation with synthetic EEG whose best possible accuracy is known.
+// Tests training and validation of the classifier with synthetic EEG, for which the best possible accuracy is known.
 #include "devices/eeg/classifier/model.hpp"
 
 #include <gmock/gmock.h>
@@ -24,7 +24,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// Generates sessions with the numbers `first` to `last`.
+/// Returns a calibration with the generated sessions of the numbers `first` to `last`.
 Calibration sessions(GeneratorSettings settings, std::uint64_t first, std::uint64_t last) {
   Calibration calibration;
   for (std::uint64_t session = first; session <= last; ++session) {
@@ -46,7 +46,7 @@ std::string message_of(const Function& function) {
   }
 }
 
-/// A recording without signal, for tests of labels.
+/// Returns a recording whose samples are all zero, for tests of labels.
 Recording silence(double length_s) {
   Recording recording{.origin = "quiet.edf", .format = {{"F3"}, 128, {}}, .samples_uv = {{}}, .annotations = {}};
   recording.samples_uv[0].assign(static_cast<std::size_t>(length_s * 128), 0);
@@ -173,7 +173,7 @@ TEST_F(Split, ARecordingOfTheTrainingIsRefusedWithOtherBlocks) {
   for (const CalibrationBlock& block : test.blocks)
     EXPECT_THAT(model.trained_blocks, testing::Not(testing::Contains(block.fingerprint))) << "no block is the same";
   EXPECT_THAT(message_of([&] { validate(model, test, 100, 1); }), HasSubstr("was trained with this recording"));
-  // The same recording with other blocks is a copy within one calibration, too.
+  // Within one calibration, the same recording with different blocks must also be detected as a copy.
   EXPECT_THAT(message_of([&] { add_session(training, recording); }), HasSubstr("has the same samples as"));
 }
 
@@ -189,7 +189,7 @@ TEST_F(Split, APieceOfATrainingRecordingIsRefusedByItsBlocks) {
 }
 
 TEST(SplitByBlocks, BlocksWithoutWindowsGetNoFold) {
-  // Twelve blocks of alternating state. The first eight have lost their windows to artefacts.
+  // Twelve blocks of alternating state. All windows of the first eight have artefacts and are missing.
   Calibration calibration;
   calibration.sessions = {"a.edf"};
   for (std::size_t b = 0; b < 12; ++b) {
@@ -248,7 +248,7 @@ TEST(Windows, EachLiesInOneBlockAndArtefactsAreCounted) {
   const Recording recording = generate(settings);
   Calibration calibration;
   add_session(calibration, recording);
-  // Windows that an annotated artefact covers by a second or more
+  // Counts the windows that contain a whole blink or at least 3 s of bad contact, according to the annotations.
   std::size_t hit = 0;
   for (std::size_t w = 0; w < 300; ++w) {
     const double begin_s = 4.0 * static_cast<double>(w), end_s = begin_s + 4;
@@ -329,7 +329,7 @@ class ModelFile : public testing::Test {
 
 TEST_F(ModelFile, DecidesAsTheModelThatWasSaved) {
   const Model loaded = load_model(file_);
-  // Boost.JSON 1.81 parses numbers with an error of up to one unit in the last place
+  // The tolerance is not 0, because Boost.JSON 1.81 parses numbers with an error of up to one unit in the last place.
   for (const LabelledWindow& one : calibration_.windows)
     EXPECT_NEAR(loaded.valence(one.features).value, model_.valence(one.features).value, 1e-12);
   EXPECT_EQ(loaded.format.channels, model_.format.channels);
@@ -360,7 +360,7 @@ TEST_F(ModelFile, EachWrongFieldIsNamed) {
     json.as_object()[name] = value;
     const std::string message = refusal_of(json);
     EXPECT_NE(message, "") << name;
-    // The message of an impossible filter or window names its number
+    // For an impossible filter or window, the message states its values instead of the name of the field.
     EXPECT_THAT(message, testing::AnyOf(HasSubstr(name), HasSubstr("a band of"), HasSubstr("a window of")));
   }
   EXPECT_EQ(refusal_of(json_), "");
@@ -374,7 +374,7 @@ TEST_F(ModelFile, AnotherHeadsetIsRefused) {
   EXPECT_THAT(message_of([&] { check_source(model_, {{"F3", "O1"}, 256, {}}, "x.edf"); }), HasSubstr("rate is 256"));
 }
 
-/// Keeps the reports of a signal.
+/// Stores the reports of a signal.
 struct Reports final : SignalSink {
   void send(const SignalReport& report) override { all.push_back(report); }
   std::vector<SignalReport> all;
@@ -386,7 +386,7 @@ TEST_F(ModelFile, ASignalAgesWhileItsWindowsHaveArtefacts) {
   recording.format = model_.format;
   recording.samples_uv.assign(2, std::vector<double>(128 * 20));
   for (std::size_t n = 0; n < recording.length(); ++n) {
-    // From the eighth second on one contact is off
+    // After 8 s (sample 1024), one electrode has no contact: its signal is 0.
     for (std::size_t i = 0; i < 2; ++i) recording.samples_uv[i][n] = n >= 1024 && i == 1 ? 0 : 10 * random.normal();
   }
   ValenceSignal signal(model_, recording.format, "test");
@@ -405,7 +405,7 @@ TEST_F(ModelFile, ASignalAgesWhileItsWindowsHaveArtefacts) {
 }
 
 TEST_F(ModelFile, TheSamplesOfAReadHaveTheirOwnTimes) {
-  // A window of 512 samples ends 100 samples before the end of the read.
+  // One call delivers 612 samples. The window of 512 samples therefore ends 100 samples before the end of the call.
   Random random(1);
   std::vector<double> frames_uv;
   for (std::size_t i = 0; i < 2 * 612; ++i) frames_uv.push_back(10 * random.normal());

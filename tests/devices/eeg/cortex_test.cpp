@@ -1,4 +1,5 @@
-// The Cortex source with a fake service on a real WebSocket, with and without TLS, and the service's errors.
+// Tests the Cortex source with a fake service on a real WebSocket: with and without TLS, and with errors of the
+// service.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -36,9 +37,9 @@ using testing::HasSubstr;
 
 constexpr const char* kColumns = R"(["COUNTER","INTERPOLATED","AF3","T7","Pz","RAW_CQ","MARKER_HARDWARE","MARKERS"])";
 
-/// Answers each method with a fixed result or error, and sends samples after `subscribe`.
+/// Fake Cortex service. It answers each method with a fixed result or error, and sends samples after `subscribe`.
 ///
-/// Thread  one of its own; the answers are set before the client connects
+/// Thread  the service runs on its own thread; tests set the answers before the client connects
 class FakeCortex {
  public:
   explicit FakeCortex(std::string certificate_folder = "")
@@ -46,7 +47,7 @@ class FakeCortex {
   ~FakeCortex() {
     boost::system::error_code ignored;
     if (!thread_.joinable()) return;
-    // Ends an accept() that nobody has connected to
+    // Connects once, so that accept() returns if no client has connected.
     tcp::socket waker(io_);
     waker.connect(acceptor_.local_endpoint(), ignored);
     thread_.join();
@@ -80,8 +81,8 @@ class FakeCortex {
       {"createSession", R"("result":{"id":"session-3","status":"activated"})"},
       {"subscribe",
        std::string(R"("result":{"failure":[],"success":[{"streamName":"eeg","sid":"s","cols":)") + kColumns + "}]}"}};
-  std::vector<std::string> after_subscribe;  ///< messages that follow
-  bool hangs_up = false;                     ///< closes the connection after them
+  std::vector<std::string> after_subscribe;  ///< messages that the service sends after the answer to `subscribe`
+  bool hangs_up = false;                     ///< true: the service then closes the connection
 
  private:
   void serve() {
@@ -140,14 +141,14 @@ std::string sample(int counter, int interpolated, double first_uv) {
          R"(,2.5,-3,0,0,[]],"sid":"s","time":1})";
 }
 
-/// Reads until `count` values have come, for at most 20 s.
+/// Reads until at least `count` values have arrived, for at most 20 s.
 std::vector<double> values_of(EegSource& source, std::size_t count) {
   std::vector<double> frames;
   for (int i = 0; frames.size() < count && i < 400; ++i) source.read(frames, std::chrono::milliseconds(50));
   return frames;
 }
 
-/// Message with which opening the source, or reading it, fails.
+/// Returns the error message with which opening or reading the source fails.
 std::string failure_of(FakeCortex& service, Duration silent_for = std::chrono::seconds(60)) {
   service.start();
   CortexSettings settings = settings_for(service);

@@ -22,7 +22,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// A folder of the test, removed at its end.
+/// Fixture with a temporary folder, which is removed at the end of the test.
 class EdfFile : public testing::Test {
  protected:
   EdfFile() : folder_(std::filesystem::temp_directory_path() / ("edf_test_" + std::to_string(::getpid()))) {
@@ -32,7 +32,7 @@ class EdfFile : public testing::Test {
 
   std::filesystem::path path(const std::string& name) const { return folder_ / name; }
 
-  /// Random signals that use the whole range of the format, and a rate of their own each.
+  /// Returns random signals that use the whole range of the format. Each signal has a different rate.
   static EdfContent random_content(bool is_bdf, Random& random) {
     EdfContent content{.is_bdf = is_bdf, .record_s = 1, .signals = {}, .annotations = {}};
     const int high = is_bdf ? 8'388'607 : 32'767;
@@ -65,7 +65,7 @@ class EdfFile : public testing::Test {
   void write_bytes(const std::string& name, const std::string& bytes) const {
     std::ofstream(path(name), std::ios::binary) << bytes;
   }
-  /// Message with which the file is refused; empty if it is read.
+  /// Returns the message with which the file is refused; empty if it is accepted.
   std::string refusal_of(const std::string& name) const {
     try {
       read_edf(path(name));
@@ -132,7 +132,8 @@ TEST_F(EdfFile, AnIndependentReaderFindsTheSameValues) {
       double values[2] = {};
       ASSERT_EQ(std::sscanf(line.c_str(), "%lf,%lf", &values[0], &values[1]), 2) << line;
       for (std::size_t i = 0; i < 2; ++i) {
-        // The other reader prints six digits of physical values; half a step of the converter is larger.
+        // The independent reader prints physical values with six digits. Its rounding is smaller than a quarter of a
+        // step of the converter.
         const double step = is_bdf ? 0.03125 : 0.125;
         ASSERT_NEAR(values[i], read.signals[i].physical(read.signals[i].digital[n]), step / 4) << name << " " << n;
         ASSERT_EQ(std::lround((values[i] - read.signals[i].physical(0)) / step), content.signals[i].digital[n]);
@@ -195,7 +196,7 @@ TEST_F(EdfFile, EachWrongFieldIsNamed) {
   Random random(3);
   write_edf(path("good.edf"), random_content(false, random));
   const std::string good = bytes_of("good.edf");
-  const std::size_t signals = 4;  // with that of the annotations
+  const std::size_t signals = 4;  // three signals and the annotations
   const auto field = [&](std::size_t offset, std::size_t size) { return 256 + signals * offset + 1 * size; };
   const struct {
     std::size_t place;
@@ -249,7 +250,7 @@ TEST_F(EdfFile, AMutatedFileIsReadOrRefused) {
       std::string bytes = good;
       const int changes = 1 + static_cast<int>(random.uniform() * 4);
       for (int i = 0; i < changes; ++i) {
-        // Most of the structure is in the header; annotations are at the end of each record.
+        // Half of the changes are in the header, which contains most of the structure.
         const double reach = random.uniform() < 0.5 ? 1280 : static_cast<double>(bytes.size());
         bytes[static_cast<std::size_t>(random.uniform() * reach)] = static_cast<char>(random.next_u32());
       }

@@ -1,18 +1,18 @@
-// A shared library with the functions of liblsl that tandem-eeg uses. It supplies one stream that the test sets. If it
-// is compiled with WITHOUT_PULL, it lacks the function that supplies samples.
+// A fake of the library liblsl, with the functions that tandem-eeg uses. It supplies one stream, which the test defines
+// by variables. If it is compiled with WITHOUT_PULL, it lacks the function that returns samples.
 #include <cstdint>
 #include <cstring>
 
 #define EXPORTED extern "C" __attribute__((visibility("default")))
 
-// Inputs that the test sets, and outputs that it checks.
+// Variables by which the test defines the stream, and counters and texts that it checks.
 extern "C" {
 __attribute__((visibility("default"))) int fake_streams = 1;
 __attribute__((visibility("default"))) int fake_channels = 2;
 __attribute__((visibility("default"))) double fake_rate_hz = 128;
 __attribute__((visibility("default"))) const char* fake_labels[4] = {"F3", "O1", nullptr, nullptr};
 __attribute__((visibility("default"))) const char* fake_unit = "microvolts";
-__attribute__((visibility("default"))) int fake_samples = 4;  ///< supplied by each call
+__attribute__((visibility("default"))) int fake_samples = 4;  ///< number of samples that each call returns
 __attribute__((visibility("default"))) int fake_error = 0;
 __attribute__((visibility("default"))) int fake_open_inlets = 0;
 __attribute__((visibility("default"))) int fake_infos = 0;

@@ -1,4 +1,4 @@
-// Filter, features and artefacts against closed forms.
+// Compares the filter, the features and the artefact flags with closed forms.
 #include "devices/eeg/features.hpp"
 
 #include <gmock/gmock.h>
@@ -25,10 +25,11 @@ std::vector<double> sine(std::size_t count, double frequency_hz, double rate_hz,
   return x;
 }
 
-/// Returns series of fractional Brownian motion: sums of fractional Gaussian noise by Hosking's recursion.
+/// Returns series of fractional Brownian motion: cumulative sums of fractional Gaussian noise, which Hosking's
+/// recursion generates. The fractal dimension of such a series is known: 2 − hurst.
 ///
 /// Source  Hosking, "Modeling persistence in hydrological time series using fractional differencing", Water Resources
-///         Research 20, 1984; exact for any covariance. The coefficients serve all series.
+///         Research 20, 1984; exact for any covariance. The coefficients are computed once for all series
 std::vector<std::vector<double>> fractional_motion(double hurst, std::size_t series, std::size_t count,
                                                    Random& random) {
   std::vector<double> covariance(count);
@@ -94,7 +95,7 @@ TEST(Picard, OfARampHasTheClosedForm) {
   std::vector<double> ramp(kCount);
   for (std::size_t n = 0; n < kCount; ++n) ramp[n] = kSlope * static_cast<double>(n) - 7;
   const auto features = picard_features(ramp);
-  // Variance of 0 … N−1 with divisor N−1: N(N+1)/12
+  // The numbers 0 to N−1 have the variance N(N+1)/12, with the divisor N−1.
   const double deviation = kSlope * std::sqrt(kCount * (kCount + 1) / 12.0);
   EXPECT_NEAR(features[0], kSlope * (kCount - 1) / 2 - 7, 1e-9);
   EXPECT_NEAR(features[1], deviation, 1e-9);
@@ -136,7 +137,7 @@ TEST(Picard, OfAConstantSignalIsFinite) {
   for (std::size_t i = 1; i < features.size(); ++i) EXPECT_EQ(features[i], 0);
 }
 
-/// Level of the design [dB]: the formula of the Butterworth band-pass at the prewarped frequency.
+/// Returns the designed gain [dB]: the closed form of the Butterworth band-pass filter at the prewarped frequency.
 double design_db(double f, double low_hz, double high_hz, double rate_hz) {
   const auto warped = [&](double hz) { return std::tan(pi * hz / rate_hz); };
   const double w = warped(f), low = warped(low_hz), high = warped(high_hz);
@@ -149,7 +150,7 @@ TEST(BandPass, HasTheResponseOfItsDesign) {
     const BandPass filter(2, 42, rate_hz);
     for (double f = 0.25; f < rate_hz / 2 - 1; f += 0.25) {
       const double design = design_db(f, 2, 42, rate_hz);
-      if (design < -120) continue;  // below it rounding dominates
+      if (design < -120) continue;  // below this gain, rounding errors dominate
       EXPECT_NEAR(20 * std::log10(std::abs(filter.response(f))), design, 0.1) << f << " Hz at " << rate_hz;
     }
     EXPECT_NEAR(20 * std::log10(std::abs(filter.response(2))), -3.01, 0.01);
@@ -161,7 +162,7 @@ TEST(BandPass, LetsASineThroughAsItsResponseSays) {
   for (const double f : {1.0, 2.0, 3.0, 10.0, 30.0, 42.0, 50.0}) {
     BandPass filter(2, 42, 128);
     double squares = 0;
-    // The transient of the lower edge has ended after 20 s; then whole periods are measured.
+    // The transient has ended after 20 s. The power is then measured over whole periods.
     const auto x = sine(128 * 40, f, 128);
     for (std::size_t n = 0; n < x.size(); ++n) {
       const double y = filter.step(x[n]);

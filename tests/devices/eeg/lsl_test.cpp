@@ -1,4 +1,4 @@
-// The LSL source with a stand-in for liblsl behind dlopen.
+// Tests the LSL source with a fake of liblsl (fake_lsl.cpp), which it loads by dlopen().
 #include "devices/eeg/sources/lsl_source.hpp"
 
 #include <dlfcn.h>

@@ -1,4 +1,4 @@
-// Conditions of goals on given body states.
+// Tests the conditions of goals for given states of bodies.
 #include "server/goals/conditions.hpp"
 
 #include <gtest/gtest.h>
@@ -137,7 +137,8 @@ RigidState random_state(std::mt19937_64& random) {
   return state;
 }
 
-/// Moving all bodies together by any pose changes no condition that is relative to a body, and no speed.
+/// A condition relative to a body, or on a speed, must not change if all bodies are moved together. The test would
+/// detect a computation in the wrong frame.
 TEST(GoalConditions, RelativeConditionsDoNotDependOnTheFrameOfTheWorld) {
   std::mt19937_64 random(test::test_seed(165));
   int held = 0;
@@ -163,7 +164,7 @@ TEST(GoalConditions, RelativeConditionsDoNotDependOnTheFrameOfTheWorld) {
   EXPECT_LT(held, 5500);
 }
 
-/// Every ball of a body that is whole in a region is a point set inside it: enlarging the region keeps the condition.
+/// A body that is completely in a region must also be in every larger region.
 TEST(GoalConditions, AHigherLimitNeverEndsACondition) {
   std::mt19937_64 random(test::test_seed(166));
   std::uniform_real_distribution<double> size(0.1, 1);

@@ -1,4 +1,4 @@
-// The search of the placement at which boards cover a figure best.
+// Tests the search for the placement at which boards cover a figure best.
 #include "server/goals/silhouette_fit.hpp"
 
 #include <gtest/gtest.h>
@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// The four boards of the T, each in the place that it has in the figure. The width of the bar is 1.
-/// Outlines are convex; the pentagon consists of two.
+/// The four boards of the T puzzle, each at its position in the figure. The bar is 1 wide. Outlines must be convex, so
+/// the pentagon consists of two.
 const std::vector<std::vector<Vec2>> kTriangle{{{-1, 0}, {0, 1}, {-1, 1}}};
 const std::vector<std::vector<Vec2>> kPentagon{{{0, -1}, {1, 0}, {0, 1}}, {{-1, 0}, {0, 0}, {0, 1}}};
 const std::vector<std::vector<Vec2>> kTrapezoid{{{0, 1}, {1, 0}, {2, 0}, {2, 1}}};
@@ -35,7 +35,7 @@ SilhouettePlan t_plan() {
   return plan;
 }
 
-/// Steps until a search has ended. Returns the number of steps.
+/// Advances until a search has ended. Returns the number of steps.
 int search(SilhouetteFit& fit, const std::vector<RigidState>& bodies) {
   int steps = 0;
   for (; steps < 100 + SilhouetteFit::kMaxPlacements + 1; ++steps) {
@@ -66,7 +66,7 @@ TEST(SilhouetteFit, TheBoardsOfTheTCoverItWhereverTheyLie) {
 TEST(SilhouetteFit, GapsUpToTheTolerancesAreAccepted) {
   SilhouetteFit near(t_plan()), far(t_plan());
   std::vector<RigidState> bodies(4);
-  bodies[2] = placed(0.1, 0, 0);  // of an area of 1.5, 0.1 sticks out of the figure of 6
+  bodies[2] = placed(0.1, 0, 0);  // an area of 0.1 is outside of the figure, whose area is 6
   search(near, bodies);
   EXPECT_TRUE(near.is_covered()) << near.covered();
   bodies[2] = placed(0.5, 0, 0);
@@ -93,7 +93,8 @@ TEST(SilhouetteFit, StackedBoardsDoNotCoverTwice) {
 TEST(SilhouetteFit, AMirroredBoardCountsByItsOutlineFromAbove) {
   SilhouetteFit fit(t_plan());
   std::vector<RigidState> bodies(4);
-  // Half a turn about the diagonal x = y + 1 … of the triangle maps the triangle to itself.
+  // Turns the triangle upside down by a rotation of 180° about its axis of symmetry, x + y = 0. It covers the same
+  // area.
   bodies[0].X.q = quaternion_of(Vec3(1, -1, 0).normalized() * std::numbers::pi);
   bodies[0].X.p = Vec3(-1, 1, 0) - bodies[0].X.q * Vec3(-1, 1, 0);
   search(fit, bodies);

@@ -1,5 +1,5 @@
-// Lifts a body with a device that this program drives, and compares the values that the library returns by different
-// functions. Prints one JSON object; embed_test.py compares its poses with the recording of the server.
+// Lifts a body with a device that this program drives. Compares the forces that the device receives with those in the
+// ticks. Prints one JSON object; embed_test.py compares the tool poses in it with the recording of the server.
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -19,7 +19,8 @@ struct Forces {
   std::uint64_t stale = 0;
 };
 
-/// Supplies the poses of a hand that grabs after 0.5 s and rises after 1 s. Returns the forces.
+/// Supplies the poses of a hand that grabs a body after about 0.5 s and rises after about 1 s. Returns the received
+/// forces.
 Forces drive(tandem::OwnDevice& device, const std::atomic<bool>& should_end) {
   Forces forces;
   tandem_sample sample{};

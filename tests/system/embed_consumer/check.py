@@ -1,4 +1,4 @@
-"""Pulls at a body with a device that this program drives, while other Python threads are busy. Prints one JSON object.
+"""Pulls at a body with a device that this program drives, while other Python threads compute. Prints one JSON object.
 """
 
 import json

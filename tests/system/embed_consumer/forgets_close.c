@@ -1,4 +1,4 @@
-/* Ends while its client holds a body, without closing it. */
+/* Ends while its client holds a body, without closing the client. The library must close it at the exit. */
 #include <stdio.h>
 #include <tandem/tandem.h>
 
