@@ -294,7 +294,7 @@ TEST(ProfileFile, EveryShippedProfileReadsBackToTheLastBit) {
   EXPECT_EQ(device_profiles_text(parse_device_profiles(as_shipped, "file")), text);
 }
 
-TEST(FindDeviceProfile, NamesTheKnownForAnUnknownOne) {
+TEST(FindDeviceProfile, ListsTheKnownProfilesForAnUnknownName) {
   try {
     find_device_profile("wand");
     FAIL() << "there is no wand";
@@ -303,7 +303,7 @@ TEST(FindDeviceProfile, NamesTheKnownForAnUnknownOne) {
   }
 }
 
-TEST(FindDeviceProfile, TakesAFileWithOneProfile) {
+TEST(FindDeviceProfile, AcceptsAFileWithOneProfile) {
   const std::string file = testing::TempDir() + "one_device.json";
   std::ofstream(file) << file_with("", "");
   EXPECT_EQ(find_device_profile(file).name, "mine");
@@ -311,7 +311,7 @@ TEST(FindDeviceProfile, TakesAFileWithOneProfile) {
   EXPECT_THROW(find_device_profile(shipped_device_profiles().string()), std::invalid_argument) << "it holds many";
 }
 
-TEST(FindDeviceProfile, LooksWhereTheEnvironmentSays) {
+TEST(FindDeviceProfile, SearchesTheFolderThatTheEnvironmentNames) {
   const std::string file = testing::TempDir() + "other_devices.json";
   std::ofstream(file) << file_with("", "");
   setenv("TANDEM_DEVICE_PROFILES", file.c_str(), 1);

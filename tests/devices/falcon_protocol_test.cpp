@@ -61,7 +61,7 @@ TEST(FalconPacket, ButtonsAndHomedArmsGoBeyondANibble) {
   EXPECT_EQ(read->bits, kFalconHomed | 0xf);
 }
 
-TEST(FalconPacket, ANumberThatIsTooLargeIsCutAndNeverChangesItsSign) {
+TEST(FalconPacket, ATooLargeNumberIsClampedWithItsSign) {
   for (const int number : {4096, 32767, 32768, 65536, 2147483647, -4096, -32769, -2147483647}) {
     const auto read = read_falcon_packet(falcon_request({number, 0, -4095}, 0));
     ASSERT_TRUE(read);
@@ -111,7 +111,7 @@ std::vector<Vec3> places() {
   return all;
 }
 
-TEST(FalconKinematics, KnowsThePosesOnTheAxis) {
+TEST(FalconKinematics, GivesTheKnownPosesOnTheAxis) {
   struct Pose {
     double z_m, theta_deg;
     int count;
@@ -134,7 +134,7 @@ TEST(FalconKinematics, KnowsThePosesOnTheAxis) {
   }
 }
 
-TEST(FalconKinematics, KnowsThePoseOffTheAxis) {
+TEST(FalconKinematics, GivesTheKnownPoseOffTheAxis) {
   const auto p = falcon_forward(falcon_angles({-539, -328, 106}));
   ASSERT_TRUE(p);
   EXPECT_NEAR((*p - Vec3(0.01, 0.02, 0.12)).norm(), 0, 5e-5);
@@ -209,7 +209,7 @@ TEST(FalconForce, KeepsItsDirectionAtAnyRequestAndNeverWraps) {
   }
 }
 
-TEST(FalconForce, WhatIsNotFiniteIsZero) {
+TEST(FalconForce, AForceThatIsNotFiniteBecomesZero) {
   const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
   EXPECT_TRUE(falcon_motor_counts(Vec3(1, nan, 0), 10000).isZero());
   EXPECT_TRUE(falcon_motor_counts(Vec3(1, infinity, 0), 10000).isZero());

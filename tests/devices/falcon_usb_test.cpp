@@ -107,7 +107,7 @@ TEST_F(FalconUsb, LoadsHomesAndShowsAForceAndItsEndIsZero) {
   EXPECT_EQ(bus.outstanding, 0) << "each transfer was waited for";
 }
 
-TEST_F(FalconUsb, GarbageAndSplitRepliesCostNothing) {
+TEST_F(FalconUsb, GarbageAndSplitRepliesAreHandled) {
   bus.with_falcon([](FalconSimulator& f) {
     f.has_firmware = f.is_homed = true;
     f.faults.sends_garbage = f.faults.splits_replies = true;

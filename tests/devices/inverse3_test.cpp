@@ -288,7 +288,7 @@ TEST(Inverse3, SilenceAndNonsenseAreSaid) {
   EXPECT_THAT(std::string(sample.reason), HasSubstr("sends nothing"));
 }
 
-TEST(Inverse3, WithoutAServiceItSaysWhatToStart) {
+TEST(Inverse3, WithoutAServiceItNamesTheProgramToStart) {
   DeviceOptions options;
   options.name = "inverse3";
   options.profile = find_device_profile("inverse3");

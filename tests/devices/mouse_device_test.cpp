@@ -55,7 +55,7 @@ TEST(MouseDevice, AJumpOfThePointerBecomesASmoothMovementThatArrives) {
   EXPECT_LE(largest_step_m, 1.2 * MouseDevice::kMaxSpeed_m_per_s * 1e-3);
 }
 
-TEST(MouseDevice, GivesWayToAForceAsAnArmDoesAndComesBack) {
+TEST(MouseDevice, YieldsToAForceLikeAnArmAndReturns) {
   Bench bench;
   bench.run(0.1);
   ASSERT_TRUE(bench.device.write(bench.now, {Vec3(0, 0, 4), Vec3(0, 0.02, 0)}));
@@ -121,7 +121,7 @@ TEST(MouseDevice, AllocatesNothingOnATick) {
   EXPECT_EQ(test::allocation_count() - before, 0U);
 }
 
-TEST(MouseDevice, SaysThatItNeedsTheWindow) {
+TEST(MouseDevice, ReportsThatItNeedsTheWindow) {
   EXPECT_THROW(MouseDevice(six_axes(), MouseDevice::default_hand(), nullptr), std::invalid_argument);
 }
 

@@ -56,7 +56,7 @@ TEST(DeviceRegistry, TheSimulatedDeviceHasTheLimitsOfItsProfileAndIsReadyAtOnce)
   EXPECT_TRUE(DeviceWriter(*device).write(LocalTime{}, {}));
 }
 
-TEST(DeviceRegistry, TheHandIsTheOneThatWasAskedFor) {
+TEST(DeviceRegistry, TheSimulatedHandIsTheRequestedOne) {
   DeviceOptions options = with_profile("sim");
   options.hand = "press-down";
   const auto device = open_device(options);
@@ -67,7 +67,7 @@ TEST(DeviceRegistry, TheHandIsTheOneThatWasAskedFor) {
   EXPECT_THAT(error_of(options), AllOf(HasSubstr("no-such-hand"), HasSubstr("press-down")));
 }
 
-TEST(DeviceRegistry, ARealDeviceThatIsNotThereSaysWhatWouldHelp) {
+TEST(DeviceRegistry, AMissingRealDeviceIsReportedWithTheRemedy) {
   for (const DeviceKind& kind : device_kinds()) {
     if (kind.find == nullptr || !kind.find().empty()) continue;
     DeviceOptions options = with_profile(std::string(kind.profile).c_str());

@@ -117,7 +117,7 @@ TEST_F(Pad, StopsWhenTheHapticLoopHangs) {
   EXPECT_TRUE(comes([this] { return strong > 0; }, [&] { rumble->show(0.5); })) << "and goes on with it";
 }
 
-TEST_F(Pad, OneThatIsUnpluggedIsOpenedAgain) {
+TEST_F(Pad, AnUnpluggedPadIsReopened) {
   const auto rumble = open_rumble("auto");
   ASSERT_NE(rumble, nullptr) << "found by itself";
   const auto show_half = [&] { rumble->show(0.5); };
@@ -129,7 +129,7 @@ TEST_F(Pad, OneThatIsUnpluggedIsOpenedAgain) {
   EXPECT_TRUE(comes([this] { return strong == 0xffff / 2; }, show_half));
 }
 
-TEST_F(Pad, WhatDoesNotRumbleIsRefusedOrLeftOut) {
+TEST_F(Pad, APadWithoutRumbleIsRefusedOrOmitted) {
   rumbles = false;
   EXPECT_THAT([] { open_rumble(kNode); }, ThrowsMessage<std::runtime_error>(HasSubstr("--rumble")));
   EXPECT_THAT([] { open_rumble("/dev/input/event99"); }, ThrowsMessage<std::runtime_error>(HasSubstr("event99")));

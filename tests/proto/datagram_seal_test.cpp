@@ -43,7 +43,7 @@ class EachCipher : public testing::TestWithParam<secure::Aead> {
   const Bytes payload = Bytes(50, std::byte{0x42});
 };
 
-TEST_P(EachCipher, OpensWhatWasSealedAndShowsNothingOfIt) {
+TEST_P(EachCipher, DecryptsASealedDatagramThatDoesNotShowItsContent) {
   for (std::uint64_t sequence = 1; sequence < 10; ++sequence) {
     const Bytes datagram = sealed_by(seal, sequence, payload);
     EXPECT_EQ(datagram.size(), kDatagramHeaderBytes + payload.size());
@@ -74,7 +74,7 @@ TEST_P(EachCipher, TheOtherDirectionAndAnotherConnectionHaveOtherKeys) {
   EXPECT_EQ(opened_by(other, datagram).first, DropReason::kTag);
 }
 
-TEST_P(EachCipher, GoesOnToTheNextEpochAfterAnHourAndTheOldKeyOpensNothingAnyMore) {
+TEST_P(EachCipher, ChangesTheKeyEachHourAndRefusesTheOldKey) {
   const Bytes old = sealed_by(seal, 1, payload);
   std::uint8_t before = 0;
   for (int hour = 1; hour <= 20; ++hour) {
@@ -101,7 +101,7 @@ TEST_P(EachCipher, AWrongEpochIsRefusedAndMovesNothing) {
 INSTANTIATE_TEST_SUITE_P(DatagramSeal, EachCipher,
                          testing::Values(secure::Aead::kAes256Gcm, secure::Aead::kChaCha20Poly1305));
 
-TEST(ReplayWindow, KnowsEachOfTheLastSequencesAndNoneBefore) {
+TEST(ReplayWindow, RemembersEachOfTheLastSequencesAndNoEarlierOne) {
   ReplayWindow window;
   for (std::uint64_t sequence = 1; sequence <= 10'000; sequence += 2) window.accept(sequence);
   constexpr std::uint64_t kNewest = 9999;

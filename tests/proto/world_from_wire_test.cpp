@@ -43,7 +43,7 @@ TEST(PrimitiveContact, AlikeAreOneWhileInUse) {
   EXPECT_NE(primitive_contact(box_of(0.04, 0.02, 0.03)), nullptr);
 }
 
-TEST(PrimitiveContact, WhatIsNoNumberIsRefusedAndNotKept) {
+TEST(PrimitiveContact, NonFiniteInputIsRefusedAndNotStored) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto box = primitive_contact(box_of(0.01, 0.02, 0.03));
   EXPECT_THROW(primitive_contact(box_of(nan, 0.02, 0.03)), std::invalid_argument);

@@ -75,7 +75,7 @@ TEST(Doctor, AProcessorThatTheHostTakesIsAWarningWhereItIsNotKeptAwake) {
   EXPECT_THAT(judge_idle(true, true, true).remedy, HasSubstr("lift the quota"));
 }
 
-TEST(Doctor, ClocksAreJudgedByWhatTheKernelSays) {
+TEST(Doctor, ClocksAreJudgedByTheStateOfTheKernel) {
   const auto file = std::filesystem::temp_directory_path() / ("clocksource" + std::to_string(getpid()));
   const auto verdicts = [&file](const char* name, Duration resolution) {
     std::ofstream(file) << name << "\n";
@@ -108,7 +108,7 @@ TEST(Doctor, LatenessIsJudgedByItsTail) {
   EXPECT_FALSE(none.remedy.empty());
 }
 
-TEST(Doctor, ALinkIsJudgedByWhatTheHandWouldFeel) {
+TEST(Doctor, ALinkIsJudgedByItsEffectOnTheForce) {
   const LinkSample good{milliseconds(20), milliseconds(35), milliseconds(12), 3000};
   EXPECT_EQ(judge_link(good).verdict, Verdict::kGood);
   LinkSample link = good;

@@ -158,7 +158,7 @@ TEST(CouplingCheck, AStreamOfParametersIsStillChecked) {
   EXPECT_EQ(lasted_ms, 250);
 }
 
-TEST(CouplingCheck, NothingIsCheckedForAConnectionThatIsGone) {
+TEST(CouplingCheck, NothingIsCheckedForALostConnection) {
   test::SessionBench bench(with(light_device()));
   bench.join(joined_with(400, 1));
   set_stiffness(bench, 60000);
@@ -323,7 +323,7 @@ TEST(CouplingCheck, SeesTheSceneThroughTheWorkspaceMapping) {
   EXPECT_TRUE(bench.scene_may_display());
 }
 
-TEST(CouplingCheck, AsksNothingForAnObserverNorWithoutADevice) {
+TEST(CouplingCheck, ChecksNothingForAnObserverOrWithoutADevice) {
   SessionSettings watching = with(light_device());
   watching.role = wire::ROLE_OBSERVER;
   test::SessionBench observer(watching);

@@ -172,7 +172,7 @@ TEST(GodObjectStage, AMeshPressesAsTheBoxThatItIs) {
   EXPECT_LT((force - Vec3(0, 0, kStiffness_n_per_m * (0.01 + kRadius_m - 0.007))).norm(), 1e-5);
 }
 
-TEST(GodObjectStage, ABodyThatComesPushesTheHandAndThenHoldsItOff) {
+TEST(GodObjectStage, AnApproachingBodyPushesTheHandAndThenResists) {
   Rig rig(scene_of({box_shape({0.02, 0.2, 0.2})}), {}, {0.03, 0, 0});
   const double speed_m_per_s = 0.1;
   Vec3 before = Vec3::Zero(), force = Vec3::Zero();
@@ -245,7 +245,7 @@ TEST(GodObjectStage, BeginsAtTheServersToolHoweverFarTheHandIsInside) {
   EXPECT_NEAR(output.tool.X.p.x(), 0.1 + kRadius_m, 1e-6) << "on the tool's side, though the other one is nearer";
 }
 
-TEST(GodObjectStage, ComesInWithoutAStepWhereTheHandIsAlreadyInside) {
+TEST(GodObjectStage, StartsWithoutAForceStepIfTheHandIsAlreadyInside) {
   Rig rig(scene_of({box_shape({0.2, 0.2, 0.2})}), {}, {0.11, 0, 0});
   rig.input.handle.X.p = Vec3(0.09, 0, 0);
   Vec3 before = Vec3::Zero();
@@ -267,7 +267,7 @@ TEST(GodObjectStage, HasNoTorqueOnAHandThatTurns) {
   EXPECT_EQ(output.mode, proto::ClientMode::kHandle) << "the server's tool follows the handle";
 }
 
-TEST(GodObjectStage, StaysFiniteWhateverTheServerSaysOfItsBodies) {
+TEST(GodObjectStage, StaysFiniteForAnyReceivedBodies) {
   Rig rig(scene_of({box_shape({0.2, 0.2, 0.02}), sphere_shape(0.01)}));
   rig.move_to({0, 0, 0.005});
   const double huge = 1e308, nothing = std::numeric_limits<double>::quiet_NaN();
@@ -362,7 +362,7 @@ TEST(ProxyWorld, NamesTheFieldThatItCannotUse) {
   EXPECT_THAT(failure_of(flat), HasSubstr("scene.bodies[0].shapes[0].box.size_m has 1 numbers"));
 }
 
-TEST(ProxyWorld, TakesTheLargestBallOfTheToolOrSaysThatThereIsNone) {
+TEST(ProxyWorld, UsesTheLargestBallOfTheToolOrReportsThatThereIsNone) {
   wire::Joined pen = scene_of({sphere_shape(0.01)});
   wire::Tool& tool = *pen.mutable_scene()->mutable_tools(0);
   *tool.mutable_shapes(0) = box_shape({0.02, 0.006, 0.1});
@@ -373,7 +373,7 @@ TEST(ProxyWorld, TakesTheLargestBallOfTheToolOrSaysThatThereIsNone) {
   EXPECT_THAT(ProxyWorld(pen, {}).note(), HasSubstr("a ball of 5 mm radius (its tool has none about its origin)"));
 }
 
-TEST(ProxyWorld, SaysWhatOfTheSceneIsNotFelt) {
+TEST(ProxyWorld, ReportsThePartsOfTheSceneThatAreNotFelt) {
   wire::Joined joined = scene_of({sphere_shape(0.01), sphere_shape(0.01)});
   EXPECT_THAT(ProxyWorld(joined, {}).note(),
               testing::AllOf(HasSubstr("touches 2 shapes"), testing::Not(HasSubstr("molecules"))));
@@ -385,7 +385,7 @@ TEST(ProxyWorld, SaysWhatOfTheSceneIsNotFelt) {
                              HasSubstr("nor the soft bodies")));
 }
 
-TEST(ProxyProblem, SaysWhatToUseWhereABallCanTouchNothing) {
+TEST(ProxyProblem, NamesTheRemedyIfABallCanTouchNothing) {
   EXPECT_EQ(proxy_problem(scene_of({sphere_shape(0.01)})), "");
   wire::Shape molecule;
   molecule.mutable_molecule()->set_file("1abc.pdb");

@@ -156,7 +156,7 @@ TEST(HandWorkspace, NoHandDrivesItsBaseFartherThanThreeWidthsWithoutComingBack) 
   }
 }
 
-TEST(HandWorkspace, WhoBeginsAtTheBorderIsNotCarriedOff) {
+TEST(HandWorkspace, AHandThatStartsAtTheBorderFeelsNoForceAtFirst) {
   SmallRig rig("hold");
   rig.device.sample.X_DH.p = Vec3(0, -0.049, 0);
   rig.enter_scene();

@@ -102,7 +102,7 @@ TEST(HapticCore, SilentServerMeansZeroForceWithin150MillisecondsOfTheLastArrival
 
 // The server's simulation stops, but its messages continue: sequence number and sending time advance, the step time
 // does not. The client must treat this as a silence.
-TEST(HapticCore, AWorldThatStandsStillIsSilence) {
+TEST(HapticCore, AServerStepThatDoesNotAdvanceCountsAsSilence) {
   HapticRig rig("hold");
   rig.enter_scene();
   rig.received.update.wrench_on_hand_W.f = {0, 0, 2};
@@ -402,7 +402,7 @@ double largest_step_n(HapticRig& rig) {
   return largest_n;
 }
 
-TEST(HapticCore, FromOneStageToAnotherTheForceGoesWithoutAStep) {
+TEST(HapticCore, AChangeOfTheStageMakesNoForceStep) {
   HapticRig rig("hold");
   rig.enter_scene();
   rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
@@ -417,7 +417,7 @@ TEST(HapticCore, FromOneStageToAnotherTheForceGoesWithoutAStep) {
   EXPECT_LT((rig.force() - Vec3(0, 0, 2)).norm(), 0.02);
 }
 
-TEST(HapticCore, ThePassivityControllerComesAndGoesWithoutAStep) {
+TEST(HapticCore, ThePassivityControllerIsSwitchedWithoutAForceStep) {
   HapticRig rig("hold");
   rig.enter_scene();
   rig.received.update.wrench_on_hand_W.f = Vec3(2, 0, 0);

@@ -35,7 +35,7 @@ TEST(LocalWorld, IsMadeOfTheShapesOfTheOneBeforeWhereTheyAreAlike) {
   EXPECT_EQ(shapes.size(), count) << "what is not in the scene is not kept";
 }
 
-TEST(LocalWorld, IsMadeOfTheWholeAssetOnceThatIsHere) {
+TEST(LocalWorld, UsesTheWholeAssetOnceItIsAvailable) {
   const auto mesh = geometry::repaired(geometry::tessellated_box(Vec3::Constant(0.01)));
   const auto asset_of = [&](double spacing_m) {
     contact::ContactShapeOptions options;

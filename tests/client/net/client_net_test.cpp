@@ -112,7 +112,7 @@ TEST(ClientIo, EventsThatNobodyReadsAreCounted) {
   EXPECT_EQ(read, EventQueue::kCapacity);
 }
 
-TEST(ClientIo, StateGoesOverTcpWhenAsked) {
+TEST(ClientIo, StateIsSentOverTcpWhenRequested) {
   test::RunningServer running(test::two_hands_scene());
   ClientIoSettings settings = settings_for(running.server->port());
   settings.client.session.state_over_tcp = true;
@@ -172,7 +172,7 @@ TEST(ClientIo, AnEncryptedSessionOverTcpAndThroughASimulatedLinkIsTheSame) {
   EXPECT_TRUE(test::eventually(has_received(io, 100))) << io.snapshot().status.why;
 }
 
-TEST(ClientIo, SaysThatNobodyListensThere) {
+TEST(ClientIo, ReportsThatNoServerListensAtTheAddress) {
   const std::uint16_t port = unused_port();
   ScriptedDevice device;
   ClientIo io(settings_for(port), device);
@@ -267,7 +267,7 @@ TEST(ClientIo, StateOverTcpIsCountedOnTheControlLinksAndTheOnlyRoomIsNamed) {
   EXPECT_GT(snapshot.links.control_up.delivered, 0U);
 }
 
-TEST(ClientIo, SimulatedLinksDelayBothWaysAndLoseWhatTheySay) {
+TEST(ClientIo, SimulatedLinksDelayBothDirectionsAndLoseTheSetFraction) {
   test::RunningServer running(test::two_hands_scene());
   ClientIoSettings settings = settings_for(running.server->port());
   settings.links.emplace();

@@ -85,7 +85,7 @@ TEST_F(StampedReceive, OneThatIsLongerThanTheBufferIsCutToIt) {
   EXPECT_EQ(receiver.receive(buffer_, clock_, came_), buffer_.size());
 }
 
-TEST(BelievedAge, AnOldDatagramStaysOldWhateverTheWallClockDoes) {
+TEST(BelievedAge, TheAgeOfADatagramDoesNotDependOnTheWallClock) {
   Random random(test::test_seed(59));
   const auto span = [&random](double least_s, double most_s) {
     return from_seconds(std::exp(random.uniform(std::log(least_s), std::log(most_s))));

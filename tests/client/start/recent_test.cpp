@@ -45,7 +45,7 @@ TEST_F(Recent, KeepsTheLastSixNewestFirstAndEachOnce) {
   EXPECT_EQ(recent_choices(file_).back().scene, "free");
 }
 
-TEST_F(Recent, AFileThatIsGoneIsLeftOut) {
+TEST_F(Recent, ADeletedFileIsOmitted) {
   remember_choice(file_, {.kind = StartChoice::Kind::kMesh, .mesh = mesh("a.stl")});
   fs::remove(folder_ / "a.stl");
   EXPECT_TRUE(recent_choices(file_).empty());

@@ -20,7 +20,7 @@ Camera steered(const Vec3& deflection, const Vec3& turn) {
   return camera;
 }
 
-TEST(Camera, ACapThatIsPushedTakesTheSceneAlong) {
+TEST(Camera, PushingTheCapMovesTheScene) {
   const Vec3 point_W(0.1, 0.2, 0.3), none = Vec3::Zero();
   const Vec3 before = seen(steered(none, none), point_W);
   EXPECT_GT((seen(steered({1, 0, 0}, none), point_W) - before).x(), 0.3);
@@ -29,7 +29,7 @@ TEST(Camera, ACapThatIsPushedTakesTheSceneAlong) {
   EXPECT_LT((seen(steered({0, -1, 0}, none), point_W) - before).z(), -0.1);
 }
 
-TEST(Camera, ACapThatIsTurnedTurnsTheSceneThatWay) {
+TEST(Camera, TurningTheCapTurnsTheScene) {
   const Camera at_rest = steered({0, 0, 0}, {0, 0, 0});
   const Vec3 near_W = Vec3(0.1, 0.2, 0.3) - 0.1 * at_rest.forward_W();
   const Vec3 before = seen(at_rest, near_W);
@@ -45,7 +45,7 @@ TEST(Camera, ALongPauseIsNoLeap) {
   EXPECT_LT((camera.eye_W() - before).norm(), 0.2);
 }
 
-TEST(Camera, ARayIsThroughWhatIsDrawnThere) {
+TEST(Camera, ARayPassesThroughThePointThatIsDrawnThere) {
   Camera camera = steered({0.3, 0, 0.2}, {0.2, 0, 0.5});
   camera.leave_free(0.25);
   const double aspect = 1.6;

@@ -114,7 +114,7 @@ TEST(ContactPair, FindsEveryPointThatACheckOfAllPointsFinds) {
   EXPECT_GT(found, 10'000U) << "the path hardly touches";
 }
 
-TEST(ContactPair, FindsTheSameWhateverCameBefore) {
+TEST(ContactPair, TheResultDoesNotDependOnEarlierSearches) {
   const ContactShape sphere = sphere_shape();
   const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
   ContactPair old(12'000);
@@ -401,7 +401,7 @@ TEST(ContactPair, BristlesTurnWithBAndStayTangential) {
   }
 }
 
-TEST(ContactPair, ForgetsTheBristleOfWhatLeft) {
+TEST(ContactPair, DiscardsTheBristleOfAContactThatEnded) {
   const ContactShape sphere = sphere_shape();
   const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
   ContactPair pair(2048);
@@ -474,7 +474,7 @@ TEST(ContactPair, OfFacesFitsIntoAnyRoomAndAllocatesNothing) {
   }
 }
 
-TEST(ContactPair, AllocatesNothingOnceItIsThere) {
+TEST(ContactPair, AllocatesNothingAfterConstruction) {
   const ContactShape sphere = sphere_shape();
   const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
   ContactPair pair(128);

@@ -254,7 +254,7 @@ TEST(ContactWrench, DerivativeIsThatOfFiniteDifferences) {
   }
 }
 
-TEST(ContactWrench, WhatDoesNotPressHasNone) {
+TEST(ContactWrench, AContactWithoutPressureHasNone) {
   const Patch patch = {contact_at(Vec3::Zero(), Vec3::UnitZ(), -1e-4), contact_at(Vec3::Zero(), Vec3::UnitZ(), 0)};
   const ContactWrench net = contact_wrench(patch, kStiffness_n_per_m3, Vec3(1, 2, 3));
   EXPECT_EQ(net.on_a_W.f, Vec3::Zero());
@@ -343,7 +343,7 @@ TEST(ContactReduction, EightSlotsKeepTheWrenchToo) {
   }
 }
 
-TEST(ContactReduction, GivesNothingWhereNothingPressesOrNothingFits) {
+TEST(ContactReduction, GivesNoContactsWithoutPressureOrSpace) {
   Numbers random(1);
   Patch patch = on_plane(random);
   std::array<ReducedContact, 7> out;

@@ -14,7 +14,7 @@ namespace {
 
 // A box moves sideways into another box until they overlap by 0.3 mm. The overlap appears at once, as if earlier
 // searches with a small budget had missed it. Its full depth at once would throw the boxes apart.
-TEST(ContactPair, WhatWasNotFoundGetsDeeperLittleByLittle) {
+TEST(ContactPair, ALateFoundContactGetsDeeperGradually) {
   const ContactShape box = without_flat_parts(box_shape(Vec3::Constant(0.02)));
   const auto at = [](double x_m, double z_m) { return Pose{Vec3(x_m, 0, z_m), Quat::Identity()}; };
   const auto deepest_of = [](const ContactPair& pair) {
@@ -69,7 +69,7 @@ TEST(ContactPair, AFlatFaceIsAFaceAtACoarseLevelToo) {
 
 // A contact that was not found while it was shallow must not become deeper than the rigid depth. Otherwise both sides
 // of a thin wall would push a body that overlaps the wall.
-TEST(ContactPair, WhatWasNotFoundStopsAtTheRigidDepthAndIsNotLifted) {
+TEST(ContactPair, ALateFoundContactStopsAtTheRigidDepthAndIsNotPushedOut) {
   constexpr double kRigid_m = 5e-5, kDeep_m = 3e-4;
   ContactShape box = without_flat_parts(box_shape(Vec3::Constant(0.02)));
   box.rigid_depth_m = kRigid_m;

@@ -396,7 +396,7 @@ TEST(ExactField, OfManyPairsReportsProgress) {
   EXPECT_EQ(result.energy_kj_per_mol(), exact_field(a, b, {{80, 0, 0}, Quat::Identity()}).energy_kj_per_mol());
 }
 
-TEST(ChooseCutoff, TakesAllPairsUpToAMillionAndAGridAboveWhateverTheRoles) {
+TEST(ChooseCutoff, SumsAllPairsUpToAMillionAndUsesAGridAbove) {
   const auto chosen = [](std::size_t atoms_a, std::size_t atoms_b) {
     Molecule a, b;
     a.positions_angstrom.assign(atoms_a, Vec3::Zero());

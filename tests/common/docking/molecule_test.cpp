@@ -340,7 +340,7 @@ TEST_P(Kernel, RepeatsItselfToTheBit) {
   EXPECT_EQ(first.torque_on_b, second.torque_on_b);
 }
 
-TEST(MolecularField, PicksTheWidestKernelAndNamesThoseItHas) {
+TEST(MolecularField, SelectsTheWidestKernelAndListsTheAvailableOnes) {
   const Molecule atom = test::one_atom(3.0, 1.0);
   const auto kernels = MolecularField::available_kernels();
   ASSERT_FALSE(kernels.empty());

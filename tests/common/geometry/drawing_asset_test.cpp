@@ -129,7 +129,7 @@ TEST(DrawingLevels, GoFromFewTrianglesToAllOfThem) {
   EXPECT_THAT(sizes[2], testing::Gt(120'000U));
 }
 
-TEST(DrawingAsset, ComesBackWithinASixtyFiveThousandthAndADegree) {
+TEST(DrawingAsset, HasErrorsBelowA65000thOfItsSizeAndOneDegree) {
   const ShadedMesh mesh = shaded(ball(30));
   const auto read = drawing_from(drawing_asset_bytes(mesh));
   ASSERT_TRUE(read);
@@ -184,7 +184,7 @@ TEST(DrawingAsset, OfHostileBytesIsNothingOrAWholeMesh) {
   EXPECT_GT(read, 0) << "of those with another place or normal";
 }
 
-TEST(DrawingAsset, WhatCannotTravelIsRefused) {
+TEST(DrawingAsset, AMeshThatTheFormatCannotHoldIsRefused) {
   const ShadedMesh good = shaded(tessellated_box(Vec3(1, 1, 1)));
   ShadedMesh far = good, bare = good, beside = good;
   far.first.vertices[0].x() = 2 * kMaxSurfaceReach_m;

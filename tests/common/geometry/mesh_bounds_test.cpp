@@ -29,7 +29,7 @@ std::string size_error(const TriangleMesh& mesh) {
   return "";
 }
 
-TEST(MeshBounds, IsTheBoxAroundWhatTrianglesUse) {
+TEST(MeshBounds, IsTheBoxAroundTheVerticesOfTriangles) {
   const TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 2, -3}, {1e300, 0, 0}}, {{0, 1, 2}}};
   const Eigen::AlignedBox3d box = mesh_bounds(mesh);
   EXPECT_EQ(box.min(), Vec3(0, 0, -3));

@@ -109,7 +109,7 @@ TEST(Safety, WhatIsNotDisplayedFadesWithinTheFaultTimeAndIsNoSilence) {
   EXPECT_EQ(rig.chain.faults(), kSafetyRamping);
 }
 
-TEST(Safety, ALoopOrARoomThatDoesNotKeepItsRateLetsTheForceGo) {
+TEST(Safety, ATooSlowLoopOrRoomReleasesTheForce) {
   for (const bool is_room : {false, true}) {
     SafetyRig rig;
     SafetyInput input = good_input();
@@ -240,7 +240,7 @@ TEST(Safety, AStateAgainIsNoStepHoweverStrongTheForceIs) {
   }
 }
 
-TEST(Safety, WhatASilenceHidComesInSlowly) {
+TEST(Safety, TheForceAfterASilenceReturnsSlowly) {
   SafetyRig rig;
   rig.run(good_input(Vec3(0, 0, 1)), 600);
   SafetyInput silent = good_input(Vec3(0, 0, 1));
@@ -333,7 +333,7 @@ TEST(Safety, ShutdownIsQuietWithinTwentyMillisecondsForGood) {
   }
 }
 
-TEST(Safety, RearmGoesThroughZeroWithoutAStep) {
+TEST(Safety, RearmingPassesThroughZeroWithoutAStep) {
   SafetyRig rig;
   rig.run(good_input(), 600);
   rig.chain.rearm();
@@ -424,7 +424,7 @@ TEST_P(Stall, LetsTheForceGoInStepsThenRampsItIn) {
 
 INSTANTIATE_TEST_SUITE_P(Safety, Stall, testing::Combine(testing::Values(22, 70, 200, 500, 100000), testing::Bool()));
 
-TEST(Safety, ATickThatIsALittleLateCostsNothing) {
+TEST(Safety, ASlightlyLateTickHasNoEffect) {
   SafetyRig rig;
   rig.run(good_input(), 600);
   rig.now += std::chrono::milliseconds(19);

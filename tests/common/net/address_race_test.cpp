@@ -128,7 +128,7 @@ TEST(AddressRace, AnAnswerDuringARaceIsTriedInItsTurn) {
   EXPECT_EQ(race.next(at(300)), kSix) << "before the second address of IPv4";
 }
 
-TEST(AddressRace, AKnownAddressNeedsNoLookUp) {
+TEST(AddressRace, AnAddressThatWonBeforeNeedsNoLookUp) {
   AddressRace race(std::vector{kFour, kSix}, 2);
   EXPECT_EQ(race.next(at(0)), kFour) << "it won the race before";
   EXPECT_EQ(race.next(at(250)), kSix);
@@ -138,7 +138,7 @@ TEST(AddressRace, AKnownAddressNeedsNoLookUp) {
   EXPECT_TRUE(race.is_lost()) << "although the name server has not answered";
 }
 
-TEST(AddressRace, AWinnerThatIsNotTheServerGivesItsPlaceToTheOthers) {
+TEST(AddressRace, AWinnerThatIsNotTheServerIsReplacedByAnotherAddress) {
   AddressRace race(std::vector{kSix, kFour});
   EXPECT_EQ(race.next(at(0)), kSix);
   EXPECT_EQ(race.next(at(250)), kFour);
@@ -151,7 +151,7 @@ TEST(AddressRace, AWinnerThatIsNotTheServerGivesItsPlaceToTheOthers) {
   EXPECT_EQ(race.report(), "2001:db8::1: its key is another; 192.0.2.1: connection refused");
 }
 
-TEST(AddressRace, AWinnerThatSaysNothingIsGivenUpOnlyWhereAnotherAddressIsLeft) {
+TEST(AddressRace, ASilentWinnerIsAbandonedOnlyIfAnotherAddressIsLeft) {
   AddressRace race(std::vector{kSix, kFour});
   EXPECT_EQ(race.next(at(0)), kSix);
   race.accepted(kSix);

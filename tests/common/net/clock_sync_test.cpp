@@ -183,7 +183,7 @@ TEST(ClockSync, ServerTimeNeitherStepsNorTurnsBackOnceSettled) {
   }
 }
 
-TEST(ClockSync, SmallErrorIsSlewedAt500PpmHoweverOftenItIsAsked) {
+TEST(ClockSync, SmallErrorIsSlewedAt500PpmForAnyQueryRate) {
   const auto exchange = [](ClockSync& sync, LocalTime t1, Duration offset, Duration delay) {
     const ServerTime t2(t1.time_since_epoch() + delay / 2 + offset);
     sync.add(t1, t2, t2, t1 + delay);

@@ -60,7 +60,7 @@ TEST(Deadband, SteadyMotionIsNoticedByWhoHoldsTheLastStateOnly) {
   EXPECT_TRUE(deadband.notices(turned, sent.V, X_believed, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
 }
 
-TEST(Deadband, OffNoticesEverythingAndNothingHidesANumberThatIsNone) {
+TEST(Deadband, SwitchedOffItPassesEverythingAndAValueThatIsNotFiniteAlwaysPasses) {
   EXPECT_TRUE(Deadband(0).notices(Wrench{}, Wrench{}));
   EXPECT_TRUE(Deadband(std::nan("")).is_off());
   const Deadband deadband(0.5);

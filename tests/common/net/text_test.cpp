@@ -5,7 +5,7 @@
 namespace tandem::net {
 namespace {
 
-TEST(Printable, KeepsWhatIsReadAndTakesOutWhatCommandsATerminal) {
+TEST(Printable, KeepsReadableTextAndRemovesTerminalCommands) {
   EXPECT_EQ(printable("Grüße, 手 👋"), "Grüße, 手 👋");
   EXPECT_EQ(printable("a\x1B[31mb\nc\x7F"), "a?[31mb?c?");
   EXPECT_EQ(printable("a\xC2\x9B"

@@ -46,7 +46,7 @@ TEST(SceneBounds, AHandMayCarryABodyAnywhere) {
   }
 }
 
-TEST(RemovedBody, IsMetByNothingUntilSomebodySaysWhereItIs) {
+TEST(RemovedBody, HasNoContactsUntilItsPoseIsReceived) {
   WorldDescription description = world_of({cube({0, 0, 0}, 0.3)}, {ball_tool({-0.05, 0, 0})});
   const auto push = [](World& world) {
     double force_n = 0;
@@ -69,7 +69,7 @@ TEST(RemovedBody, IsMetByNothingUntilSomebodySaysWhereItIs) {
   EXPECT_GT(push(with), 0.5);
 }
 
-TEST(RemovedBody, IsMovedByNobodyUntilItsPoseIsKnown) {
+TEST(RemovedBody, CannotBeMovedUntilItsPoseIsReceived) {
   WorldDescription description =
       world_of({table(), cube({0, 0, 0.1}, 0.3), cube({0.1, 0, 0.02}, 0.3)}, {ball_tool({0.1, 0, 0.02})});
   description.gravity_m_per_s2 = {0, 0, -9.81};

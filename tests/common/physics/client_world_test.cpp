@@ -13,7 +13,7 @@ namespace {
 constexpr BodyId kClientWorldA{1};
 constexpr BodyId kB{2};
 
-TEST(FollowedBodies, KeepTheVelocityTheyWereToldWhateverActsOnThem) {
+TEST(FollowedBodies, KeepTheReceivedVelocityWhateverActsOnThem) {
   WorldDescription description = world_of({cube({0, 0, 1}, 0.3), cube({0, 0, 1.03}, 0.3)}, {ball_tool({0, 0, 9})});
   description.gravity_m_per_s2 = {0, 0, -9.81};
   description.bodies[0].anchor = Joint{300, 3, 1, 0.01};
@@ -48,7 +48,7 @@ TEST(ClientWorld, ATouchedBodyIsMovedByTheToolAndThenFollowsAgain) {
   EXPECT_EQ(world.body(kClientWorldA).X.p, Vec3(0.5, 0, 0));
 }
 
-TEST(ClientWorld, KeepsABodyImplicitForAsLongAsAskedAndNoLonger) {
+TEST(ClientWorld, KeepsABodyImplicitForTheRequestedTime) {
   ExternalBodies external;
   World world = client_world(world_of({cube(Vec3::Zero(), 0.3), table()}, {ball_tool({0, 0, 1})}), &external);
   world.keep_implicit(kClientWorldA, 0.1);
@@ -95,7 +95,7 @@ TEST(ClientWorld, AToolHoldsABodyOutOfReachWhenSomebodyElseDecidedThat) {
 
 /// One tool touches the left end of two adjacent cubes, a second tool is above a third cube, and a third tool is far
 /// away.
-TEST(HandsOn, PassThroughWhatMovesAndThroughNothingElse) {
+TEST(HandsOn, CountHandsThroughMovingBodiesOnly) {
   const double gap = 1e-5;
   WorldDescription description =
       world_of({cube({0, 0, 0.02}, 0.3), cube({kCubeEdge_m + gap, 0, 0.02}, 0.3), table(), cube({0.3, 0, 0.02}, 0.3)},
@@ -197,7 +197,7 @@ TEST(StoredEnergy, HasTheFieldsForceAsItsSlope) {
   }
 }
 
-TEST(ClientWorld, AllocatesNothingWhateverIsAskedOfAStep) {
+TEST(ClientWorld, AStepAllocatesNothingForAnyRequest) {
   WorldDescription description =
       world_of({cube({0, 0, 0.02}, 0.3), cube({0.2, 0, 0.02}, 0.3), table()}, {ball_tool({-0.03, 0, 0.02})});
   description.bodies[1].anchor = Joint{300, 3, 1, 0.01};

@@ -256,7 +256,7 @@ TEST(DirectRendering, IsLimitedAndNeverStopsTheTool) {
   EXPECT_GT(world.tool(0).wrench_on_hand_W.f.norm(), 6.4);
 }
 
-TEST(DirectRendering, PushesAFreeBodyWithWhatTheHandFeels) {
+TEST(DirectRendering, TheForceOnAFreeBodyIsOppositeToThatOnTheHand) {
   const std::string cube = R"({"name": "a", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.3,
                                "gravity": false})";
   World world(server::make_server_world(
@@ -318,7 +318,7 @@ TEST(AdaptiveCoupling, AHeldMassSagsByItsWeightOverItsOwnStiffness) {
   }
 }
 
-TEST(AdaptiveCoupling, FollowsWhatIsGrabbedAndReleasedWithoutAStepOfForce) {
+TEST(AdaptiveCoupling, AdaptsToGrabbedAndReleasedBodiesWithoutAForceStep) {
   const double mass_kg = 0.18, stretch_m = 0.03;
   const std::string cube = R"({"name": "a", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "graspable": true,
                                "mass_kg": 0.18, "placement": {"position_m": [0, 0, 0.02]}})";

@@ -50,7 +50,7 @@ class PressedCubes {
   int steps_ = 0;
 };
 
-TEST(NearPairs, AContactSticksOnWhicheverOfItsThingsBecomesImplicit) {
+TEST(NearPairs, AContactSticksWhicheverOfItsBodiesBecomesImplicit) {
   constexpr Role kIn = Role::kImplicit, kOut = Role::kExternal;
   const std::array<Roles, 3> all = {Roles{kIn, kIn}, Roles{kIn, kOut}, Roles{kOut, kIn}};
   for (const Roles& before : all) {

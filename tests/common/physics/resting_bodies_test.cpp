@@ -342,7 +342,7 @@ TEST(RestingBodies, ABodyOfTwoShapesBouncesWithTheSpeedOfBoth) {
   }
 }
 
-TEST(RestingBodies, ASleepingBodyTakesTheMomentumOfWhatRunsIntoIt) {
+TEST(RestingBodies, ASleepingBodyReceivesTheMomentumOfAnImpact) {
   for (const double other_kg : {0.01, 0.1, 3.0}) {
     WorldDescription description =
         world_of({cube({0, 0, 0}, 0.1), cube({0.1, 0, 0}, other_kg)}, {ball_tool({0, 0, 2})});

@@ -95,7 +95,7 @@ TEST(KeepAwake, IsOfTheLowestPriorityAndFollowsTheThreadThatAskedUntilNobodyHold
   }).join();
 }
 
-TEST(KeepAwake, EndsWithTheThreadThatAsked) {
+TEST(KeepAwake, EndsWithTheThreadThatRequestedIt) {
   TANDEM_NEEDS_OF_MACHINE(may_be_idle(), "the scheduling policy SCHED_IDLE");
   std::shared_ptr<const void> awake;
   std::thread([&awake] { awake = keep_awake(); }).join();

@@ -12,7 +12,7 @@
 namespace tandem::realtime {
 namespace {
 
-TEST(Mailbox, GivesTheNewestValueAndOnlyOnce) {
+TEST(Mailbox, ReturnsTheNewestValueOnlyOnce) {
   Mailbox<int> mailbox;
   EXPECT_FALSE(mailbox.poll());
   EXPECT_FALSE(mailbox.publish(1));

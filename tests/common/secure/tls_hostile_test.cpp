@@ -111,7 +111,7 @@ TEST(ServersKey, OfAKindThatIsSlowForEachWhoConnectsIsRefused) {
   }
 }
 
-TEST(KeyFiles, AreTheSameForAllWhoMakeThemAtOnce) {
+TEST(KeyFiles, AreTheSameForProcessesThatCreateThemAtOnce) {
   const auto file = std::filesystem::path(testing::TempDir()) / "at_once" / "key.pem";
   for (int turn = 0; turn < 20; ++turn) {
     std::filesystem::remove_all(file.parent_path());

@@ -186,7 +186,7 @@ TEST_F(Authority, KeepsItsKeysToItselfAndOverwritesNone) {
   EXPECT_THAT(failure_of([this] { write_dev_certificates(folder, {"127.0.0.1"}); }), HasSubstr("there already"));
 }
 
-TEST(DevCertificates, RefuseANameThatIsNone) {
+TEST(DevCertificates, RefuseAnInvalidName) {
   const auto folder = std::filesystem::path(testing::TempDir()) / "bad_names";
   for (const char* name : {"a,IP:10.0.0.1", "", "a b"}) {
     EXPECT_THAT(failure_of([&] { write_dev_certificates(folder, {name}); }), HasSubstr("neither")) << name;
@@ -202,7 +202,7 @@ TEST(KeyPair, IsTheSameAfterItsFile) {
   EXPECT_THAT(failure_of([&] { KeyPair::load(file); }), HasSubstr(file.string()));
 }
 
-TEST(KeyPair, SignsWhatOnlyItsPublicKeyConfirms) {
+TEST(KeyPair, MakesASignatureThatOnlyItsPublicKeyConfirms) {
   const KeyPair key = KeyPair::make(KeyPair::Kind::kEd25519), other = KeyPair::make(KeyPair::Kind::kEd25519);
   const Bytes message = bytes_in("message");
   Signature signature = key.sign(message);

@@ -158,7 +158,7 @@ TEST(BandPass, HasTheResponseOfItsDesign) {
   }
 }
 
-TEST(BandPass, LetsASineThroughAsItsResponseSays) {
+TEST(BandPass, TheGainOfASineIsThatOfTheFrequencyResponse) {
   for (const double f : {1.0, 2.0, 3.0, 10.0, 30.0, 42.0, 50.0}) {
     BandPass filter(2, 42, 128);
     double squares = 0;

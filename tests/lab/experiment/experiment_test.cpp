@@ -114,7 +114,7 @@ TEST_F(ReadExperiment, EveryFieldArrives) {
   EXPECT_EQ(user.down.distribution, net::JitterDistribution::kPareto);
 }
 
-TEST_F(ReadExperiment, LeavesOutWhatItDoesNotSay) {
+TEST_F(ReadExperiment, KeepsDefaultsForMissingSettings) {
   const Experiment experiment = parse(
       R"({"name": "n", "scene": "./scene.json", "users": [{"name": "a", "link": {"rtt_ms": 14}}, {"name": "b"}]})");
   EXPECT_EQ(experiment.duration, seconds(10));
@@ -160,7 +160,7 @@ TEST_F(ReadExperiment, ADelayPathIsAFileBesideItOrAShippedOne) {
               testing::HasSubstr("must have the same number of values"));
 }
 
-TEST_F(ReadExperiment, SaysWhatIsWrongWhereAndWhatWouldBeRight) {
+TEST_F(ReadExperiment, NamesTheErrorItsPositionAndTheRemedy) {
   const std::pair<std::string, std::string> cases[] = {
       {"{", "e.json: line 1, column 2: incomplete JSON; it must be one valid JSON value"},
       {"{}", "e.json: name is missing; it must be a text in quotes"},
@@ -272,7 +272,7 @@ TEST(PrettyJson, ReadsBackToTheSameBits) {
   EXPECT_EQ(pretty_json(boost::json::parse(R"({"x": [1.5, 2]})")), "{\n  \"x\": [1.5, 2]\n}\n");
 }
 
-TEST(PrettyJson, WritesNullForWhatIsNoNumber) {
+TEST(PrettyJson, WritesNullForNonFiniteNumbers) {
   EXPECT_EQ(pretty_json(boost::json::value(std::numeric_limits<double>::quiet_NaN())), "null\n");
   EXPECT_EQ(pretty_json(boost::json::value(std::numeric_limits<double>::infinity())), "null\n");
 }

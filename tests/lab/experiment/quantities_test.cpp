@@ -53,7 +53,7 @@ TEST(ParseAxis, TakesTheOlderNameOfAQuantity) {
   EXPECT_EQ(parse_axis("users.guard.stage=hold").name, "users.guard.stage");
 }
 
-TEST(ParseAxis, SaysWhatIsMissing) {
+TEST(ParseAxis, NamesTheMissingPart) {
   for (const char* text : {"stage", "=hold", "stage="}) {
     EXPECT_THAT([&] { parse_axis(text); },
                 ThrowsMessage<std::invalid_argument>(AllOf(HasSubstr(text), HasSubstr("NAME=VALUE"))))
@@ -97,7 +97,7 @@ TEST(SetQuantity, ReachesTheScene) {
               ThrowsMessage<std::invalid_argument>(HasSubstr("scene.bodies.no_box.mass_kg")));
 }
 
-TEST(CheckQuantity, KnowsEveryFieldAndGuessesTheNearest) {
+TEST(CheckQuantity, AcceptsEveryFieldAndSuggestsTheNearestName) {
   const json::object all = complete();
   for (const char* name : {"stage", "passivity", "predictor", "seed", "duration_s", "link.rtt_ms", "link.trace_ms",
                            "hand.mass_kg", "device", "users.1.link.loss", "users.ben.stage", "model.mass_scale", "law",

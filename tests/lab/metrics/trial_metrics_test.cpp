@@ -135,7 +135,7 @@ SessionTrace shaking(double mass_kg, double noise_n = 0) {
                   });
 }
 
-TEST(FeltMass, IsTheMassThatIsShakenWhateverSpringAndDamperGoWithIt) {
+TEST(FeltMass, IsTheShakenMassForAnySpringAndDamper) {
   const FeltMass felt = felt_mass(shaking(0.2).users[0]);
   EXPECT_NEAR(felt.mass_kg, 0.2, 0.002) << "half a millisecond between force and movement";
   EXPECT_LT(felt.half_width_kg, 0.002);
@@ -144,7 +144,7 @@ TEST(FeltMass, IsTheMassThatIsShakenWhateverSpringAndDamperGoWithIt) {
   EXPECT_GT(noisy.half_width_kg, felt.half_width_kg);
 }
 
-TEST(FeltMass, IsUnknownToAHandThatShakesNothing) {
+TEST(FeltMass, IsUnknownWithoutShaking) {
   EXPECT_TRUE(std::isnan(felt_mass(pressing([](TickSample&, double) {}).users[0]).mass_kg));
   const SessionTrace still =
       trace_of({begin_of("shake", 0)}, 6, [](TickSample& tick, double t) { force(tick, sine(3, t)); });
@@ -309,7 +309,7 @@ TEST(EnergyLedger, TheGreatestSurplusAtAnyTimeCounts) {
   EXPECT_NEAR(energy_ledger(later).created_max_j, 0.05, 1e-9);
 }
 
-TEST(EnergyLedger, ARiseWithinAShortTimeIsSeenWhateverWasTakenBefore) {
+TEST(EnergyLedger, AShortRiseIsDetectedWhateverWasDissipatedBefore) {
   // First 1 W is dissipated for half a second, then 0.4 W is created.
   SessionTrace trace = working(0, 0);
   for (std::size_t k = 0; k <= 1000; ++k) {
@@ -322,7 +322,7 @@ TEST(EnergyLedger, ARiseWithinAShortTimeIsSeenWhateverWasTakenBefore) {
   EXPECT_NEAR(ledger.created_in_1_s_j, 0.2, 1e-9);
 }
 
-TEST(EnergyLedger, WhatOneUserGivesAnotherMayGet) {
+TEST(EnergyLedger, EnergySuppliedByOneUserMayReachAnother) {
   SessionTrace trace = working(2, 0);  // the hand receives 0.2 J that its coupling at the server does not supply
   trace.users.push_back(working(-2, 0).users[0]);
   EXPECT_NEAR(energy_ledger(trace).created_max_j, 0, 1e-9);
@@ -330,7 +330,7 @@ TEST(EnergyLedger, WhatOneUserGivesAnotherMayGet) {
   EXPECT_NEAR(energy_ledger(trace).created_max_j, 0.05, 1e-9);
 }
 
-TEST(EnergyLedger, ALateSpringMakesWhatTheorySays) {
+TEST(EnergyLedger, ADelayedSpringCreatesTheEnergyThatTheoryPredicts) {
   // A hand oscillates with 5 mm at 5 Hz on a spring of 500 N/m at the server. The response is displayed late.
   constexpr double kSpring = 500, kSwing_m = 0.005;
   const auto at = [](double t) { return kSwing_m * sine(5, std::max(0.0, t)); };
@@ -452,13 +452,13 @@ std::string outcome_with(const std::vector<double>& heights_m) {
   return outcome_of({experiment, trace});
 }
 
-TEST(Outcome, SaysWhetherTheBodyWasCarriedAllTheWay) {
+TEST(Outcome, StatesWhetherTheBodyWasCarriedAllTheWay) {
   EXPECT_EQ(outcome_with({0, 0.06, 0.06, 0.10, 0.06, 0, 0}), "completed") << "it may be set down afterwards";
   EXPECT_EQ(outcome_with({0, 0.06, 0.06, 0.04, 0.06, 0, 0}), "dropped");
   EXPECT_EQ(outcome_with({0, 0.04, 0.04, 0.04, 0.04, 0, 0}), "never-lifted");
 }
 
-TEST(Outcome, SaysWhetherTheBodyEndsInItsPlace) {
+TEST(Outcome, StatesWhetherTheBodyEndsAtItsTarget) {
   const auto outcome_at = [](const Vec3& first, const Vec3& last) {
     Experiment experiment;
     experiment.outcome = OutcomeRule{"peg", 0, "", Vec3(0.06, 0, 0.03), 0.002};

@@ -195,7 +195,7 @@ TEST(ClientRun, UpdatesThatWereSuppressedMayHaveTheirOlderName) {
   }
 }
 
-TEST(ClientRun, WhatTheClientDoesNotKnowIsNanAndFailsItsCheck) {
+TEST(ClientRun, AnUnknownValueIsNanAndFailsItsCheck) {
   json::value summary = good_summary("ben");
   summary.at_pointer("/watched_body") = nullptr;
   summary.at_pointer("/phases/1/settled_force_mean_n") = nullptr;
@@ -205,7 +205,7 @@ TEST(ClientRun, WhatTheClientDoesNotKnowIsNanAndFailsItsCheck) {
   EXPECT_EQ(claims.size(), 2U);
 }
 
-TEST(ClientRun, IsWhatTheClientWrites) {
+TEST(ClientRun, IsTheFormatThatTheClientWrites) {
   client::RunReport run({"approach", "hold"}, from_seconds(0.14));
   client::TickRecord record;
   record.at = LocalTime(from_seconds(5));

@@ -43,7 +43,7 @@ TEST(ShellWord, IsReadBackByAShell) {
   EXPECT_EQ(shell_word("link.rtt_ms=0,50"), "link.rtt_ms=0,50");
 }
 
-TEST(OutputFiles, AreAllThereAndNothingElse) {
+TEST(OutputFiles, AreExactlyTheDocumentedFiles) {
   const fs::path folder = empty_folder("all_files") / "deeper";
   const std::map<std::string, std::string> files{{"a.json", "{}"}, {"b.html", "<p>"}};
   write_all_files(folder, files);

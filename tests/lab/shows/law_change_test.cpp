@@ -125,7 +125,7 @@ INSTANTIATE_TEST_SUITE_P(Stages, ChangedLawInStage, testing::Values("late-pose",
 
 // Only friction holds a cube of 0.3 kg in the air. With a sufficiently sharp curve, the second law presses with more
 // force than the first, so that the cube cannot fall.
-TEST(ChangedLawOfTwo, MakesNoStepForEitherAndDropsNothing) {
+TEST(ChangedLawOfTwo, CausesNoForceStepForEitherUserAndDropsNoBody) {
   const Quantities quantities{"link.rtt_ms=50", "coupling.curve_sharpness=4"};
   const SessionTrace always = run(operated("squeeze", quantities));
   const SessionTrace changed =

@@ -72,7 +72,7 @@ TEST(WayIn, MeasuresWhatACutOffLosesOfTheWellAndTheNoteNamesTheRemedy) {
   EXPECT_THAT(well_note(kept), Not(HasSubstr("doubtful")));
 }
 
-TEST(ChooseField, TakesTheGridWhereThereIsOneAndTheSameForSwappedRoles) {
+TEST(ChooseField, UsesAnAvailableGridAndTheSameFieldForSwappedRoles) {
   const ProteinPair pair(900, 5'000);
   FieldModel one = model_4r(0, false), swapped = one;
   choose_field(pair.a, pair.b, Vec3(9, 0, 0), one);

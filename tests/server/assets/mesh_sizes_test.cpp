@@ -92,7 +92,7 @@ TEST_F(MeshSizes, EveryDegenerateMeshIsRefusedInWordsOrHasNumbers) {
   EXPECT_LT(refused, 30) << "those that have a surface are loaded";
 }
 
-TEST(MassOfAMolecule, IsFiniteWhateverItsAtomsWeigh) {
+TEST(MassOfAMolecule, IsFiniteForAnyAtomMasses) {
   const std::uint64_t seed = test::test_seed(59);
   std::mt19937 random(static_cast<std::mt19937::result_type>(seed));
   for (int trial = 0; trial < 200; ++trial) {

@@ -113,7 +113,7 @@ TEST(MolecularScale, CountsWhatHoldsALigandWhereNoLineThroughTheCentreLeads) {
   EXPECT_NEAR(strongest_n(Vec3(0, 0, 90)) / pull, 0.03, 1e-9) << "from outside nothing is found";
 }
 
-TEST(MolecularScale, KeepsWhatTheAuthorSays) {
+TEST(MolecularScale, KeepsTheScaleOfTheAuthor) {
   const docking::Molecule a = atom(), b = atom();
   wire::MolecularField field = open_field();
   field.set_newtons_per_kcal_per_mol_angstrom(0.25);
@@ -304,7 +304,7 @@ TEST(DockingScene, ALargePairFitsTheHand) {
   EXPECT_NEAR(scene.coupling().stiffness_n_per_m() * scale_m, 5, 0.05) << "newtons for each angstrom, as of small ones";
 }
 
-TEST(DockingScene, AGridBringsBackWhatTheCutOffLeavesOut) {
+TEST(DockingScene, AGridAddsTheForcesBeyondTheCutOff) {
   TANDEM_NEEDS_FILES(kHelices, kOplsDirectory);
   wire::MolecularField field;
   const auto load = [&] {
@@ -338,7 +338,7 @@ TEST(DockingScene, AGridBringsBackWhatTheCutOffLeavesOut) {
               0.05 * all->world.newtons_per_kcal_per_mol_angstrom);
 }
 
-TEST(DockingScene, TheNumberOfPairsChoosesWhatIsSummed) {
+TEST(DockingScene, TheNumberOfPairsDeterminesTheMethod) {
   const std::string file = "/usr/share/pymol/data/demo/1tii.pdb";
   TANDEM_NEEDS_FILES(file, kOplsDirectory);
   const auto field_of = [&](const std::string& hydrogens, const wire::MolecularField& requested) {

@@ -38,7 +38,7 @@ TEST_F(PoseKeeperTest, UndoGoesBackToWhereItRestedAndRedoForwardAgain) {
   EXPECT_THAT(submit(wire::AskPose::REDO).error().text(), HasSubstr("nothing to go forward to")) << "it went elsewhere";
 }
 
-TEST_F(PoseKeeperTest, WhatIsAskedWhileTheRoomPlacesWaitsForIt) {
+TEST_F(PoseKeeperTest, ARequestDuringAPlacementWaitsForIt) {
   const Pose first = pose();
   move({0, 0, 0}, 700);
   move({5, 0, 0}, 700);
@@ -157,7 +157,7 @@ TEST_F(PoseKeeperTest, TheMinimumNearbyIsTheFilesOwn) {
   EXPECT_LT(submit(wire::AskPose::KEEP).kept_pose().rmsd_angstrom(), 0.1);
 }
 
-TEST_F(PoseKeeperTest, WhatIsNoListIsLeftAlone) {
+TEST_F(PoseKeeperTest, AFileThatIsNotAListIsNotChanged) {
   submit(wire::AskPose::KEEP);
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
     if (entry.path().filename() == "poses.json")

@@ -82,7 +82,7 @@ TEST(MetricsText, NamesEachReasonRoleAndFault) {
   EXPECT_EQ(samples.at("tandem_room_passivity_dissipated_joules_total{room=\"attic\"}"), "0.125");
 }
 
-TEST(MetricsText, TellsOfRecordingAndCheckpointOnlyWhereTheyAre) {
+TEST(MetricsText, ContainsRecordingAndCheckpointOnlyIfTheyExist) {
   MetricsSnapshot snapshot = with_a_room();
   EXPECT_THAT(metrics_text(snapshot), testing::Not(testing::ContainsRegex("recording|checkpoint")));
   snapshot.rooms[0].is_recorded = snapshot.has_checkpoint = true;

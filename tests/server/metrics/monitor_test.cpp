@@ -39,7 +39,7 @@ TEST(Health, FollowsIoAndEveryRoom) {
             "io has stood still for 2.0 s; room attic has stood still for 3.0 s");
 }
 
-TEST(Health, ReadyIsWhoServesAndDoesNotStop) {
+TEST(Health, IsReadyWhileItServesAndDoesNotStop) {
   const LocalTime now{seconds(100)};
   ServerPulse pulse = serving(now, {now});
   EXPECT_EQ(why_not_ready(pulse, {"attic"}, now), "");
@@ -65,7 +65,7 @@ std::string get(const Monitor& monitor, const std::string& path) {
   return answer;
 }
 
-TEST(Monitor, SaysWhichRoomDoesNotStep) {
+TEST(Monitor, ReportsTheRoomThatDoesNotStep) {
   std::vector<std::unique_ptr<Room>> rooms;
   for (const char* name : {"stuck", "good"})
     rooms.push_back(std::make_unique<Room>(RoomId{1}, name, test::scene_of(test::two_hands_scene(name))));

@@ -47,7 +47,7 @@ TEST(RoomStart, IsWithdrawnWhenAUserLeavesDuringTheCountdownAndStandsAfterIt) {
   EXPECT_EQ(start.message().awaited(), 2U);
 }
 
-TEST(RoomStart, WithoutUsersToWaitForNothingIsSaid) {
+TEST(RoomStart, WithoutAwaitedUsersNoStartIsAnnounced) {
   RoomStart start({});
   EXPECT_FALSE(start.is_used());
   EXPECT_FALSE(start.add(UserId{1}, at(0)));

@@ -71,7 +71,7 @@ class RoomTest : public ::testing::Test {
   std::array<Step, proto::kMaxUsers> received_;
 };
 
-TEST_F(RoomTest, OnlyOccupiedSlotsAreTold) {
+TEST_F(RoomTest, OnlyOccupiedSlotsAreSent) {
   join(3, 7, 0);
   step();
   EXPECT_TRUE(update(3).has_value());
@@ -157,7 +157,7 @@ TEST_F(RoomTest, GrabCommandIsAnsweredAndSeenByAll) {
   EXPECT_FALSE(update(0)->held_body.is_valid());
 }
 
-TEST_F(RoomTest, RefusedGrabSaysWhy) {
+TEST_F(RoomTest, ARefusedGrabHasAReason) {
   join(0, 7, 0);
   for (const auto& [body, reason] : {std::pair{BodyId{3}, physics::GrabResult::kNotGraspable},
                                      std::pair{BodyId{9}, physics::GrabResult::kUnknownBody}}) {
@@ -170,7 +170,7 @@ TEST_F(RoomTest, RefusedGrabSaysWhy) {
   }
 }
 
-TEST_F(RoomTest, GrabButtonGrabsOnPressAndLetsGoOnRelease) {
+TEST_F(RoomTest, TheGrabButtonGrabsOnPressAndReleasesOnRelease) {
   join(0, 7, 0);
   step();
   send(0, {0, 0, 0.05}, kButtonGrab);
@@ -186,7 +186,7 @@ TEST_F(RoomTest, GrabButtonGrabsOnPressAndLetsGoOnRelease) {
   EXPECT_FALSE(update(0)->held_body.is_valid());
 }
 
-TEST_F(RoomTest, LeavingLetsGo) {
+TEST_F(RoomTest, LeavingReleasesTheHeldBody) {
   join(0, 7, 0);
   join(1, 8, 1);
   post(RoomCommand::Kind::kGrab, 0, 7);
@@ -254,7 +254,7 @@ TEST_F(RoomTest, StaleOrInvalidHandleIsNotPulledTo) {
   EXPECT_LT((update(1)->tool.X.p - Vec3(0.5, 0, 0.3)).norm(), 0.03);
 }
 
-TEST_F(RoomTest, ReportedFaultsAreToldOnce) {
+TEST_F(RoomTest, FaultsAreReportedOnce) {
   observe(0, 7);
   room_.report(kFaultOverrun);
   step();
@@ -319,7 +319,7 @@ TEST_F(RoomTest, AButtonPressBesideACommandHasItsTurnWithTheNextInput) {
   EXPECT_EQ(update(0)->held_body, BodyId{2});
 }
 
-TEST_F(RoomTest, UpdatesSayWhomTheyAreForAndHowManyRequestsWereServed) {
+TEST_F(RoomTest, UpdatesContainTheirReceiverAndTheNumberOfServedRequests) {
   join(0, 7, 0);
   post(RoomCommand::Kind::kGrab, 0, 7, 1);
   post(RoomCommand::Kind::kRelease, 0, 7, 0);
@@ -414,7 +414,7 @@ TEST_F(RoomTest, StartsAnewWhenAllHaveBeenAwayForAWhile) {
   EXPECT_TRUE(update(1).has_value()) << "and takes people in again";
 }
 
-TEST(RoomWithoutReset, StaysAsItWasLeftAndSleeps) {
+TEST(RoomWithoutReset, KeepsItsStateAndSleeps) {
   Room room(RoomId{1}, "test",
             physics::load_parts(
                 {.bodies = kRoomTwoCubes, .tools = kRoomTwoTools, .rest = R"("limits": {"reset_after_s": 0})"}));
@@ -426,7 +426,7 @@ TEST(RoomWithoutReset, StaysAsItWasLeftAndSleeps) {
   EXPECT_TRUE(room.is_idle());
 }
 
-TEST(RoomBounds, AllAreToldOfABodyThatIsPutBack) {
+TEST(RoomBounds, AllUsersAreNotifiedOfABodyThatIsPutBack) {
   const std::string falling = R"({"name": "a", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.2})";
   Room room(RoomId{1}, "test",
             physics::load_parts({.bodies = falling, .tools = kRoomTwoTools, .rest = R"("limits": {"bounds_m": 0.8})"}));
@@ -441,7 +441,7 @@ TEST(RoomBounds, AllAreToldOfABodyThatIsPutBack) {
   EXPECT_EQ(room.world().body(BodyId{1}).X.p, Vec3(0, 0, 0));
 }
 
-TEST_F(RoomTest, AResetPutsAllBackAndWhoHeldSomethingIsTold) {
+TEST_F(RoomTest, AResetMovesAllBodiesBackAndNotifiesTheirHolders) {
   join(0, 7, 0);
   join(1, 8, 1);
   step();

@@ -59,7 +59,7 @@ TEST(LevelPolicy, AFirstCutIsFineUnlessItHasNoRoom) {
   EXPECT_EQ(at_level(1).phase(), SearchPhase::kCoarse);
 }
 
-TEST(LevelPolicy, AWalkWithoutRoomGoesToTheLevelThatSavesWhatWasTooMuch) {
+TEST(LevelPolicy, AnExceededBudgetSelectsALevelThatSavesEnough) {
   const SearchLoad contacts{.contacts = kRoomForContacts + 1, .band_m = kUsual_m};
   const SearchLoad queries{.contacts = kRoomForContacts, .band_m = kUsual_m};
   EXPECT_EQ(at_level(LevelPolicy::kFineLevel).next_coarser_level(contacts), 0);

@@ -93,7 +93,7 @@ struct MovingFrame {
   }
 };
 
-TEST_P(PassiveCouplingLaw, GivesOutNothingOverAClosedPathOfBothEnds) {
+TEST_P(PassiveCouplingLaw, CreatesNoEnergyOverAClosedPathOfBothEnds) {
   const std::uint64_t seed = test::test_seed(kUsualSeed);
   Random random(seed);
   for (int i = 0; i < 30; ++i) {
@@ -142,7 +142,7 @@ PushAndRetreat push_and_retreat(const CouplingLaw& law, double reach_m) {
 
 class ActiveCouplingLaw : public testing::TestWithParam<CouplingLawInfo> {};
 
-TEST_P(ActiveCouplingLaw, GivesBackMoreThanItTookWhenTheHandTurns) {
+TEST_P(ActiveCouplingLaw, ReturnsMoreEnergyThanItStoredWhenTheHandReverses) {
   const std::uint64_t seed = test::test_seed(kUsualSeed);
   Random random(seed);
   for (int i = 0; i < 30; ++i) {

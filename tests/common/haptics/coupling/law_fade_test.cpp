@@ -40,7 +40,7 @@ std::vector<std::pair<const CouplingLawInfo*, const CouplingLawInfo*>> exchangea
   return pairs;
 }
 
-TEST(LawFade, GoesFromTheForceOfOneLawToThatOfTheOtherInEqualSteps) {
+TEST(LawFade, FadesFromTheForceOfOneLawToTheNextInEqualSteps) {
   const CouplingParameters soft{.stiffness_n_per_m = 250}, stiff{.stiffness_n_per_m = 700, .curve_sharpness = 2};
   ASSERT_EQ(exchangeable_pairs().size(), 20U);
   for (const auto& [from, to] : exchangeable_pairs()) {

@@ -34,7 +34,7 @@ TEST(EnergyReport, FalseEnergyCountsWithinThePowerLimitOnly) {
   EXPECT_LE(sum_j, 5 * 2.0 + 1e-9);
 }
 
-TEST(EnergyReport, WhatCannotHaveBeenDoneDoesNotCount) {
+TEST(EnergyReport, AnImpossibleAmountOfWorkDoesNotCount) {
   EnergyReport report;
   report.accept(0, 0, 0, 0);
   double claimed_j = 0, taken_j = 0;

@@ -53,7 +53,7 @@ TEST(PolynomialFit, TwoPointsThatDifferAreALine) {
   EXPECT_EQ(chosen_fit(x, y, [](const haptics::Cubic& cubic) { return cubic.c[1] == 0; }).degree, 0);
 }
 
-TEST(PolynomialFit, WhatIsNotAllowedIsNotChosen) {
+TEST(PolynomialFit, UsesOnlyTheAllowedDegrees) {
   const std::vector<double> x{1, 2, 3, 4, 5};
   const std::vector<double> y{1, 4, 9, 16, 25};
   EXPECT_EQ(chosen_fit(x, y, any).degree, 2);
@@ -230,7 +230,7 @@ devices::DeviceProfile grainy() {
   return profile;
 }
 
-TEST(Calibration, LeavesOutMassesThatAreTooLightAndSaysSo) {
+TEST(Calibration, OmitsMassesThatAreTooLightWithANote) {
   CalibrationSettings settings;
   settings.masses_kg = {0.005, 2};
   const Calibration calibration = calibrate(grainy(), settings, [](double /*done*/) {});
@@ -262,7 +262,7 @@ TEST(Calibration, ACapIsSpokenOf) {
   EXPECT_NE(to_text(calibration).find("capped at 400 N/m"), std::string::npos) << to_text(calibration);
 }
 
-TEST(Calibration, AFitFarFromWhatWasFoundFails) {
+TEST(Calibration, AFitFarFromTheMeasuredValuesFails) {
   Calibration calibration = of_falcon();
   ASSERT_TRUE(all_hold(checks_of(calibration)));
   CalibrationPoint& point = calibration.translation.points.back();

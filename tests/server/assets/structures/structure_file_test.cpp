@@ -70,7 +70,7 @@ std::string cif_message(const std::string& text) {
   return "";
 }
 
-TEST(MmcifReader, ReadsTheFirstModelOfTheAtomLoopWhateverStandsAroundIt) {
+TEST(MmcifReader, ReadsTheFirstModelOfTheAtomLoopAndIgnoresOtherContent) {
   const PdbStructure structure = parse_mmcif(kCif, "x.cif");
   ASSERT_EQ(structure.residues.size(), 3U);
   const PdbResidue& glycine = structure.residues[0];
@@ -90,7 +90,7 @@ TEST(MmcifReader, ReadsTheFirstModelOfTheAtomLoopWhateverStandsAroundIt) {
   EXPECT_EQ(structure.dropped[0], "atom CA of GLY 7 of chain X: another alternate location is taken");
 }
 
-TEST(MmcifReader, SaysWhatIsWrongAndWhere) {
+TEST(MmcifReader, ReportsTheErrorAndItsPosition) {
   EXPECT_NE(cif_message("data_A\nloop_\n_entity.id\n1\n").find("no _atom_site loop"), std::string::npos);
   std::string bad = kCif;
   bad.replace(bad.find("-2.25"), 5, "nan");
