@@ -236,7 +236,7 @@ TEST(Client, ThatIsClosedCallsOffTheModelThatIsBeingMade) {
     making.wait_until_it_began();
   }
   EXPECT_TRUE(making.is_called_off);
-  EXPECT_EQ(making.points, 1) << "it does nothing behind the point where it is called off";
+  EXPECT_EQ(making.points, 1) << "it must stop at the point where it is cancelled";
 }
 
 TEST(Client, ThatGoesToAnotherSceneCallsOffTheModelOfTheOld) {
@@ -368,7 +368,7 @@ TEST(Client, WithoutATickNoModelIsFreedAndTheNewestIsShownAtLast) {
     bench.join(box_scene());
   }
   EXPECT_EQ(bench.client.haptics().local_model(), in_use) << "the haptic thread may be in the middle of its step";
-  EXPECT_TRUE(in_use->has_started()) << "it is there to be read";
+  EXPECT_TRUE(in_use->has_started()) << "the model must still be alive";
   bench.run(1);
   EXPECT_FALSE(bench.is_local()) << "that of the fifth join waited until the tick had left the first";
   bench.run();

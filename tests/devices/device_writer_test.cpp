@@ -96,7 +96,7 @@ TEST(DeviceWriter, ReportsACommandThatTheDeviceRefused) {
   writer.write(LocalTime{}, {Vec3(0, 0, 2), Vec3(0, 0.1, 0)});
   device.accepts = false;
   EXPECT_FALSE(writer.write_zero(LocalTime{}));
-  EXPECT_EQ(writer.written().f, Vec3(0, 0, 2)) << "the last one taken still acts";
+  EXPECT_EQ(writer.written().f, Vec3(0, 0, 2)) << "the last accepted force still acts";
   EXPECT_EQ(writer.written().t, Vec3(0, 0.1, 0));
   device.accepts = true;
   EXPECT_TRUE(writer.write_zero(LocalTime{}));

@@ -242,7 +242,7 @@ TEST(FalconDriver, ARepliesSilenceAgesAndThenItIsLost) {
   rig.falcon.faults.is_mute = true;
   const LocalTime last = rig.now;
   DeviceSample sample = rig.step();
-  EXPECT_EQ(sample.taken, last) << "what the reader judges";
+  EXPECT_EQ(sample.taken, last) << "the reader compares this time with its limit";
   sample = rig.run(105);
   EXPECT_EQ(sample.state, DeviceState::kLost);
   EXPECT_THAT(std::string(sample.reason), HasSubstr("cable"));
@@ -320,7 +320,7 @@ TEST(FalconDriver, OnItsThreadASessionRunsAndItsEndIsZero) {
     EXPECT_EQ(ready, 200) << describe(sample);
   }
   EXPECT_TRUE(falcon.has_firmware);
-  EXPECT_TRUE(falcon.motors.isZero()) << "the last that it was told";
+  EXPECT_TRUE(falcon.motors.isZero()) << "the last command must be zero";
 }
 
 }  // namespace

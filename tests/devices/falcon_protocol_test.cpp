@@ -80,7 +80,7 @@ std::vector<FalconReply> parsed(FalconPacketParser& parser, std::string_view tex
 TEST(FalconPacketParser, FindsPacketsBetweenWhateverElseThereIs) {
   FalconPacketParser parser;
   EXPECT_THAT(parsed(parser, "PPP>>A<<PPPACEPACMPAEA><A"), testing::SizeIs(1));
-  EXPECT_EQ(parsed(parser, "AAA<FJCALNCAOPCAEA>").size(), 1U) << "one that was cut off costs none of those behind it";
+  EXPECT_EQ(parsed(parser, "AAA<FJCALNCAOPCAEA>").size(), 1U) << "a truncated packet must not hide the next one";
   EXPECT_EQ(parser.skipped(), 6U + 1U + 5U);
   EXPECT_EQ(parsed(parser, "<MKEPLBAA").size(), 0U);
   EXPECT_EQ(parsed(parser, "BKDAEA>").size(), 1U) << "split";

@@ -51,7 +51,7 @@ TEST(MouseDevice, AJumpOfThePointerBecomesASmoothMovementThatArrives) {
   EXPECT_LT((bench.last.X_DH.p - Vec3(0.1, 0, 0)).norm(), 1e-4);
   EXPECT_LT(rotation_vector(bench.last.X_DH.q).z() - 0.5, 1e-3);
   EXPECT_LT(overshoot_m, 0.01);
-  EXPECT_LE(fastest_m_per_s, 1.2 * MouseDevice::kMaxSpeed_m_per_s) << "below what devices call a fault";
+  EXPECT_LE(fastest_m_per_s, 1.2 * MouseDevice::kMaxSpeed_m_per_s) << "below the speed that counts as a fault";
   EXPECT_LE(largest_step_m, 1.2 * MouseDevice::kMaxSpeed_m_per_s * 1e-3);
 }
 

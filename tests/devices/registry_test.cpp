@@ -46,9 +46,9 @@ TEST(DeviceRegistry, TheSimulatedDeviceHasTheLimitsOfItsProfileAndIsReadyAtOnce)
   const auto device = open_device(with_profile("falcon"));
   EXPECT_EQ(device->spec().name, "falcon");
   EXPECT_FALSE(device->spec().has_torque());
-  EXPECT_EQ(device->spec().sensed_rotations, 3) << "what the simulated hand reports, not what a Falcon does";
+  EXPECT_EQ(device->spec().sensed_rotations, 3) << "the rotations of the simulated hand, not those of a Falcon";
   EXPECT_EQ(device->spec().buttons, kButtonGrab | kButtonClutch);
-  EXPECT_EQ(DeviceSample{}.state, DeviceState::kOpening) << "a driver that says nothing is not ready";
+  EXPECT_EQ(DeviceSample{}.state, DeviceState::kOpening) << "a sample must not be ready by default";
   const DeviceSample sample = device->read(LocalTime{});
   EXPECT_EQ(sample.state, DeviceState::kReady);
   EXPECT_TRUE(sample.reason.empty());

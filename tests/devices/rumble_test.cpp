@@ -114,7 +114,8 @@ TEST_F(Pad, StopsWhenTheHapticLoopHangs) {
   const auto rumble = open_rumble(kNode);
   ASSERT_TRUE(comes([this] { return strong > 0; }, [&] { rumble->show(0.5); }));
   EXPECT_TRUE(comes([this] { return strong == 0; }));
-  EXPECT_TRUE(comes([this] { return strong > 0; }, [&] { rumble->show(0.5); })) << "and goes on with it";
+  EXPECT_TRUE(comes([this] { return strong > 0; }, [&] { rumble->show(0.5); }))
+      << "the rumble must work again after the time-out";
 }
 
 TEST_F(Pad, AnUnpluggedPadIsReopened) {

@@ -287,7 +287,7 @@ TEST(SimDevice, OfAnEncoderReportsTheVelocityOfItsPositionsLateButQuiet) {
   SimDevice device = resting_hand(hand);
   for (int i = 0; i < 50; ++i) {
     const DeviceSample sample = device.read(LocalTime(milliseconds(i)));
-    ASSERT_EQ(sample.V_DH.v.norm(), 0) << "nothing moves, nothing is reported";
+    ASSERT_EQ(sample.V_DH.v.norm(), 0) << "a resting hand must have speed 0";
   }
   Wrench command;
   command = {Vec3(2, 0, 0), Vec3(0, 0, 0.05)};

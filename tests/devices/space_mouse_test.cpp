@@ -189,7 +189,7 @@ TEST(SpaceMouse, UnpluggedItIsLostAndPluggedInAgainReadyWhereItWas) {
   rig.table.writes.clear();
   sample = rig.idle(1100);
   EXPECT_EQ(sample.state, DeviceState::kReady);
-  EXPECT_EQ(sample.buttons, 0U) << "nobody holds what was held before";
+  EXPECT_EQ(sample.buttons, 0U) << "buttons must be released after the reconnection";
   EXPECT_EQ(sample.V_DH.v, Vec3::Zero());
   EXPECT_NEAR(sample.X_DH.p.x(), before.X_DH.p.x(), 2e-3);
   EXPECT_THAT(rig.table.writes, ElementsAre(Bytes{4, 1})) << "its light is on again";

@@ -166,7 +166,7 @@ TEST(OpenHaptics, AnUnpluggedDeviceIsLostAndRecoversAndClosesWithZeroForce) {
     driver.step(at(0), {Vec3(1, 0, 0), Vec3::Zero()});
     sdk.number("fake_is_there") = 0;
     EXPECT_EQ(driver.step(at(1), {Vec3(1, 0, 0), Vec3::Zero()}).state, DeviceState::kLost);
-    EXPECT_EQ(sdk.force(), Vec3::Zero()) << "what still reaches it is without a force";
+    EXPECT_EQ(sdk.force(), Vec3::Zero()) << "the last command must be zero";
     EXPECT_EQ(driver.step(at(1100), {}).state, DeviceState::kLost) << "not there yet";
     sdk.number("fake_is_there") = 1;
     EXPECT_EQ(driver.step(at(2200), {Vec3(1, 0, 0), Vec3::Zero()}).state, DeviceState::kReady);

@@ -118,7 +118,7 @@ TEST_F(DatagramChannelTest, EachEndStampsWhatItSendsAndEchoesTheNewestThatItHear
   now_ += 4 * kMs;
   ASSERT_EQ(to_server(up, &at_server), DropReason::kNone);
   EXPECT_EQ(at_server.sent, t1);
-  EXPECT_EQ(at_server.acknowledged_sent, ServerTime{}) << "nothing was heard";
+  EXPECT_EQ(at_server.acknowledged_sent, ServerTime{}) << "no datagram was received";
   const ServerTime t2 = server_time_of_own_clock(server_now());
   now_ += 2 * kMs;
   const ServerTime t3 = server_time_of_own_clock(server_now());

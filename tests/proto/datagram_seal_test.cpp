@@ -114,7 +114,7 @@ TEST(ReplayWindow, RemembersEachOfTheLastSequencesAndNoEarlierOne) {
   EXPECT_EQ(window.check(kNewest - 1), DropReason::kDuplicate);
   window.accept(kNewest + ReplayWindow::kSize);
   EXPECT_EQ(window.check(kNewest), DropReason::kLate);
-  EXPECT_EQ(window.check(kNewest + 1), DropReason::kNone) << "a gap that nobody has seen";
+  EXPECT_EQ(window.check(kNewest + 1), DropReason::kNone) << "a sequence that was skipped";
 }
 
 /// Both ends of an encrypted connection.
@@ -151,7 +151,7 @@ TEST_F(SealedChannel, ReplayedReorderedAndForgedDatagramsHaveTheirReasons) {
   const Bytes first = from_client(), second = from_client(), third = from_client();
   EXPECT_EQ(to_server(second), DropReason::kNone);
   EXPECT_EQ(to_server(second), DropReason::kDuplicate);
-  EXPECT_EQ(to_server(first), DropReason::kLate) << "authentic, and too old to be of use";
+  EXPECT_EQ(to_server(first), DropReason::kLate) << "authentic, but too old";
   EXPECT_EQ(to_server(first), DropReason::kDuplicate) << "now it has been here";
   Bytes forged = third;
   forged.back() ^= std::byte{1};

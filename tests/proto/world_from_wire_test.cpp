@@ -39,7 +39,7 @@ TEST(PrimitiveContact, AlikeAreOneWhileInUse) {
     const auto other = primitive_contact(box_of(0.04, 0.02, 0.03));
     expired = other;
   }
-  EXPECT_TRUE(expired.expired()) << "nobody keeps it";
+  EXPECT_TRUE(expired.expired()) << "an unused shape must be destroyed";
   EXPECT_NE(primitive_contact(box_of(0.04, 0.02, 0.03)), nullptr);
 }
 

@@ -48,7 +48,7 @@ TEST(Doctor, AutoTakesTheFirstThatCanBeOpenedAndSaysWhyNotTheOthers) {
   const std::vector<devices::DeviceKind> kinds{kind("sim", nullptr), kind("b", locked), kind("a", one)};
   std::vector<std::string> notes;
   const auto note = [&notes](const std::string& line) { notes.push_back(line); };
-  EXPECT_EQ(devices::choose_device(false, note, kinds), "sim") << "a simulated hand was asked for";
+  EXPECT_EQ(devices::choose_device(false, note, kinds), "sim") << "a requested simulated hand must be selected";
   EXPECT_THAT(notes, SizeIs(0));
   EXPECT_EQ(devices::choose_device(true, note, {kind("b", locked), kind("c", none)}), "sim");
   ASSERT_THAT(notes, SizeIs(1));
@@ -118,7 +118,7 @@ TEST(Doctor, ALinkIsJudgedByItsEffectOnTheForce) {
   EXPECT_EQ(judge_link(link).verdict, Verdict::kWarning);
   link = good;
   link.longest_gap = milliseconds(115);
-  EXPECT_EQ(judge_link(link).verdict, Verdict::kBad) << "the force falls in such a gap";
+  EXPECT_EQ(judge_link(link).verdict, Verdict::kBad) << "the force decays during such a gap";
   link = good;
   link.states = 0;
   EXPECT_THAT(judge_link(link).remedy, HasSubstr("--transport tcp"));

@@ -88,7 +88,7 @@ TEST(HapticCore, WhileTheClutchIsDownNoEnergyIsReported) {
   EXPECT_EQ(net_j(), before_j);
   rig.device.sample.buttons = 0;
   rig.run(2);
-  EXPECT_EQ(net_j(), before_j) << "nor for what it moved meanwhile";
+  EXPECT_EQ(net_j(), before_j) << "motion while clutched must not count";
 }
 
 TEST(HapticCore, WhoDrivesWithoutBeingShownReportsTheEnergyOfWhatTheServerWouldShow) {

@@ -48,7 +48,7 @@ struct Rig {
 
 TEST(HapticLoop, EveryTickIsTracedInOrderAndWakesTheIoThread) {
   Rig rig;
-  EXPECT_TRUE(rig.loop.start().empty()) << "nothing was asked for";
+  EXPECT_TRUE(rig.loop.start().empty()) << "no real-time right was requested";
   rig.wait_for_ticks(50);
   rig.loop.stop();
   TickRecord record;

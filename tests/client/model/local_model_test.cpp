@@ -303,7 +303,7 @@ TEST_P(LocalModelDelay, AReleaseDelayedByAGapIsNotReverted) {
   for (int k = 0; k < 2 * GetParam() + 60; ++k) {
     ASSERT_EQ(far.server.tool(0).held, kBlock);
     far.tick(at(beside));
-    ASSERT_FALSE(far.model.held().is_valid()) << k << ": the server answers later ticks, but knows of no button";
+    ASSERT_FALSE(far.model.held().is_valid()) << k << ": the server has answered later ticks, but received no button";
   }
   far.lose_inputs(false);
   far.tick(at(beside));
@@ -551,7 +551,8 @@ TEST(LocalModel, ContinuesInAnotherModelWithTheHeldBody) {
   for (int tick = 0; tick < 50; ++tick) across.tick(at({-0.025, 0, 0.02}), kButtonGrab);
   EXPECT_EQ(across.newest_model().held(), kBlock);
   EXPECT_LT((across.newest_model().body(kBlock).X.p - before).norm(), 1e-3);
-  EXPECT_GT(across.newest_model().loop_delay(), std::chrono::milliseconds(50)) << "what was known is known";
+  EXPECT_GT(across.newest_model().loop_delay(), std::chrono::milliseconds(50))
+      << "the new model must keep the measured delay";
 }
 
 TEST(LocalModel, ContinuesInAnotherModelWithTheGravityOfTheGame) {

@@ -32,7 +32,7 @@ TEST(LocalWorld, IsMadeOfTheShapesOfTheOneBeforeWhereTheyAreAlike) {
   const std::size_t count = shapes.size();
   const Shape longer = shape_of_body(joined, {}, shapes);
   EXPECT_NEAR((longer->high_S - first->high_S).x(), 0.5 * first->high_S.x(), 1e-6);
-  EXPECT_EQ(shapes.size(), count) << "what is not in the scene is not kept";
+  EXPECT_EQ(shapes.size(), count) << "a shape outside of the scene must not be cached";
 }
 
 TEST(LocalWorld, UsesTheWholeAssetOnceItIsAvailable) {

@@ -99,13 +99,14 @@ TEST(BelievedAge, TheAgeOfADatagramDoesNotDependOnTheWallClock) {
     const Duration set_by = (random.uniform() < 0.5 ? 1 : -1) * span(1e-6, 3e8);
     const Duration waited = random.uniform() < 0.5 ? age + set_by : age;
     const Duration believed = believed_age(waited, empty_for, empty_for + set_by);
-    EXPECT_LE(believed, empty_for) << "nothing is older than the socket was empty";
+    EXPECT_LE(believed, empty_for) << "no datagram is older than the time since the socket was empty";
     // Tolerance for slewing of the wall clock: 5 ms plus 0.1 % of the time since the socket was empty.
     EXPECT_GE(believed, age - std::chrono::milliseconds(5) - empty_for / 1000)
         << "set by " << to_seconds(set_by) << " s";
   }
   using std::chrono::seconds;
-  EXPECT_EQ(believed_age(seconds(12), seconds(13), seconds(13)), seconds(12)) << "no age is too long to be believed";
+  EXPECT_EQ(believed_age(seconds(12), seconds(13), seconds(13)), seconds(12))
+      << "there is no upper limit of a plausible age";
 }
 
 TEST_F(StampedReceive, IsNoOlderThanTheSocketWasEmptyByTheOwnClock) {

@@ -96,7 +96,7 @@ TEST_F(DiskStore, StaysWithinItsLimitByRemovingTheLeastRecentlyUsedFiles) {
   const auto huge = bytes_of('d', 3000);
   store()->keep(proto::sha256_of(*huge), huge);
   EXPECT_EQ(found_in(*store(), proto::sha256_of(*huge), 3000), nullptr);
-  EXPECT_NE(found_in(*store(), hashes[0], 1000), nullptr) << "what cannot be kept must push nothing out";
+  EXPECT_NE(found_in(*store(), hashes[0], 1000), nullptr) << "an asset that is too large must not evict others";
 }
 
 /// Blocks the reading of a file until open() is called.

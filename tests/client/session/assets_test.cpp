@@ -49,7 +49,7 @@ TEST(SessionAssets, AsksTheStoreBeforeTheServerAndSaysOnceAJoinThatNothingMoreIs
   EXPECT_EQ(unstored.announced, 1) << "a scene without assets has them all";
   StoreBench cheated(nullptr, joined);
   serve_assets(cheated.bench, std::string(150'000, 'w'));
-  EXPECT_EQ(cheated.announced, 1) << "what needs the asset says that it is missing";
+  EXPECT_EQ(cheated.announced, 1) << "the scene must be announced although an asset is damaged";
   EXPECT_TRUE(cheated.bench.session.assets().empty());
 }
 
@@ -101,7 +101,7 @@ TEST(SessionAssets, FetchesTheSmallestDrawingOfASurfaceBeforeWhatIsFeltAndTheOth
   bench.session.on_assets = [&] { here_when_announced.push_back(bench.session.assets().size()); };
   join(bench, joined);
   EXPECT_EQ(serve_assets(bench, {felt, large, small}), felt.size() + large.size() + small.size());
-  EXPECT_EQ(here_when_announced, std::vector<std::size_t>{2}) << "the small drawing and what is felt";
+  EXPECT_EQ(here_when_announced, std::vector<std::size_t>{2}) << "the small drawing and the tactile asset";
   EXPECT_EQ(bench.session.assets().size(), 3U);
 }
 
@@ -148,7 +148,7 @@ TEST(SessionAssets, FetchesWhatStandsForAnAssetFirstAndSaysOfBothThatTheyAreHere
   const auto bytes = std::as_bytes(std::span(assets.fine));
   store->keep(proto::sha256_of(bytes), std::make_shared<const proto::Bytes>(bytes.begin(), bytes.end()));
   StoreBench again(store, assets.joined);
-  EXPECT_EQ(serve_assets(again.bench, {assets.fine, assets.coarse}), 0U) << "nothing need stand for it";
+  EXPECT_EQ(serve_assets(again.bench, {assets.fine, assets.coarse}), 0U) << "the stored asset needs no replacement";
   EXPECT_EQ(again.announced, 1);
 }
 
@@ -275,7 +275,7 @@ TEST(SessionAssets, GivesAnAssetUpWhosePiecesAreNotThoseAskedFor) {
     damage(answer);
     bench.bench.deliver(answer);
     bench.bench.deliver(answer_to(requests[1], bytes));
-    EXPECT_EQ(bench.announced, 1) << "what needs it says that it is missing";
+    EXPECT_EQ(bench.announced, 1) << "the scene must be announced although an asset is damaged";
     EXPECT_EQ(serve_assets(bench.bench, bytes), 0U);
     EXPECT_EQ(bench.bench.state(), "active");
   }

@@ -195,7 +195,7 @@ TEST(StateStream, ADeadbandThinsRestAndSteadyMotionToTheFloorRate) {
   };
   EXPECT_EQ(datagrams_in_a_second(0, resting), 1000U);
   EXPECT_EQ(datagrams_in_a_second(0.1, resting), 100U);
-  EXPECT_EQ(datagrams_in_a_second(0.1, steady), 100U) << "the server goes on as it last moved";
+  EXPECT_EQ(datagrams_in_a_second(0.1, steady), 100U) << "the server extrapolates the last motion";
 }
 
 TEST(StateStream, ADeadbandLetsThroughAtOnceWhatAHandWouldNotice) {
@@ -229,7 +229,7 @@ TEST(StateStream, AStepThatIsHereAlreadyIsNoNewsWhateverItsSequence) {
   EXPECT_FALSE(bench.mailboxes.inbox.poll()) << "time went back";
   older.stepped = update.stepped;
   bench.session.on_datagram(bench.datagram_of(older), bench.now);
-  EXPECT_FALSE(bench.mailboxes.inbox.poll()) << "time stands still under a rising step";
+  EXPECT_FALSE(bench.mailboxes.inbox.poll()) << "the time does not advance although the step does";
   older.stepped += std::chrono::milliseconds(1);
   bench.session.on_datagram(bench.datagram_of(older), bench.now);
   EXPECT_FALSE(bench.mailboxes.inbox.poll()) << "a step from after its datagram";

@@ -34,7 +34,8 @@ TEST(Camera, TurningTheCapTurnsTheScene) {
   const Vec3 near_W = Vec3(0.1, 0.2, 0.3) - 0.1 * at_rest.forward_W();
   const Vec3 before = seen(at_rest, near_W);
   EXPECT_GT((seen(steered({0, 0, 0}, {0, 0, 1}), near_W) - before).x(), 0.1) << "counter-clockwise from above";
-  EXPECT_LT((seen(steered({0, 0, 0}, {1, 0, 0}), near_W) - before).y(), -0.1) << "its top comes nearer";
+  EXPECT_LT((seen(steered({0, 0, 0}, {1, 0, 0}), near_W) - before).y(), -0.1)
+      << "the top of the scene must move towards the camera";
 }
 
 TEST(Camera, ALongPauseIsNoLeap) {

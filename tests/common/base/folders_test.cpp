@@ -64,7 +64,7 @@ TEST_F(WholeFile, OfACacheReplacesWhatWasThereToo) {
   EXPECT_FALSE(replace_cache_file(file, {bytes_of("short")}));
   EXPECT_EQ(text_of(file), "short");
   EXPECT_EQ(mode_of(file), 0644U);
-  EXPECT_TRUE(replace_cache_file(folder / "deep", {bytes_of("text")})) << "a folder is there";
+  EXPECT_TRUE(replace_cache_file(folder / "deep", {bytes_of("text")})) << "a folder has this name";
 }
 
 TEST_F(WholeFile, NewOneLeavesWhatWasThere) {
@@ -114,7 +114,7 @@ TEST_F(WholeFile, OfAKilledWriterIsRemovedByTheNextAlone) {
   int status = 0;
   ASSERT_EQ(::waitpid(writer, &status, 0), writer);
   ASSERT_TRUE(WIFSIGNALED(status));
-  ASSERT_EQ(files(), 2) << "what it had begun";
+  ASSERT_EQ(files(), 2) << "the unfinished file of the killed writer";
 
   for (const char* const other : {"file.abcde", "file.abcdefg", "file.abc-ef", "filex.abcdef", "file-abcdef"}) {
     EXPECT_FALSE(replace_file(folder / other, {bytes_of("text")}));

@@ -323,7 +323,7 @@ TEST(ContactReduction, GivesFewContactsAsTheyAre) {
   std::array<ReducedContact, 15> out;
   ASSERT_EQ(reduce_contacts(patch, kStiffness_n_per_m3, out), 15U);
   EXPECT_EQ(out[2].p_W, patch[2].p_W);
-  EXPECT_EQ(out[3].p_W, patch[4].p_W) << "what does not press is left out";
+  EXPECT_EQ(out[3].p_W, patch[4].p_W) << "a contact without pressure must be omitted";
   EXPECT_EQ(out[3].stiffness_n_per_m, kStiffness_n_per_m3 * patch[4].area_m2);
 }
 

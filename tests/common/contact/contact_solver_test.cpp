@@ -240,7 +240,7 @@ TEST_F(WrongInput, ABrakeThatIsNotFiniteOrDrivesIsLeftOut) {
       step(coupling, {0, kStaticBody, contacts_});
       EXPECT_EQ(report_.left_out, 1U);
       EXPECT_TRUE(report_.has_converged);
-      EXPECT_GT(result_.normal_force_n, 0) << "the other contacts stay";
+      EXPECT_GT(result_.normal_force_n, 0) << "the remaining contacts must be used";
     }
   }
 }

@@ -348,7 +348,7 @@ TEST(MolecularField, SelectsTheWidestKernelAndListsTheAvailableOnes) {
   EXPECT_EQ(MolecularField(atom, atom).kernel(), kernels.front());
   try {
     const MolecularField field(atom, atom, {}, "neon");
-    FAIL() << "an unknown kernel was taken";
+    FAIL() << "an unknown kernel was accepted";
   } catch (const std::invalid_argument& error) {
     EXPECT_NE(std::string(error.what()).find("portable"), std::string::npos) << error.what();
   }

@@ -181,7 +181,7 @@ TEST(DrawingAsset, OfHostileBytesIsNothingOrAWholeMesh) {
       }
     }
   }
-  EXPECT_GT(read, 0) << "of those with another place or normal";
+  EXPECT_GT(read, 0) << "some changed positions or normals must be readable";
 }
 
 TEST(DrawingAsset, AMeshThatTheFormatCannotHoldIsRefused) {

@@ -39,7 +39,7 @@ TEST(SurfaceAsset, ComesBackInSinglePrecision) {
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     EXPECT_EQ(read->vertices[i], mesh.vertices[i].cast<float>().cast<double>());
   }
-  EXPECT_EQ(surface_asset_bytes(*read), surface_asset_bytes(mesh)) << "written again it has the same hash";
+  EXPECT_EQ(surface_asset_bytes(*read), surface_asset_bytes(mesh)) << "writing the read mesh must give the same bytes";
 }
 
 TEST(SurfaceAsset, NoByteOfItCanChangeUnseen) {

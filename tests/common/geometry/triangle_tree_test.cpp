@@ -204,7 +204,7 @@ TEST(TriangleTree, FindsAllTrianglesThatALineCrossesAndSaysWhenThereAreMore) {
     }
     const std::size_t count =
         expect_finds(expected, found, [&](std::span<TriangleTree::Near> into) { return tree.crossed(p, along, into); });
-    EXPECT_EQ(count % 2, 0U) << "what goes in comes out";
+    EXPECT_EQ(count % 2, 0U) << "a line crosses a closed surface an even number of times";
   }
 }
 

@@ -384,7 +384,7 @@ TEST(Safety, FaultIsNotOverBeforeTheDeviceHasTakenAZero) {
     rig.tick(good_input());
     rig.chain.set_displayed(stuck);
   }
-  EXPECT_TRUE(rig.out.f.isZero(0)) << "the gain does not rise on top of what is stuck";
+  EXPECT_TRUE(rig.out.f.isZero(0)) << "the gain must not rise while the device displays a stuck force";
   rig.tick(good_input());
   EXPECT_TRUE(rig.out.f.isZero(0)) << "taken";
   rig.run(good_input(), 250);
@@ -445,7 +445,8 @@ TEST(Safety, ClampedForceDoesNotWindUp) {
     rig.chain.set_displayed({clamped_to_length(rig.out.f, 5.0), Vec3::Zero()});
   }
   rig.tick(good_input(Vec3::Zero()));
-  EXPECT_NEAR(rig.out.f.z(), 4.0, kSafetyRounding) << "one tick below what the hand felt, not below 100 N";
+  EXPECT_NEAR(rig.out.f.z(), 4.0, kSafetyRounding)
+      << "one slew step below the displayed 5 N, not below the computed 100 N";
 }
 
 TEST(Safety, SettingsThatBreakAPromiseAreRefused) {

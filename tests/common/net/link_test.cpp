@@ -220,7 +220,8 @@ TEST(SimulatedLink, ADelayPathIsAddedStraightBetweenItsPointsAndBeginsAgain) {
   }
   parameters.delay_path.starts_anywhere = true;
   EXPECT_NE(measured_delays_s(parameters, 400), delays) << "begins elsewhere";
-  EXPECT_EQ(measured_delays_s(parameters, 400), measured_delays_s(parameters, 400)) << "the same of the same seed";
+  EXPECT_EQ(measured_delays_s(parameters, 400), measured_delays_s(parameters, 400))
+      << "equal seeds must give equal delays";
 }
 
 TEST(SimulatedLink, RefusesADelayPathThatIsNone) {
@@ -486,7 +487,7 @@ TEST(SimulatedLink, NewParametersHoldForWhatIsSentFromThenOn) {
   link.send(LocalTime{}, packet(1));
   link.set_parameters(of_delay(milliseconds(100)));
   link.send(LocalTime{milliseconds(1)}, packet(2));
-  EXPECT_EQ(link.next_due(), LocalTime{milliseconds(50)}) << "what is on its way arrives as it would have";
+  EXPECT_EQ(link.next_due(), LocalTime{milliseconds(50)}) << "packets in flight must keep their delay";
   EXPECT_TRUE(link.receive(LocalTime{milliseconds(50)}));
   EXPECT_EQ(link.next_due(), LocalTime{milliseconds(101)});
   link.set_parameters(of_delay(milliseconds(10)));

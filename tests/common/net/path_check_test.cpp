@@ -9,7 +9,7 @@ constexpr LocalTime kStart{std::chrono::seconds(1)};
 
 TEST(PathCheck, SendsAtMostThreeTimesTheReceivedBytesToAnUnconfirmedAddress) {
   PathCheck check(42);
-  EXPECT_FALSE(check.consume(1)) << "nothing came";
+  EXPECT_FALSE(check.consume(1)) << "no bytes were received";
   check.note_received(100);
   EXPECT_TRUE(check.consume(200));
   EXPECT_FALSE(check.consume(101));

@@ -124,7 +124,7 @@ TEST(SendRate, ReportsOfWhatWasNeverSentAreNotHeard) {
   EXPECT_FALSE(line.rate.is_limited());
   line.carried_hz = 300;
   line.run(std::chrono::seconds(5));
-  EXPECT_TRUE(line.rate.is_limited()) << "and those that follow are";
+  EXPECT_TRUE(line.rate.is_limited()) << "later reports must count";
 }
 
 TEST(SendRate, TakesNoHarmFromHostileReports) {

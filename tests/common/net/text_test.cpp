@@ -11,7 +11,7 @@ TEST(Printable, KeepsReadableTextAndRemovesTerminalCommands) {
   EXPECT_EQ(printable("a\xC2\x9B"
                       "31mb"),
             "a?31mb")
-      << "the same command in one code point";
+      << "the same terminal command as a single code point";
   EXPECT_EQ(printable("a\xE2\x80\xAE"
                       "b"),
             "a?b")

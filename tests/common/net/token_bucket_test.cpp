@@ -19,7 +19,7 @@ TEST(TokenBucket, GivesSoMuchAtOnceAndThenItsRate) {
     bucket.consume(1, at_ms(ms));
     ++taken;
   }
-  EXPECT_NEAR(taken, 120, 2) << "100 more within a second, less what was owed";
+  EXPECT_NEAR(taken, 120, 2) << "100 tokens within a second, minus the debt";
 }
 
 TEST(TokenBucket, GrantsItsRateHoweverOftenItIsAsked) {

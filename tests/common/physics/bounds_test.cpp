@@ -31,7 +31,7 @@ TEST(SceneBounds, ABodyThatLeavesReturnsToItsStartAtRest) {
   EXPECT_EQ(world.body(kA).X.p, Vec3(0, 0, 0.5));
   EXPECT_EQ(world.body(kA).V.v, Vec3(0, 0, 0));
   EXPECT_EQ(world.step(), 0U);
-  EXPECT_TRUE(world.returned_bodies().empty()) << "told once";
+  EXPECT_TRUE(world.returned_bodies().empty()) << "reported once";
 }
 
 TEST(SceneBounds, AHandMayCarryABodyAnywhere) {
@@ -60,7 +60,7 @@ TEST(RemovedBody, HasNoContactsUntilItsPoseIsReceived) {
   World without_body = client_world(description);
   without_body.remove_body(kA);
   without_body.activate_tool(0);
-  EXPECT_EQ(push(without_body), 0) << "a body that nobody has told of is no ghost at its start";
+  EXPECT_EQ(push(without_body), 0) << "a body without a received pose must not be felt at its start";
   EXPECT_EQ(without_body.grab(0, kA), GrabResult::kOutOfReach);
   World with = client_world(description);
   with.remove_body(kA);

@@ -24,7 +24,7 @@ TEST(FollowedBodies, KeepTheReceivedVelocityWhateverActsOnThem) {
   EXPECT_LT((a.X.p - Vec3(0.05, 0, 1)).norm(), 1e-12);
   EXPECT_LT((rotation_vector(a.X.q) - Vec3(0, 0, 1)).norm(), 1e-12);
   EXPECT_LT((a.V.v - Vec3(0.1, 0, 0)).norm(), 1e-15);
-  EXPECT_EQ(world.body(kB).X.p, Vec3(0, 0, 1.03)) << "it overlaps the other, and nobody minds";
+  EXPECT_EQ(world.body(kB).X.p, Vec3(0, 0, 1.03)) << "followed bodies may overlap";
 }
 
 TEST(ClientWorld, ATouchedBodyIsMovedByTheToolAndThenFollowsAgain) {

@@ -314,7 +314,8 @@ TEST(EffectStage, AnEffectTravelsWithItsBody) {
   EXPECT_NEAR(world.tool(0).tool.X.p.y(), 0.9 / kStiffness, 1e-6);
   // The reaction pushes the carrier, and thus the hand that holds the carrier.
   EXPECT_NEAR(world.tool(1).tool.X.p.y(), -0.9 / kStiffness, 1e-5);
-  EXPECT_NEAR(world.tool(1).wrench_on_hand_W.f.y(), -0.9, 1e-3) << "a body's own effects spare who holds it";
+  EXPECT_NEAR(world.tool(1).wrench_on_hand_W.f.y(), -0.9, 1e-3)
+      << "the holder must feel the reaction, but not the effects of the held body";
 }
 
 TEST(EffectStage, AFluidThatMovesDragsAToolAlong) {

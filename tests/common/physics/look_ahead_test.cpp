@@ -33,7 +33,7 @@ TEST(TwoPartStep, IsFinishedOnceAndNeverLeftUndone) {
     whole.step();
     twice.answer();
     twice.finish();
-    EXPECT_EQ(twice.finish(), 0U) << "there is nothing left";
+    EXPECT_EQ(twice.finish(), 0U) << "a second call must have no work";
     never.answer();
   }
   never.finish();

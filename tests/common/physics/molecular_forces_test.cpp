@@ -147,7 +147,7 @@ Loop work_on_a_loop(const WorldDescription& world, double distance_m, double way
     const std::array<Pose, 2> poses{Pose{}, pose(i)};
     std::array<Wrench, 2> wrenches{};
     EXPECT_FALSE(forces.add_wrenches(poses, wrenches))
-        << "the bound acts, where nothing is conservative, at " << forces.energy_kj_per_mol();
+        << "the force limit acts, so the field is not conservative, at " << forces.energy_kj_per_mol();
     return wrenches[1];
   };
   Loop loop;
@@ -358,7 +358,7 @@ TEST(MolecularPair, IsTakenAtAnotherAtomWhileTheOtherIsHeldAndTurnsAboutThat) {
   const Quat before = world.body(BodyId{1}).X.q;
   hold_at(tool_W + Vec3(0, 0, 0.02));
   EXPECT_LT((world.body(BodyId{1}).X * place_B - (tool_W + Vec3(0, 0, 0.02))).norm(), 1e-4) << "it follows the hand";
-  EXPECT_LT(before.angularDistance(world.body(BodyId{1}).X.q), 0.2) << "which also holds how it is turned";
+  EXPECT_LT(before.angularDistance(world.body(BodyId{1}).X.q), 0.2) << "the hand must also keep its orientation";
 }
 
 }  // namespace

@@ -61,8 +61,8 @@ TEST(NearPairs, AContactSticksWhicheverOfItsBodiesBecomesImplicit) {
       cubes.run(before, 600);
       const Vec3 stuck = cubes.between();
       const double stretch_m = std::abs(stuck.x());
-      ASSERT_LT(stretch_m, 1e-6) << "it sticks";
-      ASSERT_GT(stretch_m, 1e-8) << "friction is not stretched, so nothing would be lost";
+      ASSERT_LT(stretch_m, 1e-6) << "the contact must stick";
+      ASSERT_GT(stretch_m, 1e-8) << "the friction spring is not stretched, so its loss would not be visible";
       cubes.run(after, 50);
       // If the friction state were lost, the contact would yield by the whole stretch.
       EXPECT_LT((cubes.between() - stuck).norm(), 0.25 * stretch_m);

@@ -316,7 +316,7 @@ TEST(World, DeactivatedToolLetsGoAndLeavesTheWorld) {
   EXPECT_FALSE(world.tool(0).held.is_valid());
   const double v = world.body(BodyId{1}).V.v.z();
   step_times(world, 100);
-  EXPECT_NEAR(world.body(BodyId{1}).V.v.z(), v - kWorldG * 0.1, 1e-9) << "nothing is in the falling body's way";
+  EXPECT_NEAR(world.body(BodyId{1}).V.v.z(), v - kWorldG * 0.1, 1e-9) << "the body must fall freely";
 }
 
 TEST(World, NextUserFindsTheBodyInTheHandAgain) {

@@ -49,7 +49,7 @@ TEST(PeriodicTimer, WakesAheadByTheSetTime) {
     EXPECT_GE(now, deadline - early);
     if (now < deadline) ++ahead;
   }
-  EXPECT_GT(ahead, 0) << "it knows by then how long waking up takes";
+  EXPECT_GT(ahead, 0) << "the wake-up latency must be measured by then";
 }
 
 TEST(PeriodicTimer, ThatSpinsIsNotBeforeItsDeadlineEither) {

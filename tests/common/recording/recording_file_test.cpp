@@ -142,12 +142,12 @@ TEST_F(RecordingFileTest, AFullDiskLosesMessagesAndIsReportedOnce) {
   constexpr std::uint64_t kSecondNs = 1'000'000'000;
   file.add(1, 4, octets_of_text("after"));
   file.flush(4 * kSecondNs);
-  EXPECT_EQ(file.pop_news(), "") << "a disk that is nearly full takes a small chunk";
+  EXPECT_EQ(file.pop_news(), "") << "a small chunk must fit on a disk that is nearly full";
   {
     const SmallDisk small(file.bytes_written() + 20);
     file.add(1, 5, octets_of_text("lost"));
     file.flush(5 * kSecondNs);
-    EXPECT_EQ(file.pop_news(), "") << "told already";
+    EXPECT_EQ(file.pop_news(), "") << "reported before";
   }
   file.add(1, 6, octets_of_text("and"));
   file.flush(6 * kSecondNs);

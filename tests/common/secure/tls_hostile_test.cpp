@@ -123,7 +123,7 @@ TEST(KeyFiles, AreTheSameForProcessesThatCreateThemAtOnce) {
     for (std::thread& thread : threads) thread.join();
     for (const KeyId& id : ids) ASSERT_EQ(id, KeyPair::load(file).id());
     const auto entries = std::filesystem::directory_iterator(file.parent_path());
-    ASSERT_EQ(std::distance(begin(entries), end(entries)), 1) << "nothing else is left";
+    ASSERT_EQ(std::distance(begin(entries), end(entries)), 1) << "no other file may remain";
   }
 }
 

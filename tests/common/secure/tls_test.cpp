@@ -87,7 +87,7 @@ TEST_F(Tls, RefusesAServerWithAnotherKey) {
   EXPECT_FALSE(pair.client_is_good);
   EXPECT_FALSE(pair.client.is_established());
   EXPECT_THAT(pair.client.problem(), HasSubstr("key is not the one"));
-  EXPECT_FALSE(pair.server_is_good) << "told by an alert";
+  EXPECT_FALSE(pair.server_is_good) << "the server must fail after the client's alert";
 }
 
 TEST_F(Tls, BothEndsExportTheSameSecretAndNoOtherConnectionDoes) {

@@ -74,7 +74,7 @@ TEST(Higuchi, OfAnyRampIsOne) {
       EXPECT_NEAR(higuchi_dimension(ramp), 1, 1e-9) << slope << " " << count;
     }
   }
-  EXPECT_EQ(higuchi_dimension(std::vector<double>(512, 3.0)), 1) << "a constant signal is a ramp, too";
+  EXPECT_EQ(higuchi_dimension(std::vector<double>(512, 3.0)), 1) << "a constant signal is a ramp of slope 0";
 }
 
 TEST(Higuchi, OfFractionalBrownianMotionIsTwoMinusHurst) {

@@ -110,7 +110,7 @@ TEST_F(ReadExperiment, EveryFieldArrives) {
   EXPECT_EQ(user.up.rate_limit_bytes_per_s, 1e6);
   EXPECT_EQ(user.up.queue_limit, 12U);
   EXPECT_EQ(user.down.delay, milliseconds(100));
-  EXPECT_EQ(user.down.loss, 0.05) << "what the way down does not say is as the link";
+  EXPECT_EQ(user.down.loss, 0.05) << "settings missing in downlink must be those of link";
   EXPECT_EQ(user.down.distribution, net::JitterDistribution::kPareto);
 }
 
@@ -120,7 +120,7 @@ TEST_F(ReadExperiment, KeepsDefaultsForMissingSettings) {
   EXPECT_EQ(experiment.duration, seconds(10));
   EXPECT_EQ(experiment.users[0].pipeline.stage, default_stage());
   EXPECT_FALSE(experiment.users[0].state_over_tcp);
-  EXPECT_EQ(experiment.users[0].down.delay, milliseconds(7)) << "downlink is like link unless it is given";
+  EXPECT_EQ(experiment.users[0].down.delay, milliseconds(7)) << "without downlink, the settings of link apply";
   EXPECT_EQ(experiment.users[0].tick_phase, microseconds(250));
   EXPECT_EQ(experiment.users[1].tick_phase, microseconds(500));
   EXPECT_EQ(experiment.users[1].hand_parameters.mass_kg, devices::HandParameters{}.mass_kg);

@@ -74,7 +74,8 @@ TEST(TrialMetrics, ContactPhasesAreThoseInWhichTheHandFeelsSomethingAtZeroDelay)
   const SessionTrace trace = pressing([](TickSample& tick, double) { force(tick, 4); });
   const Experiment experiment;
   const UserView view{experiment, trace.users[0], &reference.users[0], nullptr};
-  EXPECT_EQ(contact_phases(view), (std::vector<bool>{false, true, false})) << "move never, hold too weak";
+  EXPECT_EQ(contact_phases(view), (std::vector<bool>{false, true, false}))
+      << "the move phase has no contact, and in the last phase it is too weak";
   EXPECT_NEAR(metric("contact_force_mean_n", trace, &reference), 4, 1e-12);
   EXPECT_NEAR(metric("contact_force_ratio", trace, &reference), 2, 1e-12);
 }
@@ -105,7 +106,7 @@ TEST(TrialMetrics, FeltStiffnessIsTheRatioOfSlopes) {
   const SessionTrace reference = spring(500);
   EXPECT_NEAR(metric("felt_stiffness_ratio", spring(350), &reference), 0.7, 1e-9);
   const SessionTrace constant = pressing([](TickSample& tick, double) { force(tick, 2); });
-  EXPECT_TRUE(std::isnan(metric("felt_stiffness_ratio", constant, &constant))) << "nothing was pressed";
+  EXPECT_TRUE(std::isnan(metric("felt_stiffness_ratio", constant, &constant))) << "the penetration was constant";
   // A force that does not depend on the position of the hand gives no stiffness.
   const SessionTrace sliding = pressing([](TickSample& tick, double t) {
     tick.hand_D.p = Vec3(0, 0, 0.004 * sine(0.5, t));
@@ -196,7 +197,8 @@ TEST(TrialMetrics, AStepIsExcusedByOneOfTheReferenceATenthOfASecondAndARoundTrip
   EXPECT_NEAR(metric("torque_step_max_n_m_per_ms", stepping(2.898), &reference), 0.05, 1e-12);
   SessionTrace late = stepping(3.199);
   late.users[0].user.up.delay = late.users[0].user.down.delay = milliseconds(50);
-  EXPECT_EQ(metric("force_step_max_n_per_ms", late, &reference), 0) << "a partner's touch comes so late";
+  EXPECT_EQ(metric("force_step_max_n_per_ms", late, &reference), 0)
+      << "the step is within the delay of a partner's contact";
 }
 
 TEST(TrialMetrics, AReturnIsHalfASecondAfterALongSilence) {
@@ -295,7 +297,8 @@ TEST(EnergyLedger, WhatTheWorldGaveIsNotCreatedHoweverLateItIsAsked) {
     EXPECT_NEAR(ledger.hand_ports_j.at(0), 0.2, 1e-9);
     EXPECT_NEAR(ledger.created_max_j, 0, 1e-9);
     EXPECT_NEAR(ledger.created_in_100_ms_j, 0, 1e-9);
-    EXPECT_EQ(energy_ledger(working(-2, 0.1, late_ms)).created_max_j, 0) << "half of what the hand gave was lost";
+    EXPECT_EQ(energy_ledger(working(-2, 0.1, late_ms)).created_max_j, 0)
+        << "half of the supplied energy was dissipated";
   }
 }
 
@@ -474,7 +477,7 @@ TEST(Outcome, StatesWhetherTheBodyEndsAtItsTarget) {
   };
   EXPECT_EQ(outcome_at({0, 0, 0}, {0.061, 0.001, 0.031}), "completed");
   EXPECT_EQ(outcome_at({0, 0, 0}, {0.06, 0, 0.0325}), "missed");
-  EXPECT_EQ(outcome_at({0.06, 0, 0.03}, {0, 0, 0}), "missed") << "it was there, and is not any more";
+  EXPECT_EQ(outcome_at({0.06, 0, 0.03}, {0, 0, 0}), "missed") << "the body started at the target and left it";
 }
 
 TEST(Outcome, OfAHandThatFeelsLessThanHalfOfTheTruthIsWeak) {

@@ -93,7 +93,7 @@ TEST(OutputFiles, AskingForAFolderMakesNone) {
   EXPECT_FALSE(fs::exists(folder));
   fs::create_directories(folder);
   check_folder_can_be_made(folder);
-  EXPECT_TRUE(fs::exists(folder)) << "it was there before";
+  EXPECT_TRUE(fs::exists(folder)) << "an existing folder must be kept";
   std::ofstream(folder / "file") << "a file";
   EXPECT_THROW(check_folder_can_be_made(folder / "file" / "deeper"), std::invalid_argument);
 }

@@ -49,7 +49,7 @@ TEST_F(Study, ARowSaysWhatWasTriedAndWhatCameOut) {
   EXPECT_EQ(text_in(row, "outcome"), "completed");
   for (const TrialMetric& metric : trial_metrics()) EXPECT_TRUE(row.contains(metric.name)) << metric.name;
   EXPECT_GT(number_in(row, "contact_error_rms_n"), 0);
-  EXPECT_EQ(row.at("felt_mass_ratio"), json::value(nullptr)) << "nothing is shaken";
+  EXPECT_EQ(row.at("felt_mass_ratio"), json::value(nullptr)) << "the path has no shaking phase";
   EXPECT_EQ(row.at("users").as_array().size(), 2U);
   EXPECT_EQ(seed_groups(results).size(), 4U);
 }

@@ -53,7 +53,7 @@ TEST_F(Study, AgainstTheTruthAloneRunsItOnceASeedAndLeavesOutWhatTheOwnStageWoul
     EXPECT_FALSE(both[i].row.at("contact_delay_error_rms_n").is_null());
     EXPECT_EQ(results[i].row.at("contact_error_rms_n"), both[i].row.at("contact_error_rms_n"));
   }
-  EXPECT_EQ(reused(both), 0U) << "of the same folder: a row that lacks a metric is not the other's";
+  EXPECT_EQ(reused(both), 0U) << "a row of the same folder that lacks a metric must not be reused";
 }
 
 TEST_F(Study, IsRefusedForATrialWithMoreHandsThanToolsWhoeverSharesItsScene) {

@@ -161,7 +161,7 @@ TEST(VirtualSession, RefusesMoreManipulatorsThanTools) {
               testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("3 manipulators")));
   experiment.users.back().role = server::UserRole::kObserver;
   const SessionTrace trace = run_virtual_session(experiment, scene());
-  EXPECT_EQ(user_metric(trace.users[2], "force_max_n"), 0) << "an observer feels nothing";
+  EXPECT_EQ(user_metric(trace.users[2], "force_max_n"), 0) << "an observer must have no force";
 }
 
 TEST(VirtualSession, AHandOnAnotherDeviceHasThatDevicesLimits) {
@@ -198,7 +198,7 @@ TEST(VirtualSession, HandsStartAtAWholeMillisecondWhateverTheLinks) {
     for (ExperimentUser& each : experiment.users) each.up.delay = each.down.delay = std::chrono::microseconds(delay_us);
     const SessionTrace trace = run_virtual_session(experiment, scene());
     EXPECT_EQ(trace.joined_after % kHapticPeriod, Duration(0));
-    EXPECT_EQ(trace.users[0].ticks.front().time, kSlot) << "so that ticks of two trials are at the same times";
+    EXPECT_EQ(trace.users[0].ticks.front().time, kSlot) << "ticks of two trials must have equal times";
     EXPECT_EQ(trace.users[1].ticks.front().time, 2 * kSlot);
   }
 }

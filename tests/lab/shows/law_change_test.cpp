@@ -93,7 +93,7 @@ TEST(ChangedLawOfAnActiveScene, CalmsTheHand) {
   EXPECT_LE(largest_step_n(changed, kStill.there, kWatched), 0.1);
   EXPECT_GT(force_at_n(changed, kStill.there + kWatched).norm(), 1);
   EXPECT_GT(largest_step_n(changed, 12s, kWatched), 0.5)
-      << "the scene's own law jumps: that is why nobody else can have it";
+      << "the law jumps even by itself, therefore it cannot be selected elsewhere";
 }
 
 class ChangedLawInStage : public testing::TestWithParam<const char*> {};
@@ -140,7 +140,7 @@ TEST(ChangedLawOfTwo, CausesNoForceStepForEitherUserAndDropsNoBody) {
     const Vec3 wanted = force_at_n(always.users[user].ticks, 11s);
     ASSERT_GT(wanted.norm(), 2) << "still held";
     EXPECT_GT((force_at_n(ticks, 9600ms) - force_at_n(always.users[user].ticks, 9600ms)).norm(), 0.15)
-        << "the other law was felt";
+        << "the force must be that of the other law";
     EXPECT_LE((force_at_n(ticks, 11s) - wanted).norm(), 0.01 * wanted.norm()) << user;
   }
 }

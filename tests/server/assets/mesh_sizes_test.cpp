@@ -89,7 +89,7 @@ TEST_F(MeshSizes, EveryDegenerateMeshIsRefusedInWordsOrHasNumbers) {
     for (const Vec3& vertex : loaded_->body_shapes[0][0].mesh->vertices) ASSERT_TRUE(vertex.allFinite());
   }
   EXPECT_GT(refused, 5);
-  EXPECT_LT(refused, 30) << "those that have a surface are loaded";
+  EXPECT_LT(refused, 30) << "meshes with a surface must be loaded";
 }
 
 TEST(MassOfAMolecule, IsFiniteForAnyAtomMasses) {

@@ -123,7 +123,7 @@ TEST_F(PoseKeeperTest, AKeptPoseIsCountedWrittenAndReadAgain) {
   EXPECT_EQ(apart.number(), 1U);
   EXPECT_EQ(apart.user_name(), "ada");
   EXPECT_EQ(apart.contacts(), 0U);
-  EXPECT_NEAR(apart.rmsd_angstrom(), 8, 3) << "drawn apart by the scene";
+  EXPECT_NEAR(apart.rmsd_angstrom(), 8, 3) << "the scene separates the molecules";
   EXPECT_EQ(submit(wire::AskPose::KEEP).kept_pose().name(), "pose 2");
   std::filesystem::path list;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
@@ -169,7 +169,7 @@ TEST_F(PoseKeeperTest, AFileThatIsNotAListIsNotChanged) {
   EXPECT_EQ(keeper_->kept(room()).size(), 1U);
   start(folder_);
   EXPECT_THAT(submit(wire::AskPose::KEEP).error().text(), HasSubstr("poses.json is no list"))
-      << "it still stands there";
+      << "the invalid file must remain";
 }
 
 TEST_F(PoseKeeperTest, WhatANewerServerAddedDoesNotLoseTheList) {

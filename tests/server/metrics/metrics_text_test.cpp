@@ -21,7 +21,7 @@ std::map<std::string, std::string> samples_of(const std::string& text) {
   for (std::string line; std::getline(lines, line);) {
     if (line.starts_with("#")) continue;
     const std::size_t space = line.rfind(' ');
-    EXPECT_TRUE(samples.emplace(line.substr(0, space), line.substr(space + 1)).second) << line << " stands there twice";
+    EXPECT_TRUE(samples.emplace(line.substr(0, space), line.substr(space + 1)).second) << line << " occurs twice";
   }
   return samples;
 }

@@ -144,7 +144,7 @@ TEST(SoftWorld, WhatTheToolGetsTheNodesLose) {
     light_touches += force_on_nodes_W.norm() < 0.1 ? 1 : 0;
     largest_n = std::max(largest_n, force_on_nodes_W.norm());
   }
-  EXPECT_GT(largest_n, 0.05) << "nothing was pushed";
+  EXPECT_GT(largest_n, 0.05) << "no force was large enough for the test";
   EXPECT_GT(light_touches, 2);
 }
 
@@ -230,7 +230,7 @@ double resting_force_n(double depth_m) {
 TEST(SoftWorld, PredictsATouch) {
   SoftWorld world(pad_settings(16));
   soft_steps(world, kAway, 5);
-  EXPECT_EQ(world.contact(0).trust_radius_m, 0) << "too far to be told of";
+  EXPECT_EQ(world.contact(0).trust_radius_m, 0) << "too far for a prediction";
   soft_steps(world, ball_in_pad(-0.02), 25);
   const SoftContact contact = world.contact(0);
   const auto force_n = [&](double depth_m) { return physics::soft_wrench(contact, ball_in_pad(depth_m)).f.z(); };
@@ -275,7 +275,7 @@ TEST(SoftWorld, OfTwoSoftBodiesTheNearerIsPredicted) {
   };
   EXPECT_EQ(force_n(0), 0) << "1 cm above";
   EXPECT_EQ(force_n(0.009), 0);
-  EXPECT_GT(force_n(0.013), 0.1) << "in the nearer one, and far above the other";
+  EXPECT_GT(force_n(0.013), 0.1) << "in contact with the nearer pad, far above the other";
 }
 
 TEST(SoftWorld, ToolThatLeavesHasNoContactAtOnce) {

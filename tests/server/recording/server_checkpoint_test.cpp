@@ -72,7 +72,7 @@ TEST_F(ServerCheckpointTest, AFailedWriteIsRetriedWithBackOffWhileRoomsAreIdle) 
   ASSERT_EQ(news.size(), 2U);
   EXPECT_THAT(news[1], HasSubstr("is written again"));
   for (Duration at = 32s; at < 60s; at += 20ms) checkpoint->work(LocalTime(at));
-  EXPECT_EQ(checkpoint->writes(), 1U) << "nothing is new";
+  EXPECT_EQ(checkpoint->writes(), 1U) << "without changes nothing must be written";
 }
 
 TEST_F(ServerCheckpointTest, WhatWasNotedIsWrittenAlsoIfNobodyFinishes) {

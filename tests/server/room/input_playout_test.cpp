@@ -292,7 +292,7 @@ TEST(InputPlayout, RunsOnThroughAGapWithTheHandThatGoesOn) {
     ASSERT_LE(moved_m, 2 * 0.15 * kInputPlayoutStep_s + 1e-9) << i << ": no jump";
   }
   EXPECT_NEAR(gap.behind_m.back(), 0.15 * to_seconds(gap.playout.delay()), 2 * 0.15 * kInputPlayoutStep_s)
-      << "nothing is left of it";
+      << "the offset must be gone";
 }
 
 TEST(InputPlayout, WhatRunsOnStandsForTheTickThatIsDueAndIsNearItsPlace) {

@@ -130,7 +130,7 @@ TEST(RoomPassivity, AHandThatSuppliesNothingHardlyMovesIt) {
   EXPECT_TRUE(flung.is_held());
   EXPECT_LE(flung.created_max_j(), kMaxCreated_j);
   EXPECT_LE(flung.kinetic_j(), kMaxCreated_j);
-  EXPECT_TRUE(flung.was_limited()) << "and everybody is told";
+  EXPECT_TRUE(flung.was_limited()) << "the limit must be reported to users";
 }
 
 TEST(RoomPassivity, WorkReportedByAHandAtRestIsNotCredited) {

@@ -72,7 +72,7 @@ TEST_F(RoomResumeTest, GoesOnFromTheStateOfAnother) {
   room_.describe(state);
   Room next(RoomId{1}, "test", room_.shared_scene());
   next.resume(state);
-  EXPECT_FALSE(next.is_idle()) << "nobody is there, but it is not as the scene says";
+  EXPECT_FALSE(next.is_idle()) << "an empty room that differs from its scene must not be idle";
   EXPECT_LT((next.world().body(BodyId{2}).X.p - room_.world().body(BodyId{2}).X.p).norm(), 1e-12);
   const Vec3 hung = next.world().body(BodyId{2}).X.p;
   for (int i = 1; i <= 1000; ++i) next.step(ServerTime(next.period() * i));

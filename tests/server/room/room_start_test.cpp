@@ -25,7 +25,7 @@ TEST(RoomStart, IsACountdownAfterTheLastUsersHand) {
   RoomStart start({.users = 2, .countdown = kCountdown});
   EXPECT_EQ(start.message().awaited(), 2U);
   EXPECT_TRUE(start.add(UserId{1}, at(1000)));
-  EXPECT_FALSE(start.add(UserId{1}, at(1500))) << "the same user again";
+  EXPECT_FALSE(start.add(UserId{1}, at(1500))) << "a user counts once";
   EXPECT_EQ(start.message().awaited(), 1U);
   EXPECT_EQ(start.message().starts_server_ns(), 0U);
   EXPECT_TRUE(start.add(UserId{2}, at(9000)));

@@ -99,7 +99,7 @@ TEST_F(RoomTest, UsersAreAnsweredBeforeTheStepIsFinished) {
   const auto answer = update(0);
   ASSERT_TRUE(answer.has_value());
   EXPECT_EQ(answer->answered_input, Tick{1});
-  EXPECT_EQ(counter.steps, 1) << "the step goes on";
+  EXPECT_EQ(counter.steps, 1) << "the step must continue";
   room_.finish();
   EXPECT_EQ(counter.steps, 2);
   EXPECT_FALSE(update(0).has_value()) << "there is one answer a step";
@@ -386,9 +386,9 @@ TEST_F(RoomTest, OurOwnPartOfAStepDoesNotAllocateEvenWhenItGrabs) {
 }
 
 TEST_F(RoomTest, AnEmptyRoomIsIdleAndAsItWas) {
-  EXPECT_TRUE(room_.is_idle()) << "nobody has come yet";
+  EXPECT_TRUE(room_.is_idle()) << "no user has joined";
   join(0, 7, 0);
-  EXPECT_FALSE(room_.is_idle()) << "somebody wants to come in";
+  EXPECT_FALSE(room_.is_idle()) << "a user is joining";
   step();
   EXPECT_FALSE(room_.is_idle());
 }
@@ -411,7 +411,7 @@ TEST_F(RoomTest, StartsAnewWhenAllHaveBeenAwayForAWhile) {
   EXPECT_LT((room_.world().body(BodyId{2}).X.p - Vec3(0, 0, 0.02)).norm(), 1e-3);
   join(1, 8, 1);
   step();
-  EXPECT_TRUE(update(1).has_value()) << "and takes people in again";
+  EXPECT_TRUE(update(1).has_value()) << "users must be able to join again";
 }
 
 TEST(RoomWithoutReset, KeepsItsStateAndSleeps) {
@@ -421,7 +421,7 @@ TEST(RoomWithoutReset, KeepsItsStateAndSleeps) {
   ASSERT_TRUE(room.post({.seat = {0, UserId{7}, UserRole::kManipulator, 0}}));
   room.step(ServerTime{});
   ASSERT_TRUE(room.post({.kind = RoomCommand::Kind::kLeave, .seat = {0, UserId{7}}}));
-  EXPECT_FALSE(room.is_idle()) << "the leave is still to be taken";
+  EXPECT_FALSE(room.is_idle()) << "the leave is not executed yet";
   room.step(ServerTime{});
   EXPECT_TRUE(room.is_idle());
 }

@@ -175,7 +175,7 @@ TEST_F(InvitationLedgerTest, WithoutAFileEarlierTokensAreRefusedUnlessTheKeyIsNe
   EXPECT_EQ(ledger->issued_from_ms(), 1000U);
   ledger = open();
   ledger->begin(true, 2000);
-  EXPECT_EQ(ledger->issued_from_ms(), 1000U) << "the file is there now";
+  EXPECT_EQ(ledger->issued_from_ms(), 1000U) << "the file exists now";
   ledger = open();
   ledger->begin(true, 900);
   ASSERT_EQ(news.size(), 1U);

@@ -206,7 +206,7 @@ TEST(InvitationsOverRestarts, LetInOnceWhateverHappensBetween) {
   EXPECT_GT(joined, 3 * kHistories);
   EXPECT_GT(refused, 5 * kHistories);
   EXPECT_GT(resumed, kHistories / 10);
-  EXPECT_LT(5 * either, joined + refused) << "a model that leaves much open shows nothing";
+  EXPECT_LT(5 * either, joined + refused) << "too many cases are undecided by the model";
 }
 
 // Regression tests: sequences of events that have revealed faults in the past.

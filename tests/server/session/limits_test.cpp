@@ -192,8 +192,8 @@ TEST(Limits, AUserWhoJoinsAndLeavesMeanwhileIsNotReportedToASlowReader) {
   bench.step();
   const auto received = bench.drain(slow);
   ASSERT_EQ(test::described(received), "user_left, user_joined");
-  EXPECT_EQ(received[0].user_left().user(), ada.joined.user()) << "of whom he knew";
-  EXPECT_EQ(received[1].user_joined().user(), eve.joined.user()) << "the only one of fifty who is there";
+  EXPECT_EQ(received[0].user_left().user(), ada.joined.user()) << "the user who was reported before";
+  EXPECT_EQ(received[1].user_joined().user(), eve.joined.user()) << "the only one of fifty users who is still joined";
 }
 
 TEST(Limits, OnlyAUserWhoFloodsWithUpdatesIsDisconnected) {

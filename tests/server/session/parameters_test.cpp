@@ -155,7 +155,7 @@ TEST(SessionLaw, IsTheOperatorsToldToAllAndKnownToNewcomersUntilHeLeaves) {
   EXPECT_EQ(others[0].parameter_set().text(), "stable-dynamic");
   bench.send(olga, set_law("stable-dynamic"));
   EXPECT_EQ(test::described(bench.drain(olga)), "parameter_set");
-  EXPECT_EQ(test::described(bench.drain(ada)), "") << "nothing is new";
+  EXPECT_EQ(test::described(bench.drain(ada)), "") << "an unchanged law must not be reported";
   EXPECT_EQ(bench.join("eve", wire::ROLE_OBSERVER).joined.scene().coupling().law(), "stable-dynamic");
   bench.drain(ada);
   bench.send(olga, message_of([](auto& message) { message.mutable_leave(); }));

@@ -57,7 +57,7 @@ TEST(SessionHub, OneUsersFloodOfGrabsIsAnsweredBusyAndTheOthersAreServed) {
   for (int round = 0; round < 3; ++round) {
     for (std::uint32_t i = 0; i < 15; ++i) bench.send(ada, grab_any(i));
     bench.send(ben, grab_any(1));
-    EXPECT_EQ(test::described(bench.drain(ben)), "") << "asked of the room, not refused";
+    EXPECT_EQ(test::described(bench.drain(ben)), "") << "forwarded to the room, not refused";
     bench.step();
     EXPECT_EQ(test::described(bench.drain(ben)), round == 0 ? "grabbed" : "error ERROR_ALREADY_HOLDING");
     const auto answers = bench.drain(ada);
@@ -322,7 +322,7 @@ TEST(SessionHub, TellsOthersWhatADeviceBearsInTheWorld) {
   EXPECT_EQ(user.tool(), 1U);
   const double scale = bench.rooms.front()->scene().workspaces.at(1).force_scale;
   EXPECT_EQ(user.coupling_bounds().force_limit_n(), 2 / scale);
-  EXPECT_FALSE(user.coupling_bounds().has_stiffness_n_per_m()) << "nothing was said of it";
+  EXPECT_FALSE(user.coupling_bounds().has_stiffness_n_per_m()) << "it must not be mentioned";
 }
 
 TEST(SessionHub, RefusesBoundsOfACouplingThatNoDeviceHas) {

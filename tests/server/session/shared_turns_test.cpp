@@ -104,7 +104,7 @@ TEST(SessionHub, TellsEachUserEachStepOnceWhileTheRoomsThreadHelps) {
   }
   for (const test::BenchClient& user : users) EXPECT_EQ(bench.drain_datagrams(user).size(), steps);
   EXPECT_EQ(bench.hub->counters().datagrams_sent - sent_before, kUsers * steps);
-  EXPECT_GT(bench.transport.sent_elsewhere, 0U) << "nobody helped";
+  EXPECT_GT(bench.transport.sent_elsewhere, 0U) << "no other thread helped";
 }
 
 }  // namespace

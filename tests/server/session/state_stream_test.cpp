@@ -43,7 +43,7 @@ TEST(StateStream, SendsEachPublishedStepOnceWithTheFourTimeStamps) {
   const auto sent = bench.drain_datagrams(ada);
   ASSERT_EQ(sent.size(), 10U);
   bench.hub->poll(VirtualClock(bench.now));
-  EXPECT_TRUE(bench.drain_datagrams(ada).empty()) << "nothing new was published";
+  EXPECT_TRUE(bench.drain_datagrams(ada).empty()) << "no newer state was published";
   proto::ServerUpdate update;
   proto::DatagramHeader header;
   ASSERT_EQ(proto::parse_header(sent.back(), header), proto::DropReason::kNone);

@@ -114,7 +114,7 @@ TEST_P(PassiveCouplingLaw, CreatesNoEnergyOverAClosedPathOfBothEnds) {
       given.add(on_tool.f.dot(step_WT.v) + on_tool.t.dot(step_WT.w) + on_hand.f.dot(step_WH.v) +
                 on_hand.t.dot(step_WH.w));
     }
-    ASSERT_LT(given.net_j, 0) << "the damper took nothing; seed " << seed << " draw " << i;
+    ASSERT_LT(given.net_j, 0) << "the damper dissipated no energy; seed " << seed << " draw " << i;
   }
 }
 

@@ -41,9 +41,9 @@ TEST(EnergyReport, AnImpossibleAmountOfWorkDoesNotCount) {
   for (int ms = 1; ms <= 1000; ++ms) taken_j += report.accept(claimed_j += 0.01, 0, 0.001, 0.0);
   EXPECT_NEAR(taken_j, EnergyReport::kMaxUnclaimed_j, 1e-12) << "10 W for a hand that does not move";
   for (int ms = 1; ms <= 1000; ++ms) taken_j += report.accept(claimed_j += 0.002, 0, 0.001, 0.004);
-  EXPECT_NEAR(taken_j, EnergyReport::kMaxUnclaimed_j + 2, 1e-12) << "what it can have done counts whole";
+  EXPECT_NEAR(taken_j, EnergyReport::kMaxUnclaimed_j + 2, 1e-12) << "possible work must count completely";
   EXPECT_NEAR(report.accept(claimed_j + 10, 0, 0.001, 3), 3 + EnergyReport::kMaxUnclaimed_j, 1e-12)
-      << "also in a bunch";
+      << "also if reports arrive late together";
 }
 
 TEST(EnergyReport, ASumThatFallsOrIsNotFiniteIsDroppedWholeAndCounted) {

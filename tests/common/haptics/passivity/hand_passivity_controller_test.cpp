@@ -191,12 +191,12 @@ TEST(HandPassivityController, ADebtDoesNotReduceTheForceAtRestOrWhileTheHandSupp
   controller.set_displayed(hand_force_x(4));
   controller.apply(hand_at_x(0.0003), hand_force_x(4), kHandPassivityControllerPeriod);
   ASSERT_LT(controller.balance_j(), -HandPassivityController::kInitialCredit_j);
-  ASSERT_EQ(controller.gain(), 0) << "it took, and would go on";
+  ASSERT_EQ(controller.gain(), 0) << "the hand has received energy and would continue";
   double x = 0.0003;
   for (int k = 0; k < 1000; ++k) controller.apply(hand_at_x(x), hand_force_x(4), kHandPassivityControllerPeriod);
-  EXPECT_GT(controller.gain(), 0.99) << "at rest nothing is taken";
+  EXPECT_GT(controller.gain(), 0.99) << "the gain must recover at rest";
   for (int k = 0; k < 10; ++k) controller.apply(hand_at_x(x -= 1e-4), hand_force_x(4), kHandPassivityControllerPeriod);
-  EXPECT_EQ(controller.gain(), 1) << "it pays";
+  EXPECT_EQ(controller.gain(), 1) << "the hand supplies energy";
 }
 
 TEST(HandPassivityController, CountsTheDisplayedForce) {

@@ -91,7 +91,7 @@ TEST(ToolPassivityController, ANegativeBalanceLeaksAwayAndIsClearedWhereTheHandl
   EXPECT_EQ(controller.balance_j(), 0);
   controller.hand_reported(0, 10, kStep);
   controller.restart_handle(0.2);
-  EXPECT_NEAR(controller.balance_j(), 0.2, 1e-12) << "what the coupling stores is credited";
+  EXPECT_NEAR(controller.balance_j(), 0.2, 1e-12) << "the energy stored in the coupling must be credited";
 }
 
 // A tool without contact must not be braked. The brake could recover no energy, and a tool with an empty balance would
@@ -120,7 +120,7 @@ TEST(ToolPassivityController, WhatIsMissingIsBrakedAwayAndNotMore) {
     controller.stepped({Vec3(1e-4 * k, 0, 0), Quat::Identity()}, {Vec3(2 - brake * 0.1, 0, 0), Vec3::Zero()}, into_j);
     controller.hand_reported(1.7 * 0.1 * kStep * k, 0, kStep);
   }
-  EXPECT_NEAR(brake * 0.1, 0.3, 0.05) << "0.3 N too much";
+  EXPECT_NEAR(brake * 0.1, 0.3, 0.05) << "the brake must balance the excess of 0.3 N";
   for (int k = 0; k < 200; ++k) {
     controller.stepped({Vec3(0.3, 0, 0), Quat::Identity()}, {Vec3(2, 0, 0), Vec3::Zero()}, into_j);
     controller.hand_reported(1.7 * 0.3 + into_j, 0, kStep);

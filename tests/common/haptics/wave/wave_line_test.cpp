@@ -106,14 +106,15 @@ TEST(WavePlayer, NeverGivesMoreThanWasPutInWhateverTheNetworkDoes) {
       SCOPED_TRACE("loss " + std::to_string(loss) + ", seed " + std::to_string(seed));
       const Delivered delivered = deliver(seed, loss, 0.05);
       EXPECT_LE(delivered.worst_j, 1e-9);
-      EXPECT_GT(delivered.out_j, 0.02 * delivered.in_j) << "nothing that plays nothing passes";
+      EXPECT_GT(delivered.out_j, 0.02 * delivered.in_j) << "the player must output some of the energy";
     }
   }
 }
 
 TEST(WavePlayer, AfterLossNothingOfTheIntegralIsMissing) {
   const Delivered delivered = deliver(test::test_seed(3), 0.3, 0);
-  EXPECT_LT(std::sqrt(squared(delivered.missing)), 0.1) << "what was sent before the first arrival, 20 ms of 5 or so";
+  EXPECT_LT(std::sqrt(squared(delivered.missing)), 0.1)
+      << "only waves sent before the first arrival may be missing, about 20 ms";
   EXPECT_GT(delivered.in_j, 10);
 }
 

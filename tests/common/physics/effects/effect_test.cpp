@@ -93,7 +93,7 @@ TEST(Effect, FadesWithoutAJumpAtTheEdgesOfItsRegion) {
       largest = std::max(largest, f.norm());
       last = f;
     }
-    EXPECT_GT(largest, 0.1) << name_of(model) << " did nothing";
+    EXPECT_GT(largest, 0.1) << name_of(model) << " had no force";
     // The steepest effect changes by 2.3 N within 5 mm, with a slope of up to 700 N/m. This is 7e-4 N per step. A
     // discontinuity would exceed the bound.
     EXPECT_LT(largest_jump, 2e-3) << name_of(model);
@@ -223,7 +223,7 @@ TEST(Texture, ForceIsTheSlopeOfTheBumpsTimesTheNormalForceAlongTheSurface) {
   EXPECT_EQ(f.z(), 0);
   EffectInput input;
   EffectMemory memory;
-  EXPECT_EQ(effect.wrench_on_tool_O(input, memory).f, Vec3::Zero()) << "nothing presses";
+  EXPECT_EQ(effect.wrench_on_tool_O(input, memory).f, Vec3::Zero()) << "there is no contact";
 }
 
 TEST(Texture, FadesWhenBumpsPassFasterThanTheyAreSampled) {

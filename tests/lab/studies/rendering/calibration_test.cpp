@@ -159,7 +159,7 @@ TEST(Calibration, StopsJustBelowAStiffnessThatWouldBreakARule) {
       EXPECT_GT(roughness(factor), share * point.roughness_allowed) << point.mass_kg << " kg, times " << factor;
     }
   }
-  EXPECT_EQ(quiet, 4) << "what limits a Falcon is the grain of its encoder\n" << to_text(calibration);
+  EXPECT_EQ(quiet, 4) << "a Falcon must be limited by its encoder resolution\n" << to_text(calibration);
 }
 
 TEST(Calibration, ItsFitKeepsTheMarginsAndNeverAddsStiffness) {

@@ -274,7 +274,7 @@ TEST(LoadedSelection, TakesALigandThatIsNamedAndSaysThatItIsGuessed) {
   EXPECT_GT(report.missing.size(), 1516U) << "each hydrogen by name";
   try {
     load_molecule(file, {{"/XYZ"}}, test::kOplsDirectory);
-    FAIL() << "a residue that is not there was taken";
+    FAIL() << "a missing residue was accepted";
   } catch (const docking::MoleculeError& error) {
     EXPECT_NE(std::string(error.what()).find("478"), std::string::npos) << error.what();
   }
@@ -287,7 +287,7 @@ TEST(LoadedStructure, TwoAtomsOnOnePlaceAreRefusedByName) {
   const test::PdbFile file(text);
   try {
     load_molecule(file.path(), {}, test::kOplsDirectory);
-    FAIL() << "two atoms on one place were taken";
+    FAIL() << "two atoms at one position were accepted";
   } catch (const docking::MoleculeError& error) {
     const std::string message = error.what();
     EXPECT_NE(message.find("of chain A and"), std::string::npos) << message;

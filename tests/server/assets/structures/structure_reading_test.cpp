@@ -181,7 +181,7 @@ TEST(ChainLinks, ARecordThatEndsAChainWithinItsNumbersIsAGap) {
     return chain_links(parse_pdb(text, "x.pdb").residues).at(1).begins;
   };
   EXPECT_EQ(begin_of(9), ChainEnd::kGap);
-  EXPECT_EQ(begin_of(1), ChainEnd::kEnd) << "another molecule of the same letter";
+  EXPECT_EQ(begin_of(1), ChainEnd::kEnd) << "another molecule with the same chain letter";
 }
 
 TEST(ChainLinks, AreBoundedHoweverManyAtomsAreAtOnePlace) {
@@ -380,7 +380,7 @@ TEST(Traces, AreRefused) {
   for (int i = 1; i < 9; ++i) text += residue_text("ALA", "CA", i);
   try {
     load_text(text);
-    FAIL() << "eight alpha carbons were taken for a protein";
+    FAIL() << "eight alpha carbons were accepted as a protein";
   } catch (const docking::MoleculeError& error) {
     EXPECT_THAT(error.what(), HasSubstr("8 of 8 residues have only an alpha carbon"));
   }
