@@ -46,7 +46,7 @@ std::vector<SourcedLimit> values_of(const DeviceProfile& p) {
   return values;
 }
 
-TEST(ShippedProfiles, AreThoseThatAreSpokenOf) {
+TEST(ShippedProfiles, AreTheDocumentedProfiles) {
   std::set<std::string> names;
   for (const DeviceProfile& profile : shipped()) names.insert(profile.name);
   for (const char* name : {"sim", "phantom-premium-1.5-6dof", "phantom-premium-1.5-hf", "touch", "touch-x", "falcon",
@@ -56,7 +56,7 @@ TEST(ShippedProfiles, AreThoseThatAreSpokenOf) {
   }
 }
 
-TEST(ShippedProfiles, SayOfEveryValueWhereItIsFrom) {
+TEST(ShippedProfiles, StateTheSourceOfEveryValue) {
   for (const DeviceProfile& profile : shipped()) {
     for (const SourcedLimit& value : values_of(profile)) EXPECT_GE(value.source.size(), 10U) << profile.name;
   }
@@ -73,7 +73,7 @@ TEST(ShippedProfiles, LimitByVerifiedMaximaOnly) {
   }
 }
 
-TEST(ShippedProfiles, AreTakenByTheDeviceWriter) {
+TEST(ShippedProfiles, AreAcceptedByTheDeviceWriter) {
   for (const DeviceProfile& profile : shipped()) {
     SimDevice device(profile.spec, holding({}, profile), named_hand_path("rest"), 1);
     EXPECT_NO_THROW(DeviceWriter{device}) << profile.name;

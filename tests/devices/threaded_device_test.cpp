@@ -70,7 +70,7 @@ struct ThreadedDeviceRig {
   DeviceReader reader{device};
 };
 
-TEST(ThreadedDevice, ALoopThatStandsStillIsZeroAtTheDevice) {
+TEST(ThreadedDevice, AStalledLoopGivesZeroAtTheDevice) {
   ThreadedDeviceRig rig;
   EXPECT_TRUE(wait_for([&rig] {
     rig.push(5);
@@ -99,7 +99,7 @@ TEST(ThreadedDevice, ALoopThatComesBackHasNoForceBeforeItKnowsThatItsOwnWasLetGo
   EXPECT_TRUE(wait_for([&] { return push() && rig.seen.force_n == 1.0; }));
 }
 
-TEST(ThreadedDevice, ADriverThatHangsIsNotBelieved) {
+TEST(ThreadedDevice, TheSampleOfAHangingDriverIsInvalid) {
   ThreadedDeviceRig rig;
   EXPECT_TRUE(wait_for([&rig] { return rig.believes(); }));
   rig.seen.hangs = true;

@@ -298,7 +298,7 @@ TEST(WatchdogLine, ZeroComesWithin10MsOfTheMomentThatTheLineTakesBytes) {
 
 /// Reads a few bytes at a time while the owner is stopped, continued and killed at random times. Fails if a part of a
 /// frame remains in the line.
-TEST(WatchdogLine, NoHalfFrameStandsInTheLineWhenever) {
+TEST(WatchdogLine, TheLineNeverContainsAPartialFrame) {
   const std::uint64_t seed = test::test_seed(59);
   SCOPED_TRACE("TANDEM_TEST_SEED=" + std::to_string(seed));
   Random random(seed);

@@ -162,7 +162,7 @@ TEST_F(SealedChannel, ReplayedReorderedAndForgedDatagramsHaveTheirReasons) {
   EXPECT_EQ(to_server(third), DropReason::kNone);
 }
 
-TEST_F(SealedChannel, AnAddressIsAskedAndSaysTheNumberBackOnce) {
+TEST_F(SealedChannel, AnAddressIsRequestedToReturnANumberOnce) {
   constexpr std::uint64_t kNumber = 0x0102030405060708;
   const auto question = server.path_message(kNumber, now);
   const Bytes challenge(question.begin(), question.end());

@@ -293,7 +293,7 @@ TEST(ServerUpdateCodec, EachPartOfAPartnersHandleIsChecked) {
   }
 }
 
-TEST(ServerUpdateCodec, AHandleThatNobodyMayReadIsLeftOutByTheWriter) {
+TEST(ServerUpdateCodec, TheWriterOmitsAHandleThatReadersWouldRefuse) {
   ServerUpdate written = server_update();
   written.users[0].on_hand_W.t.x() = kNan;
   Bytes bytes;
@@ -316,7 +316,7 @@ TEST(ServerUpdateCodec, ADefaultUpdateIsReadableAndLeavesNothingOfAnOlderOne) {
   EXPECT_EQ(read.playout, Duration{0});
 }
 
-TEST(ServerUpdateCodec, ASoftContactThatNobodyMayReadIsLeftOutByTheWriter) {
+TEST(ServerUpdateCodec, TheWriterOmitsASoftContactThatReadersWouldRefuse) {
   const auto reads_as_none = [](const std::function<void(SoftContact&)>& change) {
     ServerUpdate written = server_update();
     change(written.soft_contact);

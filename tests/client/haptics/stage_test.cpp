@@ -245,7 +245,7 @@ TEST(Stages, EveryListedNameMakesAStageOfThatName) {
   EXPECT_EQ(make_stage({.name = "hold", .predictor = "telepathy"}), nullptr);
 }
 
-TEST(Stages, WithoutAnyStateEachShowsNothing) {
+TEST(Stages, WithoutAnyStateEachDisplaysNothing) {
   for (const std::string_view name : stage_names()) {
     StageRig rig;
     rig.input.newest = nullptr;

@@ -148,7 +148,7 @@ TEST(TrueInertia, OfAMoleculeHeldAtItsLastAtomIsTheSumOverItsAtoms) {
 
 // The results must follow from the 6×6 mass matrix at the grip, [m 1, m [c]×ᵀ; m [c]×, I_T], and its inverse. c is the
 // centre of mass relative to the grip.
-TEST(TrueInertia, IsWhatTheMassMatrixAtTheGripSays) {
+TEST(TrueInertia, EqualsThatOfTheMassMatrixAtTheGrip) {
   Random random(17, 0);
   const auto any = [&random] { return Vec3(random.normal(), random.normal(), random.normal()); };
   for (int i = 0; i < 50; ++i) {

@@ -358,7 +358,7 @@ TEST(SeveralAddresses, AnotherServerAtOneOfThemDoesNotKeepTheRightOneFromBeingFo
   EXPECT_FALSE(other.running->has_logged("joined"));
 }
 
-TEST(SeveralAddresses, WhenNoneWorksTheReasonOfEachIsGiven) {
+TEST(SeveralAddresses, IfAllAddressesFailTheReasonOfEachIsReported) {
   EncryptedServer server;
   EncryptedServer other("127.0.0.2", server.running->server->port(), "client_net_other_state");
   TestResolver resolver({"127.0.0.2", "127.0.0.3"});
@@ -373,7 +373,7 @@ TEST(SeveralAddresses, WhenNoneWorksTheReasonOfEachIsGiven) {
                     HasSubstr("127.0.0.2: "), HasSubstr("key"), HasSubstr("127.0.0.3: connection refused")));
 }
 
-TEST(SeveralAddresses, ANameThatIsNotFoundIsSaidToBe) {
+TEST(SeveralAddresses, ANameThatIsNotFoundIsReported) {
   EncryptedServer server;
   TestResolver resolver(std::vector<std::string>{});
   ClientIoSettings settings = by_name(server, resolver);

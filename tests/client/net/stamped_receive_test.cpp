@@ -43,7 +43,7 @@ class StampedReceive : public testing::Test {
   LocalTime came_{};
 };
 
-TEST_F(StampedReceive, WhatWaitedIsAsOldAsItIs) {
+TEST_F(StampedReceive, ADatagramThatWaitedHasItsTrueAge) {
   StampedReceiver receiver(to_, clock_.now());
   // The kernel stamps datagrams only some time after the first socket of the system has requested it.
   const auto is_stamped = [this, &receiver] {
@@ -78,7 +78,7 @@ TEST_F(StampedReceive, WithoutAStampItCameSinceTheSocketWasOpened) {
   EXPECT_LE(came_, clock_.now());
 }
 
-TEST_F(StampedReceive, OneThatIsLongerThanTheBufferIsCutToIt) {
+TEST_F(StampedReceive, ATooLongDatagramIsCutToTheBuffer) {
   StampedReceiver receiver(to_, clock_.now());
   const std::array<char, 200> much{};
   ASSERT_EQ(send(from_, much.data(), much.size(), 0), 200);

@@ -180,7 +180,7 @@ TEST(SessionAssets, AStoreThatNeverAnswersIsGivenUpAndTheServerQueried) {
   EXPECT_EQ(bench.bench.session.asset_level(), AssetLevel::kFull);
 }
 
-TEST(SessionAssets, OfGeneratedScenesTheServerIsQueriedOnlyForWhatASlowStoreDoesNotHave) {
+TEST(SessionAssets, RequestsOnlyAssetsThatASlowStoreLacksForGeneratedScenes) {
   std::mt19937_64 random(test::test_seed(59));
   const auto below = [&random](std::size_t limit) {
     return std::uniform_int_distribution<std::size_t>(0, limit - 1)(random);

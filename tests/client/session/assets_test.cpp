@@ -53,7 +53,7 @@ TEST(SessionAssets, AsksTheStoreBeforeTheServerAndSaysOnceAJoinThatNothingMoreIs
   EXPECT_TRUE(cheated.bench.session.assets().empty());
 }
 
-TEST(SessionAssets, FetchesTheKindsThatItIsToldAndNothingElse) {
+TEST(SessionAssets, FetchesOnlyTheRequestedKinds) {
   const std::string bytes(1000, 'v'), triangles(2000, 't');
   wire::Joined joined = joined_with_asset(bytes);
   *joined.add_assets() = joined_with_asset(triangles).assets(0);
@@ -70,7 +70,7 @@ TEST(SessionAssets, FetchesTheKindsThatItIsToldAndNothingElse) {
   }
 }
 
-TEST(SessionAssets, FetchesWhatIsOnlyDrawnAfterWhatIsFeltIsAnnounced) {
+TEST(SessionAssets, FetchesDrawingsAfterTactileAssetsAreAnnounced) {
   const std::string bytes(1000, 'v');
   wire::Joined joined = joined_with_asset(bytes);
   joined.mutable_assets(0)->set_kind("surface");
@@ -86,7 +86,7 @@ TEST(SessionAssets, FetchesWhatIsOnlyDrawnAfterWhatIsFeltIsAnnounced) {
   EXPECT_EQ(here_when_announced.size(), 1U);
 }
 
-TEST(SessionAssets, FetchesTheSmallestDrawingOfASurfaceBeforeWhatIsFeltAndTheOthersAfterIt) {
+TEST(SessionAssets, FetchesTheSmallestDrawingBeforeTactileAssetsAndTheOthersAfterwards) {
   const std::string felt(1000, 'c'), large(3000, 'd'), small(200, 'd');
   wire::Joined joined = joined_with_asset(felt);
   for (const std::string* drawing : {&large, &small}) {
@@ -105,7 +105,7 @@ TEST(SessionAssets, FetchesTheSmallestDrawingOfASurfaceBeforeWhatIsFeltAndTheOth
   EXPECT_EQ(bench.session.assets().size(), 3U);
 }
 
-TEST(SessionAssets, ADamagedDrawingHoldsUpNothingThatIsFelt) {
+TEST(SessionAssets, ADamagedDrawingDoesNotDelayTactileAssets) {
   const std::string felt(1000, 'c'), drawing(200, 'd');
   wire::Joined joined = joined_with_asset(felt);
   *joined.add_assets() = joined_with_asset(drawing).assets(0);
@@ -132,7 +132,7 @@ struct CoarseAndFine {
   wire::Joined joined;
 };
 
-TEST(SessionAssets, FetchesWhatStandsForAnAssetFirstAndSaysOfBothThatTheyAreHere) {
+TEST(SessionAssets, FetchesAReplacementFirstAndAnnouncesBoth) {
   const CoarseAndFine assets;
   StoreBench bench(nullptr, assets.joined);
   std::vector<std::pair<AssetLevel, std::size_t>> announced;
@@ -152,7 +152,7 @@ TEST(SessionAssets, FetchesWhatStandsForAnAssetFirstAndSaysOfBothThatTheyAreHere
   EXPECT_EQ(again.announced, 1);
 }
 
-TEST(SessionAssets, AsksForTheWholeOneAlthoughWhatStandsForItIsDamaged) {
+TEST(SessionAssets, RequestsTheWholeAssetAlthoughItsReplacementIsDamaged) {
   const CoarseAndFine assets;
   StoreBench bench(nullptr, assets.joined);
   EXPECT_GT(serve_assets(bench.bench, {assets.fine, std::string(2000, 'x')}), assets.fine.size() - 1);
@@ -160,7 +160,7 @@ TEST(SessionAssets, AsksForTheWholeOneAlthoughWhatStandsForItIsDamaged) {
   EXPECT_EQ(bench.bench.session.asset_level(), AssetLevel::kFull);
 }
 
-TEST(SessionAssets, KeepsWhatHasComeOfAWholeOneWhenTheConnectionIsLostAfterTheCoarseOne) {
+TEST(SessionAssets, KeepsPiecesOfTheWholeAssetWhenTheConnectionIsLostAfterTheCoarseOne) {
   const CoarseAndFine assets;
   StoreBench bench(nullptr, assets.joined);
   std::size_t served = 0;
@@ -178,7 +178,7 @@ TEST(SessionAssets, KeepsWhatHasComeOfAWholeOneWhenTheConnectionIsLostAfterTheCo
   EXPECT_EQ(serve_assets(bench.bench, {assets.fine, assets.coarse}), assets.fine.size() - served);
 }
 
-TEST(SessionAssets, RequestsNoMoreThanABoundOfWhatAServerOffers) {
+TEST(SessionAssets, LimitsTheAssetsThatItRequests) {
   wire::Joined joined = test::minimal_joined();
   for (std::uint32_t i = 0; i < 1'500; ++i) {
     wire::AssetInfo& info = *joined.add_assets();
@@ -207,7 +207,7 @@ TEST(SessionAssets, RequestsNoMoreThanABoundOfWhatAServerOffers) {
   EXPECT_EQ(bench.session.asset_level(), AssetLevel::kFull);
 }
 
-TEST(SessionAssets, NothingStandsForItself) {
+TEST(SessionAssets, AnAssetCannotReplaceItself) {
   CoarseAndFine assets;
   assets.joined.mutable_assets(1)->set_sha256(assets.joined.assets(0).sha256());
   StoreBench bench(nullptr, assets.joined);
@@ -215,7 +215,7 @@ TEST(SessionAssets, NothingStandsForItself) {
   EXPECT_EQ(bench.bench.session.asset_level(), AssetLevel::kFull);
 }
 
-TEST(SessionAssets, WhatOnlySaysThatItStandsForAnAssetDoesNot) {
+TEST(SessionAssets, AFalseReplacementIsNotUsed) {
   using Damage = std::function<void(wire::AssetInfo&)>;
   const std::vector<Damage> damages{[](wire::AssetInfo& coarse) { coarse.set_kind("contact"); },
                                     [](wire::AssetInfo& coarse) { coarse.set_kind("molecule"); },
@@ -240,7 +240,7 @@ TEST(SessionAssets, WhatOnlySaysThatItStandsForAnAssetDoesNot) {
   EXPECT_EQ(bench.bench.session.asset_level(), AssetLevel::kFull);
 }
 
-TEST(SessionAssets, KeepsWhatHasComeOfAnAssetWhenTheConnectionIsLost) {
+TEST(SessionAssets, KeepsPiecesOfAnAssetWhenTheConnectionIsLost) {
   const std::string bytes(150'000, 'v');
   const wire::Joined joined = joined_with_asset(bytes);
   StoreBench bench(nullptr, joined);
@@ -258,7 +258,7 @@ TEST(SessionAssets, KeepsWhatHasComeOfAnAssetWhenTheConnectionIsLost) {
   EXPECT_EQ(bench.bench.session.assets().size(), 1U);
 }
 
-TEST(SessionAssets, GivesAnAssetUpWhosePiecesAreNotThoseAskedFor) {
+TEST(SessionAssets, RemovesAnAssetWhosePiecesDoNotMatchTheRequests) {
   const std::string bytes(150'000, 'v');
   using Damage = std::function<void(wire::ServerControl&)>;
   const std::vector<Damage> damages{
@@ -306,7 +306,7 @@ TEST(SessionAssets, AnswersToWhatWasAskedForBeforeTheKindsChangedTwiceSpoilNothi
   EXPECT_EQ(bench.bench.session.asset_level(), AssetLevel::kFull);
 }
 
-TEST(SessionAssets, AsksForOneChunkAtATimeWhereItIsToldTo) {
+TEST(SessionAssets, RequestsOneChunkAtATimeIfConfigured) {
   const std::string bytes(150'000, 'v');
   SessionSettings settings = fetching("contact");
   settings.fetches_one_at_a_time = true;

@@ -179,7 +179,7 @@ TEST(ClientSession, ALawFromTheServerIsTakenWhereItCanReplaceTheOneBefore) {
   EXPECT_EQ(bench.session.status().state, SessionState::kActive);
 }
 
-TEST(Session, KnowsWhoElseIsThere) {
+TEST(Session, ListsTheOtherUsers) {
   test::SessionBench bench;
   bench.join();
   const auto meet = [&bench](std::uint32_t user, const std::string& name) {

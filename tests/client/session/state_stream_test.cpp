@@ -9,7 +9,7 @@
 namespace tandem::client {
 namespace {
 
-TEST(StateStream, AnObserverSendsThatItIsThereAndNothingThatMoves) {
+TEST(StateStream, AnObserverSendsUpdatesWithoutMotion) {
   test::SessionBench bench({.role = wire::ROLE_OBSERVER});
   bench.join(test::minimal_joined(wire::ROLE_OBSERVER));
   EXPECT_FALSE(bench.scene_may_display());
@@ -98,7 +98,7 @@ TEST(StateStream, AStallOfTheHapticThreadNeitherLetsGoNorTakesEnergyBackAndADead
   EXPECT_EQ(bench.transport.datagrams.size(), 11U);
 }
 
-TEST(StateStream, KeepAliveSaysNothingOfAnOlderConnection) {
+TEST(StateStream, KeepAliveContainsNothingOfAnOlderConnection) {
   test::SessionBench bench;
   bench.join();
   bench.mailboxes.outbox.publish(grabbing_update());
@@ -198,7 +198,7 @@ TEST(StateStream, ADeadbandThinsRestAndSteadyMotionToTheFloorRate) {
   EXPECT_EQ(datagrams_in_a_second(0.1, steady), 100U) << "the server extrapolates the last motion";
 }
 
-TEST(StateStream, ADeadbandLetsThroughAtOnceWhatAHandWouldNotice) {
+TEST(StateStream, ADeadbandPassesPerceptibleChangesAtOnce) {
   const auto resting = [](int) { return RigidState{}; };
   const auto jerky = [](int ms) {
     RigidState state;
@@ -214,7 +214,7 @@ TEST(StateStream, ADeadbandLetsThroughAtOnceWhatAHandWouldNotice) {
   EXPECT_LE(sent, 102U);
 }
 
-TEST(StateStream, AStepThatIsHereAlreadyIsNoNewsWhateverItsSequence) {
+TEST(StateStream, ARepeatedStepIsIgnoredWhateverItsSequence) {
   test::SessionBench bench;
   bench.join();
   proto::ServerUpdate update = bench.next_update();

@@ -93,7 +93,7 @@ TEST_F(StartChoiceTest, ADroppedFileIsOpenedByItsEnding) {
   EXPECT_FALSE(with_file({}, "letter.doc"));
 }
 
-TEST_F(StartChoiceTest, WhatCannotBeOpenedIsExplained) {
+TEST_F(StartChoiceTest, AFileThatCannotBeOpenedIsExplained) {
   EXPECT_EQ(problem_of({.kind = Kind::kMesh, .mesh = " '" + file("part.stl") + "'\n"}), "") << "pasted with quotes";
   EXPECT_EQ(problem_of({.kind = Kind::kMesh, .mesh = "file://" + file("part.stl")}), "") << "from a file manager";
   EXPECT_NE(problem_of({.kind = Kind::kMesh}).find("drop the file"), std::string::npos);

@@ -200,7 +200,7 @@ TEST_F(WrongInput, AHandleThatIsNotFiniteDoesNotPull) {
   EXPECT_GT(result_.normal_force_n, 0);
 }
 
-TEST_F(WrongInput, ABodyThatIsNotFiniteStandsStill) {
+TEST_F(WrongInput, ABodyThatIsNotFiniteStops) {
   for (const double mass_kg : {kNan, -1.0, 0.0}) {
     bodies_.resize(1);
     bodies_.push_back(bodies_[0]);

@@ -57,7 +57,7 @@ TEST(Shading, ABoxHasEdgesAndABallHasNone) {
   }
 }
 
-TEST(Shading, WhatIsNoTriangleIsLeftOutAndAFanOfThousandsIsNoTrouble) {
+TEST(Shading, InvalidTrianglesAreOmittedAndALargeFanIsAccepted) {
   TriangleMesh fan;
   fan.vertices.emplace_back(0, 0, 0);
   constexpr int kSides = 200'000;

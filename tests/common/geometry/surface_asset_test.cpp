@@ -30,7 +30,7 @@ std::vector<std::byte> forged(std::vector<std::byte> bytes, std::size_t at, T va
   return bytes_of(octets);
 }
 
-TEST(SurfaceAsset, ComesBackInSinglePrecision) {
+TEST(SurfaceAsset, IsReadInSinglePrecision) {
   const TriangleMesh mesh = box();
   const auto read = surface_from(surface_asset_bytes(mesh));
   ASSERT_TRUE(read.has_value());
@@ -78,7 +78,7 @@ TEST(SurfaceAsset, NumbersThatNoShapeHasAreRefused) {
   }
 }
 
-TEST(SurfaceAsset, WhatMayNotTravelIsRefusedWhenItIsWritten) {
+TEST(SurfaceAsset, AnInvalidMeshIsRefusedWhenItIsWritten) {
   EXPECT_THROW(surface_asset_bytes({}), std::invalid_argument);
   TriangleMesh far = box();
   far.vertices[0].x() = 1001;

@@ -131,7 +131,7 @@ TEST(TriangleTree, AHintChangesTheCostNotTheDistance) {
   }
 }
 
-TEST(TriangleTree, SeesNothingBeyondTheLimit) {
+TEST(TriangleTree, FindsNothingBeyondTheLimit) {
   const TriangleTree tree(contact::box_mesh({0.02, 0.02, 0.02}));
   const Vec3 p(0.015, 0, 0);
   EXPECT_EQ(tree.closest(p, 0.0049).triangle, -1);
@@ -310,7 +310,7 @@ TEST(TriangleTree, SolidsThatOverlapAreTheirUnion) {
 }
 
 // A hollow box contains another box in its cavity. The inner box protrudes through the wall into the outside.
-TEST(TriangleTree, WhatIsTurnedInsideOutIsACavity) {
+TEST(TriangleTree, AnInsideOutSurfaceIsACavity) {
   TriangleMesh mesh;
   add_box(mesh, Vec3::Zero(), Vec3::Constant(0.06));
   add_box(mesh, Vec3::Zero(), Vec3::Constant(0.04), true);
@@ -387,7 +387,7 @@ TEST(TriangleTree, APartThatGoesThroughItselfIsSolidThere) {
 
 // A bar passes through a block; the midpoint of each side of the bar is inside the block. Each part contains a wall, so
 // the winding number classifies its triangles. A classification by midpoints alone would remove the bar.
-TEST(TriangleTree, APartThatComesOutOfASolidIsFeltThere) {
+TEST(TriangleTree, APartThatExtendsFromASolidCountsThere) {
   const Vec3 block_m(0.06, 0.04, 0.04), bar_m(0.006, 0.08, 0.01), bar_at(0.011, 0.001, 0.002);
   TriangleMesh mesh;
   add_box(mesh, Vec3::Zero(), block_m);

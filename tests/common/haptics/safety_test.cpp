@@ -395,7 +395,7 @@ TEST(Safety, FaultIsNotOverBeforeTheDeviceHasTakenAZero) {
 /// second is true, the states are as old as the stall.
 class Stall : public testing::TestWithParam<std::tuple<int, bool>> {};
 
-TEST_P(Stall, LetsTheForceGoInStepsThenRampsItIn) {
+TEST_P(Stall, ReleasesTheForceInStepsThenRampsItIn) {
   const auto [stall_ms, state_is_old] = GetParam();
   SafetyRig rig;
   rig.run(good_input(Vec3(0, 0, 6)), 600);

@@ -128,7 +128,7 @@ double lag_of(const std::vector<double>& now, const std::vector<double>& late) {
   return best + 0.5 * (before - after) / (before - 2 * at + after);
 }
 
-TEST(VelocityEstimator, IsAsLateAsItSays) {
+TEST(VelocityEstimator, HasItsStatedLatency) {
   for (const double frequency : {1.0, 3.0, 8.0}) {
     for (const double amplitude : {5e-4, 5e-3, 2e-2}) {
       VelocityEstimator estimator = quantised();
@@ -152,7 +152,7 @@ TEST(VelocityEstimator, IsAsLateAsItSays) {
   }
 }
 
-TEST(VelocityEstimator, TakesUnevenTimesAsTheyAre) {
+TEST(VelocityEstimator, UsesTheActualUnevenTimes) {
   Random random(13, 0);
   VelocityEstimator estimator = quantised();
   double t = 0;

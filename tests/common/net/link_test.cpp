@@ -224,7 +224,7 @@ TEST(SimulatedLink, ADelayPathIsAddedStraightBetweenItsPointsAndBeginsAgain) {
       << "equal seeds must give equal delays";
 }
 
-TEST(SimulatedLink, RefusesADelayPathThatIsNone) {
+TEST(SimulatedLink, RefusesAnInvalidDelayPath) {
   const auto problem_of = [](std::vector<DelayPath::Point> points) {
     LinkParameters parameters;
     parameters.delay_path.points = std::move(points);
@@ -330,7 +330,7 @@ TEST(SimulatedLink, SpacesPacketsByTheRateLimit) {
   }
 }
 
-TEST(SimulatedLink, WaitsForWhatAnotherHasSentOnTheSameLine) {
+TEST(SimulatedLink, WaitsForPacketsOfOthersOnTheSameLink) {
   LinkParameters parameters;
   parameters.rate_limit_bytes_per_s = 100'000;
   SimulatedLink stream = SimulatedLink::reliable(parameters, kSeed, 6);
@@ -347,7 +347,7 @@ TEST(SimulatedLink, WaitsForWhatAnotherHasSentOnTheSameLine) {
   EXPECT_EQ(stream.next_due(), LocalTime(milliseconds(20 + 5 + 5)));
 }
 
-TEST(SimulatedLink, RefusesWhatTheQueueCannotHold) {
+TEST(SimulatedLink, DropsPacketsThatTheQueueCannotHold) {
   LinkParameters parameters;
   parameters.delay = milliseconds(10);
   parameters.queue_limit = 8;
@@ -482,7 +482,7 @@ LinkParameters of_loss(double loss) {
   return parameters;
 }
 
-TEST(SimulatedLink, NewParametersHoldForWhatIsSentFromThenOn) {
+TEST(SimulatedLink, NewParametersApplyToLaterPackets) {
   SimulatedLink link(of_delay(milliseconds(50)), kSeed, 1);
   link.send(LocalTime{}, packet(1));
   link.set_parameters(of_delay(milliseconds(100)));
@@ -500,7 +500,7 @@ TEST(SimulatedLink, NewParametersHoldForWhatIsSentFromThenOn) {
   EXPECT_THROW(link.set_parameters(of_loss(2)), std::invalid_argument);
 }
 
-TEST(SimulatedLink, AStreamLosesNothingWhateverItIsTold) {
+TEST(SimulatedLink, AStreamLosesNothingForAnyParameters) {
   SimulatedLink link = SimulatedLink::reliable({}, kSeed, 1);
   link.set_parameters(of_loss(kMaxLoss));
   EXPECT_EQ(run(link, 1000, milliseconds(1)).size(), 1000U);

@@ -121,7 +121,7 @@ TEST(HandsOn, CountHandsThroughMovingBodiesOnly) {
   EXPECT_EQ(world.hands_on(BodyId{9}), 0U) << "not there";
 }
 
-TEST(SoftContactFromOutside, PushesAToolAsItsLinearisationSays) {
+TEST(SoftContactFromOutside, PushesAToolWithItsLinearisedForce) {
   World world = client_world(world_of({cube({1, 0, 0}, 0.3)}, {ball_tool(Vec3::Zero())}));
   world.activate_tool(0);
   SoftContact soft;

@@ -120,7 +120,7 @@ TEST(World, AnotherLawUnderPressedToolsMakesNoStepAndIsThenAsFromTheStart) {
   }
 }
 
-TEST(World, WhoTakesAToolWhileALawFadesHasTheNewOneAtOnce) {
+TEST(World, AToolActivatedDuringAFadeHasTheNewLawAtOnce) {
   const auto made = pressed("spring-damper");
   World& world = *made;
   world.set_coupling(named("stable-dynamic"), {});

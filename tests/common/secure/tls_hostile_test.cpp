@@ -95,7 +95,7 @@ TEST_F(HostilePeer, GetsNoNewKeysWithoutEnd) {
   EXPECT_LT(answer.size(), 10'000u) << "and it is not answered again and again";
 }
 
-TEST(ServersKey, OfAKindThatIsSlowForEachWhoConnectsIsRefused) {
+TEST(ServersKey, AKindOfKeyThatMakesHandshakesSlowIsRefused) {
   const auto file = std::filesystem::path(testing::TempDir()) / "rsa.pem";
   EVP_PKEY* const rsa = EVP_PKEY_Q_keygen(nullptr, nullptr, "RSA", std::size_t{2048});
   FILE* const out = std::fopen(file.c_str(), "w");

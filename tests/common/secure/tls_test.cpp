@@ -112,7 +112,7 @@ TEST_F(Tls, NothingIsExportedOrSentBeforeTheHandshakeIsDone) {
   EXPECT_FALSE(stream.exported(kDatagramExport, {}));
 }
 
-TEST_F(Tls, WhatIsNoTlsEndsTheConnectionAndNothingElse) {
+TEST_F(Tls, NonTlsBytesEndOnlyTheirConnection) {
   for (const std::string& words :
        {std::string("GET / HTTP/1.1\r\n\r\n"), std::string(100, '\xFF'), std::string(5, '\0')}) {
     TlsStream stream(&server);

@@ -36,7 +36,7 @@ json::object complete() {
   return experiment_json(parse_experiment({"e.json", ".", two_users()}));
 }
 
-TEST(ParseAxis, TakesOneValueOrSeveralOfAnyKind) {
+TEST(ParseAxis, AcceptsOneOrSeveralValuesOfAnyKind) {
   const Axis one = parse_axis("stage=hold");
   EXPECT_EQ(one.name, "stage");
   EXPECT_THAT(one.values, testing::ElementsAre(json::value("hold")));
@@ -47,7 +47,7 @@ TEST(ParseAxis, TakesOneValueOrSeveralOfAnyKind) {
   EXPECT_THAT(parse_axis("users.ben.hand=\"a,b\"").values, testing::ElementsAre(json::value("a,b")));
 }
 
-TEST(ParseAxis, TakesTheOlderNameOfAQuantity) {
+TEST(ParseAxis, AcceptsTheOlderNameOfAQuantity) {
   EXPECT_EQ(parse_axis("guard=true").name, "passivity");
   EXPECT_EQ(parse_axis("users.ben.guard=true").name, "users.ben.passivity");
   EXPECT_EQ(parse_axis("users.guard.stage=hold").name, "users.guard.stage");
@@ -62,7 +62,7 @@ TEST(ParseAxis, NamesTheMissingPart) {
   EXPECT_THAT([] { parse_axis("link.rtt_ms=1,,2"); }, ThrowsMessage<std::invalid_argument>(HasSubstr("empty value")));
 }
 
-TEST(SetQuantity, OfAllUsersTakesThePlaceOfTheirOwn) {
+TEST(SetQuantity, OfAllUsersReplacesThatOfEachUser) {
   const json::object stage = with("stage", "late-pose");
   EXPECT_EQ(stage.at("stage"), json::value("late-pose"));
   EXPECT_FALSE(stage.at("users").at(0).as_object().contains("stage"));

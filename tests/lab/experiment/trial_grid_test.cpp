@@ -87,7 +87,7 @@ TEST(TrialGrid, TheFullProductHasEveryGeneralStageAndPredictorWithAndWithoutPass
   EXPECT_EQ(count("", full), kGeneralStages * known_predictors().size() * 2 * 8 * 2 * 2);
 }
 
-TEST(TrialGrid, TakesTheOlderNameOfPassivity) {
+TEST(TrialGrid, AcceptsTheOlderNameOfPassivity) {
   const std::string grid = R"(, "seeds": 1, "grid": [{"guard": [true, false]}])";
   EXPECT_EQ(count(grid), 2U);
   EXPECT_EQ(count(grid, asking({"passivity=false"})), 1U) << "both names must select the same axis";
@@ -125,7 +125,7 @@ TEST(TrialGrid, TheReferenceHasTheSameHandsOnAPerfectLink) {
   }
 }
 
-TEST(TrialGrid, RefusesWhatDoesNotExistAndWhatIsTooMuch) {
+TEST(TrialGrid, RefusesUnknownSettingsAndTooManyTrials) {
   EXPECT_THAT([] { expand(file(""), asking({"link.rt_ms=1"})); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("did you mean link.rtt_ms?")));
   EXPECT_THAT([] { expand(file(R"(, "grid": [{"stge": "hold"}])"), {}); },

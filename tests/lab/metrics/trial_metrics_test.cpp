@@ -62,7 +62,7 @@ void force(TickSample& tick, double z_n) {
   tick.displayed_D.f = tick.requested_D.f = tick.stage_D.f = Vec3(0, 0, z_n);
 }
 
-TEST(TrialMetrics, FreeDragIsWhatMovingCostsBeyondZeroDelay) {
+TEST(TrialMetrics, FreeDragIsTheForceOfMovingBeyondThatAtZeroDelay) {
   const SessionTrace trace = pressing([](TickSample& tick, double t) { force(tick, t < 1 ? 3 : 9); });
   const SessionTrace reference = pressing([](TickSample& tick, double t) { force(tick, t < 1 ? 1 : 5); });
   EXPECT_NEAR(metric("free_drag_rms_n", trace, &reference), 2, 1e-12);
@@ -233,7 +233,7 @@ TEST(TrialMetrics, PathErrorsAreOfTheWholePathAndOverThePeak) {
   EXPECT_TRUE(std::isnan(metric("path_torque_error_of_peak", trace, &nothing)));
 }
 
-TEST(TrialMetrics, WhatDelayDidIsHeldAgainstTheSameStage) {
+TEST(TrialMetrics, TheEffectOfDelayIsComparedWithTheSameStage) {
   const SessionTrace reference = pressing([](TickSample& tick, double) { force(tick, 4); });
   const SessionTrace same_stage = pressing([](TickSample& tick, double) { force(tick, 3); });
   const SessionTrace trace = pressing([](TickSample& tick, double) { force(tick, 3.25); });
@@ -268,7 +268,7 @@ TEST(TrialMetrics, GhostContactIsFeltWhereThereIsNothing) {
   EXPECT_EQ(metric("ghost_contact_ms", reference, &reference), 0);
 }
 
-TEST(TrialMetrics, TheSpectrumAbove60HzHasWhatIsFastAndNothingElse) {
+TEST(TrialMetrics, TheSpectrumAbove60HzContainsFastChangesOnly) {
   const auto shaken = [](double hz) {
     return pressing([hz](TickSample& tick, double t) { force(tick, 2 + 0.1 * sine(hz, t)); });
   };
@@ -291,7 +291,7 @@ SessionTrace working(double force_n, double world_gain_j, int late_ms = 0) {
   return trace;
 }
 
-TEST(EnergyLedger, WhatTheWorldGaveIsNotCreatedHoweverLateItIsAsked) {
+TEST(EnergyLedger, EnergyFromTheWorldIsNotCreatedAtAnyInputDelay) {
   for (const int late_ms : {0, 300}) {
     const EnergyLedger ledger = energy_ledger(working(2, -0.2, late_ms));
     EXPECT_NEAR(ledger.hand_ports_j.at(0), 0.2, 1e-9);

@@ -113,7 +113,7 @@ TEST(TicksInside, AreFewWhateverTheRange) {
   }
 }
 
-TEST(TicksInside, SurviveRangesThatAreNone) {
+TEST(TicksInside, HandleInvalidRanges) {
   for (const Range range : {Range{5, 5}, Range{0, 0}, Range{kNan, 1}, Range{-kInfinity, kInfinity}, Range{1, -1},
                             Range{-1.7e308, 1.7e308}, Range{1e15, 1e15 + 1}, Range{5e-324, 5e-324}}) {
     const auto ticks = ticks_inside(range, 5);
@@ -122,7 +122,7 @@ TEST(TicksInside, SurviveRangesThatAreNone) {
   }
 }
 
-TEST(TicksAround, HoldTheRangeWithLessThanAStepToSpare) {
+TEST(TicksAround, EncloseTheRangeWithLessThanAStepExtra) {
   Random random(11);
   for (int i = 0; i < 5000; ++i) {
     const Range range = sane_linear({10 * random.normal(), 10 * random.normal()});

@@ -284,7 +284,7 @@ TEST(Trace, HasTheColumnsThatTheClientWrites) {
   EXPECT_DOUBLE_EQ(trace.phases[0].end, 9.5);
 }
 
-TEST(Trace, RefusesTimeThatRunsBackAndPhasesThatAreNone) {
+TEST(Trace, RefusesDecreasingTimesAndUnknownPhases) {
   const ClientRun summary = parse_client_summary(good_summary("ben"), "ben.json");
   CsvTable table = parse_csv(trace_csv({"0", "1", "2"}), "ben.csv");
   const std::size_t time_column = 0;

@@ -21,7 +21,7 @@
 namespace tandem::lab {
 namespace {
 
-TEST_F(Study, WhatAnythingDependsOnIsNotReused) {
+TEST_F(Study, ARowIsNotReusedIfAnInputChanged) {
   run(trials(), settings());
   RunSettings other_program = settings();
   other_program.program = "another build";
@@ -34,7 +34,7 @@ TEST_F(Study, WhatAnythingDependsOnIsNotReused) {
   EXPECT_EQ(reused(run(trials(), settings())), 0U) << "another mass";
 }
 
-TEST_F(Study, ARowSaysWhatWasTriedAndWhatCameOut) {
+TEST_F(Study, ARowContainsTheSettingsAndTheResults) {
   GridRequest request;
   request.axes.push_back(parse_axis("hand.mass_kg=0.5"));
   const auto results = run(trials(request), settings());
@@ -63,7 +63,7 @@ TEST_F(Study, AtZeroDelayTheReferenceStageDoesNotErr) {
   }
 }
 
-TEST_F(Study, SamplesAreKeptWhereTheyWereAskedFor) {
+TEST_F(Study, SamplesAreStoredOnRequest) {
   RunSettings with_samples = settings();
   with_samples.keeps_samples = true;
   const auto results = run(trials(), with_samples);
@@ -167,7 +167,7 @@ TEST(FieldKernel, CanBeForcedAndLetGo) {
   EXPECT_EQ(docking::MolecularField::default_kernel(), docking::MolecularField::available_kernels().front());
 }
 
-TEST(SeedGroup, MeansAndWorstLeaveOutWhatIsNull) {
+TEST(SeedGroup, MeansAndWorstOmitNullValues) {
   const auto row = [](std::uint64_t seed, const json::value& drag, const char* outcome) {
     TrialResult result;
     result.row = {

@@ -70,7 +70,7 @@ TEST_F(Study, IsRefusedForATrialWithMoreHandsThanToolsWhoeverSharesItsScene) {
   }
 }
 
-TEST_F(Study, GoesOnWhereItWasInterrupted) {
+TEST_F(Study, ContinuesAnInterruptedStudy) {
   run(trials(), settings());
   std::size_t removed = 0;
   for (const auto& entry : fs::directory_iterator(folder_ / "out" / "trials")) {
@@ -85,7 +85,7 @@ TEST_F(Study, GoesOnWhereItWasInterrupted) {
   EXPECT_EQ(reused(run(trials(), settings())), 5U);
 }
 
-TEST_F(Study, GivesTheSameBytesAgainOnAnyNumberOfThreads) {
+TEST_F(Study, IsReproducibleForAnyNumberOfThreads) {
   RunSettings two = settings("two");
   two.threads = 2;
   const auto once = run(trials(), settings("one"));

@@ -112,7 +112,7 @@ TEST(VirtualSession, TheSameSeedGivesTheSameBytes) {
             boost::json::parse(first).at("users").at(0).at("metrics"));
 }
 
-TEST(VirtualSession, UsersGetTheToolsInTheirOrderWhateverTheLinks) {
+TEST(VirtualSession, UsersGetTheToolsInTheirOrderForAnyLinks) {
   Experiment experiment = pushing();
   experiment.users[0].up.delay = experiment.users[0].down.delay = milliseconds(200);
   experiment.users[1].up.delay = experiment.users[1].down.delay = milliseconds(1);
@@ -121,7 +121,7 @@ TEST(VirtualSession, UsersGetTheToolsInTheirOrderWhateverTheLinks) {
   EXPECT_GT(trace.users[1].ticks.front().handle_W.X.p.x(), 0);
 }
 
-TEST(VirtualSession, LostDatagramsAreCountedAndTheSessionGoesOn) {
+TEST(VirtualSession, LostDatagramsAreCountedAndTheSessionContinues) {
   Experiment experiment = pushing();
   for (ExperimentUser& each : experiment.users) each.up.loss = each.down.loss = 0.1;
   const SessionTrace trace = run_virtual_session(experiment, scene());
@@ -142,7 +142,7 @@ TEST(VirtualSession, TcpCarriesTheSameSession) {
   EXPECT_EQ(trace.users[0].link_up.sent, 0U) << "no datagram of its own";
 }
 
-TEST(VirtualSession, SaysWhyAUserLostItsConnection) {
+TEST(VirtualSession, ReportsWhyAUserLostTheConnection) {
   Experiment experiment = pushing();
   experiment.users[0].down.loss = 0.95;
   experiment.users[0].down.mean_bad_period = seconds(10);
@@ -192,7 +192,7 @@ TEST(VirtualSession, TheResultsNameEveryMetricAndParameter) {
   EXPECT_EQ(results.at("bodies").at(0).at("name").as_string(), "block");
 }
 
-TEST(VirtualSession, HandsStartAtAWholeMillisecondWhateverTheLinks) {
+TEST(VirtualSession, HandsStartAtAWholeMillisecondForAnyLinks) {
   for (const int delay_us : {0, 250, 500, 7750}) {
     Experiment experiment = pushing();
     for (ExperimentUser& each : experiment.users) each.up.delay = each.down.delay = std::chrono::microseconds(delay_us);

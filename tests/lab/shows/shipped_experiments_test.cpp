@@ -49,7 +49,7 @@ TEST_P(SharedTouch, RingsWithHold) {
   }
 }
 
-TEST_P(SharedTouch, GivesTheSameBytesAgain) {
+TEST_P(SharedTouch, IsReproducibleToTheByte) {
   const Experiment experiment = shipped(GetParam());
   EXPECT_EQ(pretty_json(results_json(experiment, run(experiment, "late-pose"))),
             pretty_json(results_json(experiment, run(experiment, "late-pose"))));

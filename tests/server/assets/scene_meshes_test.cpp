@@ -231,7 +231,7 @@ TEST_F(SceneFiles, MeshCannotBeReadWithoutTheReaderWhichIsNamed) {
   EXPECT_EQ(refusal(mesh_body("")), "accepted");
 }
 
-TEST_F(SceneFiles, MeshWhoseReaderSaysWhatIsNoMeshIsRefused) {
+TEST_F(SceneFiles, AFileThatIsNotAMeshIsRefusedWithTheReadersMessage) {
   write("t.obj", kTetrahedron);
   write("liar", "#!/bin/sh\nprintf 'M\\003\\000\\000\\000\\377\\377\\377\\377'\n");
   std::filesystem::permissions(directory_ / "liar", std::filesystem::perms::owner_all);

@@ -353,7 +353,7 @@ TEST(LiveServer, DisconnectsAClientThatSendsRequestsButReadsNoAnswers) {
   EXPECT_TRUE(test::eventually([&running] { return running.has_logged("piled up unread"); }));
 }
 
-TEST(SceneLibrary, FindsAFileANameOrSaysWhatThereIs) {
+TEST(SceneLibrary, FindsAFileOrANameOrListsTheAvailableScenes) {
   const auto folder = std::filesystem::path(testing::TempDir()) / "scene_library";
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "attic.json") << "{}";

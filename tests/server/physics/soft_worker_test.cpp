@@ -44,7 +44,7 @@ TEST(SoftWorker, RoomAllocatesNothingWhileAWorkerSteps) {
   EXPECT_EQ(test::allocation_count(), before);
 }
 
-TEST(SoftWorker, DoesNotWaitForALateWorkerAndSaysSo) {
+TEST(SoftWorker, DoesNotWaitForALateWorkerAndReportsIt) {
   SoftWorldSettings settings = pad_settings(16);
   settings.waits_for_worker = false;
   std::atomic<bool> may_step{false};

@@ -119,7 +119,7 @@ Vec3 way_of_mass(const SoftModel& model, std::span<const Vec3> before, std::span
   return sum;
 }
 
-TEST(SoftWorld, WhatTheToolGetsTheNodesLose) {
+TEST(SoftWorld, TheForcesOnToolAndNodesAreOpposite) {
   SoftWorld world(floating_settings());
   const double step_s = world.period_steps() / 1000.0;
   // Enough steps for a predicted contact to be in use.
@@ -211,7 +211,7 @@ TEST(SoftWorld, StartsAnewWhenItIsNotFinite) {
   for (const Vec3& node : world.nodes_W(0)) EXPECT_TRUE(is_finite(node));
 }
 
-TEST(SoftWorld, ToolThatIsNotFiniteIsNotThere) {
+TEST(SoftWorld, AToolThatIsNotFiniteIsIgnored) {
   SoftWorld world(pad_settings(0));
   Pose broken = ball_in_pad(0.006);
   broken.p.x() = std::numeric_limits<double>::quiet_NaN();
@@ -442,7 +442,7 @@ TEST(SoftScene, ClosedSurfaceKeepsItsVolumeOnATable) {
   EXPECT_NEAR(lowest_m(world), 0, 1e-3);
 }
 
-TEST(SoftScene, NoteSaysTheRateThatIsReallyUsed) {
+TEST(SoftScene, TheNoteStatesTheRateInUse) {
   TANDEM_LOAD_SCENE(scene, "soft_pad");
   EXPECT_THAT(scene->notes,
               ::testing::Contains(::testing::HasSubstr("every 17 steps, at 58.8235 Hz (requested: 60 Hz)")));

@@ -75,7 +75,7 @@ TEST_F(ServerCheckpointTest, AFailedWriteIsRetriedWithBackOffWhileRoomsAreIdle) 
   EXPECT_EQ(checkpoint->writes(), 1U) << "without changes nothing must be written";
 }
 
-TEST_F(ServerCheckpointTest, WhatWasNotedIsWrittenAlsoIfNobodyFinishes) {
+TEST_F(ServerCheckpointTest, ANotedStateIsWrittenEvenWithoutAFinish) {
   {
     const auto checkpoint = open();
     wire::AdmissionState admission;
@@ -85,7 +85,7 @@ TEST_F(ServerCheckpointTest, WhatWasNotedIsWrittenAlsoIfNobodyFinishes) {
   EXPECT_EQ(open()->admission().credentials_size(), 1);
 }
 
-TEST_F(ServerCheckpointTest, AClockThatIsSetBackHoldsUpNoWrite) {
+TEST_F(ServerCheckpointTest, AClockThatIsSetBackDoesNotDelayAWrite) {
   auto checkpoint = open();
   std::uint64_t writes = 0;
   for (int i = 0; i < 10; ++i) {
@@ -99,7 +99,7 @@ TEST_F(ServerCheckpointTest, AClockThatIsSetBackHoldsUpNoWrite) {
   }
 }
 
-TEST_F(ServerCheckpointTest, WhoWasConnectedLostTheConnectionWhenTheFileWasWritten) {
+TEST_F(ServerCheckpointTest, ConnectedUsersCountAsDisconnectedAtTheTimeOfTheFile) {
   {
     auto checkpoint = open();
     wire::AdmissionState admission;

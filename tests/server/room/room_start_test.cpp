@@ -104,7 +104,7 @@ std::vector<wire::RoomStart> starts_in(const std::vector<wire::ServerControl>& m
   return starts;
 }
 
-TEST(SessionHub, TellsAllUsersWhenTheirHandsBegin) {
+TEST(SessionHub, AnnouncesTheCommonStartToAllUsers) {
   test::HubBench bench({}, {test::two_hands_scene()}, {.start = {.users = 2, .countdown = kCountdown}});
   test::BenchClient ada = bench.join("ada");
   EXPECT_EQ(ada.joined.start().awaited(), 2U);
@@ -127,7 +127,7 @@ TEST(SessionHub, TellsAllUsersWhenTheirHandsBegin) {
   EXPECT_EQ(starts_in(bench.drain(ada)).at(0).awaited(), 1U);
 }
 
-TEST(SessionHub, ARoomWithoutACommonStartSaysNothingOfOne) {
+TEST(SessionHub, ARoomWithoutACommonStartAnnouncesNone) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   EXPECT_FALSE(ada.joined.has_start());

@@ -19,7 +19,7 @@ using test::message_of;
 using testing::AllOf;
 using testing::HasSubstr;
 
-TEST(SessionHub, TakesConnectionIdsFromItsSourceButNeverZeroOrOneInUse) {
+TEST(SessionHub, UsesConnectionIdsFromItsSourceExceptZeroAndThoseInUse) {
   HubSettings settings;
   settings.connection_ids = [drawn = std::vector<std::uint64_t>{9, 5, 5, 0}]() mutable {
     const std::uint64_t next = drawn.back();
@@ -71,7 +71,7 @@ TEST(SessionHub, OneUsersFloodOfGrabsIsAnsweredBusyAndTheOthersAreServed) {
   EXPECT_EQ(bench.hub->user_count(), 2U);
 }
 
-TEST(SessionHub, TellsAnUnknownRoomWhichRoomsThereAre) {
+TEST(SessionHub, RefusesAnUnknownRoomWithTheListOfRooms) {
   test::HubBench bench({}, {test::two_hands_scene("attic"), test::two_hands_scene("cellar")});
   test::BenchClient client = bench.connect();
   bench.greet(client);
@@ -89,7 +89,7 @@ TEST(SessionHub, AnEmptyRoomNameIsTheOnlyRoomButNeverOneOfSeveral) {
   EXPECT_EQ(two.join("ada").joined.user(), 0U);
 }
 
-TEST(SessionHub, WhoFloodsWithControlMessagesIsEndedAndNobodyElse) {
+TEST(SessionHub, OnlyAUserWhoFloodsWithControlMessagesIsDisconnected) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada"), ben = bench.join("ben");
   const wire::ClientControl ping = message_of([](auto& message) { message.mutable_ping()->set_token(1); });
@@ -106,7 +106,7 @@ TEST(SessionHub, WhoFloodsWithControlMessagesIsEndedAndNobodyElse) {
   }
 }
 
-TEST(SessionHub, TellsNewcomersWhatWasLeftOutOfTheScenesFilesInBoundedWords) {
+TEST(SessionHub, SendsNewUsersABoundedNoteAboutOmittedPartsOfTheScene) {
   auto scene = std::make_shared<server::LoadedScene>(*test::scene_of(test::two_hands_scene()));
   for (int i = 0; i < 30; ++i) scene->notes_for_users.push_back(std::to_string(i) + std::string(400, 'x') + "ä");
   Room room(RoomId{1}, "bench", scene);
@@ -119,7 +119,7 @@ TEST(SessionHub, TellsNewcomersWhatWasLeftOutOfTheScenesFilesInBoundedWords) {
   EXPECT_LE(answer.ByteSizeLong(), joined_answer_bound(*scene));
 }
 
-TEST(SessionHub, GivesEachManipulatorAToolOfItsOwnAndReusesItAfterALeave) {
+TEST(SessionHub, GivesEachManipulatorASeparateToolAndReusesItAfterALeave) {
   test::HubBench bench;
   test::BenchClient first = bench.join("ada");
   test::BenchClient second = bench.join("ben");
@@ -169,7 +169,7 @@ TEST(SessionHub, AUserSeesOthersComeAndGo) {
   EXPECT_EQ(later[0].user_left().reason(), wire::DISCONNECT_CONNECTION_LOST);
 }
 
-TEST(SessionHub, AnswersAGrabWithWhatTheRoomDid) {
+TEST(SessionHub, AnswersAGrabWithTheResultOfTheRoom) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   test::BenchClient ben = bench.join("ben");
@@ -195,7 +195,7 @@ TEST(SessionHub, AnswersAGrabWithWhatTheRoomDid) {
   EXPECT_EQ(test::described(bench.drain(ben)), "released");
 }
 
-TEST(SessionHub, ASilentUserIsGoneAndItsGrabFreeWithinTwoSeconds) {
+TEST(SessionHub, ASilentUserIsRemovedAndReleasesItsGrabWithinTwoSeconds) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   test::BenchClient ben = bench.join("ben");
@@ -223,7 +223,7 @@ TEST(SessionHub, ASilentUserIsGoneAndItsGrabFreeWithinTwoSeconds) {
   EXPECT_EQ(bench.join("cleo").joined.tool(), ada.joined.tool());
 }
 
-TEST(SessionHub, AnObserverSeesEverythingAndMovesNothing) {
+TEST(SessionHub, AnObserverReceivesEverythingAndMovesNothing) {
   test::HubBench bench;
   test::BenchClient eve = bench.join("eve", wire::ROLE_OBSERVER);
   EXPECT_EQ(bench.send_state(eve), eve.handle);
@@ -308,7 +308,7 @@ TEST(SessionHub, RefusesADeadbandThatHidesMoreThanItMay) {
   }
 }
 
-TEST(SessionHub, TellsOthersWhatADeviceBearsInTheWorld) {
+TEST(SessionHub, SendsOthersTheForceLimitOfADeviceInTheWorld) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   test::BenchClient ben = bench.connect();
@@ -333,7 +333,7 @@ TEST(SessionHub, RefusesBoundsOfACouplingThatNoDeviceHas) {
   }
 }
 
-TEST(SessionHub, JoinedTellsHowMassIsSpreadInEveryBodyAndTool) {
+TEST(SessionHub, JoinedContainsTheInertiaOfEveryBodyAndTool) {
   test::HubBench bench;
   const test::BenchClient ada = bench.join("ada");
   const LoadedScene& scene = bench.rooms.front()->scene();
@@ -347,7 +347,7 @@ TEST(SessionHub, JoinedTellsHowMassIsSpreadInEveryBodyAndTool) {
   for (const double moment : box.principal_inertia_kg_m2()) EXPECT_NEAR(moment, 0.1 * 0.02 * 0.02 / 6, 1e-12);
 }
 
-TEST(SessionHub, TakesNoMoreConnectionsThanItsLimit) {
+TEST(SessionHub, AcceptsNoMoreConnectionsThanItsLimit) {
   test::HubBench bench({.max_connections = 2});
   bench.join("ada");
   test::BenchClient second = bench.join("ben");
@@ -359,7 +359,7 @@ TEST(SessionHub, TakesNoMoreConnectionsThanItsLimit) {
   EXPECT_EQ(bench.hub->connection_count(), 2U);
 }
 
-TEST(SessionHub, RandomBytesEndTheirOwnConnectionAndNobodyElses) {
+TEST(SessionHub, RandomBytesEndOnlyTheirOwnConnection) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   const auto grab = message_of([](auto& message) { message.mutable_grab()->set_body(1); });
@@ -392,7 +392,7 @@ TEST(SessionHub, RandomBytesEndTheirOwnConnectionAndNobodyElses) {
   EXPECT_GT(ended, 100) << "random bytes are seldom a message";
 }
 
-TEST(SessionHub, StoppingSaysGoodbyeToEverybody) {
+TEST(SessionHub, StoppingSendsGoodbyeToAllUsers) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   test::BenchClient ben = bench.connect();

@@ -8,7 +8,7 @@ namespace {
 
 using test::message_of;
 
-TEST(StateStream, ANewcomerIsNotSentWhatItsSeatsFormerUserWas) {
+TEST(StateStream, ANewUserDoesNotReceiveTheStateOfTheSeatsFormerUser) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada", wire::ROLE_MANIPULATOR, "state-tcp");
   bench.step();
@@ -66,7 +66,7 @@ class BusyClock final : public Clock {
   mutable LocalTime now_;
 };
 
-TEST(StateStream, EachUpdateSaysWhenItWasSentItself) {
+TEST(StateStream, EachUpdateContainsItsOwnTimeOfSending) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada"), ben = bench.join("ben");
   bench.send_state(ada);
@@ -159,7 +159,7 @@ TEST(StateStream, StateOverTcpIsSkippedWhileControlBytesWait) {
   EXPECT_EQ(test::described(bench.drain(ada)), "state_datagram");
 }
 
-TEST(StateStream, CountsWhatTheNetworkDidNotTakeAndWhatNobodySent) {
+TEST(StateStream, CountsUnsentAndMissingDatagrams) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   bench.send_state(ada);

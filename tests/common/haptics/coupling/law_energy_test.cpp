@@ -176,7 +176,7 @@ TEST(StableDynamicLiteral, ReturnsTenMillijouleOfTheThreeOrSixThatItStored) {
   EXPECT_NEAR(push_and_retreat(*law, 0.010).returned_j, 10.0e-3, 1e-6);
 }
 
-TEST(StableDynamic, ReturnsWhatItStored) {
+TEST(StableDynamic, ReturnsItsStoredEnergy) {
   const PushAndRetreat energy = push_and_retreat(*make_coupling_law("stable-dynamic", kExample), 0.010);
   EXPECT_NEAR(energy.stored_j, 3.1e-3, 0.05e-3);
   EXPECT_EQ(energy.returned_j, energy.stored_j);

@@ -178,7 +178,7 @@ TEST(SpectralRadius, DependsOnRateByScaleOnly) {
   }
 }
 
-TEST(SpectralRadius, LeavesOutDriftAndGlideOfWhatNothingHolds) {
+TEST(SpectralRadius, ExcludesModesOfFreeMotion) {
   LoopModel model;
   model.hand_mass = model.hand_stiffness = model.hand_damping = 0;
   model.stiffness = 300;

@@ -99,7 +99,7 @@ Delivered deliver(std::uint64_t seed, double loss, double skipped_share) {
   return result;
 }
 
-TEST(WavePlayer, NeverGivesMoreThanWasPutInWhateverTheNetworkDoes) {
+TEST(WavePlayer, NeverOutputsMoreEnergyThanItReceived) {
   for (const double loss : {0.0, 0.3, 0.9}) {
     for (int i = 0; i < 10; ++i) {
       const std::uint64_t seed = test::test_seed(static_cast<std::uint64_t>(i));
@@ -118,7 +118,7 @@ TEST(WavePlayer, AfterLossNothingOfTheIntegralIsMissing) {
   EXPECT_GT(delivered.in_j, 10);
 }
 
-TEST(WavePlayer, AfterABurstOfLossItsDelayGoesAwayAgain) {
+TEST(WavePlayer, TheDelayDecreasesAgainAfterABurstOfLoss) {
   WavePlayer player({});
   Wave sum;
   double after_burst_s = 0;

@@ -83,7 +83,7 @@ TEST(WaveAccount, PaysTheOutgoingWaveInClosedForm) {
 
 // A hand moves arbitrarily against line and tool. Its net energy (extracted minus supplied) must be negative at the
 // end, and almost never positive before.
-TEST(WaveLine, GivesAHandNoMoreThanItPutInAtAnyConstantDelay) {
+TEST(WaveLine, ReturnsNoMoreEnergyThanSuppliedAtAnyConstantDelay) {
   for (const int delay : {1, 15, 50, 150}) {
     for (int run = 0; run < 4; ++run) {
       const std::uint64_t seed = test::test_seed(static_cast<std::uint64_t>(run));

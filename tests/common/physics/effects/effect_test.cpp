@@ -149,7 +149,7 @@ TEST(Viscosity, SlowsAFreeToolByThePowerLawOfItsSteps) {
   EXPECT_NEAR(tool.v.x(), 0.2 * std::pow(1 - 5 * 1e-3 / 0.05, 10), 1e-15);
 }
 
-TEST(Viscosity, SlowsTurningOnlyWhenAsked) {
+TEST(Viscosity, DampsRotationOnlyIfRequested) {
   EffectInput input;
   input.V_OT.w = {1, 2, 0};
   EffectMemory memory;

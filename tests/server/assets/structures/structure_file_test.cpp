@@ -189,7 +189,7 @@ std::string packed(const std::string& text) {
   return bytes;
 }
 
-TEST(StructureFile, KnowsFormatsByContentAndUnpacksGzip) {
+TEST(StructureFile, DetectsFormatsByContentAndUnpacksGzip) {
   EXPECT_EQ(read_structure(TemporaryFile(".x", kCif).path()).residues.size(), 3U);
   EXPECT_EQ(read_structure(TemporaryFile(".cif.gz", packed(kCif)).path()).residues.size(), 3U);
   const std::string pdb = test::residue_text("ALA", "N CA C O", 1);
