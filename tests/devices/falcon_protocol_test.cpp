@@ -43,7 +43,7 @@ const Vector kVectors[] = {
     {"<BLJADGNPFGJPEA>", {2481, -669, -1691}, kFalconBlue},
 };
 
-TEST(FalconPacket, WritesAndReadsWhatTheMakersDriverSends) {
+TEST(FalconPacket, WritesAndReadsThePacketsOfTheManufacturersDriver) {
   for (const Vector& one : kVectors) {
     EXPECT_EQ(text_of(falcon_request(one.counts, one.bits)), one.text);
     const auto read = read_falcon_packet(packet_of(one.text));
@@ -77,7 +77,7 @@ std::vector<FalconReply> parsed(FalconPacketParser& parser, std::string_view tex
   return replies;
 }
 
-TEST(FalconPacketParser, FindsPacketsBetweenWhateverElseThereIs) {
+TEST(FalconPacketParser, FindsPacketsBetweenOtherBytes) {
   FalconPacketParser parser;
   EXPECT_THAT(parsed(parser, "PPP>>A<<PPPACEPACMPAEA><A"), testing::SizeIs(1));
   EXPECT_EQ(parsed(parser, "AAA<FJCALNCAOPCAEA>").size(), 1U) << "a truncated packet must not hide the next one";

@@ -94,7 +94,7 @@ TEST(SimDevice, RingsAtTheClosedFormFrequencyAndDecayInRotation) {
   EXPECT_NEAR(ringing.decay_per_s, decay, 5e-3 * decay);
 }
 
-TEST(SimDevice, ComesToRestWithoutASwingWhateverItsDamping) {
+TEST(SimDevice, ComesToRestWithoutOscillationAtAnyDamping) {
   // Mass and damping are the extremes that the command line allows. They give B h/m = 10 per sub-step, for translation
   // and rotation.
   HandParameters hand;

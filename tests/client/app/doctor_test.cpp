@@ -44,7 +44,7 @@ TEST(Doctor, NamesEachDeviceAndWhyItCannotBeOpened) {
   EXPECT_THAT(nothing[0].remedy, HasSubstr("--device sim"));
 }
 
-TEST(Doctor, AutoTakesTheFirstThatCanBeOpenedAndSaysWhyNotTheOthers) {
+TEST(Doctor, AutoSelectsTheFirstUsableDeviceAndReportsWhyOthersFail) {
   const std::vector<devices::DeviceKind> kinds{kind("sim", nullptr), kind("b", locked), kind("a", one)};
   std::vector<std::string> notes;
   const auto note = [&notes](const std::string& line) { notes.push_back(line); };

@@ -25,7 +25,7 @@ TEST(RunRecording, TheNextFileIsBesideThatOfTheCommandLineAndNamedByTheTime) {
   EXPECT_EQ(next_recording_file(options, at), "/some/where/tandem-20261124T040506Z.mcap");
 }
 
-TEST(RunRecording, SaysTheFileItsLengthAndItsSizeAndWhatIsLeftOut) {
+TEST(RunRecording, ReportsTheFileItsLengthItsSizeAndOmissions) {
   const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "run_recording";
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);

@@ -266,7 +266,7 @@ TEST(CouplingCheck, NamesTheScenesValueAndWhatThisDeviceIsGiven) {
               HasSubstr("coupling.stiffness_n_per_m is 60000 N/m in the scene, 50000 N/m on this device: unstable"));
 }
 
-TEST(CouplingCheck, SaysThatItRestsOnNumbersThatNobodyHasVerified) {
+TEST(CouplingCheck, ReportsThatItDependsOnUnverifiedNumbers) {
   devices::DeviceProfile device = light_device();
   test::SessionBench bench(with(device));
   bench.join(joined_with(60000, 3));

@@ -112,7 +112,7 @@ TEST(HapticLoop, StopWritesZeroLast) {
   EXPECT_TRUE(rig.core.is_quiet());
 }
 
-TEST(HapticLoop, RequestedStopShowsZeroWhileNobodyDrainsOrJoins) {
+TEST(HapticLoop, ARequestedStopDisplaysZeroWithoutReadersOrAJoin) {
   Rig rig;
   rig.start_with_force();
   rig.wait_for_ticks(100);

@@ -204,7 +204,7 @@ TEST(ForceStreamStage, SeesContactWithHysteresis) {
   EXPECT_FALSE(is_contact(force(0.01), true));
 }
 
-TEST(WaveStage, TellsTheServerItsModeAndIsADamperUntilTheFirstEcho) {
+TEST(WaveStage, SendsItsModeToTheServerAndIsADamperUntilTheFirstEcho) {
   StageRig rig;
   const auto stage = make_stage({.name = "wave", .wave = {20, 0.01}});
   rig.input.tick.value = 1;

@@ -96,7 +96,7 @@ TEST(ClientIo, AnEventComesWhenTheSnapshotHasTheEffectOfWhatCameBefore) {
   EXPECT_TRUE(had_effect) << "though a snapshot may be 10 ms old";
 }
 
-TEST(ClientIo, EventsThatNobodyReadsAreCounted) {
+TEST(ClientIo, UnreadEventsAreCounted) {
   ClientIoSettings settings = settings_for(unused_port());
   ScriptedDevice device;
   ClientIo io(settings, device);

@@ -113,7 +113,7 @@ TEST(ClientSession, BacksOffByDoublingUpToItsLimitAndStartsOverAfterAJoin) {
   EXPECT_EQ(bench.state(), "connecting");
 }
 
-TEST(ClientSession, SaysThatUdpMayBeBlockedWhenAJoinIsFollowedBySilence) {
+TEST(ClientSession, ReportsThatUdpMayBeBlockedIfAJoinIsFollowedBySilence) {
   test::SessionBench bench;
   bench.join();
   bench.wait(std::chrono::milliseconds(1500));

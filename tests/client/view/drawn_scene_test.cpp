@@ -151,7 +151,7 @@ TEST(DrawnScene, FocusesOnMovableBodiesAndNotOnTheTable) {
   EXPECT_NEAR(scene.floor_z_m, -1, 1e-6);
 }
 
-TEST(DrawnScene, DrawsSurfacesAndMoleculesOnceTheirAssetsAreHereAndSaysWhatIsMissingUntilThen) {
+TEST(DrawnScene, DrawsSurfacesAndMoleculesOnceAvailableAndListsMissingOnes) {
   AssetMap assets;
   wire::Joined joined = test::minimal_joined();
   wire::Scene& wire_scene = *joined.mutable_scene();

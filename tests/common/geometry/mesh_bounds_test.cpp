@@ -36,7 +36,7 @@ TEST(MeshBounds, IsTheBoxAroundTheVerticesOfTriangles) {
   EXPECT_EQ(box.max(), Vec3(1, 2, 0));
 }
 
-TEST(MeshBounds, SaysWhatHasNoSizeAndWhere) {
+TEST(MeshBounds, ReportsAMeshWithoutSizeAndItsPosition) {
   EXPECT_THAT(size_error({}), HasSubstr("no triangle"));
   const TriangleMesh point{{{1, 2, 3}, {1, 2, 3}, {1, 2, 3}}, {{0, 1, 2}}};
   EXPECT_THAT(size_error(point), HasSubstr("at one place, (1, 2, 3)"));

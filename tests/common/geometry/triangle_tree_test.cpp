@@ -153,7 +153,7 @@ std::size_t expect_finds(const std::vector<int>& expected, std::span<TriangleTre
   return count;
 }
 
-TEST(TriangleTree, FindsAllTrianglesWithinADistanceAndSaysWhenThereAreMore) {
+TEST(TriangleTree, FindsAllTrianglesWithinADistanceAndReportsAFullList) {
   Random random(kTriangleTreeSeed);
   const TriangleMesh mesh = rough_sphere(random);
   const TriangleTree tree(mesh);
@@ -190,7 +190,7 @@ bool is_crossed(const TriangleMesh& mesh, std::size_t triangle, const Vec3& p, c
          std::ranges::all_of(turns, [](double t) { return t < 0; });
 }
 
-TEST(TriangleTree, FindsAllTrianglesThatALineCrossesAndSaysWhenThereAreMore) {
+TEST(TriangleTree, FindsAllTrianglesThatALineCrossesAndReportsAFullList) {
   Random random(kTriangleTreeSeed);
   const TriangleMesh mesh = rough_sphere(random);
   const TriangleTree tree(mesh);

@@ -96,7 +96,7 @@ TEST(Safety, NothingIsDisplayedBeforeTheFirstState) {
   EXPECT_TRUE(rig.chain.is_quiet());
 }
 
-TEST(Safety, WhatIsNotDisplayedFadesWithinTheFaultTimeAndIsNoSilence) {
+TEST(Safety, AForceThatMayNotBeDisplayedFadesWithinTheFaultTime) {
   SafetyRig rig;
   SafetyInput input = good_input();
   rig.run(input, 600);
@@ -150,7 +150,7 @@ TEST(Safety, SlewBoundsEachChangeOfForceAndTorque) {
   EXPECT_FALSE(rig.chain.faults() & kSafetySlewed);
 }
 
-TEST(Safety, SilenceDecaysBetweenItsTwoAgesWhateverTheSlewLimitIs) {
+TEST(Safety, SilenceDecaysBetweenItsTwoAgesForAnySlewLimit) {
   for (const SafetySettings& settings : {SafetySettings{}, slow_slew()}) {
     SafetyRig rig(settings);
     rig.run(good_input(), 5000);
@@ -365,7 +365,7 @@ TEST(Safety, ClutchFadesTheForceThatWasDisplayedWhateverIsComputedAndEvenIfItBou
   }
 }
 
-TEST(Safety, AFaultUnderTheClutchIsNotLetGoGently) {
+TEST(Safety, AFaultUnderTheClutchIsNotReleasedSlowly) {
   SafetyRig rig;
   rig.run(good_input(Vec3(0, 0, 7)), 600);
   SafetyInput input = good_input(Vec3(0, 0, 7));

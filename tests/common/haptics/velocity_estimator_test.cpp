@@ -44,7 +44,7 @@ TEST(VelocityEstimator, OfExactPositionsIsTheLastPeriodsDifference) {
   EXPECT_EQ(estimator.linear_delay(), Duration(microseconds(500)));
 }
 
-TEST(VelocityEstimator, OfSteadyMotionIsWithinWhatTheResolutionLeavesOpen) {
+TEST(VelocityEstimator, SteadyMotionIsEstimatedWithinTheResolution) {
   // A line is fitted to a full window of 20 periods, with position errors of up to half an encoder step. Its slope errs
   // by at most Σ|t_i − t̄| step/2 / Σ(t_i − t̄)² = 110 step/2 / (770 T).
   const double bound = 110 * kVelocityEstimatorStep / 2 / (770 * kVelocityEstimatorPeriod);
@@ -60,7 +60,7 @@ TEST(VelocityEstimator, OfSteadyMotionIsWithinWhatTheResolutionLeavesOpen) {
   }
 }
 
-TEST(VelocityEstimator, OfSteadyTurningIsWithinWhatTheResolutionLeavesOpen) {
+TEST(VelocityEstimator, SteadyRotationIsEstimatedWithinTheResolution) {
   const double step = 1e-3;
   const double bound = 110 * step / 2 / (770 * kVelocityEstimatorPeriod);
   for (const double speed : {0.05, 1.0, 7.0, -40.0}) {

@@ -102,7 +102,7 @@ TEST(TicksInside, AreOneTwoOrFiveTimesAPowerOfTen) {
   EXPECT_EQ(labels(ticks_inside({0, 3e-9}, 4)), (Labels{"0", "1e−9", "2e−9", "3e−9"}));
 }
 
-TEST(TicksInside, AreFewWhateverTheRange) {
+TEST(TicksInside, AreFewForAnyRange) {
   Random random(7);
   const auto any = [&random] { return random.normal() * std::pow(10, 500 * random.uniform() - 250); };
   for (int i = 0; i < 5000; ++i) {

@@ -158,7 +158,7 @@ TEST(StudyReport, BytesAreADataRate) {
   EXPECT_EQ(axis_of_metric("bytes_per_s").axis.label(), "data rate [kB/s]");
 }
 
-TEST(FieldKernel, CanBeForcedAndLetGo) {
+TEST(FieldKernel, CanBeForcedAndReleased) {
   docking::MolecularField::use_by_default("portable");
   EXPECT_EQ(docking::MolecularField::default_kernel(), "portable");
   EXPECT_THROW(docking::MolecularField::use_by_default("abacus"), std::invalid_argument);

@@ -94,7 +94,7 @@ docking::Molecule block_with_pocket(const Vec3& pocket) {
   return block;
 }
 
-TEST(MolecularScale, CountsWhatHoldsALigandWhereNoLineThroughTheCentreLeads) {
+TEST(MolecularScale, FindsThePocketThatNoLineThroughTheCentreReaches) {
   const Vec3 pocket(40, 0, 0);
   const docking::Molecule a = block_with_pocket(pocket), b = atom();
   double pull = 0;  // largest attraction on a straight path out of the pocket

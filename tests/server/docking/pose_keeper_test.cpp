@@ -172,7 +172,7 @@ TEST_F(PoseKeeperTest, AFileThatIsNotAListIsNotChanged) {
       << "the invalid file must remain";
 }
 
-TEST_F(PoseKeeperTest, WhatANewerServerAddedDoesNotLoseTheList) {
+TEST_F(PoseKeeperTest, FieldsOfANewerServerDoNotLoseTheList) {
   submit(wire::AskPose::KEEP, 0, "mine");
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
     if (entry.path().filename() != "poses.json") continue;

@@ -95,7 +95,7 @@ TEST(SoftWorld, PadDroppedOnATableRestsOnIt) {
   }
 }
 
-TEST(SoftWorld, ForceRisesWithDepthAndIsGoneAfterLeaving) {
+TEST(SoftWorld, TheForceRisesWithDepthAndEndsAfterLeaving) {
   SoftWorld world(pad_settings(0));
   soft_steps(world, kAway, 20);
   double before_n = 0;

@@ -317,7 +317,7 @@ TEST(InputPlayout, RunningOnWithAHandThatStoppedEndsWhereItStopped) {
   }
 }
 
-TEST(InputPlayout, StartsAtTheFirstInputAndForgetsWhatALongSilenceLeft) {
+TEST(InputPlayout, StartsAtTheFirstInputAndRestartsAfterALongSilence) {
   InputPlayout playout(kInputPlayoutStep_s);
   EXPECT_FALSE(playout.play(Duration{0}));
   playout.receive(input_of(7, 5.0), std::chrono::milliseconds(1));

@@ -113,7 +113,7 @@ TEST(Limits, AFloodIsServedATurnAtATimeAndThenEnded) {
   EXPECT_FALSE(bench.hub->is_behind(eve.handle));
 }
 
-TEST(Limits, ConnectionsOfOneAddressWaitForEachOtherAndNobodyElseDoes) {
+TEST(Limits, ConnectionsOfOneAddressDelayOnlyEachOther) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   std::vector<test::BenchClient> crowd;

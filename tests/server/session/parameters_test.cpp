@@ -57,7 +57,7 @@ std::map<std::string, double> parameters_in(const std::vector<wire::ServerContro
   return values;
 }
 
-TEST(SessionParameters, UnderTheAdaptiveLawOneIsToldTheStiffnessOfWhatOneHolds) {
+TEST(SessionParameters, TheAdaptiveLawSendsEachUserTheStiffnessForTheHeldBody) {
   test::HubBench bench = bench_with_coupling(R"({"law": "adaptive", "adaptive": {
       "mass_range_kg": [0.01, 1], "stiffness_n_per_m": [100, 1000], "damping_n_s_per_m": [5]}})");
   test::BenchClient ada = bench.join("ada", wire::ROLE_OPERATOR);

@@ -428,7 +428,7 @@ std::size_t shapes_in(const std::vector<wire::ServerControl>& messages) {
   return static_cast<std::size_t>(std::ranges::count_if(messages, [](const auto& m) { return m.has_soft_shape(); }));
 }
 
-TEST(SessionHub, TellsShapesOfSoftBodiesToThoseWhoAskedAndNeverBeforeAnythingElse) {
+TEST(SessionHub, SendsSoftShapesOnlyOnRequestAndAfterOtherMessages) {
   test::HubBench bench({}, {soft_scene()});
   test::BenchClient ada = join_with_shapes(bench, "ada", true), ben = join_with_shapes(bench, "ben", false);
   bench.step(500);

@@ -147,7 +147,7 @@ TEST(WavePlayer, TakesMoreArrivalsThanItHasRoomForWithoutLosingAny) {
   EXPECT_NEAR(played, 1.2, 1e-6);
 }
 
-TEST(WavePlayer, IgnoresWhatIsNotFiniteNotNewerOrAfterALongSilence) {
+TEST(WavePlayer, IgnoresSumsThatAreNotFiniteNotNewerOrAfterALongSilence) {
   WavePlayer player({});
   player.receive(std::chrono::milliseconds(1), wave_x(0));
   player.receive(std::chrono::milliseconds(2), wave_x(std::numeric_limits<double>::quiet_NaN()));

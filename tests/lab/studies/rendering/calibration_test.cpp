@@ -79,7 +79,7 @@ TEST(CouplingTrial, SettlesSoonestAtTheClosedFormsDamping) {
   }
 }
 
-TEST(CouplingTrial, TheSpectralRadiusTellsTheStiffnessLimitOfAHeldHandle) {
+TEST(CouplingTrial, TheSpectralRadiusGivesTheStiffnessLimitOfAHeldHandle) {
   // With a delay of one period, a soft spring is stable. A stiffness far beyond the dissipation of any hand is
   // unstable.
   const CouplingTrial trial(devices::find_device_profile("touch"), false, {});

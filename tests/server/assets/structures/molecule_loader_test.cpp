@@ -306,7 +306,7 @@ TEST_F(OplsLoader, CountsGuessesByResidueAndNamesTheFirst) {
   EXPECT_NE(guess_note, molecule.notes.end()) << testing::PrintToString(molecule.notes);
 }
 
-TEST_F(OplsLoader, NotesAreFewShortAndPrintableWhateverTheFileNamesItsResidues) {
+TEST_F(OplsLoader, NotesAreFewShortAndPrintableForAnyResidueNames) {
   std::string text = test::residue_text("ALA", "N CA C O", 1);
   for (int i = 0; i < 300; ++i) text += test::residue_text("\x1b" + std::to_string(100 + i), "C1", 2 + i);
   const docking::Molecule molecule = load(text);

@@ -261,7 +261,7 @@ TEST(LoadedPqr, HasTheFilesOwnChargesAndRadii) {
   EXPECT_NEAR(std::accumulate(molecule.charge_e.begin(), molecule.charge_e.end(), 0.0), 4.053, 1e-9);
 }
 
-TEST(LoadedSelection, TakesALigandThatIsNamedAndSaysThatItIsGuessed) {
+TEST(LoadedSelection, UsesANamedLigandAndReportsThatItIsGuessed) {
   const fs::path file = "/usr/share/pymol/data/tut/1hpv.pdb";
   TANDEM_NEEDS_FILES(test::kOplsDirectory, file);
   const docking::Molecule ligand = load_molecule(file, {{"/478"}}, test::kOplsDirectory);

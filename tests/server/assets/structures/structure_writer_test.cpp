@@ -147,7 +147,7 @@ class RealComplex : public testing::Test {
   }
 };
 
-TEST_F(RealComplex, ReadsBackWithItsAtomsAndItsEnergyWhateverThePose) {
+TEST_F(RealComplex, IsReadWithItsAtomsAndItsEnergyForAnyPose) {
   const Pose moved{Vec3(1.25, -0.5, 2.0004567), quaternion_of(Vec3(0.05, -0.02, 0.03))};
   for (const Hydrogens hydrogens : {Hydrogens::kGiven, Hydrogens::kBuild}) {
     for (const Pose& X_AB : {Pose{}, moved}) {
@@ -246,7 +246,7 @@ TEST(ComplexWriter, DistinguishesAminoAcidsAndNucleotidesFromOtherResidues) {
   EXPECT_NE(text.find("CA    CA b   1 "), std::string::npos);
 }
 
-TEST(ComplexWriter, AnswersWhatPdbCannotHoldWithTheOtherFormat) {
+TEST(ComplexWriter, UsesMmcifForContentThatPdbCannotHold) {
   const auto named = [](const std::string& name, const std::string& residue) {
     Molecule molecule;
     add_atom(molecule, name, "C", residue, "1", "A", Vec3::Zero());
