@@ -138,7 +138,7 @@ TEST(Client, ShowsTheLocalModelOfEachJoinFromItsFirstState) {
   EXPECT_NE(bench.client.haptics().local_model(), first);
 }
 
-TEST(Client, ShowsAWindowTheBodiesThatAreFeltAndThoseThatTheServerTells) {
+TEST(Client, ProvidesAWindowWithFeltAndReceivedBodies) {
   ClientSettings settings;
   settings.haptics.feeds_view = true;
   ClientBench bench(settings);
@@ -153,7 +153,7 @@ TEST(Client, ShowsAWindowTheBodiesThatAreFeltAndThoseThatTheServerTells) {
   EXPECT_LT((view->bodies[0].state.X.p - felt.X.p).norm(), 0.01) << "up to a few ticks old";
 }
 
-TEST(Client, SaysOnceWhyASceneHasNoLocalModelAndShowsTheLatePose) {
+TEST(Client, ReportsOnceWhyThereIsNoLocalModelAndUsesTheLatePose) {
   ClientBench bench;
   bench.join(unusable_scene());
   bench.run();
@@ -236,7 +236,7 @@ TEST(Client, ThatIsClosedCallsOffTheModelThatIsBeingMade) {
     making.wait_until_it_began();
   }
   EXPECT_TRUE(making.is_called_off);
-  EXPECT_EQ(making.points, 1) << "it does nothing behind the point where it is called off";
+  EXPECT_EQ(making.points, 1) << "it must stop at the point where it is cancelled";
 }
 
 TEST(Client, ThatGoesToAnotherSceneCallsOffTheModelOfTheOld) {
@@ -306,7 +306,7 @@ TEST(CallOff, OfAContactShapeIsPossibleInEachOfItsParts) {
   EXPECT_GE(points, 8U);
 }
 
-TEST(Client, AGodObjectSaysWithWhichBallItTouches) {
+TEST(Client, AGodObjectReportsTheBallThatItUses) {
   ClientBench bench({.haptics = {.stage = {.name = "god-object"}}});
   EXPECT_EQ(bench.client.stage_note(), "");
   bench.join(box_scene());
@@ -326,7 +326,7 @@ TEST(Client, AGodObjectEndsASessionWhoseSceneItCannotTouch) {
   EXPECT_THAT(bench.client.session().status().why, HasSubstr("use stage local-model"));
 }
 
-TEST(Client, AGodObjectShowsNothingOfASceneThatItCannotMakeAndSaysWhy) {
+TEST(Client, AGodObjectDisplaysNothingForAnUnusableSceneAndReportsWhy) {
   ClientBench bench({.haptics = {.stage = {.name = "god-object"}}});
   wire::Joined joined = box_scene();
   joined.mutable_scene()->mutable_bodies(0)->mutable_shapes(0)->mutable_mesh()->set_file("a.obj");
@@ -338,7 +338,7 @@ TEST(Client, AGodObjectShowsNothingOfASceneThatItCannotMakeAndSaysWhy) {
   EXPECT_THAT(bench.client.model_problem(), HasSubstr("a.obj is too large"));
 }
 
-TEST(Client, AGodObjectSaysWhichAssetIsNotHere) {
+TEST(Client, AGodObjectReportsWhichAssetIsMissing) {
   ClientBench bench({.haptics = {.stage = {.name = "god-object"}}});
   wire::Joined joined = box_scene();
   wire::Mesh& mesh = *joined.mutable_scene()->mutable_bodies(0)->mutable_shapes(0)->mutable_mesh();
@@ -368,7 +368,7 @@ TEST(Client, WithoutATickNoModelIsFreedAndTheNewestIsShownAtLast) {
     bench.join(box_scene());
   }
   EXPECT_EQ(bench.client.haptics().local_model(), in_use) << "the haptic thread may be in the middle of its step";
-  EXPECT_TRUE(in_use->has_started()) << "it is there to be read";
+  EXPECT_TRUE(in_use->has_started()) << "the model must still be alive";
   bench.run(1);
   EXPECT_FALSE(bench.is_local()) << "that of the fifth join waited until the tick had left the first";
   bench.run();
@@ -400,7 +400,7 @@ TEST(Client, AModelOfASceneThatWasLeftIsNotShownInTheNext) {
   EXPECT_EQ(bench.client.session().scene_generation(), 2U);
 }
 
-TEST(Client, AnotherStageIsShownOnceWhatItNeedsIsMade) {
+TEST(Client, AnotherStageIsUsedOnceItsModelIsReady) {
   ClientBench bench({.haptics = {.stage = {.name = "hold"}}});
   bench.join(box_scene());
   bench.run();
@@ -438,7 +438,7 @@ TEST(Client, AStageThatCannotShowTheSceneIsNotTakenAndOneThatDoesNotExistNeither
   EXPECT_EQ(bench.client.stage().name, "local-model");
 }
 
-TEST(Client, AStageThatIsChosenBeforeTheRoomIsJoinedIsShownThere) {
+TEST(Client, AStageSelectedBeforeTheJoinIsUsedInTheRoom) {
   ClientBench bench({.haptics = {.stage = {.name = "hold"}}});
   bench.client.set_stage({.name = "local-model"});
   bench.join(box_scene());

@@ -46,7 +46,7 @@ std::vector<SourcedLimit> values_of(const DeviceProfile& p) {
   return values;
 }
 
-TEST(ShippedProfiles, AreThoseThatAreSpokenOf) {
+TEST(ShippedProfiles, AreTheDocumentedProfiles) {
   std::set<std::string> names;
   for (const DeviceProfile& profile : shipped()) names.insert(profile.name);
   for (const char* name : {"sim", "phantom-premium-1.5-6dof", "phantom-premium-1.5-hf", "touch", "touch-x", "falcon",
@@ -56,7 +56,7 @@ TEST(ShippedProfiles, AreThoseThatAreSpokenOf) {
   }
 }
 
-TEST(ShippedProfiles, SayOfEveryValueWhereItIsFrom) {
+TEST(ShippedProfiles, StateTheSourceOfEveryValue) {
   for (const DeviceProfile& profile : shipped()) {
     for (const SourcedLimit& value : values_of(profile)) EXPECT_GE(value.source.size(), 10U) << profile.name;
   }
@@ -73,7 +73,7 @@ TEST(ShippedProfiles, LimitByVerifiedMaximaOnly) {
   }
 }
 
-TEST(ShippedProfiles, AreTakenByTheDeviceWriter) {
+TEST(ShippedProfiles, AreAcceptedByTheDeviceWriter) {
   for (const DeviceProfile& profile : shipped()) {
     SimDevice device(profile.spec, holding({}, profile), named_hand_path("rest"), 1);
     EXPECT_NO_THROW(DeviceWriter{device}) << profile.name;
@@ -294,7 +294,7 @@ TEST(ProfileFile, EveryShippedProfileReadsBackToTheLastBit) {
   EXPECT_EQ(device_profiles_text(parse_device_profiles(as_shipped, "file")), text);
 }
 
-TEST(FindDeviceProfile, NamesTheKnownForAnUnknownOne) {
+TEST(FindDeviceProfile, ListsTheKnownProfilesForAnUnknownName) {
   try {
     find_device_profile("wand");
     FAIL() << "there is no wand";
@@ -303,7 +303,7 @@ TEST(FindDeviceProfile, NamesTheKnownForAnUnknownOne) {
   }
 }
 
-TEST(FindDeviceProfile, TakesAFileWithOneProfile) {
+TEST(FindDeviceProfile, AcceptsAFileWithOneProfile) {
   const std::string file = testing::TempDir() + "one_device.json";
   std::ofstream(file) << file_with("", "");
   EXPECT_EQ(find_device_profile(file).name, "mine");
@@ -311,7 +311,7 @@ TEST(FindDeviceProfile, TakesAFileWithOneProfile) {
   EXPECT_THROW(find_device_profile(shipped_device_profiles().string()), std::invalid_argument) << "it holds many";
 }
 
-TEST(FindDeviceProfile, LooksWhereTheEnvironmentSays) {
+TEST(FindDeviceProfile, SearchesTheFolderThatTheEnvironmentNames) {
   const std::string file = testing::TempDir() + "other_devices.json";
   std::ofstream(file) << file_with("", "");
   setenv("TANDEM_DEVICE_PROFILES", file.c_str(), 1);

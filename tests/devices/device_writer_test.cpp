@@ -42,7 +42,7 @@ RecordingDevice verified_device() {
   return device;
 }
 
-TEST(DeviceWriter, PassesWhatIsWithinTheLimitsUnchanged) {
+TEST(DeviceWriter, AForceWithinTheLimitsIsUnchanged) {
   RecordingDevice device = verified_device();
   DeviceWriter writer(device);
   const Wrench wrench{Vec3(1, -2, 3), Vec3(0.1, 0, -0.1)};
@@ -52,7 +52,7 @@ TEST(DeviceWriter, PassesWhatIsWithinTheLimitsUnchanged) {
   EXPECT_FALSE(writer.was_clamped());
 }
 
-TEST(DeviceWriter, ADeviceWithoutForceIsGivenNoneAndThatIsNoClamp) {
+TEST(DeviceWriter, ADeviceWithoutForceReceivesNoneAndThatIsNotCountedAsClamped) {
   RecordingDevice device = verified_device();
   device.device_spec.actuated_translations = device.device_spec.actuated_rotations = 0;
   DeviceWriter writer(device);
@@ -90,13 +90,13 @@ TEST(DeviceWriter, WritesZeroForAnythingNotFinite) {
   EXPECT_TRUE(writer.was_clamped());
 }
 
-TEST(DeviceWriter, ReportsWhatTheDeviceDidNotTake) {
+TEST(DeviceWriter, ReportsACommandThatTheDeviceRefused) {
   RecordingDevice device = verified_device();
   DeviceWriter writer(device);
   writer.write(LocalTime{}, {Vec3(0, 0, 2), Vec3(0, 0.1, 0)});
   device.accepts = false;
   EXPECT_FALSE(writer.write_zero(LocalTime{}));
-  EXPECT_EQ(writer.written().f, Vec3(0, 0, 2)) << "the last one taken still acts";
+  EXPECT_EQ(writer.written().f, Vec3(0, 0, 2)) << "the last accepted force still acts";
   EXPECT_EQ(writer.written().t, Vec3(0, 0.1, 0));
   device.accepts = true;
   EXPECT_TRUE(writer.write_zero(LocalTime{}));
@@ -112,7 +112,7 @@ TEST(DeviceWriter, ShowsNoTorqueOnADeviceOfThreeAxes) {
   EXPECT_FALSE(writer.was_clamped());
 }
 
-TEST(DeviceWriter, LimitsOfTheSpecAreTakenOnceAndCannotBeWidenedLater) {
+TEST(DeviceWriter, LimitsOfTheSpecAreCopiedOnceAndCannotBeRaisedLater) {
   RecordingDevice device = verified_device();
   DeviceWriter writer(device);
   device.device_spec.force_limit_n = 100;

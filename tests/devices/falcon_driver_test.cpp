@@ -158,7 +158,7 @@ TEST(FalconDriver, OneThatHasItsFirmwareNeedsNone) {
   EXPECT_EQ(rig.falcon.uploads_begun, 0);
 }
 
-TEST(FalconDriver, WithoutFirmwareItSaysWhatToGiveIt) {
+TEST(FalconDriver, WithoutFirmwareItNamesTheRemedy) {
   Rig rig(false);
   const DeviceSample sample = rig.run(3000);
   EXPECT_EQ(sample.state, DeviceState::kOpening);
@@ -176,7 +176,7 @@ TEST(FalconDriver, FirmwareThatFailsTwiceIsLoadedTheThirdTime) {
   EXPECT_EQ(rig.falcon.uploaded, firmware());
 }
 
-TEST(FalconDriver, FirmwareThatNeverGoesThroughIsSaidAndTriedWithPauses) {
+TEST(FalconDriver, AFailedFirmwareUploadIsReportedAndRetriedWithPauses) {
   Rig rig;
   rig.falcon.faults.stops_in_upload = true;
   const DeviceSample sample = rig.run(60'000);
@@ -188,7 +188,7 @@ TEST(FalconDriver, FirmwareThatNeverGoesThroughIsSaidAndTriedWithPauses) {
   rig.until(DeviceState::kHoming, 10'000);
 }
 
-TEST(FalconDriver, HomingThatTakesLongIsSaidAndStillCounts) {
+TEST(FalconDriver, LongHomingIsReportedAndStillSucceeds) {
   Rig rig;
   rig.falcon.has_firmware = true;
   rig.until(DeviceState::kHoming, 100);
@@ -198,7 +198,7 @@ TEST(FalconDriver, HomingThatTakesLongIsSaidAndStillCounts) {
   EXPECT_EQ(rig.home().state, DeviceState::kReady);
 }
 
-TEST(FalconDriver, ForceIsTheOneThatWasAskedForInEveryDirection) {
+TEST(FalconDriver, ForceIsTheCommandedOneInEveryDirection) {
   Rig rig;
   rig.make_ready();
   rig.falcon.grip_m = Vec3(0.01, -0.015, 0.13);
@@ -222,7 +222,7 @@ TEST(FalconDriver, ButtonsAreGrabAndClutch) {
   }
 }
 
-TEST(FalconDriver, GarbageSplitAndDelayedRepliesCostNothing) {
+TEST(FalconDriver, GarbageAndSplitAndDelayedRepliesAreHandled) {
   Rig rig;
   rig.make_ready();
   rig.falcon.faults.sends_garbage = rig.falcon.faults.splits_replies = true;
@@ -242,7 +242,7 @@ TEST(FalconDriver, ARepliesSilenceAgesAndThenItIsLost) {
   rig.falcon.faults.is_mute = true;
   const LocalTime last = rig.now;
   DeviceSample sample = rig.step();
-  EXPECT_EQ(sample.taken, last) << "what the reader judges";
+  EXPECT_EQ(sample.taken, last) << "the reader compares this time with its limit";
   sample = rig.run(105);
   EXPECT_EQ(sample.state, DeviceState::kLost);
   EXPECT_THAT(std::string(sample.reason), HasSubstr("cable"));
@@ -320,7 +320,7 @@ TEST(FalconDriver, OnItsThreadASessionRunsAndItsEndIsZero) {
     EXPECT_EQ(ready, 200) << describe(sample);
   }
   EXPECT_TRUE(falcon.has_firmware);
-  EXPECT_TRUE(falcon.motors.isZero()) << "the last that it was told";
+  EXPECT_TRUE(falcon.motors.isZero()) << "the last command must be zero";
 }
 
 }  // namespace

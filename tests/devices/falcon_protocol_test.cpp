@@ -43,7 +43,7 @@ const Vector kVectors[] = {
     {"<BLJADGNPFGJPEA>", {2481, -669, -1691}, kFalconBlue},
 };
 
-TEST(FalconPacket, WritesAndReadsWhatTheMakersDriverSends) {
+TEST(FalconPacket, WritesAndReadsThePacketsOfTheManufacturersDriver) {
   for (const Vector& one : kVectors) {
     EXPECT_EQ(text_of(falcon_request(one.counts, one.bits)), one.text);
     const auto read = read_falcon_packet(packet_of(one.text));
@@ -61,7 +61,7 @@ TEST(FalconPacket, ButtonsAndHomedArmsGoBeyondANibble) {
   EXPECT_EQ(read->bits, kFalconHomed | 0xf);
 }
 
-TEST(FalconPacket, ANumberThatIsTooLargeIsCutAndNeverChangesItsSign) {
+TEST(FalconPacket, ATooLargeNumberIsClampedWithItsSign) {
   for (const int number : {4096, 32767, 32768, 65536, 2147483647, -4096, -32769, -2147483647}) {
     const auto read = read_falcon_packet(falcon_request({number, 0, -4095}, 0));
     ASSERT_TRUE(read);
@@ -77,10 +77,10 @@ std::vector<FalconReply> parsed(FalconPacketParser& parser, std::string_view tex
   return replies;
 }
 
-TEST(FalconPacketParser, FindsPacketsBetweenWhateverElseThereIs) {
+TEST(FalconPacketParser, FindsPacketsBetweenOtherBytes) {
   FalconPacketParser parser;
   EXPECT_THAT(parsed(parser, "PPP>>A<<PPPACEPACMPAEA><A"), testing::SizeIs(1));
-  EXPECT_EQ(parsed(parser, "AAA<FJCALNCAOPCAEA>").size(), 1U) << "one that was cut off costs none of those behind it";
+  EXPECT_EQ(parsed(parser, "AAA<FJCALNCAOPCAEA>").size(), 1U) << "a truncated packet must not hide the next one";
   EXPECT_EQ(parser.skipped(), 6U + 1U + 5U);
   EXPECT_EQ(parsed(parser, "<MKEPLBAA").size(), 0U);
   EXPECT_EQ(parsed(parser, "BKDAEA>").size(), 1U) << "split";
@@ -111,7 +111,7 @@ std::vector<Vec3> places() {
   return all;
 }
 
-TEST(FalconKinematics, KnowsThePosesOnTheAxis) {
+TEST(FalconKinematics, GivesTheKnownPosesOnTheAxis) {
   struct Pose {
     double z_m, theta_deg;
     int count;
@@ -134,7 +134,7 @@ TEST(FalconKinematics, KnowsThePosesOnTheAxis) {
   }
 }
 
-TEST(FalconKinematics, KnowsThePoseOffTheAxis) {
+TEST(FalconKinematics, GivesTheKnownPoseOffTheAxis) {
   const auto p = falcon_forward(falcon_angles({-539, -328, 106}));
   ASSERT_TRUE(p);
   EXPECT_NEAR((*p - Vec3(0.01, 0.02, 0.12)).norm(), 0, 5e-5);
@@ -209,7 +209,7 @@ TEST(FalconForce, KeepsItsDirectionAtAnyRequestAndNeverWraps) {
   }
 }
 
-TEST(FalconForce, WhatIsNotFiniteIsZero) {
+TEST(FalconForce, AForceThatIsNotFiniteBecomesZero) {
   const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
   EXPECT_TRUE(falcon_motor_counts(Vec3(1, nan, 0), 10000).isZero());
   EXPECT_TRUE(falcon_motor_counts(Vec3(1, infinity, 0), 10000).isZero());

@@ -107,7 +107,7 @@ TEST_F(FalconUsb, LoadsHomesAndShowsAForceAndItsEndIsZero) {
   EXPECT_EQ(bus.outstanding, 0) << "each transfer was waited for";
 }
 
-TEST_F(FalconUsb, GarbageAndSplitRepliesCostNothing) {
+TEST_F(FalconUsb, GarbageAndSplitRepliesAreHandled) {
   bus.with_falcon([](FalconSimulator& f) {
     f.has_firmware = f.is_homed = true;
     f.faults.sends_garbage = f.faults.splits_replies = true;
@@ -122,7 +122,7 @@ TEST_F(FalconUsb, GarbageAndSplitRepliesCostNothing) {
 
 TEST_F(FalconUsb, ZeroIsSaidByTheDescriptorThatIsOpen) {
   bus.with_falcon([](FalconSimulator& f) { f.has_firmware = f.is_homed = true; });
-  EXPECT_FALSE(falcon_zero()) << "nothing is open";
+  EXPECT_FALSE(falcon_zero()) << "no device is open";
   std::string_view reason;
   const auto port = open_falcon_usb_port(reason);
   ASSERT_NE(port, nullptr) << reason;

@@ -62,7 +62,7 @@ TEST(HandPath, RestsOutsideAndAtEachWayPoint) {
   }
 }
 
-TEST(HandPath, ReadsWhatAFileSaysAndKeepsWhatItLeavesOut) {
+TEST(HandPath, ReadsTheFileAndUsesDefaultsForMissingFields) {
   const HandPath path = parse_hand_path(R"({"points": [
       {"t_s": 0.5, "position_m": [1, 2, 3], "phase": "approach"},
       {"t_s": 1, "rotation_xyz_deg": [90, 0, 90], "buttons": ["grab", "clutch"]},
@@ -84,7 +84,7 @@ TEST(HandPath, ReadsWhatAFileSaysAndKeepsWhatItLeavesOut) {
   EXPECT_EQ(path.phase_at(seconds(9)), 0);
 }
 
-TEST(HandPath, RelaxesAtAWayPointUntilALaterOneSaysOtherwise) {
+TEST(HandPath, RelaxesFromAWayPointUntilALaterOneChangesIt) {
   const HandPath path = parse_hand_path(R"({"points": [
       {"t_s": 0.5, "position_m": [1, 2, 3]},
       {"t_s": 1, "relaxed": true},
@@ -99,7 +99,7 @@ TEST(HandPath, RelaxesAtAWayPointUntilALaterOneSaysOtherwise) {
   EXPECT_FALSE(path.is_relaxed_at(seconds(9)));
 }
 
-TEST(HandPath, SaysWhatIsWrongWithAFile) {
+TEST(HandPath, NamesTheErrorInAFile) {
   struct Case {
     const char* json;
     const char* message;
@@ -140,7 +140,7 @@ TEST(HandPath, SaysWhatIsWrongWithAFile) {
   }
 }
 
-TEST(HandPath, NamesAFileThatIsNotThere) {
+TEST(HandPath, NamesAMissingFile) {
   EXPECT_THAT([] { load_hand_path("/nowhere/p.json"); },
               testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("/nowhere/p.json: cannot be read")));
 }
@@ -250,7 +250,7 @@ TEST(Multisine, IsReadFromAFileAndLengthensThePath) {
   EXPECT_NEAR(p.x(), 0, 1e-15);
 }
 
-TEST(Multisine, SaysWhatIsWrongWithAFile) {
+TEST(Multisine, NamesTheErrorInAFile) {
   const std::pair<const char*, const char*> cases[] = {
       {R"({"to_s": 1})", "p.json: multisine.from_s is missing"},
       {R"({"from_s": 2, "to_s": 1})", "p.json: multisine.to_s is 1; it must be later than from_s"},
@@ -274,7 +274,7 @@ TEST(Multisine, SaysWhatIsWrongWithAFile) {
   }
 }
 
-TEST(Multisine, RefusesWhatIsNoMovement) {
+TEST(Multisine, RefusesInvalidMovements) {
   const std::vector<WayPoint> rest(1);
   const auto refuses = [&](const Multisine& multisine) {
     EXPECT_THROW(HandPath(rest, multisine), std::invalid_argument);

@@ -199,7 +199,7 @@ TEST(Inverse3, IsReadyWhereItWasFirstSeenAndMovesWithTheCursor) {
   service.set_state(moved_state(0.13));
   for (int i = 0; i < 20; ++i) sample = rig.step();
   EXPECT_NEAR((sample.X_DH.p - Vec3(0.03, 0, 0)).norm(), 0, 1e-9);
-  EXPECT_NEAR(sample.X_DH.q.z(), 1, 1e-12) << "the grip that was told of last";
+  EXPECT_NEAR(sample.X_DH.q.z(), 1, 1e-12) << "the last reported orientation of the grip";
 }
 
 TEST(Inverse3, GivesOneCommandForEachState) {
@@ -268,7 +268,7 @@ TEST(Inverse3, AConnectionThatIsCutIsMadeAnew) {
   const LocalTime lost = rig.clock.now();
   rig.until(DeviceState::kReady);
   EXPECT_EQ(service.connections, 2);
-  EXPECT_GT(rig.clock.now() - lost, milliseconds(500)) << "long enough to be told of";
+  EXPECT_GT(rig.clock.now() - lost, milliseconds(500)) << "long enough to be reported";
 }
 
 TEST(Inverse3, SilenceAndNonsenseAreSaid) {
@@ -288,7 +288,7 @@ TEST(Inverse3, SilenceAndNonsenseAreSaid) {
   EXPECT_THAT(std::string(sample.reason), HasSubstr("sends nothing"));
 }
 
-TEST(Inverse3, WithoutAServiceItSaysWhatToStart) {
+TEST(Inverse3, WithoutAServiceItNamesTheProgramToStart) {
   DeviceOptions options;
   options.name = "inverse3";
   options.profile = find_device_profile("inverse3");

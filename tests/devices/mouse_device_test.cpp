@@ -51,11 +51,11 @@ TEST(MouseDevice, AJumpOfThePointerBecomesASmoothMovementThatArrives) {
   EXPECT_LT((bench.last.X_DH.p - Vec3(0.1, 0, 0)).norm(), 1e-4);
   EXPECT_LT(rotation_vector(bench.last.X_DH.q).z() - 0.5, 1e-3);
   EXPECT_LT(overshoot_m, 0.01);
-  EXPECT_LE(fastest_m_per_s, 1.2 * MouseDevice::kMaxSpeed_m_per_s) << "below what devices call a fault";
+  EXPECT_LE(fastest_m_per_s, 1.2 * MouseDevice::kMaxSpeed_m_per_s) << "below the speed that counts as a fault";
   EXPECT_LE(largest_step_m, 1.2 * MouseDevice::kMaxSpeed_m_per_s * 1e-3);
 }
 
-TEST(MouseDevice, GivesWayToAForceAsAnArmDoesAndComesBack) {
+TEST(MouseDevice, YieldsToAForceLikeAnArmAndReturns) {
   Bench bench;
   bench.run(0.1);
   ASSERT_TRUE(bench.device.write(bench.now, {Vec3(0, 0, 4), Vec3(0, 0.02, 0)}));
@@ -121,7 +121,7 @@ TEST(MouseDevice, AllocatesNothingOnATick) {
   EXPECT_EQ(test::allocation_count() - before, 0U);
 }
 
-TEST(MouseDevice, SaysThatItNeedsTheWindow) {
+TEST(MouseDevice, ReportsThatItNeedsTheWindow) {
   EXPECT_THROW(MouseDevice(six_axes(), MouseDevice::default_hand(), nullptr), std::invalid_argument);
 }
 

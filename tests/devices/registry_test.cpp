@@ -46,9 +46,9 @@ TEST(DeviceRegistry, TheSimulatedDeviceHasTheLimitsOfItsProfileAndIsReadyAtOnce)
   const auto device = open_device(with_profile("falcon"));
   EXPECT_EQ(device->spec().name, "falcon");
   EXPECT_FALSE(device->spec().has_torque());
-  EXPECT_EQ(device->spec().sensed_rotations, 3) << "what the simulated hand reports, not what a Falcon does";
+  EXPECT_EQ(device->spec().sensed_rotations, 3) << "the rotations of the simulated hand, not those of a Falcon";
   EXPECT_EQ(device->spec().buttons, kButtonGrab | kButtonClutch);
-  EXPECT_EQ(DeviceSample{}.state, DeviceState::kOpening) << "a driver that says nothing is not ready";
+  EXPECT_EQ(DeviceSample{}.state, DeviceState::kOpening) << "a sample must not be ready by default";
   const DeviceSample sample = device->read(LocalTime{});
   EXPECT_EQ(sample.state, DeviceState::kReady);
   EXPECT_TRUE(sample.reason.empty());
@@ -56,7 +56,7 @@ TEST(DeviceRegistry, TheSimulatedDeviceHasTheLimitsOfItsProfileAndIsReadyAtOnce)
   EXPECT_TRUE(DeviceWriter(*device).write(LocalTime{}, {}));
 }
 
-TEST(DeviceRegistry, TheHandIsTheOneThatWasAskedFor) {
+TEST(DeviceRegistry, TheSimulatedHandIsTheRequestedOne) {
   DeviceOptions options = with_profile("sim");
   options.hand = "press-down";
   const auto device = open_device(options);
@@ -67,7 +67,7 @@ TEST(DeviceRegistry, TheHandIsTheOneThatWasAskedFor) {
   EXPECT_THAT(error_of(options), AllOf(HasSubstr("no-such-hand"), HasSubstr("press-down")));
 }
 
-TEST(DeviceRegistry, ARealDeviceThatIsNotThereSaysWhatWouldHelp) {
+TEST(DeviceRegistry, AMissingRealDeviceIsReportedWithTheRemedy) {
   for (const DeviceKind& kind : device_kinds()) {
     if (kind.find == nullptr || !kind.find().empty()) continue;
     DeviceOptions options = with_profile(std::string(kind.profile).c_str());

@@ -114,10 +114,11 @@ TEST_F(Pad, StopsWhenTheHapticLoopHangs) {
   const auto rumble = open_rumble(kNode);
   ASSERT_TRUE(comes([this] { return strong > 0; }, [&] { rumble->show(0.5); }));
   EXPECT_TRUE(comes([this] { return strong == 0; }));
-  EXPECT_TRUE(comes([this] { return strong > 0; }, [&] { rumble->show(0.5); })) << "and goes on with it";
+  EXPECT_TRUE(comes([this] { return strong > 0; }, [&] { rumble->show(0.5); }))
+      << "the rumble must work again after the time-out";
 }
 
-TEST_F(Pad, OneThatIsUnpluggedIsOpenedAgain) {
+TEST_F(Pad, AnUnpluggedPadIsReopened) {
   const auto rumble = open_rumble("auto");
   ASSERT_NE(rumble, nullptr) << "found by itself";
   const auto show_half = [&] { rumble->show(0.5); };
@@ -129,7 +130,7 @@ TEST_F(Pad, OneThatIsUnpluggedIsOpenedAgain) {
   EXPECT_TRUE(comes([this] { return strong == 0xffff / 2; }, show_half));
 }
 
-TEST_F(Pad, WhatDoesNotRumbleIsRefusedOrLeftOut) {
+TEST_F(Pad, APadWithoutRumbleIsRefusedOrOmitted) {
   rumbles = false;
   EXPECT_THAT([] { open_rumble(kNode); }, ThrowsMessage<std::runtime_error>(HasSubstr("--rumble")));
   EXPECT_THAT([] { open_rumble("/dev/input/event99"); }, ThrowsMessage<std::runtime_error>(HasSubstr("event99")));

@@ -94,7 +94,7 @@ TEST(SimDevice, RingsAtTheClosedFormFrequencyAndDecayInRotation) {
   EXPECT_NEAR(ringing.decay_per_s, decay, 5e-3 * decay);
 }
 
-TEST(SimDevice, ComesToRestWithoutASwingWhateverItsDamping) {
+TEST(SimDevice, ComesToRestWithoutOscillationAtAnyDamping) {
   // Mass and damping are the extremes that the command line allows. They give B h/m = 10 per sub-step, for translation
   // and rotation.
   HandParameters hand;
@@ -156,7 +156,7 @@ TEST(SimDevice, IsDeflectedByForceOverStiffness) {
   EXPECT_LT(device.hand_twist().v.norm(), 1e-9);
 }
 
-TEST(SimDevice, ARelaxedHandGivesWayAndKeepsItsDamping) {
+TEST(SimDevice, ARelaxedHandYieldsAndKeepsItsDamping) {
   WayPoint rest, relaxed;
   relaxed.at = milliseconds(100);
   relaxed.is_relaxed = true;
@@ -175,7 +175,7 @@ TEST(SimDevice, ARelaxedHandGivesWayAndKeepsItsDamping) {
   EXPECT_NEAR(device.hand_pose().p.x() - before_m, 0.2 / 5.8 * 0.3 / 5.8, 1e-6) << "runs out within m/B, and stays";
 }
 
-TEST(SimDevice, MovesTheSameWhateverThePeriodItIsReadAt) {
+TEST(SimDevice, ItsMotionDoesNotDependOnTheReadPeriod) {
   std::vector<Vec3> at_two_seconds;
   for (const Duration period : {Duration(microseconds(250)), Duration(milliseconds(1)), Duration(milliseconds(4))}) {
     SimDevice device(SimDevice::default_spec(), {}, named_hand_path("press-down"), 1);
@@ -287,7 +287,7 @@ TEST(SimDevice, OfAnEncoderReportsTheVelocityOfItsPositionsLateButQuiet) {
   SimDevice device = resting_hand(hand);
   for (int i = 0; i < 50; ++i) {
     const DeviceSample sample = device.read(LocalTime(milliseconds(i)));
-    ASSERT_EQ(sample.V_DH.v.norm(), 0) << "nothing moves, nothing is reported";
+    ASSERT_EQ(sample.V_DH.v.norm(), 0) << "a resting hand must have speed 0";
   }
   Wrench command;
   command = {Vec3(2, 0, 0), Vec3(0, 0, 0.05)};
@@ -314,7 +314,7 @@ TEST(SimDevice, GivesTheButtonsOfThePath) {
   EXPECT_EQ(device.read(LocalTime(seconds(52))).buttons, 1U);
 }
 
-TEST(SimDevice, APathBeginsAtTheTimeThatIsSet) {
+TEST(SimDevice, APathStartsAtTheSetTime) {
   SimDevice device(SimDevice::default_spec(), {}, named_hand_path("press-down"), 1);
   device.begin_path_at(LocalTime::max());
   for (int i = 0; i < 30; ++i) device.read(LocalTime(milliseconds(100) * i));

@@ -103,7 +103,7 @@ TEST(SpaceMouseReports, ReadsTheSamplesOfASpaceNavigator) {
   EXPECT_EQ(reports.buttons(), 0U);
 }
 
-TEST(SpaceMouseReports, TellsTheTwoLayoutsByTheirLength) {
+TEST(SpaceMouseReports, DistinguishesTheTwoLayoutsByTheirLength) {
   SpaceMouseReports joined, split;
   joined.parse(Bytes{1, 35, 0, 70, 0, 105, 0, 140, 0, 175, 0, 210, 0});
   split.parse(Bytes{1, 35, 0, 70, 0, 105, 0});
@@ -150,7 +150,7 @@ TEST(SpaceMouse, DeflectionIsTheHandlesVelocityWithoutAStep) {
   EXPECT_EQ(last.V_DH.v.x(), 0);
 }
 
-TEST(SpaceMouse, InPoseControlTheHandleComesBackWithTheCap) {
+TEST(SpaceMouse, InPoseControlTheHandleReturnsWithTheCap) {
   Rig rig(CapControl::kPose);
   DeviceSample sample = rig.hold({1, 0, 0, 0, 0, 0xa2, 0xfe}, {2, 0, 0, 0, 0, 0x5e, 0x01}, 400);  // z −350, Rz 350
   EXPECT_TRUE(sample.X_DH.p.isApprox(Vec3(0, 0, 0.04), 1e-4)) << "pulled up";
@@ -189,7 +189,7 @@ TEST(SpaceMouse, UnpluggedItIsLostAndPluggedInAgainReadyWhereItWas) {
   rig.table.writes.clear();
   sample = rig.idle(1100);
   EXPECT_EQ(sample.state, DeviceState::kReady);
-  EXPECT_EQ(sample.buttons, 0U) << "nobody holds what was held before";
+  EXPECT_EQ(sample.buttons, 0U) << "buttons must be released after the reconnection";
   EXPECT_EQ(sample.V_DH.v, Vec3::Zero());
   EXPECT_NEAR(sample.X_DH.p.x(), before.X_DH.p.x(), 2e-3);
   EXPECT_THAT(rig.table.writes, ElementsAre(Bytes{4, 1})) << "its light is on again";
@@ -204,7 +204,7 @@ TEST(SpaceMouse, LightIsOnWhileItIsUsed) {
   EXPECT_THAT(table.writes, ElementsAre(Bytes{4, 1}, Bytes{4, 1}, Bytes{4, 0})) << "some obey an off only after an on";
 }
 
-TEST(SpaceMouse, OnItsThreadItIsADeviceWhoseSamplesAreBelieved) {
+TEST(SpaceMouse, ItsSamplesAreAcceptedWhenItRunsOnAThread) {
   Table table;
   for (int i = 0; i < 1000; ++i) table.reports.push_back(kFullRight);
   ThreadedDevice device(

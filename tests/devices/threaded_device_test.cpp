@@ -70,13 +70,13 @@ struct ThreadedDeviceRig {
   DeviceReader reader{device};
 };
 
-TEST(ThreadedDevice, ALoopThatStandsStillIsZeroAtTheDevice) {
+TEST(ThreadedDevice, AStalledLoopGivesZeroAtTheDevice) {
   ThreadedDeviceRig rig;
   EXPECT_TRUE(wait_for([&rig] {
     rig.push(5);
     return rig.seen.force_n == 5.0;
   }));
-  EXPECT_TRUE(wait_for([&rig] { return rig.seen.force_n == 0.0; })) << "nobody said zero, but nobody said anything";
+  EXPECT_TRUE(wait_for([&rig] { return rig.seen.force_n == 0.0; })) << "without commands the force must become zero";
 }
 
 TEST(ThreadedDevice, ALoopThatComesBackHasNoForceBeforeItKnowsThatItsOwnWasLetGo) {
@@ -90,7 +90,7 @@ TEST(ThreadedDevice, ALoopThatComesBackHasNoForceBeforeItKnowsThatItsOwnWasLetGo
   for (int i = 0; i < 20; ++i) {
     rig.push(5);
     std::this_thread::sleep_for(milliseconds(1));
-    ASSERT_EQ(rig.seen.force_n, 0.0) << "the device jumps to what the loop believes to be on";
+    ASSERT_EQ(rig.seen.force_n, 0.0) << "the device must not jump to a force that the loop considers displayed";
   }
   DeviceWriter writer(rig.device);
   const auto push = [&] { return writer.write(rig.clock.now(), {Vec3(1, 0, 0), Vec3::Zero()}); };
@@ -99,7 +99,7 @@ TEST(ThreadedDevice, ALoopThatComesBackHasNoForceBeforeItKnowsThatItsOwnWasLetGo
   EXPECT_TRUE(wait_for([&] { return push() && rig.seen.force_n == 1.0; }));
 }
 
-TEST(ThreadedDevice, ADriverThatHangsIsNotBelieved) {
+TEST(ThreadedDevice, TheSampleOfAHangingDriverIsInvalid) {
   ThreadedDeviceRig rig;
   EXPECT_TRUE(wait_for([&rig] { return rig.believes(); }));
   rig.seen.hangs = true;
@@ -131,7 +131,7 @@ TEST(ThreadedDevice, AWatchdogSaysZeroForADriverThatHangsWithAForceAndTheHandIsL
   int newest = -1;
   EXPECT_TRUE(wait_for([&] { return (newest = std::max(newest, newest_byte(ends[0]))) == 42; }));
   EXPECT_FALSE(push());
-  EXPECT_EQ(writer.written().f.norm(), 0.0) << "from there the force comes back";
+  EXPECT_EQ(writer.written().f.norm(), 0.0) << "the force must restart from zero";
   EXPECT_TRUE(push()) << "once only";
   seen.hangs = false;
   EXPECT_TRUE(wait_for([&] { return push() && seen.force_n == 1.0; }));
@@ -160,7 +160,7 @@ TEST(ThreadedDevice, AForceWhoseZeroTheDriverCouldNotSendIsOnAlthoughStatesCome)
   seen.hangs = true;
   int written = -1;
   EXPECT_TRUE(wait_for([&] { return (written = std::max(written, newest_byte(ends[0]))) == 42; }))
-      << "its watchdog takes it for off";
+      << "the watchdog must write zero";
   seen.hangs = seen.sends_nothing = false;
   EXPECT_TRUE(wait_for([&] { return writer.write_zero(clock.now()); }));
 }

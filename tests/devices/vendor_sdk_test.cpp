@@ -83,7 +83,7 @@ TEST(ForceDimension, ForceAndMotionAreOfTheSameAxes) {
   }
 }
 
-TEST(ForceDimension, GoneItIsLostAndComesBackAndItsEndIsZero) {
+TEST(ForceDimension, AnUnpluggedDeviceIsLostAndRecoversAndClosesWithZeroForce) {
   FakeSdk sdk;
   {
     ForceDimensionDriver driver(spec(), dhd_functions(TANDEM_FAKE_SDK));
@@ -113,7 +113,7 @@ TEST(ForceDimension, WithoutItsWatchdogItIsNotReady) {
   EXPECT_EQ(driver.step(at(1100), {}).state, DeviceState::kReady);
 }
 
-TEST(ForceDimension, AForceIsOnUntilTheSdkHasTakenZero) {
+TEST(ForceDimension, AForceCountsAsOnUntilTheSdkHasAcceptedZero) {
   FakeSdk sdk;
   ForceDimensionDriver driver(spec(), dhd_functions(TANDEM_FAKE_SDK));
   driver.step(at(0), {});
@@ -128,7 +128,7 @@ TEST(ForceDimension, AForceIsOnUntilTheSdkHasTakenZero) {
   EXPECT_FALSE(driver.may_be_on());
 }
 
-TEST(OpenHaptics, AForceIsOnUntilTheSdkHasTakenZero) {
+TEST(OpenHaptics, AForceCountsAsOnUntilTheSdkHasAcceptedZero) {
   FakeSdk sdk;
   OpenHapticsDriver driver(spec(), hd_functions(TANDEM_FAKE_SDK));
   driver.step(at(0), {Vec3(1, 0, 0), Vec3::Zero()});
@@ -159,14 +159,14 @@ TEST(OpenHaptics, IsReadInMillimetresWithinFramesAndFeelsNewtons) {
   EXPECT_FALSE(driver.spec().has_torque());
 }
 
-TEST(OpenHaptics, GoneItIsLostAndComesBackAndItsEndIsZero) {
+TEST(OpenHaptics, AnUnpluggedDeviceIsLostAndRecoversAndClosesWithZeroForce) {
   FakeSdk sdk;
   {
     OpenHapticsDriver driver(spec(), hd_functions(TANDEM_FAKE_SDK));
     driver.step(at(0), {Vec3(1, 0, 0), Vec3::Zero()});
     sdk.number("fake_is_there") = 0;
     EXPECT_EQ(driver.step(at(1), {Vec3(1, 0, 0), Vec3::Zero()}).state, DeviceState::kLost);
-    EXPECT_EQ(sdk.force(), Vec3::Zero()) << "what still reaches it is without a force";
+    EXPECT_EQ(sdk.force(), Vec3::Zero()) << "the last command must be zero";
     EXPECT_EQ(driver.step(at(1100), {}).state, DeviceState::kLost) << "not there yet";
     sdk.number("fake_is_there") = 1;
     EXPECT_EQ(driver.step(at(2200), {Vec3(1, 0, 0), Vec3::Zero()}).state, DeviceState::kReady);

@@ -210,7 +210,7 @@ struct Trial {
       EXPECT_TRUE(reader.until([this] { return reader.zeros >= 5; }));
     }
     if (one.end == End::kContinued) check_return();
-    EXPECT_TRUE(reader.is_whole) << "a part of a frame stands in the line";
+    EXPECT_TRUE(reader.is_whole) << "the line contains a partial frame";
     if (one.end != End::kContinued) {
       EXPECT_EQ(reader.last, kZero);
     }
@@ -298,7 +298,7 @@ TEST(WatchdogLine, ZeroComesWithin10MsOfTheMomentThatTheLineTakesBytes) {
 
 /// Reads a few bytes at a time while the owner is stopped, continued and killed at random times. Fails if a part of a
 /// frame remains in the line.
-TEST(WatchdogLine, NoHalfFrameStandsInTheLineWhenever) {
+TEST(WatchdogLine, TheLineNeverContainsAPartialFrame) {
   const std::uint64_t seed = test::test_seed(59);
   SCOPED_TRACE("TANDEM_TEST_SEED=" + std::to_string(seed));
   Random random(seed);
@@ -329,7 +329,7 @@ TEST(WatchdogLine, NoHalfFrameStandsInTheLineWhenever) {
     drip(random.uniform(0, 30));
     EXPECT_TRUE(reader.until([&reader] { return reader.has_ended; })) << "the watchdog has not ended";
     EXPECT_TRUE(reader.is_whole);
-    EXPECT_TRUE(reader.is_between_frames()) << "a part of a frame stands at the end";
+    EXPECT_TRUE(reader.is_between_frames()) << "the line ends with a partial frame";
     EXPECT_EQ(reader.last, kZero);
     EXPECT_GE(reader.zeros, 5);
   }
@@ -361,7 +361,7 @@ TEST(WatchdogLine, AZeroThatIsNotOutIsWithdrawnWhenTheOwnerGoesOnAndNotCounted) 
   std::this_thread::sleep_for(milliseconds(300));
   const auto counted = static_cast<int>(owner.shared->releases);
   EXPECT_TRUE(reader.until([&reader] { return reader.forces > 50; }));
-  EXPECT_LE(counted, reader.silences) << "counted, and nothing was written";
+  EXPECT_LE(counted, reader.silences) << "a release was counted, but zero was not written";
 }
 
 /// Requests the owner's own zero while the line is full. Returns false if the machine stalled the owner until its
@@ -437,7 +437,7 @@ TEST(WatchdogLine, AWatchdogThatIsKilledIsNoticedAndItsOwnerWritesZero) {
 TEST(WatchdogLine, RefusesFramesThatAreTooLongOrEmpty) {
   TestLine line(LineKind::kTcp);
   Watchdog watchdog(0);
-  EXPECT_FALSE(watchdog.send(frame_of(kForce), true)) << "nothing is watched over";
+  EXPECT_FALSE(watchdog.send(frame_of(kForce), true)) << "no frame is registered";
   ASSERT_TRUE(
       watchdog.watch_over({.descriptor = line.writing, .usb_endpoint = std::nullopt, .bytes = frame_of(kZero)}));
   EXPECT_FALSE(watchdog.send(std::vector<std::uint8_t>(kMaxFrameBytes + 1), true));

@@ -116,7 +116,7 @@ TEST(FrameReader, ASlowReaderLosesNothing) {
   EXPECT_GT(taken, 1'000U);
 }
 
-TEST(ControlFraming, RefusesToSendMoreThanAReaderTakes) {
+TEST(ControlFraming, RefusesToSendMoreThanAReaderAccepts) {
   wire::ServerControl message = asset_chunk();
   message.mutable_asset_chunk()->mutable_data()->assign(kMaxControlBytes, 'x');
   Bytes out;

@@ -74,7 +74,7 @@ class DatagramChannelTest : public ::testing::Test {
   DatagramChannel server_;
 };
 
-TEST_F(DatagramChannelTest, PassesOnlyWhatIsNewerThanAllBefore) {
+TEST_F(DatagramChannelTest, AcceptsOnlyDatagramsNewerThanAllEarlierOnes) {
   const Bytes first = from_client(), second = from_client(), third = from_client();
   EXPECT_EQ(to_server(second), DropReason::kNone);
   EXPECT_EQ(to_server(second), DropReason::kDuplicate);
@@ -82,14 +82,14 @@ TEST_F(DatagramChannelTest, PassesOnlyWhatIsNewerThanAllBefore) {
   EXPECT_EQ(to_server(third), DropReason::kNone);
 }
 
-TEST_F(DatagramChannelTest, AnImpossibleJumpDoesNotShutOutWhatFollows) {
+TEST_F(DatagramChannelTest, AnImpossibleJumpDoesNotBlockLaterDatagrams) {
   Bytes far = from_client();
   far[10] = std::byte{1};  // sets a bit of the sequence number with the value 2^48
   EXPECT_EQ(to_server(far), DropReason::kSequenceJump);
   EXPECT_EQ(to_server(from_client()), DropReason::kNone);
 }
 
-TEST_F(DatagramChannelTest, WhatCannotBeReadShutsOutNothingAndIsNotEchoed) {
+TEST_F(DatagramChannelTest, AnUnreadableDatagramBlocksNothingAndIsNotEchoed) {
   ASSERT_EQ(to_server(from_client()), DropReason::kNone);
   const LocalTime received_at = now_;
   now_ += kMs;
@@ -110,7 +110,7 @@ TEST_F(DatagramChannelTest, RefusesItsOwnDirectionAndOtherConnectionsAndEpochs) 
   EXPECT_EQ(to_server(other_connection), DropReason::kUnknownConnection);
 }
 
-TEST_F(DatagramChannelTest, EachEndStampsWhatItSendsAndEchoesTheNewestThatItHeard) {
+TEST_F(DatagramChannelTest, EachEndStampsItsDatagramsAndEchoesTheNewestReceivedStamp) {
   ClientUpdate at_server;
   ServerUpdate at_client;
   const LocalTime t1 = now_;
@@ -118,7 +118,7 @@ TEST_F(DatagramChannelTest, EachEndStampsWhatItSendsAndEchoesTheNewestThatItHear
   now_ += 4 * kMs;
   ASSERT_EQ(to_server(up, &at_server), DropReason::kNone);
   EXPECT_EQ(at_server.sent, t1);
-  EXPECT_EQ(at_server.acknowledged_sent, ServerTime{}) << "nothing was heard";
+  EXPECT_EQ(at_server.acknowledged_sent, ServerTime{}) << "no datagram was received";
   const ServerTime t2 = server_time_of_own_clock(server_now());
   now_ += 2 * kMs;
   const ServerTime t3 = server_time_of_own_clock(server_now());
@@ -156,7 +156,7 @@ TEST_F(DatagramChannelTest, ABlockedStreamUsesNoSequence) {
   EXPECT_EQ(header.sequence, 1U);
 }
 
-TEST_F(DatagramChannelTest, ALinkThatQueuesIsPacedButNotForWhatMayNotWait) {
+TEST_F(DatagramChannelTest, OnAQueueingLinkDatagramsArePacedExceptUrgentOnes) {
   const auto never_called = [](const net::Deadband&, Duration) { return ADD_FAILURE(), true; };
   // Each datagram is delayed by 1 ms more than the previous one.
   for (int i = 0; i < 200; ++i) {
@@ -184,7 +184,7 @@ class SuppressingChannelTest : public DatagramChannelTest {
   SuppressingChannelTest() : DatagramChannelTest(0.1) {}
 };
 
-TEST_F(SuppressingChannelTest, SuppressesWhatHasNotChangedButNeverForLongerThanTheFloor) {
+TEST_F(SuppressingChannelTest, SuppressesUnchangedValuesButNotLongerThanTheFloor) {
   from_client();
   const auto expects = [](bool has_changed, Duration expected) {
     return [=](const net::Deadband&, Duration since) {

@@ -43,7 +43,7 @@ class EachCipher : public testing::TestWithParam<secure::Aead> {
   const Bytes payload = Bytes(50, std::byte{0x42});
 };
 
-TEST_P(EachCipher, OpensWhatWasSealedAndShowsNothingOfIt) {
+TEST_P(EachCipher, DecryptsASealedDatagramThatDoesNotShowItsContent) {
   for (std::uint64_t sequence = 1; sequence < 10; ++sequence) {
     const Bytes datagram = sealed_by(seal, sequence, payload);
     EXPECT_EQ(datagram.size(), kDatagramHeaderBytes + payload.size());
@@ -74,7 +74,7 @@ TEST_P(EachCipher, TheOtherDirectionAndAnotherConnectionHaveOtherKeys) {
   EXPECT_EQ(opened_by(other, datagram).first, DropReason::kTag);
 }
 
-TEST_P(EachCipher, GoesOnToTheNextEpochAfterAnHourAndTheOldKeyOpensNothingAnyMore) {
+TEST_P(EachCipher, ChangesTheKeyEachHourAndRefusesTheOldKey) {
   const Bytes old = sealed_by(seal, 1, payload);
   std::uint8_t before = 0;
   for (int hour = 1; hour <= 20; ++hour) {
@@ -101,7 +101,7 @@ TEST_P(EachCipher, AWrongEpochIsRefusedAndMovesNothing) {
 INSTANTIATE_TEST_SUITE_P(DatagramSeal, EachCipher,
                          testing::Values(secure::Aead::kAes256Gcm, secure::Aead::kChaCha20Poly1305));
 
-TEST(ReplayWindow, KnowsEachOfTheLastSequencesAndNoneBefore) {
+TEST(ReplayWindow, RemembersEachOfTheLastSequencesAndNoEarlierOne) {
   ReplayWindow window;
   for (std::uint64_t sequence = 1; sequence <= 10'000; sequence += 2) window.accept(sequence);
   constexpr std::uint64_t kNewest = 9999;
@@ -114,7 +114,7 @@ TEST(ReplayWindow, KnowsEachOfTheLastSequencesAndNoneBefore) {
   EXPECT_EQ(window.check(kNewest - 1), DropReason::kDuplicate);
   window.accept(kNewest + ReplayWindow::kSize);
   EXPECT_EQ(window.check(kNewest), DropReason::kLate);
-  EXPECT_EQ(window.check(kNewest + 1), DropReason::kNone) << "a gap that nobody has seen";
+  EXPECT_EQ(window.check(kNewest + 1), DropReason::kNone) << "a sequence that was skipped";
 }
 
 /// Both ends of an encrypted connection.
@@ -151,7 +151,7 @@ TEST_F(SealedChannel, ReplayedReorderedAndForgedDatagramsHaveTheirReasons) {
   const Bytes first = from_client(), second = from_client(), third = from_client();
   EXPECT_EQ(to_server(second), DropReason::kNone);
   EXPECT_EQ(to_server(second), DropReason::kDuplicate);
-  EXPECT_EQ(to_server(first), DropReason::kLate) << "authentic, and too old to be of use";
+  EXPECT_EQ(to_server(first), DropReason::kLate) << "authentic, but too old";
   EXPECT_EQ(to_server(first), DropReason::kDuplicate) << "now it has been here";
   Bytes forged = third;
   forged.back() ^= std::byte{1};
@@ -162,7 +162,7 @@ TEST_F(SealedChannel, ReplayedReorderedAndForgedDatagramsHaveTheirReasons) {
   EXPECT_EQ(to_server(third), DropReason::kNone);
 }
 
-TEST_F(SealedChannel, AnAddressIsAskedAndSaysTheNumberBackOnce) {
+TEST_F(SealedChannel, AnAddressIsRequestedToReturnANumberOnce) {
   constexpr std::uint64_t kNumber = 0x0102030405060708;
   const auto question = server.path_message(kNumber, now);
   const Bytes challenge(question.begin(), question.end());

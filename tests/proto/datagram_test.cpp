@@ -35,7 +35,7 @@ TEST(DatagramHeader, HasTheDocumentedLayout) {
   for (std::size_t i = 17; i < kDatagramHeaderBytes; ++i) EXPECT_EQ(bytes[i], std::byte{0});
 }
 
-TEST(DatagramHeader, ReadsBackWhatWasWrittenAtTheEdges) {
+TEST(DatagramHeader, ReadsExtremeValuesThatItWrote) {
   constexpr auto kLargest = std::numeric_limits<std::uint64_t>::max();
   for (const auto type : {DatagramType::kClientUpdate, DatagramType::kServerUpdate}) {
     for (const std::uint8_t epoch : {std::uint8_t{0}, kMaxEpoch}) {

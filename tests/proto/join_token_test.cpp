@@ -23,7 +23,7 @@ class JoinToken : public testing::Test {
   const std::vector<secure::PublicKey> issuers{issuer.public_key()};
 };
 
-TEST_F(JoinToken, SaysWhatItsIssuerHasSigned) {
+TEST_F(JoinToken, ContainsTheSignedClaimsOfItsIssuer) {
   const Bytes token = sign_token(claims(), issuer);
   EXPECT_LE(token.size(), kMaxTokenBytes);
   const auto read = read_token(token, issuers);

@@ -72,7 +72,7 @@ class RecordedFiles : public ::testing::Test {
   int steps_ = 0;
 };
 
-TEST_F(RecordedFiles, ThatAreWholeAreReadAsOne) {
+TEST_F(RecordedFiles, CompleteFilesAreReadAsOne) {
   write("r.mcap", 7, 1);
   write("r-002.mcap", 7, 2);
   const RecordingEnd end = read();
@@ -116,7 +116,7 @@ TEST_F(RecordedFiles, AFileThatWasCutIsDamagedAndTheNextIsStillRead) {
   EXPECT_THAT(end.why, Not(HasSubstr("r-002.mcap")));
 }
 
-TEST_F(RecordedFiles, APartThatIsMissingIsNamed) {
+TEST_F(RecordedFiles, AMissingPartIsNamed) {
   write("r.mcap", 7, 1);
   write("r-004.mcap", 7, 4);
   const RecordingEnd end = read();

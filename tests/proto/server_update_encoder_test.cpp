@@ -65,7 +65,7 @@ TEST(ServerUpdateEncoder, LargestUpdateFitsWithOwnToolAndHeldBodyInEveryMessage)
   }
 }
 
-TEST(ServerUpdateEncoder, WritesToTheByteWhatGeneratedCodeWrites) {
+TEST(ServerUpdateEncoder, WritesTheSameBytesAsGeneratedCode) {
   ServerUpdate small;
   small.tool.X.p = Vec3(-0.0, 0, 1);
   small.wrench_on_hand_W.f.z() = -0.0;
@@ -168,7 +168,7 @@ TEST(ServerUpdateEncoder, BodiesHeldByOthersAreThinnedBeforeOtherUsersTools) {
   for (int message = 0; message < 100; ++message) EXPECT_EQ(receiver.receive(update).users.size(), 6U);
 }
 
-TEST(ServerUpdateEncoder, WithinAClassTheTurnGoesRound) {
+TEST(ServerUpdateEncoder, BodiesOfAClassAreSentInTurn) {
   ServerUpdate update;
   for (std::uint32_t id = 1; id <= 40; ++id) update.bodies.push_back(body_of(id, moving_state(id)));
   Receiver receiver;
@@ -221,7 +221,7 @@ TEST(ServerUpdateEncoder, ABodyOutOfRangeIsLeftOutInsteadOfSpoilingTheMessage) {
   EXPECT_TRUE(names(receiver.receive(update), BodyId{20})) << "back inside";
 }
 
-TEST(ServerUpdateEncoder, FollowsUsersWhoComeAndGo) {
+TEST(ServerUpdateEncoder, FollowsUsersWhoJoinAndLeave) {
   ServerUpdate update = largest_server_update(0);
   Receiver receiver;
   for (std::uint32_t first = 1; first < 2'000; first += 7) {

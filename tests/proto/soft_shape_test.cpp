@@ -17,7 +17,7 @@ std::vector<Vec3> offsets_of(double largest_m) {
   return offsets;
 }
 
-TEST(SoftShape, ComesAsItWentToWithinHalfAQuantum) {
+TEST(SoftShape, IsDecodedWithinHalfAQuantum) {
   for (const double largest_m : {1e-4, 0.01, 1.0, 100.0}) {
     wire::SoftShape message;
     write_soft_shape(3, offsets_of(largest_m), message);
@@ -37,7 +37,7 @@ TEST(SoftShape, IsSmall) {
   EXPECT_LE(message.ByteSizeLong(), 1800U);
 }
 
-TEST(SoftShape, WhatIsNotFiniteCountsAsNone) {
+TEST(SoftShape, AValueThatIsNotFiniteBecomesZero) {
   std::vector<Vec3> offsets = offsets_of(0.01);
   offsets[5].x() = std::numeric_limits<double>::quiet_NaN();
   offsets[6].y() = std::numeric_limits<double>::infinity();

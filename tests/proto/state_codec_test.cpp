@@ -104,7 +104,7 @@ TEST(ClientUpdateCodec, AModeHasItsOwnPartsAndNoOthers) {
   EXPECT_EQ(answer_to([](Client& m) { m.clear_on_hand(); }), DropReason::kMalformed);
   EXPECT_EQ(answer_to([](Client& m) { m.add_on_hand(0); }), DropReason::kMalformed) << "seven";
   EXPECT_EQ(answer_to([](Client& m) { m.set_mode(0); }), DropReason::kMalformed)
-      << "what the hand is shown is still there";
+      << "mode 0 with a displayed wrench is malformed";
   EXPECT_EQ(answer_to([](Client& m) { m.add_wave(0); }), DropReason::kMalformed);
   EXPECT_EQ(answer_to([](Client& m) { m.set_mode(3); }), DropReason::kNotFinite);
   EXPECT_EQ(answer_to([](Client& m) {
@@ -255,7 +255,7 @@ TEST(ServerUpdateCodec, ReadsBackEveryField) {
   EXPECT_EQ(read.wave.f, written.wave.f);
   EXPECT_EQ(read.wave.t, written.wave.t);
   ASSERT_EQ(read.bodies.size(), 2U);
-  EXPECT_EQ(read.bodies[0].id, BodyId{2}) << "the held body goes first";
+  EXPECT_EQ(read.bodies[0].id, BodyId{2}) << "the held body must be first";
   EXPECT_EQ(read.bodies[0].held_by, UserId{3});
   expect_same(read.bodies[0].state, written.bodies[1].state, 1e-6);  // single precision, below 4 m/s and 4 rad/s
   EXPECT_EQ(read.bodies[1].id, BodyId{7});
@@ -277,7 +277,8 @@ TEST(ServerUpdateCodec, EachPartOfAPartnersHandleIsChecked) {
     return answer_to([&](Server& m) { change(*m.mutable_users(0)->mutable_handle()); });
   };
   EXPECT_EQ(answer([](auto&) {}), DropReason::kNone);
-  EXPECT_EQ(answer_to([](Server& m) { m.mutable_users(0)->clear_handle(); }), DropReason::kNone) << "nothing pulls";
+  EXPECT_EQ(answer_to([](Server& m) { m.mutable_users(0)->clear_handle(); }), DropReason::kNone)
+      << "without a handle there is no force";
   EXPECT_EQ(answer([](auto& h) { h.add_pose(0); }), DropReason::kMalformed);
   EXPECT_EQ(answer([](auto& h) { h.clear_twist(); }), DropReason::kMalformed);
   EXPECT_EQ(answer([](auto& h) { h.mutable_on_hand()->RemoveLast(); }), DropReason::kMalformed);
@@ -292,7 +293,7 @@ TEST(ServerUpdateCodec, EachPartOfAPartnersHandleIsChecked) {
   }
 }
 
-TEST(ServerUpdateCodec, AHandleThatNobodyMayReadIsLeftOutByTheWriter) {
+TEST(ServerUpdateCodec, TheWriterOmitsAHandleThatReadersWouldRefuse) {
   ServerUpdate written = server_update();
   written.users[0].on_hand_W.t.x() = kNan;
   Bytes bytes;
@@ -315,7 +316,7 @@ TEST(ServerUpdateCodec, ADefaultUpdateIsReadableAndLeavesNothingOfAnOlderOne) {
   EXPECT_EQ(read.playout, Duration{0});
 }
 
-TEST(ServerUpdateCodec, ASoftContactThatNobodyMayReadIsLeftOutByTheWriter) {
+TEST(ServerUpdateCodec, TheWriterOmitsASoftContactThatReadersWouldRefuse) {
   const auto reads_as_none = [](const std::function<void(SoftContact&)>& change) {
     ServerUpdate written = server_update();
     change(written.soft_contact);
@@ -375,7 +376,7 @@ TEST(ServerUpdateCodec, EachPartMustBeThereAndCountsAndIdsHold) {
   EXPECT_TRUE(malformed([](Server& m) { m.mutable_bodies(0)->mutable_twist()->RemoveLast(); }));
   EXPECT_TRUE(malformed([](Server& m) { m.clear_tool_in_held_body(); }));
   EXPECT_TRUE(malformed([](Server& m) { m.add_tool_in_held_body(0); }));
-  EXPECT_TRUE(malformed([](Server& m) { m.clear_held_body(); })) << "a grasp of nothing";
+  EXPECT_TRUE(malformed([](Server& m) { m.clear_held_body(); })) << "a grasp without a held body";
   EXPECT_TRUE(malformed([](Server& m) { m.mutable_wave()->RemoveLast(); }));
   EXPECT_TRUE(malformed([](Server& m) {
     for (std::size_t i = 0; i <= kMaxBodies; ++i) m.add_bodies();

@@ -271,7 +271,7 @@ void add_id_fields(const FileDescriptor& file, std::set<std::string>& names) {
   }
 }
 
-TEST(WireDocument, EveryIdFieldSaysWhatZeroMeans) {
+TEST(WireDocument, EveryIdFieldStatesTheMeaningOfZero) {
   std::set<std::string> expected;
   add_id_fields(*wire::ClientUpdate::descriptor()->file(), expected);
   add_id_fields(*wire::ClientControl::descriptor()->file(), expected);

@@ -39,11 +39,11 @@ TEST(PrimitiveContact, AlikeAreOneWhileInUse) {
     const auto other = primitive_contact(box_of(0.04, 0.02, 0.03));
     expired = other;
   }
-  EXPECT_TRUE(expired.expired()) << "nobody keeps it";
+  EXPECT_TRUE(expired.expired()) << "an unused shape must be destroyed";
   EXPECT_NE(primitive_contact(box_of(0.04, 0.02, 0.03)), nullptr);
 }
 
-TEST(PrimitiveContact, WhatIsNoNumberIsRefusedAndNotKept) {
+TEST(PrimitiveContact, NonFiniteInputIsRefusedAndNotStored) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto box = primitive_contact(box_of(0.01, 0.02, 0.03));
   EXPECT_THROW(primitive_contact(box_of(nan, 0.02, 0.03)), std::invalid_argument);

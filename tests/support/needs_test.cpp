@@ -68,7 +68,7 @@ TEST(Needs, AMissingFileFailsWithItsPackageAndTheRemedy) {
   EXPECT_EQ(missing_of({"/proc/self/exe"}), "");
 }
 
-TEST(Needs, WhatTheMachineLacksIsCountedWhereNotAllIsRequired) {
+TEST(Needs, AMissingNeedIsCountedIfNotAllAreRequired) {
   const Ended ended = run_example("Machine", "TANDEM_REQUIRE=");
   EXPECT_EQ(ended.status, 0) << ended.out;
   EXPECT_EQ(ended.left_out, "NeedsExample.Machine: this machine lacks what the test needs: a third arm\n");
@@ -76,7 +76,7 @@ TEST(Needs, WhatTheMachineLacksIsCountedWhereNotAllIsRequired) {
   EXPECT_EQ(ended.out.find("went on"), std::string::npos) << ended.out;
 }
 
-TEST(Needs, WhatTheMachineLacksFailsWhereAllIsRequired) {
+TEST(Needs, AMissingNeedFailsIfAllAreRequired) {
   const Ended ended = run_example("Machine", "TANDEM_REQUIRE=all");
   EXPECT_NE(ended.status, 0);
   EXPECT_NE(ended.out.find("a third arm"), std::string::npos) << ended.out;

@@ -23,8 +23,8 @@ namespace {
 
 constexpr Duration kFramePeriod = std::chrono::microseconds(16'667);
 constexpr Duration kSoftwareFramePeriod = std::chrono::microseconds(33'333);
-/// Longest pause after a frame that was rendered without a graphics card. The pause leaves processor time for the
-/// haptic loop and a local server.
+/// Longest pause after a frame that was rendered on the processor. The haptic loop and a local server need the same
+/// processors.
 constexpr Duration kMaxPause = std::chrono::milliseconds(80);
 constexpr Duration kDoubleClick = std::chrono::milliseconds(500);
 constexpr double kDoubleClickPixels = 8;
@@ -60,9 +60,8 @@ bool is_software(const std::string& driver) {
   return driver.find("llvmpipe") != std::string::npos || driver.find("softpipe") != std::string::npos;
 }
 
-/// Opens the window and selects the quality. The number of samples per pixel must be set before a window is opened, but
-/// the driver's name is known only afterwards. Therefore the first window has one sample per pixel. If the driver uses
-/// a graphics card, the window is opened again with four samples.
+/// The quality is a property of the context, and only a context names the driver. Therefore the first window has one
+/// sample per pixel; if four samples are affordable, the window is opened again.
 std::pair<GLFWwindow*, RenderQuality> open_window(const ScreenSettings& settings) {
   if (glfwInit() == GLFW_FALSE) {
     throw std::runtime_error("no window can be opened: no display (" + glfw_problem() + "); add --headless");
@@ -73,14 +72,13 @@ std::pair<GLFWwindow*, RenderQuality> open_window(const ScreenSettings& settings
     glfwDestroyWindow(window);
     window = open_hidden(settings, 4);
   }
-  // Disables the wait for the screen's refresh, because it can block while the window is hidden. FramePacer limits the
-  // frame rate instead.
+  // Frames are paced by FramePacer: a hidden window must not wait for the screen.
   glfwSwapInterval(0);
   glfwShowWindow(window);
   return {window, is_fast ? RenderQuality::kFast : RenderQuality::kFull};
 }
 
-/// Limits the frame rate to one frame per period. Without a graphics card, adds a pause after each frame.
+/// Paces the frames: at most one each period, and on a processor without a graphics card with a pause after each.
 class FramePacer {
  public:
   explicit FramePacer(RenderQuality quality) : is_fast_(quality == RenderQuality::kFast) {}
@@ -134,7 +132,7 @@ struct Screen::Impl {
   GLFWwindow* window = opened.first;
   SteadyClock clock;
   FramePacer pacer{opened.second};
-  int width = 0;  ///< size of the frame buffer [pixels]
+  int width = 0;  ///< size of the frame's buffer
   int height = 0;
   std::filesystem::path picture;  ///< file in which the next frame is saved; empty: not saved
   bool is_scene_only = false;     ///< true: the saved picture contains no texts and panels

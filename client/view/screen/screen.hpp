@@ -18,7 +18,7 @@ struct ScreenSettings {
   std::string title = "tandem";
   int width = 1280;
   int height = 800;
-  bool is_for_picture = false;  ///< true: full quality, even without a graphics card
+  bool is_for_picture = false;  ///< every frame has the full quality, also without a graphics card
 };
 
 /// A window. To draw a frame, call begin_frame(), then functions of Dear ImGui and OpenGL, then end_frame().
@@ -33,8 +33,8 @@ class Screen {
   Screen(const Screen&) = delete;
   Screen& operator=(const Screen&) = delete;
 
-  /// Waits until the next frame is due, then receives input and begins a frame of Dear ImGui. The limit is 60 frames a
-  /// second. Without a graphics card it is 30, and each frame is followed by a pause of its own duration, up to 80 ms.
+  /// Waits until the next frame is due: at most 60 frames a second. Without a graphics card at most 30, with a pause
+  /// after each frame that is as long as the frame took, up to 80 ms. Receives input and begins a frame of Dear ImGui.
   void begin_frame();
   /// Draws the panels of Dear ImGui, saves a requested picture, and displays the frame.
   void end_frame();
@@ -42,7 +42,7 @@ class Screen {
   int width() const;
   int height() const;
   GLFWwindow* handle() const;
-  /// Returns kFast if there is no graphics card (software rendering), unless the window was opened for a picture.
+  /// Returns kFast if the driver renders on the processor, unless the window was opened for a picture.
   RenderQuality quality() const;
   void set_title(const std::string& title);
 

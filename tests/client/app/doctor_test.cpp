@@ -44,11 +44,11 @@ TEST(Doctor, NamesEachDeviceAndWhyItCannotBeOpened) {
   EXPECT_THAT(nothing[0].remedy, HasSubstr("--device sim"));
 }
 
-TEST(Doctor, AutoTakesTheFirstThatCanBeOpenedAndSaysWhyNotTheOthers) {
+TEST(Doctor, AutoSelectsTheFirstUsableDeviceAndReportsWhyOthersFail) {
   const std::vector<devices::DeviceKind> kinds{kind("sim", nullptr), kind("b", locked), kind("a", one)};
   std::vector<std::string> notes;
   const auto note = [&notes](const std::string& line) { notes.push_back(line); };
-  EXPECT_EQ(devices::choose_device(false, note, kinds), "sim") << "a simulated hand was asked for";
+  EXPECT_EQ(devices::choose_device(false, note, kinds), "sim") << "a requested simulated hand must be selected";
   EXPECT_THAT(notes, SizeIs(0));
   EXPECT_EQ(devices::choose_device(true, note, {kind("b", locked), kind("c", none)}), "sim");
   ASSERT_THAT(notes, SizeIs(1));
@@ -75,7 +75,7 @@ TEST(Doctor, AProcessorThatTheHostTakesIsAWarningWhereItIsNotKeptAwake) {
   EXPECT_THAT(judge_idle(true, true, true).remedy, HasSubstr("lift the quota"));
 }
 
-TEST(Doctor, ClocksAreJudgedByWhatTheKernelSays) {
+TEST(Doctor, ClocksAreJudgedByTheStateOfTheKernel) {
   const auto file = std::filesystem::temp_directory_path() / ("clocksource" + std::to_string(getpid()));
   const auto verdicts = [&file](const char* name, Duration resolution) {
     std::ofstream(file) << name << "\n";
@@ -108,7 +108,7 @@ TEST(Doctor, LatenessIsJudgedByItsTail) {
   EXPECT_FALSE(none.remedy.empty());
 }
 
-TEST(Doctor, ALinkIsJudgedByWhatTheHandWouldFeel) {
+TEST(Doctor, ALinkIsJudgedByItsEffectOnTheForce) {
   const LinkSample good{milliseconds(20), milliseconds(35), milliseconds(12), 3000};
   EXPECT_EQ(judge_link(good).verdict, Verdict::kGood);
   LinkSample link = good;
@@ -118,7 +118,7 @@ TEST(Doctor, ALinkIsJudgedByWhatTheHandWouldFeel) {
   EXPECT_EQ(judge_link(link).verdict, Verdict::kWarning);
   link = good;
   link.longest_gap = milliseconds(115);
-  EXPECT_EQ(judge_link(link).verdict, Verdict::kBad) << "the force falls in such a gap";
+  EXPECT_EQ(judge_link(link).verdict, Verdict::kBad) << "the force decays during such a gap";
   link = good;
   link.states = 0;
   EXPECT_THAT(judge_link(link).remedy, HasSubstr("--transport tcp"));

@@ -25,7 +25,7 @@ TEST(RunRecording, TheNextFileIsBesideThatOfTheCommandLineAndNamedByTheTime) {
   EXPECT_EQ(next_recording_file(options, at), "/some/where/tandem-20261124T040506Z.mcap");
 }
 
-TEST(RunRecording, SaysTheFileItsLengthAndItsSizeAndWhatIsLeftOut) {
+TEST(RunRecording, ReportsTheFileItsLengthItsSizeAndOmissions) {
   const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "run_recording";
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
@@ -42,11 +42,11 @@ TEST(RunRecording, SaysTheFileItsLengthAndItsSizeAndWhatIsLeftOut) {
     EXPECT_THAT(line, StartsWith((folder / "a.mcap").string() + ": 12 s, " + size));
     EXPECT_THAT(line, Not(HasSubstr("left out")));
     const boost::json::object json = recording_json(recorder);
-    EXPECT_EQ(json.at("messages").to_number<int>(), 2) << "what session it is of, and the tick";
+    EXPECT_EQ(json.at("messages").to_number<int>(), 2) << "description of the session, and the tick";
     EXPECT_EQ(json.at("bytes").to_number<std::uint64_t>(), std::filesystem::file_size(folder / "a.mcap"));
   }
   EXPECT_THROW(ClientRecorder(recording_settings(options, folder / "a.mcap"), {}), std::invalid_argument)
-      << "it is there already";
+      << "the file exists";
   // Adds more records at once than the ring buffer holds; the excess must be counted as lost.
   ClientRecorder slow(recording_settings(options, folder / "b.mcap"), [](const std::string&) {});
   for (int i = 0; i < 100'000; ++i) slow.add(TickRecord{}, 0);

@@ -131,7 +131,7 @@ TEST(RunReport, PhasesAreKeptApartAndSettleAfterASecond) {
   EXPECT_DOUBLE_EQ(hold.whole.holding_fraction(), 0.5);
 }
 
-TEST(RunReport, MeanVectorTellsASwingFromAPush) {
+TEST(RunReport, TheMeanVectorDistinguishesASwingFromAPush) {
   Rig rig;
   for (int i = 0; i < 100; ++i) {
     rig.record.displayed_on_hand_D.f.z() = i % 2 == 0 ? 1.0 : -1.0;

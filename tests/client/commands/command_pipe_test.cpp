@@ -83,7 +83,7 @@ TEST_F(CommandPipeTest, ALineIsReadWhenTheAnswerBeforeItIsWritten) {
   EXPECT_EQ(pipe_->problem(), "");
 }
 
-TEST_F(CommandPipeTest, OfALongLineNoMoreIsKeptThanTellsThatItIsTooLong) {
+TEST_F(CommandPipeTest, OnlyTheStartOfATooLongLineIsStored) {
   const std::string chunk(4000, 'x');
   std::thread writer([&] {
     for (int i = 0; i < 500; ++i) write_line(chunk);
@@ -95,7 +95,7 @@ TEST_F(CommandPipeTest, OfALongLineNoMoreIsKeptThanTellsThatItIsTooLong) {
   EXPECT_EQ(taken(), "next");
 }
 
-TEST_F(CommandPipeTest, WhoReadsNoAnswersIsNotReadEither) {
+TEST_F(CommandPipeTest, NoCommandsAreReadWhileAnswersAreNotRead) {
   const std::string answer(60'000, 'a');
   write_line("1\n2\n3\n");
   for (int i = 0; i < 2; ++i) {
@@ -126,7 +126,7 @@ TEST_F(CommandPipeTest, FinishWritesTheLastAnswerAndWaitsForNoReader) {
   EXPECT_EQ(read_answers(5), "done\n");
 }
 
-TEST_F(CommandPipeTest, FinishDoesNotWaitLongForOneWhoReadsNothing) {
+TEST_F(CommandPipeTest, FinishWaitsOnlyBrieflyForAReaderThatIsStuck) {
   write_line("1\n");
   EXPECT_EQ(taken(), "1");
   pipe_->answer(std::string(200'000, 'a'));

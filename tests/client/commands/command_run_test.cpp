@@ -168,7 +168,7 @@ TEST_F(CommandRunTest, TheStateOfTheRoomIsReadWithItsUnits) {
   EXPECT_EQ(run_->problem(), "");
 }
 
-TEST_F(CommandRunTest, WithoutARoomEachCommandSaysSo) {
+TEST_F(CommandRunTest, WithoutARoomEachCommandFailsWithThatReason) {
   io_.status = {SessionState::kWaiting, "unplugged", false};
   const auto answers = answers_to("state\nvisit near\nmove 0 0 0\nwait 1\nhelp\n");
   ASSERT_EQ(answers.size(), 5U);

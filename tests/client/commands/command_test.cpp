@@ -94,7 +94,7 @@ TEST(Command, EachIsInTheHelpAndItsUsageIsItsOwn) {
     EXPECT_FALSE(purpose.empty());
     const std::string verb = command_word(usage);
     const std::string error = error_of(verb + " 1 1 1 1 1 1");
-    EXPECT_THAT(error, HasSubstr("usage: " + usage)) << "six fields are too many for all";
+    EXPECT_THAT(error, HasSubstr("usage: " + usage)) << "six fields are too many for every command";
   }
 }
 

@@ -41,7 +41,7 @@ class ScriptedHandTest : public ::testing::Test {
   double fastest_m_per_s_ = 0;
 };
 
-TEST_F(ScriptedHandTest, GoesToAPlaceOfTheWorldNoFasterThanItsSpeedAndRestsThere) {
+TEST_F(ScriptedHandTest, MovesToAPositionWithItsSpeedLimitAndRestsThere) {
   run(0.5);
   const Pose goal{Vec3(0.3, 0.1, 0.4), Quat(Eigen::AngleAxisd(1.5, Vec3(1, 2, 2).normalized()))};
   hand_.move_to(goal, now_);

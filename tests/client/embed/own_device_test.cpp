@@ -143,7 +143,7 @@ TEST(OwnDevice, IsInvalidBeforeTheFirstSampleAndAfterTheFeedHasEnded) {
   EXPECT_EQ(hand.device.read(hand.now).state, devices::DeviceState::kLost);
 }
 
-TEST(OwnDevice, EstimatesAVelocityThatIsNotFed) {
+TEST(OwnDevice, EstimatesAVelocityThatTheProgramOmits) {
   Pressing hand;
   FedSample sample;
   for (int i = 0; i < 50; ++i) {

@@ -64,7 +64,7 @@ INSTANTIATE_TEST_SUITE_P(EveryStage, HapticTickAllocation, ::testing::ValuesIn(s
   return name;
 });
 
-TEST(AllocationCounter, CountsWhatIsAllocated) {
+TEST(AllocationCounter, CountsEachAllocation) {
   const std::uint64_t before = test::allocation_count();
   const auto one = std::make_unique<int>(1);
   EXPECT_EQ(test::allocation_count() - before, 1U);

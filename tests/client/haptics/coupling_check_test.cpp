@@ -145,7 +145,7 @@ TEST(CouplingCheck, ASetThatIsUnstableOnlyBetweenItsMessagesNeverCutsTheForce) {
   EXPECT_TRUE(is_displayed_for(bench, 300));
   EXPECT_EQ(bench.session.coupling_check().number, checks + 1) << "one check for the burst";
   set(bench, "coupling.damping_n_s_per_m", 0);
-  EXPECT_FALSE(is_displayed_for(bench, 60)) << "what was between is unstable when it stays";
+  EXPECT_FALSE(is_displayed_for(bench, 60)) << "the intermediate value is unstable if it remains set";
 }
 
 TEST(CouplingCheck, AStreamOfParametersIsStillChecked) {
@@ -158,7 +158,7 @@ TEST(CouplingCheck, AStreamOfParametersIsStillChecked) {
   EXPECT_EQ(lasted_ms, 250);
 }
 
-TEST(CouplingCheck, NothingIsCheckedForAConnectionThatIsGone) {
+TEST(CouplingCheck, NothingIsCheckedForALostConnection) {
   test::SessionBench bench(with(light_device()));
   bench.join(joined_with(400, 1));
   set_stiffness(bench, 60000);
@@ -266,7 +266,7 @@ TEST(CouplingCheck, NamesTheScenesValueAndWhatThisDeviceIsGiven) {
               HasSubstr("coupling.stiffness_n_per_m is 60000 N/m in the scene, 50000 N/m on this device: unstable"));
 }
 
-TEST(CouplingCheck, SaysThatItRestsOnNumbersThatNobodyHasVerified) {
+TEST(CouplingCheck, ReportsThatItDependsOnUnverifiedNumbers) {
   devices::DeviceProfile device = light_device();
   test::SessionBench bench(with(device));
   bench.join(joined_with(60000, 3));
@@ -323,7 +323,7 @@ TEST(CouplingCheck, SeesTheSceneThroughTheWorkspaceMapping) {
   EXPECT_TRUE(bench.scene_may_display());
 }
 
-TEST(CouplingCheck, AsksNothingForAnObserverNorWithoutADevice) {
+TEST(CouplingCheck, ChecksNothingForAnObserverOrWithoutADevice) {
   SessionSettings watching = with(light_device());
   watching.role = wire::ROLE_OBSERVER;
   test::SessionBench observer(watching);
@@ -387,7 +387,8 @@ TEST(CouplingCheck, ABodyCountsWhereTheStateSaysThatItIsHeld) {
   add_body(joined, 0.5);
   bench.join(joined);
   const double about_centre = 0.5 * 0.015 * 0.015;
-  EXPECT_NEAR(bench.session.coupling_check().moved.back().inertia_kg_m2, about_centre, 1e-9) << "nobody knows where";
+  EXPECT_NEAR(bench.session.coupling_check().moved.back().inertia_kg_m2, about_centre, 1e-9)
+      << "the grasped point is unknown, so the inertia about the centre counts";
   const auto hold_at = [&bench](const Vec3& p_BT) {
     proto::ServerUpdate update = bench.next_update();
     update.held_body = body_id_at(0);

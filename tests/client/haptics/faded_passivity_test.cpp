@@ -43,7 +43,7 @@ TEST(FadedPassivity, OnFromTheStartItReducesTheWrenchOfNoSource) {
   EXPECT_GT(passivity.controller().withheld_j(), 0.05);
 }
 
-TEST(FadedPassivity, WithAnAccountALostHandGetsNothing) {
+TEST(FadedPassivity, WithAnEnergyAccountALostHandGetsNothing) {
   FadedPassivity passivity(false, true);
   EXPECT_TRUE(passivity.apply(nullptr, kPush, 0, kPeriod_s).f.isZero(0));
 }

@@ -23,7 +23,7 @@ ForceBlend showing(double f) {
   return blend;
 }
 
-TEST(ForceBlend, AJumpOfTheTargetIsNoJumpOfWhatIsShown) {
+TEST(ForceBlend, AJumpOfTheTargetIsNotAJumpOfTheOutput) {
   ForceBlend blend = showing(3);
   blend.jump();
   EXPECT_EQ(blend.apply(force_x(-1)).f.x(), 3);
@@ -34,7 +34,7 @@ TEST(ForceBlend, WithoutAJumpTheTargetIsShown) {
   EXPECT_EQ(blend.apply(force_x(-1)).f.x(), -1);
 }
 
-TEST(ForceBlend, WhatIsMetAMomentAfterAJumpIsAsHardAsEver) {
+TEST(ForceBlend, AContactShortlyAfterAJumpHasItsFullStiffness) {
   ForceBlend blend = showing(0);
   blend.jump();
   blend.apply(force_x(0.01));
@@ -57,7 +57,7 @@ TEST(ForceBlend, FollowsTheCriticallyDampedCurveWhateverThePeriod) {
   }
 }
 
-TEST(ForceBlend, NoStepIsLargerThanTheBoundAndItIsGoneInAHundredMilliseconds) {
+TEST(ForceBlend, NoStepExceedsTheBoundAndTheOffsetEndsWithin100Ms) {
   ForceBlend blend = showing(4);
   blend.jump();
   blend.apply(force_x(0));
@@ -104,7 +104,7 @@ TEST(ForceBlend, JumpsAmidAFadeAddUpAndKeepTheBoundOfTheirSum) {
   EXPECT_NEAR(shown, target, 1e-2);
 }
 
-TEST(ForceBlend, HoldsNothingThatIsNotFinite) {
+TEST(ForceBlend, IgnoresAForceThatIsNotFinite) {
   ForceBlend blend = showing(1);
   blend.apply(force_x(std::numeric_limits<double>::infinity()));
   blend.jump();

@@ -172,7 +172,7 @@ TEST(GodObjectStage, AMeshPressesAsTheBoxThatItIs) {
   EXPECT_LT((force - Vec3(0, 0, kStiffness_n_per_m * (0.01 + kRadius_m - 0.007))).norm(), 1e-5);
 }
 
-TEST(GodObjectStage, ABodyThatComesPushesTheHandAndThenHoldsItOff) {
+TEST(GodObjectStage, AnApproachingBodyPushesTheHandAndThenResists) {
   Rig rig(scene_of({box_shape({0.02, 0.2, 0.2})}), {}, {0.03, 0, 0});
   const double speed_m_per_s = 0.1;
   Vec3 before = Vec3::Zero(), force = Vec3::Zero();
@@ -223,7 +223,7 @@ TEST(GodObjectStage, AMovingBodyIsNotFeltWhereItWasBeforeItsFirstState) {
   Rig rig(joined);
   EXPECT_EQ(rig.force_at({0, 0, 0.005}), Vec3::Zero()) << "it may be elsewhere by now";
   rig.set_body({{Vec3(0, 0, 0.04), Quat::Identity()}, {}});
-  EXPECT_EQ(rig.force_at({0, 0, 0.006}), Vec3::Zero()) << "and it is: nothing is swept along on its way there";
+  EXPECT_EQ(rig.force_at({0, 0, 0.006}), Vec3::Zero()) << "a jump of the body must not push the proxy along";
   EXPECT_NEAR(rig.force_at({0, 0, 0.031}).z(), -kStiffness_n_per_m * (0.031 + kRadius_m - 0.03), 1e-9);
 }
 
@@ -233,7 +233,7 @@ TEST(GodObjectStage, BeginsAnewAfterASilenceInWhichBodiesMayHavePassed) {
   rig.tick();
   for (int i = 0; i < 200; ++i) rig.tick();
   rig.set_body({{Vec3(0.1, 0, 0), Quat::Identity()}, {}});
-  EXPECT_EQ(rig.tick().wrench_on_hand_W.f, Vec3::Zero()) << "the box is on the other side now";
+  EXPECT_EQ(rig.tick().wrench_on_hand_W.f, Vec3::Zero()) << "the box jumped to the other side of the proxy";
   rig.set_body({{Vec3(0, 0, 0), Quat::Identity()}, {}});
   EXPECT_LT(rig.tick().wrench_on_hand_W.f.x(), -1) << "within milliseconds it would have swept the hand along";
 }
@@ -242,10 +242,10 @@ TEST(GodObjectStage, BeginsAtTheServersToolHoweverFarTheHandIsInside) {
   Rig rig(scene_of({box_shape({0.2, 0.2, 0.2})}), {}, {0.11, 0, 0});
   rig.input.handle.X.p = Vec3(-0.02, 0, 0.01);
   const StageOutput output = rig.tick();
-  EXPECT_NEAR(output.tool.X.p.x(), 0.1 + kRadius_m, 1e-6) << "on the tool's side, though the other one is nearer";
+  EXPECT_NEAR(output.tool.X.p.x(), 0.1 + kRadius_m, 1e-6) << "on the tool's side, although the opposite face is nearer";
 }
 
-TEST(GodObjectStage, ComesInWithoutAStepWhereTheHandIsAlreadyInside) {
+TEST(GodObjectStage, StartsWithoutAForceStepIfTheHandIsAlreadyInside) {
   Rig rig(scene_of({box_shape({0.2, 0.2, 0.2})}), {}, {0.11, 0, 0});
   rig.input.handle.X.p = Vec3(0.09, 0, 0);
   Vec3 before = Vec3::Zero();
@@ -267,7 +267,7 @@ TEST(GodObjectStage, HasNoTorqueOnAHandThatTurns) {
   EXPECT_EQ(output.mode, proto::ClientMode::kHandle) << "the server's tool follows the handle";
 }
 
-TEST(GodObjectStage, StaysFiniteWhateverTheServerSaysOfItsBodies) {
+TEST(GodObjectStage, StaysFiniteForAnyReceivedBodies) {
   Rig rig(scene_of({box_shape({0.2, 0.2, 0.02}), sphere_shape(0.01)}));
   rig.move_to({0, 0, 0.005});
   const double huge = 1e308, nothing = std::numeric_limits<double>::quiet_NaN();
@@ -312,7 +312,7 @@ TEST(GodObjectStageInTheHapticPath, IsClampedByTheDeviceWithoutTorqueAndGoesWhen
   EXPECT_NEAR(rig.force().z(), 1000 * (0.01 + kRadius_m - 0.009), 1e-6);
   EXPECT_EQ(rig.core.record().displayed_on_hand_D.t, Vec3::Zero());
   rig.press_to(-0.01);
-  EXPECT_NEAR(rig.force().norm(), 8, 1e-6) << "what this device may display; the law asks for 22 N";
+  EXPECT_NEAR(rig.force().norm(), 8, 1e-6) << "the device's force limit; the law computes 22 N";
   for (int i = 0; i < 151; ++i) rig.tick();
   EXPECT_EQ(rig.force(), Vec3::Zero()) << "150 ms without a state";
   EXPECT_TRUE(rig.device.all_finite);
@@ -362,7 +362,7 @@ TEST(ProxyWorld, NamesTheFieldThatItCannotUse) {
   EXPECT_THAT(failure_of(flat), HasSubstr("scene.bodies[0].shapes[0].box.size_m has 1 numbers"));
 }
 
-TEST(ProxyWorld, TakesTheLargestBallOfTheToolOrSaysThatThereIsNone) {
+TEST(ProxyWorld, UsesTheLargestBallOfTheToolOrReportsThatThereIsNone) {
   wire::Joined pen = scene_of({sphere_shape(0.01)});
   wire::Tool& tool = *pen.mutable_scene()->mutable_tools(0);
   *tool.mutable_shapes(0) = box_shape({0.02, 0.006, 0.1});
@@ -373,7 +373,7 @@ TEST(ProxyWorld, TakesTheLargestBallOfTheToolOrSaysThatThereIsNone) {
   EXPECT_THAT(ProxyWorld(pen, {}).note(), HasSubstr("a ball of 5 mm radius (its tool has none about its origin)"));
 }
 
-TEST(ProxyWorld, SaysWhatOfTheSceneIsNotFelt) {
+TEST(ProxyWorld, ReportsThePartsOfTheSceneThatAreNotFelt) {
   wire::Joined joined = scene_of({sphere_shape(0.01), sphere_shape(0.01)});
   EXPECT_THAT(ProxyWorld(joined, {}).note(),
               testing::AllOf(HasSubstr("touches 2 shapes"), testing::Not(HasSubstr("molecules"))));
@@ -385,7 +385,7 @@ TEST(ProxyWorld, SaysWhatOfTheSceneIsNotFelt) {
                              HasSubstr("nor the soft bodies")));
 }
 
-TEST(ProxyProblem, SaysWhatToUseWhereABallCanTouchNothing) {
+TEST(ProxyProblem, NamesTheRemedyIfABallCanTouchNothing) {
   EXPECT_EQ(proxy_problem(scene_of({sphere_shape(0.01)})), "");
   wire::Shape molecule;
   molecule.mutable_molecule()->set_file("1abc.pdb");
@@ -397,7 +397,7 @@ TEST(ProxyProblem, SaysWhatToUseWhereABallCanTouchNothing) {
   direct.mutable_scene()->mutable_coupling()->set_law("direct");
   EXPECT_THAT(proxy_problem(direct), HasSubstr("use stage hold"));
   direct.set_role(wire::ROLE_OBSERVER);
-  EXPECT_EQ(proxy_problem(direct), "") << "who only looks touches nothing";
+  EXPECT_EQ(proxy_problem(direct), "") << "an observer needs no proxy";
 }
 
 }  // namespace

@@ -85,7 +85,7 @@ TEST(HandWorkspace, AtTheBorderItPressesNoHarderThanHalfTheDevice) {
   for (int i = 0; i < 60'000; ++i) rig.stay(1);
   const Vec3 of_scene = rig.core.record().stage_wrench_on_hand_D.f;
   EXPECT_LE(of_scene.norm(), 4.0 + 0.01);
-  EXPECT_GE(of_scene.norm(), 3.5) << "it goes on until then";
+  EXPECT_GE(of_scene.norm(), 3.5) << "it moves until the force reaches the limit";
 }
 
 TEST(HandWorkspace, ADeviceLaidDownAtItsBorderStopsAfterThreeWidthsAndAHandThatComesBackGoesOn) {
@@ -100,7 +100,7 @@ TEST(HandWorkspace, ADeviceLaidDownAtItsBorderStopsAfterThreeWidthsAndAHandThatC
     EXPECT_LE(at_m - begin_m, 3 * 2 * kHalf_m + kHalf_m);
     EXPECT_GT(at_m - begin_m, 0.28);
     rig.stay(20'000);
-    EXPECT_NEAR(rig.x_W(), at_m, 1e-6) << "it stands";
+    EXPECT_NEAR(rig.x_W(), at_m, 1e-6) << "the workspace must have stopped";
     EXPECT_NEAR(rig.force().x(), -0.9 * 2, 0.1) << "the wall stays";
     for (double x = 0.049; x > 0; x -= 0.0003) rig.move_to(Vec3(x, 0, 0));
     begin_m = rig.x_W();
@@ -156,7 +156,7 @@ TEST(HandWorkspace, NoHandDrivesItsBaseFartherThanThreeWidthsWithoutComingBack) 
   }
 }
 
-TEST(HandWorkspace, WhoBeginsAtTheBorderIsNotCarriedOff) {
+TEST(HandWorkspace, AHandThatStartsAtTheBorderFeelsNoForceAtFirst) {
   SmallRig rig("hold");
   rig.device.sample.X_DH.p = Vec3(0, -0.049, 0);
   rig.enter_scene();
@@ -230,8 +230,8 @@ TEST(HandWorkspace, ALimpHandUnderLoadIsCutAndArmedAgainByTheRamp) {
     rig.run(1);
     fast_ticks += v.norm() > 1 ? 1 : 0;
   }
-  EXPECT_LE(fast_ticks, 20) << "from where no hand goes";
-  EXPECT_LE(ticks, 50) << "and from where it let go";
+  EXPECT_LE(fast_ticks, 20) << "too long faster than 1 m/s before the force is cut";
+  EXPECT_LE(ticks, 50) << "too long until the force is cut";
   EXPECT_LE(v.norm(), 1.5);
   EXPECT_TRUE(rig.core.record().safety_faults & haptics::kSafetyTooFast);
   v.setZero();  // the user holds the device again

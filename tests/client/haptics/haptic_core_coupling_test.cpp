@@ -130,7 +130,7 @@ TEST(HapticCore, AnotherLawOfTheSameSceneFadesInWithoutAStep) {
   }
 }
 
-TEST(HapticCore, SceneThatMakesNoSenseDisplaysNothing) {
+TEST(HapticCore, AnInvalidSceneDisplaysNothing) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   std::vector<HapticScene> scenes(7);
   scenes[0].coupling.stiffness_n_per_m = nan;

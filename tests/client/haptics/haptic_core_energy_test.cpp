@@ -88,7 +88,7 @@ TEST(HapticCore, WhileTheClutchIsDownNoEnergyIsReported) {
   EXPECT_EQ(net_j(), before_j);
   rig.device.sample.buttons = 0;
   rig.run(2);
-  EXPECT_EQ(net_j(), before_j) << "nor for what it moved meanwhile";
+  EXPECT_EQ(net_j(), before_j) << "motion while clutched must not count";
 }
 
 TEST(HapticCore, WhoDrivesWithoutBeingShownReportsTheEnergyOfWhatTheServerWouldShow) {
@@ -227,7 +227,7 @@ TEST(HapticCore, ThePassivityControllerLeavesAHandThatPressesAWallAlone) {
   }
 }
 
-TEST(HapticCore, WhatThePassivityControllerWithheldIsRecordedAndCounted) {
+TEST(HapticCore, EnergyWithheldByThePassivityControllerIsRecordedAndCounted) {
   ScriptedDevice device;
   ClientMailboxes mailboxes;
   HapticCore core({.stage = {.name = "hold"}}, device, mailboxes);
@@ -253,7 +253,7 @@ TEST(HapticCore, WhatThePassivityControllerWithheldIsRecordedAndCounted) {
   EXPECT_LE(core.counters().energy_to_hand_j, Controller::kInitialCredit_j + 2 * Controller::kLeakRate_w + 1e-9);
 }
 
-TEST(HapticCore, WhatTheServerDrewFromTheWorldMayReachTheHand) {
+TEST(HapticCore, EnergyFromTheWorldMayReachTheHand) {
   ScriptedDevice device;
   ClientMailboxes mailboxes;
   HapticCore core({.stage = {.name = "hold"}}, device, mailboxes);

@@ -102,7 +102,7 @@ TEST(HapticCore, SilentServerMeansZeroForceWithin150MillisecondsOfTheLastArrival
 
 // The server's simulation stops, but its messages continue: sequence number and sending time advance, the step time
 // does not. The client must treat this as a silence.
-TEST(HapticCore, AWorldThatStandsStillIsSilence) {
+TEST(HapticCore, AServerStepThatDoesNotAdvanceCountsAsSilence) {
   HapticRig rig("hold");
   rig.enter_scene();
   rig.received.update.wrench_on_hand_W.f = {0, 0, 2};
@@ -154,11 +154,11 @@ TEST(HapticCore, RefusedWriteIsCountedAndTheForceComesBackByTheRamp) {
   rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 3);
   rig.run(300);
   EXPECT_EQ(rig.core.counters().write_failures, 300U);
-  EXPECT_EQ(rig.force(), Vec3(0, 0, 2)) << "what the device was given last";
+  EXPECT_EQ(rig.force(), Vec3(0, 0, 2)) << "the last force that the device accepted";
   EXPECT_FALSE(rig.core.is_quiet());
   rig.device.accepts = true;
   rig.run(1);
-  EXPECT_TRUE(rig.device.last.f.isZero(0)) << "the first that it takes";
+  EXPECT_TRUE(rig.device.last.f.isZero(0)) << "the first accepted force must be zero";
   rig.run(250);
   EXPECT_NEAR(rig.force().z(), 1.5, 0.02) << "3 N · 0.25 s / 0.5 s";
 }
@@ -248,7 +248,7 @@ TEST(HapticCore, ASampleThatNoHandCanHaveGivenLetsTheForceGoAndIsExplained) {
     rig.device.sample = good;
     rig.device.has_frozen_clock = false;
     rig.run(252);
-    EXPECT_NEAR(rig.device.last.f.z(), 1, 0.02) << "and comes back by the ramp of 0.5 s";
+    EXPECT_NEAR(rig.device.last.f.z(), 1, 0.02) << "the force returns with the ramp of 0.5 s";
     EXPECT_TRUE(rig.core.record().sample.reason.empty());
   }
 }
@@ -264,13 +264,13 @@ TEST(HapticCore, OnlyADeviceThatIsReadyIsGivenAForceAndDrives) {
     ASSERT_NEAR(rig.force().x(), -1.5, 1e-9);
     rig.device.sample.state = state;  // the driver flags its poses as valid in this state too
     rig.run(1);
-    EXPECT_TRUE(rig.device.last.f.isZero(0)) << "at once, for nobody knows what such a device does with a force";
+    EXPECT_TRUE(rig.device.last.f.isZero(0)) << "at once, because the effect of a force is undefined in this state";
     rig.run(500);
     EXPECT_TRUE(rig.device.last.f.isZero(0));
     EXPECT_FALSE(rig.sent().handle_valid);
     rig.device.sample.state = devices::DeviceState::kReady;
     rig.run(250);
-    EXPECT_GT(rig.device.last.f.norm(), 0.1) << "and comes back";
+    EXPECT_GT(rig.device.last.f.norm(), 0.1) << "the force must return";
     EXPECT_LT(rig.device.last.f.norm(), 1.4) << "by the ramp";
   }
 }
@@ -402,7 +402,7 @@ double largest_step_n(HapticRig& rig) {
   return largest_n;
 }
 
-TEST(HapticCore, FromOneStageToAnotherTheForceGoesWithoutAStep) {
+TEST(HapticCore, AChangeOfTheStageMakesNoForceStep) {
   HapticRig rig("hold");
   rig.enter_scene();
   rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
@@ -411,13 +411,13 @@ TEST(HapticCore, FromOneStageToAnotherTheForceGoesWithoutAStep) {
   ASSERT_NEAR(rig.force().z(), 2, 1e-9);
   show(rig, "late-pose");
   EXPECT_LE(largest_step_n(rig), 0.1);
-  ASSERT_LT((rig.force() - Vec3(-3, 0, 0)).norm(), 0.02) << "300 N/m over 10 mm: the other stage";
+  ASSERT_LT((rig.force() - Vec3(-3, 0, 0)).norm(), 0.02) << "300 N/m over 10 mm: the force of the new stage";
   show(rig, "hold");
   EXPECT_LE(largest_step_n(rig), 0.1);
   EXPECT_LT((rig.force() - Vec3(0, 0, 2)).norm(), 0.02);
 }
 
-TEST(HapticCore, ThePassivityControllerComesAndGoesWithoutAStep) {
+TEST(HapticCore, ThePassivityControllerIsSwitchedWithoutAForceStep) {
   HapticRig rig("hold");
   rig.enter_scene();
   rig.received.update.wrench_on_hand_W.f = Vec3(2, 0, 0);
@@ -473,7 +473,7 @@ TEST(HapticCore, APlaceThatSomebodyPointsAtIsFeltThreeTimesAndGently) {
   ++rig.scene.places_shown;
   rig.mailboxes.scene.publish(rig.scene);
   rig.run(10);
-  EXPECT_TRUE(rig.force().isZero(0)) << "not by who feels nothing";
+  EXPECT_TRUE(rig.force().isZero(0)) << "an observer must not feel a nudge";
 }
 
 }  // namespace

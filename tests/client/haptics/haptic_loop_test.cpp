@@ -48,7 +48,7 @@ struct Rig {
 
 TEST(HapticLoop, EveryTickIsTracedInOrderAndWakesTheIoThread) {
   Rig rig;
-  EXPECT_TRUE(rig.loop.start().empty()) << "nothing was asked for";
+  EXPECT_TRUE(rig.loop.start().empty()) << "no real-time right was requested";
   rig.wait_for_ticks(50);
   rig.loop.stop();
   TickRecord record;
@@ -75,7 +75,7 @@ TEST(HapticLoop, DeadlinesAreEitherRunOrMissed) {
   EXPECT_EQ(report.throttle_suspects, 0U) << "not counted at normal priority";
 }
 
-TEST(HapticLoop, KeepsItsProcessorAwakeWhenToldAndNotWithoutAPriority) {
+TEST(HapticLoop, KeepsItsProcessorAwakeOnlyIfRequestedAndWithAPriority) {
   for (const bool is_stated : {true, false}) {
     HapticLoopSettings settings = kNormalPriority;
     if (is_stated) settings.keeps_awake = true;
@@ -88,7 +88,7 @@ TEST(HapticLoop, KeepsItsProcessorAwakeWhenToldAndNotWithoutAPriority) {
   }
 }
 
-TEST(HapticLoop, RecordsThatNobodyReadAreCountedNotSilentlyLost) {
+TEST(HapticLoop, UnreadRecordsThatAreLostAreCounted) {
   HapticLoopSettings settings = kNormalPriority;
   settings.trace_capacity = 8;
   Rig rig(settings);
@@ -112,7 +112,7 @@ TEST(HapticLoop, StopWritesZeroLast) {
   EXPECT_TRUE(rig.core.is_quiet());
 }
 
-TEST(HapticLoop, RequestedStopShowsZeroWhileNobodyDrainsOrJoins) {
+TEST(HapticLoop, ARequestedStopDisplaysZeroWithoutReadersOrAJoin) {
   Rig rig;
   rig.start_with_force();
   rig.wait_for_ticks(100);
@@ -136,7 +136,7 @@ TEST(HapticLoop, EndsByItselfWhenItsDurationIsOver) {
   EXPECT_EQ(report.ticks_expected, report.ticks_run + report.missed);
 }
 
-TEST(HapticLoop, RepeatsTheLastZeroUntilTheDeviceTakesIt) {
+TEST(HapticLoop, RepeatsTheLastZeroUntilTheDeviceAcceptsIt) {
   Rig rig;
   rig.start_with_force();
   rig.wait_for_ticks(100);
@@ -148,7 +148,7 @@ TEST(HapticLoop, RepeatsTheLastZeroUntilTheDeviceTakesIt) {
   EXPECT_TRUE(rig.device.last.f.isZero(0));
 }
 
-TEST(HapticLoop, SaysThatItDidNotBecomeQuietWhenTheDeviceTakesNoZero) {
+TEST(HapticLoop, ReportsThatTheDeviceDidNotAcceptZero) {
   Rig rig;
   // The device refuses only after it accepted a nonzero force. With refusals from a fixed tick on, its last accepted
   // force could be zero, and the test could not fail.

@@ -33,7 +33,7 @@ TEST(SceneCoupling, StartsASceneWithItsLawAndCoefficientsAtOnce) {
   EXPECT_EQ(coupling.parameters().stiffness_n_per_m, 300);
 }
 
-TEST(SceneCoupling, BoundsWhatASceneAsksFor) {
+TEST(SceneCoupling, BoundsTheCouplingOfAScene) {
   SceneCoupling coupling(kBounds);
   coupling.start(scene_of("spring-damper", 1e6));
   EXPECT_EQ(coupling.parameters().stiffness_n_per_m, kBounds.stiffness_n_per_m);
@@ -74,7 +74,7 @@ TEST(SceneCoupling, FadesToAnotherLawInThreeTenthsOfASecondUnlessItJumps) {
   EXPECT_EQ(force_n(), before_n);
 }
 
-TEST(SceneCoupling, KnowsAnUnusableScene) {
+TEST(SceneCoupling, DetectsAnUnusableScene) {
   EXPECT_TRUE(SceneCoupling::is_usable(scene_of("spring-damper", 300)));
   EXPECT_FALSE(SceneCoupling::is_usable(scene_of("spring-damper", std::numeric_limits<double>::quiet_NaN())));
   HapticScene scene;

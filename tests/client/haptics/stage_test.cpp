@@ -204,7 +204,7 @@ TEST(ForceStreamStage, SeesContactWithHysteresis) {
   EXPECT_FALSE(is_contact(force(0.01), true));
 }
 
-TEST(WaveStage, TellsTheServerItsModeAndIsADamperUntilTheFirstEcho) {
+TEST(WaveStage, SendsItsModeToTheServerAndIsADamperUntilTheFirstEcho) {
   StageRig rig;
   const auto stage = make_stage({.name = "wave", .wave = {20, 0.01}});
   rig.input.tick.value = 1;
@@ -245,7 +245,7 @@ TEST(Stages, EveryListedNameMakesAStageOfThatName) {
   EXPECT_EQ(make_stage({.name = "hold", .predictor = "telepathy"}), nullptr);
 }
 
-TEST(Stages, WithoutAnyStateEachShowsNothing) {
+TEST(Stages, WithoutAnyStateEachDisplaysNothing) {
   for (const std::string_view name : stage_names()) {
     StageRig rig;
     rig.input.newest = nullptr;

@@ -142,12 +142,13 @@ TEST(TrueInertia, OfAMoleculeHeldAtItsLastAtomIsTheSumOverItsAtoms) {
   const auto [least, most] = body_at(*scene, grip);
   EXPECT_NEAR(most.inertia_kg_m2, largest_eigenvalue(about_grip), 1e-6 * most.inertia_kg_m2);
   EXPECT_NEAR(least.inertia_kg_m2, smallest_eigenvalue(about_centre), 1e-6 * least.inertia_kg_m2);
-  EXPECT_LT(least.mass_kg, 0.6 * most.mass_kg) << "a helix held at its end gives way by turning";
+  EXPECT_LT(least.mass_kg, 0.6 * most.mass_kg)
+      << "a helix held at its end yields by rotation, so its effective mass is smaller";
 }
 
 // The results must follow from the 6×6 mass matrix at the grip, [m 1, m [c]×ᵀ; m [c]×, I_T], and its inverse. c is the
 // centre of mass relative to the grip.
-TEST(TrueInertia, IsWhatTheMassMatrixAtTheGripSays) {
+TEST(TrueInertia, EqualsThatOfTheMassMatrixAtTheGrip) {
   Random random(17, 0);
   const auto any = [&random] { return Vec3(random.normal(), random.normal(), random.normal()); };
   for (int i = 0; i < 50; ++i) {
@@ -199,7 +200,7 @@ TEST(TrueInertia, OfALongRodMakesALoopThatHardlyDecays) {
   const MassProperties pen{0.3, {}, Vec3::Constant(0.3 * 0.05 * 0.05 / 12)};
   EXPECT_LT(spectral_radius_with(pen), 0.9995) << "decays within 2 s";
   EXPECT_GT(spectral_radius_with(rod), 0.99999) << "within 100 s";
-  EXPECT_LT(spectral_radius_with(rod), 1) << "stable all the same: a tool in stiff contact is the worst case of both";
+  EXPECT_LT(spectral_radius_with(rod), 1) << "still stable: for both, a tool in stiff contact is the worst case";
 }
 
 TEST(ShippedScenes, AreNeitherRefusedNorWarnedOfOnTheSimulatedDevice) {

@@ -53,7 +53,7 @@ TEST(View, KeepsTheLastStateOfABodyThatTheNewestUpdateLeavesOut) {
   EXPECT_TRUE(written(feed)->bodies.empty()) << "another scene";
 }
 
-TEST(View, ForgetsAUserASecondAfterTheServerToldOfHimLast) {
+TEST(View, RemovesAUserOneSecondAfterTheLastUpdate) {
   ViewFeed feed;
   proto::ServerUpdate update = update_of(1);
   update.users.push_back(user_of(4));
@@ -64,7 +64,7 @@ TEST(View, ForgetsAUserASecondAfterTheServerToldOfHimLast) {
   EXPECT_TRUE(written(feed)->users.empty());
 }
 
-TEST(View, HasRoomForWhatAHostileServerTellsOf) {
+TEST(View, IsBoundedForAHostileServer) {
   ViewFeed feed;
   for (std::uint32_t first = 1; first < 1000; first += 16) {
     proto::ServerUpdate update = update_of(first);

@@ -239,7 +239,7 @@ double largest_difference_n(const std::vector<Wrench>& a, const std::vector<Wren
 
 class LocalModelDelay : public testing::TestWithParam<int> {};
 
-TEST_P(LocalModelDelay, AStaticThingIsFeltAsWithoutADelay) {
+TEST_P(LocalModelDelay, AStaticBodyFeelsLikeWithoutDelay) {
   const Vec3 start{-0.04, 0, 0.02}, pressed{-0.1, 0, -0.01};
   Across near(scene(), 1), far(scene(), GetParam());
   const auto without_far = felt(near, start, pressed), with = felt(far, start, pressed);
@@ -260,7 +260,7 @@ TEST_P(LocalModelDelay, ABodyThatOnlyThisUserPushesIsFeltAsWithoutADelay) {
   EXPECT_NEAR(far.model.body(kBlock).X.p.x(), far.server.body(kBlock).X.p.x(), 5e-4);
 }
 
-TEST_P(LocalModelDelay, AWrongMassIsReconciledAndStaysCalm) {
+TEST_P(LocalModelDelay, AWrongMassIsReconciledWithoutOscillation) {
   LocalModelSettings settings;
   settings.errors.mass_scale = 0.6;
   const Vec3 start{-0.04, 0, 0.02}, pushed{0.06, 0, 0.02};
@@ -291,7 +291,7 @@ TEST_P(LocalModelDelay, AGraspIsPredictedAndThenTheServers) {
   EXPECT_FALSE(far.model.held().is_valid());
 }
 
-TEST_P(LocalModelDelay, AReleaseThatAGapKeepsFromTheServerIsNotTakenBack) {
+TEST_P(LocalModelDelay, AReleaseDelayedByAGapIsNotReverted) {
   Across far(scene(), GetParam());
   const Vec3 start{-0.04, 0, 0.02}, beside{-0.026, 0, 0.02};
   for (int k = 0; k < 700; ++k) far.tick(at(start));
@@ -303,7 +303,7 @@ TEST_P(LocalModelDelay, AReleaseThatAGapKeepsFromTheServerIsNotTakenBack) {
   for (int k = 0; k < 2 * GetParam() + 60; ++k) {
     ASSERT_EQ(far.server.tool(0).held, kBlock);
     far.tick(at(beside));
-    ASSERT_FALSE(far.model.held().is_valid()) << k << ": the server answers later ticks, but knows of no button";
+    ASSERT_FALSE(far.model.held().is_valid()) << k << ": the server has answered later ticks, but received no button";
   }
   far.lose_inputs(false);
   far.tick(at(beside));
@@ -325,7 +325,7 @@ TEST(LocalModel, FollowsABodyThatOthersMove) {
   EXPECT_NEAR(far.model.body(kBlock).X.p.x(), far.server.body(kBlock).X.p.x(), 1e-3);
 }
 
-TEST(LocalModel, WhatAPartnerPressesFromTheOtherSideDoesNotGiveWay) {
+TEST(LocalModel, ABodyPressedByAPartnerFromTheOtherSideDoesNotGiveWay) {
   for (const int one_way_ticks : {12, 50, 150}) {
     Across far(scene(), one_way_ticks);
     const Vec3 start{-0.04, 0, 0.02}, beside{-0.025, 0, 0.02};
@@ -348,7 +348,7 @@ TEST(LocalModel, WhatAPartnerPressesFromTheOtherSideDoesNotGiveWay) {
   }
 }
 
-TEST(LocalModel, WhatAPartnerHoldsDoesNotFallWhenItIsTouched) {
+TEST(LocalModel, ABodyHeldByAPartnerDoesNotFallWhenTouched) {
   for (const int one_way_ticks : {12, 50}) {
     Across far(scene(), one_way_ticks);
     far.join_partner(at({0, 0, 0.1}));
@@ -371,7 +371,7 @@ TEST(LocalModel, WhatAPartnerHoldsDoesNotFallWhenItIsTouched) {
 
 // The block is no longer at the initial pose that the scene defines for the body of tool 1. Fails if the model resets
 // it to that pose when the partner's updates resume.
-TEST(LocalModel, APartnerWhoFellSilentComesBackToWhatHeHoldsWhereItIs) {
+TEST(LocalModel, ASilentPartnerResumesWithTheHeldBodyWhereItIs) {
   const auto world = scene();
   world->tools[1].holds_body = 1;
   Across far(world, 50);
@@ -390,7 +390,7 @@ TEST(LocalModel, APartnerWhoFellSilentComesBackToWhatHeHoldsWhereItIs) {
   EXPECT_LT(largest_step_m, 0.002) << "its start is 70 mm below";
 }
 
-TEST(LocalModel, TwoWhoHoldABodyBearItsWeightAsAtTheServer) {
+TEST(LocalModel, TwoUsersShareTheWeightOfAHeldBodyAsAtTheServer) {
   Across far(scene(), 50);
   far.join_partner(at({0.02, 0, 0.06}));
   far.server.set_body(kBlock, at({0, 0, 0.06}));
@@ -466,7 +466,7 @@ TEST(LocalModel, TheLoopDelayFollowsALongerRouteInTheSameTimeAtAnyRateOfTheState
   }
 }
 
-TEST(LocalModel, ShowsNothingBeforeTheServersFirstState) {
+TEST(LocalModel, DisplaysNothingBeforeTheFirstServerState) {
   LocalModel model(scene(), 0);
   LocalModelInput input;
   input.input = Tick{1};
@@ -475,7 +475,7 @@ TEST(LocalModel, ShowsNothingBeforeTheServersFirstState) {
   EXPECT_FALSE(model.has_started());
 }
 
-TEST(LocalModel, FeelsASoftContactThatTheServerTellsWithoutAStep) {
+TEST(LocalModel, AReceivedSoftContactIsFeltWithoutAForceStep) {
   auto world = scene();
   LocalModel model(world, 0);
   ReceivedUpdate newest;
@@ -524,7 +524,7 @@ RigidState pushing(int tick) {
   return at({x, 0, 0.02}, {tick < 400 ? 0.125 : 0.0, 0, 0});
 }
 
-TEST(LocalModel, GoesOnInAnotherModelOfItsSceneAsIfItWereTheSame) {
+TEST(LocalModel, ContinuesUnchangedInAnotherModelOfTheScene) {
   const auto world = scene();
   Across one(world, 30), other(world, 30);
   double apart_n = 0, apart_m = 0, force_n = 0;
@@ -541,7 +541,7 @@ TEST(LocalModel, GoesOnInAnotherModelOfItsSceneAsIfItWereTheSame) {
   EXPECT_LT(apart_m, 5e-4);
 }
 
-TEST(LocalModel, GoesOnInAnotherModelWithWhatItHolds) {
+TEST(LocalModel, ContinuesInAnotherModelWithTheHeldBody) {
   const auto world = scene();
   Across across(world, 30);
   for (int tick = 0; tick < 300; ++tick) across.tick(at({-0.025, 0, 0.02}), tick > 100 ? kButtonGrab : 0U);
@@ -551,10 +551,11 @@ TEST(LocalModel, GoesOnInAnotherModelWithWhatItHolds) {
   for (int tick = 0; tick < 50; ++tick) across.tick(at({-0.025, 0, 0.02}), kButtonGrab);
   EXPECT_EQ(across.newest_model().held(), kBlock);
   EXPECT_LT((across.newest_model().body(kBlock).X.p - before).norm(), 1e-3);
-  EXPECT_GT(across.newest_model().loop_delay(), std::chrono::milliseconds(50)) << "what was known is known";
+  EXPECT_GT(across.newest_model().loop_delay(), std::chrono::milliseconds(50))
+      << "the new model must keep the measured delay";
 }
 
-TEST(LocalModel, GoesOnInAnotherModelWithTheGravityOfTheGame) {
+TEST(LocalModel, ContinuesInAnotherModelWithTheGravityOfTheGame) {
   const auto world = scene();
   Across across(world, 10);
   const auto lifted = [](int tick) {

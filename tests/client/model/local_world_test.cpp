@@ -32,10 +32,10 @@ TEST(LocalWorld, IsMadeOfTheShapesOfTheOneBeforeWhereTheyAreAlike) {
   const std::size_t count = shapes.size();
   const Shape longer = shape_of_body(joined, {}, shapes);
   EXPECT_NEAR((longer->high_S - first->high_S).x(), 0.5 * first->high_S.x(), 1e-6);
-  EXPECT_EQ(shapes.size(), count) << "what is not in the scene is not kept";
+  EXPECT_EQ(shapes.size(), count) << "a shape outside of the scene must not be cached";
 }
 
-TEST(LocalWorld, IsMadeOfTheWholeAssetOnceThatIsHere) {
+TEST(LocalWorld, UsesTheWholeAssetOnceItIsAvailable) {
   const auto mesh = geometry::repaired(geometry::tessellated_box(Vec3::Constant(0.01)));
   const auto asset_of = [&](double spacing_m) {
     contact::ContactShapeOptions options;

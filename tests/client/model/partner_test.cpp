@@ -51,7 +51,7 @@ PartnerSurroundings pushed_by(const Vec3& force) {
   return around;
 }
 
-TEST(GivingHand, ComesToRestWhereItsSpringBearsTheForceForAnyPeriod) {
+TEST(GivingHand, ComesToRestWhereItsSpringBalancesTheForceForAnyPeriod) {
   for (const double period_s : {1e-4, 1e-3, 1e-2, 1.0}) {
     GivingHand hand;
     for (int k = 0; k < 20000; ++k) hand.step({{2, 0, 0}, {0, 0.1, 0}}, period_s);
@@ -75,7 +75,7 @@ class Shaken {
   GivingHand hand_;
 };
 
-TEST(HandEstimate, FindsWhatHandItIsWhereForcesShakeIt) {
+TEST(HandEstimate, IdentifiesTheHandIfForcesShakeIt) {
   for (const auto& [mass_kg, stiffness_n_per_m] :
        {std::pair(0.07, 200.0), std::pair(1.3, 200.0), std::pair(0.3, 540.0)}) {
     Shaken hand(mass_kg, stiffness_n_per_m);
@@ -90,14 +90,14 @@ TEST(HandEstimate, FindsWhatHandItIsWhereForcesShakeIt) {
   }
 }
 
-TEST(HandEstimate, IsARelaxedHandWhereNothingTells) {
+TEST(HandEstimate, AssumesARelaxedHandWithoutForces) {
   HandEstimate estimate;
   for (int k = 0; k < 5000; ++k) estimate.observe({0.05 * std::sin(1e-3 * k), 0, 0}, Vec3::Zero(), kPeriod_s);
   EXPECT_NEAR(estimate.mass_kg(), GivingHand::kMass_kg, 1e-3);
   EXPECT_NEAR(estimate.stiffness_n_per_m(), GivingHand::kStiffness_n_per_m, 1);
 }
 
-TEST(Partner, AtRestIsWhereHeIsToldWhateverHeIsShown) {
+TEST(Partner, AtRestIsAtTheReceivedPoseWhateverTheDisplayedForce) {
   for (const double newtons : {0.0, 1.0, 5.0}) {
     PartnerBench bench;
     const Vec3 force(newtons, 0, -newtons);
@@ -109,7 +109,7 @@ TEST(Partner, AtRestIsWhereHeIsToldWhateverHeIsShown) {
   }
 }
 
-TEST(Partner, GivesWayToWhatTheModelDoesBeforeHeCanHaveFeltIt) {
+TEST(Partner, YieldsToTheModelBeforeTheForceCanHaveReachedTheUser) {
   PartnerBench bench;
   for (int k = 0; k < 1000; ++k) bench.tick(moving_at(Vec3::Zero()), {}, {});
   RigidState handle;
@@ -156,7 +156,7 @@ TEST(Partner, GoesAlongAcrossAndNotAlongThePressingDirection) {
   EXPECT_LT(handle.X.p.y(), 0.005);
 }
 
-TEST(Partner, ForgetsHisHandleWhenNothingPullsHisTool) {
+TEST(Partner, DiscardsTheHandleWhenNothingPullsTheTool) {
   PartnerBench bench;
   bench.tick(moving_at(Vec3::Zero()), {}, {});
   EXPECT_TRUE(bench.partner.has_handle());

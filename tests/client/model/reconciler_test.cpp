@@ -50,7 +50,7 @@ Course corrected(double offset_m, int delay, const ReconcilerSettings& settings,
 
 class ReconcilerDelay : public testing::TestWithParam<int> {};
 
-TEST_P(ReconcilerDelay, TakesAnOffsetOutOnceWhateverTheDelay) {
+TEST_P(ReconcilerDelay, RemovesAnOffsetOnceForAnyDelay) {
   const ReconcilerSettings settings{.time_constant_s = 0.05, .speed_limit_m_per_s = 1.0};
   const Course run = corrected(0.010, GetParam(), settings, GetParam() + 1000);
   EXPECT_NEAR(run.end_m, 0, 1e-9);
@@ -92,7 +92,7 @@ TEST(Reconciler, IgnoresAStateThatIsNotFinite) {
   EXPECT_EQ(reconciler.step(kReconcilerPeriod_s, 0).p.norm(), 0);
 }
 
-TEST(InputHistory, KnowsAnInputUntilItsPlaceIsTakenAgain) {
+TEST(InputHistory, StoresAnInputUntilItsSlotIsReused) {
   InputHistory history(4, 2);
   for (std::uint64_t k = 1; k <= 5; ++k) {
     history.add(Tick{k}).tool.X.p.x() = static_cast<double>(k);

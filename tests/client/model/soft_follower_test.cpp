@@ -35,7 +35,7 @@ TEST(SoftFollower, FeelsTheSpringAtOnceAsTheToolMoves) {
   EXPECT_EQ(follower.step(at_height(0.001), kSoftFollowerPeriod_s).f.z(), 0) << "out of it";
 }
 
-TEST(SoftFollower, GoesFromOneContactToTheNextWithoutStepOrCorner) {
+TEST(SoftFollower, BlendsFromOneContactToTheNextSmoothly) {
   SoftFollower follower;
   const Pose X_WT = at_height(-0.01);
   follower.receive(spring(100, 0.01, -0.01), X_WT);
@@ -54,7 +54,7 @@ TEST(SoftFollower, GoesFromOneContactToTheNextWithoutStepOrCorner) {
   EXPECT_NEAR(before_n, 2, 1e-6);
 }
 
-TEST(SoftFollower, SameContactToldAgainChangesNothing) {
+TEST(SoftFollower, ARepeatedContactChangesNothing) {
   SoftFollower once, often;
   const SoftContact contact = spring(100, 0.01, -0.01);
   once.receive(contact, at_height(0));

@@ -96,7 +96,7 @@ TEST(ClientIo, AnEventComesWhenTheSnapshotHasTheEffectOfWhatCameBefore) {
   EXPECT_TRUE(had_effect) << "though a snapshot may be 10 ms old";
 }
 
-TEST(ClientIo, EventsThatNobodyReadsAreCounted) {
+TEST(ClientIo, UnreadEventsAreCounted) {
   ClientIoSettings settings = settings_for(unused_port());
   ScriptedDevice device;
   ClientIo io(settings, device);
@@ -112,7 +112,7 @@ TEST(ClientIo, EventsThatNobodyReadsAreCounted) {
   EXPECT_EQ(read, EventQueue::kCapacity);
 }
 
-TEST(ClientIo, StateGoesOverTcpWhenAsked) {
+TEST(ClientIo, StateIsSentOverTcpWhenRequested) {
   test::RunningServer running(test::two_hands_scene());
   ClientIoSettings settings = settings_for(running.server->port());
   settings.client.session.state_over_tcp = true;
@@ -172,7 +172,7 @@ TEST(ClientIo, AnEncryptedSessionOverTcpAndThroughASimulatedLinkIsTheSame) {
   EXPECT_TRUE(test::eventually(has_received(io, 100))) << io.snapshot().status.why;
 }
 
-TEST(ClientIo, SaysThatNobodyListensThere) {
+TEST(ClientIo, ReportsThatNoServerListensAtTheAddress) {
   const std::uint16_t port = unused_port();
   ScriptedDevice device;
   ClientIo io(settings_for(port), device);
@@ -267,7 +267,7 @@ TEST(ClientIo, StateOverTcpIsCountedOnTheControlLinksAndTheOnlyRoomIsNamed) {
   EXPECT_GT(snapshot.links.control_up.delivered, 0U);
 }
 
-TEST(ClientIo, SimulatedLinksDelayBothWaysAndLoseWhatTheySay) {
+TEST(ClientIo, SimulatedLinksDelayBothDirectionsAndLoseTheSetFraction) {
   test::RunningServer running(test::two_hands_scene());
   ClientIoSettings settings = settings_for(running.server->port());
   settings.links.emplace();
@@ -358,7 +358,7 @@ TEST(SeveralAddresses, AnotherServerAtOneOfThemDoesNotKeepTheRightOneFromBeingFo
   EXPECT_FALSE(other.running->has_logged("joined"));
 }
 
-TEST(SeveralAddresses, WhenNoneWorksTheReasonOfEachIsGiven) {
+TEST(SeveralAddresses, IfAllAddressesFailTheReasonOfEachIsReported) {
   EncryptedServer server;
   EncryptedServer other("127.0.0.2", server.running->server->port(), "client_net_other_state");
   TestResolver resolver({"127.0.0.2", "127.0.0.3"});
@@ -373,7 +373,7 @@ TEST(SeveralAddresses, WhenNoneWorksTheReasonOfEachIsGiven) {
                     HasSubstr("127.0.0.2: "), HasSubstr("key"), HasSubstr("127.0.0.3: connection refused")));
 }
 
-TEST(SeveralAddresses, ANameThatIsNotFoundIsSaidToBe) {
+TEST(SeveralAddresses, ANameThatIsNotFoundIsReported) {
   EncryptedServer server;
   TestResolver resolver(std::vector<std::string>{});
   ClientIoSettings settings = by_name(server, resolver);

@@ -19,7 +19,7 @@ TEST(EventQueue, KeepsTheNewestInTheirOrderAndCountsTheOthers) {
     EXPECT_EQ(std::get<event::Log>(*event).text, std::to_string(i));
   }
   EXPECT_FALSE(queue.pop());
-  EXPECT_EQ(queue.dropped(), surplus) << "reading drops nothing";
+  EXPECT_EQ(queue.dropped(), surplus) << "reading must not drop events";
 }
 
 }  // namespace

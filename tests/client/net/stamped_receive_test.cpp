@@ -43,7 +43,7 @@ class StampedReceive : public testing::Test {
   LocalTime came_{};
 };
 
-TEST_F(StampedReceive, WhatWaitedIsAsOldAsItIs) {
+TEST_F(StampedReceive, ADatagramThatWaitedHasItsTrueAge) {
   StampedReceiver receiver(to_, clock_.now());
   // The kernel stamps datagrams only some time after the first socket of the system has requested it.
   const auto is_stamped = [this, &receiver] {
@@ -78,14 +78,14 @@ TEST_F(StampedReceive, WithoutAStampItCameSinceTheSocketWasOpened) {
   EXPECT_LE(came_, clock_.now());
 }
 
-TEST_F(StampedReceive, OneThatIsLongerThanTheBufferIsCutToIt) {
+TEST_F(StampedReceive, ATooLongDatagramIsCutToTheBuffer) {
   StampedReceiver receiver(to_, clock_.now());
   const std::array<char, 200> much{};
   ASSERT_EQ(send(from_, much.data(), much.size(), 0), 200);
   EXPECT_EQ(receiver.receive(buffer_, clock_, came_), buffer_.size());
 }
 
-TEST(BelievedAge, AnOldDatagramStaysOldWhateverTheWallClockDoes) {
+TEST(BelievedAge, TheAgeOfADatagramDoesNotDependOnTheWallClock) {
   Random random(test::test_seed(59));
   const auto span = [&random](double least_s, double most_s) {
     return from_seconds(std::exp(random.uniform(std::log(least_s), std::log(most_s))));
@@ -99,13 +99,14 @@ TEST(BelievedAge, AnOldDatagramStaysOldWhateverTheWallClockDoes) {
     const Duration set_by = (random.uniform() < 0.5 ? 1 : -1) * span(1e-6, 3e8);
     const Duration waited = random.uniform() < 0.5 ? age + set_by : age;
     const Duration believed = believed_age(waited, empty_for, empty_for + set_by);
-    EXPECT_LE(believed, empty_for) << "nothing is older than the socket was empty";
+    EXPECT_LE(believed, empty_for) << "no datagram is older than the time since the socket was empty";
     // Tolerance for slewing of the wall clock: 5 ms plus 0.1 % of the time since the socket was empty.
     EXPECT_GE(believed, age - std::chrono::milliseconds(5) - empty_for / 1000)
         << "set by " << to_seconds(set_by) << " s";
   }
   using std::chrono::seconds;
-  EXPECT_EQ(believed_age(seconds(12), seconds(13), seconds(13)), seconds(12)) << "no age is too long to be believed";
+  EXPECT_EQ(believed_age(seconds(12), seconds(13), seconds(13)), seconds(12))
+      << "there is no upper limit of a plausible age";
 }
 
 TEST_F(StampedReceive, IsNoOlderThanTheSocketWasEmptyByTheOwnClock) {

@@ -40,7 +40,7 @@ class DiskStore : public ::testing::Test {
   std::filesystem::path directory_;
 };
 
-TEST_F(DiskStore, GivesBackWhatAnotherProgramKept) {
+TEST_F(DiskStore, ReturnsAssetsThatAnotherProgramStored) {
   const auto bytes = bytes_of('a', 1000);
   const proto::Sha256 hash = proto::sha256_of(*bytes);
   EXPECT_EQ(found_in(*disk_asset_store(directory_), hash, 1000), nullptr);
@@ -51,7 +51,7 @@ TEST_F(DiskStore, GivesBackWhatAnotherProgramKept) {
   EXPECT_EQ(*found, *bytes);
 }
 
-TEST_F(DiskStore, WhatIsKeptIsThereAtOnceWhetherItIsWrittenOrNot) {
+TEST_F(DiskStore, AStoredAssetIsAvailableAtOnceEvenBeforeItIsWritten) {
   const auto store = disk_asset_store(directory_);
   for (char letter = 'a'; letter <= 'z'; ++letter) {
     const auto bytes = bytes_of(letter, 100'000);
@@ -73,7 +73,7 @@ TEST_F(DiskStore, NeverGivesBytesOfAnotherHashAndRemovesThem) {
   EXPECT_TRUE(std::filesystem::is_empty(directory_));
 }
 
-TEST_F(DiskStore, StaysWithinItsLimitByWhatWasNotUsedForLongest) {
+TEST_F(DiskStore, StaysWithinItsLimitByRemovingTheLeastRecentlyUsedFiles) {
   // Destroys each store before the next one is created, like consecutive runs of a program. All files are then written.
   const auto store = [this] { return disk_asset_store(directory_, 2500); };
   std::vector<proto::Sha256> hashes;
@@ -96,7 +96,7 @@ TEST_F(DiskStore, StaysWithinItsLimitByWhatWasNotUsedForLongest) {
   const auto huge = bytes_of('d', 3000);
   store()->keep(proto::sha256_of(*huge), huge);
   EXPECT_EQ(found_in(*store(), proto::sha256_of(*huge), 3000), nullptr);
-  EXPECT_NE(found_in(*store(), hashes[0], 1000), nullptr) << "what cannot be kept must push nothing out";
+  EXPECT_NE(found_in(*store(), hashes[0], 1000), nullptr) << "an asset that is too large must not evict others";
 }
 
 /// Blocks the reading of a file until open() is called.
@@ -120,7 +120,7 @@ struct Gate {
   std::thread::id reader;
 };
 
-TEST_F(DiskStore, IsReadByAThreadOfItsOwnWhileTheIoThreadGoesOn) {
+TEST_F(DiskStore, IsReadByASeparateThreadWhileTheIoThreadContinues) {
   const std::string content(150'000, 'v');
   const auto bytes = bytes_of('v', content.size());
   const proto::Sha256 hash = proto::sha256_of(*bytes);
@@ -180,7 +180,7 @@ TEST(SessionAssets, AStoreThatNeverAnswersIsGivenUpAndTheServerQueried) {
   EXPECT_EQ(bench.bench.session.asset_level(), AssetLevel::kFull);
 }
 
-TEST(SessionAssets, OfGeneratedScenesTheServerIsQueriedOnlyForWhatASlowStoreDoesNotHave) {
+TEST(SessionAssets, RequestsOnlyAssetsThatASlowStoreLacksForGeneratedScenes) {
   std::mt19937_64 random(test::test_seed(59));
   const auto below = [&random](std::size_t limit) {
     return std::uniform_int_distribution<std::size_t>(0, limit - 1)(random);

@@ -49,11 +49,11 @@ TEST(SessionAssets, AsksTheStoreBeforeTheServerAndSaysOnceAJoinThatNothingMoreIs
   EXPECT_EQ(unstored.announced, 1) << "a scene without assets has them all";
   StoreBench cheated(nullptr, joined);
   serve_assets(cheated.bench, std::string(150'000, 'w'));
-  EXPECT_EQ(cheated.announced, 1) << "what needs the asset says that it is missing";
+  EXPECT_EQ(cheated.announced, 1) << "the scene must be announced although an asset is damaged";
   EXPECT_TRUE(cheated.bench.session.assets().empty());
 }
 
-TEST(SessionAssets, FetchesTheKindsThatItIsToldAndNothingElse) {
+TEST(SessionAssets, FetchesOnlyTheRequestedKinds) {
   const std::string bytes(1000, 'v'), triangles(2000, 't');
   wire::Joined joined = joined_with_asset(bytes);
   *joined.add_assets() = joined_with_asset(triangles).assets(0);
@@ -70,7 +70,7 @@ TEST(SessionAssets, FetchesTheKindsThatItIsToldAndNothingElse) {
   }
 }
 
-TEST(SessionAssets, FetchesWhatIsOnlyDrawnAfterWhatIsFeltIsAnnounced) {
+TEST(SessionAssets, FetchesDrawingsAfterTactileAssetsAreAnnounced) {
   const std::string bytes(1000, 'v');
   wire::Joined joined = joined_with_asset(bytes);
   joined.mutable_assets(0)->set_kind("surface");
@@ -86,7 +86,7 @@ TEST(SessionAssets, FetchesWhatIsOnlyDrawnAfterWhatIsFeltIsAnnounced) {
   EXPECT_EQ(here_when_announced.size(), 1U);
 }
 
-TEST(SessionAssets, FetchesTheSmallestDrawingOfASurfaceBeforeWhatIsFeltAndTheOthersAfterIt) {
+TEST(SessionAssets, FetchesTheSmallestDrawingBeforeTactileAssetsAndTheOthersAfterwards) {
   const std::string felt(1000, 'c'), large(3000, 'd'), small(200, 'd');
   wire::Joined joined = joined_with_asset(felt);
   for (const std::string* drawing : {&large, &small}) {
@@ -101,11 +101,11 @@ TEST(SessionAssets, FetchesTheSmallestDrawingOfASurfaceBeforeWhatIsFeltAndTheOth
   bench.session.on_assets = [&] { here_when_announced.push_back(bench.session.assets().size()); };
   join(bench, joined);
   EXPECT_EQ(serve_assets(bench, {felt, large, small}), felt.size() + large.size() + small.size());
-  EXPECT_EQ(here_when_announced, std::vector<std::size_t>{2}) << "the small drawing and what is felt";
+  EXPECT_EQ(here_when_announced, std::vector<std::size_t>{2}) << "the small drawing and the tactile asset";
   EXPECT_EQ(bench.session.assets().size(), 3U);
 }
 
-TEST(SessionAssets, ADamagedDrawingHoldsUpNothingThatIsFelt) {
+TEST(SessionAssets, ADamagedDrawingDoesNotDelayTactileAssets) {
   const std::string felt(1000, 'c'), drawing(200, 'd');
   wire::Joined joined = joined_with_asset(felt);
   *joined.add_assets() = joined_with_asset(drawing).assets(0);
@@ -132,7 +132,7 @@ struct CoarseAndFine {
   wire::Joined joined;
 };
 
-TEST(SessionAssets, FetchesWhatStandsForAnAssetFirstAndSaysOfBothThatTheyAreHere) {
+TEST(SessionAssets, FetchesAReplacementFirstAndAnnouncesBoth) {
   const CoarseAndFine assets;
   StoreBench bench(nullptr, assets.joined);
   std::vector<std::pair<AssetLevel, std::size_t>> announced;
@@ -148,11 +148,11 @@ TEST(SessionAssets, FetchesWhatStandsForAnAssetFirstAndSaysOfBothThatTheyAreHere
   const auto bytes = std::as_bytes(std::span(assets.fine));
   store->keep(proto::sha256_of(bytes), std::make_shared<const proto::Bytes>(bytes.begin(), bytes.end()));
   StoreBench again(store, assets.joined);
-  EXPECT_EQ(serve_assets(again.bench, {assets.fine, assets.coarse}), 0U) << "nothing need stand for it";
+  EXPECT_EQ(serve_assets(again.bench, {assets.fine, assets.coarse}), 0U) << "the stored asset needs no replacement";
   EXPECT_EQ(again.announced, 1);
 }
 
-TEST(SessionAssets, AsksForTheWholeOneAlthoughWhatStandsForItIsDamaged) {
+TEST(SessionAssets, RequestsTheWholeAssetAlthoughItsReplacementIsDamaged) {
   const CoarseAndFine assets;
   StoreBench bench(nullptr, assets.joined);
   EXPECT_GT(serve_assets(bench.bench, {assets.fine, std::string(2000, 'x')}), assets.fine.size() - 1);
@@ -160,7 +160,7 @@ TEST(SessionAssets, AsksForTheWholeOneAlthoughWhatStandsForItIsDamaged) {
   EXPECT_EQ(bench.bench.session.asset_level(), AssetLevel::kFull);
 }
 
-TEST(SessionAssets, KeepsWhatHasComeOfAWholeOneWhenTheConnectionIsLostAfterTheCoarseOne) {
+TEST(SessionAssets, KeepsPiecesOfTheWholeAssetWhenTheConnectionIsLostAfterTheCoarseOne) {
   const CoarseAndFine assets;
   StoreBench bench(nullptr, assets.joined);
   std::size_t served = 0;
@@ -178,7 +178,7 @@ TEST(SessionAssets, KeepsWhatHasComeOfAWholeOneWhenTheConnectionIsLostAfterTheCo
   EXPECT_EQ(serve_assets(bench.bench, {assets.fine, assets.coarse}), assets.fine.size() - served);
 }
 
-TEST(SessionAssets, RequestsNoMoreThanABoundOfWhatAServerOffers) {
+TEST(SessionAssets, LimitsTheAssetsThatItRequests) {
   wire::Joined joined = test::minimal_joined();
   for (std::uint32_t i = 0; i < 1'500; ++i) {
     wire::AssetInfo& info = *joined.add_assets();
@@ -207,7 +207,7 @@ TEST(SessionAssets, RequestsNoMoreThanABoundOfWhatAServerOffers) {
   EXPECT_EQ(bench.session.asset_level(), AssetLevel::kFull);
 }
 
-TEST(SessionAssets, NothingStandsForItself) {
+TEST(SessionAssets, AnAssetCannotReplaceItself) {
   CoarseAndFine assets;
   assets.joined.mutable_assets(1)->set_sha256(assets.joined.assets(0).sha256());
   StoreBench bench(nullptr, assets.joined);
@@ -215,7 +215,7 @@ TEST(SessionAssets, NothingStandsForItself) {
   EXPECT_EQ(bench.bench.session.asset_level(), AssetLevel::kFull);
 }
 
-TEST(SessionAssets, WhatOnlySaysThatItStandsForAnAssetDoesNot) {
+TEST(SessionAssets, AFalseReplacementIsNotUsed) {
   using Damage = std::function<void(wire::AssetInfo&)>;
   const std::vector<Damage> damages{[](wire::AssetInfo& coarse) { coarse.set_kind("contact"); },
                                     [](wire::AssetInfo& coarse) { coarse.set_kind("molecule"); },
@@ -240,7 +240,7 @@ TEST(SessionAssets, WhatOnlySaysThatItStandsForAnAssetDoesNot) {
   EXPECT_EQ(bench.bench.session.asset_level(), AssetLevel::kFull);
 }
 
-TEST(SessionAssets, KeepsWhatHasComeOfAnAssetWhenTheConnectionIsLost) {
+TEST(SessionAssets, KeepsPiecesOfAnAssetWhenTheConnectionIsLost) {
   const std::string bytes(150'000, 'v');
   const wire::Joined joined = joined_with_asset(bytes);
   StoreBench bench(nullptr, joined);
@@ -258,7 +258,7 @@ TEST(SessionAssets, KeepsWhatHasComeOfAnAssetWhenTheConnectionIsLost) {
   EXPECT_EQ(bench.bench.session.assets().size(), 1U);
 }
 
-TEST(SessionAssets, GivesAnAssetUpWhosePiecesAreNotThoseAskedFor) {
+TEST(SessionAssets, RemovesAnAssetWhosePiecesDoNotMatchTheRequests) {
   const std::string bytes(150'000, 'v');
   using Damage = std::function<void(wire::ServerControl&)>;
   const std::vector<Damage> damages{
@@ -275,7 +275,7 @@ TEST(SessionAssets, GivesAnAssetUpWhosePiecesAreNotThoseAskedFor) {
     damage(answer);
     bench.bench.deliver(answer);
     bench.bench.deliver(answer_to(requests[1], bytes));
-    EXPECT_EQ(bench.announced, 1) << "what needs it says that it is missing";
+    EXPECT_EQ(bench.announced, 1) << "the scene must be announced although an asset is damaged";
     EXPECT_EQ(serve_assets(bench.bench, bytes), 0U);
     EXPECT_EQ(bench.bench.state(), "active");
   }
@@ -306,7 +306,7 @@ TEST(SessionAssets, AnswersToWhatWasAskedForBeforeTheKindsChangedTwiceSpoilNothi
   EXPECT_EQ(bench.bench.session.asset_level(), AssetLevel::kFull);
 }
 
-TEST(SessionAssets, AsksForOneChunkAtATimeWhereItIsToldTo) {
+TEST(SessionAssets, RequestsOneChunkAtATimeIfConfigured) {
   const std::string bytes(150'000, 'v');
   SessionSettings settings = fetching("contact");
   settings.fetches_one_at_a_time = true;

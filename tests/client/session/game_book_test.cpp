@@ -97,7 +97,7 @@ TEST(GameBook, TheReportHasTheLastEvents) {
   book.begin(scene());
   wire::GameEvent event;
   book.receive(event);
-  EXPECT_EQ(book.report(), nullptr) << "without a state there is nothing to show";
+  EXPECT_EQ(book.report(), nullptr) << "there is no report before the first state";
   book.receive(state());
   for (std::size_t i = 0; i < 2 * kMaxGameEvents; ++i) {
     event.set_step(i);

@@ -67,7 +67,7 @@ TEST(ClientSession, TakesAStartOfTheRoomThatIsEitherAwaitedOrAtATime) {
   deliver(17, 0);
   deliver(0, std::uint64_t{1} << 63U);
   deliver(0, ~std::uint64_t{0});
-  EXPECT_EQ(bench.session.hand_start().kind, HandStart::Kind::kAwaited) << "what makes no sense changes nothing";
+  EXPECT_EQ(bench.session.hand_start().kind, HandStart::Kind::kAwaited) << "an invalid start must be ignored";
   deliver(0, 7'000'000'000);
   EXPECT_EQ(bench.session.hand_start().kind, HandStart::Kind::kAt);
   EXPECT_EQ(bench.session.hand_start().at, ServerTime(std::chrono::seconds(7)));
@@ -303,7 +303,7 @@ TEST(ClientSession, APlaceThatIsPointedAtIsOfSomebodyHereAndIsShownToTheHand) {
   EXPECT_EQ(bench.session.pointed().size(), 2U);
   bench.now += JoinedScene::kNudgeEvery;
   deliver(test::minimal_joined().user(), 0, 0.3);
-  EXPECT_EQ(places(), 1U) << "the own hand knows";
+  EXPECT_EQ(places(), 1U) << "a position shown by this user must not nudge this user";
   EXPECT_EQ(bench.state(), "active");
 }
 

@@ -113,7 +113,7 @@ TEST(ClientSession, BacksOffByDoublingUpToItsLimitAndStartsOverAfterAJoin) {
   EXPECT_EQ(bench.state(), "connecting");
 }
 
-TEST(ClientSession, SaysThatUdpMayBeBlockedWhenAJoinIsFollowedBySilence) {
+TEST(ClientSession, ReportsThatUdpMayBeBlockedIfAJoinIsFollowedBySilence) {
   test::SessionBench bench;
   bench.join();
   bench.wait(std::chrono::milliseconds(1500));
@@ -179,7 +179,7 @@ TEST(ClientSession, ALawFromTheServerIsTakenWhereItCanReplaceTheOneBefore) {
   EXPECT_EQ(bench.session.status().state, SessionState::kActive);
 }
 
-TEST(Session, KnowsWhoElseIsThere) {
+TEST(Session, ListsTheOtherUsers) {
   test::SessionBench bench;
   bench.join();
   const auto meet = [&bench](std::uint32_t user, const std::string& name) {
@@ -301,21 +301,21 @@ TEST(ClientSession, ASecondOneOfTheSameUserShowsWhatTheFirstHas) {
   EXPECT_EQ(join.beside().credential(), std::string(16, 'c'));
   EXPECT_FALSE(join.has_resume());
   EXPECT_TRUE(join.token().empty());
-  EXPECT_EQ(join.resume_key().size(), 32U) << "it comes back by itself";
+  EXPECT_EQ(join.resume_key().size(), 32U) << "it needs a key to rejoin automatically";
 }
 
 TEST(ClientSession, HasAStateFromTheFirstOneOfAJoinUntilItIsLost) {
   test::SessionBench bench;
   bench.join();
   EXPECT_EQ(bench.state(), "active");
-  EXPECT_FALSE(bench.session.has_state()) << "joined, and nothing has come";
+  EXPECT_FALSE(bench.session.has_state()) << "joined, but no state was received";
   bench.send_update();
   EXPECT_TRUE(bench.session.has_state());
   bench.session.on_disconnected(bench.now, "cut");
   EXPECT_FALSE(bench.session.has_state());
   bench.wait(std::chrono::milliseconds(250));
   bench.join();
-  EXPECT_FALSE(bench.session.has_state()) << "those of the connection before do not count";
+  EXPECT_FALSE(bench.session.has_state()) << "states of the previous connection do not count";
 }
 
 TEST(ClientSession, CountsOfItsRequestsOnlyTheSettingsThatAreRefused) {

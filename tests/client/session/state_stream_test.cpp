@@ -9,7 +9,7 @@
 namespace tandem::client {
 namespace {
 
-TEST(StateStream, AnObserverSendsThatItIsThereAndNothingThatMoves) {
+TEST(StateStream, AnObserverSendsUpdatesWithoutMotion) {
   test::SessionBench bench({.role = wire::ROLE_OBSERVER});
   bench.join(test::minimal_joined(wire::ROLE_OBSERVER));
   EXPECT_FALSE(bench.scene_may_display());
@@ -98,7 +98,7 @@ TEST(StateStream, AStallOfTheHapticThreadNeitherLetsGoNorTakesEnergyBackAndADead
   EXPECT_EQ(bench.transport.datagrams.size(), 11U);
 }
 
-TEST(StateStream, KeepAliveSaysNothingOfAnOlderConnection) {
+TEST(StateStream, KeepAliveContainsNothingOfAnOlderConnection) {
   test::SessionBench bench;
   bench.join();
   bench.mailboxes.outbox.publish(grabbing_update());
@@ -195,10 +195,10 @@ TEST(StateStream, ADeadbandThinsRestAndSteadyMotionToTheFloorRate) {
   };
   EXPECT_EQ(datagrams_in_a_second(0, resting), 1000U);
   EXPECT_EQ(datagrams_in_a_second(0.1, resting), 100U);
-  EXPECT_EQ(datagrams_in_a_second(0.1, steady), 100U) << "the server goes on as it last moved";
+  EXPECT_EQ(datagrams_in_a_second(0.1, steady), 100U) << "the server extrapolates the last motion";
 }
 
-TEST(StateStream, ADeadbandLetsThroughAtOnceWhatAHandWouldNotice) {
+TEST(StateStream, ADeadbandPassesPerceptibleChangesAtOnce) {
   const auto resting = [](int) { return RigidState{}; };
   const auto jerky = [](int ms) {
     RigidState state;
@@ -214,7 +214,7 @@ TEST(StateStream, ADeadbandLetsThroughAtOnceWhatAHandWouldNotice) {
   EXPECT_LE(sent, 102U);
 }
 
-TEST(StateStream, AStepThatIsHereAlreadyIsNoNewsWhateverItsSequence) {
+TEST(StateStream, ARepeatedStepIsIgnoredWhateverItsSequence) {
   test::SessionBench bench;
   bench.join();
   proto::ServerUpdate update = bench.next_update();
@@ -229,7 +229,7 @@ TEST(StateStream, AStepThatIsHereAlreadyIsNoNewsWhateverItsSequence) {
   EXPECT_FALSE(bench.mailboxes.inbox.poll()) << "time went back";
   older.stepped = update.stepped;
   bench.session.on_datagram(bench.datagram_of(older), bench.now);
-  EXPECT_FALSE(bench.mailboxes.inbox.poll()) << "time stands still under a rising step";
+  EXPECT_FALSE(bench.mailboxes.inbox.poll()) << "the time does not advance although the step does";
   older.stepped += std::chrono::milliseconds(1);
   bench.session.on_datagram(bench.datagram_of(older), bench.now);
   EXPECT_FALSE(bench.mailboxes.inbox.poll()) << "a step from after its datagram";

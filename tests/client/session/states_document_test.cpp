@@ -137,7 +137,7 @@ TEST(StatesDocument, EveryTransitionOfTheClientHappensAsWritten) {
   for (const auto& [event, action] : events()) EXPECT_GT(caused[event], 0) << event << " is not in the document";
 }
 
-TEST(StatesDocument, TheClientTakesExactlyTheListedMessages) {
+TEST(StatesDocument, TheClientAcceptsExactlyTheListedMessages) {
   const auto* fields = wire::ServerControl::descriptor()->FindOneofByName("message");
   for (const test::TableRow& row : test::table_under(kDocument, "### Messages that the client takes")) {
     const auto allowed = test::split_trimmed(row.at("messages"), ',');

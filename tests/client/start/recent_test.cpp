@@ -45,7 +45,7 @@ TEST_F(Recent, KeepsTheLastSixNewestFirstAndEachOnce) {
   EXPECT_EQ(recent_choices(file_).back().scene, "free");
 }
 
-TEST_F(Recent, AFileThatIsGoneIsLeftOut) {
+TEST_F(Recent, ADeletedFileIsOmitted) {
   remember_choice(file_, {.kind = StartChoice::Kind::kMesh, .mesh = mesh("a.stl")});
   fs::remove(folder_ / "a.stl");
   EXPECT_TRUE(recent_choices(file_).empty());
@@ -72,7 +72,7 @@ TEST_F(Recent, OnlyTheFieldsOfItsKindAreStoredAndOnlyTheUserCanReadThem) {
   EXPECT_EQ(stored().find("anna"), std::string::npos) << "a path of another choice";
   EXPECT_EQ(fs::status(file_).permissions(), fs::perms::owner_read | fs::perms::owner_write);
   remember_choice(file_, {.kind = StartChoice::Kind::kMesh, .mesh = form.mesh});
-  EXPECT_EQ(recent_choices(file_).size(), 1U) << "the same choice from another form";
+  EXPECT_EQ(recent_choices(file_).size(), 1U) << "an equal choice must not be stored twice";
 }
 
 TEST_F(Recent, APathThatIsNotUtf8DestroysNoOtherEntry) {

@@ -93,7 +93,7 @@ TEST_F(StartChoiceTest, ADroppedFileIsOpenedByItsEnding) {
   EXPECT_FALSE(with_file({}, "letter.doc"));
 }
 
-TEST_F(StartChoiceTest, WhatCannotBeOpenedIsExplained) {
+TEST_F(StartChoiceTest, AFileThatCannotBeOpenedIsExplained) {
   EXPECT_EQ(problem_of({.kind = Kind::kMesh, .mesh = " '" + file("part.stl") + "'\n"}), "") << "pasted with quotes";
   EXPECT_EQ(problem_of({.kind = Kind::kMesh, .mesh = "file://" + file("part.stl")}), "") << "from a file manager";
   EXPECT_NE(problem_of({.kind = Kind::kMesh}).find("drop the file"), std::string::npos);
@@ -170,7 +170,7 @@ TEST_F(StartChoiceTest, TheSceneOfAMeshHasItsSizeAndAToolAboveIt) {
   EXPECT_TRUE(part.at("graspable").as_bool());
 }
 
-TEST(JoinTarget, IsAnInvitationWhateverIsPastedAroundIt) {
+TEST(JoinTarget, FindsAnInvitationWithinPastedText) {
   for (const std::string& pasted : {invitation(), "  " + invitation() + "\r\n",
                                     "invitation (one manipulator, until x): tandem-client --join " + invitation()}) {
     const JoinTarget target = join_target(pasted);
@@ -186,7 +186,7 @@ TEST(JoinTarget, IsAnAddressOfThisMachineWithoutAnInvitation) {
   }
 }
 
-TEST(JoinTarget, ExplainsWhatElseWasPasted) {
+TEST(JoinTarget, ExplainsOtherPastedTexts) {
   EXPECT_NE(why_not_joined("").find("paste the invitation"), std::string::npos);
   EXPECT_NE(why_not_joined("192.0.2.2:47800").find("ask its host for an invitation"), std::string::npos);
   EXPECT_NE(why_not_joined(invitation().substr(0, 40)).find("copy all of it"), std::string::npos);

@@ -88,7 +88,7 @@ TEST_F(StartFlowTest, TheProgressOfTheServerIsShownAndCanBeCancelled) {
   flow.cancel();
   EXPECT_EQ(flow.state(), State::kChoosing);
   EXPECT_EQ(flow.problem(), "");
-  EXPECT_TRUE(flow.recent().empty()) << "nothing was opened";
+  EXPECT_TRUE(flow.recent().empty()) << "a cancelled choice must not be remembered";
 }
 
 TEST_F(StartFlowTest, TheReasonOfAServerThatDoesNotStartIsShown) {

@@ -20,7 +20,7 @@ Camera steered(const Vec3& deflection, const Vec3& turn) {
   return camera;
 }
 
-TEST(Camera, ACapThatIsPushedTakesTheSceneAlong) {
+TEST(Camera, PushingTheCapMovesTheScene) {
   const Vec3 point_W(0.1, 0.2, 0.3), none = Vec3::Zero();
   const Vec3 before = seen(steered(none, none), point_W);
   EXPECT_GT((seen(steered({1, 0, 0}, none), point_W) - before).x(), 0.3);
@@ -29,12 +29,13 @@ TEST(Camera, ACapThatIsPushedTakesTheSceneAlong) {
   EXPECT_LT((seen(steered({0, -1, 0}, none), point_W) - before).z(), -0.1);
 }
 
-TEST(Camera, ACapThatIsTurnedTurnsTheSceneThatWay) {
+TEST(Camera, TurningTheCapTurnsTheScene) {
   const Camera at_rest = steered({0, 0, 0}, {0, 0, 0});
   const Vec3 near_W = Vec3(0.1, 0.2, 0.3) - 0.1 * at_rest.forward_W();
   const Vec3 before = seen(at_rest, near_W);
   EXPECT_GT((seen(steered({0, 0, 0}, {0, 0, 1}), near_W) - before).x(), 0.1) << "counter-clockwise from above";
-  EXPECT_LT((seen(steered({0, 0, 0}, {1, 0, 0}), near_W) - before).y(), -0.1) << "its top comes nearer";
+  EXPECT_LT((seen(steered({0, 0, 0}, {1, 0, 0}), near_W) - before).y(), -0.1)
+      << "the top of the scene must move towards the camera";
 }
 
 TEST(Camera, ALongPauseIsNoLeap) {
@@ -45,7 +46,7 @@ TEST(Camera, ALongPauseIsNoLeap) {
   EXPECT_LT((camera.eye_W() - before).norm(), 0.2);
 }
 
-TEST(Camera, ARayIsThroughWhatIsDrawnThere) {
+TEST(Camera, ARayPassesThroughThePointThatIsDrawnThere) {
   Camera camera = steered({0.3, 0, 0.2}, {0.2, 0, 0.5});
   camera.leave_free(0.25);
   const double aspect = 1.6;

@@ -72,7 +72,7 @@ TEST(DrawnMesh, ABoxHasEdgesAndABallHasNone) {
   }
 }
 
-TEST(DrawnMesh, LeavesOutTrianglesThatAreNone) {
+TEST(DrawnMesh, OmitsInvalidTriangles) {
   geometry::TriangleMesh mesh = geometry::tessellated_box({1, 1, 1});
   mesh.triangles[0] = {0, 1, 99};
   mesh.triangles[1] = {-1, 1, 2};
@@ -135,7 +135,7 @@ TEST(DrawnMolecule, IsColouredByChainAndByResidueWhereItHasNames) {
   EXPECT_THAT(std::set<Rgba>(by_residue.begin(), by_residue.end()), SizeIs(5));
 }
 
-TEST(DrawnScene, LooksAtWhatMovesAndNotAtTheTable) {
+TEST(DrawnScene, FocusesOnMovableBodiesAndNotOnTheTable) {
   wire::Joined joined = test::minimal_joined();
   add_box(*joined.mutable_scene(), "table", {0, 0, -0.5}, 1.0, 0);
   add_box(*joined.mutable_scene(), "cube", {0.02, 0, 0.03}, 0.04, 0.1);
@@ -151,7 +151,7 @@ TEST(DrawnScene, LooksAtWhatMovesAndNotAtTheTable) {
   EXPECT_NEAR(scene.floor_z_m, -1, 1e-6);
 }
 
-TEST(DrawnScene, DrawsSurfacesAndMoleculesOnceTheirAssetsAreHereAndSaysWhatIsMissingUntilThen) {
+TEST(DrawnScene, DrawsSurfacesAndMoleculesOnceAvailableAndListsMissingOnes) {
   AssetMap assets;
   wire::Joined joined = test::minimal_joined();
   wire::Scene& wire_scene = *joined.mutable_scene();
@@ -179,7 +179,7 @@ TEST(DrawnScene, DrawsSurfacesAndMoleculesOnceTheirAssetsAreHereAndSaysWhatIsMis
   EXPECT_GT(scene.bodies[1].mesh.size(), 300U);
 }
 
-TEST(DrawnScene, OfAMeshTheFinestLevelThatIsHereIsDrawn) {
+TEST(DrawnScene, TheFinestAvailableLevelOfAMeshIsDrawn) {
   AssetMap coarse, all;
   wire::Joined joined = test::minimal_joined();
   add_drawing(joined, all, geometry::tessellated_sphere(0.1));
@@ -194,7 +194,7 @@ TEST(DrawnScene, OfAMeshTheFinestLevelThatIsHereIsDrawn) {
   EXPECT_THAT(make_drawn_scene(joined, all).missing, SizeIs(1)) << "of another mesh";
 }
 
-TEST(DrawnScene, OfHostileBytesIsWhatCanBeDrawn) {
+TEST(DrawnScene, HostileBytesGiveOnlyValidDrawings) {
   AssetMap assets;
   wire::Joined joined = test::minimal_joined();
   wire::Body& body = *joined.mutable_scene()->add_bodies();
@@ -233,7 +233,7 @@ TEST(DrawnScene, ASoftBlockIsDrawnAsItYields) {
   EXPECT_THAT(drawn_soft(scene.soft_bodies[0], {offsets.data(), 7}), SizeIs(0));
 }
 
-TEST(DrawnScene, ASoftMeshGoesWithTheNodesThatAreToldOf) {
+TEST(DrawnScene, ASoftMeshFollowsTheReceivedNodes) {
   AssetMap assets;
   wire::Joined joined = test::minimal_joined();
   const geometry::TriangleMesh ball = geometry::decimated(geometry::tessellated_sphere(0.03), 1500);
@@ -292,7 +292,7 @@ TEST(DrawnMesh, AtomsOfLargeMoleculesAreOfFewTriangles) {
   }
 }
 
-TEST(DrawnMesh, OfAMillionAtomsABallStandsForSomeAndThereAreNoSticks) {
+TEST(DrawnMesh, AMillionAtomsAreDrawnWithFewerBallsAndWithoutSticks) {
   docking::Molecule molecule;
   for (unsigned i = 0; i < 1'000'000; ++i) molecule.positions_angstrom.emplace_back(1.5 * i, 0, 0);
   molecule.mass_u.assign(1'000'000, 12.011);
@@ -306,7 +306,7 @@ TEST(DrawnMesh, OfAMillionAtomsABallStandsForSomeAndThereAreNoSticks) {
 
 /// 3000 atoms at nearly the same position, which a hostile server may send. The number of tested pairs, and of sticks,
 /// must remain bounded.
-TEST(DrawnMesh, AnAtomHasFewSticksWhereverAtomsAre) {
+TEST(DrawnMesh, TheNumberOfSticksOfAnAtomIsBounded) {
   docking::Molecule molecule;
   constexpr unsigned kAtoms = 3000;
   for (unsigned i = 0; i < kAtoms; ++i) molecule.positions_angstrom.emplace_back(1e-4 * i, 0, 0);
@@ -317,7 +317,7 @@ TEST(DrawnMesh, AnAtomHasFewSticksWhereverAtomsAre) {
   EXPECT_LE(sticks.size(), balls.size() + std::size_t{kAtoms} * 16 * 2 * 3 * 40);
 }
 
-TEST(DrawnMesh, OfMoleculesIsNoMoreOnceItIsToStop) {
+TEST(DrawnMesh, NothingIsAppendedAfterAStopRequest) {
   docking::Molecule molecule;
   molecule.positions_angstrom.assign(5, Vec3::Zero());
   molecule.mass_u.assign(5, 12.011);

@@ -106,7 +106,7 @@ docking::Molecule crowd(std::size_t atoms, std::mt19937& random) {
   return molecule;
 }
 
-TEST(MolecularSurface, OfAnAtomThatIsAloneIsABallOfItsRadius) {
+TEST(MolecularSurface, ASingleAtomGivesABallOfItsRadius) {
   for (const Vec3& at : {Vec3(0, 0, 0), Vec3(11.13, -7.77, 5.01), Vec3(-90'000.3, 1, 0)}) {
     const DrawnMesh mesh = surface_of(carbons({at}));
     ASSERT_GT(mesh.size(), 3 * 200U);
@@ -143,7 +143,7 @@ TEST(MolecularSurface, HasNormalsThatPointOutwards) {
   EXPECT_GT(static_cast<double>(agreeing), 0.99 * static_cast<double>(mesh.size() / 3)) << "of triangles that count";
 }
 
-TEST(MolecularSurface, OfBondedAtomsIsOneAndOfOthersApartTwo) {
+TEST(MolecularSurface, BondedAtomsHaveOneSurfaceAndDistantAtomsTwo) {
   const Welded apart(surface_of(carbons({{0, 0, 0}, {6, 0, 0}})));
   EXPECT_EQ(apart.components(), 2);
   EXPECT_EQ(apart.euler_characteristic(), 4);
@@ -168,7 +168,7 @@ TEST(MolecularSurface, IsOutsideOfAllAtomsAndNearThem) {
   }
 }
 
-TEST(MolecularSurface, HasTheColourOfTheAtomThatIsThere) {
+TEST(MolecularSurface, HasTheColourOfTheNearestAtom) {
   docking::Molecule molecule = carbons({{0, 0, 0}, {2.4, 0, 0}});
   molecule.mass_u[1] = 32.06;
   std::set<std::array<std::uint8_t, 4>> left, right;
@@ -210,7 +210,7 @@ TEST(MolecularSurface, IsScaledToMetres) {
   }
 }
 
-TEST(MolecularSurface, OfACrowdIsClosed) {
+TEST(MolecularSurface, ACrowdOfAtomsHasAClosedSurface) {
   std::mt19937 random(test::test_seed(15));
   for (const std::size_t atoms : {30U, 300U, 3000U}) {
     const Welded welded(surface_of(crowd(atoms, random)));
@@ -219,7 +219,7 @@ TEST(MolecularSurface, OfACrowdIsClosed) {
   }
 }
 
-TEST(MolecularSurface, StaysWithinItsTriangles) {
+TEST(MolecularSurface, StaysWithinTheLimitOfTriangles) {
   std::mt19937 random(test::test_seed(15));
   const docking::Molecule molecule = crowd(2000, random);
   const std::size_t fine = surface_of(molecule).size() / 3;
@@ -249,7 +249,7 @@ TEST(MolecularSurface, OfAtomsAtOnePlaceIsClosed) {
   EXPECT_TRUE(surface_of({}).empty()) << "no atoms";
 }
 
-TEST(MolecularSurface, IsNotThereWhenItIsToStop) {
+TEST(MolecularSurface, NothingIsAppendedAfterAStopRequest) {
   std::stop_source stop;
   stop.request_stop();
   DrawnMesh out(3);

@@ -68,14 +68,14 @@ void expect_apart(const std::vector<std::pair<std::string, Rgba>>& colors) {
   }
 }
 
-TEST(Palette, TellsToolsArrowsAndContactsApartForEverybody) {
+TEST(Palette, ToolsArrowsAndContactsAreDistinguishableForAllUsers) {
   std::vector<std::pair<std::string, Rgba>> colors{
       {"force", kForceColor}, {"torque", kTorqueColor}, {"contact", kContactColor}};
   for (std::size_t tool = 0; tool < 6; ++tool) colors.emplace_back("tool " + std::to_string(tool), tool_color(tool));
   expect_apart(colors);
 }
 
-TEST(Palette, TellsChainsAndKindsOfResiduesApartForEverybody) {
+TEST(Palette, ChainsAndKindsOfResiduesAreDistinguishableForAllUsers) {
   std::vector<std::pair<std::string, Rgba>> chains, residues;
   for (std::size_t chain = 0; chain < 9; ++chain)
     chains.emplace_back("chain " + std::to_string(chain), chain_color(chain));

@@ -31,7 +31,7 @@ Camera camera_on(const Vec3& point) {
   return camera;
 }
 
-TEST(Camera, ShowsWhatItFitsWhole) {
+TEST(Camera, ShowsTheWholeBallThatItFits) {
   for (const double free : {0.0, 0.25}) {
     Camera camera = camera_on({1, 2, 3});
     camera.leave_free(free);
@@ -44,14 +44,14 @@ TEST(Camera, ShowsWhatItFitsWhole) {
   }
 }
 
-TEST(Camera, SeesWhatIsHigherHigherAndWhatIsNearerLarger) {
+TEST(Camera, ShowsHigherPointsHigherAndNearerObjectsLarger) {
   const Camera camera = camera_on(Vec3::Zero());
   EXPECT_GT(seen(camera, 1, {0, 0, 0.1}).y(), 0);
   EXPECT_GT(camera.height_at_m(camera.eye_W() + 2 * camera.forward_W()),
             1.9 * camera.height_at_m(camera.eye_W() + camera.forward_W()));
 }
 
-TEST(PointerHand, StaysUnderTheMouseWhereverItIsLookedAtFrom) {
+TEST(PointerHand, StaysUnderTheMouseForAnyDirectionOfView) {
   for (const double above : {-0.15, 0.0, 0.05, 0.2}) {
     for (const bool is_level : {false, true}) {
       PointerHand hand;
@@ -72,7 +72,7 @@ TEST(PointerHand, StaysUnderTheMouseWhereverItIsLookedAtFrom) {
   }
 }
 
-TEST(PointerHand, LiftsAndGoesAwayApart) {
+TEST(PointerHand, MovesVerticallyOrHorizontallyBySeparateFunctions) {
   PointerHand hand;
   hand.set_workspace(turned_workspace());
   const Camera camera = camera_on(hand.X_WH().p);
@@ -94,7 +94,7 @@ TEST(PointerHand, TurnsAboutTheAxesOfThePicture) {
   EXPECT_LT((rotation_vector(hand.X_WH().q * before.conjugate()) - 0.2 * camera.up_W()).norm(), 1e-9);
 }
 
-TEST(PointerHand, WaitsForAHandThatIsHeldUp) {
+TEST(PointerHand, StaysNearAnObstructedHand) {
   PointerHand hand;
   const Camera camera = camera_on(Vec3::Zero());
   for (int i = 0; i < 100; ++i) {
@@ -106,7 +106,7 @@ TEST(PointerHand, WaitsForAHandThatIsHeldUp) {
   EXPECT_LE(rotation_vector(hand.target().X_DH.q).norm(), PointerHand::kMaxTwist_rad + 1e-9);
 }
 
-TEST(PointerHand, PressesAndLetsGoOfOneButtonApart) {
+TEST(PointerHand, PressesAndReleasesButtonsSeparately) {
   PointerHand hand;
   hand.press(kButtonGrab, true);
   hand.press(kButtonClutch, true);
@@ -114,7 +114,7 @@ TEST(PointerHand, PressesAndLetsGoOfOneButtonApart) {
   EXPECT_EQ(hand.target().buttons, kButtonClutch);
 }
 
-TEST(PointerHand, OneKeyGrabsAndLetsGoAlsoOfWhatTheSceneGave) {
+TEST(PointerHand, OneKeyGrabsAndReleasesEvenBodiesAttachedByTheScene) {
   PointerHand hand;
   LocalTime now{std::chrono::seconds(1)};
   const auto is_down = [&hand] { return (hand.target().buttons & kButtonGrab) != 0; };
@@ -137,7 +137,7 @@ TEST(PointerHand, OneKeyGrabsAndLetsGoAlsoOfWhatTheSceneGave) {
   EXPECT_FALSE(is_down()) << "… and up";
 }
 
-TEST(PointerHand, AGrabThatFoundNothingIsGivenUpAndSaysSo) {
+TEST(PointerHand, AGrabWithoutABodyTimesOutAndIsReported) {
   PointerHand hand;
   LocalTime now{std::chrono::seconds(1)};
   hand.toggle_grab(false, now);

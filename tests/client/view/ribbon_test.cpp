@@ -112,7 +112,7 @@ TEST(Ribbon, IsATubeElsewhere) {
 }
 
 /// Each edge must be used equally often in both directions (no border), and normals must point outwards.
-TEST(Ribbon, IsClosedAndOutwardIsOut) {
+TEST(Ribbon, IsClosedAndHasOutwardNormals) {
   for (const docking::Molecule& molecule : {helix(14), strand(10)}) {
     const DrawnMesh mesh = ribbon_of(molecule);
     std::map<std::pair<std::array<long, 3>, std::array<long, 3>>, int> edges;

@@ -49,7 +49,7 @@ TEST_F(WholeFile, IsItsPartsInAFolderThatIsMade) {
   EXPECT_EQ(mode_of(file), 0644U);
 }
 
-TEST_F(WholeFile, ReplacesWhatWasThere) {
+TEST_F(WholeFile, ReplacesAnExistingFile) {
   const fs::path file = folder / "file";
   EXPECT_FALSE(replace_file(file, {bytes_of("a long text")}));
   EXPECT_FALSE(replace_file(file, {bytes_of("short")}, 0600));
@@ -58,16 +58,16 @@ TEST_F(WholeFile, ReplacesWhatWasThere) {
   EXPECT_EQ(files(), 1);
 }
 
-TEST_F(WholeFile, OfACacheReplacesWhatWasThereToo) {
+TEST_F(WholeFile, ACacheFileReplacesAnExistingOne) {
   const fs::path file = folder / "deep" / "file";
   EXPECT_FALSE(replace_cache_file(file, {bytes_of("a long text")}));
   EXPECT_FALSE(replace_cache_file(file, {bytes_of("short")}));
   EXPECT_EQ(text_of(file), "short");
   EXPECT_EQ(mode_of(file), 0644U);
-  EXPECT_TRUE(replace_cache_file(folder / "deep", {bytes_of("text")})) << "a folder is there";
+  EXPECT_TRUE(replace_cache_file(folder / "deep", {bytes_of("text")})) << "a folder has this name";
 }
 
-TEST_F(WholeFile, NewOneLeavesWhatWasThere) {
+TEST_F(WholeFile, CreatingANewFileKeepsAnExistingOne) {
   const fs::path file = folder / "file";
   EXPECT_FALSE(write_new_file(file, {bytes_of("first")}, 0600));
   EXPECT_EQ(mode_of(file), 0600U);
@@ -76,14 +76,14 @@ TEST_F(WholeFile, NewOneLeavesWhatWasThere) {
   EXPECT_EQ(files(), 1);
 }
 
-TEST_F(WholeFile, LeavesNothingWhereItCannotBe) {
+TEST_F(WholeFile, LeavesNoFileAfterAFailure) {
   fs::create_directories(folder / "file" / "is a folder");
   EXPECT_TRUE(replace_file(folder / "file", {bytes_of("text")}));
   EXPECT_EQ(files(), 1);
   EXPECT_EQ(replace_file("/proc/no folder/file", {bytes_of("text")}), std::errc::no_such_file_or_directory);
 }
 
-TEST_F(WholeFile, StaysAsItWasWhereThereIsNoRoom) {
+TEST_F(WholeFile, IsUnchangedIfTheDiskIsFull) {
   const fs::path file = folder / "file";
   EXPECT_FALSE(replace_file(file, {bytes_of("old")}));
   rlimit before{};
@@ -114,7 +114,7 @@ TEST_F(WholeFile, OfAKilledWriterIsRemovedByTheNextAlone) {
   int status = 0;
   ASSERT_EQ(::waitpid(writer, &status, 0), writer);
   ASSERT_TRUE(WIFSIGNALED(status));
-  ASSERT_EQ(files(), 2) << "what it had begun";
+  ASSERT_EQ(files(), 2) << "the unfinished file of the killed writer";
 
   for (const char* const other : {"file.abcde", "file.abcdefg", "file.abc-ef", "filex.abcdef", "file-abcdef"}) {
     EXPECT_FALSE(replace_file(folder / other, {bytes_of("text")}));

@@ -64,7 +64,7 @@ TEST(Histogram, HoldsDurationsBeyondItsRangeInTheLastBucket) {
   EXPECT_GT(histogram.quantile(0.5), std::chrono::seconds(100));
 }
 
-TEST(Histogram, TellsTheShareAboveADuration) {
+TEST(Histogram, GivesTheFractionAboveADuration) {
   Histogram histogram;
   for (int i = 0; i < 3; ++i) histogram.record(std::chrono::microseconds(900));
   histogram.record(std::chrono::microseconds(1100));
@@ -74,7 +74,7 @@ TEST(Histogram, TellsTheShareAboveADuration) {
   EXPECT_DOUBLE_EQ(Histogram().share_above(Duration{0}), 0);
 }
 
-TEST(Histogram, TellsTheExactSumAndHowManyAreAboveADuration) {
+TEST(Histogram, GivesTheExactSumAndTheNumberAboveADuration) {
   Histogram histogram;
   for (const int us : {1, 10, 900, 1100}) histogram.record(std::chrono::microseconds(us));
   EXPECT_EQ(histogram.sum(), std::chrono::microseconds(2011));

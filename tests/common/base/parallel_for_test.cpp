@@ -21,7 +21,7 @@ TEST(ParallelFor, DoesEachOnceWithAnyNumberOfThreads) {
   }
 }
 
-TEST(ParallelFor, TellsWhatTheCallingThreadHasDoneOnThatThread) {
+TEST(ParallelFor, TheCallingThreadReportsItsWorkOnThatThread) {
   const auto caller = std::this_thread::get_id();
   std::vector<std::thread::id> by(500);
   std::vector<char> is_called(by.size());
@@ -36,7 +36,7 @@ TEST(ParallelFor, TellsWhatTheCallingThreadHasDoneOnThatThread) {
 
 // Detects a loop that continues after an exception: the items after the tenth are slow and would take ten seconds
 // altogether.
-TEST(ParallelFor, ThrowsWhatOneThrowsAndBeginsNoMore) {
+TEST(ParallelFor, RethrowsAnExceptionAndStartsNoFurtherWork) {
   constexpr std::size_t kCount = 1'000'000;
   for (const int threads : {1, 4}) {
     std::atomic<std::size_t> done{0};

@@ -95,7 +95,7 @@ TEST(ContactSolver, ABoxSinksByItsLoadOverStiffnessAndArea) {
   }
 }
 
-TEST(ContactSolver, WhatPressesHarderThanTheSoftLayerHoldsRestsOnTheRigidDepth) {
+TEST(ContactSolver, ALoadAboveTheSoftLayersLimitRestsAtTheRigidDepth) {
   ContactSolver solver({});
   const Vec3 size_m(0.01, 0.01, 0.01);
   TouchScene scene(solver);

@@ -99,7 +99,7 @@ TEST(ContactPair, FindsEveryPointThatACheckOfAllPointsFinds) {
     add_all_depths(sphere.shells.surface, *box.field, X_BA, 0, all);
     add_all_depths(box.shells.surface, *sphere.field, X_BA.inverse(), ContactPoint::kOtherDirection, all);
     const auto contacts = depths(pair.contacts());
-    ASSERT_EQ(contacts.size(), pair.contacts().size()) << "an id was there twice";
+    ASSERT_EQ(contacts.size(), pair.contacts().size()) << "two contacts have the same id";
     // Points at the limit of the band are not compared, because rounding decides whether they are found.
     for (const auto& [id, depth] : all) {
       if (depth > -kBand_m + 1e-9) {
@@ -114,7 +114,7 @@ TEST(ContactPair, FindsEveryPointThatACheckOfAllPointsFinds) {
   EXPECT_GT(found, 10'000U) << "the path hardly touches";
 }
 
-TEST(ContactPair, FindsTheSameWhateverCameBefore) {
+TEST(ContactPair, TheResultDoesNotDependOnEarlierSearches) {
   const ContactShape sphere = sphere_shape();
   const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
   ContactPair old(12'000);
@@ -165,7 +165,7 @@ TEST(ContactPair, NormalsPointOutOfBWhicheverShapeGivesThePoints) {
     EXPECT_LT((contact.p_W - swapped.contacts()[i].p_W).norm(), 1e-12);
     const bool is_of_large = contact.id >= ContactPoint::kOtherDirection;
     const double radius_m = is_of_large ? contact.p_W.norm() - 0.02 : (contact.p_W - X_small.p).norm() - 0.01;
-    EXPECT_NEAR(radius_m, 0, 1e-8) << "on the surface of the one that gives it";
+    EXPECT_NEAR(radius_m, 0, 1e-8) << "the point must lie on the shape whose point it is";
   }
 }
 
@@ -227,7 +227,7 @@ TEST(ContactPair, SmallToolMayTurnOnALargeTable) {
     (i == 0 ? first_work : work) += queries(pair.find(X_WA, {}, kBand_m));
     ASSERT_NEAR(deepest_m(pair.contacts()), 1e-4, 2e-5);
   }
-  EXPECT_LT(work / 99, 0.25 * first_work) << "what is near is asked each time, and little else";
+  EXPECT_LT(work / 99, 0.25 * first_work) << "later searches must query little more than the nearest points";
 }
 
 TEST(ContactPair, OverBudgetAFaceKeepsItsForceAndMoment) {
@@ -401,7 +401,7 @@ TEST(ContactPair, BristlesTurnWithBAndStayTangential) {
   }
 }
 
-TEST(ContactPair, ForgetsTheBristleOfWhatLeft) {
+TEST(ContactPair, DiscardsTheBristleOfAContactThatEnded) {
   const ContactShape sphere = sphere_shape();
   const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
   ContactPair pair(2048);
@@ -446,7 +446,7 @@ TEST(ContactPair, APoseThatIsNotFiniteHasNoContacts) {
   pair.find({Vec3(std::numeric_limits<double>::quiet_NaN(), 0, 0), Quat::Identity()}, {}, kBand_m);
   EXPECT_TRUE(pair.contacts().empty());
   pair.find(X_in, {}, kBand_m);
-  EXPECT_FALSE(pair.contacts().empty()) << "and harms nothing";
+  EXPECT_FALSE(pair.contacts().empty()) << "a pose that is not finite must not affect later searches";
 }
 
 TEST(ContactPair, OfFacesFitsIntoAnyRoomAndAllocatesNothing) {
@@ -474,7 +474,7 @@ TEST(ContactPair, OfFacesFitsIntoAnyRoomAndAllocatesNothing) {
   }
 }
 
-TEST(ContactPair, AllocatesNothingOnceItIsThere) {
+TEST(ContactPair, AllocatesNothingAfterConstruction) {
   const ContactShape sphere = sphere_shape();
   const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
   ContactPair pair(128);
@@ -486,7 +486,7 @@ TEST(ContactPair, AllocatesNothingOnceItIsThere) {
   pair.bind(nullptr, nullptr);
   pair.find({}, {}, kBand_m);
   EXPECT_EQ(test::allocation_count(), before);
-  EXPECT_TRUE(was_coarse) << "the path must reach the budget too";
+  EXPECT_TRUE(was_coarse) << "the path must exceed the budget at least once";
 }
 
 }  // namespace

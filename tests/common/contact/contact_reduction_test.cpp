@@ -254,7 +254,7 @@ TEST(ContactWrench, DerivativeIsThatOfFiniteDifferences) {
   }
 }
 
-TEST(ContactWrench, WhatDoesNotPressHasNone) {
+TEST(ContactWrench, AContactWithoutPressureHasNone) {
   const Patch patch = {contact_at(Vec3::Zero(), Vec3::UnitZ(), -1e-4), contact_at(Vec3::Zero(), Vec3::UnitZ(), 0)};
   const ContactWrench net = contact_wrench(patch, kStiffness_n_per_m3, Vec3(1, 2, 3));
   EXPECT_EQ(net.on_a_W.f, Vec3::Zero());
@@ -323,7 +323,7 @@ TEST(ContactReduction, GivesFewContactsAsTheyAre) {
   std::array<ReducedContact, 15> out;
   ASSERT_EQ(reduce_contacts(patch, kStiffness_n_per_m3, out), 15U);
   EXPECT_EQ(out[2].p_W, patch[2].p_W);
-  EXPECT_EQ(out[3].p_W, patch[4].p_W) << "what does not press is left out";
+  EXPECT_EQ(out[3].p_W, patch[4].p_W) << "a contact without pressure must be omitted";
   EXPECT_EQ(out[3].stiffness_n_per_m, kStiffness_n_per_m3 * patch[4].area_m2);
 }
 
@@ -343,7 +343,7 @@ TEST(ContactReduction, EightSlotsKeepTheWrenchToo) {
   }
 }
 
-TEST(ContactReduction, GivesNothingWhereNothingPressesOrNothingFits) {
+TEST(ContactReduction, GivesNoContactsWithoutPressureOrSpace) {
   Numbers random(1);
   Patch patch = on_plane(random);
   std::array<ReducedContact, 7> out;

@@ -120,7 +120,7 @@ TEST(ContactRows, FrictionNeverExceedsTheCone) {
   }
 }
 
-TEST(ContactRows, WhatIsNotFiniteIsCountedAndHasNoForce) {
+TEST(ContactRows, AContactThatIsNotFiniteIsCountedAndHasNoForce) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   std::vector<ContactPoint> contacts(6, {Vec3::Zero(), Vec3::UnitZ(), 1e-4, 1e-6, Vec3::Zero(), 0});
   contacts[0].p_W.x() = nan;
@@ -137,7 +137,7 @@ TEST(ContactRows, WhatIsNotFiniteIsCountedAndHasNoForce) {
   EXPECT_TRUE(rows.derivative(terms).allFinite());
 }
 
-TEST(BlockCholesky, SolvesWhatADenseSolverSolves) {
+TEST(BlockCholesky, GivesTheSolutionOfADenseSolver) {
   constexpr std::uint64_t kSeed = 11;
   Random random(kSeed);
   constexpr std::size_t kBlocks = 5;
@@ -176,7 +176,7 @@ TEST(BlockCholesky, SolvesWhatADenseSolverSolves) {
   }
 }
 
-TEST(BlockCholesky, RefusesWhatIsNotPositiveDefinite) {
+TEST(BlockCholesky, RefusesAMatrixThatIsNotPositiveDefinite) {
   BlockCholesky system(2);
   system.reset(2);
   system.block(0, 0).setIdentity();

@@ -81,7 +81,7 @@ TEST(ContactShape, HasItsPointsOnTheSurfaceOfItsField) {
   }
 }
 
-TEST(ContactShape, RefusesSizesThatAreNone) {
+TEST(ContactShape, RefusesSizesThatAreNotPositive) {
   EXPECT_THROW(make_contact_sphere(0), std::invalid_argument);
   EXPECT_THROW(make_contact_box(Vec3(0.1, -0.1, 0.1)), std::invalid_argument);
   EXPECT_THROW(make_contact_cylinder(0.1, std::numeric_limits<double>::infinity()), std::invalid_argument);
@@ -192,7 +192,7 @@ TEST_F(ContactAsset, IsTheSameShapePacked) {
 }
 
 // Malicious bytes: a few kilobytes may declare gigabytes of zeros, or decompress to many megabytes.
-TEST_F(ContactAsset, TakesNoMoreMemoryThanAllowed) {
+TEST_F(ContactAsset, UsesNoMoreMemoryThanAllowed) {
   const auto shape = contact_shape_from(asset);
   EXPECT_TRUE(contact_shape_from(asset, shape->memory_bytes()));
   EXPECT_FALSE(contact_shape_from(asset, shape->memory_bytes() - 1));
@@ -216,7 +216,7 @@ TEST_F(ContactAsset, IsOnlyMadeOfMeshes) {
 
 // The bytes of an origin have no prescribed format. If any input of the asset differs, they must differ; otherwise a
 // cache would return the wrong asset.
-TEST_F(ContactAsset, ItsOriginTellsApartAllThatItsBytesDependOn) {
+TEST_F(ContactAsset, ItsOriginContainsEverythingThatItsBytesDependOn) {
   const geometry::ContactMesh mesh = mesh_box(Vec3(3e-3, 3e-3, 2e-3));
   std::vector<std::vector<std::uint8_t>> origins{contact_asset_origin(mesh, {})};
   for (double ContactShapeOptions::*option :

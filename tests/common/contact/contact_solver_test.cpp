@@ -200,7 +200,7 @@ TEST_F(WrongInput, AHandleThatIsNotFiniteDoesNotPull) {
   EXPECT_GT(result_.normal_force_n, 0);
 }
 
-TEST_F(WrongInput, ABodyThatIsNotFiniteStandsStill) {
+TEST_F(WrongInput, ABodyThatIsNotFiniteStops) {
   for (const double mass_kg : {kNan, -1.0, 0.0}) {
     bodies_.resize(1);
     bodies_.push_back(bodies_[0]);
@@ -240,7 +240,7 @@ TEST_F(WrongInput, ABrakeThatIsNotFiniteOrDrivesIsLeftOut) {
       step(coupling, {0, kStaticBody, contacts_});
       EXPECT_EQ(report_.left_out, 1U);
       EXPECT_TRUE(report_.has_converged);
-      EXPECT_GT(result_.normal_force_n, 0) << "the other contacts stay";
+      EXPECT_GT(result_.normal_force_n, 0) << "the remaining contacts must be used";
     }
   }
 }
@@ -263,7 +263,7 @@ TEST_F(WrongInput, AStepOfNoLengthChangesNothing) {
   EXPECT_EQ(result_.normal_force_n, 0);
 }
 
-TEST(ContactSolver, WhatIsBeyondItsLimitsIsCountedNotUsed) {
+TEST(ContactSolver, ContactsBeyondItsLimitsAreCountedAndIgnored) {
   Random random(3);
   ContactSolver solver({.bodies = 1, .couplings = 1, .patches = 1, .contacts = 10, .iterations = 30});
   std::vector<SolverBody> bodies = {body_at(random, 0.1, {0, 0, 0.01}), body_at(random, 0.1, {0, 0, 0.02})};
@@ -351,7 +351,7 @@ TEST_F(Prescribed, GoesOnWhateverPushesItAndIsPushedByTheLayerHoweverDeep) {
   }
 }
 
-TEST_F(Prescribed, PushesABodyThatMovesByTheReactionOfWhatItFeels) {
+TEST_F(Prescribed, PushesAMovingBodyWithTheReactionForce) {
   std::vector<SolverBody> bodies(2);
   bodies[1].mass_kg = 0.3;
   bodies[1].inertia_W = box_inertia(0.3, {0.02, 0.02, 0.02});

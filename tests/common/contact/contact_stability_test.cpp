@@ -89,7 +89,7 @@ TEST(ContactSolver, AnImpactAtOneMetrePerSecondStaysWithinTheRigidDepth) {
   }
 }
 
-TEST(ContactSolver, StopsWhatCrossesNineMillimetresInOneStep) {
+TEST(ContactSolver, StopsABodyThatMovesNineMillimetresInOneStep) {
   ContactSolver solver({});
   TouchScene scene = ball(solver, 0.05, 4000);
   scene.band_m = 0.01;
@@ -100,7 +100,7 @@ TEST(ContactSolver, StopsWhatCrossesNineMillimetresInOneStep) {
   EXPECT_GT(scene.deepest_m(), 0);
 }
 
-TEST(ContactSolver, WhatStartsInsideComesOutSlowly) {
+TEST(ContactSolver, ABodyThatStartsInsideIsPushedOutSlowly) {
   ContactSolver solver({});
   for (const double mass_kg : kMasses_kg) {
     for (const double stiffness_n_per_m3 : {1e7, 5e9, 1e11}) {

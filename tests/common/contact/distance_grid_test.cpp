@@ -316,7 +316,7 @@ TEST(DistanceGrid, BunnyIsRightToItsStatedError) {
   EXPECT_LE(grid->coarsest_cell_m(), 8e-4);
 }
 
-TEST(DistanceGrid, WhatWouldBeTooLargeGetsWiderCells) {
+TEST(DistanceGrid, AGridThatWouldBeTooLargeGetsLargerCells) {
   const geometry::TriangleMesh mesh = bumpy_sphere();
   const auto whole = grid_of(mesh);
   ContactShapeOptions options;
@@ -362,7 +362,7 @@ TEST(DistanceGrid, AThrowOfProgressEndsTheBuild) {
       ThrowsMessage<std::runtime_error>("cancelled"));
 }
 
-TEST(DistanceGrid, ReadsBackWhatItWrote) {
+TEST(DistanceGrid, ReadsTheGridThatItWrote) {
   const geometry::TriangleMesh mesh = bumpy_sphere();
   const auto grid = grid_of(mesh);
   std::vector<std::uint8_t> bytes = bytes_of(*grid);
@@ -390,7 +390,7 @@ TEST(DistanceGrid, CutBytesAreNoGrid) {
   }
 }
 
-TEST(DistanceGrid, SpoiltBytesGiveNothingOrFiniteAnswers) {
+TEST(DistanceGrid, DamagedBytesAreRefusedOrGiveFiniteDistances) {
   const std::vector<std::uint8_t> bytes = bytes_of(*grid_of(box_mesh({0.004, 0.004, 0.004})));
   Random random(kSeed);
   int read = 0;
@@ -461,7 +461,7 @@ TEST(DistanceGrid, AMeshInMillimetresIsNotTakenForMetres) {
       ThrowsMessage<geometry::MeshError>(HasSubstr("is its unit metres?")));
 }
 
-TEST(DistanceGrid, IsFarFromAPlaceThatIsNotANumber) {
+TEST(DistanceGrid, APositionThatIsNotANumberIsFarAway) {
   const geometry::ContactMesh mesh{box_mesh(Vec3::Constant(0.01)), geometry::SurfaceKind::kSolid, {}};
   const auto grid = DistanceGrid::build(mesh, geometry::TriangleTree(mesh.mesh), {}, {});
   for (int axis = 0; axis < 3; ++axis) {

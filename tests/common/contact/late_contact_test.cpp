@@ -14,7 +14,7 @@ namespace {
 
 // A box moves sideways into another box until they overlap by 0.3 mm. The overlap appears at once, as if earlier
 // searches with a small budget had missed it. Its full depth at once would throw the boxes apart.
-TEST(ContactPair, WhatWasNotFoundGetsDeeperLittleByLittle) {
+TEST(ContactPair, ALateFoundContactGetsDeeperGradually) {
   const ContactShape box = without_flat_parts(box_shape(Vec3::Constant(0.02)));
   const auto at = [](double x_m, double z_m) { return Pose{Vec3(x_m, 0, z_m), Quat::Identity()}; };
   const auto deepest_of = [](const ContactPair& pair) {
@@ -26,7 +26,7 @@ TEST(ContactPair, WhatWasNotFoundGetsDeeperLittleByLittle) {
   ContactPair pair(8);
   pair.bind(&box, &box);
   EXPECT_TRUE(pair.find(at(0, 0.02 - kDeep_m), Pose{}, 2e-4).is_coarse);
-  EXPECT_NEAR(deepest_of(pair), kDeep_m, 1e-6) << "of the first nothing is known";
+  EXPECT_NEAR(deepest_of(pair), kDeep_m, 1e-6) << "the depth of the first search must not be limited";
   pair.find(at(0.05, 0.02 - kDeep_m), Pose{}, 2e-4);
   EXPECT_EQ(deepest_of(pair), 0);
   double before_m = 0;
@@ -37,7 +37,7 @@ TEST(ContactPair, WhatWasNotFoundGetsDeeperLittleByLittle) {
   }
   EXPECT_NEAR(before_m, kDeep_m, 1e-6) << "in the end it is as deep as it is";
   pair.find(at(0.002, 0.02 - 2 * kDeep_m), Pose{}, 2e-4);
-  EXPECT_NEAR(deepest_of(pair), 2 * kDeep_m, 1e-6) << "what it moved itself counts at once";
+  EXPECT_NEAR(deepest_of(pair), 2 * kDeep_m, 1e-6) << "depth caused by its own motion must count at once";
 }
 
 // Half of a box's face is rough and has more points than the budget. The flat half must still be represented as a face.
@@ -69,7 +69,7 @@ TEST(ContactPair, AFlatFaceIsAFaceAtACoarseLevelToo) {
 
 // A contact that was not found while it was shallow must not become deeper than the rigid depth. Otherwise both sides
 // of a thin wall would push a body that overlaps the wall.
-TEST(ContactPair, WhatWasNotFoundStopsAtTheRigidDepthAndIsNotLifted) {
+TEST(ContactPair, ALateFoundContactStopsAtTheRigidDepthAndIsNotPushedOut) {
   constexpr double kRigid_m = 5e-5, kDeep_m = 3e-4;
   ContactShape box = without_flat_parts(box_shape(Vec3::Constant(0.02)));
   box.rigid_depth_m = kRigid_m;
@@ -88,7 +88,7 @@ TEST(ContactPair, WhatWasNotFoundStopsAtTheRigidDepthAndIsNotLifted) {
     constexpr double kTremble_m = 1e-5;
     const double aside_m = step % 2 == 0 ? kTremble_m : 0;
     EXPECT_LE(find(pair, 0.002, 0.02 - kDeep_m - aside_m), kRigid_m + kTremble_m + 1e-9)
-        << "in and out adds nothing up";
+        << "oscillation must not accumulate depth";
   }
   EXPECT_NEAR(find(pair, 0.002, 0.02 - 2 * kDeep_m), kRigid_m + kDeep_m, 1e-6) << "its own motion counts at once";
   EXPECT_NEAR(find(pair, 0.002, 0.02 - 2 * kDeep_m), kRigid_m + kDeep_m, 1e-6) << "and stays";

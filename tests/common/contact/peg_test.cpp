@@ -107,11 +107,11 @@ void expect_goes_in_and_out(bool is_mesh) {
   EXPECT_LT(peg.deepest_m, 2e-4);
 }
 
-TEST(Peg, GoesInAndOutOfAHoleOfBoxes) {
+TEST(Peg, EntersAndLeavesAHoleOfBoxes) {
   expect_goes_in_and_out(false);
 }
 
-TEST(Peg, GoesInAndOutOfAHoleInAMesh) {
+TEST(Peg, EntersAndLeavesAHoleInAMesh) {
   expect_goes_in_and_out(true);
 }
 

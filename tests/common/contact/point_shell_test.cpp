@@ -269,7 +269,7 @@ TEST(PointShell, IsTheSameEachTime) {
   EXPECT_EQ(first, second);
 }
 
-TEST(PointShell, ReadsWhatItWroteAndNothingElse) {
+TEST(PointShell, ReadsOnlyTheFormatThatItWrites) {
   const PointShell shell = sample_surface(solid(geometry::tessellated_sphere(0.002)), {}, {}).surface;
   std::vector<std::uint8_t> bytes;
   shell.write(bytes, 0);

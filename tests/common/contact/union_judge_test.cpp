@@ -396,12 +396,12 @@ void expect_grid_agrees(const Case& one, const UnionJudge& judge, Random random)
 
 constexpr std::uint64_t kUsualSeed = 7;
 
-TEST(UnionJudge, WhatATreeSaysOfSolidsThatOverlapIsRight) {
+TEST(UnionJudge, ATreeIsRightForOverlappingSolids) {
   const std::uint64_t seed = test::test_seed(kUsualSeed);
   for (const Case& one : whole_cases(seed)) expect_tree_agrees(one, UnionJudge(one.solids), Random(seed, 1));
 }
 
-TEST(UnionJudge, WhatATreeSaysWhereEdgesDoNotPairUpIsRight) {
+TEST(UnionJudge, ATreeIsRightWhereEdgesDoNotPairUp) {
   const std::uint64_t seed = test::test_seed(kUsualSeed);
   for (const Case& one : unpaired_cases(seed)) expect_tree_agrees(one, UnionJudge(one.solids), Random(seed, 2));
 }

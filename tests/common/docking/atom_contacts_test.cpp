@@ -99,7 +99,7 @@ TEST(AtomContacts, AtomsNearerThanSevenTenthsOfTheirRadiiAreNamedByWhatTheyAre) 
   EXPECT_TRUE(close(carbon, carbon, nan).empty());
 }
 
-TEST(AtomContacts, APoseThatIsNoneHasNone) {
+TEST(AtomContacts, AnInvalidPoseHasNone) {
   const Molecule carbon = atoms({{kC, {0, 0, 0}}});
   EXPECT_EQ(atom_contacts(carbon, carbon, Pose{}).size(), 1U);
   const double nan = std::numeric_limits<double>::quiet_NaN();

@@ -134,7 +134,7 @@ TEST(Cutoff, OutOfRangeIsRefusedByName) {
   model.permittivity = 0;
   try {
     validate(model);
-    FAIL() << "a permittivity of 0 was taken";
+    FAIL() << "a permittivity of 0 was accepted";
   } catch (const std::invalid_argument& error) {
     EXPECT_NE(std::string(error.what()).find("permittivity"), std::string::npos);
   }
@@ -396,7 +396,7 @@ TEST(ExactField, OfManyPairsReportsProgress) {
   EXPECT_EQ(result.energy_kj_per_mol(), exact_field(a, b, {{80, 0, 0}, Quat::Identity()}).energy_kj_per_mol());
 }
 
-TEST(ChooseCutoff, TakesAllPairsUpToAMillionAndAGridAboveWhateverTheRoles) {
+TEST(ChooseCutoff, SumsAllPairsUpToAMillionAndUsesAGridAbove) {
   const auto chosen = [](std::size_t atoms_a, std::size_t atoms_b) {
     Molecule a, b;
     a.positions_angstrom.assign(atoms_a, Vec3::Zero());
@@ -411,7 +411,7 @@ TEST(ChooseCutoff, TakesAllPairsUpToAMillionAndAGridAboveWhateverTheRoles) {
   EXPECT_EQ(chosen(9517, 2983), std::pair(8.0, true));
   EXPECT_EQ(chosen(2983, 9517), std::pair(8.0, true));
   EXPECT_EQ(chosen(12'000, 11'000), std::pair(8.0, true));
-  EXPECT_EQ(chosen(12'002, 12'001), std::pair(8.0, false)) << "too many to be looked up";
+  EXPECT_EQ(chosen(12'002, 12'001), std::pair(8.0, false)) << "too many atoms for look-ups in a grid";
   EXPECT_EQ(chosen(500'000, 1000), std::pair(8.0, false)) << "too large for a grid";
   EXPECT_EQ(chosen(1000, 500'000), std::pair(8.0, false)) << "too large for a grid";
 }

@@ -76,7 +76,7 @@ TEST_P(NeighbourSearches, FindAllLeavesWithAPairAndFewOthers) {
 
 INSTANTIATE_TEST_SUITE_P(ClusterTree, NeighbourSearches, testing::Bool());
 
-TEST(NeighbourSearch, FindsNothingOfNoPoints) {
+TEST(NeighbourSearch, FindsNothingWithoutPoints) {
   const std::vector<Vec3> point = {Vec3(1, 2, 3)};
   const ClusterTree none({}), one(point);
   for (const auto& [a, b] : {std::pair(&none, &one), std::pair(&one, &none), std::pair(&none, &none)}) {

@@ -46,7 +46,7 @@ class FarGridOf : public testing::TestWithParam<Dielectric> {
 INSTANTIATE_TEST_SUITE_P(Every, FarGridOf,
                          testing::Values(Dielectric::kNone, Dielectric::kConstant, Dielectric::kDistance));
 
-TEST_P(FarGridOf, BringsBackTheForceOfAllPairsInEveryKernel) {
+TEST_P(FarGridOf, AddsTheMissingForceOfAllPairsInEveryKernel) {
   for (const std::string_view kernel : MolecularField::available_kernels()) {
     MolecularField all(a_, b_, model_of(GetParam(), 0, false), kernel);
     MolecularField near(a_, b_, model_of(GetParam(), 8, false), kernel);
@@ -129,7 +129,7 @@ TEST(FarGrid, OfOneMoleculeAndModelIsMadeOnce) {
   EXPECT_NE(wider.far_grid(), field.far_grid());
 }
 
-TEST(FarGrid, OfWhatIsTooLargeThereIsNone) {
+TEST(FarGrid, IsNotBuiltForATooLargeMolecule) {
   Molecule pair = test::one_atom(3, 0.5);
   const Molecule one = pair;
   pair.positions_angstrom.emplace_back(900, 900, 900);

@@ -55,7 +55,7 @@ std::vector<std::byte> with_number(std::size_t offset, double value) {
   return sealed(bytes);
 }
 
-TEST(MoleculeAsset, ReadsBackToTheBitSoThatBothEndsFeelTheSameField) {
+TEST(MoleculeAsset, ReadsTheBitsThatItWroteSoThatBothEndsHaveTheSameField) {
   const Molecule written = sample(100);
   const auto read = molecule_from(molecule_asset_bytes(written));
   ASSERT_TRUE(read);
@@ -82,7 +82,7 @@ TEST(MoleculeAsset, KeepsTheMixingOfItsForceField) {
   }
 }
 
-TEST(MoleculeAsset, TellsAtomsResiduesAndChains) {
+TEST(MoleculeAsset, ContainsAtomsResiduesAndChains) {
   const Molecule written = named_sample();
   const auto read = molecule_from(molecule_asset_bytes(written));
   ASSERT_TRUE(read);
@@ -171,7 +171,7 @@ TEST(MoleculeAsset, FlippedBytesAreRefusedOrReadAsAMoleculeThatTheFieldCanBear) 
   }
 }
 
-TEST(MoleculeAsset, WhatIsNoMoleculeIsNotWritten) {
+TEST(MoleculeAsset, AnInvalidMoleculeIsNotWritten) {
   EXPECT_THROW(molecule_asset_bytes(Molecule{}), std::invalid_argument);
   Molecule incomplete = sample(3);
   incomplete.charge_e.pop_back();

@@ -340,7 +340,7 @@ TEST_P(Kernel, RepeatsItselfToTheBit) {
   EXPECT_EQ(first.torque_on_b, second.torque_on_b);
 }
 
-TEST(MolecularField, PicksTheWidestKernelAndNamesThoseItHas) {
+TEST(MolecularField, SelectsTheWidestKernelAndListsTheAvailableOnes) {
   const Molecule atom = test::one_atom(3.0, 1.0);
   const auto kernels = MolecularField::available_kernels();
   ASSERT_FALSE(kernels.empty());
@@ -348,7 +348,7 @@ TEST(MolecularField, PicksTheWidestKernelAndNamesThoseItHas) {
   EXPECT_EQ(MolecularField(atom, atom).kernel(), kernels.front());
   try {
     const MolecularField field(atom, atom, {}, "neon");
-    FAIL() << "an unknown kernel was taken";
+    FAIL() << "an unknown kernel was accepted";
   } catch (const std::invalid_argument& error) {
     EXPECT_NE(std::string(error.what()).find("portable"), std::string::npos) << error.what();
   }

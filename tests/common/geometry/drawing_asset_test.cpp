@@ -57,7 +57,7 @@ TEST(Shading, ABoxHasEdgesAndABallHasNone) {
   }
 }
 
-TEST(Shading, WhatIsNoTriangleIsLeftOutAndAFanOfThousandsIsNoTrouble) {
+TEST(Shading, InvalidTrianglesAreOmittedAndALargeFanIsAccepted) {
   TriangleMesh fan;
   fan.vertices.emplace_back(0, 0, 0);
   constexpr int kSides = 200'000;
@@ -129,7 +129,7 @@ TEST(DrawingLevels, GoFromFewTrianglesToAllOfThem) {
   EXPECT_THAT(sizes[2], testing::Gt(120'000U));
 }
 
-TEST(DrawingAsset, ComesBackWithinASixtyFiveThousandthAndADegree) {
+TEST(DrawingAsset, HasErrorsBelowA65000thOfItsSizeAndOneDegree) {
   const ShadedMesh mesh = shaded(ball(30));
   const auto read = drawing_from(drawing_asset_bytes(mesh));
   ASSERT_TRUE(read);
@@ -181,10 +181,10 @@ TEST(DrawingAsset, OfHostileBytesIsNothingOrAWholeMesh) {
       }
     }
   }
-  EXPECT_GT(read, 0) << "of those with another place or normal";
+  EXPECT_GT(read, 0) << "some changed positions or normals must be readable";
 }
 
-TEST(DrawingAsset, WhatCannotTravelIsRefused) {
+TEST(DrawingAsset, AMeshThatTheFormatCannotHoldIsRefused) {
   const ShadedMesh good = shaded(tessellated_box(Vec3(1, 1, 1)));
   ShadedMesh far = good, bare = good, beside = good;
   far.first.vertices[0].x() = 2 * kMaxSurfaceReach_m;

@@ -29,14 +29,14 @@ std::string size_error(const TriangleMesh& mesh) {
   return "";
 }
 
-TEST(MeshBounds, IsTheBoxAroundWhatTrianglesUse) {
+TEST(MeshBounds, IsTheBoxAroundTheVerticesOfTriangles) {
   const TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 2, -3}, {1e300, 0, 0}}, {{0, 1, 2}}};
   const Eigen::AlignedBox3d box = mesh_bounds(mesh);
   EXPECT_EQ(box.min(), Vec3(0, 0, -3));
   EXPECT_EQ(box.max(), Vec3(1, 2, 0));
 }
 
-TEST(MeshBounds, SaysWhatHasNoSizeAndWhere) {
+TEST(MeshBounds, ReportsAMeshWithoutSizeAndItsPosition) {
   EXPECT_THAT(size_error({}), HasSubstr("no triangle"));
   const TriangleMesh point{{{1, 2, 3}, {1, 2, 3}, {1, 2, 3}}, {{0, 1, 2}}};
   EXPECT_THAT(size_error(point), HasSubstr("at one place, (1, 2, 3)"));

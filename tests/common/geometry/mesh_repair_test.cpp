@@ -77,7 +77,7 @@ TEST(MeshRepair, TurnsTrianglesThatRunAgainstTheirNeighbours) {
   }
 }
 
-TEST(MeshRepair, TurnsASolidThatIsInsideOut) {
+TEST(MeshRepair, ReversesASolidThatIsInsideOut) {
   const ContactMesh result = repaired(contact::turned(tessellated_box(kCube)));
   EXPECT_NEAR(contact::enclosed_m3(result.mesh), kCubeVolume, 1e-15);
   EXPECT_THAT(result.notes, Contains("1 part was inside out and is turned"));
@@ -91,7 +91,7 @@ TEST(MeshRepair, KeepsACavityEvenWhenAllIsInsideOut) {
   }
 }
 
-TEST(MeshRepair, TurnsOnlyThePartThatIsInsideOut) {
+TEST(MeshRepair, ReversesOnlyThePartThatIsInsideOut) {
   TriangleMesh mesh = tessellated_box(kCube);
   contact::append(mesh, contact::turned(tessellated_box(kCube)), Vec3(0.1, 0, 0));
   EXPECT_NEAR(contact::enclosed_m3(repaired(mesh).mesh), 2 * kCubeVolume, 1e-15);
@@ -176,7 +176,7 @@ TEST(MeshRepair, ClosesALongNarrowCrack) {
   EXPECT_THAT(result.notes, Contains("1 hole closed with 1 triangle"));
 }
 
-TEST(MeshRepair, SaysWhereASheetIsOpen) {
+TEST(MeshRepair, ReportsWhereASheetIsOpen) {
   const TriangleMesh square = contact::height_field(0.1, 8, [](double, double) { return 0.0; });
   EXPECT_THAT(repaired(square).notes, Contains(HasSubstr("(32 open edges, the first near (")));
   TriangleMesh cup = tessellated_box(kCube);
@@ -207,7 +207,7 @@ TEST(MeshRepair, AcceptsAMoebiusStripAsASheet) {
   EXPECT_EQ(repaired(mesh).kind, SurfaceKind::kSheet);
 }
 
-TEST(MeshRepair, TakesOpenPartsBesideClosedOnesForSheets) {
+TEST(MeshRepair, TreatsOpenPartsBesideClosedOnesAsSheets) {
   TriangleMesh mesh = tessellated_box(kCube);
   contact::append(mesh, contact::height_field(0.1, 2, [](double, double) { return 0.0; }), Vec3(0, 0, 0.1));
   contact::append(mesh, contact::height_field(0.1, 2, [](double, double) { return 0.0; }), Vec3(0, 0, 0.2));
@@ -291,7 +291,7 @@ TEST(MeshRepair, KeepsTheCavityOfAPartThatDoesNotPairUp) {
 
 /// A flat part has no volume that would determine its orientation, so its side depends on rounding. The test therefore
 /// uses random rotations.
-TEST(MeshRepair, TakesALidForPartOfTheBoxThatItCloses) {
+TEST(MeshRepair, TreatsALidAsPartOfTheBoxThatItCloses) {
   TriangleMesh open = tessellated_box(kCube), lid = open;
   const auto is_top = [&](const auto& t) {
     return std::ranges::all_of(t, [&](int v) { return open.vertices[static_cast<std::size_t>(v)].z() > 0; });
@@ -314,7 +314,7 @@ TEST(MeshRepair, TakesALidForPartOfTheBoxThatItCloses) {
 }
 
 /// A box with a fin, as in many files, where three triangles share an edge.
-TEST(MeshRepair, TakesAFinOnASolidForASheet) {
+TEST(MeshRepair, TreatsAFinOnASolidAsASheet) {
   TriangleMesh mesh = tessellated_box(kCube);
   mesh.vertices.emplace_back(0, 0, 0.05);
   mesh.triangles.push_back({6, 7, 8});
@@ -335,7 +335,7 @@ TriangleMesh open_box_with_fin() {
   return mesh;
 }
 
-TEST(MeshRepair, TakesWhatEndsInTheOpenForASheet) {
+TEST(MeshRepair, TreatsAnOpenSurfaceAsASheet) {
   const ContactMesh result = repaired(open_box_with_fin());
   EXPECT_EQ(result.kind, SurfaceKind::kSheet);
   EXPECT_EQ(result.mesh.triangles.size(), 11U);
@@ -390,7 +390,7 @@ TEST(MeshRepair, TurnsFlippedTrianglesAtEdgesThatDoNotPairUp) {
   EXPECT_NEAR(contact::enclosed_m3(result.mesh), kCubeVolume, 1e-15);
 }
 
-TEST(MeshRepair, TakesThreeSheetsAtAnEdgeForSheets) {
+TEST(MeshRepair, TreatsThreeSheetsAtAnEdgeAsSheets) {
   TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {0, 0, 0.1}, {0.1, 0, 0}, {-0.05, 0.1, 0}, {-0.05, -0.1, 0}};
   mesh.triangles = {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}};
@@ -447,7 +447,7 @@ TEST(MeshRepair, LeavesNoGapWhereAFlatTriangleWas) {
   for (std::size_t i = 0; i < result.mesh.triangles.size(); ++i) EXPECT_GT(doubled_area(result.mesh, i).norm(), 1e-6);
 }
 
-TEST(MeshRepair, NamesWhatIsWrongWithADamagedFile) {
+TEST(MeshRepair, NamesTheDefectsOfADamagedFile) {
   TriangleMesh mesh = tessellated_box(kCube);
   mesh.triangles[3][1] = 8;
   EXPECT_THAT(error_of(mesh), HasSubstr("triangle 3 uses vertex 8 of 8"));

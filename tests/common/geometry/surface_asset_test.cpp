@@ -30,7 +30,7 @@ std::vector<std::byte> forged(std::vector<std::byte> bytes, std::size_t at, T va
   return bytes_of(octets);
 }
 
-TEST(SurfaceAsset, ComesBackInSinglePrecision) {
+TEST(SurfaceAsset, IsReadInSinglePrecision) {
   const TriangleMesh mesh = box();
   const auto read = surface_from(surface_asset_bytes(mesh));
   ASSERT_TRUE(read.has_value());
@@ -39,7 +39,7 @@ TEST(SurfaceAsset, ComesBackInSinglePrecision) {
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     EXPECT_EQ(read->vertices[i], mesh.vertices[i].cast<float>().cast<double>());
   }
-  EXPECT_EQ(surface_asset_bytes(*read), surface_asset_bytes(mesh)) << "written again it has the same hash";
+  EXPECT_EQ(surface_asset_bytes(*read), surface_asset_bytes(mesh)) << "writing the read mesh must give the same bytes";
 }
 
 TEST(SurfaceAsset, NoByteOfItCanChangeUnseen) {
@@ -78,7 +78,7 @@ TEST(SurfaceAsset, NumbersThatNoShapeHasAreRefused) {
   }
 }
 
-TEST(SurfaceAsset, WhatMayNotTravelIsRefusedWhenItIsWritten) {
+TEST(SurfaceAsset, AnInvalidMeshIsRefusedWhenItIsWritten) {
   EXPECT_THROW(surface_asset_bytes({}), std::invalid_argument);
   TriangleMesh far = box();
   far.vertices[0].x() = 1001;

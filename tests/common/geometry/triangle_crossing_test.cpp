@@ -38,7 +38,7 @@ TriangleMesh crossing_balls() {
   return joined(contact::sphere_mesh(0.02, 4), other);
 }
 
-TEST(VisitCrossing, FindsForEachInTurnWhatTryingAllFinds) {
+TEST(VisitCrossing, FindsTheResultOfTryingAllInTheSameOrder) {
   const TriangleMesh mesh = crossing_balls();
   const Visits found = visits(mesh, 3, mesh.triangles.size());
   ASSERT_EQ(found.all.size(), mesh.triangles.size());

@@ -131,7 +131,7 @@ TEST(TriangleTree, AHintChangesTheCostNotTheDistance) {
   }
 }
 
-TEST(TriangleTree, SeesNothingBeyondTheLimit) {
+TEST(TriangleTree, FindsNothingBeyondTheLimit) {
   const TriangleTree tree(contact::box_mesh({0.02, 0.02, 0.02}));
   const Vec3 p(0.015, 0, 0);
   EXPECT_EQ(tree.closest(p, 0.0049).triangle, -1);
@@ -153,7 +153,7 @@ std::size_t expect_finds(const std::vector<int>& expected, std::span<TriangleTre
   return count;
 }
 
-TEST(TriangleTree, FindsAllTrianglesWithinADistanceAndSaysWhenThereAreMore) {
+TEST(TriangleTree, FindsAllTrianglesWithinADistanceAndReportsAFullList) {
   Random random(kTriangleTreeSeed);
   const TriangleMesh mesh = rough_sphere(random);
   const TriangleTree tree(mesh);
@@ -190,7 +190,7 @@ bool is_crossed(const TriangleMesh& mesh, std::size_t triangle, const Vec3& p, c
          std::ranges::all_of(turns, [](double t) { return t < 0; });
 }
 
-TEST(TriangleTree, FindsAllTrianglesThatALineCrossesAndSaysWhenThereAreMore) {
+TEST(TriangleTree, FindsAllTrianglesThatALineCrossesAndReportsAFullList) {
   Random random(kTriangleTreeSeed);
   const TriangleMesh mesh = rough_sphere(random);
   const TriangleTree tree(mesh);
@@ -204,7 +204,7 @@ TEST(TriangleTree, FindsAllTrianglesThatALineCrossesAndSaysWhenThereAreMore) {
     }
     const std::size_t count =
         expect_finds(expected, found, [&](std::span<TriangleTree::Near> into) { return tree.crossed(p, along, into); });
-    EXPECT_EQ(count % 2, 0U) << "what goes in comes out";
+    EXPECT_EQ(count % 2, 0U) << "a line crosses a closed surface an even number of times";
   }
 }
 
@@ -310,7 +310,7 @@ TEST(TriangleTree, SolidsThatOverlapAreTheirUnion) {
 }
 
 // A hollow box contains another box in its cavity. The inner box protrudes through the wall into the outside.
-TEST(TriangleTree, WhatIsTurnedInsideOutIsACavity) {
+TEST(TriangleTree, AnInsideOutSurfaceIsACavity) {
   TriangleMesh mesh;
   add_box(mesh, Vec3::Zero(), Vec3::Constant(0.06));
   add_box(mesh, Vec3::Zero(), Vec3::Constant(0.04), true);
@@ -387,7 +387,7 @@ TEST(TriangleTree, APartThatGoesThroughItselfIsSolidThere) {
 
 // A bar passes through a block; the midpoint of each side of the bar is inside the block. Each part contains a wall, so
 // the winding number classifies its triangles. A classification by midpoints alone would remove the bar.
-TEST(TriangleTree, APartThatComesOutOfASolidIsFeltThere) {
+TEST(TriangleTree, APartThatExtendsFromASolidCountsThere) {
   const Vec3 block_m(0.06, 0.04, 0.04), bar_m(0.006, 0.08, 0.01), bar_at(0.011, 0.001, 0.002);
   TriangleMesh mesh;
   add_box(mesh, Vec3::Zero(), block_m);

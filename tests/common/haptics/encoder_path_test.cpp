@@ -58,7 +58,7 @@ TEST(EncoderPath, OfASwingOnASpringHasTheWorkOfTheHandAndIsWithinAStep) {
   EXPECT_LT(measured.path_error_j, 0.3 * measured.report_error_j) << measured.report_error_j;
 }
 
-TEST(EncoderPath, OfAReportThatHopsBetweenTwoStepsStaysWhereItIs) {
+TEST(EncoderPath, DoesNotMoveForAReportThatAlternatesBetweenTwoSteps) {
   EncoderPath path(kStep_m, kStep_rad);
   path.follow({Vec3(kStep_m, 0, 0), Quat::Identity()}, {}, kPeriod);
   const Pose first = path.follow({Vec3::Zero(), Quat::Identity()}, {}, kPeriod);

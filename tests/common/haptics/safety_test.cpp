@@ -96,7 +96,7 @@ TEST(Safety, NothingIsDisplayedBeforeTheFirstState) {
   EXPECT_TRUE(rig.chain.is_quiet());
 }
 
-TEST(Safety, WhatIsNotDisplayedFadesWithinTheFaultTimeAndIsNoSilence) {
+TEST(Safety, AForceThatMayNotBeDisplayedFadesWithinTheFaultTime) {
   SafetyRig rig;
   SafetyInput input = good_input();
   rig.run(input, 600);
@@ -109,7 +109,7 @@ TEST(Safety, WhatIsNotDisplayedFadesWithinTheFaultTimeAndIsNoSilence) {
   EXPECT_EQ(rig.chain.faults(), kSafetyRamping);
 }
 
-TEST(Safety, ALoopOrARoomThatDoesNotKeepItsRateLetsTheForceGo) {
+TEST(Safety, ATooSlowLoopOrRoomReleasesTheForce) {
   for (const bool is_room : {false, true}) {
     SafetyRig rig;
     SafetyInput input = good_input();
@@ -150,7 +150,7 @@ TEST(Safety, SlewBoundsEachChangeOfForceAndTorque) {
   EXPECT_FALSE(rig.chain.faults() & kSafetySlewed);
 }
 
-TEST(Safety, SilenceDecaysBetweenItsTwoAgesWhateverTheSlewLimitIs) {
+TEST(Safety, SilenceDecaysBetweenItsTwoAgesForAnySlewLimit) {
   for (const SafetySettings& settings : {SafetySettings{}, slow_slew()}) {
     SafetyRig rig(settings);
     rig.run(good_input(), 5000);
@@ -240,7 +240,7 @@ TEST(Safety, AStateAgainIsNoStepHoweverStrongTheForceIs) {
   }
 }
 
-TEST(Safety, WhatASilenceHidComesInSlowly) {
+TEST(Safety, TheForceAfterASilenceReturnsSlowly) {
   SafetyRig rig;
   rig.run(good_input(Vec3(0, 0, 1)), 600);
   SafetyInput silent = good_input(Vec3(0, 0, 1));
@@ -333,7 +333,7 @@ TEST(Safety, ShutdownIsQuietWithinTwentyMillisecondsForGood) {
   }
 }
 
-TEST(Safety, RearmGoesThroughZeroWithoutAStep) {
+TEST(Safety, RearmingPassesThroughZeroWithoutAStep) {
   SafetyRig rig;
   rig.run(good_input(), 600);
   rig.chain.rearm();
@@ -365,7 +365,7 @@ TEST(Safety, ClutchFadesTheForceThatWasDisplayedWhateverIsComputedAndEvenIfItBou
   }
 }
 
-TEST(Safety, AFaultUnderTheClutchIsNotLetGoGently) {
+TEST(Safety, AFaultUnderTheClutchIsNotReleasedSlowly) {
   SafetyRig rig;
   rig.run(good_input(Vec3(0, 0, 7)), 600);
   SafetyInput input = good_input(Vec3(0, 0, 7));
@@ -384,7 +384,7 @@ TEST(Safety, FaultIsNotOverBeforeTheDeviceHasTakenAZero) {
     rig.tick(good_input());
     rig.chain.set_displayed(stuck);
   }
-  EXPECT_TRUE(rig.out.f.isZero(0)) << "the gain does not rise on top of what is stuck";
+  EXPECT_TRUE(rig.out.f.isZero(0)) << "the gain must not rise while the device displays a stuck force";
   rig.tick(good_input());
   EXPECT_TRUE(rig.out.f.isZero(0)) << "taken";
   rig.run(good_input(), 250);
@@ -395,7 +395,7 @@ TEST(Safety, FaultIsNotOverBeforeTheDeviceHasTakenAZero) {
 /// second is true, the states are as old as the stall.
 class Stall : public testing::TestWithParam<std::tuple<int, bool>> {};
 
-TEST_P(Stall, LetsTheForceGoInStepsThenRampsItIn) {
+TEST_P(Stall, ReleasesTheForceInStepsThenRampsItIn) {
   const auto [stall_ms, state_is_old] = GetParam();
   SafetyRig rig;
   rig.run(good_input(Vec3(0, 0, 6)), 600);
@@ -424,7 +424,7 @@ TEST_P(Stall, LetsTheForceGoInStepsThenRampsItIn) {
 
 INSTANTIATE_TEST_SUITE_P(Safety, Stall, testing::Combine(testing::Values(22, 70, 200, 500, 100000), testing::Bool()));
 
-TEST(Safety, ATickThatIsALittleLateCostsNothing) {
+TEST(Safety, ASlightlyLateTickHasNoEffect) {
   SafetyRig rig;
   rig.run(good_input(), 600);
   rig.now += std::chrono::milliseconds(19);
@@ -445,7 +445,8 @@ TEST(Safety, ClampedForceDoesNotWindUp) {
     rig.chain.set_displayed({clamped_to_length(rig.out.f, 5.0), Vec3::Zero()});
   }
   rig.tick(good_input(Vec3::Zero()));
-  EXPECT_NEAR(rig.out.f.z(), 4.0, kSafetyRounding) << "one tick below what the hand felt, not below 100 N";
+  EXPECT_NEAR(rig.out.f.z(), 4.0, kSafetyRounding)
+      << "one slew step below the displayed 5 N, not below the computed 100 N";
 }
 
 TEST(Safety, SettingsThatBreakAPromiseAreRefused) {

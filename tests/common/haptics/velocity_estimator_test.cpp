@@ -44,7 +44,7 @@ TEST(VelocityEstimator, OfExactPositionsIsTheLastPeriodsDifference) {
   EXPECT_EQ(estimator.linear_delay(), Duration(microseconds(500)));
 }
 
-TEST(VelocityEstimator, OfSteadyMotionIsWithinWhatTheResolutionLeavesOpen) {
+TEST(VelocityEstimator, SteadyMotionIsEstimatedWithinTheResolution) {
   // A line is fitted to a full window of 20 periods, with position errors of up to half an encoder step. Its slope errs
   // by at most Σ|t_i − t̄| step/2 / Σ(t_i − t̄)² = 110 step/2 / (770 T).
   const double bound = 110 * kVelocityEstimatorStep / 2 / (770 * kVelocityEstimatorPeriod);
@@ -60,7 +60,7 @@ TEST(VelocityEstimator, OfSteadyMotionIsWithinWhatTheResolutionLeavesOpen) {
   }
 }
 
-TEST(VelocityEstimator, OfSteadyTurningIsWithinWhatTheResolutionLeavesOpen) {
+TEST(VelocityEstimator, SteadyRotationIsEstimatedWithinTheResolution) {
   const double step = 1e-3;
   const double bound = 110 * step / 2 / (770 * kVelocityEstimatorPeriod);
   for (const double speed : {0.05, 1.0, 7.0, -40.0}) {
@@ -128,7 +128,7 @@ double lag_of(const std::vector<double>& now, const std::vector<double>& late) {
   return best + 0.5 * (before - after) / (before - 2 * at + after);
 }
 
-TEST(VelocityEstimator, IsAsLateAsItSays) {
+TEST(VelocityEstimator, HasItsStatedLatency) {
   for (const double frequency : {1.0, 3.0, 8.0}) {
     for (const double amplitude : {5e-4, 5e-3, 2e-2}) {
       VelocityEstimator estimator = quantised();
@@ -152,7 +152,7 @@ TEST(VelocityEstimator, IsAsLateAsItSays) {
   }
 }
 
-TEST(VelocityEstimator, TakesUnevenTimesAsTheyAre) {
+TEST(VelocityEstimator, UsesTheActualUnevenTimes) {
   Random random(13, 0);
   VelocityEstimator estimator = quantised();
   double t = 0;

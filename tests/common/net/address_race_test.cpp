@@ -116,7 +116,7 @@ TEST(AddressRace, WaitsFor50MillisecondsForTheIpv6AnswerAndNoLonger) {
   EXPECT_EQ(race.next(at(7)), kFour) << "no IPv6 address will come";
   AddressRace six({}, 2);
   six.add(std::vector{kSix}, true, "", at(0));
-  EXPECT_EQ(six.next(at(0)), kSix) << "IPv6 waits for nothing";
+  EXPECT_EQ(six.next(at(0)), kSix) << "IPv6 must not wait for IPv4";
 }
 
 TEST(AddressRace, AnAnswerDuringARaceIsTriedInItsTurn) {
@@ -128,7 +128,7 @@ TEST(AddressRace, AnAnswerDuringARaceIsTriedInItsTurn) {
   EXPECT_EQ(race.next(at(300)), kSix) << "before the second address of IPv4";
 }
 
-TEST(AddressRace, AKnownAddressNeedsNoLookUp) {
+TEST(AddressRace, AnAddressThatWonBeforeNeedsNoLookUp) {
   AddressRace race(std::vector{kFour, kSix}, 2);
   EXPECT_EQ(race.next(at(0)), kFour) << "it won the race before";
   EXPECT_EQ(race.next(at(250)), kSix);
@@ -138,12 +138,12 @@ TEST(AddressRace, AKnownAddressNeedsNoLookUp) {
   EXPECT_TRUE(race.is_lost()) << "although the name server has not answered";
 }
 
-TEST(AddressRace, AWinnerThatIsNotTheServerGivesItsPlaceToTheOthers) {
+TEST(AddressRace, AWinnerThatIsNotTheServerIsReplacedByAnotherAddress) {
   AddressRace race(std::vector{kSix, kFour});
   EXPECT_EQ(race.next(at(0)), kSix);
   EXPECT_EQ(race.next(at(250)), kFour);
   race.accepted(kSix);
-  EXPECT_EQ(race.next(at(900)), std::nullopt) << "nothing else is tried while it is set up";
+  EXPECT_EQ(race.next(at(900)), std::nullopt) << "no other address may be tried during the set-up";
   race.failed(kSix, AttemptFailure::kUntrusted, "its key is another");
   EXPECT_EQ(race.next(at(901)), kFour);
   race.failed(kFour, AttemptFailure::kRefused, "connection refused");
@@ -151,7 +151,7 @@ TEST(AddressRace, AWinnerThatIsNotTheServerGivesItsPlaceToTheOthers) {
   EXPECT_EQ(race.report(), "2001:db8::1: its key is another; 192.0.2.1: connection refused");
 }
 
-TEST(AddressRace, AWinnerThatSaysNothingIsGivenUpOnlyWhereAnotherAddressIsLeft) {
+TEST(AddressRace, ASilentWinnerIsAbandonedOnlyIfAnotherAddressIsLeft) {
   AddressRace race(std::vector{kSix, kFour});
   EXPECT_EQ(race.next(at(0)), kSix);
   race.accepted(kSix);
@@ -296,7 +296,7 @@ TEST(AddressRace, NeverTriesMoreThanOneStartOrForgetsAnAddressForGeneratedEvents
       int starts = 0;
       while (const auto next = race.next(at(ms))) {
         ++starts;
-        EXPECT_FALSE(accepted) << "nothing is tried beside an accepted connection";
+        EXPECT_FALSE(accepted) << "no address may be tried while a connection is accepted";
         EXPECT_EQ(std::ranges::find(failed, *next), failed.end()) << "one that failed is not tried again";
         EXPECT_EQ(std::ranges::find(going_on, *next), going_on.end());
         going_on.push_back(*next);

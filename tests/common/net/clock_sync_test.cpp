@@ -137,7 +137,7 @@ TEST(ClockSync, JitterAloneLeavesAnErrorFarBelowTheJitter) {
 TEST(ClockSync, QueueInTheFirstExchangesIsForgottenWhenItDrainsDuringSettling) {
   Experiment experiment({.queue_up = milliseconds(200), .skew = 50e-6}, 1);
   experiment.run(milliseconds(500));
-  EXPECT_GE(experiment.error(), milliseconds(99)) << "half of the queue: nothing better is known yet";
+  EXPECT_GE(experiment.error(), milliseconds(99)) << "half of the queue: the best estimate so far";
   experiment.network.queue_up = Duration{0};
   experiment.run(milliseconds(250));
   EXPECT_LE(std::chrono::abs(experiment.error()), experiment.bound());
@@ -146,7 +146,7 @@ TEST(ClockSync, QueueInTheFirstExchangesIsForgottenWhenItDrainsDuringSettling) {
 TEST(ClockSync, QueueThatOutlastsSettlingIsSlewedAwayInTenSeconds) {
   Experiment experiment({.queue_up = milliseconds(200)}, 1);
   experiment.run(seconds(3));
-  EXPECT_EQ(experiment.error(), milliseconds(100)) << "half of the queue: nothing better is known";
+  EXPECT_EQ(experiment.error(), milliseconds(100)) << "half of the queue: the best estimate";
   experiment.network.queue_up = Duration{0};
   experiment.run(seconds(10));
   EXPECT_LE(std::chrono::abs(experiment.error()), milliseconds(1) + experiment.bound());
@@ -183,13 +183,13 @@ TEST(ClockSync, ServerTimeNeitherStepsNorTurnsBackOnceSettled) {
   }
 }
 
-TEST(ClockSync, SmallErrorIsSlewedAt500PpmHoweverOftenItIsAsked) {
+TEST(ClockSync, SmallErrorIsSlewedAt500PpmForAnyQueryRate) {
   const auto exchange = [](ClockSync& sync, LocalTime t1, Duration offset, Duration delay) {
     const ServerTime t2(t1.time_since_epoch() + delay / 2 + offset);
     sync.add(t1, t2, t2, t1 + delay);
   };
   for (const Duration interval : {Duration(microseconds(1)), Duration(milliseconds(1)), Duration(milliseconds(100))}) {
-    SCOPED_TRACE(testing::Message() << "asked every " << interval.count() << " ns");
+    SCOPED_TRACE(testing::Message() << "queried every " << interval.count() << " ns");
     ClockSync sync;
     exchange(sync, LocalTime(seconds(1)), microseconds(0), milliseconds(20));
     const LocalTime later(seconds(3));

@@ -25,7 +25,7 @@ TEST(Deadband, AForceIsNoticedBeyondItsShareOfWhatIsFelt) {
   const Wrench sent{Vec3(0, 0, 4), Vec3::Zero()};
   EXPECT_FALSE(deadband.notices({Vec3(0, 0, 4.39), Vec3::Zero()}, sent));
   EXPECT_TRUE(deadband.notices({Vec3(0, 0, 4.41), Vec3::Zero()}, sent));
-  EXPECT_TRUE(deadband.notices({Vec3(0.41, 0, 4), Vec3::Zero()}, sent)) << "also across";
+  EXPECT_TRUE(deadband.notices({Vec3(0.41, 0, 4), Vec3::Zero()}, sent)) << "also perpendicular to the force";
   EXPECT_FALSE(deadband.notices({Vec3(0.09, 0, 0), Vec3::Zero()}, {})) << "noise at rest";
   EXPECT_TRUE(deadband.notices({Vec3(0.11, 0, 0), Vec3::Zero()}, {}));
   EXPECT_TRUE(deadband.notices({Vec3::Zero(), Vec3(0, 0.0031, 0)}, {}));
@@ -60,7 +60,7 @@ TEST(Deadband, SteadyMotionIsNoticedByWhoHoldsTheLastStateOnly) {
   EXPECT_TRUE(deadband.notices(turned, sent.V, X_believed, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
 }
 
-TEST(Deadband, OffNoticesEverythingAndNothingHidesANumberThatIsNone) {
+TEST(Deadband, SwitchedOffItPassesEverythingAndAValueThatIsNotFiniteAlwaysPasses) {
   EXPECT_TRUE(Deadband(0).notices(Wrench{}, Wrench{}));
   EXPECT_TRUE(Deadband(std::nan("")).is_off());
   const Deadband deadband(0.5);

@@ -99,7 +99,7 @@ class Fetching {
   Histogram waits_;
 };
 
-TEST(FetchRate, TakesMostOfWhatStateLeavesAndStateHardlyWaits) {
+TEST(FetchRate, UsesMostOfTheSpareBandwidthAndHardlyDelaysState) {
   for (const int round_trip_ms : {2, 20, 100, 200}) {
     Fetching fetching({.one_way = milliseconds(round_trip_ms) / 2});
     fetching.run(std::chrono::seconds(4));
@@ -110,7 +110,7 @@ TEST(FetchRate, TakesMostOfWhatStateLeavesAndStateHardlyWaits) {
   }
 }
 
-TEST(FetchRate, LetsStateOfALineThatCarriesLittleMoreGoFirst) {
+TEST(FetchRate, PrefersStateOnANarrowLink) {
   Fetching fetching({.bytes_per_s = 400e3});
   fetching.run(std::chrono::seconds(5));
   EXPECT_GT(fetching.fetched, 200'000U);
@@ -147,7 +147,7 @@ TEST(FetchRate, UsesAFastLine) {
   EXPECT_GT(fetching.fetched, 10'000'000U);
 }
 
-TEST(FetchRate, StaysWithinItsBoundsWhateverDelaysItIsTold) {
+TEST(FetchRate, StaysWithinItsBoundsForAnyDelays) {
   FetchRate rate;
   const Duration longest(std::int64_t{1} << 61U);
   LocalTime now{std::chrono::seconds(1)};
@@ -165,7 +165,7 @@ TEST(FetchRate, StaysWithinItsBoundsWhateverDelaysItIsTold) {
   }
 }
 
-TEST(FetchRate, AsksOneWhoDoesNotAnswerForNoMoreThanABound) {
+TEST(FetchRate, LimitsTheRequestsToAServerThatDoesNotAnswer) {
   Fetching fetching({.one_way = std::chrono::microseconds(250), .bytes_per_s = 125e6});
   fetching.run(std::chrono::seconds(1));
   fetching.is_answered = false;

@@ -25,7 +25,7 @@ TEST(HostPort, ReadsNamesAddressesAndIpv6InBrackets) {
   }
 }
 
-TEST(HostPort, RefusesWhatCouldBeReadInTwoWays) {
+TEST(HostPort, RefusesAmbiguousText) {
   for (const char* text :
        {"::1", "2001:db8::1:47800", "fe80::1%lo:1", ":47800", "", "rig.example:", "rig.example:0", "rig.example:65536",
         "rig.example:+1", "[::1", "[]:1", "[rig.example]:1", "[192.0.2.1:1", "[::1]47800", "[::1]:", "[::1]]:1"}) {
@@ -33,7 +33,7 @@ TEST(HostPort, RefusesWhatCouldBeReadInTwoWays) {
   }
 }
 
-TEST(HostPort, WhatItWritesItReads) {
+TEST(HostPort, ReadsTheTextThatItWrites) {
   std::mt19937_64 random(test::test_seed(3986));
   for (int round = 0; round < 1000; ++round) {
     boost::asio::ip::address_v6::bytes_type bytes{};

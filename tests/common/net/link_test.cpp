@@ -220,10 +220,11 @@ TEST(SimulatedLink, ADelayPathIsAddedStraightBetweenItsPointsAndBeginsAgain) {
   }
   parameters.delay_path.starts_anywhere = true;
   EXPECT_NE(measured_delays_s(parameters, 400), delays) << "begins elsewhere";
-  EXPECT_EQ(measured_delays_s(parameters, 400), measured_delays_s(parameters, 400)) << "the same of the same seed";
+  EXPECT_EQ(measured_delays_s(parameters, 400), measured_delays_s(parameters, 400))
+      << "equal seeds must give equal delays";
 }
 
-TEST(SimulatedLink, RefusesADelayPathThatIsNone) {
+TEST(SimulatedLink, RefusesAnInvalidDelayPath) {
   const auto problem_of = [](std::vector<DelayPath::Point> points) {
     LinkParameters parameters;
     parameters.delay_path.points = std::move(points);
@@ -329,7 +330,7 @@ TEST(SimulatedLink, SpacesPacketsByTheRateLimit) {
   }
 }
 
-TEST(SimulatedLink, WaitsForWhatAnotherHasSentOnTheSameLine) {
+TEST(SimulatedLink, WaitsForPacketsOfOthersOnTheSameLink) {
   LinkParameters parameters;
   parameters.rate_limit_bytes_per_s = 100'000;
   SimulatedLink stream = SimulatedLink::reliable(parameters, kSeed, 6);
@@ -346,7 +347,7 @@ TEST(SimulatedLink, WaitsForWhatAnotherHasSentOnTheSameLine) {
   EXPECT_EQ(stream.next_due(), LocalTime(milliseconds(20 + 5 + 5)));
 }
 
-TEST(SimulatedLink, RefusesWhatTheQueueCannotHold) {
+TEST(SimulatedLink, DropsPacketsThatTheQueueCannotHold) {
   LinkParameters parameters;
   parameters.delay = milliseconds(10);
   parameters.queue_limit = 8;
@@ -481,12 +482,12 @@ LinkParameters of_loss(double loss) {
   return parameters;
 }
 
-TEST(SimulatedLink, NewParametersHoldForWhatIsSentFromThenOn) {
+TEST(SimulatedLink, NewParametersApplyToLaterPackets) {
   SimulatedLink link(of_delay(milliseconds(50)), kSeed, 1);
   link.send(LocalTime{}, packet(1));
   link.set_parameters(of_delay(milliseconds(100)));
   link.send(LocalTime{milliseconds(1)}, packet(2));
-  EXPECT_EQ(link.next_due(), LocalTime{milliseconds(50)}) << "what is on its way arrives as it would have";
+  EXPECT_EQ(link.next_due(), LocalTime{milliseconds(50)}) << "packets in flight must keep their delay";
   EXPECT_TRUE(link.receive(LocalTime{milliseconds(50)}));
   EXPECT_EQ(link.next_due(), LocalTime{milliseconds(101)});
   link.set_parameters(of_delay(milliseconds(10)));
@@ -499,7 +500,7 @@ TEST(SimulatedLink, NewParametersHoldForWhatIsSentFromThenOn) {
   EXPECT_THROW(link.set_parameters(of_loss(2)), std::invalid_argument);
 }
 
-TEST(SimulatedLink, AStreamLosesNothingWhateverItIsTold) {
+TEST(SimulatedLink, AStreamLosesNothingForAnyParameters) {
   SimulatedLink link = SimulatedLink::reliable({}, kSeed, 1);
   link.set_parameters(of_loss(kMaxLoss));
   EXPECT_EQ(run(link, 1000, milliseconds(1)).size(), 1000U);

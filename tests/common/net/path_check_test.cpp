@@ -7,9 +7,9 @@ namespace {
 
 constexpr LocalTime kStart{std::chrono::seconds(1)};
 
-TEST(PathCheck, GivesAnAddressNoMoreThanThreeTimesWhatCameUntilItSaysTheNumberBack) {
+TEST(PathCheck, SendsAtMostThreeTimesTheReceivedBytesToAnUnconfirmedAddress) {
   PathCheck check(42);
-  EXPECT_FALSE(check.consume(1)) << "nothing came";
+  EXPECT_FALSE(check.consume(1)) << "no bytes were received";
   check.note_received(100);
   EXPECT_TRUE(check.consume(200));
   EXPECT_FALSE(check.consume(101));
@@ -24,7 +24,7 @@ TEST(PathCheck, GivesAnAddressNoMoreThanThreeTimesWhatCameUntilItSaysTheNumberBa
   EXPECT_TRUE(check.consume(1'000'000));
 }
 
-TEST(PathCheck, AsksAgainUntilItIsAnswered) {
+TEST(PathCheck, RepeatsTheRequestUntilItIsAnswered) {
   PathCheck check(42);
   EXPECT_TRUE(check.is_due(kStart));
   EXPECT_FALSE(check.is_due(kStart + PathCheck::kRetryPeriod / 2));

@@ -62,13 +62,13 @@ TEST(SendRate, IsNoLimitOnALinkThatCarriesAll) {
   EXPECT_FALSE(line.rate.is_limited());
 }
 
-TEST(SendRate, TakesJitterForNoQueue) {
+TEST(SendRate, JitterDoesNotCountAsAQueue) {
   SendRateLine jittered;
   jittered.jitter_s = 0.010;
   EXPECT_EQ(jittered.sent_per_s(std::chrono::seconds(60)), 1000);
 }
 
-TEST(SendRate, TakesALongerWayForAQueueForThreeSecondsOnly) {
+TEST(SendRate, ALongerRouteCountsAsAQueueForThreeSecondsOnly) {
   SendRateLine line;
   line.run(std::chrono::seconds(20));
   line.way += milliseconds(80);
@@ -91,7 +91,7 @@ TEST_P(NarrowLink, IsFilledButForShortQueues) {
 
 INSTANTIATE_TEST_SUITE_P(Carries, NarrowLink, testing::Values(150.0, 300.0, 600.0, 900.0));
 
-TEST(SendRate, GoesBackToAllWhenTheLinkDoes) {
+TEST(SendRate, ReturnsToTheFullRateWhenTheLinkRecovers) {
   SendRateLine line;
   line.carried_hz = 400;
   line.run(std::chrono::seconds(10));
@@ -108,7 +108,7 @@ TEST(SendRate, NeverFallsBelowTheFloor) {
   EXPECT_GE(line.sent_per_s(std::chrono::seconds(10)), 99);
 }
 
-TEST(SendRate, OfASlowSenderThereIsNothingToLeaveOut) {
+TEST(SendRate, ASlowSenderIsNotThinned) {
   SendRateLine line;
   line.rate = SendRate(kFloor, 60);
   line.carried_hz = 20;
@@ -116,7 +116,7 @@ TEST(SendRate, OfASlowSenderThereIsNothingToLeaveOut) {
   EXPECT_FALSE(line.rate.is_limited());
 }
 
-TEST(SendRate, ReportsOfWhatWasNeverSentAreNotHeard) {
+TEST(SendRate, ReportsAboutUnsentDatagramsAreIgnored) {
   SendRateLine line;
   line.run(std::chrono::seconds(1));
   for (int i = 1; i < 2000; ++i) line.rate.delivered(line.now + milliseconds(i), milliseconds(10 * i));
@@ -124,10 +124,10 @@ TEST(SendRate, ReportsOfWhatWasNeverSentAreNotHeard) {
   EXPECT_FALSE(line.rate.is_limited());
   line.carried_hz = 300;
   line.run(std::chrono::seconds(5));
-  EXPECT_TRUE(line.rate.is_limited()) << "and those that follow are";
+  EXPECT_TRUE(line.rate.is_limited()) << "later reports must count";
 }
 
-TEST(SendRate, TakesNoHarmFromHostileReports) {
+TEST(SendRate, StaysWithinItsBoundsForHostileReports) {
   SendRate rate(kFloor, kMost_hz);
   const Duration most(std::int64_t{1} << 61U);
   Duration now{0};

@@ -5,13 +5,13 @@
 namespace tandem::net {
 namespace {
 
-TEST(Printable, KeepsWhatIsReadAndTakesOutWhatCommandsATerminal) {
+TEST(Printable, KeepsReadableTextAndRemovesTerminalCommands) {
   EXPECT_EQ(printable("Grüße, 手 👋"), "Grüße, 手 👋");
   EXPECT_EQ(printable("a\x1B[31mb\nc\x7F"), "a?[31mb?c?");
   EXPECT_EQ(printable("a\xC2\x9B"
                       "31mb"),
             "a?31mb")
-      << "the same command in one code point";
+      << "the same terminal command as a single code point";
   EXPECT_EQ(printable("a\xE2\x80\xAE"
                       "b"),
             "a?b")

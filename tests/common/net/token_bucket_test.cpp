@@ -9,7 +9,7 @@ LocalTime at_ms(int ms) {
   return LocalTime(std::chrono::milliseconds(1000 + ms));
 }
 
-TEST(TokenBucket, GivesSoMuchAtOnceAndThenItsRate) {
+TEST(TokenBucket, GrantsItsBurstAtOnceAndThenItsRate) {
   TokenBucket bucket({100, 20});
   int taken = 0;
   while (bucket.consume(1, at_ms(0))) ++taken;
@@ -19,10 +19,10 @@ TEST(TokenBucket, GivesSoMuchAtOnceAndThenItsRate) {
     bucket.consume(1, at_ms(ms));
     ++taken;
   }
-  EXPECT_NEAR(taken, 120, 2) << "100 more within a second, less what was owed";
+  EXPECT_NEAR(taken, 120, 2) << "100 tokens within a second, minus the debt";
 }
 
-TEST(TokenBucket, GrantsItsRateHoweverOftenItIsAsked) {
+TEST(TokenBucket, GrantsItsRateForAnyQueryRate) {
   for (const int period_ms : {1, 7, 50, 400}) {
     TokenBucket bucket({4, 8});
     int granted = 0;
@@ -41,7 +41,7 @@ TEST(TokenBucket, NeverHoldsMoreThanItsSize) {
   EXPECT_FALSE(bucket.consume(0.5, at_ms(3'600'000)));
 }
 
-TEST(TokenBucket, WhatCostsMoreThanIsLeftIsOwed) {
+TEST(TokenBucket, ACostAboveTheBalanceBecomesDebt) {
   TokenBucket bucket({1000, 2});
   EXPECT_FALSE(bucket.consume(10, at_ms(0)));
   EXPECT_FALSE(bucket.has_some(at_ms(8)));

@@ -46,7 +46,7 @@ TEST_P(Anchor, MovesABodyByImplicitEulersRecurrence) {
   }
 }
 
-TEST_P(Anchor, IsAsStiffAsItSays) {
+TEST_P(Anchor, HasItsNominalStiffness) {
   const Joint anchor{500, 10, 1, 0.01};
   WorldDescription description = anchored(anchor);
   description.gravity_m_per_s2 = {0, 0, -9.81};
@@ -73,7 +73,7 @@ TEST_P(Anchor, TurnsABodyBackByTheSameRecurrence) {
   }
 }
 
-TEST_P(Anchor, LetsABodySagByWeightOverStiffness) {
+TEST_P(Anchor, ABodySagsByItsWeightOverTheStiffness) {
   WorldDescription description = anchored({500, 10, 1, 0.01});
   description.gravity_m_per_s2 = {0, 0, -9.81};
   World world = server_world(description, &external_);
@@ -84,7 +84,7 @@ TEST_P(Anchor, LetsABodySagByWeightOverStiffness) {
 
 /// The energy must not grow for any values. The body is displaced, rotated and thrown, and its centre of mass is not at
 /// its origin.
-TEST_P(Anchor, NeverHoldsMoreEnergyThanItWasGiven) {
+TEST_P(Anchor, NeverStoresMoreEnergyThanItReceived) {
   for (const double mass_kg : {1e-3, 0.3, 100.0}) {
     for (const Joint& anchor : {Joint{1e5, 0, 1e4, 0}, Joint{1e5, 1e4, 1e4, 1e3}, Joint{10, 0, 0.01, 0},
                                 Joint{0, 1e4, 0, 1e3}, Joint{1e5, 0, 0, 0}}) {
@@ -126,7 +126,7 @@ TEST(AnchorTouch, AToolFeelsAnAnchoredBodyAsSpringsInARow) {
   EXPECT_NEAR(force_n, 300 * 0.02 / 2, 0.03);
 }
 
-TEST(AnchorTouch, AHandThatIsTheToolIsShownTheAnchor) {
+TEST(AnchorTouch, AMasslessToolFeelsTheAnchor) {
   WorldDescription description = anchored({300, 20, 5, 0.05});
   description.coupling.law = "direct";
   description.coupling.dynamics = haptics::ToolDynamics::kAtHandle;

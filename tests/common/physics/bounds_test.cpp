@@ -31,7 +31,7 @@ TEST(SceneBounds, ABodyThatLeavesReturnsToItsStartAtRest) {
   EXPECT_EQ(world.body(kA).X.p, Vec3(0, 0, 0.5));
   EXPECT_EQ(world.body(kA).V.v, Vec3(0, 0, 0));
   EXPECT_EQ(world.step(), 0U);
-  EXPECT_TRUE(world.returned_bodies().empty()) << "told once";
+  EXPECT_TRUE(world.returned_bodies().empty()) << "reported once";
 }
 
 TEST(SceneBounds, AHandMayCarryABodyAnywhere) {
@@ -46,7 +46,7 @@ TEST(SceneBounds, AHandMayCarryABodyAnywhere) {
   }
 }
 
-TEST(RemovedBody, IsMetByNothingUntilSomebodySaysWhereItIs) {
+TEST(RemovedBody, HasNoContactsUntilItsPoseIsReceived) {
   WorldDescription description = world_of({cube({0, 0, 0}, 0.3)}, {ball_tool({-0.05, 0, 0})});
   const auto push = [](World& world) {
     double force_n = 0;
@@ -60,7 +60,7 @@ TEST(RemovedBody, IsMetByNothingUntilSomebodySaysWhereItIs) {
   World without_body = client_world(description);
   without_body.remove_body(kA);
   without_body.activate_tool(0);
-  EXPECT_EQ(push(without_body), 0) << "a body that nobody has told of is no ghost at its start";
+  EXPECT_EQ(push(without_body), 0) << "a body without a received pose must not be felt at its start";
   EXPECT_EQ(without_body.grab(0, kA), GrabResult::kOutOfReach);
   World with = client_world(description);
   with.remove_body(kA);
@@ -69,7 +69,7 @@ TEST(RemovedBody, IsMetByNothingUntilSomebodySaysWhereItIs) {
   EXPECT_GT(push(with), 0.5);
 }
 
-TEST(RemovedBody, IsMovedByNobodyUntilItsPoseIsKnown) {
+TEST(RemovedBody, CannotBeMovedUntilItsPoseIsReceived) {
   WorldDescription description =
       world_of({table(), cube({0, 0, 0.1}, 0.3), cube({0.1, 0, 0.02}, 0.3)}, {ball_tool({0.1, 0, 0.02})});
   description.gravity_m_per_s2 = {0, 0, -9.81};

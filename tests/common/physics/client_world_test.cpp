@@ -13,7 +13,7 @@ namespace {
 constexpr BodyId kClientWorldA{1};
 constexpr BodyId kB{2};
 
-TEST(FollowedBodies, KeepTheVelocityTheyWereToldWhateverActsOnThem) {
+TEST(FollowedBodies, KeepTheReceivedVelocityWhateverActsOnThem) {
   WorldDescription description = world_of({cube({0, 0, 1}, 0.3), cube({0, 0, 1.03}, 0.3)}, {ball_tool({0, 0, 9})});
   description.gravity_m_per_s2 = {0, 0, -9.81};
   description.bodies[0].anchor = Joint{300, 3, 1, 0.01};
@@ -24,7 +24,7 @@ TEST(FollowedBodies, KeepTheVelocityTheyWereToldWhateverActsOnThem) {
   EXPECT_LT((a.X.p - Vec3(0.05, 0, 1)).norm(), 1e-12);
   EXPECT_LT((rotation_vector(a.X.q) - Vec3(0, 0, 1)).norm(), 1e-12);
   EXPECT_LT((a.V.v - Vec3(0.1, 0, 0)).norm(), 1e-15);
-  EXPECT_EQ(world.body(kB).X.p, Vec3(0, 0, 1.03)) << "it overlaps the other, and nobody minds";
+  EXPECT_EQ(world.body(kB).X.p, Vec3(0, 0, 1.03)) << "followed bodies may overlap";
 }
 
 TEST(ClientWorld, ATouchedBodyIsMovedByTheToolAndThenFollowsAgain) {
@@ -48,7 +48,7 @@ TEST(ClientWorld, ATouchedBodyIsMovedByTheToolAndThenFollowsAgain) {
   EXPECT_EQ(world.body(kClientWorldA).X.p, Vec3(0.5, 0, 0));
 }
 
-TEST(ClientWorld, KeepsABodyImplicitForAsLongAsAskedAndNoLonger) {
+TEST(ClientWorld, KeepsABodyImplicitForTheRequestedTime) {
   ExternalBodies external;
   World world = client_world(world_of({cube(Vec3::Zero(), 0.3), table()}, {ball_tool({0, 0, 1})}), &external);
   world.keep_implicit(kClientWorldA, 0.1);
@@ -95,7 +95,7 @@ TEST(ClientWorld, AToolHoldsABodyOutOfReachWhenSomebodyElseDecidedThat) {
 
 /// One tool touches the left end of two adjacent cubes, a second tool is above a third cube, and a third tool is far
 /// away.
-TEST(HandsOn, PassThroughWhatMovesAndThroughNothingElse) {
+TEST(HandsOn, CountHandsThroughMovingBodiesOnly) {
   const double gap = 1e-5;
   WorldDescription description =
       world_of({cube({0, 0, 0.02}, 0.3), cube({kCubeEdge_m + gap, 0, 0.02}, 0.3), table(), cube({0.3, 0, 0.02}, 0.3)},
@@ -121,7 +121,7 @@ TEST(HandsOn, PassThroughWhatMovesAndThroughNothingElse) {
   EXPECT_EQ(world.hands_on(BodyId{9}), 0U) << "not there";
 }
 
-TEST(SoftContactFromOutside, PushesAToolAsItsLinearisationSays) {
+TEST(SoftContactFromOutside, PushesAToolWithItsLinearisedForce) {
   World world = client_world(world_of({cube({1, 0, 0}, 0.3)}, {ball_tool(Vec3::Zero())}));
   world.activate_tool(0);
   SoftContact soft;
@@ -197,7 +197,7 @@ TEST(StoredEnergy, HasTheFieldsForceAsItsSlope) {
   }
 }
 
-TEST(ClientWorld, AllocatesNothingWhateverIsAskedOfAStep) {
+TEST(ClientWorld, AStepAllocatesNothingForAnyRequest) {
   WorldDescription description =
       world_of({cube({0, 0, 0.02}, 0.3), cube({0.2, 0, 0.02}, 0.3), table()}, {ball_tool({-0.03, 0, 0.02})});
   description.bodies[1].anchor = Joint{300, 3, 1, 0.01};

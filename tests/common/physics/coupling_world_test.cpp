@@ -62,7 +62,7 @@ TEST(World, AToolIsPulledNoHarderThanItsUsersDeviceBearsUntilHeLeaves) {
   EXPECT_EQ(world.coupling(0).force_limit_n, 2);
   world.deactivate_tool(0);
   world.activate_tool(0);
-  EXPECT_EQ(world.coupling(0).stiffness_n_per_m, 900) << "who comes next has a device of his own";
+  EXPECT_EQ(world.coupling(0).stiffness_n_per_m, 900) << "the next user has a different device";
 }
 
 const haptics::CouplingLawInfo& named(std::string_view name) {
@@ -120,7 +120,7 @@ TEST(World, AnotherLawUnderPressedToolsMakesNoStepAndIsThenAsFromTheStart) {
   }
 }
 
-TEST(World, WhoTakesAToolWhileALawFadesHasTheNewOneAtOnce) {
+TEST(World, AToolActivatedDuringAFadeHasTheNewLawAtOnce) {
   const auto made = pressed("spring-damper");
   World& world = *made;
   world.set_coupling(named("stable-dynamic"), {});
@@ -174,7 +174,7 @@ TEST(MasslessTool, PressedOnABoxRestsInAStepWhereCouplingAndContactBalance) {
   const double stretch_m = first_z - (kRadius_m - inside_m);
   const double d_max = 6.5 / 300;
   EXPECT_NEAR(first_n, 6.5 * (1 - std::exp(-stretch_m / d_max)), 1e-4);
-  EXPECT_NEAR(first_n, world.touch(0).force_n, 1e-4) << "nothing is left for inertia";
+  EXPECT_NEAR(first_n, world.touch(0).force_n, 1e-4) << "the contact force must equal the coupling force";
   for (int i = 0; i < 500; ++i) {
     EXPECT_EQ(world.step(), 0U);
     // Because of the damper of the contact, the tool moves in the second step, too. Then it is at rest.
@@ -240,7 +240,7 @@ TEST(DirectRendering, ShowsTheContactsStiffnessAtTheHandlesPose) {
   }
   world.set_handle(0, at({0, 0, 0.006}));
   run_coupled(world, 1);
-  EXPECT_EQ(world.tool(0).wrench_on_hand_W.f, Vec3::Zero()) << "nothing but contact is felt";
+  EXPECT_EQ(world.tool(0).wrench_on_hand_W.f, Vec3::Zero()) << "without contact there must be no force";
 }
 
 TEST(DirectRendering, IsLimitedAndNeverStopsTheTool) {
@@ -256,7 +256,7 @@ TEST(DirectRendering, IsLimitedAndNeverStopsTheTool) {
   EXPECT_GT(world.tool(0).wrench_on_hand_W.f.norm(), 6.4);
 }
 
-TEST(DirectRendering, PushesAFreeBodyWithWhatTheHandFeels) {
+TEST(DirectRendering, TheForceOnAFreeBodyIsOppositeToThatOnTheHand) {
   const std::string cube = R"({"name": "a", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.3,
                                "gravity": false})";
   World world(server::make_server_world(
@@ -318,7 +318,7 @@ TEST(AdaptiveCoupling, AHeldMassSagsByItsWeightOverItsOwnStiffness) {
   }
 }
 
-TEST(AdaptiveCoupling, FollowsWhatIsGrabbedAndReleasedWithoutAStepOfForce) {
+TEST(AdaptiveCoupling, AdaptsToGrabbedAndReleasedBodiesWithoutAForceStep) {
   const double mass_kg = 0.18, stretch_m = 0.03;
   const std::string cube = R"({"name": "a", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "graspable": true,
                                "mass_kg": 0.18, "placement": {"position_m": [0, 0, 0.02]}})";

@@ -193,7 +193,7 @@ double unrest_m(World& world, const Vec3& hand) {
 }
 
 // Each effect is stiffer than the coupling. The plain iteration x ← x_H + f(x)/k would therefore diverge.
-TEST(EffectStage, NothingStiffMakesAMasslessToolChatter) {
+TEST(EffectStage, StiffEffectsDoNotMakeAMasslessToolChatter) {
   const std::string magnet = R"({"magnet": {"peak_force_n": 3, "range_m": 0.01}})";
   const std::string stick = R"({"stick_slip": {"stiffness_n_per_m": 100000, "breakaway_force_n": 2}})";
   for (const std::string& effects : {magnet, stick, magnet + "," + stick}) {
@@ -219,7 +219,7 @@ TEST(EffectStage, ASteepGratingMakesNoMasslessToolChatter) {
   for (const double x : {0.0002, 0.0007, 0.003}) EXPECT_LT(unrest_m(world, {x, 0, -0.004}), 1e-8) << x;
 }
 
-TEST(EffectStage, FluidsDragAMasslessToolByWhatTheySay) {
+TEST(EffectStage, FluidsDragAMasslessToolWithTheirCoefficients) {
   World world(server::make_server_world(load_parts({.bodies = kGround,
                                                     .tools = kToolAtOrigin,
                                                     .coupling = kMassless,
@@ -314,7 +314,8 @@ TEST(EffectStage, AnEffectTravelsWithItsBody) {
   EXPECT_NEAR(world.tool(0).tool.X.p.y(), 0.9 / kStiffness, 1e-6);
   // The reaction pushes the carrier, and thus the hand that holds the carrier.
   EXPECT_NEAR(world.tool(1).tool.X.p.y(), -0.9 / kStiffness, 1e-5);
-  EXPECT_NEAR(world.tool(1).wrench_on_hand_W.f.y(), -0.9, 1e-3) << "a body's own effects spare who holds it";
+  EXPECT_NEAR(world.tool(1).wrench_on_hand_W.f.y(), -0.9, 1e-3)
+      << "the holder must feel the reaction, but not the effects of the held body";
 }
 
 TEST(EffectStage, AFluidThatMovesDragsAToolAlong) {
@@ -334,7 +335,7 @@ TEST(EffectStage, AFluidThatMovesDragsAToolAlong) {
   EXPECT_NEAR(world.tool(0).tool.X.p.x(), 0.6 * 0.1 / kStiffness, 1e-6);
 }
 
-TEST(EffectStage, WhatPullsAToolPullsTheFreeBodyBackAsMuch) {
+TEST(EffectStage, TheForceOfAnEffectOnAToolAndOnItsBodyAreOpposite) {
   const std::string magnet = R"({"magnet": {"peak_force_n": 0.5, "range_m": 0.2}})";
   World world(server::make_server_world(load_parts({.bodies = floating_body("free", 0.12, 0.2, magnet),
                                                     .tools = kToolAtOrigin,

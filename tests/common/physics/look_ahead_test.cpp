@@ -33,7 +33,7 @@ TEST(TwoPartStep, IsFinishedOnceAndNeverLeftUndone) {
     whole.step();
     twice.answer();
     twice.finish();
-    EXPECT_EQ(twice.finish(), 0U) << "there is nothing left";
+    EXPECT_EQ(twice.finish(), 0U) << "a second call must have no work";
     never.answer();
   }
   never.finish();
@@ -73,7 +73,7 @@ Vec3 hand_at(int step) {
   return {0.02 * std::sin(4 * t) + (step >= 800 && step < 810 ? 0.1 : 0), 0, 0.06 - down};
 }
 
-TEST(LookAhead, ChangesNothingThatIsFelt) {
+TEST(LookAhead, DoesNotChangeTheForce) {
   World plain = cubes(), with = cubes();
   plain.activate_tool(0);
   with.activate_tool(0);
@@ -121,7 +121,7 @@ struct BallOverCube {
   NearPairs::Pair pair;
 };
 
-TEST(NearPairs, WhatWasFoundAheadServesOnceAndOnlyThere) {
+TEST(NearPairs, AResultFoundAheadIsUsedOnceAndOnlyAtItsPose) {
   BallOverCube near(1e-4);
   near.pair.find_ahead(BallOverCube::above(-1e-4), Pose{});
   const std::size_t pressing = near.pair.contacts.contacts().size();
@@ -162,7 +162,7 @@ struct TwoThings {
   std::function<void(TwoThings&)> change;  ///< called between look-ahead and step
 };
 
-TEST(NearPairs, WhatWasForeseenServesUnlessSomethingChanged) {
+TEST(NearPairs, APredictedPairIsUsedUnlessSomethingChanged) {
   TwoThings two;
   EXPECT_DOUBLE_EQ(two.band_m(1e-3, 1e-4), 1.5e-3) << "as it was looked for";
   EXPECT_DOUBLE_EQ(two.band_m(1e-4, 1e-3), 1.5e-3) << "it gets farther than that";
@@ -174,7 +174,7 @@ TEST(NearPairs, WhatWasForeseenServesUnlessSomethingChanged) {
   EXPECT_DOUBLE_EQ(two.band_m(1e-3, 1e-4), 0) << "they do not meet any more";
 }
 
-TEST(NearPairs, APairKeepsItsFrictionWhenItsOtherThingBecomesImplicitToo) {
+TEST(NearPairs, APairKeepsItsFrictionWhenItsOtherBodyBecomesImplicitToo) {
   TwoThings two;
   two.things[0].role = TouchThing::Role::kExternal;
   two.things[1].role = TouchThing::Role::kImplicit;

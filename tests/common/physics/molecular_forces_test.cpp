@@ -82,7 +82,7 @@ TEST(SoftLimit, HasNoEdgeAtTheKnee) {
   EXPECT_NEAR(above, 1, 1e-6);
 }
 
-TEST(MolecularForces, TwoAtomsPullAsTheClosedFormSays) {
+TEST(MolecularForces, TwoAtomsAttractWithTheForceOfTheClosedForm) {
   const auto scene = two_molecules(1, 0.05, 0);  // the distance is 5 Å
   MolecularForces forces(scene->world);
   const std::array<Pose, 2> poses{Pose{}, Pose{Vec3(0.05, 0, 0), Quat::Identity()}};
@@ -147,7 +147,7 @@ Loop work_on_a_loop(const WorldDescription& world, double distance_m, double way
     const std::array<Pose, 2> poses{Pose{}, pose(i)};
     std::array<Wrench, 2> wrenches{};
     EXPECT_FALSE(forces.add_wrenches(poses, wrenches))
-        << "the bound acts, where nothing is conservative, at " << forces.energy_kj_per_mol();
+        << "the force limit acts, so the field is not conservative, at " << forces.energy_kj_per_mol();
     return wrenches[1];
   };
   Loop loop;
@@ -166,7 +166,7 @@ Loop work_on_a_loop(const WorldDescription& world, double distance_m, double way
   return loop;
 }
 
-TEST(MolecularForces, WhatIsFeltDoesNoWorkOnAClosedPath) {
+TEST(MolecularForces, TheForceDoesNoWorkOnAClosedPath) {
   const auto scene = two_molecules(8, 0.1, 0);
   WorldDescription world = scene->world;
   for (const auto& [cutoff, has_far_grid] : {std::pair(0.0, false), {8.0, false}, {8.0, true}}) {
@@ -224,7 +224,7 @@ TEST(MolecularForces, TheQuickestStepHasTheFieldInItWhereNothingMoves) {
   EXPECT_GT(quickest_of(*scene), 10 * quickest_of(*alone));
 }
 
-TEST(MolecularForces, ShareIsTheSlopeOfWhatIsFelt) {
+TEST(MolecularForces, ShareIsTheSlopeOfTheDisplayedForce) {
   WorldDescription world;
   world.molecular_zero_kt = 2;
   world.molecular_minimum_kcal_per_mol = -10;
@@ -242,7 +242,7 @@ TEST(MolecularForces, ShareIsTheSlopeOfWhatIsFelt) {
   EXPECT_LT(felt_share(world, 1000), 0.2);
 }
 
-TEST(MolecularForces, ShippedHelicesPullAsTheirSceneSays) {
+TEST(MolecularForces, ShippedHelicesAttractWithTheForceOfTheirScene) {
   TANDEM_LOAD_SCENE(scene, "docking_helices");
   MolecularForces forces(scene->world);
   double strongest_n = 0;
@@ -358,7 +358,7 @@ TEST(MolecularPair, IsTakenAtAnotherAtomWhileTheOtherIsHeldAndTurnsAboutThat) {
   const Quat before = world.body(BodyId{1}).X.q;
   hold_at(tool_W + Vec3(0, 0, 0.02));
   EXPECT_LT((world.body(BodyId{1}).X * place_B - (tool_W + Vec3(0, 0, 0.02))).norm(), 1e-4) << "it follows the hand";
-  EXPECT_LT(before.angularDistance(world.body(BodyId{1}).X.q), 0.2) << "which also holds how it is turned";
+  EXPECT_LT(before.angularDistance(world.body(BodyId{1}).X.q), 0.2) << "the hand must also keep its orientation";
 }
 
 }  // namespace

@@ -50,7 +50,7 @@ class PressedCubes {
   int steps_ = 0;
 };
 
-TEST(NearPairs, AContactSticksOnWhicheverOfItsThingsBecomesImplicit) {
+TEST(NearPairs, AContactSticksWhicheverOfItsBodiesBecomesImplicit) {
   constexpr Role kIn = Role::kImplicit, kOut = Role::kExternal;
   const std::array<Roles, 3> all = {Roles{kIn, kIn}, Roles{kIn, kOut}, Roles{kOut, kIn}};
   for (const Roles& before : all) {
@@ -61,8 +61,8 @@ TEST(NearPairs, AContactSticksOnWhicheverOfItsThingsBecomesImplicit) {
       cubes.run(before, 600);
       const Vec3 stuck = cubes.between();
       const double stretch_m = std::abs(stuck.x());
-      ASSERT_LT(stretch_m, 1e-6) << "it sticks";
-      ASSERT_GT(stretch_m, 1e-8) << "friction is not stretched, so nothing would be lost";
+      ASSERT_LT(stretch_m, 1e-6) << "the contact must stick";
+      ASSERT_GT(stretch_m, 1e-8) << "the friction spring is not stretched, so its loss would not be visible";
       cubes.run(after, 50);
       // If the friction state were lost, the contact would yield by the whole stretch.
       EXPECT_LT((cubes.between() - stuck).norm(), 0.25 * stretch_m);

@@ -254,7 +254,7 @@ TEST(RestingBodies, AHeavyBodyThatIsSetDownOnALightOneStays) {
     const auto [move_m, turn_rad] = difference(ends[0], ends[1]);
     EXPECT_LT(move_m, kRestMove_m) << light_kg;
     EXPECT_LT(turn_rad, kRestTurn_rad) << light_kg;
-    EXPECT_NEAR(ends[0][2].p.z(), 0.06, 1e-4) << "it stands on the light one";
+    EXPECT_NEAR(ends[0][2].p.z(), 0.06, 1e-4) << "the heavy body must rest on the light one";
   }
 }
 
@@ -342,7 +342,7 @@ TEST(RestingBodies, ABodyOfTwoShapesBouncesWithTheSpeedOfBoth) {
   }
 }
 
-TEST(RestingBodies, ASleepingBodyTakesTheMomentumOfWhatRunsIntoIt) {
+TEST(RestingBodies, ASleepingBodyReceivesTheMomentumOfAnImpact) {
   for (const double other_kg : {0.01, 0.1, 3.0}) {
     WorldDescription description =
         world_of({cube({0, 0, 0}, 0.1), cube({0.1, 0, 0}, other_kg)}, {ball_tool({0, 0, 2})});

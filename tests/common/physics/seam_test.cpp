@@ -130,7 +130,7 @@ void expect_no_catch(std::uint64_t usual_seed, std::uint64_t usual_scenes,
                                 << (draw.is_of_bodies ? " (bodies)" : "") << ", pressing with " << draw.press_n
                                 << " N, friction " << draw.friction << ", angle " << angle;
   }
-  std::cout << "most apart: " << worst << " N\n";
+  std::cout << "largest difference: " << worst << " N\n";
 }
 
 Surface of_boxes(Random& random) {

@@ -152,7 +152,8 @@ TEST(ShippedScenes, SoftPadPushesBackMoreTheDeeperItIsPressed) {
   EXPECT_NEAR(force_n[0], 0, 1e-3) << "above the pad";
   EXPECT_GT(force_n[1], 0.1);
   EXPECT_GT(force_n[2], 1.5 * force_n[1]);
-  EXPECT_NEAR(world.touch(0).soft_force_n, force_n[2], 0.1 * force_n[2]) << "the hand feels what the pad does";
+  EXPECT_NEAR(world.touch(0).soft_force_n, force_n[2], 0.1 * force_n[2])
+      << "the force on the hand must equal the force of the pad";
 }
 
 TEST(ShippedScenes, HelicesPullEachOtherTogetherAndRest) {

@@ -228,7 +228,7 @@ TEST(TouchSeam, ATouchedBodyLeftAloneRests) {
   EXPECT_LT(world.body(BodyId{2}).V.v.norm(), 1e-4);
 }
 
-TEST(TouchStage, OfTooManyPairsThoseThatPressStay) {
+TEST(TouchStage, AmongTooManyPairsThePressingOnesAreKept) {
   // A pebble near the tool precedes the table in the scene's order, but only one pair of shapes is allowed. The pair
   // that presses must stay.
   const std::string pebble = R"({"name": "pebble", "shapes": [{"sphere": {"radius_m": 0.002}}],

@@ -74,21 +74,21 @@ TEST_F(Stack, AnswersAVelocityInTheSameStep) {
   EXPECT_NEAR(height_m(kUpper), 1.5 * kEdge_m + kUntouchedStep_s, 1e-4);
 }
 
-TEST_F(Stack, FallsWhenWhatItRestsOnIsTaken) {
+TEST_F(Stack, FallsWhenItsSupportIsGrabbed) {
   run(4);
   free_->remove(kLower);
   run(0.05);
   EXPECT_NEAR(height_m(kUpper), 1.5 * kEdge_m - 9.81 * 0.05 * 0.05 / 2, 1e-3);
 }
 
-TEST_F(Stack, FallsWhenWhatItRestsOnIsPutElsewhere) {
+TEST_F(Stack, FallsWhenItsSupportIsPlacedElsewhere) {
   run(4);
   bodies_[kLower].set_centre({{0.5, 0, kEdge_m / 2}, Quat::Identity()}, {});
   run(0.05);
   EXPECT_NEAR(height_m(kUpper), 1.5 * kEdge_m - 9.81 * 0.05 * 0.05 / 2, 1e-3);
 }
 
-TEST_F(Stack, DoesNotWakeWhatStandsBesideIt) {
+TEST_F(Stack, DoesNotWakeABodyBesideIt) {
   run(4);
   free_->remove(kUpper);
   run(1);
@@ -99,7 +99,7 @@ TEST_F(Stack, DoesNotWakeWhatStandsBesideIt) {
   EXPECT_FALSE(rests(kUpper));
 }
 
-TEST_F(Stack, WakesWhatIsRunInto) {
+TEST_F(Stack, WakesABodyThatIsHit) {
   run(4);
   bodies_[kLower].set_centre({{0.2, 0, kEdge_m / 2}, Quat::Identity()}, {});
   run(4);

@@ -52,7 +52,7 @@ TEST(World, FreeFallIsSymplecticEulersToTheRounding) {
               1e-12);
 }
 
-TEST(World, BodyWithoutGravityStaysToTheBit) {
+TEST(World, ABodyWithoutGravityDoesNotMoveByABit) {
   World world(
       server::make_server_world(load_parts({.bodies = cube("a", 0.1, {0.1, 0.2, 0.3}, R"(, "gravity": false)")})));
   step_times(world, 100);
@@ -123,7 +123,7 @@ TEST(World, BoxSticksInsideTheFrictionCone) {
   EXPECT_LT(std::abs(slid_after_1_s(0.45)), 1e-4);
 }
 
-TEST(World, BoxSlidesOutsideTheFrictionConeAsCoulombSays) {
+TEST(World, ABoxOutsideOfTheFrictionConeSlidesByCoulombsLaw) {
   for (const double tangent : {0.6, 1.0}) {
     const double slope = std::atan(tangent);
     const double acceleration = kWorldG * (std::sin(slope) - 0.5 * std::cos(slope));
@@ -306,7 +306,7 @@ TEST(World, GrabAgreesWithTheDistanceToTheSurface) {
   }
 }
 
-TEST(World, DeactivatedToolLetsGoAndLeavesTheWorld) {
+TEST(World, ADeactivatedToolReleasesItsBodyAndIsRemoved) {
   World world(server::make_server_world(
       load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")})));
   world.activate_tool(0);
@@ -316,7 +316,7 @@ TEST(World, DeactivatedToolLetsGoAndLeavesTheWorld) {
   EXPECT_FALSE(world.tool(0).held.is_valid());
   const double v = world.body(BodyId{1}).V.v.z();
   step_times(world, 100);
-  EXPECT_NEAR(world.body(BodyId{1}).V.v.z(), v - kWorldG * 0.1, 1e-9) << "nothing is in the falling body's way";
+  EXPECT_NEAR(world.body(BodyId{1}).V.v.z(), v - kWorldG * 0.1, 1e-9) << "the body must fall freely";
 }
 
 TEST(World, NextUserFindsTheBodyInTheHandAgain) {
@@ -379,7 +379,7 @@ TEST(World, CouplingThatIsNotFiniteIsIgnored) {
   EXPECT_NEAR(1 - world.body(BodyId{1}).X.p.z(), 0.12 * kWorldG / 300, 1e-6);
 }
 
-TEST(World, ACouplingAskedForEveryStepIsThatAskedForOnce) {
+TEST(World, RequestingACouplingAtEveryStepHasTheEffectOfOneRequest) {
   haptics::CouplingParameters other;
   other.stiffness_n_per_m = 900;
   const auto height_after = [&](int steps, bool sets_every_step, bool sets_before) {

@@ -59,7 +59,7 @@ TEST(Handover, NothingIsFreedThatTheUserMayStillUse) {
   EXPECT_EQ(handover.get()->generation, 3U);
 }
 
-TEST(Handover, AnUnusedObjectWaitsForTheUserAndNothingIsStuck) {
+TEST(Handover, UnusedObjectsDoNotBlockLaterOffers) {
   Handover<Counted> handover;
   ASSERT_TRUE(offer_one(handover, 1));
   ASSERT_TRUE(offer_one(handover, 2));

@@ -95,7 +95,7 @@ TEST(KeepAwake, IsOfTheLowestPriorityAndFollowsTheThreadThatAskedUntilNobodyHold
   }).join();
 }
 
-TEST(KeepAwake, EndsWithTheThreadThatAsked) {
+TEST(KeepAwake, EndsWithTheThreadThatRequestedIt) {
   TANDEM_NEEDS_OF_MACHINE(may_be_idle(), "the scheduling policy SCHED_IDLE");
   std::shared_ptr<const void> awake;
   std::thread([&awake] { awake = keep_awake(); }).join();
@@ -147,7 +147,7 @@ class Machine {
 };
 
 TEST(KeepAwake, AHostTakesIdleProcessorsOfAVirtualMachineWithoutAnIdleDriver) {
-  EXPECT_FALSE(gives_idle_to_host(Machine().root())) << "nothing is known";
+  EXPECT_FALSE(gives_idle_to_host(Machine().root())) << "the system has no information";
   EXPECT_TRUE(gives_idle_to_host(Machine().with("fpu hypervisor lahf_lm").with_driver("none").root()));
   EXPECT_TRUE(gives_idle_to_host(Machine().with("fpu hypervisor").root()));
   EXPECT_FALSE(gives_idle_to_host(Machine().with("fpu hypervisor").with_driver("haltpoll").root()));
@@ -155,7 +155,7 @@ TEST(KeepAwake, AHostTakesIdleProcessorsOfAVirtualMachineWithoutAnIdleDriver) {
 }
 
 TEST(KeepAwake, AQuotaOfAGroupOrOfOneAboveItIsSeen) {
-  EXPECT_FALSE(has_processor_quota(Machine().root())) << "nothing is known";
+  EXPECT_FALSE(has_processor_quota(Machine().root())) << "the system has no information";
   const auto quota = [](const std::string& file, const std::string& text) {
     Machine machine;
     machine.write("proc/self/cgroup", "4:cpu,cpuacct:/docker/1\n2:memory:/docker/1\n0::/user.slice/session-1.scope\n");

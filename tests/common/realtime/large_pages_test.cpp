@@ -35,7 +35,7 @@ std::size_t large_bytes_at(const void* address) {
   return 0;
 }
 
-TEST(LargePages, KeepWhatIsInMemory) {
+TEST(LargePages, PreserveTheContentOfMemory) {
   std::vector<std::uint32_t> numbers(4 * kPage / sizeof(std::uint32_t));
   std::iota(numbers.begin(), numbers.end(), 7U);
   const std::vector<std::uint32_t> before = numbers;
@@ -65,7 +65,7 @@ TEST(LargePages, HoldTheMemoryWhereTheKernelHasThem) {
   EXPECT_GE(large_bytes_at(numbers.data() + numbers.size() / 2), 2 * kPage);
 }
 
-TEST(LargePages, LeaveWhatFillsNone) {
+TEST(LargePages, LeaveMemorySmallerThanAPage) {
   const std::vector<std::byte> little(kPage - 1);
   EXPECT_FALSE(use_large_pages(little));
   EXPECT_FALSE(use_large_pages({}));

@@ -12,11 +12,11 @@
 namespace tandem::realtime {
 namespace {
 
-TEST(Mailbox, GivesTheNewestValueAndOnlyOnce) {
+TEST(Mailbox, ReturnsTheNewestValueOnlyOnce) {
   Mailbox<int> mailbox;
   EXPECT_FALSE(mailbox.poll());
   EXPECT_FALSE(mailbox.publish(1));
-  EXPECT_TRUE(mailbox.publish(2)) << "1 was never read, and the writer is told";
+  EXPECT_TRUE(mailbox.publish(2)) << "the writer must be notified that 1 was not read";
   ASSERT_TRUE(mailbox.poll());
   EXPECT_EQ(mailbox.front(), 2);
   EXPECT_FALSE(mailbox.poll());

@@ -20,7 +20,7 @@ std::vector<std::string> flooded(LineLimit& limit, std::string_view kind, std::s
   return admitted;
 }
 
-TEST(LineLimit, OfAFloodSaysTheFirstLinesAndHowManyWereLeftOut) {
+TEST(LineLimit, PassesTheFirstLinesOfAFloodAndTheNumberOfTheRest) {
   LineLimit limit;
   const LocalTime start{std::chrono::seconds(5)};
   const auto admitted = flooded(limit, "closed", 1000, start);
@@ -33,13 +33,13 @@ TEST(LineLimit, OfAFloodSaysTheFirstLinesAndHowManyWereLeftOut) {
   EXPECT_THAT(limit.left_out(), IsEmpty()) << "it has been said";
 }
 
-TEST(LineLimit, SaysAtTheEndWhatItHasNotSaidYet) {
+TEST(LineLimit, ReportsTheSuppressedLinesAtTheEnd) {
   LineLimit limit;
   flooded(limit, "closed", 61, LocalTime{});
   EXPECT_THAT(limit.left_out(), ElementsAre("left out: 1 line of the kind \"closed\""));
 }
 
-TEST(LineLimit, LetsThroughWhatComesAtTheRateItAllows) {
+TEST(LineLimit, PassesLinesAtTheAllowedRate) {
   LineLimit limit;
   LocalTime now{};
   for (int i = 0; i < 600; ++i, now += std::chrono::seconds(1)) {

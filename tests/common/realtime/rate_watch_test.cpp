@@ -28,14 +28,14 @@ TEST(RateWatch, SeesALoopBelow90PercentWithin150Milliseconds) {
   EXPECT_FALSE(loop.run(milliseconds(1), milliseconds(110))) << "it has caught up";
 }
 
-TEST(RateWatch, LetsALoopPassThatIsALittleLateOrHasOneHiccup) {
+TEST(RateWatch, AcceptsALoopThatIsSlightlyLateOrHasOneHiccup) {
   Loop loop;
   EXPECT_FALSE(loop.run(microseconds(1090), std::chrono::seconds(1)));
   loop.now += milliseconds(40);
   for (int i = 0; i < 300; ++i) ASSERT_FALSE(loop.run(milliseconds(1), milliseconds(1))) << i;
 }
 
-TEST(RateWatch, KnowsNothingBeforeItHasSeenTwoWindowsAndAfterAPause) {
+TEST(RateWatch, HasNoResultBeforeTwoWindowsAndAfterAPause) {
   Loop loop;
   EXPECT_FALSE(loop.run(milliseconds(10), milliseconds(890)));
   EXPECT_TRUE(loop.run(milliseconds(10), milliseconds(100)));

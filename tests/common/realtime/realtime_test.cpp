@@ -38,7 +38,7 @@ TEST(PeriodicTimer, NeverWakesBeforeItsDeadlineAndDeadlinesAreAPeriodApart) {
   EXPECT_EQ(timer.lateness().count(), 20U);
 }
 
-TEST(PeriodicTimer, MayWakeAheadByAsMuchAsItIsTold) {
+TEST(PeriodicTimer, WakesAheadByTheSetTime) {
   const SteadyClock clock;
   const Duration early = std::chrono::microseconds(500);
   PeriodicTimer timer(std::chrono::milliseconds(2), clock.now());
@@ -49,7 +49,7 @@ TEST(PeriodicTimer, MayWakeAheadByAsMuchAsItIsTold) {
     EXPECT_GE(now, deadline - early);
     if (now < deadline) ++ahead;
   }
-  EXPECT_GT(ahead, 0) << "it knows by then how long waking up takes";
+  EXPECT_GT(ahead, 0) << "the wake-up latency must be measured by then";
 }
 
 TEST(PeriodicTimer, ThatSpinsIsNotBeforeItsDeadlineEither) {
@@ -62,7 +62,7 @@ TEST(PeriodicTimer, ThatSpinsIsNotBeforeItsDeadlineEither) {
   }
 }
 
-TEST(PeriodicTimer, LateLoopSkipsWhatItMissedInsteadOfABurst) {
+TEST(PeriodicTimer, LateLoopSkipsMissedTicksInsteadOfABurst) {
   const SteadyClock clock;
   const LocalTime start = clock.now();
   const Duration period = std::chrono::milliseconds(1);
@@ -88,7 +88,7 @@ TEST(PeriodicTimer, RefusesAPeriodOfZero) {
   EXPECT_THROW(PeriodicTimer(Duration{0}, LocalTime{}), std::invalid_argument);
 }
 
-TEST(Realtime, AskingForNothingIsAlwaysGranted) {
+TEST(Realtime, RequestingNothingAlwaysSucceeds) {
   EXPECT_THAT(request_realtime(0), SizeIs(0));
 }
 
@@ -124,7 +124,7 @@ TEST(Realtime, ProcessorsDoNotSleepDeeplyOnceThereIsAPriority) {
   EXPECT_EXIT(request_light_sleep_and_exit(), testing::ExitedWithCode(0), "");
 }
 
-TEST(Realtime, ProcessorTimeIsThatOfTheThreadAskedAbout) {
+TEST(Realtime, ProcessorTimeIsThatOfTheRequestedThread) {
   const Duration before = cpu_time(pthread_self());
   Duration of_sleeper{1};
   std::thread([&of_sleeper] {

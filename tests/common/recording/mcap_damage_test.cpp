@@ -161,7 +161,7 @@ bool is_of_chunks(const Messages& read, const Written& written) {
   return true;
 }
 
-TEST(McapDamage, OfAnyKindAndPlaceIsNamedOrTakesNoMessage) {
+TEST(McapDamage, AnyDamageIsReportedOrLosesNoMessage) {
   const std::uint64_t seed = test::test_seed(1);
   Random random(seed);
   int whole = 0, cut = 0, damaged_files = 0, behind_a_record = 0;

@@ -55,7 +55,7 @@ Reading read(const Bytes& file) {
   return reading;
 }
 
-TEST(Mcap, WhatIsWrittenIsRead) {
+TEST(Mcap, ReadsTheMessagesThatItWrote) {
   const Reading reading = read(whole_file());
   ASSERT_EQ(reading.messages.size(), 30U);
   EXPECT_EQ(reading.messages[0], "/a 1000 message 0");
@@ -76,7 +76,7 @@ TEST(Mcap, AChannelHasTheNameAndDescriptorsOfItsMessages) {
   EXPECT_EQ(reader.channel(7), nullptr);
 }
 
-TEST(Mcap, AFileThatEndsAtAnyByteIsReadToItsLastWholeChunk) {
+TEST(Mcap, ATruncatedFileIsReadToItsLastWholeChunk) {
   std::vector<std::size_t> ends;
   const Bytes file = whole_file(&ends);
   const Reading all = read(file);
@@ -94,7 +94,7 @@ TEST(Mcap, AFileThatEndsAtAnyByteIsReadToItsLastWholeChunk) {
   }
 }
 
-TEST(Mcap, AByteThatIsChangedGivesNoMessageThatWasNotWritten) {
+TEST(Mcap, AChangedByteGivesNoMessageThatWasNotWritten) {
   const Bytes file = whole_file();
   const Reading all = read(file);
   std::size_t refused = 0;

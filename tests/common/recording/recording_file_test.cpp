@@ -44,7 +44,7 @@ class RecordingFileTest : public ::testing::Test {
   fs::path folder_;
 };
 
-TEST_F(RecordingFileTest, WhatWasFlushedIsThereBeforeTheEnd) {
+TEST_F(RecordingFileTest, FlushedMessagesAreReadableBeforeTheEnd) {
   RecordingFile file = open();
   file.add(1, 10, octets_of_text("first"));
   file.flush(10);
@@ -54,7 +54,7 @@ TEST_F(RecordingFileTest, WhatWasFlushedIsThereBeforeTheEnd) {
   EXPECT_EQ(messages_in(folder_ / "r.mcap").back(), "not yet");
 }
 
-TEST_F(RecordingFileTest, RotatesBySizeAndEachPartSaysWhatItIs) {
+TEST_F(RecordingFileTest, RotatesBySizeAndEachPartDescribesItself) {
   RecordingFile file = open({.max_bytes = 2000, .max_age = Duration(0)});
   std::uint64_t state = 1;
   for (std::uint64_t i = 1; i <= 20; ++i) {
@@ -123,7 +123,7 @@ class SmallDisk {
   void (*before_)(int);
 };
 
-TEST_F(RecordingFileTest, ADiskThatIsFullCostsMessagesAndIsToldOnce) {
+TEST_F(RecordingFileTest, AFullDiskLosesMessagesAndIsReportedOnce) {
   RecordingFile file = open();
   file.add(1, 1, octets_of_text("before"));
   file.flush(1);
@@ -142,12 +142,12 @@ TEST_F(RecordingFileTest, ADiskThatIsFullCostsMessagesAndIsToldOnce) {
   constexpr std::uint64_t kSecondNs = 1'000'000'000;
   file.add(1, 4, octets_of_text("after"));
   file.flush(4 * kSecondNs);
-  EXPECT_EQ(file.pop_news(), "") << "a disk that is nearly full takes a small chunk";
+  EXPECT_EQ(file.pop_news(), "") << "a small chunk must fit on a disk that is nearly full";
   {
     const SmallDisk small(file.bytes_written() + 20);
     file.add(1, 5, octets_of_text("lost"));
     file.flush(5 * kSecondNs);
-    EXPECT_EQ(file.pop_news(), "") << "told already";
+    EXPECT_EQ(file.pop_news(), "") << "reported before";
   }
   file.add(1, 6, octets_of_text("and"));
   file.flush(6 * kSecondNs);

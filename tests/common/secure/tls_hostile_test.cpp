@@ -95,7 +95,7 @@ TEST_F(HostilePeer, GetsNoNewKeysWithoutEnd) {
   EXPECT_LT(answer.size(), 10'000u) << "and it is not answered again and again";
 }
 
-TEST(ServersKey, OfAKindThatIsSlowForEachWhoConnectsIsRefused) {
+TEST(ServersKey, AKindOfKeyThatMakesHandshakesSlowIsRefused) {
   const auto file = std::filesystem::path(testing::TempDir()) / "rsa.pem";
   EVP_PKEY* const rsa = EVP_PKEY_Q_keygen(nullptr, nullptr, "RSA", std::size_t{2048});
   FILE* const out = std::fopen(file.c_str(), "w");
@@ -111,7 +111,7 @@ TEST(ServersKey, OfAKindThatIsSlowForEachWhoConnectsIsRefused) {
   }
 }
 
-TEST(KeyFiles, AreTheSameForAllWhoMakeThemAtOnce) {
+TEST(KeyFiles, AreTheSameForProcessesThatCreateThemAtOnce) {
   const auto file = std::filesystem::path(testing::TempDir()) / "at_once" / "key.pem";
   for (int turn = 0; turn < 20; ++turn) {
     std::filesystem::remove_all(file.parent_path());
@@ -123,7 +123,7 @@ TEST(KeyFiles, AreTheSameForAllWhoMakeThemAtOnce) {
     for (std::thread& thread : threads) thread.join();
     for (const KeyId& id : ids) ASSERT_EQ(id, KeyPair::load(file).id());
     const auto entries = std::filesystem::directory_iterator(file.parent_path());
-    ASSERT_EQ(std::distance(begin(entries), end(entries)), 1) << "nothing else is left";
+    ASSERT_EQ(std::distance(begin(entries), end(entries)), 1) << "no other file may remain";
   }
 }
 

@@ -87,7 +87,7 @@ TEST_F(Tls, RefusesAServerWithAnotherKey) {
   EXPECT_FALSE(pair.client_is_good);
   EXPECT_FALSE(pair.client.is_established());
   EXPECT_THAT(pair.client.problem(), HasSubstr("key is not the one"));
-  EXPECT_FALSE(pair.server_is_good) << "told by an alert";
+  EXPECT_FALSE(pair.server_is_good) << "the server must fail after the client's alert";
 }
 
 TEST_F(Tls, BothEndsExportTheSameSecretAndNoOtherConnectionDoes) {
@@ -112,7 +112,7 @@ TEST_F(Tls, NothingIsExportedOrSentBeforeTheHandshakeIsDone) {
   EXPECT_FALSE(stream.exported(kDatagramExport, {}));
 }
 
-TEST_F(Tls, WhatIsNoTlsEndsTheConnectionAndNothingElse) {
+TEST_F(Tls, NonTlsBytesEndOnlyTheirConnection) {
   for (const std::string& words :
        {std::string("GET / HTTP/1.1\r\n\r\n"), std::string(100, '\xFF'), std::string(5, '\0')}) {
     TlsStream stream(&server);
@@ -186,7 +186,7 @@ TEST_F(Authority, KeepsItsKeysToItselfAndOverwritesNone) {
   EXPECT_THAT(failure_of([this] { write_dev_certificates(folder, {"127.0.0.1"}); }), HasSubstr("there already"));
 }
 
-TEST(DevCertificates, RefuseANameThatIsNone) {
+TEST(DevCertificates, RefuseAnInvalidName) {
   const auto folder = std::filesystem::path(testing::TempDir()) / "bad_names";
   for (const char* name : {"a,IP:10.0.0.1", "", "a b"}) {
     EXPECT_THAT(failure_of([&] { write_dev_certificates(folder, {name}); }), HasSubstr("neither")) << name;
@@ -202,7 +202,7 @@ TEST(KeyPair, IsTheSameAfterItsFile) {
   EXPECT_THAT(failure_of([&] { KeyPair::load(file); }), HasSubstr(file.string()));
 }
 
-TEST(KeyPair, SignsWhatOnlyItsPublicKeyConfirms) {
+TEST(KeyPair, MakesASignatureThatOnlyItsPublicKeyConfirms) {
   const KeyPair key = KeyPair::make(KeyPair::Kind::kEd25519), other = KeyPair::make(KeyPair::Kind::kEd25519);
   const Bytes message = bytes_in("message");
   Signature signature = key.sign(message);

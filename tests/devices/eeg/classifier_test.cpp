@@ -171,7 +171,7 @@ TEST_F(Split, ARecordingOfTheTrainingIsRefusedWithOtherBlocks) {
   for (Annotation& one : recording.annotations) one.onset_s += 1;
   add_session(test, recording);
   for (const CalibrationBlock& block : test.blocks)
-    EXPECT_THAT(model.trained_blocks, testing::Not(testing::Contains(block.fingerprint))) << "no block is the same";
+    EXPECT_THAT(model.trained_blocks, testing::Not(testing::Contains(block.fingerprint))) << "the blocks must differ";
   EXPECT_THAT(message_of([&] { validate(model, test, 100, 1); }), HasSubstr("was trained with this recording"));
   // Within one calibration, the same recording with different blocks must also be detected as a copy.
   EXPECT_THAT(message_of([&] { add_session(training, recording); }), HasSubstr("has the same samples as"));
@@ -297,7 +297,7 @@ TEST(Sigmoid, IsFiniteForDataThatIsSeparableOrReversed) {
   }
   EXPECT_GT(fit_sigmoid(separable).slope, 0);
   EXPECT_TRUE(std::isfinite(fit_sigmoid(separable).slope));
-  EXPECT_EQ(fit_sigmoid(reversed).slope, 0) << "a classifier that is wrong says nothing";
+  EXPECT_EQ(fit_sigmoid(reversed).slope, 0) << "reversed decisions must give slope 0";
 }
 
 class ModelFile : public testing::Test {

@@ -200,7 +200,7 @@ TEST(Cortex, LostAndInterpolatedSamplesAreMarked) {
   EXPECT_THAT(first, ElementsAre(1, -1, -1, 2, -1, 4, 5));
 }
 
-TEST(Cortex, SaysThatRawEegIsNotEnabled) {
+TEST(Cortex, ReportsThatRawEegIsNotEnabled) {
   FakeCortex session, stream;
   session.answers["createSession"] = R"("error":{"code":-32006,"message":"No valid license"})";
   EXPECT_THAT(failure_of(session),
@@ -211,27 +211,27 @@ TEST(Cortex, SaysThatRawEegIsNotEnabled) {
                                                  HasSubstr("-32016: The stream is unavailable")));
 }
 
-TEST(Cortex, SaysThatTheTokenHasExpired) {
+TEST(Cortex, ReportsThatTheTokenHasExpired) {
   FakeCortex service;
   service.answers["createSession"] = R"("error":{"code":-32015,"message":"Auth token expired"})";
   EXPECT_THAT(failure_of(service),
               HasSubstr("Cortex createSession: the token has expired or is not valid; start the program again"));
 }
 
-TEST(Cortex, SaysThatTheApplicationIsNotApproved) {
+TEST(Cortex, ReportsThatTheApplicationIsNotApproved) {
   FakeCortex service;
   service.answers["requestAccess"] = R"("result":{"accessGranted":false,"message":"wait"})";
   EXPECT_THAT(failure_of(service),
               HasSubstr("Cortex requestAccess: the application is not approved; open the EMOTIV Launcher"));
 }
 
-TEST(Cortex, SaysThatTheCredentialsAreWrong) {
+TEST(Cortex, ReportsThatTheCredentialsAreWrong) {
   FakeCortex service;
   service.answers["authorize"] = R"("error":{"code":-32021,"message":"Invalid client credentials"})";
   EXPECT_THAT(failure_of(service), HasSubstr("Cortex authorize: client id or client secret is wrong"));
 }
 
-TEST(Cortex, SaysThatThereIsNoHeadsetOrThatItIsNotReady) {
+TEST(Cortex, ReportsAMissingOrUnreadyHeadset) {
   FakeCortex none, off;
   none.answers["queryHeadsets"] = R"("result":[])";
   EXPECT_THAT(failure_of(none), HasSubstr("Cortex queryHeadsets: no headset is found; switch it on"));
@@ -240,7 +240,7 @@ TEST(Cortex, SaysThatThereIsNoHeadsetOrThatItIsNotReady) {
   EXPECT_THAT(off.methods(), testing::Contains("controlDevice"));
 }
 
-TEST(Cortex, SaysThatTheHeadsetWasLost) {
+TEST(Cortex, ReportsThatTheHeadsetWasLost) {
   FakeCortex service;
   service.after_subscribe = {sample(1, 0, 1),
                              R"({"jsonrpc":"2.0","warning":{"code":103,"message":{"headsetId":"EPOCX-1"}}})"};
@@ -248,7 +248,7 @@ TEST(Cortex, SaysThatTheHeadsetWasLost) {
               HasSubstr("the headset was lost; charge it, bring it nearer, and start again (Cortex 103"));
 }
 
-TEST(Cortex, SaysThatTheHeadsetIsSilentOrTheServiceEnded) {
+TEST(Cortex, ReportsThatTheHeadsetIsSilentOrTheServiceEnded) {
   FakeCortex silent, ended;
   silent.after_subscribe = {sample(1, 0, 1)};
   EXPECT_THAT(failure_of(silent, std::chrono::milliseconds(300)), HasSubstr("the headset sends nothing"));
@@ -256,7 +256,7 @@ TEST(Cortex, SaysThatTheHeadsetIsSilentOrTheServiceEnded) {
   EXPECT_THAT(failure_of(ended), HasSubstr("the Cortex service has ended the connection"));
 }
 
-TEST(Cortex, SaysThatNothingListens) {
+TEST(Cortex, ReportsThatNoServiceListens) {
   CortexSettings settings;
   {
     const FakeCortex service;
@@ -264,7 +264,7 @@ TEST(Cortex, SaysThatNothingListens) {
   }
   try {
     open_cortex(settings);
-    FAIL() << "nothing listens there";
+    FAIL() << "opened without a service";
   } catch (const std::runtime_error& error) {
     EXPECT_THAT(error.what(), HasSubstr("the Cortex service does not answer at ws://127.0.0.1:"));
   }

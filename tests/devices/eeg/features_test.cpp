@@ -74,7 +74,7 @@ TEST(Higuchi, OfAnyRampIsOne) {
       EXPECT_NEAR(higuchi_dimension(ramp), 1, 1e-9) << slope << " " << count;
     }
   }
-  EXPECT_EQ(higuchi_dimension(std::vector<double>(512, 3.0)), 1) << "a constant signal is a ramp, too";
+  EXPECT_EQ(higuchi_dimension(std::vector<double>(512, 3.0)), 1) << "a constant signal is a ramp of slope 0";
 }
 
 TEST(Higuchi, OfFractionalBrownianMotionIsTwoMinusHurst) {
@@ -158,7 +158,7 @@ TEST(BandPass, HasTheResponseOfItsDesign) {
   }
 }
 
-TEST(BandPass, LetsASineThroughAsItsResponseSays) {
+TEST(BandPass, TheGainOfASineIsThatOfTheFrequencyResponse) {
   for (const double f : {1.0, 2.0, 3.0, 10.0, 30.0, 42.0, 50.0}) {
     BandPass filter(2, 42, 128);
     double squares = 0;

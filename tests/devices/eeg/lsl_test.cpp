@@ -105,7 +105,7 @@ TEST_F(Lsl, EachErrorNamesItsRemedy) {
   EXPECT_THAT(refusal(), HasSubstr("channel 'F3' has the unit 'furlong'"));
 }
 
-TEST_F(Lsl, AStreamThatIsLostSaysSo) {
+TEST_F(Lsl, ALostStreamIsReported) {
   const auto source = open();
   set<int>("fake_error", -2);
   std::vector<double> frames;
@@ -133,7 +133,7 @@ TEST_F(Lsl, AStreamThatIsSilentCountsAsLost) {
   }
 }
 
-TEST(LslLibrary, ThatIsMissingOrIncompleteIsNamed) {
+TEST(LslLibrary, AMissingOrIncompleteLibraryIsNamed) {
   for (const auto& [file, words] : {std::pair{"/nowhere/liblsl.so", "--library FILE"},
                                     {TANDEM_FAKE_LSL_WITHOUT_PULL, "it has no lsl_pull_chunk_d"}}) {
     LslSettings settings;

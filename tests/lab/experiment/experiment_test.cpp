@@ -110,17 +110,17 @@ TEST_F(ReadExperiment, EveryFieldArrives) {
   EXPECT_EQ(user.up.rate_limit_bytes_per_s, 1e6);
   EXPECT_EQ(user.up.queue_limit, 12U);
   EXPECT_EQ(user.down.delay, milliseconds(100));
-  EXPECT_EQ(user.down.loss, 0.05) << "what the way down does not say is as the link";
+  EXPECT_EQ(user.down.loss, 0.05) << "settings missing in downlink must be those of link";
   EXPECT_EQ(user.down.distribution, net::JitterDistribution::kPareto);
 }
 
-TEST_F(ReadExperiment, LeavesOutWhatItDoesNotSay) {
+TEST_F(ReadExperiment, KeepsDefaultsForMissingSettings) {
   const Experiment experiment = parse(
       R"({"name": "n", "scene": "./scene.json", "users": [{"name": "a", "link": {"rtt_ms": 14}}, {"name": "b"}]})");
   EXPECT_EQ(experiment.duration, seconds(10));
   EXPECT_EQ(experiment.users[0].pipeline.stage, default_stage());
   EXPECT_FALSE(experiment.users[0].state_over_tcp);
-  EXPECT_EQ(experiment.users[0].down.delay, milliseconds(7)) << "downlink is like link unless it is given";
+  EXPECT_EQ(experiment.users[0].down.delay, milliseconds(7)) << "without downlink, the settings of link apply";
   EXPECT_EQ(experiment.users[0].tick_phase, microseconds(250));
   EXPECT_EQ(experiment.users[1].tick_phase, microseconds(500));
   EXPECT_EQ(experiment.users[1].hand_parameters.mass_kg, devices::HandParameters{}.mass_kg);
@@ -160,7 +160,7 @@ TEST_F(ReadExperiment, ADelayPathIsAFileBesideItOrAShippedOne) {
               testing::HasSubstr("must have the same number of values"));
 }
 
-TEST_F(ReadExperiment, SaysWhatIsWrongWhereAndWhatWouldBeRight) {
+TEST_F(ReadExperiment, NamesTheErrorItsPositionAndTheRemedy) {
   const std::pair<std::string, std::string> cases[] = {
       {"{", "e.json: line 1, column 2: incomplete JSON; it must be one valid JSON value"},
       {"{}", "e.json: name is missing; it must be a text in quotes"},
@@ -272,7 +272,7 @@ TEST(PrettyJson, ReadsBackToTheSameBits) {
   EXPECT_EQ(pretty_json(boost::json::parse(R"({"x": [1.5, 2]})")), "{\n  \"x\": [1.5, 2]\n}\n");
 }
 
-TEST(PrettyJson, WritesNullForWhatIsNoNumber) {
+TEST(PrettyJson, WritesNullForNonFiniteNumbers) {
   EXPECT_EQ(pretty_json(boost::json::value(std::numeric_limits<double>::quiet_NaN())), "null\n");
   EXPECT_EQ(pretty_json(boost::json::value(std::numeric_limits<double>::infinity())), "null\n");
 }

@@ -36,7 +36,7 @@ json::object complete() {
   return experiment_json(parse_experiment({"e.json", ".", two_users()}));
 }
 
-TEST(ParseAxis, TakesOneValueOrSeveralOfAnyKind) {
+TEST(ParseAxis, AcceptsOneOrSeveralValuesOfAnyKind) {
   const Axis one = parse_axis("stage=hold");
   EXPECT_EQ(one.name, "stage");
   EXPECT_THAT(one.values, testing::ElementsAre(json::value("hold")));
@@ -47,13 +47,13 @@ TEST(ParseAxis, TakesOneValueOrSeveralOfAnyKind) {
   EXPECT_THAT(parse_axis("users.ben.hand=\"a,b\"").values, testing::ElementsAre(json::value("a,b")));
 }
 
-TEST(ParseAxis, TakesTheOlderNameOfAQuantity) {
+TEST(ParseAxis, AcceptsTheOlderNameOfAQuantity) {
   EXPECT_EQ(parse_axis("guard=true").name, "passivity");
   EXPECT_EQ(parse_axis("users.ben.guard=true").name, "users.ben.passivity");
   EXPECT_EQ(parse_axis("users.guard.stage=hold").name, "users.guard.stage");
 }
 
-TEST(ParseAxis, SaysWhatIsMissing) {
+TEST(ParseAxis, NamesTheMissingPart) {
   for (const char* text : {"stage", "=hold", "stage="}) {
     EXPECT_THAT([&] { parse_axis(text); },
                 ThrowsMessage<std::invalid_argument>(AllOf(HasSubstr(text), HasSubstr("NAME=VALUE"))))
@@ -62,7 +62,7 @@ TEST(ParseAxis, SaysWhatIsMissing) {
   EXPECT_THAT([] { parse_axis("link.rtt_ms=1,,2"); }, ThrowsMessage<std::invalid_argument>(HasSubstr("empty value")));
 }
 
-TEST(SetQuantity, OfAllUsersTakesThePlaceOfTheirOwn) {
+TEST(SetQuantity, OfAllUsersReplacesThatOfEachUser) {
   const json::object stage = with("stage", "late-pose");
   EXPECT_EQ(stage.at("stage"), json::value("late-pose"));
   EXPECT_FALSE(stage.at("users").at(0).as_object().contains("stage"));
@@ -97,7 +97,7 @@ TEST(SetQuantity, ReachesTheScene) {
               ThrowsMessage<std::invalid_argument>(HasSubstr("scene.bodies.no_box.mass_kg")));
 }
 
-TEST(CheckQuantity, KnowsEveryFieldAndGuessesTheNearest) {
+TEST(CheckQuantity, AcceptsEveryFieldAndSuggestsTheNearestName) {
   const json::object all = complete();
   for (const char* name : {"stage", "passivity", "predictor", "seed", "duration_s", "link.rtt_ms", "link.trace_ms",
                            "hand.mass_kg", "device", "users.1.link.loss", "users.ben.stage", "model.mass_scale", "law",

@@ -48,7 +48,7 @@ TEST(TrialGrid, IsTheProductOfItsAxesTimesSeeds) {
   EXPECT_EQ(count(R"(, "seeds": 2, "grid": [{"link.rtt_ms": [0, 10, 20], "link.loss": [0, 0.05]}])"), 12U);
   EXPECT_EQ(count(R"(, "seeds": 2, "grid": [{"link.rtt_ms": [0, 10]}, {"link.rtt_ms": 20, "seeds": 1}])"), 5U);
   EXPECT_EQ(count(R"(, "seeds": 2, "grid": [{"stage": "others"}])"), 2 * (kGeneralStages - 1));
-  EXPECT_EQ(count(R"(, "seeds": 5, "grid": [])"), 1U) << "the file as it stands";
+  EXPECT_EQ(count(R"(, "seeds": 5, "grid": [])"), 1U) << "an empty grid gives one trial of the file";
 }
 
 TEST(TrialGrid, TheSameTrialIsRunOnce) {
@@ -87,10 +87,10 @@ TEST(TrialGrid, TheFullProductHasEveryGeneralStageAndPredictorWithAndWithoutPass
   EXPECT_EQ(count("", full), kGeneralStages * known_predictors().size() * 2 * 8 * 2 * 2);
 }
 
-TEST(TrialGrid, TakesTheOlderNameOfPassivity) {
+TEST(TrialGrid, AcceptsTheOlderNameOfPassivity) {
   const std::string grid = R"(, "seeds": 1, "grid": [{"guard": [true, false]}])";
   EXPECT_EQ(count(grid), 2U);
-  EXPECT_EQ(count(grid, asking({"passivity=false"})), 1U) << "the same axis";
+  EXPECT_EQ(count(grid, asking({"passivity=false"})), 1U) << "both names must select the same axis";
 }
 
 TEST(TrialGrid, LaterSettingsOfOneUserStandAgainstThoseOfAll) {
@@ -125,7 +125,7 @@ TEST(TrialGrid, TheReferenceHasTheSameHandsOnAPerfectLink) {
   }
 }
 
-TEST(TrialGrid, RefusesWhatDoesNotExistAndWhatIsTooMuch) {
+TEST(TrialGrid, RefusesUnknownSettingsAndTooManyTrials) {
   EXPECT_THAT([] { expand(file(""), asking({"link.rt_ms=1"})); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("did you mean link.rtt_ms?")));
   EXPECT_THAT([] { expand(file(R"(, "grid": [{"stge": "hold"}])"), {}); },

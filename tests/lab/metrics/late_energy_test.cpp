@@ -29,7 +29,8 @@ TEST(LateEnergy, OfAForceThatBeginsALoopLateIsForceTimesSpeedTimesLoop) {
   const SessionTrace truth = moving(-2, milliseconds(500));
   EXPECT_NEAR(late_energy_j(truth, moving(0, {}, milliseconds(60), milliseconds(40))), 2 * 0.1 * 0.1, 1e-9);
   EXPECT_NEAR(late_energy_j(truth, moving(0, {})), 0, 1e-12) << "not late";
-  EXPECT_NEAR(late_energy_j(moving(2, milliseconds(500)), moving(0, {}, milliseconds(60))), 0, 1e-12) << "it takes";
+  EXPECT_NEAR(late_energy_j(moving(2, milliseconds(500)), moving(0, {}, milliseconds(60))), 0, 1e-12)
+      << "the late force dissipates energy";
 }
 
 }  // namespace

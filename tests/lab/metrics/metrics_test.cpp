@@ -66,7 +66,7 @@ TEST(UserMetrics, TheHoldPhaseCountsOnlyASecondAfterEachBegin) {
   EXPECT_EQ(settled_hold_ticks(trace).size(), 500U + 499U);
 }
 
-TEST(UserMetrics, WhatDoesNotApplyIsNotANumber) {
+TEST(UserMetrics, AMetricThatDoesNotApplyIsNan) {
   UserTrace trace;
   for (const UserMetric& metric : user_metrics()) {
     const double value = metric.value_of(trace);

@@ -62,7 +62,7 @@ void force(TickSample& tick, double z_n) {
   tick.displayed_D.f = tick.requested_D.f = tick.stage_D.f = Vec3(0, 0, z_n);
 }
 
-TEST(TrialMetrics, FreeDragIsWhatMovingCostsBeyondZeroDelay) {
+TEST(TrialMetrics, FreeDragIsTheForceOfMovingBeyondThatAtZeroDelay) {
   const SessionTrace trace = pressing([](TickSample& tick, double t) { force(tick, t < 1 ? 3 : 9); });
   const SessionTrace reference = pressing([](TickSample& tick, double t) { force(tick, t < 1 ? 1 : 5); });
   EXPECT_NEAR(metric("free_drag_rms_n", trace, &reference), 2, 1e-12);
@@ -74,7 +74,8 @@ TEST(TrialMetrics, ContactPhasesAreThoseInWhichTheHandFeelsSomethingAtZeroDelay)
   const SessionTrace trace = pressing([](TickSample& tick, double) { force(tick, 4); });
   const Experiment experiment;
   const UserView view{experiment, trace.users[0], &reference.users[0], nullptr};
-  EXPECT_EQ(contact_phases(view), (std::vector<bool>{false, true, false})) << "move never, hold too weak";
+  EXPECT_EQ(contact_phases(view), (std::vector<bool>{false, true, false}))
+      << "the move phase has no contact, and in the last phase it is too weak";
   EXPECT_NEAR(metric("contact_force_mean_n", trace, &reference), 4, 1e-12);
   EXPECT_NEAR(metric("contact_force_ratio", trace, &reference), 2, 1e-12);
 }
@@ -105,7 +106,7 @@ TEST(TrialMetrics, FeltStiffnessIsTheRatioOfSlopes) {
   const SessionTrace reference = spring(500);
   EXPECT_NEAR(metric("felt_stiffness_ratio", spring(350), &reference), 0.7, 1e-9);
   const SessionTrace constant = pressing([](TickSample& tick, double) { force(tick, 2); });
-  EXPECT_TRUE(std::isnan(metric("felt_stiffness_ratio", constant, &constant))) << "nothing was pressed";
+  EXPECT_TRUE(std::isnan(metric("felt_stiffness_ratio", constant, &constant))) << "the penetration was constant";
   // A force that does not depend on the position of the hand gives no stiffness.
   const SessionTrace sliding = pressing([](TickSample& tick, double t) {
     tick.hand_D.p = Vec3(0, 0, 0.004 * sine(0.5, t));
@@ -135,7 +136,7 @@ SessionTrace shaking(double mass_kg, double noise_n = 0) {
                   });
 }
 
-TEST(FeltMass, IsTheMassThatIsShakenWhateverSpringAndDamperGoWithIt) {
+TEST(FeltMass, IsTheShakenMassForAnySpringAndDamper) {
   const FeltMass felt = felt_mass(shaking(0.2).users[0]);
   EXPECT_NEAR(felt.mass_kg, 0.2, 0.002) << "half a millisecond between force and movement";
   EXPECT_LT(felt.half_width_kg, 0.002);
@@ -144,7 +145,7 @@ TEST(FeltMass, IsTheMassThatIsShakenWhateverSpringAndDamperGoWithIt) {
   EXPECT_GT(noisy.half_width_kg, felt.half_width_kg);
 }
 
-TEST(FeltMass, IsUnknownToAHandThatShakesNothing) {
+TEST(FeltMass, IsUnknownWithoutShaking) {
   EXPECT_TRUE(std::isnan(felt_mass(pressing([](TickSample&, double) {}).users[0]).mass_kg));
   const SessionTrace still =
       trace_of({begin_of("shake", 0)}, 6, [](TickSample& tick, double t) { force(tick, sine(3, t)); });
@@ -196,7 +197,8 @@ TEST(TrialMetrics, AStepIsExcusedByOneOfTheReferenceATenthOfASecondAndARoundTrip
   EXPECT_NEAR(metric("torque_step_max_n_m_per_ms", stepping(2.898), &reference), 0.05, 1e-12);
   SessionTrace late = stepping(3.199);
   late.users[0].user.up.delay = late.users[0].user.down.delay = milliseconds(50);
-  EXPECT_EQ(metric("force_step_max_n_per_ms", late, &reference), 0) << "a partner's touch comes so late";
+  EXPECT_EQ(metric("force_step_max_n_per_ms", late, &reference), 0)
+      << "the step is within the delay of a partner's contact";
 }
 
 TEST(TrialMetrics, AReturnIsHalfASecondAfterALongSilence) {
@@ -231,7 +233,7 @@ TEST(TrialMetrics, PathErrorsAreOfTheWholePathAndOverThePeak) {
   EXPECT_TRUE(std::isnan(metric("path_torque_error_of_peak", trace, &nothing)));
 }
 
-TEST(TrialMetrics, WhatDelayDidIsHeldAgainstTheSameStage) {
+TEST(TrialMetrics, TheEffectOfDelayIsComparedWithTheSameStage) {
   const SessionTrace reference = pressing([](TickSample& tick, double) { force(tick, 4); });
   const SessionTrace same_stage = pressing([](TickSample& tick, double) { force(tick, 3); });
   const SessionTrace trace = pressing([](TickSample& tick, double) { force(tick, 3.25); });
@@ -266,7 +268,7 @@ TEST(TrialMetrics, GhostContactIsFeltWhereThereIsNothing) {
   EXPECT_EQ(metric("ghost_contact_ms", reference, &reference), 0);
 }
 
-TEST(TrialMetrics, TheSpectrumAbove60HzHasWhatIsFastAndNothingElse) {
+TEST(TrialMetrics, TheSpectrumAbove60HzContainsFastChangesOnly) {
   const auto shaken = [](double hz) {
     return pressing([hz](TickSample& tick, double t) { force(tick, 2 + 0.1 * sine(hz, t)); });
   };
@@ -289,13 +291,14 @@ SessionTrace working(double force_n, double world_gain_j, int late_ms = 0) {
   return trace;
 }
 
-TEST(EnergyLedger, WhatTheWorldGaveIsNotCreatedHoweverLateItIsAsked) {
+TEST(EnergyLedger, EnergyFromTheWorldIsNotCreatedAtAnyInputDelay) {
   for (const int late_ms : {0, 300}) {
     const EnergyLedger ledger = energy_ledger(working(2, -0.2, late_ms));
     EXPECT_NEAR(ledger.hand_ports_j.at(0), 0.2, 1e-9);
     EXPECT_NEAR(ledger.created_max_j, 0, 1e-9);
     EXPECT_NEAR(ledger.created_in_100_ms_j, 0, 1e-9);
-    EXPECT_EQ(energy_ledger(working(-2, 0.1, late_ms)).created_max_j, 0) << "half of what the hand gave was lost";
+    EXPECT_EQ(energy_ledger(working(-2, 0.1, late_ms)).created_max_j, 0)
+        << "half of the supplied energy was dissipated";
   }
 }
 
@@ -309,7 +312,7 @@ TEST(EnergyLedger, TheGreatestSurplusAtAnyTimeCounts) {
   EXPECT_NEAR(energy_ledger(later).created_max_j, 0.05, 1e-9);
 }
 
-TEST(EnergyLedger, ARiseWithinAShortTimeIsSeenWhateverWasTakenBefore) {
+TEST(EnergyLedger, AShortRiseIsDetectedWhateverWasDissipatedBefore) {
   // First 1 W is dissipated for half a second, then 0.4 W is created.
   SessionTrace trace = working(0, 0);
   for (std::size_t k = 0; k <= 1000; ++k) {
@@ -322,7 +325,7 @@ TEST(EnergyLedger, ARiseWithinAShortTimeIsSeenWhateverWasTakenBefore) {
   EXPECT_NEAR(ledger.created_in_1_s_j, 0.2, 1e-9);
 }
 
-TEST(EnergyLedger, WhatOneUserGivesAnotherMayGet) {
+TEST(EnergyLedger, EnergySuppliedByOneUserMayReachAnother) {
   SessionTrace trace = working(2, 0);  // the hand receives 0.2 J that its coupling at the server does not supply
   trace.users.push_back(working(-2, 0).users[0]);
   EXPECT_NEAR(energy_ledger(trace).created_max_j, 0, 1e-9);
@@ -330,7 +333,7 @@ TEST(EnergyLedger, WhatOneUserGivesAnotherMayGet) {
   EXPECT_NEAR(energy_ledger(trace).created_max_j, 0.05, 1e-9);
 }
 
-TEST(EnergyLedger, ALateSpringMakesWhatTheorySays) {
+TEST(EnergyLedger, ADelayedSpringCreatesTheEnergyThatTheoryPredicts) {
   // A hand oscillates with 5 mm at 5 Hz on a spring of 500 N/m at the server. The response is displayed late.
   constexpr double kSpring = 500, kSwing_m = 0.005;
   const auto at = [](double t) { return kSwing_m * sine(5, std::max(0.0, t)); };
@@ -452,13 +455,13 @@ std::string outcome_with(const std::vector<double>& heights_m) {
   return outcome_of({experiment, trace});
 }
 
-TEST(Outcome, SaysWhetherTheBodyWasCarriedAllTheWay) {
+TEST(Outcome, StatesWhetherTheBodyWasCarriedAllTheWay) {
   EXPECT_EQ(outcome_with({0, 0.06, 0.06, 0.10, 0.06, 0, 0}), "completed") << "it may be set down afterwards";
   EXPECT_EQ(outcome_with({0, 0.06, 0.06, 0.04, 0.06, 0, 0}), "dropped");
   EXPECT_EQ(outcome_with({0, 0.04, 0.04, 0.04, 0.04, 0, 0}), "never-lifted");
 }
 
-TEST(Outcome, SaysWhetherTheBodyEndsInItsPlace) {
+TEST(Outcome, StatesWhetherTheBodyEndsAtItsTarget) {
   const auto outcome_at = [](const Vec3& first, const Vec3& last) {
     Experiment experiment;
     experiment.outcome = OutcomeRule{"peg", 0, "", Vec3(0.06, 0, 0.03), 0.002};
@@ -474,7 +477,7 @@ TEST(Outcome, SaysWhetherTheBodyEndsInItsPlace) {
   };
   EXPECT_EQ(outcome_at({0, 0, 0}, {0.061, 0.001, 0.031}), "completed");
   EXPECT_EQ(outcome_at({0, 0, 0}, {0.06, 0, 0.0325}), "missed");
-  EXPECT_EQ(outcome_at({0.06, 0, 0.03}, {0, 0, 0}), "missed") << "it was there, and is not any more";
+  EXPECT_EQ(outcome_at({0.06, 0, 0.03}, {0, 0, 0}), "missed") << "the body started at the target and left it";
 }
 
 TEST(Outcome, OfAHandThatFeelsLessThanHalfOfTheTruthIsWeak) {

@@ -142,7 +142,7 @@ TEST_F(SessionReplayTest, HasTheSameStateAfterEachStepInEachMode) {
   }
 }
 
-TEST_F(SessionReplayTest, NamesTheFirstStepAndThingThatDiffer) {
+TEST_F(SessionReplayTest, NamesTheFirstStepAndValueThatDiffer) {
   record(proto::ClientMode::kHandle);
   // A scene with the same names, but a slightly heavier cube.
   std::string heavier = physics::scene_json({.bodies = kBodies, .tools = kTools});
@@ -184,7 +184,7 @@ TEST_F(SessionReplayTest, PlaysFilesThatRotated) {
   EXPECT_THROW(replay_session(folder_ / "r-002.mcap"), std::invalid_argument) << "it does not begin at the start";
 }
 
-TEST_F(SessionReplayTest, AFullRingLosesWholeStepsAndCountsThem) {
+TEST_F(SessionReplayTest, AFullRingDropsWholeStepsAndCountsThem) {
   server::Room room(RoomId{1}, "attic", server::load_scene(scene()));
   server::RoomRecorder recorder(
       room, {.file = file(), .program = "test", .scene_file = scene().string(), .recording = 7, .capacity = 10});

@@ -50,7 +50,7 @@ TEST(FormatFixed, RoundsAndNeverShowsNegativeZero) {
   EXPECT_EQ(format_fixed(-kInfinity, 2), "−∞");
 }
 
-TEST(FormatFixed, TakesTheLargestDouble) {
+TEST(FormatFixed, FormatsTheLargestDouble) {
   EXPECT_EQ(format_fixed(-std::numeric_limits<double>::max(), 17).size(), 309 + 18 + std::string("−").size());
 }
 
@@ -76,7 +76,7 @@ TEST(EscapeHtml, LeavesNoMarkupOfAHostileName) {
   EXPECT_EQ(escape_html("a\" onload=\"b&c"), "a&quot; onload=&quot;b&amp;c");
 }
 
-TEST(EscapeHtml, ReplacesWhatIsNotTextAndKeepsWhatIs) {
+TEST(EscapeHtml, ReplacesInvalidCharactersAndKeepsText) {
   EXPECT_EQ(escape_html("Zoë 日本 😀"), "Zoë 日本 😀");
   EXPECT_EQ(escape_html(std::string_view("a\0b\x1b[31m", 8)), "a\uFFFDb\uFFFD[31m");
   EXPECT_EQ(escape_html("\u202Egpj.exe"), "\uFFFDgpj.exe");
@@ -102,7 +102,7 @@ TEST(TicksInside, AreOneTwoOrFiveTimesAPowerOfTen) {
   EXPECT_EQ(labels(ticks_inside({0, 3e-9}, 4)), (Labels{"0", "1e−9", "2e−9", "3e−9"}));
 }
 
-TEST(TicksInside, AreFewWhateverTheRange) {
+TEST(TicksInside, AreFewForAnyRange) {
   Random random(7);
   const auto any = [&random] { return random.normal() * std::pow(10, 500 * random.uniform() - 250); };
   for (int i = 0; i < 5000; ++i) {
@@ -113,7 +113,7 @@ TEST(TicksInside, AreFewWhateverTheRange) {
   }
 }
 
-TEST(TicksInside, SurviveRangesThatAreNone) {
+TEST(TicksInside, HandleInvalidRanges) {
   for (const Range range : {Range{5, 5}, Range{0, 0}, Range{kNan, 1}, Range{-kInfinity, kInfinity}, Range{1, -1},
                             Range{-1.7e308, 1.7e308}, Range{1e15, 1e15 + 1}, Range{5e-324, 5e-324}}) {
     const auto ticks = ticks_inside(range, 5);
@@ -122,7 +122,7 @@ TEST(TicksInside, SurviveRangesThatAreNone) {
   }
 }
 
-TEST(TicksAround, HoldTheRangeWithLessThanAStepToSpare) {
+TEST(TicksAround, EncloseTheRangeWithLessThanAStepExtra) {
   Random random(11);
   for (int i = 0; i < 5000; ++i) {
     const Range range = sane_linear({10 * random.normal(), 10 * random.normal()});
@@ -213,7 +213,7 @@ TEST(Decimate, StaysBoundedWhenEverySecondSampleIsMissing) {
   EXPECT_LE(points, 200U);
 }
 
-TEST(Decimate, RefusesWhatIsNotASeriesOverTime) {
+TEST(Decimate, RefusesInvalidSeries) {
   EXPECT_THROW(decimate(std::vector{1.0, 0.0}, std::vector{1.0, 1.0}, {0, 1}, 10), std::invalid_argument);
   EXPECT_THROW(decimate(std::vector{kNan}, std::vector{1.0}, {0, 1}, 10), std::invalid_argument);
   EXPECT_THROW(decimate(std::vector{1.0}, std::vector<double>{}, {0, 1}, 10), std::invalid_argument);
@@ -232,7 +232,7 @@ Plot sample_plot() {
   return plot;
 }
 
-TEST(RenderSvg, EscapesEveryTextItIsGiven) {
+TEST(RenderSvg, EscapesEveryText) {
   const std::string svg = render_svg(sample_plot());
   EXPECT_EQ(svg.find("<b>"), std::string::npos);
   EXPECT_EQ(count_of(svg, "&lt;b&gt;anna&lt;/b&gt;"), 1U);
@@ -240,7 +240,7 @@ TEST(RenderSvg, EscapesEveryTextItIsGiven) {
   EXPECT_EQ(count_of(svg, "hold &amp; press"), 2U) << "the label and the title";
 }
 
-TEST(RenderSvg, HasNoNumberThatIsNone) {
+TEST(RenderSvg, ContainsOnlyFiniteNumbers) {
   Plot plot = sample_plot();
   plot.series[0].y[7] = kNan;
   plot.series[0].y[9] = 1e308;
@@ -262,7 +262,7 @@ TEST(RenderSvg, DrawsAnEmptyPlotAndASinglePoint) {
   EXPECT_NE(svg.substr(points, svg.find('"', points + 8) - points).find(' '), std::string::npos);
 }
 
-TEST(RenderSvg, LeavesWhatIsNotPositiveOutOfALogarithmicAxis) {
+TEST(RenderSvg, OmitsNonPositiveValuesFromALogarithmicAxis) {
   Plot plot;
   plot.x.is_log = true;
   plot.y.is_log = true;
@@ -301,7 +301,7 @@ double greatest_y_tick(const std::string& svg) {
   return greatest;
 }
 
-TEST(RenderSvg, DoesNotMagnifyDifferencesThatNobodyFeels) {
+TEST(RenderSvg, DoesNotMagnifyImperceptibleDifferences) {
   Plot plot;
   plot.y = {"torque", "mN·m"};
   plot.series = {{"", {0.0, 1.0}, {0.0, 0.03}}};
@@ -371,7 +371,7 @@ HtmlReport sample_report() {
   return report;
 }
 
-TEST(HtmlReport, EscapesEveryTextItIsGiven) {
+TEST(HtmlReport, EscapesEveryText) {
   const std::string html = sample_report().html();
   for (const char* markup : {"<a>", "<img", "<i>", "<u>", "<script", "<unit>", "</h2><h1>", "</caption></caption>",
                              "</footer></p>", "</figcaption></figcaption>"}) {
@@ -437,7 +437,7 @@ TEST(HtmlReport, IsTheSameToTheByte) {
   EXPECT_EQ(sample_report().html(), sample_report().html());
 }
 
-TEST(HtmlReport, SaysInWordsHowManyChecksFail) {
+TEST(HtmlReport, StatesInWordsHowManyChecksFail) {
   HtmlReport report("t", "s");
   report.verdict(std::vector<Check>{check_of(1, Relation::kAtLeast, 0.3)});
   EXPECT_NE(report.html().find("Passed: all 1 checks hold."), std::string::npos);
@@ -462,7 +462,7 @@ TEST(ParseCsv, ReadsNumbersMissingFieldsAndWindowsLines) {
   EXPECT_EQ(table.column("force_n")[2], -kInfinity);
 }
 
-TEST(ParseCsv, NamesFileLineAndColumnOfWhatIsWrong) {
+TEST(ParseCsv, NamesFileLineAndColumnOfAnError) {
   EXPECT_EQ(csv_complaint("t_s,force_n\n0,1\n1,x1\n"),
             "bob.csv: line 3, column 2 (force_n) is \"x1\"; it must be a number");
   EXPECT_EQ(csv_complaint("t_s,force_n\n0,1 \n"), "bob.csv: line 2, column 2 (force_n) is \"1 \"; it must be a number");
@@ -494,7 +494,7 @@ TEST(ReadCsv, RefusesAFileThatIsTooLarge) {
   std::filesystem::remove(file);
 }
 
-TEST(ParseCsv, NamesAColumnThatIsNotThere) {
+TEST(ParseCsv, NamesAMissingColumn) {
   const CsvTable table = parse_csv("t_s\n", "bob.csv");
   EXPECT_EQ(table.find("force_n"), nullptr);
   EXPECT_THROW(table.column("force_n"), std::invalid_argument);

@@ -195,7 +195,7 @@ TEST(ClientRun, UpdatesThatWereSuppressedMayHaveTheirOlderName) {
   }
 }
 
-TEST(ClientRun, WhatTheClientDoesNotKnowIsNanAndFailsItsCheck) {
+TEST(ClientRun, AnUnknownValueIsNanAndFailsItsCheck) {
   json::value summary = good_summary("ben");
   summary.at_pointer("/watched_body") = nullptr;
   summary.at_pointer("/phases/1/settled_force_mean_n") = nullptr;
@@ -205,7 +205,7 @@ TEST(ClientRun, WhatTheClientDoesNotKnowIsNanAndFailsItsCheck) {
   EXPECT_EQ(claims.size(), 2U);
 }
 
-TEST(ClientRun, IsWhatTheClientWrites) {
+TEST(ClientRun, IsTheFormatThatTheClientWrites) {
   client::RunReport run({"approach", "hold"}, from_seconds(0.14));
   client::TickRecord record;
   record.at = LocalTime(from_seconds(5));
@@ -284,7 +284,7 @@ TEST(Trace, HasTheColumnsThatTheClientWrites) {
   EXPECT_DOUBLE_EQ(trace.phases[0].end, 9.5);
 }
 
-TEST(Trace, RefusesTimeThatRunsBackAndPhasesThatAreNone) {
+TEST(Trace, RefusesDecreasingTimesAndUnknownPhases) {
   const ClientRun summary = parse_client_summary(good_summary("ben"), "ben.json");
   CsvTable table = parse_csv(trace_csv({"0", "1", "2"}), "ben.csv");
   const std::size_t time_column = 0;

@@ -62,7 +62,7 @@ TEST(SessionTask, EachFailsForItsOwnFaultInAnyTickOfTheSettledHold) {
   }
 }
 
-TEST(SessionTask, FailsWhereNothingIsKnown) {
+TEST(SessionTask, FailsWithoutData) {
   ClientRun user = done_user("ben");
   user.trace.phases.clear();
   EXPECT_EQ(failing(user).size(), 3U) << "without a phase hold there is no tick to look at";

@@ -43,7 +43,7 @@ TEST(ShellWord, IsReadBackByAShell) {
   EXPECT_EQ(shell_word("link.rtt_ms=0,50"), "link.rtt_ms=0,50");
 }
 
-TEST(OutputFiles, AreAllThereAndNothingElse) {
+TEST(OutputFiles, AreExactlyTheDocumentedFiles) {
   const fs::path folder = empty_folder("all_files") / "deeper";
   const std::map<std::string, std::string> files{{"a.json", "{}"}, {"b.html", "<p>"}};
   write_all_files(folder, files);
@@ -93,7 +93,7 @@ TEST(OutputFiles, AskingForAFolderMakesNone) {
   EXPECT_FALSE(fs::exists(folder));
   fs::create_directories(folder);
   check_folder_can_be_made(folder);
-  EXPECT_TRUE(fs::exists(folder)) << "it was there before";
+  EXPECT_TRUE(fs::exists(folder)) << "an existing folder must be kept";
   std::ofstream(folder / "file") << "a file";
   EXPECT_THROW(check_folder_can_be_made(folder / "file" / "deeper"), std::invalid_argument);
 }

@@ -21,7 +21,7 @@
 namespace tandem::lab {
 namespace {
 
-TEST_F(Study, WhatAnythingDependsOnIsNotReused) {
+TEST_F(Study, ARowIsNotReusedIfAnInputChanged) {
   run(trials(), settings());
   RunSettings other_program = settings();
   other_program.program = "another build";
@@ -34,7 +34,7 @@ TEST_F(Study, WhatAnythingDependsOnIsNotReused) {
   EXPECT_EQ(reused(run(trials(), settings())), 0U) << "another mass";
 }
 
-TEST_F(Study, ARowSaysWhatWasTriedAndWhatCameOut) {
+TEST_F(Study, ARowContainsTheSettingsAndTheResults) {
   GridRequest request;
   request.axes.push_back(parse_axis("hand.mass_kg=0.5"));
   const auto results = run(trials(request), settings());
@@ -49,7 +49,7 @@ TEST_F(Study, ARowSaysWhatWasTriedAndWhatCameOut) {
   EXPECT_EQ(text_in(row, "outcome"), "completed");
   for (const TrialMetric& metric : trial_metrics()) EXPECT_TRUE(row.contains(metric.name)) << metric.name;
   EXPECT_GT(number_in(row, "contact_error_rms_n"), 0);
-  EXPECT_EQ(row.at("felt_mass_ratio"), json::value(nullptr)) << "nothing is shaken";
+  EXPECT_EQ(row.at("felt_mass_ratio"), json::value(nullptr)) << "the path has no shaking phase";
   EXPECT_EQ(row.at("users").as_array().size(), 2U);
   EXPECT_EQ(seed_groups(results).size(), 4U);
 }
@@ -63,7 +63,7 @@ TEST_F(Study, AtZeroDelayTheReferenceStageDoesNotErr) {
   }
 }
 
-TEST_F(Study, SamplesAreKeptWhereTheyWereAskedFor) {
+TEST_F(Study, SamplesAreStoredOnRequest) {
   RunSettings with_samples = settings();
   with_samples.keeps_samples = true;
   const auto results = run(trials(), with_samples);
@@ -158,7 +158,7 @@ TEST(StudyReport, BytesAreADataRate) {
   EXPECT_EQ(axis_of_metric("bytes_per_s").axis.label(), "data rate [kB/s]");
 }
 
-TEST(FieldKernel, CanBeForcedAndLetGo) {
+TEST(FieldKernel, CanBeForcedAndReleased) {
   docking::MolecularField::use_by_default("portable");
   EXPECT_EQ(docking::MolecularField::default_kernel(), "portable");
   EXPECT_THROW(docking::MolecularField::use_by_default("abacus"), std::invalid_argument);
@@ -167,7 +167,7 @@ TEST(FieldKernel, CanBeForcedAndLetGo) {
   EXPECT_EQ(docking::MolecularField::default_kernel(), docking::MolecularField::available_kernels().front());
 }
 
-TEST(SeedGroup, MeansAndWorstLeaveOutWhatIsNull) {
+TEST(SeedGroup, MeansAndWorstOmitNullValues) {
   const auto row = [](std::uint64_t seed, const json::value& drag, const char* outcome) {
     TrialResult result;
     result.row = {

@@ -82,7 +82,7 @@ TEST(TrialReport, PutsTheMetricsOfATraceIntoItsTable) {
   EXPECT_THAT(html, HasSubstr(">1.25<"));
 }
 
-TEST(TrialReport, SaysWhoWasLostAndWhy) {
+TEST(TrialReport, NamesLostUsersAndTheReasons) {
   SessionTrace trace = small_trace("anna");
   trace.users.front().stayed_connected = false;
   trace.users.front().why_disconnected = "the cable was pulled";

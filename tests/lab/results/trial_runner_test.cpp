@@ -53,7 +53,7 @@ TEST_F(Study, AgainstTheTruthAloneRunsItOnceASeedAndLeavesOutWhatTheOwnStageWoul
     EXPECT_FALSE(both[i].row.at("contact_delay_error_rms_n").is_null());
     EXPECT_EQ(results[i].row.at("contact_error_rms_n"), both[i].row.at("contact_error_rms_n"));
   }
-  EXPECT_EQ(reused(both), 0U) << "of the same folder: a row that lacks a metric is not the other's";
+  EXPECT_EQ(reused(both), 0U) << "a row of the same folder that lacks a metric must not be reused";
 }
 
 TEST_F(Study, IsRefusedForATrialWithMoreHandsThanToolsWhoeverSharesItsScene) {
@@ -70,7 +70,7 @@ TEST_F(Study, IsRefusedForATrialWithMoreHandsThanToolsWhoeverSharesItsScene) {
   }
 }
 
-TEST_F(Study, GoesOnWhereItWasInterrupted) {
+TEST_F(Study, ContinuesAnInterruptedStudy) {
   run(trials(), settings());
   std::size_t removed = 0;
   for (const auto& entry : fs::directory_iterator(folder_ / "out" / "trials")) {
@@ -85,7 +85,7 @@ TEST_F(Study, GoesOnWhereItWasInterrupted) {
   EXPECT_EQ(reused(run(trials(), settings())), 5U);
 }
 
-TEST_F(Study, GivesTheSameBytesAgainOnAnyNumberOfThreads) {
+TEST_F(Study, IsReproducibleForAnyNumberOfThreads) {
   RunSettings two = settings("two");
   two.threads = 2;
   const auto once = run(trials(), settings("one"));

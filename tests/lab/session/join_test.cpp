@@ -26,7 +26,7 @@ TEST(Join, FetchingAheadLeavesStateAloneAndFetchingInTurnDoesNot) {
   ASSERT_EQ(ways.size(), 3U);
   const JoinFigures &here = ways[0], &fetched = ways[1], &in_turn = ways[2];
   EXPECT_LE(here.wait_max_ms, 1);
-  EXPECT_GT(in_turn.wait_p99_ms, 30) << "a chunk of 64 KiB takes 52 ms of the line";
+  EXPECT_GT(in_turn.wait_p99_ms, 30) << "a chunk of 64 KiB occupies the link for 52 ms";
   EXPECT_LE(fetched.wait_p99_ms, 5);
   EXPECT_LE(fetched.wait_max_ms, 12);
   EXPECT_GT(fetched.states_per_s, 0.98 * here.states_per_s);
@@ -48,10 +48,10 @@ TEST(Join, TouchesByCoarseAssetsWithinASecondAndByTheWholeOnesWithinSix) {
     EXPECT_LE(join.stream_bytes, 4e6);
     EXPECT_LE(join.wait_p99_ms, 5);
     EXPECT_LE(join.wait_max_ms, 20);
-    ASSERT_GT(join.coarse_ticks, 200U) << "nothing was touched by the coarse ones";
+    ASSERT_GT(join.coarse_ticks, 200U) << "no contact with the coarse assets";
     EXPECT_LE(join.coarse_force_share, 0.2);
     EXPECT_LE(join.coarse_mm, 2);
-    ASSERT_GT(join.going_over_n, 0.5) << "nothing was touched as the whole ones took over";
+    ASSERT_GT(join.going_over_n, 0.5) << "no contact when the whole assets replaced them";
     EXPECT_LE(join.step_n, join.usual_step_n + 0.1);
   }
 }

@@ -87,7 +87,7 @@ net::LinkParameters link_of(Random& random) {
   return link;
 }
 
-TEST(RoomStart, HandsBeginTogetherWhoeverJoinsLate) {
+TEST(RoomStart, HandsStartTogetherEvenIfAUserJoinsLate) {
   Random random(test::test_seed(1));
   for (int trial = 0; trial < 30; ++trial) {
     const std::size_t users = 2 + random.next_u64() % 2;

@@ -112,7 +112,7 @@ TEST(VirtualSession, TheSameSeedGivesTheSameBytes) {
             boost::json::parse(first).at("users").at(0).at("metrics"));
 }
 
-TEST(VirtualSession, UsersGetTheToolsInTheirOrderWhateverTheLinks) {
+TEST(VirtualSession, UsersGetTheToolsInTheirOrderForAnyLinks) {
   Experiment experiment = pushing();
   experiment.users[0].up.delay = experiment.users[0].down.delay = milliseconds(200);
   experiment.users[1].up.delay = experiment.users[1].down.delay = milliseconds(1);
@@ -121,7 +121,7 @@ TEST(VirtualSession, UsersGetTheToolsInTheirOrderWhateverTheLinks) {
   EXPECT_GT(trace.users[1].ticks.front().handle_W.X.p.x(), 0);
 }
 
-TEST(VirtualSession, LostDatagramsAreCountedAndTheSessionGoesOn) {
+TEST(VirtualSession, LostDatagramsAreCountedAndTheSessionContinues) {
   Experiment experiment = pushing();
   for (ExperimentUser& each : experiment.users) each.up.loss = each.down.loss = 0.1;
   const SessionTrace trace = run_virtual_session(experiment, scene());
@@ -142,7 +142,7 @@ TEST(VirtualSession, TcpCarriesTheSameSession) {
   EXPECT_EQ(trace.users[0].link_up.sent, 0U) << "no datagram of its own";
 }
 
-TEST(VirtualSession, SaysWhyAUserLostItsConnection) {
+TEST(VirtualSession, ReportsWhyAUserLostTheConnection) {
   Experiment experiment = pushing();
   experiment.users[0].down.loss = 0.95;
   experiment.users[0].down.mean_bad_period = seconds(10);
@@ -161,7 +161,7 @@ TEST(VirtualSession, RefusesMoreManipulatorsThanTools) {
               testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("3 manipulators")));
   experiment.users.back().role = server::UserRole::kObserver;
   const SessionTrace trace = run_virtual_session(experiment, scene());
-  EXPECT_EQ(user_metric(trace.users[2], "force_max_n"), 0) << "an observer feels nothing";
+  EXPECT_EQ(user_metric(trace.users[2], "force_max_n"), 0) << "an observer must have no force";
 }
 
 TEST(VirtualSession, AHandOnAnotherDeviceHasThatDevicesLimits) {
@@ -192,13 +192,13 @@ TEST(VirtualSession, TheResultsNameEveryMetricAndParameter) {
   EXPECT_EQ(results.at("bodies").at(0).at("name").as_string(), "block");
 }
 
-TEST(VirtualSession, HandsStartAtAWholeMillisecondWhateverTheLinks) {
+TEST(VirtualSession, HandsStartAtAWholeMillisecondForAnyLinks) {
   for (const int delay_us : {0, 250, 500, 7750}) {
     Experiment experiment = pushing();
     for (ExperimentUser& each : experiment.users) each.up.delay = each.down.delay = std::chrono::microseconds(delay_us);
     const SessionTrace trace = run_virtual_session(experiment, scene());
     EXPECT_EQ(trace.joined_after % kHapticPeriod, Duration(0));
-    EXPECT_EQ(trace.users[0].ticks.front().time, kSlot) << "so that ticks of two trials are at the same times";
+    EXPECT_EQ(trace.users[0].ticks.front().time, kSlot) << "ticks of two trials must have equal times";
     EXPECT_EQ(trace.users[1].ticks.front().time, 2 * kSlot);
   }
 }

@@ -20,11 +20,11 @@ TEST(Hold, CreatesEnergyOnTheWallAt100MsWithoutPassivityController) {
   EXPECT_GT(Shown("wall", bare("hold", 100))["energy_created_max_j"], 0.001);
 }
 
-TEST(Hold, DropsWhatTwoSqueezeAt100Ms) {
+TEST(Hold, TwoUsersDropASqueezedBodyAt100Ms) {
   EXPECT_NE(Shown("squeeze", bare("hold", 100)).outcome(), "completed");
 }
 
-TEST(Wave, MakesNoEnergyWhateverTheDelay) {
+TEST(Wave, CreatesNoEnergyAtAnyDelay) {
   for (const char* experiment : {"wall", "push"}) {
     const Shown wave(experiment, bare("wave", 100));
     EXPECT_LE(wave["energy_created_max_j"], 0.001) << experiment;

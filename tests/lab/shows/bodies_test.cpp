@@ -28,7 +28,7 @@ TEST(Docking, ErrsByLessThanAFifteenthOfTheAttraction) {
   }
 }
 
-TEST(Docking, ErrsByLessThanHalfOfWhatItDoesWithoutPrediction) {
+TEST(Docking, HasAtMostHalfTheForceErrorOfNoPrediction) {
   for (const double round_trip_ms : {100.0, 200.0}) {
     const Shown docking("docking", disturbed(round_trip_ms));
     const Shown without_predictor("docking", disturbed(round_trip_ms, {"predictor=none"}));
@@ -50,7 +50,7 @@ TEST(MassOfTheModel, WrongByFortyPercentIsFeltRight) {
   }
 }
 
-TEST(MassOfTheModel, WrongByAFifthDropsNothingWithoutDelay) {
+TEST(MassOfTheModel, AnErrorOf20PercentDropsNoBodyWithoutDelay) {
   for (const char* scale : {"model.mass_scale=0.8", "model.mass_scale=0.85", "model.mass_scale=1.2"}) {
     const Shown mass("mass", {"link.rtt_ms=0", scale});
     EXPECT_EQ(mass.outcome(), "completed") << scale;
@@ -58,7 +58,7 @@ TEST(MassOfTheModel, WrongByAFifthDropsNothingWithoutDelay) {
   }
 }
 
-TEST(LossBurst, LetsTheForceRecoverUnderThePassivityController) {
+TEST(LossBurst, TheForceRecoversWithThePassivityController) {
   expect_recovery_from_bursts(true);
 }
 

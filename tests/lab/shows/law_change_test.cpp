@@ -93,7 +93,7 @@ TEST(ChangedLawOfAnActiveScene, CalmsTheHand) {
   EXPECT_LE(largest_step_n(changed, kStill.there, kWatched), 0.1);
   EXPECT_GT(force_at_n(changed, kStill.there + kWatched).norm(), 1);
   EXPECT_GT(largest_step_n(changed, 12s, kWatched), 0.5)
-      << "the scene's own law jumps: that is why nobody else can have it";
+      << "the law jumps even by itself, therefore it cannot be selected elsewhere";
 }
 
 class ChangedLawInStage : public testing::TestWithParam<const char*> {};
@@ -125,7 +125,7 @@ INSTANTIATE_TEST_SUITE_P(Stages, ChangedLawInStage, testing::Values("late-pose",
 
 // Only friction holds a cube of 0.3 kg in the air. With a sufficiently sharp curve, the second law presses with more
 // force than the first, so that the cube cannot fall.
-TEST(ChangedLawOfTwo, MakesNoStepForEitherAndDropsNothing) {
+TEST(ChangedLawOfTwo, CausesNoForceStepForEitherUserAndDropsNoBody) {
   const Quantities quantities{"link.rtt_ms=50", "coupling.curve_sharpness=4"};
   const SessionTrace always = run(operated("squeeze", quantities));
   const SessionTrace changed =
@@ -140,7 +140,7 @@ TEST(ChangedLawOfTwo, MakesNoStepForEitherAndDropsNothing) {
     const Vec3 wanted = force_at_n(always.users[user].ticks, 11s);
     ASSERT_GT(wanted.norm(), 2) << "still held";
     EXPECT_GT((force_at_n(ticks, 9600ms) - force_at_n(always.users[user].ticks, 9600ms)).norm(), 0.15)
-        << "the other law was felt";
+        << "the force must be that of the other law";
     EXPECT_LE((force_at_n(ticks, 11s) - wanted).norm(), 0.01 * wanted.norm()) << user;
   }
 }

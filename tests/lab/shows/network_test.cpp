@@ -24,7 +24,7 @@ TEST(Deadband, DoesNotDivergeOnTheWallWhenATenthIsLost) {
   expect_no_divergence("wall");
 }
 
-TEST(LossBurst, LetsTheForceDecayAndRecoverWithoutAKick) {
+TEST(LossBurst, TheForceDecaysAndRecoversWithoutAStep) {
   expect_recovery_from_bursts(false);
 }
 
@@ -46,7 +46,7 @@ std::string results_text(const std::string& folder, std::size_t threads) {
   return pretty_json(study_json(results));
 }
 
-TEST(Results, AreTheSameBytesTwiceWhateverTheThreads) {
+TEST(Results, AreReproducibleForAnyNumberOfThreads) {
   const std::string once = results_text("shows_once", 1);
   EXPECT_GT(once.size(), 4000U);
   EXPECT_EQ(results_text("shows_twice", 2), once);
@@ -54,7 +54,7 @@ TEST(Results, AreTheSameBytesTwiceWhateverTheThreads) {
 
 // At the full rate each direction needs about 375 kB/s, more than the line carries. Fails without rate control: the
 // queue would grow without bound, and the cube would never be lifted.
-TEST(NarrowLink, IsGivenWhatItCarriesAndTwoSqueezeAllTheSame) {
+TEST(NarrowLink, ReceivesOnlyItsBandwidthAndTwoUsersStillSqueezeABody) {
   for (const double carried : {300e3, 80e3}) {
     const Shown squeeze("squeeze", {"link.rtt_ms=50", "link.rate_limit_bytes_per_s=" + std::to_string(carried)});
     EXPECT_EQ(squeeze.outcome(), "completed") << carried;

@@ -49,7 +49,7 @@ TEST_P(SharedTouch, RingsWithHold) {
   }
 }
 
-TEST_P(SharedTouch, GivesTheSameBytesAgain) {
+TEST_P(SharedTouch, IsReproducibleToTheByte) {
   const Experiment experiment = shipped(GetParam());
   EXPECT_EQ(pretty_json(results_json(experiment, run(experiment, "late-pose"))),
             pretty_json(results_json(experiment, run(experiment, "late-pose"))));
@@ -126,7 +126,7 @@ TEST(TwoBoxesLift, EachHandFeelsTheWeightOfTheBoxItHoldsUpAndSetsItDown) {
   expect_holds(trace.users.at(1), 0.5);
   for (const char* box : {"light_box", "heavy_box"}) {
     EXPECT_GE(place(trace, box, 7).z() - place(trace, box, 0).z(), 0.030) << box;
-    EXPECT_NEAR(place(trace, box, 11.5).z(), 0.025, 0.0005) << box << " stands on the table again";
+    EXPECT_NEAR(place(trace, box, 11.5).z(), 0.025, 0.0005) << box << " must be on the table again";
   }
 }
 

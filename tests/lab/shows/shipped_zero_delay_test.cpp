@@ -135,7 +135,7 @@ TEST(Peg, IsHandedOverAndStandsInTheHoleAtTheEnd) {
   EXPECT_TRUE(holds(0, 7) && !holds(1, 7)) << "anna alone";
   EXPECT_TRUE(holds(0, 8.8) && holds(1, 8.8)) << "both";
   EXPECT_TRUE(!holds(0, 9.7) && holds(1, 9.7)) << "ben alone";
-  EXPECT_TRUE(!holds(0, 19.5) && !holds(1, 19.5)) << "nobody";
+  EXPECT_TRUE(!holds(0, 19.5) && !holds(1, 19.5)) << "neither of them";
   // The hole is centred at x = 60 mm and leaves a clearance of 0.75 mm. The peg stands on the table, with its centre 30
   // mm above it.
   const Vec3 p = place_then(trace, "peg", 19.5);
@@ -149,7 +149,7 @@ TEST(Rim, TheToolDropsOffTheEdgeIntoTheAirAndIntoTheHoleOntoTheGround) {
   const auto& ticks = trace.users.at(0).ticks;
   const auto at = [&](double at_s) -> const TickSample& { return ticks.at(static_cast<std::size_t>(at_s * 1000)); };
   EXPECT_NEAR(at(1.5).tool_W.p.z(), 0.035, 0.001) << "on the plate";
-  EXPECT_LT(at(3.1).displayed_D.f.norm(), 0.05) << "beyond its edge there is nothing";
+  EXPECT_LT(at(3.1).displayed_D.f.norm(), 0.05) << "beyond the edge of the plate there must be no force";
   EXPECT_NEAR(at(11).tool_W.p.z(), 0.005, 0.001) << "on the ground of the hole";
 }
 

@@ -77,7 +77,7 @@ UserTrace pushed(bool is_changed) {
   return run_virtual_session(trial.experiment, load_experiment_scene(trial.experiment), {}, change).users.at(0);
 }
 
-TEST(ChangedModel, OfTheSameSceneGoesOnWhereTheOneBeforeItIs) {
+TEST(ChangedModel, ANewModelOfTheSameSceneContinuesTheStateOfTheOldOne) {
   const UserTrace changed = pushed(true), usual = pushed(false);
   ASSERT_EQ(changed.ticks.size(), usual.ticks.size());
   for (const Duration when : {kPushing, kHolding}) {

@@ -102,7 +102,7 @@ INSTANTIATE_TEST_SUITE_P(Default, Together,
 // The local model predicts that the partner yields to the motion of the bar that both hold, by a certain fraction. With
 // a larger fraction, the bar oscillates with 2.5 mm/s one second after the stop and creates 13 mJ. With the present
 // fraction it creates 2.2 mJ in one of these seeds.
-TEST(Together, ABarTurnedByTwoComesToRest) {
+TEST(Together, ABarTurnedByTwoUsersComesToRest) {
   for (const char* const seed : {"seed=10", "seed=16"}) {
     const Shown shown("turn_together", disturbed(100, {seed}));
     EXPECT_LE(shown["limit_cycle_m_per_s"], 0.002) << seed;
@@ -120,7 +120,7 @@ TEST(Together, WhatOneHoldsAndTheOtherPressesOnThroughAnotherThingMakesNoEnergy)
 
 // Fails if the plate stops during a gap of 85 ms on its way up. When it catches up afterwards, it would oscillate on
 // its coupling and create 4 mJ.
-TEST(Together, WhatOneCarriesAloneGoesOnThroughAGapOfTheNetwork) {
+TEST(Together, ABodyCarriedByOneUserContinuesDuringANetworkGap) {
   for (const char* const seed : {"seed=18", "seed=25"}) {
     const Shown shown("two_plates", disturbed(100, {seed}));
     EXPECT_GT(shown["silence_max_ms"], 80) << seed;

@@ -63,7 +63,7 @@ TEST(WayIn, MeasuresWhatACutOffLosesOfTheWellAndTheNoteNamesTheRemedy) {
   }
   EXPECT_NEAR(lost.well_kj_per_mol, well, 1e-3 * std::abs(well));
   EXPECT_NEAR(lost.error_kj_per_mol, error, 1e-3 * std::abs(well));
-  ASSERT_FALSE(lost.is_kept()) << "a pair that shows nothing";
+  ASSERT_FALSE(lost.is_kept()) << "the pair must lose a part of its well";
   EXPECT_THAT(well_note(lost), HasSubstr("doubtful"));
   EXPECT_THAT(well_note(lost), HasSubstr("--far-grid"));
   EXPECT_THAT(well_note(lost), HasSubstr("% of the well"));
@@ -72,7 +72,7 @@ TEST(WayIn, MeasuresWhatACutOffLosesOfTheWellAndTheNoteNamesTheRemedy) {
   EXPECT_THAT(well_note(kept), Not(HasSubstr("doubtful")));
 }
 
-TEST(ChooseField, TakesTheGridWhereThereIsOneAndTheSameForSwappedRoles) {
+TEST(ChooseField, UsesAnAvailableGridAndTheSameFieldForSwappedRoles) {
   const ProteinPair pair(900, 5'000);
   FieldModel one = model_4r(0, false), swapped = one;
   choose_field(pair.a, pair.b, Vec3(9, 0, 0), one);

@@ -249,7 +249,7 @@ TEST_F(MeshFormats, BuffersBesideAGltfAreRead) {
   EXPECT_NEAR(size_of("t.gltf", file.file).z(), 3, 1e-6);
 }
 
-TEST_F(MeshFormats, WhatGltfSaysAndIsNotReadIsNamed) {
+TEST_F(MeshFormats, IgnoredFeaturesOfGltfAreNamed) {
   const auto why = [this](const test::GltfOptions& options) {
     return refusal("t.glb", test::gltf_file(box(), options).file);
   };

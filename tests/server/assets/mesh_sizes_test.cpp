@@ -89,10 +89,10 @@ TEST_F(MeshSizes, EveryDegenerateMeshIsRefusedInWordsOrHasNumbers) {
     for (const Vec3& vertex : loaded_->body_shapes[0][0].mesh->vertices) ASSERT_TRUE(vertex.allFinite());
   }
   EXPECT_GT(refused, 5);
-  EXPECT_LT(refused, 30) << "those that have a surface are loaded";
+  EXPECT_LT(refused, 30) << "meshes with a surface must be loaded";
 }
 
-TEST(MassOfAMolecule, IsFiniteWhateverItsAtomsWeigh) {
+TEST(MassOfAMolecule, IsFiniteForAnyAtomMasses) {
   const std::uint64_t seed = test::test_seed(59);
   std::mt19937 random(static_cast<std::mt19937::result_type>(seed));
   for (int trial = 0; trial < 200; ++trial) {

@@ -69,7 +69,7 @@ TEST(MolecularScale, OfTwoAtomsIsThatOfTheClosedForm) {
   while (push(r) < 5 * pull) r -= 1e-4;
   EXPECT_GE(field.knee_kcal_per_mol(), energy(r) - 1e-3);
   EXPECT_LE(field.knee_kcal_per_mol(), energy(r - 0.1) + 1e-3);
-  EXPECT_EQ(field.minimum_kcal_per_mol(), 0) << "nobody asked";
+  EXPECT_EQ(field.minimum_kcal_per_mol(), 0) << "the minimum must not be computed without a request";
   EXPECT_THAT(notes, ElementsAre(HasSubstr("pairs of atoms act on each other"), HasSubstr("1 N in the hand is")));
 }
 
@@ -94,7 +94,7 @@ docking::Molecule block_with_pocket(const Vec3& pocket) {
   return block;
 }
 
-TEST(MolecularScale, CountsWhatHoldsALigandWhereNoLineThroughTheCentreLeads) {
+TEST(MolecularScale, FindsThePocketThatNoLineThroughTheCentreReaches) {
   const Vec3 pocket(40, 0, 0);
   const docking::Molecule a = block_with_pocket(pocket), b = atom();
   double pull = 0;  // largest attraction on a straight path out of the pocket
@@ -110,10 +110,10 @@ TEST(MolecularScale, CountsWhatHoldsALigandWhereNoLineThroughTheCentreLeads) {
     return field.newtons_per_kcal_per_mol_angstrom() * pull;
   };
   EXPECT_NEAR(strongest_n(pocket), 1, 0.2);
-  EXPECT_NEAR(strongest_n(Vec3(0, 0, 90)) / pull, 0.03, 1e-9) << "from outside nothing is found";
+  EXPECT_NEAR(strongest_n(Vec3(0, 0, 90)) / pull, 0.03, 1e-9) << "a pocket cannot be found from outside";
 }
 
-TEST(MolecularScale, KeepsWhatTheAuthorSays) {
+TEST(MolecularScale, KeepsTheScaleOfTheAuthor) {
   const docking::Molecule a = atom(), b = atom();
   wire::MolecularField field = open_field();
   field.set_newtons_per_kcal_per_mol_angstrom(0.25);
@@ -136,7 +136,7 @@ TEST(MolecularScale, LikeChargesThatOnlyRepelHaveOneToo) {
   const std::array<const docking::Molecule*, 2> molecules{&a, &b};
   const std::array<Vec3, 2> centres{Vec3::Zero(), Vec3::Zero()};
   complete_molecular_scale(field, molecules, centres, model);
-  EXPECT_NEAR(field.newtons_per_kcal_per_mol_angstrom(), 0.03, 1e-9) << "nothing pulls";
+  EXPECT_NEAR(field.newtons_per_kcal_per_mol_angstrom(), 0.03, 1e-9) << "molecules without attraction get the default";
   // At 0.03 N per kcal/mol/Å, a push of 5 N is 167 kcal/mol/Å. The repulsion of the charges alone is weaker than that,
   // so the knee must be at the repulsion of the atoms.
   const double charges = 16 * docking::kCoulombKjAngstromPerMol / (4 * kSigma * kSigma) / kKilojoulesPerKilocalorie;
@@ -304,7 +304,7 @@ TEST(DockingScene, ALargePairFitsTheHand) {
   EXPECT_NEAR(scene.coupling().stiffness_n_per_m() * scale_m, 5, 0.05) << "newtons for each angstrom, as of small ones";
 }
 
-TEST(DockingScene, AGridBringsBackWhatTheCutOffLeavesOut) {
+TEST(DockingScene, AGridAddsTheForcesBeyondTheCutOff) {
   TANDEM_NEEDS_FILES(kHelices, kOplsDirectory);
   wire::MolecularField field;
   const auto load = [&] {
@@ -338,7 +338,7 @@ TEST(DockingScene, AGridBringsBackWhatTheCutOffLeavesOut) {
               0.05 * all->world.newtons_per_kcal_per_mol_angstrom);
 }
 
-TEST(DockingScene, TheNumberOfPairsChoosesWhatIsSummed) {
+TEST(DockingScene, TheNumberOfPairsDeterminesTheMethod) {
   const std::string file = "/usr/share/pymol/data/demo/1tii.pdb";
   TANDEM_NEEDS_FILES(file, kOplsDirectory);
   const auto field_of = [&](const std::string& hydrogens, const wire::MolecularField& requested) {
@@ -352,7 +352,7 @@ TEST(DockingScene, TheNumberOfPairsChoosesWhatIsSummed) {
   EXPECT_TRUE(many.far_grid());
   wire::MolecularField requested;
   requested.set_cutoff_angstrom(8);
-  EXPECT_FALSE(field_of("build", requested).far_grid()) << "who chooses the cut-off chooses the grid";
+  EXPECT_FALSE(field_of("build", requested).far_grid()) << "an explicit cut-off must not add a grid";
 }
 
 TEST(DockingScene, AWrongDielectricIsSaid) {

@@ -90,7 +90,7 @@ TEST(SceneEffects, ARefusalNamesFileFieldValueAndRemedy) {
               HasSubstr("effects[0].label has 65 bytes; it must have at most 64"));
 }
 
-TEST(SceneEffects, AnEffectOfNoOrUnknownKindIsToldTheKnownOnes) {
+TEST(SceneEffects, AnEffectOfNoOrUnknownKindIsRefusedWithTheKnownKinds) {
   EXPECT_EQ(body_refusal(R"({"label": "x"})"),
             "test.json: bodies[0].effects[0] has no kind; it must have one of " + physics::listed_effect_names());
   for (const std::string& text :

@@ -267,7 +267,7 @@ TEST(SceneFile, TheFitThatTheRefusalOfNoneShowsIsTheThesissAndTellsClients) {
   EXPECT_EQ(scene->description.coupling().adaptive().mass_range_kg(1), thesis.mass_high_kg);
 }
 
-TEST(SceneFile, WhatAProfileMayHoldAtMostAFitAccepts) {
+TEST(SceneFile, AFitAcceptsAtMostTheLargestValuesOfAProfile) {
   const auto fit = [](double share) {
     const auto value = [share](double most) { return "[" + number_text(share * most) + "]"; };
     return R"({"law": "adaptive", "adaptive": {"mass_range_kg": [0.1, 1000], "stiffness_n_per_m": )" +

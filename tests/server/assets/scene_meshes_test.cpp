@@ -231,7 +231,7 @@ TEST_F(SceneFiles, MeshCannotBeReadWithoutTheReaderWhichIsNamed) {
   EXPECT_EQ(refusal(mesh_body("")), "accepted");
 }
 
-TEST_F(SceneFiles, MeshWhoseReaderSaysWhatIsNoMeshIsRefused) {
+TEST_F(SceneFiles, AFileThatIsNotAMeshIsRefusedWithTheReadersMessage) {
   write("t.obj", kTetrahedron);
   write("liar", "#!/bin/sh\nprintf 'M\\003\\000\\000\\000\\377\\377\\377\\377'\n");
   std::filesystem::permissions(directory_ / "liar", std::filesystem::perms::owner_all);
@@ -332,7 +332,7 @@ TEST_F(SceneFiles, AssetIsTheFileAndItsHash) {
   std::vector<std::string> kinds;
   for (const Asset& asset : scene->assets) kinds.push_back(asset.kind);
   ASSERT_THAT(kinds, testing::ElementsAre("mesh", "contact", "coarse-contact", "surface", "drawing"))
-      << "the same file twice is one asset, and so is what is made of it";
+      << "a file used twice must be one asset, with one of each derived asset";
   EXPECT_EQ(scene->assets[0].name, "t.obj");
   EXPECT_EQ(scene->assets[0].kind, "mesh");
   EXPECT_EQ(scene->assets[0].bytes->size(), std::string(kTetrahedron).size());
@@ -380,7 +380,7 @@ TEST_F(SceneFiles, ContactAssetOfAMeshComesFromTheCacheTheSecondTime) {
   std::filesystem::resize_file(entry.path(), entry.file_size() / 2);
   const auto rebuilt = load_with_cache();
   EXPECT_THAT(rebuilt->notes.back(), HasSubstr("contact built in"));
-  EXPECT_EQ(built->assets[1].sha256, rebuilt->assets[1].sha256) << "the same mesh gives the same bytes";
+  EXPECT_EQ(built->assets[1].sha256, rebuilt->assets[1].sha256) << "equal meshes must give equal bytes";
   EXPECT_THAT(load_with_cache()->notes.back(), HasSubstr("contact from cache in")) << "and is kept again";
 }
 

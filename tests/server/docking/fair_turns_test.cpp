@@ -37,7 +37,7 @@ struct Bench {
   std::vector<std::uint64_t> served;
 };
 
-TEST(FairTurns, OneRoomsLongWorkLetsASmallRequestOfAnotherInAtOnce) {
+TEST(FairTurns, LongWorkOfOneRoomDoesNotDelayASmallRequestOfAnother) {
   Bench bench(2);
   bench.jobs[0].assign(500, kLargest);
   for (int i = 0; i < 100; ++i) bench.serve();

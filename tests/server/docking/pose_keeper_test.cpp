@@ -38,7 +38,7 @@ TEST_F(PoseKeeperTest, UndoGoesBackToWhereItRestedAndRedoForwardAgain) {
   EXPECT_THAT(submit(wire::AskPose::REDO).error().text(), HasSubstr("nothing to go forward to")) << "it went elsewhere";
 }
 
-TEST_F(PoseKeeperTest, WhatIsAskedWhileTheRoomPlacesWaitsForIt) {
+TEST_F(PoseKeeperTest, ARequestDuringAPlacementWaitsForIt) {
   const Pose first = pose();
   move({0, 0, 0}, 700);
   move({5, 0, 0}, 700);
@@ -123,7 +123,7 @@ TEST_F(PoseKeeperTest, AKeptPoseIsCountedWrittenAndReadAgain) {
   EXPECT_EQ(apart.number(), 1U);
   EXPECT_EQ(apart.user_name(), "ada");
   EXPECT_EQ(apart.contacts(), 0U);
-  EXPECT_NEAR(apart.rmsd_angstrom(), 8, 3) << "drawn apart by the scene";
+  EXPECT_NEAR(apart.rmsd_angstrom(), 8, 3) << "the scene separates the molecules";
   EXPECT_EQ(submit(wire::AskPose::KEEP).kept_pose().name(), "pose 2");
   std::filesystem::path list;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
@@ -157,7 +157,7 @@ TEST_F(PoseKeeperTest, TheMinimumNearbyIsTheFilesOwn) {
   EXPECT_LT(submit(wire::AskPose::KEEP).kept_pose().rmsd_angstrom(), 0.1);
 }
 
-TEST_F(PoseKeeperTest, WhatIsNoListIsLeftAlone) {
+TEST_F(PoseKeeperTest, AFileThatIsNotAListIsNotChanged) {
   submit(wire::AskPose::KEEP);
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
     if (entry.path().filename() == "poses.json")
@@ -169,10 +169,10 @@ TEST_F(PoseKeeperTest, WhatIsNoListIsLeftAlone) {
   EXPECT_EQ(keeper_->kept(room()).size(), 1U);
   start(folder_);
   EXPECT_THAT(submit(wire::AskPose::KEEP).error().text(), HasSubstr("poses.json is no list"))
-      << "it still stands there";
+      << "the invalid file must remain";
 }
 
-TEST_F(PoseKeeperTest, WhatANewerServerAddedDoesNotLoseTheList) {
+TEST_F(PoseKeeperTest, FieldsOfANewerServerDoNotLoseTheList) {
   submit(wire::AskPose::KEEP, 0, "mine");
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
     if (entry.path().filename() != "poses.json") continue;

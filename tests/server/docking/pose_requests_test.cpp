@@ -120,7 +120,7 @@ TEST_F(PoseKeeperTest, ALongMinimisationLetsTheRequestsOfAnotherRoomInAndTellsHo
   EXPECT_TRUE(is_reported);
 }
 
-TEST_F(PoseKeeperTest, AMinimisationThatIsCalledOffLeavesTheMoleculesWhereTheyAre) {
+TEST_F(PoseKeeperTest, ACancelledMinimisationDoesNotMoveTheMolecules) {
   const auto begin = [this] {
     wire::AskPose request;
     request.set_kind(wire::AskPose::MINIMISE);
@@ -175,7 +175,7 @@ TEST_F(PoseKeeperTest, AMinimisationEndsWhenAUserBringsTheMoleculesElsewhere) {
   EXPECT_TRUE(answers[3].has_pose_taken());
 }
 
-TEST_F(PoseKeeperTest, WhatWaitsWhenTheServerStopsIsRefusedAndNotWritten) {
+TEST_F(PoseKeeperTest, PendingRequestsAreRefusedWhenTheServerStops) {
   submit(wire::AskPose::KEEP);
   wire::AskPose request;
   for (const auto kind : {wire::AskPose::MINIMISE, wire::AskPose::KEEP, wire::AskPose::DELETE}) {

@@ -41,14 +41,14 @@ class Sidecar {
   LocalTime now_{seconds(1000)};
 };
 
-TEST(AgonesPlan, SaysReadyOnceTheRoomsAreLoaded) {
+TEST(AgonesPlan, ReportsReadyOnceTheRoomsAreLoaded) {
   Sidecar sidecar;
   EXPECT_TRUE(sidecar.calls_in(seconds(5)).empty());
   sidecar.seen.is_ready = true;
   EXPECT_EQ(sidecar.calls_in(seconds(5)), std::vector{Call::kReady});
 }
 
-TEST(AgonesPlan, IsHeardOfWhileItIsHealthy) {
+TEST(AgonesPlan, ReportsHealthWhileTheServerIsHealthy) {
   Sidecar sidecar;
   sidecar.calls_in(seconds(20));
   EXPECT_EQ(sidecar.health_calls, 10);
@@ -72,7 +72,7 @@ TEST(AgonesPlan, AllocatesItselfForItsFirstUserAndReturnsWhenItWasLeft) {
   EXPECT_EQ(sidecar.calls_in(seconds(5)), (std::vector{Call::kGameServer, Call::kAllocate}));
 }
 
-TEST(AgonesPlan, DoesNotAllocateWhatIsAllocatedFromOutside) {
+TEST(AgonesPlan, DoesNotAllocateAServerThatWasAllocatedExternally) {
   Sidecar sidecar;
   sidecar.seen.is_ready = sidecar.is_allocated = true;
   sidecar.calls_in(seconds(200));  // no user has joined yet, so the server must not be offered to others
@@ -80,7 +80,7 @@ TEST(AgonesPlan, DoesNotAllocateWhatIsAllocatedFromOutside) {
   EXPECT_EQ(sidecar.calls_in(seconds(5)), std::vector{Call::kGameServer});
 }
 
-TEST(AgonesPlan, TriesLessAndLessOftenWhereNobodyAnswers) {
+TEST(AgonesPlan, BacksOffWhileThereIsNoAnswer) {
   Sidecar sidecar;
   sidecar.seen.is_ready = true;
   sidecar.is_reachable = false;
@@ -91,7 +91,7 @@ TEST(AgonesPlan, TriesLessAndLessOftenWhereNobodyAnswers) {
   EXPECT_EQ(sidecar.calls_in(seconds(5)), std::vector{Call::kReady}) << "as soon as it answers";
 }
 
-TEST(AgonesPlan, SaysThatItHasEndedOnceAndNothingAfter) {
+TEST(AgonesPlan, ReportsTheShutdownOnceAndNothingAfterwards) {
   Sidecar sidecar;
   sidecar.seen = {.is_healthy = true, .has_ended = true};
   EXPECT_EQ(sidecar.calls_in(seconds(10)), std::vector{Call::kShutdown});

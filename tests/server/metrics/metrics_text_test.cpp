@@ -21,7 +21,7 @@ std::map<std::string, std::string> samples_of(const std::string& text) {
   for (std::string line; std::getline(lines, line);) {
     if (line.starts_with("#")) continue;
     const std::size_t space = line.rfind(' ');
-    EXPECT_TRUE(samples.emplace(line.substr(0, space), line.substr(space + 1)).second) << line << " stands there twice";
+    EXPECT_TRUE(samples.emplace(line.substr(0, space), line.substr(space + 1)).second) << line << " occurs twice";
   }
   return samples;
 }
@@ -82,7 +82,7 @@ TEST(MetricsText, NamesEachReasonRoleAndFault) {
   EXPECT_EQ(samples.at("tandem_room_passivity_dissipated_joules_total{room=\"attic\"}"), "0.125");
 }
 
-TEST(MetricsText, TellsOfRecordingAndCheckpointOnlyWhereTheyAre) {
+TEST(MetricsText, ContainsRecordingAndCheckpointOnlyIfTheyExist) {
   MetricsSnapshot snapshot = with_a_room();
   EXPECT_THAT(metrics_text(snapshot), testing::Not(testing::ContainsRegex("recording|checkpoint")));
   snapshot.rooms[0].is_recorded = snapshot.has_checkpoint = true;

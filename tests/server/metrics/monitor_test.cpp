@@ -39,16 +39,16 @@ TEST(Health, FollowsIoAndEveryRoom) {
             "io has stood still for 2.0 s; room attic has stood still for 3.0 s");
 }
 
-TEST(Health, ReadyIsWhoServesAndDoesNotStop) {
+TEST(Health, IsReadyWhileItServesAndDoesNotStop) {
   const LocalTime now{seconds(100)};
   ServerPulse pulse = serving(now, {now});
   EXPECT_EQ(why_not_ready(pulse, {"attic"}, now), "");
-  EXPECT_THAT(why_not_ready(pulse, {"attic"}, now + seconds(2)), HasSubstr("attic")) << "nobody can join it";
+  EXPECT_THAT(why_not_ready(pulse, {"attic"}, now + seconds(2)), HasSubstr("attic")) << "users cannot join the room";
   pulse.is_stopping = true;
   EXPECT_THAT(why_not_ready(pulse, {"attic"}, now), HasSubstr("stopping"));
   pulse = {};
   EXPECT_THAT(why_not_ready(pulse, {}, now), HasSubstr("listen"));
-  EXPECT_EQ(standstill(pulse, {}, now), "") << "what has not begun does not stand still";
+  EXPECT_EQ(standstill(pulse, {}, now), "") << "a server that has not started is not stalled";
 }
 
 /// Sends a GET request for `path` and returns the complete response.
@@ -65,7 +65,7 @@ std::string get(const Monitor& monitor, const std::string& path) {
   return answer;
 }
 
-TEST(Monitor, SaysWhichRoomDoesNotStep) {
+TEST(Monitor, ReportsTheRoomThatDoesNotStep) {
   std::vector<std::unique_ptr<Room>> rooms;
   for (const char* name : {"stuck", "good"})
     rooms.push_back(std::make_unique<Room>(RoomId{1}, name, test::scene_of(test::two_hands_scene(name))));
@@ -92,7 +92,7 @@ TEST(Monitor, SaysWhichRoomDoesNotStep) {
   EXPECT_TRUE(answers("/healthz", "503", "room stuck has stood still"));
   EXPECT_THAT(get(monitor, "/healthz"), testing::Not(HasSubstr("good")));
   EXPECT_TRUE(answers("/readyz", "503", "room stuck"));
-  EXPECT_TRUE(answers("/metrics", "200", "tandem_healthy 0")) << "it is answered while a room stands still";
+  EXPECT_TRUE(answers("/metrics", "200", "tandem_healthy 0")) << "metrics must be available while a room is stalled";
   is_held = false;
   EXPECT_TRUE(answers("/healthz", "200", "ok"));
   server.stop();

@@ -18,7 +18,7 @@ std::vector<bool> shared(const std::vector<double>& demands, bool had_priority =
   return have;
 }
 
-TEST(RealtimeShare, TheRoomThatIsTooLargeGoesAndThoseThatItHoldsUpStay) {
+TEST(RealtimeShare, ATooLargeRoomLosesItsPriorityAndTheDelayedOnesKeepIt) {
   EXPECT_THAT(shared({0.3, 5.0, 0.35, 0.35, 0.35}), ElementsAre(true, false, true, true, true));
 }
 
@@ -31,7 +31,7 @@ TEST(RealtimeShare, OfTooManyRoomsTheLargestGoUntilTheOthersFit) {
   EXPECT_THAT(shared({0.4, 0.6, 0.5, 0.4, 0.3}), ElementsAre(true, false, true, true, true));
 }
 
-TEST(RealtimeShare, IoHasPriorityWhateverItNeeds) {
+TEST(RealtimeShare, IoHasPriorityAtAnyLoad) {
   EXPECT_THAT(shared({1.5, 0.5}), ElementsAre(true, false));
 }
 

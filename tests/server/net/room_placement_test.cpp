@@ -32,38 +32,38 @@ std::vector<std::optional<std::size_t>> placed(const std::vector<PlacedRoom>& ro
   return workers;
 }
 
-TEST(RoomPlacement, WhoFitsStaysWhereHeIs) {
+TEST(RoomPlacement, ARoomThatFitsIsNotMoved) {
   EXPECT_THAT(placed({{0.1, true, 0}, {0.2, true, 1}, {0.1, true, 0}, {0.02, false, kAlone}}),
               ElementsAre(0, 1, 0, kAlone));
 }
 
-TEST(RoomPlacement, WhoMayNotShareGetsAThreadOfHisOwn) {
+TEST(RoomPlacement, ARoomThatMayNotShareGetsASeparateThread) {
   EXPECT_THAT(placed({{4, false, 0}, {0.1, true, 0}, {0.1, true, 1}}), ElementsAre(kAlone, 0, 1));
 }
 
-TEST(RoomPlacement, WhoMayShareAgainGoesWhereThereIsMostTime) {
+TEST(RoomPlacement, ARoomThatMayShareAgainIsMovedToTheLeastLoadedWorker) {
   EXPECT_THAT(placed({{0.1, true, kAlone}, {0.3, true, 0}, {0.2, true, 1}}), ElementsAre(1, 0, 1));
   EXPECT_THAT(placed({{0.1, true, kAlone}, {0.1, true, kAlone}, {0, true, 0}}), ElementsAre(0, 1, 0));
 }
 
-TEST(RoomPlacement, NobodyComesWhereHeWouldBeTooMuch) {
+TEST(RoomPlacement, NoRoomIsMovedToAWorkerThatItWouldOverload) {
   EXPECT_THAT(placed({{0.15, true, kAlone}, {0.3, true, 0}, {0.3, true, 0}, {0.3, true, 1}, {0.3, true, 1}}),
               ElementsAre(kAlone, 0, 0, 1, 1));
 }
 
-TEST(RoomPlacement, AWorkerThatHasMuchMoreToDoGivesOneRoomToTheOther) {
+TEST(RoomPlacement, AMuchBusierWorkerPassesOneRoomToTheOther) {
   EXPECT_THAT(placed({{0.1, true, 0}, {0.15, true, 0}, {0.2, true, 0}, {0.05, true, 1}}), ElementsAre(0, 0, 1, 1));
   EXPECT_THAT(placed({{0.3, true, 0}, {0, true, 0}, {0, true, 1}}), ElementsAre(0, 0, 1))
       << "it would only turn it round";
 }
 
-TEST(RoomPlacement, OfAWorkerThatHasTooMuchOneGoesToTheOtherOrGetsAThreadOfHisOwn) {
+TEST(RoomPlacement, ARoomOfAnOverloadedWorkerIsMovedOrGetsASeparateThread) {
   EXPECT_THAT(placed({{0.3, true, 0}, {0.3, true, 0}, {0.3, true, 0}, {0.3, true, 1}}), ElementsAre(1, 0, 0, 1));
   EXPECT_THAT(placed({{0.3, true, 0}, {0.3, true, 0}, {0.29, true, 0}, {0.4, true, 1}, {0.4, true, 1}}),
               ElementsAre(kAlone, 0, 0, 1, 1));
 }
 
-TEST(RoomPlacement, ComesToRest) {
+TEST(RoomPlacement, SettlesForAnyLoads) {
   std::vector<PlacedRoom> rooms;
   for (int i = 0; i < 16; ++i) rooms.push_back({0.02 + 0.01 * i, true, 0});
   EXPECT_EQ(placed(rooms, 20), placed(rooms, 21));

@@ -132,7 +132,7 @@ TEST(LiveServer, StepsItsRoomsAndReportsItsOwnTiming) {
   EXPECT_EQ(json.at("joins"), 1);
 }
 
-TEST(LiveServer, ARoomThatNobodyIsInSleeps) {
+TEST(LiveServer, AnEmptyRoomSleeps) {
   test::RunningServer running(test::two_hands_scene());
   std::this_thread::sleep_for(std::chrono::milliseconds(100));
   running.stop();
@@ -151,7 +151,7 @@ class SlowReports final : public RoomWatcher {
 };
 
 /// Two rooms. A step of the first takes 4 ms in a period of 1 ms, which must not delay the second.
-TEST(LiveServer, ASlowRoomSaysSoAndHoldsUpNobodyElse) {
+TEST(LiveServer, ASlowRoomIsReportedAndDelaysNoOtherRoom) {
   std::vector<std::unique_ptr<Room>> rooms;
   for (const char* name : {"slow", "quick"})
     rooms.push_back(std::make_unique<Room>(RoomId{1}, name, test::scene_of(test::two_hands_scene(name))));
@@ -234,7 +234,7 @@ std::vector<std::thread::id> threads_beside_long_steps(double rate_hz, double ra
   return thread;
 }
 
-TEST(LiveServer, ARoomThatTakesLongerThanItsPeriodGetsAThreadOfItsOwn) {
+TEST(LiveServer, ARoomSlowerThanItsPeriodGetsASeparateThread) {
   const auto thread = threads_beside_long_steps(1000, 1000, 200);
   EXPECT_EQ(std::ranges::count(thread, thread[0]), 1);
 }
@@ -284,7 +284,7 @@ TEST(LiveServer, IgnoresAUsersDatagramsFromAnotherAddress) {
   EXPECT_EQ(running.server->counters().received_drops.count(proto::DropReason::kNotAllowed), 1U);
 }
 
-TEST(LiveServer, AFloodAtItsPortPushesOutNothingThatAUserSends) {
+TEST(LiveServer, AFloodAtItsPortDoesNotDiscardDatagramsOfUsers) {
   test::RunningServer running(test::two_hands_scene());
   RawClient raw(running.server->port());
   test::BenchClient client = raw.join();
@@ -309,7 +309,7 @@ TEST(LiveServer, AFloodAtItsPortPushesOutNothingThatAUserSends) {
   EXPECT_TRUE(running.has_logged("; 11 inputs taken"));
 }
 
-TEST(LiveServer, SilentConnectionsKeepNobodyOut) {
+TEST(LiveServer, SilentConnectionsDoNotBlockOtherUsers) {
   test::RunningServer running(test::two_hands_scene());
   std::vector<std::unique_ptr<RawClient>> silent;
   for (int i = 0; i < 100; ++i) silent.push_back(std::make_unique<RawClient>(running.server->port()));
@@ -322,7 +322,7 @@ TEST(LiveServer, SilentConnectionsKeepNobodyOut) {
   EXPECT_TRUE(answer->has_welcome()) << answer->ShortDebugString();
 }
 
-TEST(LiveServer, SaysGoodbyeWhenItStops) {
+TEST(LiveServer, SendsGoodbyeWhenItStops) {
   test::RunningServer running(test::two_hands_scene());
   RawClient raw(running.server->port());
   raw.join();
@@ -333,7 +333,7 @@ TEST(LiveServer, SaysGoodbyeWhenItStops) {
   EXPECT_EQ(last->goodbye().reason(), wire::DISCONNECT_SERVER_STOPPING);
 }
 
-TEST(LiveServer, EndsAClientThatAsksMuchAndReadsNothing) {
+TEST(LiveServer, DisconnectsAClientThatSendsRequestsButReadsNoAnswers) {
   const auto folder = std::filesystem::path(testing::TempDir()) / "slow_reader";
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "square.obj") << "# " << std::string(2 * proto::kAssetChunkBytes, 'x')
@@ -353,7 +353,7 @@ TEST(LiveServer, EndsAClientThatAsksMuchAndReadsNothing) {
   EXPECT_TRUE(test::eventually([&running] { return running.has_logged("piled up unread"); }));
 }
 
-TEST(SceneLibrary, FindsAFileANameOrSaysWhatThereIs) {
+TEST(SceneLibrary, FindsAFileOrANameOrListsTheAvailableScenes) {
   const auto folder = std::filesystem::path(testing::TempDir()) / "scene_library";
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "attic.json") << "{}";

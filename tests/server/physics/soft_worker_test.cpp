@@ -44,7 +44,7 @@ TEST(SoftWorker, RoomAllocatesNothingWhileAWorkerSteps) {
   EXPECT_EQ(test::allocation_count(), before);
 }
 
-TEST(SoftWorker, DoesNotWaitForALateWorkerAndSaysSo) {
+TEST(SoftWorker, DoesNotWaitForALateWorkerAndReportsIt) {
   SoftWorldSettings settings = pad_settings(16);
   settings.waits_for_worker = false;
   std::atomic<bool> may_step{false};
@@ -52,12 +52,13 @@ TEST(SoftWorker, DoesNotWaitForALateWorkerAndSaysSo) {
   SoftWorld world(std::move(settings), true);
   EXPECT_EQ(soft_step(world, kAway) & kFaultSoftLate, 0U);
   EXPECT_NE(soft_step(world, kAway) & kFaultSoftLate, 0U);
-  EXPECT_NE(soft_step(world, kAway) & kFaultSoftLate, 0U) << "at every step, until it is there";
+  EXPECT_NE(soft_step(world, kAway) & kFaultSoftLate, 0U)
+      << "the fault must be reported at every step until the result arrives";
   EXPECT_EQ(world.late_count(), 1U);
   may_step = true;
   may_step.notify_all();
   while ((room_step(world, kAway) & kFaultSoftLate) != 0) std::this_thread::yield();
-  EXPECT_EQ(world.contact(0).X_WT0.p, kAway.p) << "the late result is taken all the same";
+  EXPECT_EQ(world.contact(0).X_WT0.p, kAway.p) << "the late result must be used";
 }
 
 }  // namespace

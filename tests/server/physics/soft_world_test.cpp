@@ -95,7 +95,7 @@ TEST(SoftWorld, PadDroppedOnATableRestsOnIt) {
   }
 }
 
-TEST(SoftWorld, ForceRisesWithDepthAndIsGoneAfterLeaving) {
+TEST(SoftWorld, TheForceRisesWithDepthAndEndsAfterLeaving) {
   SoftWorld world(pad_settings(0));
   soft_steps(world, kAway, 20);
   double before_n = 0;
@@ -119,7 +119,7 @@ Vec3 way_of_mass(const SoftModel& model, std::span<const Vec3> before, std::span
   return sum;
 }
 
-TEST(SoftWorld, WhatTheToolGetsTheNodesLose) {
+TEST(SoftWorld, TheForcesOnToolAndNodesAreOpposite) {
   SoftWorld world(floating_settings());
   const double step_s = world.period_steps() / 1000.0;
   // Enough steps for a predicted contact to be in use.
@@ -144,7 +144,7 @@ TEST(SoftWorld, WhatTheToolGetsTheNodesLose) {
     light_touches += force_on_nodes_W.norm() < 0.1 ? 1 : 0;
     largest_n = std::max(largest_n, force_on_nodes_W.norm());
   }
-  EXPECT_GT(largest_n, 0.05) << "nothing was pushed";
+  EXPECT_GT(largest_n, 0.05) << "no force was large enough for the test";
   EXPECT_GT(light_touches, 2);
 }
 
@@ -211,7 +211,7 @@ TEST(SoftWorld, StartsAnewWhenItIsNotFinite) {
   for (const Vec3& node : world.nodes_W(0)) EXPECT_TRUE(is_finite(node));
 }
 
-TEST(SoftWorld, ToolThatIsNotFiniteIsNotThere) {
+TEST(SoftWorld, AToolThatIsNotFiniteIsIgnored) {
   SoftWorld world(pad_settings(0));
   Pose broken = ball_in_pad(0.006);
   broken.p.x() = std::numeric_limits<double>::quiet_NaN();
@@ -230,7 +230,7 @@ double resting_force_n(double depth_m) {
 TEST(SoftWorld, PredictsATouch) {
   SoftWorld world(pad_settings(16));
   soft_steps(world, kAway, 5);
-  EXPECT_EQ(world.contact(0).trust_radius_m, 0) << "too far to be told of";
+  EXPECT_EQ(world.contact(0).trust_radius_m, 0) << "too far for a prediction";
   soft_steps(world, ball_in_pad(-0.02), 25);
   const SoftContact contact = world.contact(0);
   const auto force_n = [&](double depth_m) { return physics::soft_wrench(contact, ball_in_pad(depth_m)).f.z(); };
@@ -275,7 +275,7 @@ TEST(SoftWorld, OfTwoSoftBodiesTheNearerIsPredicted) {
   };
   EXPECT_EQ(force_n(0), 0) << "1 cm above";
   EXPECT_EQ(force_n(0.009), 0);
-  EXPECT_GT(force_n(0.013), 0.1) << "in the nearer one, and far above the other";
+  EXPECT_GT(force_n(0.013), 0.1) << "in contact with the nearer pad, far above the other";
 }
 
 TEST(SoftWorld, ToolThatLeavesHasNoContactAtOnce) {
@@ -442,7 +442,7 @@ TEST(SoftScene, ClosedSurfaceKeepsItsVolumeOnATable) {
   EXPECT_NEAR(lowest_m(world), 0, 1e-3);
 }
 
-TEST(SoftScene, NoteSaysTheRateThatIsReallyUsed) {
+TEST(SoftScene, TheNoteStatesTheRateInUse) {
   TANDEM_LOAD_SCENE(scene, "soft_pad");
   EXPECT_THAT(scene->notes,
               ::testing::Contains(::testing::HasSubstr("every 17 steps, at 58.8235 Hz (requested: 60 Hz)")));

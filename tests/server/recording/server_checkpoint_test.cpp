@@ -72,10 +72,10 @@ TEST_F(ServerCheckpointTest, AFailedWriteIsRetriedWithBackOffWhileRoomsAreIdle) 
   ASSERT_EQ(news.size(), 2U);
   EXPECT_THAT(news[1], HasSubstr("is written again"));
   for (Duration at = 32s; at < 60s; at += 20ms) checkpoint->work(LocalTime(at));
-  EXPECT_EQ(checkpoint->writes(), 1U) << "nothing is new";
+  EXPECT_EQ(checkpoint->writes(), 1U) << "without changes nothing must be written";
 }
 
-TEST_F(ServerCheckpointTest, WhatWasNotedIsWrittenAlsoIfNobodyFinishes) {
+TEST_F(ServerCheckpointTest, ANotedStateIsWrittenEvenWithoutAFinish) {
   {
     const auto checkpoint = open();
     wire::AdmissionState admission;
@@ -85,7 +85,7 @@ TEST_F(ServerCheckpointTest, WhatWasNotedIsWrittenAlsoIfNobodyFinishes) {
   EXPECT_EQ(open()->admission().credentials_size(), 1);
 }
 
-TEST_F(ServerCheckpointTest, AClockThatIsSetBackHoldsUpNoWrite) {
+TEST_F(ServerCheckpointTest, AClockThatIsSetBackDoesNotDelayAWrite) {
   auto checkpoint = open();
   std::uint64_t writes = 0;
   for (int i = 0; i < 10; ++i) {
@@ -99,7 +99,7 @@ TEST_F(ServerCheckpointTest, AClockThatIsSetBackHoldsUpNoWrite) {
   }
 }
 
-TEST_F(ServerCheckpointTest, WhoWasConnectedLostTheConnectionWhenTheFileWasWritten) {
+TEST_F(ServerCheckpointTest, ConnectedUsersCountAsDisconnectedAtTheTimeOfTheFile) {
   {
     auto checkpoint = open();
     wire::AdmissionState admission;

@@ -292,7 +292,7 @@ TEST(InputPlayout, RunsOnThroughAGapWithTheHandThatGoesOn) {
     ASSERT_LE(moved_m, 2 * 0.15 * kInputPlayoutStep_s + 1e-9) << i << ": no jump";
   }
   EXPECT_NEAR(gap.behind_m.back(), 0.15 * to_seconds(gap.playout.delay()), 2 * 0.15 * kInputPlayoutStep_s)
-      << "nothing is left of it";
+      << "the offset must be gone";
 }
 
 TEST(InputPlayout, WhatRunsOnStandsForTheTickThatIsDueAndIsNearItsPlace) {
@@ -317,7 +317,7 @@ TEST(InputPlayout, RunningOnWithAHandThatStoppedEndsWhereItStopped) {
   }
 }
 
-TEST(InputPlayout, StartsAtTheFirstInputAndForgetsWhatALongSilenceLeft) {
+TEST(InputPlayout, StartsAtTheFirstInputAndRestartsAfterALongSilence) {
   InputPlayout playout(kInputPlayoutStep_s);
   EXPECT_FALSE(playout.play(Duration{0}));
   playout.receive(input_of(7, 5.0), std::chrono::milliseconds(1));

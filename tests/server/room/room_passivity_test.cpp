@@ -130,10 +130,10 @@ TEST(RoomPassivity, AHandThatSuppliesNothingHardlyMovesIt) {
   EXPECT_TRUE(flung.is_held());
   EXPECT_LE(flung.created_max_j(), kMaxCreated_j);
   EXPECT_LE(flung.kinetic_j(), kMaxCreated_j);
-  EXPECT_TRUE(flung.was_limited()) << "and everybody is told";
+  EXPECT_TRUE(flung.was_limited()) << "the limit must be reported to users";
 }
 
-TEST(RoomPassivity, AHandAtRestIsNotBelievedThatItDoesWork) {
+TEST(RoomPassivity, WorkReportedByAHandAtRestIsNotCredited) {
   Flung flung(true);
   flung.claim_at_rest(1500, 0.01);
   EXPECT_LE(flung.controller().balance_j(), haptics::EnergyReport::kMaxUnclaimed_j + 1e-3) << "of 15 J";
@@ -141,7 +141,7 @@ TEST(RoomPassivity, AHandAtRestIsNotBelievedThatItDoesWork) {
 
 /// The handle moves away, and the coupling pulls with almost its maximum force. The brake must dissipate the work of
 /// this pull, and no more.
-TEST(RoomPassivity, WhatTheBrakeTakesIsWhatThePullDoes) {
+TEST(RoomPassivity, TheBrakeDissipatesTheWorkOfThePull) {
   Flung flung(true);
   flung.run(0);
   EXPECT_GT(flung.braked_j(), 0.5 * flung.max_pull_j());

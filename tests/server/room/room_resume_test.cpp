@@ -72,7 +72,7 @@ TEST_F(RoomResumeTest, GoesOnFromTheStateOfAnother) {
   room_.describe(state);
   Room next(RoomId{1}, "test", room_.shared_scene());
   next.resume(state);
-  EXPECT_FALSE(next.is_idle()) << "nobody is there, but it is not as the scene says";
+  EXPECT_FALSE(next.is_idle()) << "an empty room that differs from its scene must not be idle";
   EXPECT_LT((next.world().body(BodyId{2}).X.p - room_.world().body(BodyId{2}).X.p).norm(), 1e-12);
   const Vec3 hung = next.world().body(BodyId{2}).X.p;
   for (int i = 1; i <= 1000; ++i) next.step(ServerTime(next.period() * i));
@@ -131,7 +131,7 @@ TEST_F(RoomResumeTest, SoftBodiesGoOnWhereTheyWere) {
   EXPECT_GT(lowest_m(next), -0.02);
 }
 
-TEST_F(RoomResumeTest, WhatWasHeldFallsWhenNobodyComesBackForIt) {
+TEST_F(RoomResumeTest, AHeldBodyFallsIfItsUserDoesNotReturn) {
   RoomState state;
   state.bodies.push_back({BodyId{2}, {{Vec3(0, 0, 0.3), Quat::Identity()}, {}}, UserId{}});
   state.tools.push_back(
@@ -147,7 +147,7 @@ TEST_F(RoomResumeTest, WhatWasHeldFallsWhenNobodyComesBackForIt) {
   EXPECT_LT((room_.world().body(BodyId{2}).X.p - Vec3(0, 0, 0.02)).norm(), 1e-6);
 }
 
-TEST_F(RoomResumeTest, IgnoresWhatOfAStateIsOutOfRange) {
+TEST_F(RoomResumeTest, IgnoresValuesOfAStateThatAreOutOfRange) {
   RoomState state;
   const double nan = std::nan("");
   state.bodies.push_back({BodyId{2}, {{Vec3(nan, 0, 0), Quat::Identity()}, {}}, UserId{}});
@@ -160,7 +160,7 @@ TEST_F(RoomResumeTest, IgnoresWhatOfAStateIsOutOfRange) {
   EXPECT_TRUE(room_.is_idle()) << "all is as the scene says";
 }
 
-TEST_F(RoomResumeTest, WhoHoldsABodyThatIsPlacedElsewhereFeelsNothingOfIt) {
+TEST_F(RoomResumeTest, PlacingAHeldBodyElsewhereMakesNoForce) {
   join(0, 7, 0);
   send(0, {0, 0, 0.05});
   step();

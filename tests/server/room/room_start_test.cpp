@@ -25,7 +25,7 @@ TEST(RoomStart, IsACountdownAfterTheLastUsersHand) {
   RoomStart start({.users = 2, .countdown = kCountdown});
   EXPECT_EQ(start.message().awaited(), 2U);
   EXPECT_TRUE(start.add(UserId{1}, at(1000)));
-  EXPECT_FALSE(start.add(UserId{1}, at(1500))) << "the same user again";
+  EXPECT_FALSE(start.add(UserId{1}, at(1500))) << "a user counts once";
   EXPECT_EQ(start.message().awaited(), 1U);
   EXPECT_EQ(start.message().starts_server_ns(), 0U);
   EXPECT_TRUE(start.add(UserId{2}, at(9000)));
@@ -47,7 +47,7 @@ TEST(RoomStart, IsWithdrawnWhenAUserLeavesDuringTheCountdownAndStandsAfterIt) {
   EXPECT_EQ(start.message().awaited(), 2U);
 }
 
-TEST(RoomStart, WithoutUsersToWaitForNothingIsSaid) {
+TEST(RoomStart, WithoutAwaitedUsersNoStartIsAnnounced) {
   RoomStart start({});
   EXPECT_FALSE(start.is_used());
   EXPECT_FALSE(start.add(UserId{1}, at(0)));
@@ -104,7 +104,7 @@ std::vector<wire::RoomStart> starts_in(const std::vector<wire::ServerControl>& m
   return starts;
 }
 
-TEST(SessionHub, TellsAllUsersWhenTheirHandsBegin) {
+TEST(SessionHub, AnnouncesTheCommonStartToAllUsers) {
   test::HubBench bench({}, {test::two_hands_scene()}, {.start = {.users = 2, .countdown = kCountdown}});
   test::BenchClient ada = bench.join("ada");
   EXPECT_EQ(ada.joined.start().awaited(), 2U);
@@ -127,7 +127,7 @@ TEST(SessionHub, TellsAllUsersWhenTheirHandsBegin) {
   EXPECT_EQ(starts_in(bench.drain(ada)).at(0).awaited(), 1U);
 }
 
-TEST(SessionHub, ARoomWithoutACommonStartSaysNothingOfOne) {
+TEST(SessionHub, ARoomWithoutACommonStartAnnouncesNone) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   EXPECT_FALSE(ada.joined.has_start());

@@ -71,7 +71,7 @@ class RoomTest : public ::testing::Test {
   std::array<Step, proto::kMaxUsers> received_;
 };
 
-TEST_F(RoomTest, OnlyOccupiedSlotsAreTold) {
+TEST_F(RoomTest, OnlyOccupiedSlotsAreSent) {
   join(3, 7, 0);
   step();
   EXPECT_TRUE(update(3).has_value());
@@ -99,7 +99,7 @@ TEST_F(RoomTest, UsersAreAnsweredBeforeTheStepIsFinished) {
   const auto answer = update(0);
   ASSERT_TRUE(answer.has_value());
   EXPECT_EQ(answer->answered_input, Tick{1});
-  EXPECT_EQ(counter.steps, 1) << "the step goes on";
+  EXPECT_EQ(counter.steps, 1) << "the step must continue";
   room_.finish();
   EXPECT_EQ(counter.steps, 2);
   EXPECT_FALSE(update(0).has_value()) << "there is one answer a step";
@@ -157,7 +157,7 @@ TEST_F(RoomTest, GrabCommandIsAnsweredAndSeenByAll) {
   EXPECT_FALSE(update(0)->held_body.is_valid());
 }
 
-TEST_F(RoomTest, RefusedGrabSaysWhy) {
+TEST_F(RoomTest, ARefusedGrabHasAReason) {
   join(0, 7, 0);
   for (const auto& [body, reason] : {std::pair{BodyId{3}, physics::GrabResult::kNotGraspable},
                                      std::pair{BodyId{9}, physics::GrabResult::kUnknownBody}}) {
@@ -170,7 +170,7 @@ TEST_F(RoomTest, RefusedGrabSaysWhy) {
   }
 }
 
-TEST_F(RoomTest, GrabButtonGrabsOnPressAndLetsGoOnRelease) {
+TEST_F(RoomTest, TheGrabButtonGrabsOnPressAndReleasesOnRelease) {
   join(0, 7, 0);
   step();
   send(0, {0, 0, 0.05}, kButtonGrab);
@@ -186,7 +186,7 @@ TEST_F(RoomTest, GrabButtonGrabsOnPressAndLetsGoOnRelease) {
   EXPECT_FALSE(update(0)->held_body.is_valid());
 }
 
-TEST_F(RoomTest, LeavingLetsGo) {
+TEST_F(RoomTest, LeavingReleasesTheHeldBody) {
   join(0, 7, 0);
   join(1, 8, 1);
   post(RoomCommand::Kind::kGrab, 0, 7);
@@ -254,7 +254,7 @@ TEST_F(RoomTest, StaleOrInvalidHandleIsNotPulledTo) {
   EXPECT_LT((update(1)->tool.X.p - Vec3(0.5, 0, 0.3)).norm(), 0.03);
 }
 
-TEST_F(RoomTest, ReportedFaultsAreToldOnce) {
+TEST_F(RoomTest, FaultsAreReportedOnce) {
   observe(0, 7);
   room_.report(kFaultOverrun);
   step();
@@ -319,7 +319,7 @@ TEST_F(RoomTest, AButtonPressBesideACommandHasItsTurnWithTheNextInput) {
   EXPECT_EQ(update(0)->held_body, BodyId{2});
 }
 
-TEST_F(RoomTest, UpdatesSayWhomTheyAreForAndHowManyRequestsWereServed) {
+TEST_F(RoomTest, UpdatesContainTheirReceiverAndTheNumberOfServedRequests) {
   join(0, 7, 0);
   post(RoomCommand::Kind::kGrab, 0, 7, 1);
   post(RoomCommand::Kind::kRelease, 0, 7, 0);
@@ -386,9 +386,9 @@ TEST_F(RoomTest, OurOwnPartOfAStepDoesNotAllocateEvenWhenItGrabs) {
 }
 
 TEST_F(RoomTest, AnEmptyRoomIsIdleAndAsItWas) {
-  EXPECT_TRUE(room_.is_idle()) << "nobody has come yet";
+  EXPECT_TRUE(room_.is_idle()) << "no user has joined";
   join(0, 7, 0);
-  EXPECT_FALSE(room_.is_idle()) << "somebody wants to come in";
+  EXPECT_FALSE(room_.is_idle()) << "a user is joining";
   step();
   EXPECT_FALSE(room_.is_idle());
 }
@@ -411,22 +411,22 @@ TEST_F(RoomTest, StartsAnewWhenAllHaveBeenAwayForAWhile) {
   EXPECT_LT((room_.world().body(BodyId{2}).X.p - Vec3(0, 0, 0.02)).norm(), 1e-3);
   join(1, 8, 1);
   step();
-  EXPECT_TRUE(update(1).has_value()) << "and takes people in again";
+  EXPECT_TRUE(update(1).has_value()) << "users must be able to join again";
 }
 
-TEST(RoomWithoutReset, StaysAsItWasLeftAndSleeps) {
+TEST(RoomWithoutReset, KeepsItsStateAndSleeps) {
   Room room(RoomId{1}, "test",
             physics::load_parts(
                 {.bodies = kRoomTwoCubes, .tools = kRoomTwoTools, .rest = R"("limits": {"reset_after_s": 0})"}));
   ASSERT_TRUE(room.post({.seat = {0, UserId{7}, UserRole::kManipulator, 0}}));
   room.step(ServerTime{});
   ASSERT_TRUE(room.post({.kind = RoomCommand::Kind::kLeave, .seat = {0, UserId{7}}}));
-  EXPECT_FALSE(room.is_idle()) << "the leave is still to be taken";
+  EXPECT_FALSE(room.is_idle()) << "the leave is not executed yet";
   room.step(ServerTime{});
   EXPECT_TRUE(room.is_idle());
 }
 
-TEST(RoomBounds, AllAreToldOfABodyThatIsPutBack) {
+TEST(RoomBounds, AllUsersAreNotifiedOfABodyThatIsPutBack) {
   const std::string falling = R"({"name": "a", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.2})";
   Room room(RoomId{1}, "test",
             physics::load_parts({.bodies = falling, .tools = kRoomTwoTools, .rest = R"("limits": {"bounds_m": 0.8})"}));
@@ -441,7 +441,7 @@ TEST(RoomBounds, AllAreToldOfABodyThatIsPutBack) {
   EXPECT_EQ(room.world().body(BodyId{1}).X.p, Vec3(0, 0, 0));
 }
 
-TEST_F(RoomTest, AResetPutsAllBackAndWhoHeldSomethingIsTold) {
+TEST_F(RoomTest, AResetMovesAllBodiesBackAndNotifiesTheirHolders) {
   join(0, 7, 0);
   join(1, 8, 1);
   step();

@@ -175,7 +175,7 @@ TEST_F(InvitationLedgerTest, WithoutAFileEarlierTokensAreRefusedUnlessTheKeyIsNe
   EXPECT_EQ(ledger->issued_from_ms(), 1000U);
   ledger = open();
   ledger->begin(true, 2000);
-  EXPECT_EQ(ledger->issued_from_ms(), 1000U) << "the file is there now";
+  EXPECT_EQ(ledger->issued_from_ms(), 1000U) << "the file exists now";
   ledger = open();
   ledger->begin(true, 900);
   ASSERT_EQ(news.size(), 1U);
@@ -205,7 +205,7 @@ TEST_F(InvitationLedgerTest, CredentialsEndWithAStartThatDoesNotKeepThem) {
   EXPECT_NE(generation_after(true), second) << "a checkpoint beside a removed file is of no use";
 }
 
-TEST_F(InvitationLedgerTest, AFullListForgetsOnlyWhatHasExpiredAndRefusesItFromThenOn) {
+TEST_F(InvitationLedgerTest, AFullListRemovesOnlyExpiredEntriesAndStillRefusesThem) {
   Random random(test::test_seed(2));
   constexpr std::size_t kMost = 50;
   std::map<std::uint64_t, std::uint64_t> used;  // expiry [ms] of each used invitation, by number

@@ -32,7 +32,7 @@ bool is_connected(const test::HubBench& bench, const test::BenchClient& client) 
   return bench.hub->state_of(client.handle) != ConnectionState::kClosed;
 }
 
-TEST(Limits, SilentConnectionsKeepNobodyOut) {
+TEST(Limits, SilentConnectionsDoNotBlockOtherUsers) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   for (int i = 0; i < 200; ++i) bench.connect();
@@ -63,7 +63,7 @@ TEST(Limits, OfAddressesWithAsManyTheOneThatCameFirstMakesRoom) {
   }
 }
 
-TEST(Limits, WhoHasJoinedKeepsNobodyOfHisAddressOutAtHisOwnPace) {
+TEST(Limits, AJoinedUserDoesNotBlockOthersFromTheSameAddress) {
   std::string scene = test::two_hands_scene();
   scene.replace(scene.find("\"observers\": 1"), 14, "\"observers\": 13");
   test::HubBench bench({}, {scene});
@@ -113,7 +113,7 @@ TEST(Limits, AFloodIsServedATurnAtATimeAndThenEnded) {
   EXPECT_FALSE(bench.hub->is_behind(eve.handle));
 }
 
-TEST(Limits, ConnectionsOfOneAddressWaitForEachOtherAndNobodyElseDoes) {
+TEST(Limits, ConnectionsOfOneAddressDelayOnlyEachOther) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   std::vector<test::BenchClient> crowd;
@@ -149,7 +149,7 @@ TEST(Limits, ComingAnewDoesNotRefillAnAddress) {
   EXPECT_GT(joins, 100);
 }
 
-TEST(Limits, WhatOthersSetWaitsAsOneForASlowReaderWhoStays) {
+TEST(Limits, ChangesByOthersAreMergedForASlowReader) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada", wire::ROLE_OPERATOR);
   test::BenchClient slow = bench.join("slow");
@@ -170,7 +170,7 @@ TEST(Limits, WhatOthersSetWaitsAsOneForASlowReaderWhoStays) {
   EXPECT_EQ(bench.hub->user_count(), 2U);
 }
 
-TEST(Limits, WhoComesAndGoesWhileAReaderIsSlowIsNotToldToHim) {
+TEST(Limits, AUserWhoJoinsAndLeavesMeanwhileIsNotReportedToASlowReader) {
   test::HubBench bench;
   const test::BenchClient ada = bench.join("ada");
   test::BenchClient slow = bench.join("slow", wire::ROLE_OBSERVER);
@@ -192,11 +192,11 @@ TEST(Limits, WhoComesAndGoesWhileAReaderIsSlowIsNotToldToHim) {
   bench.step();
   const auto received = bench.drain(slow);
   ASSERT_EQ(test::described(received), "user_left, user_joined");
-  EXPECT_EQ(received[0].user_left().user(), ada.joined.user()) << "of whom he knew";
-  EXPECT_EQ(received[1].user_joined().user(), eve.joined.user()) << "the only one of fifty who is there";
+  EXPECT_EQ(received[0].user_left().user(), ada.joined.user()) << "the user who was reported before";
+  EXPECT_EQ(received[1].user_joined().user(), eve.joined.user()) << "the only one of fifty users who is still joined";
 }
 
-TEST(Limits, WhoFloodsWithUpdatesIsEndedAndNobodyElse) {
+TEST(Limits, OnlyAUserWhoFloodsWithUpdatesIsDisconnected) {
   test::HubBench bench;
   test::BenchClient eve = bench.join("eve"), ben = bench.join("ben");
   for (int ms = 0; ms < 1500; ++ms) {

@@ -17,7 +17,7 @@ wire::ClientControl set_parameter(const std::string& name, double value) {
   });
 }
 
-TEST(SessionParameters, AParameterIsBoundedToldToAllAndKnownToNewcomers) {
+TEST(SessionParameters, AParameterIsBoundedAndSentToAllAndToNewUsers) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada", wire::ROLE_OPERATOR);
   test::BenchClient ben = bench.join("ben");
@@ -57,7 +57,7 @@ std::map<std::string, double> parameters_in(const std::vector<wire::ServerContro
   return values;
 }
 
-TEST(SessionParameters, UnderTheAdaptiveLawOneIsToldTheStiffnessOfWhatOneHolds) {
+TEST(SessionParameters, TheAdaptiveLawSendsEachUserTheStiffnessForTheHeldBody) {
   test::HubBench bench = bench_with_coupling(R"({"law": "adaptive", "adaptive": {
       "mass_range_kg": [0.01, 1], "stiffness_n_per_m": [100, 1000], "damping_n_s_per_m": [5]}})");
   test::BenchClient ada = bench.join("ada", wire::ROLE_OPERATOR);
@@ -80,7 +80,7 @@ TEST(SessionParameters, UnderTheAdaptiveLawOneIsToldTheStiffnessOfWhatOneHolds) 
   EXPECT_EQ(parameters_in(bench.drain(ada)), (std::map<std::string, double>{{"coupling.stiffness_n_per_m", 150}}));
 }
 
-TEST(SessionParameters, ALostEventLeavesTheCouplingThatIsToldRight) {
+TEST(SessionParameters, ALostEventDoesNotMakeTheSentCouplingWrong) {
   test::HubBench bench = bench_with_coupling(R"({"law": "adaptive", "adaptive": {
       "mass_range_kg": [0.01, 1], "stiffness_n_per_m": [100, 1000], "damping_n_s_per_m": [5]}})");
   test::BenchClient ada = bench.join("ada");
@@ -111,7 +111,7 @@ TEST(SessionParameters, AMasslessToolHasDampingOnlyWhileItHoldsABody) {
   EXPECT_EQ(parameters_in(bench.drain(ben)), (std::map<std::string, double>{{"coupling.damping_n_s_per_m", 0}}));
 }
 
-TEST(SessionParameters, OnlyTheOperatorSetsThemAndTakesThemAlong) {
+TEST(SessionParameters, OnlyTheOperatorSetsThemAndTheyEndWithTheOperator) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   test::BenchClient olga = bench.join("olga", wire::ROLE_OPERATOR);
@@ -137,7 +137,7 @@ wire::ClientControl set_law(const std::string& law) {
   });
 }
 
-TEST(SessionLaw, IsTheOperatorsToldToAllAndKnownToNewcomersUntilHeLeaves) {
+TEST(SessionLaw, IsSetByTheOperatorAndSentToAllUsersUntilTheOperatorLeaves) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   test::BenchClient olga = bench.join("olga", wire::ROLE_OPERATOR);
@@ -155,7 +155,7 @@ TEST(SessionLaw, IsTheOperatorsToldToAllAndKnownToNewcomersUntilHeLeaves) {
   EXPECT_EQ(others[0].parameter_set().text(), "stable-dynamic");
   bench.send(olga, set_law("stable-dynamic"));
   EXPECT_EQ(test::described(bench.drain(olga)), "parameter_set");
-  EXPECT_EQ(test::described(bench.drain(ada)), "") << "nothing is new";
+  EXPECT_EQ(test::described(bench.drain(ada)), "") << "an unchanged law must not be reported";
   EXPECT_EQ(bench.join("eve", wire::ROLE_OBSERVER).joined.scene().coupling().law(), "stable-dynamic");
   bench.drain(ada);
   bench.send(olga, message_of([](auto& message) { message.mutable_leave(); }));
@@ -189,7 +189,7 @@ TEST(SessionLaw, ThatTheSceneCannotHaveIsRefusedWithTheReason) {
   }
 }
 
-TEST(SessionLaw, ThatIsNoLongerAdaptiveLeavesTheCoefficientsToTheOperator) {
+TEST(SessionLaw, AfterTheAdaptiveLawTheOperatorSetsTheCoefficients) {
   test::HubBench bench = bench_with_coupling(R"({"law": "adaptive", "stiffness_n_per_m": 250, "adaptive": {
       "mass_range_kg": [0.01, 1], "stiffness_n_per_m": [100, 1000], "damping_n_s_per_m": [5]}})");
   test::BenchClient ada = bench.join("ada", wire::ROLE_OPERATOR);

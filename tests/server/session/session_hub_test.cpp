@@ -19,7 +19,7 @@ using test::message_of;
 using testing::AllOf;
 using testing::HasSubstr;
 
-TEST(SessionHub, TakesConnectionIdsFromItsSourceButNeverZeroOrOneInUse) {
+TEST(SessionHub, UsesConnectionIdsFromItsSourceExceptZeroAndThoseInUse) {
   HubSettings settings;
   settings.connection_ids = [drawn = std::vector<std::uint64_t>{9, 5, 5, 0}]() mutable {
     const std::uint64_t next = drawn.back();
@@ -57,7 +57,7 @@ TEST(SessionHub, OneUsersFloodOfGrabsIsAnsweredBusyAndTheOthersAreServed) {
   for (int round = 0; round < 3; ++round) {
     for (std::uint32_t i = 0; i < 15; ++i) bench.send(ada, grab_any(i));
     bench.send(ben, grab_any(1));
-    EXPECT_EQ(test::described(bench.drain(ben)), "") << "asked of the room, not refused";
+    EXPECT_EQ(test::described(bench.drain(ben)), "") << "forwarded to the room, not refused";
     bench.step();
     EXPECT_EQ(test::described(bench.drain(ben)), round == 0 ? "grabbed" : "error ERROR_ALREADY_HOLDING");
     const auto answers = bench.drain(ada);
@@ -71,7 +71,7 @@ TEST(SessionHub, OneUsersFloodOfGrabsIsAnsweredBusyAndTheOthersAreServed) {
   EXPECT_EQ(bench.hub->user_count(), 2U);
 }
 
-TEST(SessionHub, TellsAnUnknownRoomWhichRoomsThereAre) {
+TEST(SessionHub, RefusesAnUnknownRoomWithTheListOfRooms) {
   test::HubBench bench({}, {test::two_hands_scene("attic"), test::two_hands_scene("cellar")});
   test::BenchClient client = bench.connect();
   bench.greet(client);
@@ -89,7 +89,7 @@ TEST(SessionHub, AnEmptyRoomNameIsTheOnlyRoomButNeverOneOfSeveral) {
   EXPECT_EQ(two.join("ada").joined.user(), 0U);
 }
 
-TEST(SessionHub, WhoFloodsWithControlMessagesIsEndedAndNobodyElse) {
+TEST(SessionHub, OnlyAUserWhoFloodsWithControlMessagesIsDisconnected) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada"), ben = bench.join("ben");
   const wire::ClientControl ping = message_of([](auto& message) { message.mutable_ping()->set_token(1); });
@@ -106,7 +106,7 @@ TEST(SessionHub, WhoFloodsWithControlMessagesIsEndedAndNobodyElse) {
   }
 }
 
-TEST(SessionHub, TellsNewcomersWhatWasLeftOutOfTheScenesFilesInBoundedWords) {
+TEST(SessionHub, SendsNewUsersABoundedNoteAboutOmittedPartsOfTheScene) {
   auto scene = std::make_shared<server::LoadedScene>(*test::scene_of(test::two_hands_scene()));
   for (int i = 0; i < 30; ++i) scene->notes_for_users.push_back(std::to_string(i) + std::string(400, 'x') + "ä");
   Room room(RoomId{1}, "bench", scene);
@@ -119,7 +119,7 @@ TEST(SessionHub, TellsNewcomersWhatWasLeftOutOfTheScenesFilesInBoundedWords) {
   EXPECT_LE(answer.ByteSizeLong(), joined_answer_bound(*scene));
 }
 
-TEST(SessionHub, GivesEachManipulatorAToolOfItsOwnAndReusesItAfterALeave) {
+TEST(SessionHub, GivesEachManipulatorASeparateToolAndReusesItAfterALeave) {
   test::HubBench bench;
   test::BenchClient first = bench.join("ada");
   test::BenchClient second = bench.join("ben");
@@ -169,7 +169,7 @@ TEST(SessionHub, AUserSeesOthersComeAndGo) {
   EXPECT_EQ(later[0].user_left().reason(), wire::DISCONNECT_CONNECTION_LOST);
 }
 
-TEST(SessionHub, AnswersAGrabWithWhatTheRoomDid) {
+TEST(SessionHub, AnswersAGrabWithTheResultOfTheRoom) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   test::BenchClient ben = bench.join("ben");
@@ -195,7 +195,7 @@ TEST(SessionHub, AnswersAGrabWithWhatTheRoomDid) {
   EXPECT_EQ(test::described(bench.drain(ben)), "released");
 }
 
-TEST(SessionHub, ASilentUserIsGoneAndItsGrabFreeWithinTwoSeconds) {
+TEST(SessionHub, ASilentUserIsRemovedAndReleasesItsGrabWithinTwoSeconds) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   test::BenchClient ben = bench.join("ben");
@@ -223,7 +223,7 @@ TEST(SessionHub, ASilentUserIsGoneAndItsGrabFreeWithinTwoSeconds) {
   EXPECT_EQ(bench.join("cleo").joined.tool(), ada.joined.tool());
 }
 
-TEST(SessionHub, AnObserverSeesEverythingAndMovesNothing) {
+TEST(SessionHub, AnObserverReceivesEverythingAndMovesNothing) {
   test::HubBench bench;
   test::BenchClient eve = bench.join("eve", wire::ROLE_OBSERVER);
   EXPECT_EQ(bench.send_state(eve), eve.handle);
@@ -308,7 +308,7 @@ TEST(SessionHub, RefusesADeadbandThatHidesMoreThanItMay) {
   }
 }
 
-TEST(SessionHub, TellsOthersWhatADeviceBearsInTheWorld) {
+TEST(SessionHub, SendsOthersTheForceLimitOfADeviceInTheWorld) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   test::BenchClient ben = bench.connect();
@@ -322,7 +322,7 @@ TEST(SessionHub, TellsOthersWhatADeviceBearsInTheWorld) {
   EXPECT_EQ(user.tool(), 1U);
   const double scale = bench.rooms.front()->scene().workspaces.at(1).force_scale;
   EXPECT_EQ(user.coupling_bounds().force_limit_n(), 2 / scale);
-  EXPECT_FALSE(user.coupling_bounds().has_stiffness_n_per_m()) << "nothing was said of it";
+  EXPECT_FALSE(user.coupling_bounds().has_stiffness_n_per_m()) << "it must not be mentioned";
 }
 
 TEST(SessionHub, RefusesBoundsOfACouplingThatNoDeviceHas) {
@@ -333,7 +333,7 @@ TEST(SessionHub, RefusesBoundsOfACouplingThatNoDeviceHas) {
   }
 }
 
-TEST(SessionHub, JoinedTellsHowMassIsSpreadInEveryBodyAndTool) {
+TEST(SessionHub, JoinedContainsTheInertiaOfEveryBodyAndTool) {
   test::HubBench bench;
   const test::BenchClient ada = bench.join("ada");
   const LoadedScene& scene = bench.rooms.front()->scene();
@@ -347,7 +347,7 @@ TEST(SessionHub, JoinedTellsHowMassIsSpreadInEveryBodyAndTool) {
   for (const double moment : box.principal_inertia_kg_m2()) EXPECT_NEAR(moment, 0.1 * 0.02 * 0.02 / 6, 1e-12);
 }
 
-TEST(SessionHub, TakesNoMoreConnectionsThanItsLimit) {
+TEST(SessionHub, AcceptsNoMoreConnectionsThanItsLimit) {
   test::HubBench bench({.max_connections = 2});
   bench.join("ada");
   test::BenchClient second = bench.join("ben");
@@ -359,7 +359,7 @@ TEST(SessionHub, TakesNoMoreConnectionsThanItsLimit) {
   EXPECT_EQ(bench.hub->connection_count(), 2U);
 }
 
-TEST(SessionHub, RandomBytesEndTheirOwnConnectionAndNobodyElses) {
+TEST(SessionHub, RandomBytesEndOnlyTheirOwnConnection) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   const auto grab = message_of([](auto& message) { message.mutable_grab()->set_body(1); });
@@ -392,7 +392,7 @@ TEST(SessionHub, RandomBytesEndTheirOwnConnectionAndNobodyElses) {
   EXPECT_GT(ended, 100) << "random bytes are seldom a message";
 }
 
-TEST(SessionHub, StoppingSaysGoodbyeToEverybody) {
+TEST(SessionHub, StoppingSendsGoodbyeToAllUsers) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   test::BenchClient ben = bench.connect();
@@ -428,7 +428,7 @@ std::size_t shapes_in(const std::vector<wire::ServerControl>& messages) {
   return static_cast<std::size_t>(std::ranges::count_if(messages, [](const auto& m) { return m.has_soft_shape(); }));
 }
 
-TEST(SessionHub, TellsShapesOfSoftBodiesToThoseWhoAskedAndNeverBeforeAnythingElse) {
+TEST(SessionHub, SendsSoftShapesOnlyOnRequestAndAfterOtherMessages) {
   test::HubBench bench({}, {soft_scene()});
   test::BenchClient ada = join_with_shapes(bench, "ada", true), ben = join_with_shapes(bench, "ben", false);
   bench.step(500);

@@ -103,7 +103,7 @@ TEST_F(SessionPosesTest, APoseIsItsKeepersAndTheOperatorsAndEverybodysOnceTheKee
   EXPECT_THAT(numbers, testing::ElementsAre(0U, 4U));
 }
 
-TEST_F(SessionPosesTest, OnlyTheUserWhoAskedAndTheOperatorCancelAMinimisation) {
+TEST_F(SessionPosesTest, OnlyTheRequestingUserAndTheOperatorCancelAMinimisation) {
   is_held_ = true;
   test::BenchClient olga = bench_->join("olga", wire::ROLE_OPERATOR);
   const auto begin = [&] {
@@ -150,7 +150,7 @@ TEST_F(SessionPosesTest, OneUsersFloodLeavesTheOthersTheirRequests) {
   EXPECT_EQ(test::described(bench_->drain(ben_)), "kept_pose");
 }
 
-TEST_F(SessionPosesTest, AUserWhoAsksTooOftenGetsTheAllowedRate) {
+TEST_F(SessionPosesTest, AUserWithTooManyRequestsGetsTheAllowedRate) {
   bench_->drain(ada_);
   int served = 0;
   for (int i = 0; i < 250; ++i) {  // every 20 ms for 5 s
@@ -162,7 +162,7 @@ TEST_F(SessionPosesTest, AUserWhoAsksTooOftenGetsTheAllowedRate) {
   EXPECT_NEAR(served, 8 + 5 * 4, 1);
 }
 
-TEST_F(SessionPosesTest, AStopRefusesWhatWaitsBeforeGoodbye) {
+TEST_F(SessionPosesTest, AStopRefusesPendingRequestsBeforeGoodbye) {
   is_held_ = true;
   bench_->drain(ada_);
   send(ada_, wire::AskPose::KEEP);

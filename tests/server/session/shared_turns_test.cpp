@@ -34,7 +34,7 @@ class Helper {
   std::thread thread_;
 };
 
-TEST(SharedTurns, EachIsTakenOnceAndIsOverWhenRunReturns) {
+TEST(SharedTurns, EachTurnIsRunOnceBeforeRunReturns) {
   constexpr std::size_t kHelped = 50, kTurns = 7;
   SharedTurns turns;
   const auto help = [&turns] { turns.help(std::chrono::microseconds(5)); };
@@ -53,7 +53,7 @@ TEST(SharedTurns, EachIsTakenOnceAndIsOverWhenRunReturns) {
   }
 }
 
-TEST(SharedTurns, WhoFindsNothingToHelpWithGoesOn) {
+TEST(SharedTurns, AHelperWithoutWorkContinuesAtOnce) {
   SharedTurns turns;
   turns.help(std::chrono::microseconds(5));
   std::size_t taken = 0;
@@ -73,7 +73,7 @@ std::string scene_of_many_hands(std::size_t count) {
          tools + "]}";
 }
 
-TEST(SessionHub, TellsEachUserEachStepOnceWhileTheRoomsThreadHelps) {
+TEST(SessionHub, SendsEachStepOnceToEachUserWhileTheRoomsThreadHelps) {
   constexpr std::size_t kUsers = 6, kLeastSteps = 1000, kMostSteps = 100'000;
   test::HubBench bench({}, {scene_of_many_hands(kUsers)});
   std::vector<test::BenchClient> users;
@@ -104,7 +104,7 @@ TEST(SessionHub, TellsEachUserEachStepOnceWhileTheRoomsThreadHelps) {
   }
   for (const test::BenchClient& user : users) EXPECT_EQ(bench.drain_datagrams(user).size(), steps);
   EXPECT_EQ(bench.hub->counters().datagrams_sent - sent_before, kUsers * steps);
-  EXPECT_GT(bench.transport.sent_elsewhere, 0U) << "nobody helped";
+  EXPECT_GT(bench.transport.sent_elsewhere, 0U) << "no other thread helped";
 }
 
 }  // namespace

@@ -8,7 +8,7 @@ namespace {
 
 using test::message_of;
 
-TEST(StateStream, ANewcomerIsNotSentWhatItsSeatsFormerUserWas) {
+TEST(StateStream, ANewUserDoesNotReceiveTheStateOfTheSeatsFormerUser) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada", wire::ROLE_MANIPULATOR, "state-tcp");
   bench.step();
@@ -43,7 +43,7 @@ TEST(StateStream, SendsEachPublishedStepOnceWithTheFourTimeStamps) {
   const auto sent = bench.drain_datagrams(ada);
   ASSERT_EQ(sent.size(), 10U);
   bench.hub->poll(VirtualClock(bench.now));
-  EXPECT_TRUE(bench.drain_datagrams(ada).empty()) << "nothing new was published";
+  EXPECT_TRUE(bench.drain_datagrams(ada).empty()) << "no newer state was published";
   proto::ServerUpdate update;
   proto::DatagramHeader header;
   ASSERT_EQ(proto::parse_header(sent.back(), header), proto::DropReason::kNone);
@@ -66,7 +66,7 @@ class BusyClock final : public Clock {
   mutable LocalTime now_;
 };
 
-TEST(StateStream, EachUpdateSaysWhenItWasSentItself) {
+TEST(StateStream, EachUpdateContainsItsOwnTimeOfSending) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada"), ben = bench.join("ben");
   bench.send_state(ada);
@@ -159,7 +159,7 @@ TEST(StateStream, StateOverTcpIsSkippedWhileControlBytesWait) {
   EXPECT_EQ(test::described(bench.drain(ada)), "state_datagram");
 }
 
-TEST(StateStream, CountsWhatTheNetworkDidNotTakeAndWhatNobodySent) {
+TEST(StateStream, CountsUnsentAndMissingDatagrams) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   bench.send_state(ada);

@@ -70,7 +70,7 @@ TEST(UnixTime, AClockThatIsBehindTheRunBeforeIsFollowedAfterTenSecondsToo) {
   EXPECT_EQ(time.update(kStart_ms + 5000, after(5s)), kStart_ms + 65'000);
   EXPECT_EQ(time.update(kStart_ms + 10'000, after(10s)), kStart_ms + 10'000);
   UnixTime ahead(kStart_ms - 60'000);
-  EXPECT_EQ(ahead.update(kStart_ms, after(0s)), kStart_ms) << "the time goes on between two runs";
+  EXPECT_EQ(ahead.update(kStart_ms, after(0s)), kStart_ms) << "time passes between two runs";
 }
 
 TEST(UnixTime, ABrokenClockOverflowsNothing) {

@@ -39,7 +39,7 @@ TEST(UserName, RefusesNamesThatCannotBeSeenOrLookLikeAnother) {
   EXPECT_EQ(bench.join("ada of b").joined.user(), 1U);
 }
 
-TEST(UserName, TwoOfOneNameAreToldApart) {
+TEST(UserName, EqualNamesAreMadeDistinct) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   bench.join("ada");
@@ -48,7 +48,7 @@ TEST(UserName, TwoOfOneNameAreToldApart) {
   EXPECT_EQ(received[0].user_joined().name(), "ada (2)");
 }
 
-TEST(UserName, TwoOfOneLongNameAreToldApartWithinItsLength) {
+TEST(UserName, EqualLongNamesAreMadeDistinctWithinTheLimit) {
   std::string longest;
   for (int i = 0; i < 32; ++i) longest += "\u00e9";
   test::HubBench bench;

@@ -119,7 +119,7 @@ TEST(BallContacts, LieWhereTheyAreAsDeepAsTheySay) {
   });
 }
 
-TEST(BallContacts, HideNoAreaOfWhatIsInTheBand) {
+TEST(BallContacts, TheirAreasSumToThatOfTheCapInTheBand) {
   for (const double radius_m : kRadii_m) {
     for (const double band_m : {2e-4, 2e-3, 1e-2}) {
       for (const double depth_m : {2e-4, 0.0, -1e-6, -1e-4, -1.9e-4}) {

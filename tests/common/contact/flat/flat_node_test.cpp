@@ -131,7 +131,7 @@ TEST(FlatNode, APolygonHasTheMomentsOfItsPoints) {
   }
 }
 
-TEST(FlatNode, WhatIsAPolygonLiesOnTheSurface) {
+TEST(FlatNode, ItsPolygonLiesOnTheSurface) {
   // In the prism with five sides, edges of one plane have different directions. In the prisms with 8 and 32 sides,
   // corners of flat nodes are near the rim of the end face. A polygon that ignores these cases would extend beyond the
   // surface.

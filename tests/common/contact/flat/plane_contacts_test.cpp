@@ -324,7 +324,7 @@ TEST(PlaneContacts, ForceFollowsTheOverlapWhileABoxSlidesOverAnEdge) {
 
 // The edges of a flight of stairs lie in one plane, with gaps between them. If the budget is too small for all points,
 // some points represent all of them. A contact between the edges would be too deep.
-TEST(PlaneContacts, NothingIsDeeperThanTheDeepestPointWhereThereIsNoRoomForAll) {
+TEST(PlaneContacts, WithoutSpaceForAllNoContactIsDeeperThanTheDeepestPoint) {
   std::vector<ShellPoint> points;
   for (int nose = 0; nose < 8; ++nose) {
     for (int i = 0; i < 400; ++i) {

@@ -52,7 +52,7 @@ TEST(ThinRods, AreNeitherPlatesNorWedgesNorThickOnes) {
   EXPECT_EQ(thin_radius_m(geometry::tessellated_sphere(0.01)), none);
 }
 
-TEST(TooThin, IsWhatIsThinnerThanARigidContactGivesWay) {
+TEST(TooThin, IsAWallThinnerThanTheRigidContactDepth) {
   using ::testing::HasSubstr;
   EXPECT_THAT(why_too_thin(*make_contact_capsule(6e-5, 0.01)), HasSubstr("is 0.12 mm thick, too thin to hold"));
   EXPECT_EQ(why_too_thin(*make_contact_capsule(1e-4, 0.01)), "");

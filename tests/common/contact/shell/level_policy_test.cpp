@@ -59,7 +59,7 @@ TEST(LevelPolicy, AFirstCutIsFineUnlessItHasNoRoom) {
   EXPECT_EQ(at_level(1).phase(), SearchPhase::kCoarse);
 }
 
-TEST(LevelPolicy, AWalkWithoutRoomGoesToTheLevelThatSavesWhatWasTooMuch) {
+TEST(LevelPolicy, AnExceededBudgetSelectsALevelThatSavesEnough) {
   const SearchLoad contacts{.contacts = kRoomForContacts + 1, .band_m = kUsual_m};
   const SearchLoad queries{.contacts = kRoomForContacts, .band_m = kUsual_m};
   EXPECT_EQ(at_level(LevelPolicy::kFineLevel).next_coarser_level(contacts), 0);
@@ -156,7 +156,7 @@ TEST(LevelPolicy, AFailedTrialReturnsAndDoublesTheInterval) {
     EXPECT_EQ(policy.phase(), SearchPhase::kCoarse);
     EXPECT_FALSE(policy.is_new_level());
     EXPECT_EQ(steps_to_trial(policy, kMuchNear), interval);
-    EXPECT_EQ(steps_to_trial(policy, kLittle), interval) << "after a failure also where few points are near";
+    EXPECT_EQ(steps_to_trial(policy, kLittle), interval) << "after a failure, also with few near points";
     take_steps(policy, interval);
   }
 }
@@ -211,7 +211,7 @@ TEST(LevelPolicy, DividedNodesAreJoinedBeforeALevelGetsCoarser) {
     EXPECT_EQ(policy.phase(), SearchPhase::kCoarse);
     interval = std::min(2 * interval, 1024);
   }
-  EXPECT_EQ(policy.next_coarser_level(kMuchNear), 5) << "nothing is divided";
+  EXPECT_EQ(policy.next_coarser_level(kMuchNear), 5) << "outside of the division phase, the next coarser level is used";
   policy.set_level(5);
   EXPECT_EQ(steps_to_divide(policy), 4);
 }
@@ -271,7 +271,7 @@ TEST(LevelPolicy, JoinsFarNodesOfAFullCutEvery100Steps) {
   EXPECT_TRUE(policy.begins_to_join_far(451));
   policy.set_level(LevelPolicy::kFineLevel);
   take_steps(policy, 200);
-  EXPECT_FALSE(policy.begins_to_join_far(451)) << "a fine level has no such nodes";
+  EXPECT_FALSE(policy.begins_to_join_far(451)) << "a fine level has no nodes to join";
 }
 
 TEST(LevelPolicy, PlaneQueriesAreLimitedByTheAgeOfTheLevel) {

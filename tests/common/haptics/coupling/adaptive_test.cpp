@@ -7,7 +7,7 @@
 namespace tandem::haptics {
 namespace {
 
-TEST(AdaptiveFit, OfTheThesisGivesItsPublishedLine) {
+TEST(AdaptiveFit, ReproducesThePublishedLineOfTheThesis) {
   const AdaptiveFit fit = thesis_adaptive_fit();
   for (const double mass_kg : {0.05, 0.1, 0.15, 0.2}) {
     const CouplingParameters c = adapted(fit, mass_kg, 0, {});
@@ -18,7 +18,7 @@ TEST(AdaptiveFit, OfTheThesisGivesItsPublishedLine) {
   EXPECT_NEAR(0.2 * 9.81 / adapted(fit, 0.2, 0, {}).stiffness_n_per_m, 0.0497, 1e-4);
 }
 
-TEST(AdaptiveFit, TakesTheNearestEndOutsideItsMasses) {
+TEST(AdaptiveFit, UsesTheNearestEndOutsideOfItsMassRange) {
   const AdaptiveFit fit = thesis_adaptive_fit();
   EXPECT_EQ(adapted(fit, 0.001, 0, {}), adapted(fit, 0.05, 0, {}));
   EXPECT_EQ(adapted(fit, 7, 0, {}), adapted(fit, 0.2, 0, {}));
@@ -32,7 +32,7 @@ TEST(AdaptiveFit, LeavesRotationAndLimitsAloneWithoutARotationalRange) {
   EXPECT_EQ(adapted(thesis_adaptive_fit(), 0.1, 4e-5, base), expected);
 }
 
-TEST(AdaptiveFit, TakesRotationFromTheInertiaAndDampingFromTheStiffness) {
+TEST(AdaptiveFit, DerivesRotationFromInertiaAndDampingFromStiffness) {
   AdaptiveFit fit = thesis_adaptive_fit();
   fit.damping_n_s_per_m.c = {0.1, 0.01, 0, 0};
   fit.inertia_low_kg_m2 = 1e-5;
@@ -47,7 +47,7 @@ TEST(AdaptiveFit, TakesRotationFromTheInertiaAndDampingFromTheStiffness) {
   EXPECT_EQ(adapted(fit, 0.1, 0, {}), adapted(fit, 0.1, 1e-5, {}));
 }
 
-TEST(AdaptiveSpringDamper, PullsAsTheThesisSays) {
+TEST(AdaptiveSpringDamper, HasTheForceOfTheThesis) {
   const auto law = make_coupling_law("adaptive", adapted(thesis_adaptive_fit(), 0.1, 0, {}));
   const Wrench wrench = law->wrench_on_tool_W({.d_W = {0.03, 0, 0}, .v_W = {0, 0.5, 0}});
   EXPECT_NEAR((wrench.f - Vec3((116.53 * 0.1 + 16.21) * 0.03, 0.2 * 0.5, 0)).norm(), 0, 1e-12);

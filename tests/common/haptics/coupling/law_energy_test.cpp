@@ -93,7 +93,7 @@ struct MovingFrame {
   }
 };
 
-TEST_P(PassiveCouplingLaw, GivesOutNothingOverAClosedPathOfBothEnds) {
+TEST_P(PassiveCouplingLaw, CreatesNoEnergyOverAClosedPathOfBothEnds) {
   const std::uint64_t seed = test::test_seed(kUsualSeed);
   Random random(seed);
   for (int i = 0; i < 30; ++i) {
@@ -114,7 +114,7 @@ TEST_P(PassiveCouplingLaw, GivesOutNothingOverAClosedPathOfBothEnds) {
       given.add(on_tool.f.dot(step_WT.v) + on_tool.t.dot(step_WT.w) + on_hand.f.dot(step_WH.v) +
                 on_hand.t.dot(step_WH.w));
     }
-    ASSERT_LT(given.net_j, 0) << "the damper took nothing; seed " << seed << " draw " << i;
+    ASSERT_LT(given.net_j, 0) << "the damper dissipated no energy; seed " << seed << " draw " << i;
   }
 }
 
@@ -142,7 +142,7 @@ PushAndRetreat push_and_retreat(const CouplingLaw& law, double reach_m) {
 
 class ActiveCouplingLaw : public testing::TestWithParam<CouplingLawInfo> {};
 
-TEST_P(ActiveCouplingLaw, GivesBackMoreThanItTookWhenTheHandTurns) {
+TEST_P(ActiveCouplingLaw, ReturnsMoreEnergyThanItStoredWhenTheHandReverses) {
   const std::uint64_t seed = test::test_seed(kUsualSeed);
   Random random(seed);
   for (int i = 0; i < 30; ++i) {
@@ -176,7 +176,7 @@ TEST(StableDynamicLiteral, ReturnsTenMillijouleOfTheThreeOrSixThatItStored) {
   EXPECT_NEAR(push_and_retreat(*law, 0.010).returned_j, 10.0e-3, 1e-6);
 }
 
-TEST(StableDynamic, ReturnsWhatItStored) {
+TEST(StableDynamic, ReturnsItsStoredEnergy) {
   const PushAndRetreat energy = push_and_retreat(*make_coupling_law("stable-dynamic", kExample), 0.010);
   EXPECT_NEAR(energy.stored_j, 3.1e-3, 0.05e-3);
   EXPECT_EQ(energy.returned_j, energy.stored_j);

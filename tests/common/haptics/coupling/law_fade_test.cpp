@@ -40,7 +40,7 @@ std::vector<std::pair<const CouplingLawInfo*, const CouplingLawInfo*>> exchangea
   return pairs;
 }
 
-TEST(LawFade, GoesFromTheForceOfOneLawToThatOfTheOtherInEqualSteps) {
+TEST(LawFade, FadesFromTheForceOfOneLawToTheNextInEqualSteps) {
   const CouplingParameters soft{.stiffness_n_per_m = 250}, stiff{.stiffness_n_per_m = 700, .curve_sharpness = 2};
   ASSERT_EQ(exchangeable_pairs().size(), 20U);
   for (const auto& [from, to] : exchangeable_pairs()) {
@@ -110,7 +110,7 @@ TEST(LawFade, LetsTheNextChangeWaitForTheEndOfTheOneUnderWay) {
     ASSERT_LT(std::abs(now_n - last_n), 0.02) << i;
     last_n = now_n;
   }
-  EXPECT_EQ(fade.law().name(), "spring-damper") << "what was asked for last";
+  EXPECT_EQ(fade.law().name(), "spring-damper") << "the last requested law";
   const auto alone = law("spring-damper").make({.stiffness_n_per_m = 400});
   EXPECT_EQ(fade.law().wrench_on_tool_W(stretched()).f, alone->wrench_on_tool_W(stretched()).f);
 }
@@ -158,7 +158,8 @@ TEST(LawFade, AllocatesNothing) {
 
 TEST(LawChange, IsToAPassiveLawOfAToolWithMassElseRefusedWithAReason) {
   for (const CouplingLawInfo& of_scene : coupling_laws()) {
-    EXPECT_EQ(law_change_problem(of_scene, of_scene, false), "") << of_scene.name << ": what it has it can have";
+    EXPECT_EQ(law_change_problem(of_scene, of_scene, false), "")
+        << of_scene.name << ": the current law of the scene must be allowed";
     for (const CouplingLawInfo& wanted : coupling_laws()) {
       if (&wanted == &of_scene) continue;
       const bool needs_fit = wanted.name == kAdaptiveLaw;

@@ -148,7 +148,7 @@ TEST_P(EveryLawsGradient, IsThatOfTheWrenchSymmetricAndNotNegative) {
   EXPECT_GT(regimes_.above_knee, 200);
 }
 
-TEST_P(EveryLawsGradient, OfWhatIsNotFiniteIsZero) {
+TEST_P(EveryLawsGradient, IsZeroForInputThatIsNotFinite) {
   const auto law = GetParam().make({});
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const CouplingGradient g = law->gradient({.d_W = {nan, 0, 0}, .w_W = {0, nan, 0}});

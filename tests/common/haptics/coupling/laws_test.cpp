@@ -99,7 +99,7 @@ TEST_P(EveryCouplingLaw, StaysFiniteForAnyParameters) {
   }
 }
 
-TEST_P(EveryCouplingLaw, TakesParametersWhileItRuns) {
+TEST_P(EveryCouplingLaw, AcceptsParametersWhileItRuns) {
   const std::uint64_t seed = test::test_seed(61);
   Random random(seed);
   const auto law = make({});
@@ -160,7 +160,7 @@ TEST_P(EveryCouplingLaw, AllocatesNothing) {
 
 INSTANTIATE_TEST_SUITE_P(Catalog, EveryCouplingLaw, testing::ValuesIn(coupling_laws()), law_test_name);
 
-TEST(CouplingLaws, AreFoundByNameAndOnlyByAKnownOne) {
+TEST(CouplingLaws, AreFoundOnlyByTheirNames) {
   EXPECT_EQ(make_coupling_law("", {})->name(), "stable-dynamic");
   EXPECT_EQ(coupling_laws().front().name, kDefaultCouplingLaw);
   EXPECT_EQ(make_coupling_law("rubber-band", {}), nullptr);

@@ -15,7 +15,7 @@ TEST(Polar, HasLengthAndDirectionWhereSquaresOverflowOrVanish) {
   }
 }
 
-TEST(Polar, IsNothingForWhatIsZeroOrNotFinite) {
+TEST(Polar, IsEmptyForZeroOrNonFiniteInput) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
   for (const Vec3& a : {Vec3(0, 0, 0), Vec3(nan, 1, 1), Vec3(1, -infinity, 0)}) {

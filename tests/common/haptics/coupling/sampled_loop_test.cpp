@@ -131,7 +131,7 @@ TEST(SpectralRadius, IsTheGrowthOfTheSimulatedLoop) {
   EXPECT_LT(unstable, 50);
 }
 
-TEST(SpectralRadius, CrossesOneWhereJurysCriterionSaysForASpringOnAMassWithDamping) {
+TEST(SpectralRadius, CrossesOneAtJurysLimitForADampedMassOnASpring) {
   const double T = 1e-3, m = 0.1, b = 0.5;
   // Exact solution for a held force: x⁺ = x + c v − k g x, v⁺ = a v − k h x. At the stability limit, the product of the
   // eigenvalues is 1.
@@ -178,7 +178,7 @@ TEST(SpectralRadius, DependsOnRateByScaleOnly) {
   }
 }
 
-TEST(SpectralRadius, LeavesOutDriftAndGlideOfWhatNothingHolds) {
+TEST(SpectralRadius, ExcludesModesOfFreeMotion) {
   LoopModel model;
   model.hand_mass = model.hand_stiffness = model.hand_damping = 0;
   model.stiffness = 300;

@@ -20,7 +20,7 @@ TEST(Saturation, LeavesAForceAloneUpToTheKnee) {
   for (int i = 0; i <= 5200; ++i) EXPECT_EQ(saturated(i * 1e-3, kLimit, kSoftness), i * 1e-3);
 }
 
-TEST(Saturation, BendsAboveTheKneeAsTheClosedFormSays) {
+TEST(Saturation, FollowsTheClosedFormAboveTheKnee) {
   // At the distance softness × limit above the knee, the exponential term has fallen to 1/e.
   EXPECT_NEAR(saturated(kKnee + kSoftness * kLimit, kLimit, kSoftness), kLimit * (1 - kSoftness / std::numbers::e),
               1e-12);
@@ -78,7 +78,7 @@ TEST(Saturation, KeepsTheDirection) {
   }
 }
 
-TEST(Saturation, OfWhatIsNotFiniteIsZero) {
+TEST(Saturation, IsZeroForInputThatIsNotFinite) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
   for (const Vec3& force : {Vec3(nan, 1, 1), Vec3(0, infinity, 0), Vec3(-infinity, infinity, nan)}) {

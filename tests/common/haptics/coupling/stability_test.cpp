@@ -43,7 +43,7 @@ CouplingParameters remedied(CouplingParameters parameters, const StabilityFindin
   return parameters;
 }
 
-TEST(CheckCoupling, NothingFoundMeansStableInAnyHandAndContact) {
+TEST(CheckCoupling, AnAcceptedCouplingIsStableForAnyHandAndContact) {
   Random random(test::test_seed(8), 0);
   for (int i = 0; i < 80; ++i) {
     SCOPED_TRACE("model " + std::to_string(i));
@@ -68,7 +68,7 @@ TEST(CheckCoupling, NothingFoundMeansStableInAnyHandAndContact) {
   }
 }
 
-TEST(CheckCoupling, FindsNothingInACouplingThatTheMechanismPaysFor) {
+TEST(CheckCoupling, AcceptsACouplingThatTheMechanismDampsEnough) {
   CouplingParameters parameters;
   parameters.stiffness_n_per_m = 300;
   parameters.damping_n_s_per_m = 0.04;
@@ -120,7 +120,7 @@ TEST(CheckCoupling, NamesTheDampingWhereNoStiffnessWouldDo) {
       nullptr);
 }
 
-TEST(CheckCoupling, AsksForDampingWhereThereIsTooLittle) {
+TEST(CheckCoupling, RequestsMoreDampingIfThereIsTooLittle) {
   CouplingParameters parameters;
   parameters.stiffness_n_per_m = 300;
   parameters.damping_n_s_per_m = 0;
@@ -189,7 +189,7 @@ TEST(CheckCoupling, WarnsExactlyBelowColgatesBound) {
   EXPECT_NEAR(check_coupling(parameters, 0.1, 0, device).at(0).remedy, 0.65, 1e-3);
 }
 
-TEST(CheckCoupling, RefusesNumbersThatAreNone) {
+TEST(CheckCoupling, RefusesValuesThatAreNotFinite) {
   CouplingParameters parameters;
   parameters.damping_n_s_per_m = std::nan("");
   const auto findings = check_coupling(parameters, 0.1, 0, damped_device());

@@ -154,7 +154,7 @@ TEST(CouplingPassivityController, LeavesASmoothHandAloneOnceItIsSixTenthsOfAMill
   }
 }
 
-TEST(CouplingPassivityController, LetsTheHandHaveBackWhatItPutIn) {
+TEST(CouplingPassivityController, ReturnsTheEnergyThatTheHandSupplied) {
   CouplingPassivityController controller;
   controller.apply(tool_at_x(0), force_x(-2), 0, kCouplingPassivityControllerPeriod);
   double x = 0;
@@ -205,7 +205,7 @@ TEST(CouplingPassivityController, DoesNotStarveAHandThatDragsATool) {
   EXPECT_EQ(shown, -drag);
 }
 
-TEST(CouplingPassivityController, CountsWhatWasReallyDisplayed) {
+TEST(CouplingPassivityController, CountsTheDisplayedForce) {
   CouplingPassivityController controller;
   controller.apply(tool_at_x(0), force_x(-0.01), 0, kCouplingPassivityControllerPeriod);
   controller.set_displayed(force_x(-0.005));

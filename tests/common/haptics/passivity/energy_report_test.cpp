@@ -34,16 +34,16 @@ TEST(EnergyReport, FalseEnergyCountsWithinThePowerLimitOnly) {
   EXPECT_LE(sum_j, 5 * 2.0 + 1e-9);
 }
 
-TEST(EnergyReport, WhatCannotHaveBeenDoneDoesNotCount) {
+TEST(EnergyReport, AnImpossibleAmountOfWorkDoesNotCount) {
   EnergyReport report;
   report.accept(0, 0, 0, 0);
   double claimed_j = 0, taken_j = 0;
   for (int ms = 1; ms <= 1000; ++ms) taken_j += report.accept(claimed_j += 0.01, 0, 0.001, 0.0);
   EXPECT_NEAR(taken_j, EnergyReport::kMaxUnclaimed_j, 1e-12) << "10 W for a hand that does not move";
   for (int ms = 1; ms <= 1000; ++ms) taken_j += report.accept(claimed_j += 0.002, 0, 0.001, 0.004);
-  EXPECT_NEAR(taken_j, EnergyReport::kMaxUnclaimed_j + 2, 1e-12) << "what it can have done counts whole";
+  EXPECT_NEAR(taken_j, EnergyReport::kMaxUnclaimed_j + 2, 1e-12) << "possible work must count completely";
   EXPECT_NEAR(report.accept(claimed_j + 10, 0, 0.001, 3), 3 + EnergyReport::kMaxUnclaimed_j, 1e-12)
-      << "also in a bunch";
+      << "also if reports arrive late together";
 }
 
 TEST(EnergyReport, ASumThatFallsOrIsNotFiniteIsDroppedWholeAndCounted) {

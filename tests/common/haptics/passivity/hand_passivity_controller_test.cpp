@@ -97,7 +97,7 @@ TEST(HandPassivityController, LeavesASmoothHandInStiffContactAlone) {
   }
 }
 
-TEST(HandPassivityController, TheHandMayTakeWhatTheWorldGaveAndNoMore) {
+TEST(HandPassivityController, TheHandMayReceiveTheEnergyOfTheWorldAndNoMore) {
   HandPassivityController controller;
   double from_world_j = 0, taken_j = 0, x = 0;
   for (int k = 0; k < 5000; ++k) {
@@ -113,7 +113,7 @@ TEST(HandPassivityController, TheHandMayTakeWhatTheWorldGaveAndNoMore) {
   EXPECT_GT(taken_j, 0.9 * from_world_j);
 }
 
-TEST(HandPassivityController, WhatTheWorldGotIsNotTheHandsAnyMore) {
+TEST(HandPassivityController, EnergyGivenToTheWorldCannotReturnToTheHand) {
   HandPassivityController controller;
   controller.world_reported(0, 0, 0);
   controller.world_reported(1.0, 0, 0.1);
@@ -156,7 +156,7 @@ TEST(HandPassivityController, ASumThatFallsOrIsNotFiniteIsDroppedAndCounted) {
   EXPECT_EQ(controller.balance_j(), 0);
 }
 
-TEST(HandPassivityController, ALocalBodyThatGivesBackWhatItGotAddsNothing) {
+TEST(HandPassivityController, ALocalBodyThatReturnsItsEnergyAddsNothing) {
   HandPassivityController controller;
   controller.local_model_reported(0.3);
   EXPECT_EQ(controller.balance_j(), 0) << "the first only says where to count from";
@@ -167,7 +167,7 @@ TEST(HandPassivityController, ALocalBodyThatGivesBackWhatItGotAddsNothing) {
   EXPECT_NEAR(controller.balance_j(), 0.2, 1e-12);
 }
 
-TEST(HandPassivityController, ComesBackSlowlyAfterItActed) {
+TEST(HandPassivityController, IsReleasedSlowlyAfterItActed) {
   constexpr double kRise_s = 0.05;
   HandPassivityController controller;
   controller.apply(hand_at_x(0), hand_force_x(5), kHandPassivityControllerPeriod);
@@ -185,21 +185,21 @@ TEST(HandPassivityController, ComesBackSlowlyAfterItActed) {
   EXPECT_EQ(controller.gain(), 1);
 }
 
-TEST(HandPassivityController, ADebtTakesNoForceFromAHandAtRestOrOneThatPays) {
+TEST(HandPassivityController, ADebtDoesNotReduceTheForceAtRestOrWhileTheHandSuppliesEnergy) {
   HandPassivityController controller;
   controller.apply(hand_at_x(0), hand_force_x(4), kHandPassivityControllerPeriod);
   controller.set_displayed(hand_force_x(4));
   controller.apply(hand_at_x(0.0003), hand_force_x(4), kHandPassivityControllerPeriod);
   ASSERT_LT(controller.balance_j(), -HandPassivityController::kInitialCredit_j);
-  ASSERT_EQ(controller.gain(), 0) << "it took, and would go on";
+  ASSERT_EQ(controller.gain(), 0) << "the hand has received energy and would continue";
   double x = 0.0003;
   for (int k = 0; k < 1000; ++k) controller.apply(hand_at_x(x), hand_force_x(4), kHandPassivityControllerPeriod);
-  EXPECT_GT(controller.gain(), 0.99) << "at rest nothing is taken";
+  EXPECT_GT(controller.gain(), 0.99) << "the gain must recover at rest";
   for (int k = 0; k < 10; ++k) controller.apply(hand_at_x(x -= 1e-4), hand_force_x(4), kHandPassivityControllerPeriod);
-  EXPECT_EQ(controller.gain(), 1) << "it pays";
+  EXPECT_EQ(controller.gain(), 1) << "the hand supplies energy";
 }
 
-TEST(HandPassivityController, CountsWhatWasReallyDisplayed) {
+TEST(HandPassivityController, CountsTheDisplayedForce) {
   HandPassivityController controller;
   controller.apply(hand_at_x(0), hand_force_x(-0.01), kHandPassivityControllerPeriod);
   controller.set_displayed(hand_force_x(-2));
@@ -207,7 +207,7 @@ TEST(HandPassivityController, CountsWhatWasReallyDisplayed) {
   EXPECT_NEAR(controller.balance_j(), 2e-3, 1e-12);
 }
 
-TEST(HandPassivityController, LeavesOutWhatAHandDidUnseen) {
+TEST(HandPassivityController, IgnoresMotionWhileTheHandIsLost) {
   HandPassivityController controller;
   controller.apply(hand_at_x(0), hand_force_x(-2), kHandPassivityControllerPeriod);
   controller.lose_hand();

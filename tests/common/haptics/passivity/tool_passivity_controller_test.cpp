@@ -48,7 +48,7 @@ struct PushedBody {
   double x = 0, v = 0, into_j = 0, from_j = 0, most_created_j = 0;
 };
 
-TEST(ToolPassivityController, AToolWhoseHandSuppliesNothingIsBrakedToAStandstill) {
+TEST(ToolPassivityController, AToolWithoutSuppliedEnergyIsBrakedToAStandstill) {
   PushedBody body;
   body.run(5000, 0.0, 0);
   EXPECT_LE(body.into_j - body.from_j, kMaxCreated_j);
@@ -62,7 +62,7 @@ TEST(ToolPassivityController, AHandThatSuppliesItIsNotHindered) {
   EXPECT_EQ(body.controller.limited_steps(), 0U);
 }
 
-TEST(ToolPassivityController, WhatIsPutInHardlyExceedsTheSupply) {
+TEST(ToolPassivityController, TheEnergyInTheWorldHardlyExceedsTheSupply) {
   for (const double supplied_share : {0.25, 0.5, 0.9}) {
     PushedBody body;
     body.run(5000, supplied_share, 3);
@@ -91,12 +91,12 @@ TEST(ToolPassivityController, ANegativeBalanceLeaksAwayAndIsClearedWhereTheHandl
   EXPECT_EQ(controller.balance_j(), 0);
   controller.hand_reported(0, 10, kStep);
   controller.restart_handle(0.2);
-  EXPECT_NEAR(controller.balance_j(), 0.2, 1e-12) << "what the coupling stores is credited";
+  EXPECT_NEAR(controller.balance_j(), 0.2, 1e-12) << "the energy stored in the coupling must be credited";
 }
 
 // A tool without contact must not be braked. The brake could recover no energy, and a tool with an empty balance would
 // be stuck for seconds.
-TEST(ToolPassivityController, WhatTouchesNothingIsNotBraked) {
+TEST(ToolPassivityController, AToolWithoutContactIsNotBraked) {
   ToolPassivityController controller;
   controller.hand_reported(0, 0, 0);
   controller.hand_reported(0, 5, kStep);
@@ -108,7 +108,7 @@ TEST(ToolPassivityController, WhatTouchesNothingIsNotBraked) {
   EXPECT_GT(controller.brake_n_s_per_m(kStep), 1000) << "as soon as it touches something";
 }
 
-TEST(ToolPassivityController, WhatIsMissingIsBrakedAwayAndNotMore) {
+TEST(ToolPassivityController, OnlyTheMissingEnergyIsDissipated) {
   // The tool lifts with 2 N at 0.1 m/s, but the hand reports a supply of only 1.7 N at this speed. This happens if the
   // client's model is 15 % too light.
   ToolPassivityController controller;
@@ -120,7 +120,7 @@ TEST(ToolPassivityController, WhatIsMissingIsBrakedAwayAndNotMore) {
     controller.stepped({Vec3(1e-4 * k, 0, 0), Quat::Identity()}, {Vec3(2 - brake * 0.1, 0, 0), Vec3::Zero()}, into_j);
     controller.hand_reported(1.7 * 0.1 * kStep * k, 0, kStep);
   }
-  EXPECT_NEAR(brake * 0.1, 0.3, 0.05) << "0.3 N too much";
+  EXPECT_NEAR(brake * 0.1, 0.3, 0.05) << "the brake must balance the excess of 0.3 N";
   for (int k = 0; k < 200; ++k) {
     controller.stepped({Vec3(0.3, 0, 0), Quat::Identity()}, {Vec3(2, 0, 0), Vec3::Zero()}, into_j);
     controller.hand_reported(1.7 * 0.3 + into_j, 0, kStep);

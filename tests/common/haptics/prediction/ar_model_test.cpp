@@ -108,7 +108,7 @@ TEST(ArModel, StabilityIsThatOfTheRoots) {
   EXPECT_LT(stable, 475);
 }
 
-TEST(ArModel, WhatIsStableIsLeftAlone) {
+TEST(ArModel, AStableModelIsUnchanged) {
   std::array<double, 2> phi{1.5, -0.8};
   make_stable(phi, kMaxArRadius);
   EXPECT_EQ(phi[0], 1.5);

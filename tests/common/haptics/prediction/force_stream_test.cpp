@@ -232,7 +232,7 @@ TEST(ForceStream, AContactChangeForgetsTheModelButNotTheLine) {
   EXPECT_EQ(stream.figures().model_weight[0], 0);
 }
 
-TEST(ForceStream, AnOnsetThatNobodyFlaggedIsFoundInTheSeries) {
+TEST(ForceStream, AnUnflaggedOnsetIsDetectedInTheSeries) {
   ForceStream stream(settings_of("ar"));
   feed(stream, 1, [](double t) { return 0.01 * std::sin(50 * t); });
   const std::uint64_t before = stream.figures().resets;
@@ -240,7 +240,7 @@ TEST(ForceStream, AnOnsetThatNobodyFlaggedIsFoundInTheSeries) {
   EXPECT_EQ(stream.figures().resets, before + 1);
 }
 
-TEST(ForceStream, AFlaggedChangeThatWasForeseenChangesNothing) {
+TEST(ForceStream, AFlaggedChangeThatWasPredictedChangesNothing) {
   ForceStream stream(settings_of("ar"));
   const auto sine = [](double t) { return std::sin(30 * t); };
   feed(stream, 1, sine);
@@ -249,7 +249,7 @@ TEST(ForceStream, AFlaggedChangeThatWasForeseenChangesNothing) {
   EXPECT_EQ(stream.figures().resets, before);
 }
 
-TEST(ForceStream, TheOutputStaysNearWhatWasSeen) {
+TEST(ForceStream, TheOutputStaysNearTheReceivedForces) {
   for (const std::string_view name : force_stream_names()) {
     ForceStream stream(settings_of(name));
     // The force rises more and more steeply and then stops. This is the worst case for an extrapolation.
@@ -323,7 +323,7 @@ TEST(ForceStream, PushAndAtAllocateNothing) {
   }
 }
 
-TEST(ForceStream, AFitIsAskedForOnlyByThoseThatUseIt) {
+TEST(ForceStream, AFitIsRequestedOnlyByPredictorsThatUseIt) {
   for (const std::string_view name : force_stream_names()) {
     ForceStream stream(settings_of(name));
     bool has_requested = false;
@@ -339,7 +339,7 @@ TEST(ForceStream, AFitIsAskedForOnlyByThoseThatUseIt) {
   }
 }
 
-TEST(ForceStream, NamesAreThoseThatCanBeMade) {
+TEST(ForceStream, AllListedNamesCanBeCreated) {
   for (const std::string_view name : force_stream_names()) {
     const auto stream = make_force_stream(name);
     ASSERT_NE(stream, nullptr);

@@ -104,7 +104,7 @@ Eigen::Vector2d best_coefficients(const std::vector<double>& path, double horizo
   return squares.inverse() * products;
 }
 
-TEST(TrajectoryForecast, BeginsWithWhatIsBestForMovementsOfLeastJerk) {
+TEST(TrajectoryForecast, StartsWithTheOptimumForMinimumJerkMovements) {
   const std::vector<double> path = movements_and_pauses(1, 600);
   for (const double horizon_s : {0.02, 0.1, 0.2, 0.3, 0.4, 0.5}) {
     const Eigen::Vector2d best = best_coefficients(path, horizon_s);
@@ -114,7 +114,7 @@ TEST(TrajectoryForecast, BeginsWithWhatIsBestForMovementsOfLeastJerk) {
   }
 }
 
-TEST(TrajectoryForecast, IsHardlyWorseThanToHoldOnWhatCannotBeForeseen) {
+TEST(TrajectoryForecast, IsHardlyWorseThanAHoldForUnpredictableMotion) {
   // The path is a random walk. Its past does not predict its future.
   Random random(7);
   std::vector<Vec3> path{Vec3::Zero()};

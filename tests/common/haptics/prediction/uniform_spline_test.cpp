@@ -34,7 +34,7 @@ TEST(UniformCubic, DerivativesAreThoseOfTheValue) {
   }
 }
 
-TEST(Faded, BeginsWithAllAndEndsWithNothing) {
+TEST(Faded, FallsFromOneToZero) {
   const CurvePoint difference{2, -3, 5};
   const CurvePoint begin = faded(difference, 1e-12);
   EXPECT_NEAR(begin.value, 2, 1e-9);

@@ -58,7 +58,8 @@ TEST(GodObjectMoving, AnAbsentWallHoldsNothingBackAndIsFeltAgainFromWhereTheProx
     EXPECT_FALSE(proxy.state().is_touching);
     proxy.set_present(0, true);
     for (int i = 1; i <= 100; ++i) proxy.update({-0.02 + 4e-4 * i, 0, 0}, motions);
-    EXPECT_NEAR(proxy.state().p_W.x(), 0.001 - half_thickness_of(wall) - kRadius_m, 1e-6) << "from the other side";
+    EXPECT_NEAR(proxy.state().p_W.x(), 0.001 - half_thickness_of(wall) - kRadius_m, 1e-6)
+        << "the proxy must be stopped at the opposite side";
   }
 }
 

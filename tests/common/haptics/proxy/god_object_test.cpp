@@ -207,7 +207,7 @@ TEST(GodObject, IsStoppedBySheetsFromBothSides) {
   }
 }
 
-TEST(GodObject, GoesRoundTheRimOfASheetOnlyWhenTheHandLeadsItThere) {
+TEST(GodObject, MovesAroundTheRimOfASheetOnlyIfTheHandDoes) {
   GodObject proxy = proxy_at({0, 0, 0.01}, {touchable(flat_mesh())});
   drag(proxy, {0, 0, -0.01}, 20);
   drag(proxy, {0.099, 0, -0.01}, 200);
@@ -322,7 +322,7 @@ TEST(GodObject, AnUpdateAllocatesNothing) {
   EXPECT_EQ(test::allocation_count(), before) << sum.transpose();
 }
 
-TEST(GodObject, RefusesWhatItCannotBe) {
+TEST(GodObject, RefusesInvalidSettings) {
   const auto sphere = touchable(contact::sphere_field(0.01));
   EXPECT_THROW(proxy_at(Vec3::Zero(), {}, false, 0.0), std::invalid_argument);
   EXPECT_THROW(proxy_at(Vec3::Zero(), {}, false, kNan), std::invalid_argument);

@@ -39,7 +39,7 @@ TEST(PlaneProjection, DropsAPlaneThatAnotherOneMakesIdle) {
   EXPECT_LT((projection.point() - Vec3(0, 0, 1)).norm(), 1e-15);
 }
 
-TEST(PlaneProjection, SaysSoWhenNothingIsAboveAllPlanes) {
+TEST(PlaneProjection, ReportsThatNoPointIsAboveAllPlanes) {
   PlaneProjection projection;
   projection.start({0, 0, 0});
   ASSERT_TRUE(projection.add({Vec3::UnitZ(), 1}, 1));

@@ -78,7 +78,7 @@ TEST(ProxyFriction, HoldsOnASlopeWhoseAngleIsInTheCone) {
   }
 }
 
-TEST(ProxyFriction, LetsGoWhenTheHandLifts) {
+TEST(ProxyFriction, EndsWhenTheHandLifts) {
   GodObject proxy = at_rest_on(rough_planes()[0]);
   drag(proxy, pressed(0.001), 20);
   drag(proxy, {0.003, 0, 0.004}, 5);

@@ -99,25 +99,26 @@ Delivered deliver(std::uint64_t seed, double loss, double skipped_share) {
   return result;
 }
 
-TEST(WavePlayer, NeverGivesMoreThanWasPutInWhateverTheNetworkDoes) {
+TEST(WavePlayer, NeverOutputsMoreEnergyThanItReceived) {
   for (const double loss : {0.0, 0.3, 0.9}) {
     for (int i = 0; i < 10; ++i) {
       const std::uint64_t seed = test::test_seed(static_cast<std::uint64_t>(i));
       SCOPED_TRACE("loss " + std::to_string(loss) + ", seed " + std::to_string(seed));
       const Delivered delivered = deliver(seed, loss, 0.05);
       EXPECT_LE(delivered.worst_j, 1e-9);
-      EXPECT_GT(delivered.out_j, 0.02 * delivered.in_j) << "nothing that plays nothing passes";
+      EXPECT_GT(delivered.out_j, 0.02 * delivered.in_j) << "the player must output some of the energy";
     }
   }
 }
 
 TEST(WavePlayer, AfterLossNothingOfTheIntegralIsMissing) {
   const Delivered delivered = deliver(test::test_seed(3), 0.3, 0);
-  EXPECT_LT(std::sqrt(squared(delivered.missing)), 0.1) << "what was sent before the first arrival, 20 ms of 5 or so";
+  EXPECT_LT(std::sqrt(squared(delivered.missing)), 0.1)
+      << "only waves sent before the first arrival may be missing, about 20 ms";
   EXPECT_GT(delivered.in_j, 10);
 }
 
-TEST(WavePlayer, AfterABurstOfLossItsDelayGoesAwayAgain) {
+TEST(WavePlayer, TheDelayDecreasesAgainAfterABurstOfLoss) {
   WavePlayer player({});
   Wave sum;
   double after_burst_s = 0;
@@ -146,7 +147,7 @@ TEST(WavePlayer, TakesMoreArrivalsThanItHasRoomForWithoutLosingAny) {
   EXPECT_NEAR(played, 1.2, 1e-6);
 }
 
-TEST(WavePlayer, IgnoresWhatIsNotFiniteNotNewerOrAfterALongSilence) {
+TEST(WavePlayer, IgnoresSumsThatAreNotFiniteNotNewerOrAfterALongSilence) {
   WavePlayer player({});
   player.receive(std::chrono::milliseconds(1), wave_x(0));
   player.receive(std::chrono::milliseconds(2), wave_x(std::numeric_limits<double>::quiet_NaN()));

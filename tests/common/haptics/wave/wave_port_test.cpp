@@ -77,13 +77,13 @@ TEST(WaveAccount, PaysTheOutgoingWaveInClosedForm) {
   const Wave out = account.settle(two, three, 0.1, 0.1);
   EXPECT_NEAR(out.f.x(), 3 * std::sqrt(0.1 / 0.45), 1e-12);
   EXPECT_NEAR(account.balance_j(), 0, 1e-12);
-  EXPECT_EQ(squared(account.settle({}, three, 0.5, 0.1)), 0) << "nothing leaves at a negative balance";
+  EXPECT_EQ(squared(account.settle({}, three, 0.5, 0.1)), 0) << "no wave may be sent at a negative balance";
   EXPECT_NEAR(account.balance_j(), -0.5, 1e-12);
 }
 
 // A hand moves arbitrarily against line and tool. Its net energy (extracted minus supplied) must be negative at the
 // end, and almost never positive before.
-TEST(WaveLine, GivesAHandNoMoreThanItPutInAtAnyConstantDelay) {
+TEST(WaveLine, ReturnsNoMoreEnergyThanSuppliedAtAnyConstantDelay) {
   for (const int delay : {1, 15, 50, 150}) {
     for (int run = 0; run < 4; ++run) {
       const std::uint64_t seed = test::test_seed(static_cast<std::uint64_t>(run));
@@ -116,7 +116,7 @@ double compliance_m_per_n(int delay) {
   line.wall = 0;
   double f = 0;
   for (int k = 0; k < 12000; ++k) f = line.tick(0.004 * std::min(1.0, k / 1000.0));
-  EXPECT_NEAR(f, -line.on_tool, 1e-3) << "both ends feel the same";
+  EXPECT_NEAR(f, -line.on_tool, 1e-3) << "the forces at both ends must be opposite";
   return -0.004 / f;
 }
 

@@ -93,7 +93,7 @@ TEST(Effect, FadesWithoutAJumpAtTheEdgesOfItsRegion) {
       largest = std::max(largest, f.norm());
       last = f;
     }
-    EXPECT_GT(largest, 0.1) << name_of(model) << " did nothing";
+    EXPECT_GT(largest, 0.1) << name_of(model) << " had no force";
     // The steepest effect changes by 2.3 N within 5 mm, with a slope of up to 700 N/m. This is 7e-4 N per step. A
     // discontinuity would exceed the bound.
     EXPECT_LT(largest_jump, 2e-3) << name_of(model);
@@ -149,7 +149,7 @@ TEST(Viscosity, SlowsAFreeToolByThePowerLawOfItsSteps) {
   EXPECT_NEAR(tool.v.x(), 0.2 * std::pow(1 - 5 * 1e-3 / 0.05, 10), 1e-15);
 }
 
-TEST(Viscosity, SlowsTurningOnlyWhenAsked) {
+TEST(Viscosity, DampsRotationOnlyIfRequested) {
   EffectInput input;
   input.V_OT.w = {1, 2, 0};
   EffectMemory memory;
@@ -223,7 +223,7 @@ TEST(Texture, ForceIsTheSlopeOfTheBumpsTimesTheNormalForceAlongTheSurface) {
   EXPECT_EQ(f.z(), 0);
   EffectInput input;
   EffectMemory memory;
-  EXPECT_EQ(effect.wrench_on_tool_O(input, memory).f, Vec3::Zero()) << "nothing presses";
+  EXPECT_EQ(effect.wrench_on_tool_O(input, memory).f, Vec3::Zero()) << "there is no contact";
 }
 
 TEST(Texture, FadesWhenBumpsPassFasterThanTheyAreSampled) {

@@ -93,7 +93,7 @@ TEST(ContactBench, JsonHasWhatAScriptReadsAndItIsPlausible) {
   EXPECT_GT(json.at("machine").at("field_sample_ns").to_number<double>(), 0);
 }
 
-TEST(ContactBench, LeavesThePeerOutWhenAsked) {
+TEST(ContactBench, OmitsThePeerWhenRequested) {
   const Outcome outcome =
       run({"contact", "--a", "cube", "--b", "cube", "--scale", "0.4", "--steps", "50", "--no-peer", "--json"});
   EXPECT_FALSE(boost::json::parse(outcome.out).as_object().contains("gimpact"));
@@ -131,7 +131,7 @@ const TouchObject& small_cube() {
   return object;
 }
 
-TEST(ContactBench, TakesWhatItBuiltFromItsCache) {
+TEST(ContactBench, ReusesItsCachedAssets) {
   const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "contact_bench_cache";
   std::filesystem::remove_all(folder);
   const auto make = [&folder] {

@@ -46,7 +46,7 @@ TouchTrace bounces(double speed_m_per_s, double harder) {
   return trace;
 }
 
-TEST(Landing, OfASpringWithoutDampingIsLostMoreThanOnceAndMakesNothing) {
+TEST(Landing, AnUndampedSpringLosesContactRepeatedlyAndCreatesNoEnergy) {
   const TouchFigures figures = quick_figures_of({bounces(0.1, 1)});
   EXPECT_GT(figures.separations, 1U);
   // The spring returns the energy that it stored: ½ k d² = ½ m v² + 1 N · (1 mm + d), with d = 3 mm.
@@ -115,7 +115,7 @@ TEST(Landing, OfACubeMetBesideItsCentreTurnsAsFastAsARigidStopTurnsIt) {
 }
 
 // Friction at a vertex acts as a soft spring. Fails if it returns more energy than it stored.
-TEST(Landing, OfACornerThatFrictionHoldsMakesNothing) {
+TEST(Landing, ACornerHeldByFrictionCreatesNoEnergy) {
   const TouchObject& cube = landed_cube();
   TouchSettings settings;
   settings.coupling.stiffness_n_per_m = 300;
@@ -137,7 +137,7 @@ TEST(Landing, OfACornerThatFrictionHoldsMakesNothing) {
   EXPECT_LT(figures.contact_created_j, 0.05 * figures.contact_returned_j);
 }
 
-TEST(Drop, OfACubeEndsWhereItFellWithWhatWeightDidTaken) {
+TEST(Drop, ACubeComesToRestAfterContactDissipatedTheWorkOfItsWeight) {
   const std::vector<Landing> all = drops(landed_cube(), kMass_kg, VirtualClock{});
   ASSERT_EQ(all.size(), 6U);
   const double fall_s = std::sqrt(2 * 0.005 / 9.81);
@@ -182,7 +182,7 @@ TEST(Drop, OfAPlateIsOnAFaceWhereItsMiddleIsAboveIt) {
   }
 }
 
-TEST(Drop, WorkOfContactIsWhatWeightDidUntilItRests) {
+TEST(Drop, TheWorkOfContactEqualsThatOfTheWeightUntilRest) {
   const contact::ContactShape& cube = *landed_cube().shape;
   TouchSettings settings;
   settings.coupling.stiffness_n_per_m = settings.coupling.stiffness_n_m_per_rad = 0;

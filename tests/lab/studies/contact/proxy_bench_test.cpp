@@ -37,7 +37,7 @@ TEST(ProxyBench, HandStaysFiveMillimetresBehindASphereAtItsSpeed) {
   }
 }
 
-TEST(ProxyBench, TellsAProxyFromAClosestPointLoop) {
+TEST(ProxyBench, DistinguishesAProxyFromAClosestPointLoop) {
   const geometry::TriangleMesh mesh = make_cube(0.05);
   const std::vector<Vec3> hand = wandering_hand(mesh, 4000);
   const VirtualClock clock;

@@ -26,7 +26,7 @@ TEST(Quantiles, AreOrderStatisticsOfTheSamples) {
   EXPECT_DOUBLE_EQ(quantiles_of({}).max_us, 0);
 }
 
-TEST(ExactOverlap, OfTwoCubesFaceOnFaceIsWhatOneWasMoved) {
+TEST(ExactOverlap, TwoCubesFaceToFaceOverlapByTheirDisplacement) {
   const ExactSurface cube(make_cube(0.05));
   // The cube is rotated slightly, so that vertices of one cube lie inside a face of the other cube.
   const Quat turned(Eigen::AngleAxisd(0.3, Vec3::UnitZ()));
@@ -117,7 +117,7 @@ TEST(PopThrough, OfASheetThroughASheetIsCountedOnceHoweverFast) {
   }
 }
 
-TEST(PopThrough, OfWhatIsBesideASolidCountsToo) {
+TEST(PopThrough, OfASheetBesideASolidCounts) {
   geometry::TriangleMesh above = square();
   for (Vec3& vertex : above.vertices) vertex.z() += 0.05;
   const auto shelf = std::make_shared<const ExactSurface>(above, 5e-4);

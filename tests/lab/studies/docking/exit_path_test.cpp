@@ -79,7 +79,7 @@ TEST(ExitPath, OfACageEndsInside) {
   EXPECT_LT(way_out_angstrom(way), 4) << "2 Å and less from its wall";
 }
 
-TEST(PartOf, KeepsWhatTheFieldTakesFromTheAtoms) {
+TEST(PartOf, KeepsTheForceFieldParametersOfItsAtoms) {
   docking::Molecule bowl = shell(2);
   bowl.mixes_arithmetically = true;
   bowl.sigma_angstrom[3] = 3.3;

@@ -23,7 +23,7 @@ std::size_t atoms_in(const docking::Molecule& a, const docking::Molecule& b, con
   return interface_facts(a, b, X_AB, kReach).at("interface_atoms").to_number<std::size_t>();
 }
 
-TEST(Interface, IsWhatEveryPairGives) {
+TEST(Interface, EqualsTheResultOfAllPairs) {
   std::mt19937 random(kSeed);
   const docking::Molecule a = test::random_molecule(700, random), b = test::random_molecule(300, random);
   for (const double offset : {0.0, 15.0, 30.0}) {

@@ -66,7 +66,7 @@ TEST(PartsAsRead, BondedAreRefusedByNamesAndDistance) {
   expect_texts(refusal_at(c, n, 1.33), {"a bond joins"});
   expect_texts(refusal_at(n, c, 1.33), {"a bond joins"});
   EXPECT_EQ(refusal_at(c, n, 2.8), "");
-  EXPECT_EQ(refusal_at(c, part("O", "O", "GLY", "B"), 1.33), "") << "a clash, which the field pushes apart";
+  EXPECT_EQ(refusal_at(c, part("O", "O", "GLY", "B"), 1.33), "") << "an overlap, which the field separates";
 }
 
 TEST(PartsAsRead, NearestAtomsAreHeavyAndFoundAmongAll) {

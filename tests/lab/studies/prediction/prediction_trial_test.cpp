@@ -48,7 +48,7 @@ TEST(PredictionTrial, ADelayIsAnAge) {
   EXPECT_LT(predict_series(ramp, linear, kPeriod, kLate).force.mean, 3e-3 * 12 / 50);
 }
 
-TEST(PredictionTrial, WhatChangedBetweenTwoSentSamplesIsSentWithTheNext) {
+TEST(PredictionTrial, AChangeBetweenTwoSentSamplesIsSentWithTheNextOne) {
   // The predictor is reset by a step of 12 times the noise. After a flagged contact change, 5 times suffices. The step
   // here is eight times the noise, so only a flag can cause a reset.
   Random random(5);

@@ -69,7 +69,7 @@ TEST(TrajFile, ComplaintsNameFileLineAndRemedy) {
   EXPECT_THAT(complaint([] { load_series("/nowhere/duck.traj"); }), HasSubstr("/nowhere/duck.traj"));
 }
 
-TEST(SeriesFile, OfACsvAllForceColumnsAreTaken) {
+TEST(SeriesFile, AllForceColumnsOfACsvAreRead) {
   const auto file = written("series_file_test.csv", "t_s,speed_m_per_s,force_x_n,torque_z_n_m\n0,1,2,3\n0.01,1,4,5\n");
   const auto series = load_series(file, 200);
   ASSERT_EQ(series.columns.size(), 2U);

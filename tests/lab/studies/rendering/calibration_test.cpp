@@ -53,7 +53,7 @@ TEST(PolynomialFit, TwoPointsThatDifferAreALine) {
   EXPECT_EQ(chosen_fit(x, y, [](const haptics::Cubic& cubic) { return cubic.c[1] == 0; }).degree, 0);
 }
 
-TEST(PolynomialFit, WhatIsNotAllowedIsNotChosen) {
+TEST(PolynomialFit, UsesOnlyTheAllowedDegrees) {
   const std::vector<double> x{1, 2, 3, 4, 5};
   const std::vector<double> y{1, 4, 9, 16, 25};
   EXPECT_EQ(chosen_fit(x, y, any).degree, 2);
@@ -79,7 +79,7 @@ TEST(CouplingTrial, SettlesSoonestAtTheClosedFormsDamping) {
   }
 }
 
-TEST(CouplingTrial, TheSpectralRadiusTellsTheStiffnessLimitOfAHeldHandle) {
+TEST(CouplingTrial, TheSpectralRadiusGivesTheStiffnessLimitOfAHeldHandle) {
   // With a delay of one period, a soft spring is stable. A stiffness far beyond the dissipation of any hand is
   // unstable.
   const CouplingTrial trial(devices::find_device_profile("touch"), false, {});
@@ -159,7 +159,7 @@ TEST(Calibration, StopsJustBelowAStiffnessThatWouldBreakARule) {
       EXPECT_GT(roughness(factor), share * point.roughness_allowed) << point.mass_kg << " kg, times " << factor;
     }
   }
-  EXPECT_EQ(quiet, 4) << "what limits a Falcon is the grain of its encoder\n" << to_text(calibration);
+  EXPECT_EQ(quiet, 4) << "a Falcon must be limited by its encoder resolution\n" << to_text(calibration);
 }
 
 TEST(Calibration, ItsFitKeepsTheMarginsAndNeverAddsStiffness) {
@@ -230,7 +230,7 @@ devices::DeviceProfile grainy() {
   return profile;
 }
 
-TEST(Calibration, LeavesOutMassesThatAreTooLightAndSaysSo) {
+TEST(Calibration, OmitsMassesThatAreTooLightWithANote) {
   CalibrationSettings settings;
   settings.masses_kg = {0.005, 2};
   const Calibration calibration = calibrate(grainy(), settings, [](double /*done*/) {});
@@ -262,7 +262,7 @@ TEST(Calibration, ACapIsSpokenOf) {
   EXPECT_NE(to_text(calibration).find("capped at 400 N/m"), std::string::npos) << to_text(calibration);
 }
 
-TEST(Calibration, AFitFarFromWhatWasFoundFails) {
+TEST(Calibration, AFitFarFromTheMeasuredValuesFails) {
   Calibration calibration = of_falcon();
   ASSERT_TRUE(all_hold(checks_of(calibration)));
   CalibrationPoint& point = calibration.translation.points.back();

@@ -28,7 +28,7 @@ TEST(ReproduceLaws, OnlySwitchingLawsGiveMoreThanTheyGot) {
   expect_claims(reproduce_growth(SteadyClock{}));
 }
 
-TEST(LawCurves, SecantIsWhatWasAskedForOfEveryCurve) {
+TEST(LawCurves, TheSecantOfEveryCurveIsTheRequestedStiffness) {
   for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
     if (law.tool == haptics::ToolDynamics::kAtHandle) continue;
     const haptics::CouplingParameters coupling = with_secant_stiffness(law.name, haptics::CouplingParameters{}, 250, 1);
@@ -64,7 +64,7 @@ TEST(HighPass, KeepsVibrationAndDropsTremor) {
   EXPECT_NEAR(settled(high_passed(vibration, 1000, 30)), std::sqrt(0.5), 1e-3);
 }
 
-TEST(HandRig, PressesWithWhatTheHandsSpringIsStretchedBy) {
+TEST(HandRig, PressesWithTheForceOfTheStretchedHandSpring) {
   PressSettings exact;
   exact.encoder_step_m = exact.tremor_rms_n = 0;
   exact.recorded_s = 1;

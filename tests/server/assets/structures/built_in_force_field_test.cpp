@@ -22,7 +22,7 @@ std::string notes_of(const docking::Molecule& molecule) {
   return all;
 }
 
-TEST(BuiltInForceField, IsWhatNobodyNamedWhereThePackageIsMissing) {
+TEST(BuiltInForceField, IsTheDefaultIfThePackageIsMissing) {
   EXPECT_EQ(default_force_field("/nowhere/oplsaa.ff"), "built-in");
   const std::filesystem::path folder = std::filesystem::temp_directory_path();
   EXPECT_EQ(default_force_field(folder), folder.string());
@@ -59,7 +59,7 @@ TEST(BuiltInForceField, TypesAminoAcidsCapsAndLigandsByElementWithoutCharges) {
   EXPECT_NE(notes.find(built_in_note(is_installed, false) + "\n"), std::string::npos) << notes;
 }
 
-TEST(BuiltInForceField, SaysHowToHaveOplsAaWhetherOrNotItIsInstalled) {
+TEST(BuiltInForceField, ExplainsHowToSelectOplsAa) {
   EXPECT_EQ(
       built_in_note(false, false),
       "gromacs-data is not installed: built-in parameters by element, no charges; install gromacs-data for OPLS-AA");
@@ -67,7 +67,7 @@ TEST(BuiltInForceField, SaysHowToHaveOplsAaWhetherOrNotItIsInstalled) {
             "built-in parameters by element, the file's charges; name " + std::string(kOplsDirectory) + " for OPLS-AA");
 }
 
-TEST(BuiltInForceField, SaysThatHydrogensAreMissingAndBuildsNone) {
+TEST(BuiltInForceField, ReportsMissingHydrogensAndBuildsNone) {
   const test::PdbFile file(test::residue_text("ALA", "N CA C O CB", 1));
   EXPECT_NE(notes_of(load_molecule(file.path(), {}, kBuiltInForceField)).find("attraction is too weak"),
             std::string::npos);

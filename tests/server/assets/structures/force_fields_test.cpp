@@ -141,7 +141,7 @@ TEST_P(ArithmeticForceField, AtomsWithoutAnEntryAreGuessedByElement) {
   EXPECT_EQ(molecule.types[11], "element C");
 }
 
-TEST_P(ArithmeticForceField, HasNoUnitedAtomsAndSaysSo) {
+TEST_P(ArithmeticForceField, RefusesUnitedAtomsWithAReason) {
   try {
     load(residue_text("ALA", "N CA CB C O", 1), Hydrogens::kUnited);
     FAIL() << "atoms were united";
@@ -151,7 +151,7 @@ TEST_P(ArithmeticForceField, HasNoUnitedAtomsAndSaysSo) {
   }
 }
 
-TEST_F(ForceFields, ThoseWithParametersByPairAreRefusedWithTheFileAndTheRemedy) {
+TEST_F(ForceFields, ParametersByPairAreRefusedWithTheFileAndTheRemedy) {
   for (const char* const name : {"gromos43a1", "gromos54a7"}) {
     const std::string message = refusal(folder_of(name));
     EXPECT_NE(message.find(std::string(name) + ".ff/forcefield.itp:"), std::string::npos) << message;

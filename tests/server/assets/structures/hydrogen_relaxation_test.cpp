@@ -87,7 +87,7 @@ TEST(HydrogenRelaxation, AHydroxylThatOverlapsTurnsAndKeepsItsBond) {
   }
 }
 
-TEST(HydrogenRelaxation, WhatOverlapsNothingStaysWhereItWasBuilt) {
+TEST(HydrogenRelaxation, AHydrogenWithoutOverlapIsNotMoved) {
   Structure structure = two_hydroxyls();
   structure.chains.pop_back();
   structure.groups.pop_back();

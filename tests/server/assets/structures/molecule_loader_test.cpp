@@ -111,7 +111,7 @@ TEST_F(OplsLoader, TypesEveryAminoAcidExactlyWithAWholeCharge) {
   }
 }
 
-TEST_F(OplsLoader, KnowsTheOldNamesOfHydrogens) {
+TEST_F(OplsLoader, AcceptsTheOldNamesOfHydrogens) {
   const docking::Molecule remediated = load(kAcetyl + test::residue_text("ILE", kResidues[17].atoms, 5) + kAmide);
   const docking::Molecule old = load(
       test::residue_text("ACE", "C O CH3 1H 2H 3H", 1) +
@@ -200,7 +200,7 @@ TEST_F(OplsLoader, AHistidineWithoutRingHydrogensIsAGuessOfExactlyFourAtoms) {
   EXPECT_EQ(type_of(molecule, "HIS", "NE2"), "opls_503");
 }
 
-TEST_F(OplsLoader, SaysWhatTheFileLacksAndWhatWasLeftOut) {
+TEST_F(OplsLoader, ReportsMissingAndOmittedAtoms) {
   const docking::Molecule molecule = load(test::residue_text("ALA", "N CA C O", 1) + test::residue_text("HOH", "O", 2) +
                                           test::residue_text("LIG", "C1 C2", 3));
   std::string notes;
@@ -249,7 +249,7 @@ TEST_F(OplsLoader, ReadsTypesInAngstromsAndTheNormalBranchOfIfdef) {
   }
 }
 
-TEST(ForceFieldFiles, AMissingFolderIsNamedWithThePackageThatBringsIt) {
+TEST(ForceFieldFiles, AMissingFolderIsNamedWithThePackageThatContainsIt) {
   try {
     load_force_field("/nowhere/oplsaa.ff");
     FAIL() << "a missing folder was loaded";
@@ -297,7 +297,7 @@ TEST(Disulfides, AreNotLookedForAmongMoreCysteinesThanAnyStructureHas) {
   EXPECT_THROW(find_disulfides(residues), docking::MoleculeError);
 }
 
-TEST_F(OplsLoader, CountsGuessesByTheirResiduesAndSaysTheFirst) {
+TEST_F(OplsLoader, CountsGuessesByResidueAndNamesTheFirst) {
   const docking::Molecule molecule = load(test::residue_text("HIS", "N CA C O CB CG ND1 CD2 CE1 NE2", 1) +
                                           test::residue_text("ALA", "N CA C O X1", 2));
   const auto guess_note = std::find_if(molecule.notes.begin(), molecule.notes.end(), [](const std::string& note) {
@@ -306,7 +306,7 @@ TEST_F(OplsLoader, CountsGuessesByTheirResiduesAndSaysTheFirst) {
   EXPECT_NE(guess_note, molecule.notes.end()) << testing::PrintToString(molecule.notes);
 }
 
-TEST_F(OplsLoader, NotesAreFewShortAndPrintableWhateverTheFileNamesItsResidues) {
+TEST_F(OplsLoader, NotesAreFewShortAndPrintableForAnyResidueNames) {
   std::string text = test::residue_text("ALA", "N CA C O", 1);
   for (int i = 0; i < 300; ++i) text += test::residue_text("\x1b" + std::to_string(100 + i), "C1", 2 + i);
   const docking::Molecule molecule = load(text);

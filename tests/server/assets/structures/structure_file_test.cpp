@@ -70,7 +70,7 @@ std::string cif_message(const std::string& text) {
   return "";
 }
 
-TEST(MmcifReader, ReadsTheFirstModelOfTheAtomLoopWhateverStandsAroundIt) {
+TEST(MmcifReader, ReadsTheFirstModelOfTheAtomLoopAndIgnoresOtherContent) {
   const PdbStructure structure = parse_mmcif(kCif, "x.cif");
   ASSERT_EQ(structure.residues.size(), 3U);
   const PdbResidue& glycine = structure.residues[0];
@@ -90,7 +90,7 @@ TEST(MmcifReader, ReadsTheFirstModelOfTheAtomLoopWhateverStandsAroundIt) {
   EXPECT_EQ(structure.dropped[0], "atom CA of GLY 7 of chain X: another alternate location is taken");
 }
 
-TEST(MmcifReader, SaysWhatIsWrongAndWhere) {
+TEST(MmcifReader, ReportsTheErrorAndItsPosition) {
   EXPECT_NE(cif_message("data_A\nloop_\n_entity.id\n1\n").find("no _atom_site loop"), std::string::npos);
   std::string bad = kCif;
   bad.replace(bad.find("-2.25"), 5, "nan");
@@ -189,7 +189,7 @@ std::string packed(const std::string& text) {
   return bytes;
 }
 
-TEST(StructureFile, KnowsFormatsByContentAndUnpacksGzip) {
+TEST(StructureFile, DetectsFormatsByContentAndUnpacksGzip) {
   EXPECT_EQ(read_structure(TemporaryFile(".x", kCif).path()).residues.size(), 3U);
   EXPECT_EQ(read_structure(TemporaryFile(".cif.gz", packed(kCif)).path()).residues.size(), 3U);
   const std::string pdb = test::residue_text("ALA", "N CA C O", 1);
@@ -261,7 +261,7 @@ TEST(LoadedPqr, HasTheFilesOwnChargesAndRadii) {
   EXPECT_NEAR(std::accumulate(molecule.charge_e.begin(), molecule.charge_e.end(), 0.0), 4.053, 1e-9);
 }
 
-TEST(LoadedSelection, TakesALigandThatIsNamedAndSaysThatItIsGuessed) {
+TEST(LoadedSelection, UsesANamedLigandAndReportsThatItIsGuessed) {
   const fs::path file = "/usr/share/pymol/data/tut/1hpv.pdb";
   TANDEM_NEEDS_FILES(test::kOplsDirectory, file);
   const docking::Molecule ligand = load_molecule(file, {{"/478"}}, test::kOplsDirectory);
@@ -274,7 +274,7 @@ TEST(LoadedSelection, TakesALigandThatIsNamedAndSaysThatItIsGuessed) {
   EXPECT_GT(report.missing.size(), 1516U) << "each hydrogen by name";
   try {
     load_molecule(file, {{"/XYZ"}}, test::kOplsDirectory);
-    FAIL() << "a residue that is not there was taken";
+    FAIL() << "a missing residue was accepted";
   } catch (const docking::MoleculeError& error) {
     EXPECT_NE(std::string(error.what()).find("478"), std::string::npos) << error.what();
   }
@@ -287,7 +287,7 @@ TEST(LoadedStructure, TwoAtomsOnOnePlaceAreRefusedByName) {
   const test::PdbFile file(text);
   try {
     load_molecule(file.path(), {}, test::kOplsDirectory);
-    FAIL() << "two atoms on one place were taken";
+    FAIL() << "two atoms at one position were accepted";
   } catch (const docking::MoleculeError& error) {
     const std::string message = error.what();
     EXPECT_NE(message.find("of chain A and"), std::string::npos) << message;

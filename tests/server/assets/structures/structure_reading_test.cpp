@@ -84,7 +84,7 @@ TEST(AtomIdentity, SegmentsNameTheChainsOfAFileWithoutThem) {
   EXPECT_EQ(one.residues[0].chain, "");
 }
 
-TEST(Alternates, NeighboursWhoseBondHasAlternatesTakeTheSame) {
+TEST(Alternates, BondedNeighboursUseTheSameAlternate) {
   std::string text;
   // Residue 1 slightly prefers location A, residue 2 strongly prefers location B. Both must get B, because they are
   // bonded.
@@ -181,7 +181,7 @@ TEST(ChainLinks, ARecordThatEndsAChainWithinItsNumbersIsAGap) {
     return chain_links(parse_pdb(text, "x.pdb").residues).at(1).begins;
   };
   EXPECT_EQ(begin_of(9), ChainEnd::kGap);
-  EXPECT_EQ(begin_of(1), ChainEnd::kEnd) << "another molecule of the same letter";
+  EXPECT_EQ(begin_of(1), ChainEnd::kEnd) << "another molecule with the same chain letter";
 }
 
 TEST(ChainLinks, AreBoundedHoweverManyAtomsAreAtOnePlace) {
@@ -237,7 +237,7 @@ TEST(ChainEnds, ASideChainThatTheFileHasInPartHasAWholeCharge) {
   EXPECT_THAT(joined_notes(molecule), HasSubstr("LYS 33 of chain A (+1 e, incomplete)"));
 }
 
-TEST(Hydrogens, ThoseThatFitNowhereAreLeftOutAndBuiltAnew) {
+TEST(Hydrogens, MisplacedOnesAreRemovedAndBuiltAnew) {
   const std::filesystem::path ubiquitin = "/usr/share/freesasa/test-data/1ubq.pdb";
   TANDEM_NEEDS_FILES(test::kOplsDirectory, ubiquitin);
   const docking::Molecule built = load_molecule(ubiquitin, {}, test::kOplsDirectory, Hydrogens::kBuild);
@@ -287,7 +287,7 @@ TEST(Histidines, CarryTheirHydrogenWhereAnAcceptorIsNearAndNotWhereAMetalIs) {
   EXPECT_EQ(ring("OD1", 0, -20).block, "HISE");
 }
 
-TEST(Nucleotides, HaveTheBlocksOfAForceFieldThatKnowsThem) {
+TEST(Nucleotides, UseTheBlocksOfAForceFieldThatContainsThem) {
   const std::filesystem::path folder = test::kOplsDirectory.parent_path() / "amber99sb.ff";
   TANDEM_NEEDS_FILES(folder);
   const std::string sugar_and_adenine =
@@ -302,7 +302,7 @@ TEST(Nucleotides, HaveTheBlocksOfAForceFieldThatKnowsThem) {
   EXPECT_THAT(molecule.notes, testing::ElementsAre("net charge -2 e"));
 }
 
-TEST(Nucleotides, OfFilesFromBefore2007AreThoseOfToday) {
+TEST(Nucleotides, FromFilesBefore2007AreRecognised) {
   const std::filesystem::path folder = test::kOplsDirectory.parent_path() / "amber99sb.ff";
   TANDEM_NEEDS_FILES(folder);
   // The last nucleotide is a pyrimidine. Its O2 must not be mistaken for an oxygen at the end of a protein chain.
@@ -380,13 +380,13 @@ TEST(Traces, AreRefused) {
   for (int i = 1; i < 9; ++i) text += residue_text("ALA", "CA", i);
   try {
     load_text(text);
-    FAIL() << "eight alpha carbons were taken for a protein";
+    FAIL() << "eight alpha carbons were accepted as a protein";
   } catch (const docking::MoleculeError& error) {
     EXPECT_THAT(error.what(), HasSubstr("8 of 8 residues have only an alpha carbon"));
   }
 }
 
-TEST(PqrFiles, AreReadWhereNothingDividesTheirNumbers) {
+TEST(PqrFiles, AreReadWithoutSpacesBetweenNumbers) {
   const PdbStructure structure = parse_pqr(
       "ATOM      1  N   GLY A 999      -0.036 -12.088 -13.641 -0.3000 1.8240\n"
       "ATOM      2  CA  GLY A1000      -7.229 -11.247 -12.562  0.1900 1.9080\n"

@@ -147,7 +147,7 @@ class RealComplex : public testing::Test {
   }
 };
 
-TEST_F(RealComplex, ReadsBackWithItsAtomsAndItsEnergyWhateverThePose) {
+TEST_F(RealComplex, IsReadWithItsAtomsAndItsEnergyForAnyPose) {
   const Pose moved{Vec3(1.25, -0.5, 2.0004567), quaternion_of(Vec3(0.05, -0.02, 0.03))};
   for (const Hydrogens hydrogens : {Hydrogens::kGiven, Hydrogens::kBuild}) {
     for (const Pose& X_AB : {Pose{}, moved}) {
@@ -173,7 +173,7 @@ TEST_F(RealComplex, LiesOverTheReceptorsFile) {
   EXPECT_EQ(found, a.size());
 }
 
-TEST_F(RealComplex, GivesTheLigandsChainAFreeLetterAndSaysSo) {
+TEST_F(RealComplex, GivesTheLigandsChainAFreeLetterAndReportsIt) {
   const Molecule a = load(test::k3al1File, "A");
   const Pose aside{Vec3(40, 0, 0), Quat::Identity()};
   const std::array<std::string, 2> texts = {complex_pdb(a, a, aside), complex_mmcif(a, a, aside)};
@@ -237,7 +237,7 @@ TEST(ComplexWriter, EndsEachChainAndNamesThoseWithoutAName) {
   }
 }
 
-TEST(ComplexWriter, TellsAminoAcidsAndNucleotidesFromOthers) {
+TEST(ComplexWriter, DistinguishesAminoAcidsAndNucleotidesFromOtherResidues) {
   const std::string text = complex_pdb(odd_names(), one_residue("7", "b"), Pose{});
   EXPECT_NE(text.find("ATOM      1  N   GLY A  -5 "), std::string::npos);
   EXPECT_NE(text.find("ATOM      6  O5'  DA A  52B"), std::string::npos);
@@ -246,7 +246,7 @@ TEST(ComplexWriter, TellsAminoAcidsAndNucleotidesFromOthers) {
   EXPECT_NE(text.find("CA    CA b   1 "), std::string::npos);
 }
 
-TEST(ComplexWriter, AnswersWhatPdbCannotHoldWithTheOtherFormat) {
+TEST(ComplexWriter, UsesMmcifForContentThatPdbCannotHold) {
   const auto named = [](const std::string& name, const std::string& residue) {
     Molecule molecule;
     add_atom(molecule, name, "C", residue, "1", "A", Vec3::Zero());
@@ -295,7 +295,7 @@ TEST(ComplexWriter, NamesAsManyChainsAsPdbHasLettersAndMoreInMmcif) {
   EXPECT_EQ(parse_mmcif(complex_mmcif(receptor, ligand, Pose{}), "x.cif").residues.back().chain, "AA");
 }
 
-TEST(ComplexWriter, RefusesWhatNeitherFormatHolds) {
+TEST(ComplexWriter, RefusesContentThatNeitherFormatCanHold) {
   const Molecule ligand = one_residue("1", "B");
   Molecule broken = one_residue("1", "A");
   broken.atom_names[0] = "C\nA";
@@ -327,7 +327,7 @@ TEST(ComplexWriter, MakesRemarksPrintableAndNarrow) {
   expect_atoms(parse_mmcif(cif, "x.cif"), {&a, &b}, 0);
 }
 
-TEST(ComplexWriter, SaysTheEnergiesAndTheModel) {
+TEST(ComplexWriter, WritesTheEnergiesAndTheModel) {
   docking::FieldResult result;
   result.lennard_jones_kj_per_mol = -12.5;
   result.coulomb_kj_per_mol = 2.25;

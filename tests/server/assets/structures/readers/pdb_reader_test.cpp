@@ -41,7 +41,7 @@ TEST(PdbReader, ReadsTheFixedColumns) {
   EXPECT_EQ(residue.atoms[0].position_angstrom, Vec3(-11.104, 6.134, -6.504));
 }
 
-TEST(PdbReader, NeedsNothingAfterTheCoordinatesAndIgnoresWhatIsThere) {
+TEST(PdbReader, IgnoresTheColumnsAfterTheCoordinates) {
   const std::string bare = test::to_text({.name = " CA ", .x = 1.5}).substr(0, 54);
   for (const std::string& line : {bare, bare + "\r\n", bare + "  1.00 20.00      1PPE 268\n",
                                   bare + std::string(200, '?'), bare + "  1.00 20.00          XX9-\r\n"}) {
@@ -90,7 +90,7 @@ TEST(PdbReader, KeepsTheFirstResidueNameWhereTwoShareAPlace) {
   EXPECT_EQ(structure.residues[0].name, "SER");
 }
 
-TEST(PdbReader, CountsWhatIsGivenTwice) {
+TEST(PdbReader, CountsDuplicateAtoms) {
   const std::string atom = test::to_text({.name = " CA "});
   const PdbStructure structure = parse_pdb(atom + atom, "x.pdb");
   EXPECT_EQ(structure.residues[0].atoms.size(), 1U);
@@ -114,7 +114,7 @@ TEST(PdbReader, TerSeparatesResiduesOfTheSameChainAndNumber) {
   EXPECT_EQ(structure.residues[1].segment, 1);
 }
 
-TEST(PdbReader, RefusesWhatIsNotAFiniteCoordinateAndSaysWhere) {
+TEST(PdbReader, RefusesACoordinateThatIsNotFiniteWithItsPosition) {
   const std::string good = test::to_text({.name = " CA "});
   for (const std::string field :
        {"     nan", "     inf", "   1e999", "        ", "  1.2.3 ", "********", "   1e300", "99999999"}) {
