@@ -92,8 +92,8 @@ def table(default, others, cases, seeds, other_seeds):
     lines = [f"{seeds} seeds of the default stage, {other_seeds} of each other stage. Each cell has the mean over the seeds, "
              "and the worst seed in brackets.", "",
              "| case | force error over the path, % of the peak | torque error, % | least force in the hold, of the reference's "
-             "| speed in the settled hold, mm/s | additional force step, N/ms | energy made, mJ "
-             "| made by a correct but delayed display, mJ (least) | silent seeds: step after the silence, N/ms | not completed | "
+             "| speed in the settled hold, mm/s | additional force step, N/ms | energy created, mJ "
+             "| energy created by a perfect display that is only late, mJ (least) | silent seeds: step after the silence, N/ms | not completed | "
              + " | ".join(f"{stage}: error, %" for stage in OTHERS) + " |",
              "|" + "---|" * (10 + len(OTHERS))]
     return "\n".join(lines + [row_of(case, default, others) for case in cases])

@@ -1,6 +1,9 @@
 """Tests that each rule detects a violation, in a tree that the test creates."""
+import importlib.machinery
+import importlib.util
 import json
 import pathlib
+import sys
 import tempfile
 import unittest
 
@@ -30,6 +33,67 @@ class Tree(unittest.TestCase):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
         return path
+
+
+def script(name):
+    """Returns a script of deploy/ as a module."""
+    loader = importlib.machinery.SourceFileLoader(name.replace("-", "_"), str(links.sources.ROOT / "deploy" / name))
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(loader.name, loader))
+    loader.exec_module(module)
+    return module
+
+
+class References(unittest.TestCase):
+    SCHEMA = """// A body.
+message Body {
+  double mass_kg = 1;           // 1e-6..1e4; default 0: static
+  // Pressure of the surface.
+  optional double stiffness = 2;  // 1e5..1e13; default 1e+10; per depth,
+                                  // in series
+  oneof kind {  // one of two
+    Ball ball = 3;
+  }
+  repeated string names = 4;    // 1 to 3; required
+  bytes hash = 5;               // set by the server: 32 bytes
+}
+
+message Ball { double radius_m = 1; double length_m = 2; }  // axis z
+"""
+
+    @classmethod
+    def setUpClass(cls):
+        sys.dont_write_bytecode = True
+        cls.script = script("write-references")
+
+    def test_a_comment_belongs_to_its_field(self):
+        messages = self.script.read_messages(self.SCHEMA)
+        body, ball = messages["Body"], messages["Ball"]
+        self.assertEqual((body.comment, ball.comment), ("A body.", " Axis z."))
+        mass, stiffness, shape, names, _ = body.fields
+        self.assertEqual(self.script.columns(mass.comment), ("1e-6..1e4", "0: static", ""))
+        self.assertEqual(stiffness.above, "Pressure of the surface.")
+        self.assertEqual(self.script.columns(stiffness.comment), ("1e5..1e13", "1e+10", "per depth, in series"))
+        self.assertEqual((shape.above, names.above), ("One of two.", ""))
+        self.assertEqual(self.script.columns(names.comment), ("1 to 3", "required", ""))
+        self.assertEqual([field.name for field in ball.fields], ["radius_m", "length_m"])
+
+    def test_a_page_that_differs_from_its_source_is_found(self):
+        with tempfile.TemporaryDirectory() as folder:
+            page = pathlib.Path(folder, "page.md")
+            module = self.script
+            root, pages, arguments = module.ROOT, module.PAGES, sys.argv
+            try:
+                module.ROOT, module.PAGES, sys.argv = pathlib.Path(folder), {"page.md": lambda: "table\n"}, ["write-references"]
+                page.write_text(f"before\n{module.BEGIN}\n{module.END}\nafter\n", encoding="utf-8")
+                sys.argv.append("--check")
+                self.assertEqual(module.main(), 1)
+                del sys.argv[1:]
+                self.assertEqual(module.main(), 0)
+                self.assertEqual(page.read_text(encoding="utf-8"), f"before\n{module.BEGIN}\ntable\n{module.END}\nafter\n")
+                sys.argv.append("--check")
+                self.assertEqual(module.main(), 0)
+            finally:
+                module.ROOT, module.PAGES, sys.argv = root, pages, arguments
 
 
 class SameCode(unittest.TestCase):
