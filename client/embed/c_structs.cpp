@@ -175,6 +175,7 @@ tandem_session c_session(const ClientIoSnapshot& io) {
     session.role = static_cast<std::uint32_t>(io.joined->role());
   }
   session.reconnects = static_cast<std::uint32_t>(io.counters.reconnects);
+  session.lost_events = io.events_dropped;
   session.round_trip_s = io.clock.is_known ? to_seconds(io.clock.round_trip) : 0;
   cut_text(io.room, session.room);
   cut_text(std::string(io.law), session.law);

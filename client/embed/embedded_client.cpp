@@ -90,6 +90,7 @@ EmbeddedClient::EmbeddedClient(ClientConfig config)
     const SignalsBlocked blocked;
     if (own_device_ == nullptr) device_ = devices::open_device(config.device);
     devices::Device& device = own_device_ != nullptr ? static_cast<devices::Device&>(*own_device_) : *device_;
+    device_name_ = device.spec().name;
     io_ = std::make_unique<ClientIo>(with_signal(std::move(config.io)), device);
   } catch (...) {
     if (own_device_ != nullptr) own_device_->unreserve();
@@ -210,6 +211,7 @@ tandem_session EmbeddedClient::session() const {
   if (phase == Phase::kOpen) session.state = TANDEM_NOT_STARTED;
   if (phase == Phase::kStopped) session.state = TANDEM_SESSION_ENDED;
   session.is_running = phase == Phase::kRunning ? 1 : 0;
+  cut_text(device_name_, session.device);
   {
     const std::lock_guard lock(ticks_mutex_);
     if (loop_ != nullptr) session.lost_ticks = loop_->trace_overflows();

@@ -94,6 +94,7 @@ class EmbeddedClient {
   int realtime_priority_;
   bool has_links_;
   Signal events_;
+  std::string device_name_;
   std::shared_ptr<OwnDevice> own_device_;    ///< null if the library opened the device
   std::unique_ptr<devices::Device> device_;  ///< null if the program drives the device
   std::atomic<bool> is_closed_{false};

@@ -107,6 +107,12 @@ devices::DeviceOptions device_of(const tandem_client_settings& settings, int rea
   if (device.name == "auto") device.name = devices::choose_device(true, [](const std::string&) {});
   device.hand = text_or(settings.hand, "rest");
   device.realtime_priority = realtime_priority;
+  device.firmware = text_or(settings.firmware);
+  device.motor_counts_per_n_m =
+      number_or(settings.motor_counts_per_n_m, device.motor_counts_per_n_m, "motor_counts_per_n_m");
+  device.library = text_or(settings.library);
+  device.service = text_or(settings.service, device.service.c_str());
+  device.motors = text_or(settings.motors);
   const devices::DeviceKind& kind = devices::find_device_kind(device.name);
   device.profile = devices::find_device_profile(text_or(settings.profile, std::string(kind.profile).c_str()));
   return device;

@@ -53,7 +53,8 @@ void open_client(CallWriter& to, bool has_own_device) {
   to.call(Call::kOpenClient).byte(kUsual).byte(kInsecureWithLink).byte(0);
   to.byte(kUsual).byte(has_own_device ? 0 : 254);
   to.no_text().text("ann").no_text().no_text().no_text().text("late-pose").text("hold");
-  to.no_text().no_text().no_text().no_text();
+  to.number(0.0).no_text();
+  for (int i = 0; i < 6; ++i) to.no_text();
 }
 
 void feed(CallWriter& to, double height_m) {

@@ -137,7 +137,10 @@ class Program {
                                     &settings.token, &settings.stage, &settings.predictor}) {
       *each = script_.text();
     }
-    for (const char** const each : {&settings.authorities, &settings.device, &settings.profile, &settings.hand}) {
+    settings.motor_counts_per_n_m = script_.number<double>();
+    settings.service = script_.text();
+    for (const char** const each : {&settings.authorities, &settings.device, &settings.profile, &settings.hand,
+                                    &settings.firmware, &settings.library}) {
       *each = name();
     }
     block.fill(settings);

@@ -186,6 +186,11 @@ typedef struct tandem_client_settings {
                                    priority also locks the memory of the process */
   uint32_t has_simulated_link; /* 1: tandem_client_set_link() may be used */
   uint32_t has_no_cache;       /* 1: fetched assets are not stored in the cache of the user */
+  const char* firmware;        /* falcon: firmware file of its manufacturer [the device has it already] */
+  double motor_counts_per_n_m; /* falcon: motor command for 1 N*m [3000] */
+  const char* library;         /* file of a vendor's SDK [searched in the system's library path] */
+  const char* service;         /* inverse3: "HOST:PORT" of the manufacturer's service ["127.0.0.1:10001"] */
+  const char* motors;          /* sim: file to which its commands are also written, for tests of the watchdog [none] */
 } tandem_client_settings;
 
 /* State of a session. */
@@ -203,13 +208,15 @@ typedef struct tandem_session {
   uint32_t role;       /* TANDEM_MANIPULATOR, ... */
   uint32_t is_running; /* 1: the 1 kHz loop runs */
   uint32_t reconnects;
-  uint64_t lost_ticks; /* ticks that were not read in time */
-  double round_trip_s; /* 0: not known */
-  char room[72];       /* texts end with 0; longer ones are cut */
-  char law[40];        /* coupling law of the room */
-  char stage[40];      /* stage that was selected last */
-  char reason[512];    /* reason why the session is not joined */
-  char note[512];      /* how the scene is displayed, and refused real-time rights */
+  uint64_t lost_ticks;  /* ticks that were not read in time */
+  double round_trip_s;  /* 0: not known */
+  char room[72];        /* texts end with 0; longer ones are cut */
+  char law[40];         /* coupling law of the room */
+  char stage[40];       /* stage that was selected last */
+  char reason[512];     /* reason why the session is not joined */
+  char note[512];       /* how the scene is displayed, and refused real-time rights */
+  uint64_t lost_events; /* events that were not read in time */
+  char device[72];      /* name of the device */
 } tandem_session;
 
 /* Reasons why the displayed force differs from the computed one: bits of tandem_tick.safety. */

@@ -127,6 +127,8 @@ struct ClientSettings {
   int realtime_priority = 0;
   bool has_simulated_link = false;
   bool has_cache = true;
+  std::string firmware, library, service, motors;
+  double motor_counts_per_n_m = 0;
 };
 
 struct Snapshot {
@@ -164,6 +166,11 @@ class Client {
     c.realtime_priority = settings.realtime_priority;
     c.has_simulated_link = settings.has_simulated_link ? 1 : 0;
     c.has_no_cache = settings.has_cache ? 0 : 1;
+    c.firmware = detail::text_or_null(settings.firmware);
+    c.motor_counts_per_n_m = settings.motor_counts_per_n_m;
+    c.library = detail::text_or_null(settings.library);
+    c.service = detail::text_or_null(settings.service);
+    c.motors = detail::text_or_null(settings.motors);
     tandem_client client = 0;
     detail::check(tandem_client_open(&c, &client));
     handle_ = decltype(handle_)(client);

@@ -138,9 +138,9 @@ public sealed class Session {
   public uint User, Reconnects;
   public Role Role;
   public bool IsRunning;
-  public ulong LostTicks;
+  public ulong LostTicks, LostEvents;
   public double RoundTripS;
-  public string Room, Law, Stage, Reason, Note;
+  public string Room, Law, Stage, Reason, Note, Device;
 }
 
 /// tandem_event
@@ -219,6 +219,8 @@ public sealed class ClientSettings {
   public string Device, Profile, Hand, Stage, Predictor;
   public bool HasPassivity = true, HasSimulatedLink, HasCache = true;
   public int RealtimePriority;
+  public string Firmware, Library, Service, Motors;
+  public double MotorCountsPerNm;
 }
 
 /// A client of a room, with its device.
@@ -248,6 +250,11 @@ public sealed class Client : IDisposable {
         realtime_priority = settings.RealtimePriority,
         has_simulated_link = settings.HasSimulatedLink ? 1u : 0u,
         has_no_cache = settings.HasCache ? 0u : 1u,
+        firmware = texts.Add(settings.Firmware),
+        motor_counts_per_n_m = settings.MotorCountsPerNm,
+        library = texts.Add(settings.Library),
+        service = texts.Add(settings.Service),
+        motors = texts.Add(settings.Motors),
       };
       Native.Check(Native.tandem_client_open(ref native, out handle_));
     }
@@ -271,7 +278,8 @@ public sealed class Client : IDisposable {
       State = native.state, User = native.user, Role = native.role, IsRunning = native.is_running != 0,
       Reconnects = native.reconnects, LostTicks = native.lost_ticks, RoundTripS = native.round_trip_s,
       Room = Native.TextOf(native.room), Law = Native.TextOf(native.law), Stage = Native.TextOf(native.stage),
-      Reason = Native.TextOf(native.reason), Note = Native.TextOf(native.note),
+      Reason = Native.TextOf(native.reason), Note = Native.TextOf(native.note), LostEvents = native.lost_events,
+      Device = Native.TextOf(native.device),
     };
   }
 
@@ -428,6 +436,9 @@ static class Native {
     public uint has_no_passivity;
     public int realtime_priority;
     public uint has_simulated_link, has_no_cache;
+    public IntPtr firmware;
+    public double motor_counts_per_n_m;
+    public IntPtr library, service, motors;
   }
 
   [StructLayout(LayoutKind.Sequential)]
@@ -444,6 +455,8 @@ static class Native {
     [MarshalAs(UnmanagedType.ByValArray, SizeConst = 40)] public byte[] stage;
     [MarshalAs(UnmanagedType.ByValArray, SizeConst = 512)] public byte[] reason;
     [MarshalAs(UnmanagedType.ByValArray, SizeConst = 512)] public byte[] note;
+    public ulong lost_events;
+    [MarshalAs(UnmanagedType.ByValArray, SizeConst = 72)] public byte[] device;
   }
 
   [StructLayout(LayoutKind.Sequential)]

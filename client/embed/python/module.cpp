@@ -163,7 +163,9 @@ std::shared_ptr<Client> open_client(const std::string& server, const std::string
                                     std::uint32_t role, bool uses_tcp, std::shared_ptr<tandem::OwnDevice> own_device,
                                     const std::string& device, const std::string& profile, const std::string& hand,
                                     const std::string& stage, const std::string& predictor, bool has_passivity,
-                                    int realtime_priority, bool has_simulated_link) {
+                                    int realtime_priority, bool has_simulated_link, const std::string& firmware,
+                                    double motor_counts_per_n_m, const std::string& library, const std::string& service,
+                                    const std::string& motors) {
   tandem::ClientSettings settings;
   settings.server = server;
   settings.room = room;
@@ -184,6 +186,11 @@ std::shared_ptr<Client> open_client(const std::string& server, const std::string
   settings.has_passivity = has_passivity;
   settings.realtime_priority = realtime_priority;
   settings.has_simulated_link = has_simulated_link;
+  settings.firmware = firmware;
+  settings.motor_counts_per_n_m = motor_counts_per_n_m;
+  settings.library = library;
+  settings.service = service;
+  settings.motors = motors;
   return std::make_shared<Client>(settings, std::move(own_device));
 }
 
@@ -235,6 +242,8 @@ void add_values(py::module_& m) {
       .def_readonly("role", &tandem_session::role)
       .def_readonly("reconnects", &tandem_session::reconnects)
       .def_readonly("lost_ticks", &tandem_session::lost_ticks)
+      .def_readonly("lost_events", &tandem_session::lost_events)
+      .def_property_readonly("device", [](const tandem_session& self) { return std::string(self.device); })
       .def_readonly("round_trip_s", &tandem_session::round_trip_s)
       .def_property_readonly("room", [](const tandem_session& self) { return std::string(self.room); })
       .def_property_readonly("law", [](const tandem_session& self) { return std::string(self.law); })
@@ -353,7 +362,9 @@ void add_client(py::module_& m) {
            py::arg("token") = "", py::arg("is_insecure") = false, py::arg("role") = 0, py::arg("uses_tcp") = false,
            py::arg("own_device") = std::shared_ptr<tandem::OwnDevice>(), py::arg("device") = "",
            py::arg("profile") = "", py::arg("hand") = "", py::arg("stage") = "", py::arg("predictor") = "",
-           py::arg("has_passivity") = true, py::arg("realtime_priority") = 0, py::arg("has_simulated_link") = false)
+           py::arg("has_passivity") = true, py::arg("realtime_priority") = 0, py::arg("has_simulated_link") = false,
+           py::arg("firmware") = "", py::arg("motor_counts_per_n_m") = 0.0, py::arg("library") = "",
+           py::arg("service") = "", py::arg("motors") = "")
       .def(
           "join", [](Client& self) { self.open().join(); }, WithoutLock())
       .def("wait_joined", &Client::wait_joined, py::arg("timeout_s") = 20.0)

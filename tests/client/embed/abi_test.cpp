@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <poll.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -10,6 +11,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <limits>
 #include <random>
 #include <string>
@@ -174,6 +176,7 @@ TEST(Abi, SettingsThatAreWrongNameTheFieldAndTheRemedy) {
       {[](auto& s) { s.hand = "no_such_hand"; }, "no_such_hand"},
       {[](auto& s) { s.server = "1.2.3.4:x"; }, "1.2.3.4"},
       {[](auto& s) { s.realtime_priority = 100; }, "1 to 99"},
+      {[](auto& s) { s.motor_counts_per_n_m = -1; }, "motor_counts_per_n_m"},
   };
   for (const auto& [spoil, words] : cases) {
     auto settings = settings_for(kNowhere);
@@ -214,6 +217,8 @@ TEST(Abi, JoinsTouchesGrabsAndMovesABodyWithADeviceOfTheProgram) {
   EXPECT_EQ(session.state, std::uint32_t{TANDEM_JOINED});
   EXPECT_EQ(session.is_running, 1U);
   EXPECT_STREQ(session.room, "embedded");
+  EXPECT_STREQ(session.device, "program");
+  EXPECT_EQ(session.lost_events, 0U);
   EXPECT_EQ(session.role, std::uint32_t{TANDEM_MANIPULATOR});
 
   ASSERT_TRUE(eventually([&] { return running.body().id == 1; }));
@@ -323,6 +328,30 @@ TEST(Abi, DescriptorIsReadableWhileThereAreEvents) {
   ASSERT_FALSE(events.empty());
   EXPECT_EQ(events[0].first.kind, std::uint32_t{TANDEM_EVENT_REFUSED});
   EXPECT_EQ(events[0].first.text_bytes, events[0].second.size());
+}
+
+// The simulated device also writes its commands to a file, and a Falcon without its firmware file names it.
+TEST(Abi, SettingsOfBuiltInDevicesReachThem) {
+  RunningServer server(kScene);
+  const std::string address = address_of(server);
+  const std::string file = testing::TempDir() + "tandem_abi_motors_" + std::to_string(::getpid());
+  auto settings = settings_for(address);
+  settings.motors = file.c_str();
+  {
+    Running running(settings);
+    ASSERT_TRUE(eventually([&] { return running.tick().number > 0; }));
+    auto session = sized<tandem_session>();
+    ASSERT_EQ(tandem_client_session(running.client, &session), TANDEM_OK);
+    EXPECT_STRNE(session.device, "");
+    EXPECT_TRUE(eventually([&] { return std::filesystem::exists(file) && std::filesystem::file_size(file) > 0; }));
+  }
+  std::filesystem::remove(file);
+  settings.motors = nullptr;
+  settings.device = "falcon";
+  settings.firmware = "/nowhere/firmware.bin";
+  tandem_client client = 0;
+  EXPECT_EQ(tandem_client_open(&settings, &client), TANDEM_SETUP_FAILED);
+  EXPECT_NE(std::string(tandem_last_error()).find("/nowhere/firmware.bin"), std::string::npos) << tandem_last_error();
 }
 
 TEST(Abi, TextOfAnEventIsCutAtTheBuffer) {

@@ -64,6 +64,8 @@ class Session:
     role: int
     reconnects: int
     lost_ticks: int
+    lost_events: int
+    device: str
     round_trip_s: float
     room: str
     law: str
@@ -161,6 +163,11 @@ class Client:
         has_passivity: bool = True,
         realtime_priority: int = 0,
         has_simulated_link: bool = False,
+        firmware: str = "",
+        motor_counts_per_n_m: float = 0,
+        library: str = "",
+        service: str = "",
+        motors: str = "",
     ) -> None: ...
     def __enter__(self) -> Client: ...
     def __exit__(
