@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/docking/atom_radii.hpp"
+#include "common/net/text.hpp"
 
 namespace tandem::client {
 namespace {
@@ -50,22 +51,34 @@ constexpr std::array<Element, 19> kElements{{{"H", 1.008, {0.93F, 0.93F, 0.93F, 
                                              {"BR", 79.904, {0.55F, 0.15F, 0.10F, 1}},
                                              {"I", 126.904, {0.45F, 0.10F, 0.55F, 1}}}};
 
-/// Returns the colour of an atom's element. For an unknown symbol, it is that of the element with the nearest mass.
-Rgba element_color(const docking::Molecule& molecule, std::size_t atom, const Rgba& own) {
+/// Returns an atom's element. For an unknown symbol, it is the element with the nearest mass.
+const Element& element_of(const docking::Molecule& molecule, std::size_t atom) {
   const auto* found = kElements.end();
   if (atom < molecule.elements.size()) found = std::ranges::find(kElements, molecule.elements[atom], &Element::symbol);
   if (found == kElements.end()) {
     const double mass_u = molecule.mass_u[atom];
     found = std::ranges::min_element(kElements, {}, [mass_u](const Element& e) { return std::abs(e.mass_u - mass_u); });
   }
-  return found->symbol == "C" ? own : found->color;
+  return *found;
 }
 
-/// Returns the colour for the first three letters of the name, because some force fields append the protonation state.
+Rgba element_color(const docking::Molecule& molecule, std::size_t atom, const Rgba& own) {
+  const Element& element = element_of(molecule, atom);
+  return element.symbol == "C" ? own : element.color;
+}
+
+/// A kind of residues with a colour of its own.
+struct ResidueKind {
+  const char* name;
+  Rgba color;
+};
+
+/// Returns the kind by the first three letters of the name, because some force fields append the protonation state.
 /// Names that differ are listed in full.
-Rgba residue_color(std::string_view name) {
-  constexpr Rgba kAcidic{0.80F, 0.20F, 0.07F, 1}, kBasic{0.00F, 0.27F, 0.67F, 1}, kPolar{0.27F, 0.67F, 0.60F, 1},
-      kApolar{0.87F, 0.80F, 0.47F, 1}, kNucleotide{0.67F, 0.27F, 0.60F, 1}, kOther{0.35F, 0.35F, 0.35F, 1};
+const ResidueKind& residue_kind(std::string_view name) {
+  static constexpr ResidueKind kAcidic{"acidic", {0.80F, 0.20F, 0.07F, 1}}, kBasic{"basic", {0.00F, 0.27F, 0.67F, 1}},
+      kPolar{"polar", {0.27F, 0.67F, 0.60F, 1}}, kApolar{"apolar", {0.87F, 0.80F, 0.47F, 1}},
+      kNucleotide{"nucleotide", {0.67F, 0.27F, 0.60F, 1}}, kOther{"other", {0.35F, 0.35F, 0.35F, 1}};
   constexpr auto kIn = [](std::string_view list, std::string_view text) {
     return text.size() == 3 && text.find(' ') == std::string_view::npos && list.find(text) != std::string_view::npos;
   };
@@ -77,6 +90,11 @@ Rgba residue_color(std::string_view name) {
   const std::string_view base = name.size() == 2 && name[0] == 'D' ? name.substr(1) : name;
   const bool is_nucleotide = base.size() == 1 && std::string_view("ACGTUI").find(base) != std::string_view::npos;
   return is_nucleotide ? kNucleotide : kOther;
+}
+
+/// Returns whether the molecule has the names by which it can be coloured.
+bool has_names(const docking::Molecule& molecule) {
+  return molecule.chains.size() == molecule.size() && molecule.residue_names.size() == molecule.size();
 }
 
 constexpr double kBallAngstrom = 0.42;
@@ -162,20 +180,40 @@ std::size_t chain_count(const docking::Molecule& molecule) {
 
 std::vector<Rgba> atom_colors(const docking::Molecule& molecule, MoleculeStyle::Colors colors, const Rgba& own,
                               std::size_t first_chain) {
-  const bool has_names = molecule.chains.size() == molecule.size() && molecule.residue_names.size() == molecule.size();
+  const bool is_named = has_names(molecule);
   std::map<std::string_view, std::size_t> chains;
   std::vector<Rgba> found(molecule.size());
   for (std::size_t atom = 0; atom < molecule.size(); ++atom) {
-    if (!has_names || colors == MoleculeStyle::kByElement) {
+    if (!is_named || colors == MoleculeStyle::kByElement) {
       found[atom] = element_color(molecule, atom, own);
     } else if (colors == MoleculeStyle::kByChain) {
       const auto chain = chains.try_emplace(molecule.chains[atom], first_chain + chains.size()).first;
       found[atom] = chain_color(chain->second);
     } else {
-      found[atom] = residue_color(molecule.residue_names[atom]);
+      found[atom] = residue_kind(molecule.residue_names[atom]).color;
     }
   }
   return found;
+}
+
+std::vector<LegendEntry> legend_of(const docking::Molecule& molecule, MoleculeStyle::Colors colors, const Rgba& own,
+                                   std::size_t first_chain) {
+  const bool is_by_element = !has_names(molecule) || colors == MoleculeStyle::kByElement;
+  const std::vector<Rgba> of_atoms = atom_colors(molecule, colors, own, first_chain);
+  const auto text_of_atom = [&](std::size_t atom) -> std::string_view {
+    if (is_by_element) return element_of(molecule, atom).symbol;
+    if (colors == MoleculeStyle::kByChain) return molecule.chains[atom];
+    return residue_kind(molecule.residue_names[atom]).name;
+  };
+  std::set<std::string_view> seen;
+  std::vector<LegendEntry> legend;
+  for (std::size_t atom = 0; atom < molecule.size(); ++atom) {
+    const std::string_view text = text_of_atom(atom);
+    if (!seen.insert(text).second) continue;
+    legend.push_back(
+        {(!is_by_element && colors == MoleculeStyle::kByChain ? "chain " : "") + net::printable(text), of_atoms[atom]});
+  }
+  return legend;
 }
 
 void append_balls(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <span>
 #include <stop_token>
+#include <string>
 #include <vector>
 
 #include "client/view/drawn_mesh.hpp"
@@ -34,6 +35,16 @@ struct MoleculeStyle {
 /// Source  chains: Tol, "Colour schemes", SRON/EPS/TN/09-002, 2021 ("muted")
 std::vector<Rgba> atom_colors(const docking::Molecule& molecule, MoleculeStyle::Colors colors, const Rgba& own,
                               std::size_t first_chain = 0);
+/// A colour of a molecule and its meaning, such as "N" or "chain B".
+struct LegendEntry {
+  std::string text;
+  Rgba color{};
+
+  bool operator==(const LegendEntry&) const = default;
+};
+/// Returns the meanings of the colours that atom_colors() returns for these arguments, each once.
+std::vector<LegendEntry> legend_of(const docking::Molecule& molecule, MoleculeStyle::Colors colors, const Rgba& own,
+                                   std::size_t first_chain = 0);
 /// Returns one of nine colours, which repeat from the tenth chain on.
 Rgba chain_color(std::size_t chain);
 /// Returns the number of different chain names.

@@ -174,6 +174,10 @@ class Builder {
     }
     const double scale = scene_.molecular_field().metres_per_angstrom();
     const std::vector<Rgba> colors = atom_colors(*molecule, molecules_.colors, color, chains_);
+    body.legend = legend_of(*molecule, molecules_.colors, color, chains_);
+    for (LegendEntry& entry : body.legend) {
+      if (entry.text == "C") entry.text += " of " + body.name;  // each molecule has a colour for its carbon
+    }
     chains_ += chain_count(*molecule);
     if (molecules_.shape == MoleculeStyle::kSurface) {
       append_surface(body.mesh, *molecule, scale, colors, kMaxSurfaceTriangles, stop_);

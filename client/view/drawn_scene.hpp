@@ -25,6 +25,7 @@ struct DrawnBody {
   bool is_static = false;
   double radius_m = 0;                                ///< radius of a bounding ball around the body's origin
   std::shared_ptr<const docking::Molecule> molecule;  ///< in the body's frame; null: none, or not received yet
+  std::vector<LegendEntry> legend{};                  ///< meanings of the molecule's colours
   /// For a soft body: its triangles at rest, and for each vertex the points of proto::soft_lattice() that move it, with
   /// their weights.
   geometry::TriangleMesh soft{};

@@ -381,6 +381,7 @@ void draw_help(const PanelContent& content, bool& is_open) {
     line("G", "ghosts: where the server has things; P: contact points");
     line("X", "cut away the front");
     if (content.figures->has_molecules) {
+      line("click on an atom", "select its residue; a second atom shows their distance; Escape clears");
       line("M, N", "molecules as balls, sticks, surface or ribbon; their colours");
       line("Ctrl+K", "keep this pose of the molecules, for everybody");
       line("Ctrl+Z, Ctrl+Y", "back to the last pose, forward again, for everybody");
@@ -459,7 +460,10 @@ void draw_panels(const PanelContent& content, WindowSwitches& switches, net::Lin
   draw_force(content);
   draw_delay(content, link);
   draw_stage(content);
-  if (content.figures->has_molecules && begin_part("Molecules", switches.is_open[5])) draw_poses(content, switches);
+  if (content.figures->has_molecules && begin_part("Molecules", switches.is_open[5])) {
+    draw_poses(content, switches);
+    draw_residues(content.molecules, switches);
+  }
   if (begin_part("Details", switches.is_open[7])) {
     if (begin_part("Session", switches.is_open[0])) draw_session(content);
     if (begin_part("Network", switches.is_open[1])) draw_network(content, link);

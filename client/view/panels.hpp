@@ -11,6 +11,7 @@
 #include "client/view/drawn_mesh.hpp"
 #include "client/view/figures.hpp"
 #include "client/view/guide/guide.hpp"
+#include "client/view/molecule/molecule_mouse.hpp"
 
 namespace tandem::client {
 
@@ -29,6 +30,7 @@ struct WindowSwitches {
   /// open or closed state of the panels' parts: session, network, touch, stage, view, molecules, hand, details
   std::array<bool, 8> is_open{true, true, true, true, true, true, false, false};
   std::array<char, 65> pose_name{};      ///< input field for the name of a pose to be saved; not stored
+  std::array<char, 65> residues{};       ///< input field for residues to be selected; not stored
   std::array<char, 65> new_pose_name{};  ///< input field for a new name of a saved pose; not stored
 };
 
@@ -47,6 +49,7 @@ struct PanelContent {
   const std::string* recording_state = nullptr;   ///< state of the recording, as text
   const std::string* recording_folder = nullptr;  ///< folder for the next recording
   bool* is_record_pressed = nullptr;              ///< set to true when the button is pressed
+  MoleculeContent molecules{};
 };
 
 /// Draws the panels in the current ImGui context.
@@ -65,6 +68,9 @@ void ask_pose(ClientIo* client, wire::AskPose::Kind kind, std::uint32_t number =
 void keep_pose(ClientIo* client, WindowSwitches& switches);
 /// Draws the part of the panels for saved poses (pose_panel.cpp).
 void draw_poses(const PanelContent& content, WindowSwitches& switches);
+
+/// Draws the part of the panels for atoms and residues (molecule/residue_panel.cpp).
+void draw_residues(const MoleculeContent& content, WindowSwitches& switches);
 
 /// Width of the panels at the right side of the window, in ImGui's pixels.
 double panels_width();

@@ -32,6 +32,9 @@ constexpr double kContact = 0.009;
 constexpr double kMinForce_n = 0.05;
 constexpr double kMinTorque_n_m = 0.003;
 
+/// Number of selected residues up to which each atom is marked and each residue is named, and bounds of the marks.
+constexpr std::size_t kMaxDetailed = 12, kMaxMarked = 300, kMaxMarkedAtoms = 60;
+
 DrawnMesh drawn(const geometry::TriangleMesh& mesh) {
   DrawnMesh result;
   append_mesh(result, mesh, Pose{}, kUntinted);
@@ -315,6 +318,39 @@ void SceneView::add_hydrogen_bonds(const View* view, const Figures& figures) {
       add_rod(from + (2 * dash + 1) * step, from + (2 * dash + 2) * step, 0.12 * scale, kHydrogenBond);
     }
   }
+}
+
+void SceneView::add_selection(const View* view, const ResidueSelection& selection,
+                              const std::optional<AtomDistance>& distance) {
+  if (joined_ == nullptr || selection.is_empty()) return;
+  const bool is_detailed = selection.residues().size() <= kMaxDetailed;
+  std::size_t count = 0;
+  for (const AtomPlace& place : selection.residues()) {
+    const docking::Molecule* const molecule = molecule_at(scene_, place);
+    if (molecule == nullptr || ++count > kMaxMarked) continue;
+    add_residue(felt_pose(scene_, view, place.body), *molecule, place.atom, is_detailed);
+  }
+  if (!distance) return;
+  const double scale = joined_->scene().molecular_field().metres_per_angstrom();
+  add_rod(distance->from_W, distance->to_W, 0.15 * scale, kSelectionColor);
+  labels_.push_back({(distance->from_W + distance->to_W) / 2, number(distance->angstrom, "Å", 2), kSelectionColor, 0});
+}
+
+/// Marks the atoms of a residue and names it; if it is one of many, only its α carbon or its first atom is marked.
+void SceneView::add_residue(const Pose& X_WB, const docking::Molecule& molecule, std::size_t start, bool is_detailed) {
+  const double scale = joined_->scene().molecular_field().metres_per_angstrom();
+  const std::size_t end = residue_end(molecule, start);
+  std::size_t middle = start;
+  for (std::size_t atom = start; atom < end; ++atom) {
+    if (atom < molecule.atom_names.size() && molecule.atom_names[atom] == "CA") middle = atom;
+  }
+  const auto at_W = [&](std::size_t atom) { return X_WB * Vec3(scale * molecule.positions_angstrom[atom]); };
+  const auto mark = [&](std::size_t atom) {
+    add_mark(ball_, {at_W(atom), Quat::Identity()}, Vec3::Constant(0.35 * scale), kSelectionColor);
+  };
+  if (!is_detailed) return mark(middle);
+  for (std::size_t atom = start; atom < std::min(end, start + kMaxMarkedAtoms); ++atom) mark(atom);
+  labels_.push_back({at_W(middle), residue_text(molecule, middle), kSelectionColor, 1});
 }
 
 /// Draws a pulsing cone at the place to which a user points, in the colour of that user's tool.

@@ -12,6 +12,7 @@
 #include "client/haptics/view.hpp"
 #include "client/net/client_io.hpp"
 #include "client/view/drawn_scene.hpp"
+#include "client/view/molecule/residue_selection.hpp"
 #include "client/view/panels.hpp"
 #include "client/view/renderer.hpp"
 
@@ -27,6 +28,7 @@ struct SceneLabel {
 
 inline constexpr Rgba kForceColor{1.0F, 0.89F, 0.15F, 1};
 inline constexpr Rgba kContactColor{0.80F, 0.0F, 0.60F, 1};
+inline constexpr Rgba kSelectionColor{0.70F, 1.0F, 0.45F, 1};
 inline constexpr Rgba kTorqueColor{0.25F, 0.90F, 0.98F, 1};
 
 /// Makes the meshes of the joined scene and arranges them for each frame.
@@ -43,6 +45,9 @@ class SceneView {
   /// In      view  null: none received yet; objects are at their start poses
   void arrange(const View* view, const ClientIoSnapshot& io, const WindowSwitches& switches, const Camera& camera,
                const Figures& figures, LocalTime now);
+
+  /// Adds marks and names of selected residues, and the distance of two picked atoms. Call after arrange().
+  void add_selection(const View* view, const ResidueSelection& selection, const std::optional<AtomDistance>& distance);
 
   const DrawnScene& scene() const { return scene_; }
   /// Returns whether the scene, parts of it, or molecules of this style are not shown yet.
@@ -72,6 +77,7 @@ class SceneView {
   void add_wrench(const View& view);
   void add_contacts(const View& view);
   void add_hydrogen_bonds(const View* view, const Figures& figures);
+  void add_residue(const Pose& X_WB, const docking::Molecule& molecule, std::size_t start, bool is_detailed);
   void add_pointed(const View* view, const ClientIoSnapshot& io, LocalTime now);
   void apply_soft_offsets(const ClientIoSnapshot& io);
   void add_partners(const View& view, const ClientIoSnapshot& io, bool shows_ghosts);

@@ -63,11 +63,15 @@ struct Window::Impl {
   void save_picture();
   void draw_messages(const ClientIoSnapshot& io, float bottom) const;
   void handle_mouse();
+  void handle_escape();
   void handle_cap();
   void handle_hand_keys(double period_s);
   void move_hand_by_mouse(double right, double down, double wheel);
   void follow(const View* view);
   void point(const View* view);
+  std::vector<Pose> body_poses(const View* view) const;
+  std::pair<Vec3, Vec3> mouse_ray() const;
+  void follow_molecules(const View* view, const ClientIoSnapshot& io);
   void draw_labels(const Mat4f& clip) const;
   void draw_lower_left(const ClientIoSnapshot& io);
   float draw_hint(const ClientIoSnapshot& io) const;
@@ -87,6 +91,7 @@ struct Window::Impl {
   PointerHand hand;
   Figures figures;
   Guide guide;
+  MoleculeMouse molecules;
   std::optional<WindowSounds> sounds;  ///< none with a haptic device, where contact is felt
   WindowSwitches switches;
   SteadyClock clock;
@@ -139,7 +144,7 @@ void Window::Impl::handle_keys() {
   if (ImGui::GetIO().WantTextInput) return;  // a text field gets the keyboard input
   const auto pressed = [&keys](int key) { return std::ranges::find(keys, key) != keys.end(); };
   if (pressed(GLFW_KEY_F11)) screen.toggle_full_screen();
-  if (pressed(GLFW_KEY_ESCAPE)) switches.shows_help = menu.shows_invitations = false;
+  if (pressed(GLFW_KEY_ESCAPE)) handle_escape();
   if (pressed(GLFW_KEY_F1)) switches.shows_help = !switches.shows_help;
   if (pressed(GLFW_KEY_TAB)) switches.shows_panels = !switches.shows_panels;
   handle_hand(pressed(GLFW_KEY_SPACE), pressed(GLFW_KEY_R));
@@ -156,6 +161,12 @@ void Window::Impl::handle_keys() {
   if (pressed(GLFW_KEY_V)) is_pointing_requested = true;
   if (pressed(GLFW_KEY_1)) set_game_gravity(settings.client, true);
   if (pressed(GLFW_KEY_2)) set_game_gravity(settings.client, false);
+}
+
+/// Closes help and dialogs. Without any of them, removes the selection of residues.
+void Window::Impl::handle_escape() {
+  if (!switches.shows_help) molecules.clear();
+  switches.shows_help = menu.shows_invitations = false;
 }
 
 /// Keys that change the scene for everybody: with Ctrl only, so that a stray letter has no effect on others.
@@ -235,15 +246,43 @@ void Window::Impl::follow(const View* view) {
   if (switches.follows_tool) camera.focus_on(scene->tool_pose().p);
 }
 
+std::vector<Pose> Window::Impl::body_poses(const View* view) const {
+  std::vector<Pose> X_WB;
+  for (std::size_t i = 0; i < scene->scene().bodies.size(); ++i) X_WB.push_back(felt_pose(scene->scene(), view, i));
+  return X_WB;
+}
+
+/// Returns origin and direction of the line of sight through the mouse.
+std::pair<Vec3, Vec3> Window::Impl::mouse_ray() const {
+  const ImGuiIO& io = ImGui::GetIO();
+  return camera.ray_at(io.MousePos.x / std::max(1.0F, io.DisplaySize.x),
+                       io.MousePos.y / std::max(1.0F, io.DisplaySize.y), aspect());
+}
+
+/// Finds the atom under the mouse, and selects by a click: a press of the left button without a drag.
+void Window::Impl::follow_molecules(const View* view, const ClientIoSnapshot& io) {
+  molecules.belong_to(io.joined.get());
+  if (!figures.has_molecules) return;
+  const ImGuiIO& input = ImGui::GetIO();
+  const std::vector<Pose> X_WB = body_poses(view);
+  const auto [from_W, along_W] = mouse_ray();
+  const bool is_short = input.MouseDragMaxDistanceSqr[0] < input.MouseDragThreshold * input.MouseDragThreshold;
+  molecules.follow({.scene = scene->scene(),
+                    .X_WB = X_WB,
+                    .metres_per_angstrom = io.joined->scene().molecular_field().metres_per_angstrom(),
+                    .from_W = from_W,
+                    .along_W = along_W,
+                    .is_free = !input.WantCaptureMouse && !ImGui::IsAnyMouseDown(),
+                    .is_click = !input.WantCaptureMouse && input.MouseReleased[0] && is_short});
+  scene->add_selection(view, molecules.selection(), molecules.distance());
+}
+
 /// Points at the object under the mouse; if there is none, at the user's tool.
 void Window::Impl::point(const View* view) {
   if (!std::exchange(is_pointing_requested, false) || settings.client == nullptr) return;
-  const ImGuiIO& io = ImGui::GetIO();
-  const auto [from_W, along_W] = camera.ray_at(io.MousePos.x / std::max(1.0F, io.DisplaySize.x),
-                                               io.MousePos.y / std::max(1.0F, io.DisplaySize.y), aspect());
-  std::vector<Pose> X_WB;
-  for (std::size_t i = 0; i < scene->scene().bodies.size(); ++i) X_WB.push_back(felt_pose(scene->scene(), view, i));
-  const auto hit = io.WantCaptureMouse ? std::nullopt : first_hit(scene->scene(), X_WB, from_W, along_W);
+  const auto [from_W, along_W] = mouse_ray();
+  const std::vector<Pose> X_WB = body_poses(view);
+  const auto hit = ImGui::GetIO().WantCaptureMouse ? std::nullopt : first_hit(scene->scene(), X_WB, from_W, along_W);
   wire::Point place;
   const Vec3 at = hit ? hit->second : scene->tool_pose().p;
   const Vec3 at_W = hit ? X_WB[hit->first] * at : at;
@@ -432,6 +471,7 @@ void Window::draw(const View* view, const ClientIoSnapshot& io, const std::strin
   if (self.is_mouse()) self.settings.pointer->publish(self.hand.target());
   self.figures.add_molecules(self.scene->scene(), view, io, self.clock.now());
   self.scene->arrange(view, io, self.switches, self.camera, self.figures, self.clock.now());
+  self.follow_molecules(view, io);
 
   self.camera.leave_free(1 - self.free_width() / ImGui::GetIO().DisplaySize.x);
   self.renderer->draw(self.scene->frame(), self.camera, self.screen.width(), self.screen.height());
@@ -455,7 +495,8 @@ void Window::draw(const View* view, const ClientIoSnapshot& io, const std::strin
                              .is_recording = self.is_recording,
                              .recording_state = &self.recording_state,
                              .recording_folder = &self.settings.recording_folder,
-                             .is_record_pressed = &self.is_record_pressed};
+                             .is_record_pressed = &self.is_record_pressed,
+                             .molecules = self.molecules.content(self.scene->scene())};
   draw_panels(content, self.switches, self.settings.link, self.settings.workspace);
   self.screen.end_frame();
 }

@@ -16,6 +16,10 @@ from window_support import (HEIGHT, WIDTH, Picture, WindowTest, is_blue, is_crea
                             is_red, is_white, is_yellow)
 
 
+def is_lime(r, g, b):
+    return 120 < r < 200 and g > 180 and b < 0.75 * g and r > 1.2 * b
+
+
 class Scenes(WindowTest):
     def test_two_users_share_a_peg_and_the_force_has_an_arrow(self):
         with Server("--scene", "peg_in_hole") as server:
@@ -107,6 +111,21 @@ class Scenes(WindowTest):
         self.assertGreater(chain.count(is_rose), 3 * element.count(is_rose) + 1000, "the scene's second chain")
         self.assertGreater(changed(chain, residue), 4000)
         self.assertLess(changed(element, again), 1000)
+
+    def test_a_click_on_an_atom_marks_its_residue_and_escape_removes_the_marks(self):
+        with Server("--scene", "docking_helices") as server:
+            client = self.start(server, "--hand", "rest")
+            self.wait_for_window()
+            server.wait_for_log("joined")
+            before = self.settled_picture(lambda picture: picture.count(is_blue) > 4000)
+            blue = set(before.places(is_blue))
+            x, y = next((x, y) for x, y in sorted(blue) if all((x + i, y + j) in blue for i in (-4, 4) for j in (-4, 4)))
+            self.display.do("mousemove", x, y, "sleep", 1, "mousedown", 1, "sleep", 0.5, "mouseup", 1)
+            self.settled_picture(lambda picture: picture.count(is_lime) > before.count(is_lime) + 30)
+            self.display.do("key", "Escape")
+            self.settled_picture(lambda picture: picture.count(is_lime) <= before.count(is_lime) + 5)
+            self.display.do("key", "ctrl+q")
+            self.assertEqual(finish(client)[0], 0)
 
     def test_a_soft_pad_is_there(self):
         with Server("--scene", "soft_pad") as server:

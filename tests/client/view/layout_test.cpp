@@ -183,6 +183,37 @@ TEST_P(Layout, TheSessionFitsAndItsCentreIsFree) {
   EXPECT_EQ(problems(draw), "") << "without details";
 }
 
+TEST_P(Layout, TheMoleculesFit) {
+  auto molecule = std::make_shared<docking::Molecule>();
+  molecule->positions_angstrom = {{0, 0, 0}, {0, 0, 9.25}};
+  molecule->mass_u = {12, 1};
+  molecule->atom_names = {"CA", "H161"};
+  molecule->residue_names = {"GLU", "TRP"};
+  molecule->residue_ids = {"1024A", "7"};
+  molecule->chains = {"AA", "AA"};
+  molecule->segments = {0, 0};
+  DrawnScene scene;
+  scene.bodies.emplace_back().molecule = molecule;
+  for (std::size_t i = 0; i < 40; ++i)
+    scene.bodies.front().legend.push_back({"chain " + std::to_string(i), chain_color(i)});
+  MoleculeMouse mouse;
+  const std::vector<Pose> X_WB(1);
+  for (const double z : {0.0, 9.25}) {
+    mouse.follow({.scene = scene, .X_WB = X_WB, .from_W = Vec3(-20, 0, z), .along_W = Vec3::UnitX(), .is_click = true});
+  }
+  figures_.has_molecules = true;
+  switches_.is_open.fill(false);
+  switches_.is_open[5] = true;
+  PanelContent shown = content();
+  shown.molecules = mouse.content(scene);
+  ASSERT_NE(shown.molecules.distance, "");
+  ASSERT_NE(shown.molecules.under_mouse, "");
+  const auto draw = [&] { draw_panels(shown, switches_, link_, workspace_); };
+  EXPECT_EQ(problems(draw), "");
+  *shown.molecules.problem = "No residue is A:10-25. The chains are A, B, C, D, E, F, G, H, I, J, K, L, M, N, O.";
+  EXPECT_EQ(problems(draw), "") << "with a problem";
+}
+
 TEST_P(Layout, AMessageHidesNoControl) {
   PanelContent with_notice = content();
   with_notice.notice = "No force: the server has not sent for 150 ms at [2001:db8::1]:47800. It returns when it sends.";

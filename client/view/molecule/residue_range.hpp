@@ -1,0 +1,32 @@
+// Ranges of residues as a user types them: "A:10-25, B:3". No display is needed.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/docking/molecule.hpp"
+
+namespace tandem::client {
+
+/// Residues of one chain, or of all.
+struct ResidueRange {
+  std::string chain{};                     ///< empty: all chains
+  std::optional<int> first{}, last{};      ///< numbers, both included; empty: all residues
+  std::optional<std::string> insertion{};  ///< insertion code that must match; empty: any
+
+  bool operator==(const ResidueRange&) const = default;
+};
+
+inline constexpr std::size_t kMaxRanges = 32;
+
+/// Parses ranges, separated by commas: "A:10-25", "A:12", "A:12B" with an insertion code, "10-25" in all chains, "A" for
+/// a whole chain. Returns nothing if the text is another, or has more than kMaxRanges.
+std::optional<std::vector<ResidueRange>> parse_residues(std::string_view text);
+
+/// Returns whether a residue belongs to a range.
+/// In      id  number and insertion code, as in Molecule::residue_ids
+bool is_in(const ResidueRange& range, std::string_view chain, std::string_view id);
+
+}  // namespace tandem::client

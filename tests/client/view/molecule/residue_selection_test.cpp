@@ -1,0 +1,179 @@
+#include "client/view/molecule/residue_selection.hpp"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <numbers>
+
+#include "client/view/molecule/molecule_mouse.hpp"
+#include "client/view/molecule/residue_range.hpp"
+
+namespace tandem::client {
+namespace {
+
+/// Adds residues of two atoms each, along x, 4 Å apart; the atoms of a residue are 1.5 Å apart along y.
+void add_residue(docking::Molecule& molecule, const std::string& chain, const std::string& id,
+                 const std::string& name) {
+  for (const char* const atom : {"N", "CA"}) {
+    const double across = atom[0] == 'N' ? 0 : 1.5;
+    molecule.positions_angstrom.emplace_back(4.0 * static_cast<double>(molecule.size() / 2), across, 0);
+    molecule.atom_names.emplace_back(atom);
+    molecule.elements.emplace_back(atom[0] == 'N' ? "N" : "C");
+    molecule.residue_names.push_back(name);
+    molecule.residue_ids.push_back(id);
+    molecule.chains.push_back(chain);
+    molecule.segments.push_back(0);
+    molecule.mass_u.push_back(12);
+  }
+}
+
+/// Two molecules: chain A with the residues 9, 10, 10A and 11, and chain B with the residue −2. A thousand times larger.
+class ResidueSelectionTest : public testing::Test {
+ protected:
+  static constexpr double kScale = 1e-7;
+
+  ResidueSelectionTest() {
+    docking::Molecule a, b;
+    for (const char* const id : {"9", "10", "10A", "11"}) add_residue(a, "A", id, "GLU");
+    add_residue(b, "B", "-2", "LYS");
+    scene_.bodies.emplace_back().name = "table";
+    scene_.bodies.emplace_back().molecule = std::make_shared<const docking::Molecule>(a);
+    scene_.bodies.emplace_back().molecule = std::make_shared<const docking::Molecule>(b);
+    X_WB_.resize(3);
+    X_WB_[2].p = {0, 0, 30 * kScale};
+  }
+  /// The atom under a ray along −z at a place [Å].
+  std::optional<AtomPlace> at(double x, double y, double from_z = 100) const {
+    return first_atom(scene_, X_WB_, kScale, kScale * Vec3(x, y, from_z), -Vec3::UnitZ());
+  }
+  std::size_t count_of(const char* text) {
+    EXPECT_EQ(selection_.select(scene_, text), "") << text;
+    return selection_.residues().size();
+  }
+
+  DrawnScene scene_;
+  std::vector<Pose> X_WB_;
+  ResidueSelection selection_;
+};
+
+TEST_F(ResidueSelectionTest, TheFirstAtomOnARayIsFound) {
+  EXPECT_EQ(at(0, 0), (AtomPlace{2, 0})) << "the molecule in front";
+  EXPECT_EQ(at(0, 0, 20), (AtomPlace{1, 0})) << "seen from between them";
+  EXPECT_EQ(at(4, 1.5), (AtomPlace{1, 3}));
+  EXPECT_EQ(at(4, 1.5, -20), std::nullopt) << "all atoms are behind the eye";
+  EXPECT_EQ(at(2, 40), std::nullopt);
+}
+
+TEST_F(ResidueSelectionTest, ARotatedMoleculeIsHitWhereItIs) {
+  X_WB_[2].q = quaternion_of(Vec3(0, 0, std::numbers::pi / 2));
+  EXPECT_EQ(at(-1.5, 0), (AtomPlace{2, 1}));
+}
+
+TEST_F(ResidueSelectionTest, AtomsAreNamedByResidueNumberAndChain) {
+  const docking::Molecule& molecule = *scene_.bodies[1].molecule;
+  EXPECT_EQ(residue_text(molecule, 4), "GLU 10A of chain A");
+  EXPECT_EQ(atom_text(molecule, 5), "GLU 10A of chain A, atom CA");
+  EXPECT_EQ(short_atom_text(molecule, 5), "A:GLU 10A CA");
+  docking::Molecule nameless;
+  nameless.positions_angstrom.resize(3);
+  EXPECT_EQ(atom_text(nameless, 2), "atom 3");
+}
+
+TEST_F(ResidueSelectionTest, AClickSelectsTheResidueAndASecondOneTakesItBack) {
+  selection_.click(scene_, {1, 5});
+  EXPECT_EQ(selection_.residues(), (std::set<AtomPlace>{{1, 4}}));
+  selection_.click(scene_, {1, 1});
+  EXPECT_EQ(selection_.residues(), (std::set<AtomPlace>{{1, 0}, {1, 4}}));
+  selection_.click(scene_, {1, 5});
+  EXPECT_EQ(selection_.residues(), (std::set<AtomPlace>{{1, 0}}));
+  EXPECT_EQ(selection_.picked(), (std::vector<AtomPlace>{{1, 1}}));
+  selection_.click(scene_, {7, 0});
+  selection_.click(scene_, {0, 0});
+  selection_.click(scene_, {1, 99});
+  EXPECT_EQ(selection_.residues().size(), 1U) << "atoms that do not exist";
+}
+
+TEST_F(ResidueSelectionTest, TwoPickedAtomsHaveTheirDistanceAcrossMolecules) {
+  EXPECT_FALSE(selection_.distance(scene_, X_WB_, kScale));
+  selection_.click(scene_, {1, 0});
+  selection_.click(scene_, {2, 0});
+  EXPECT_NEAR(selection_.distance(scene_, X_WB_, kScale)->angstrom, 30, 1e-9);
+  X_WB_[2].p.z() = 5 * kScale;
+  EXPECT_NEAR(selection_.distance(scene_, X_WB_, kScale)->angstrom, 5, 1e-9) << "it follows the molecules";
+  selection_.click(scene_, {1, 2});
+  EXPECT_EQ(selection_.picked(), (std::vector<AtomPlace>{{2, 0}, {1, 2}})) << "the last two";
+  selection_.clear();
+  EXPECT_FALSE(selection_.distance(scene_, X_WB_, kScale));
+}
+
+TEST_F(ResidueSelectionTest, RangesAreSelectedByNumberChainAndInsertionCode) {
+  EXPECT_EQ(count_of("A:10-11"), 3U);
+  EXPECT_EQ(count_of("A:10"), 2U) << "with and without an insertion code";
+  EXPECT_EQ(count_of("A:10A"), 1U);
+  EXPECT_EQ(count_of("B:-2"), 1U);
+  EXPECT_EQ(count_of("-5-9"), 2U) << "in all chains";
+  EXPECT_EQ(count_of("A"), 4U);
+  EXPECT_EQ(count_of(" A:9 , B:-2-5 "), 2U);
+}
+
+TEST_F(ResidueSelectionTest, AnotherTextIsExplainedAndChangesNothing) {
+  count_of("A");
+  for (const char* const text : {"", ":", "A:", "A:x", "A:10-", "A:11-10", "A:10-11-12", "A:10,,", "A B", "A:10AB",
+                                 "C:1", "A:99999999999", "!", "A:10-11B"}) {
+    EXPECT_NE(selection_.select(scene_, text), "") << text;
+    EXPECT_EQ(selection_.residues().size(), 4U) << text;
+  }
+  EXPECT_NE(selection_.select(scene_, "C:1").find("The chains are A, B."), std::string::npos);
+  std::string many = "A:9";
+  for (std::size_t i = 0; i < kMaxRanges; ++i) many += ",A:9";
+  EXPECT_NE(selection_.select(scene_, many), "");
+}
+
+TEST_F(ResidueSelectionTest, BelongsToOneScene) {
+  const int one = 0, another = 0;
+  selection_.belong_to(&one);
+  selection_.click(scene_, {1, 0});
+  selection_.belong_to(&one);
+  EXPECT_FALSE(selection_.is_empty());
+  selection_.belong_to(&another);
+  EXPECT_TRUE(selection_.is_empty());
+}
+
+TEST_F(ResidueSelectionTest, TheMouseOverAPanelOrInADragHasNoAtom) {
+  MoleculeMouse mouse;
+  MoleculeFrame frame{.scene = scene_,
+                      .X_WB = X_WB_,
+                      .metres_per_angstrom = kScale,
+                      .from_W = Vec3(0, 0, 100 * kScale),
+                      .along_W = -Vec3::UnitZ(),
+                      .is_free = true};
+  mouse.follow(frame);
+  EXPECT_EQ(mouse.content(scene_).under_mouse, "LYS -2 of chain B, atom N");
+  EXPECT_TRUE(mouse.selection().is_empty());
+  frame.is_click = true;
+  mouse.follow(frame);
+  EXPECT_EQ(mouse.selection().residues(), (std::set<AtomPlace>{{2, 0}}));
+  frame.is_click = frame.is_free = false;
+  mouse.follow(frame);
+  EXPECT_EQ(mouse.content(scene_).under_mouse, "");
+  EXPECT_FALSE(mouse.selection().is_empty());
+  mouse.clear();
+  EXPECT_TRUE(mouse.selection().is_empty());
+}
+
+TEST_F(ResidueSelectionTest, TheLegendNamesEachColourOnce) {
+  const docking::Molecule& molecule = *scene_.bodies[1].molecule;
+  const Rgba own{0.1F, 0.2F, 0.3F, 1};
+  const auto by_element = legend_of(molecule, MoleculeStyle::kByElement, own);
+  ASSERT_EQ(by_element.size(), 2U);
+  EXPECT_EQ(by_element[1], (LegendEntry{"C", own}));
+  EXPECT_EQ(legend_of(molecule, MoleculeStyle::kByChain, own, 3),
+            (std::vector<LegendEntry>{{"chain A", chain_color(3)}}));
+  const auto by_residue = legend_of(molecule, MoleculeStyle::kByResidue, own);
+  ASSERT_EQ(by_residue.size(), 1U);
+  EXPECT_EQ(by_residue[0].text, "acidic");
+  EXPECT_EQ(by_residue[0].color, atom_colors(molecule, MoleculeStyle::kByResidue, own)[0]);
+}
+
+}  // namespace
+}  // namespace tandem::client
