@@ -59,8 +59,10 @@ class RoomSeats {
   /// Moves all bodies back to their start (World::return_all()). Returns false, without effect, if the room's queue is
   /// full or kResetRate is exceeded. Resets are limited because each one sends an event per moving body to every user.
   bool reset(const Seat& seat, LocalTime now);
-  /// Sets the coupling of a level of the game. The room has applied it already.
-  void follow_level(const physics::SceneCoupling& coupling);
+  /// Sets the coupling of a level of the game. The room has applied it already, and discards couplings that were set
+  /// for an earlier level.
+  /// In      entries  GameStatus::entries of the level
+  void follow_level(const physics::SceneCoupling& coupling, std::uint32_t entries);
   /// Posts a command to the game of the room. Returns false if the room's queue is full.
   bool play(const Seat& seat, RoomCommand command) { return place(seat, command); }
   /// In      placing  its `seat` is ignored and replaced by the argument
@@ -93,6 +95,7 @@ class RoomSeats {
   std::array<BodyId, proto::kMaxUsers> held_{};              ///< body held by the seat's tool, indexed by seat
   std::array<std::uint64_t, proto::kMaxUsers> requested_{};  ///< number of grabs and releases since the user joined
   std::array<std::uint64_t, proto::kMaxUsers> served_{};
+  std::uint32_t entries_ = 0;  ///< GameStatus::entries for which couplings are set; 0: levels do not set them
   std::uint32_t last_user_ = 0;
   std::size_t sources_ = 0;  ///< number of sources of signals
   net::TokenBucket resets_{kResetRate};
