@@ -270,8 +270,10 @@ TEST(Game, ALevelChangeToAnotherCouplingUnderAPressingHandMakesNoForceStep) {
     const char* law;
     double stiffness_n_per_m, damping_n_s_per_m;
   };
-  const std::vector<Coupling> couplings{{"spring-damper", 300, 3},    {"spring-damper", 2000, 20},
-                                        {"spring-damper", 100, 1},    {"stable-dynamic", 400, 4},
+  const std::vector<Coupling> couplings{{"spring-damper", 300, 3},
+                                        {"spring-damper", 2000, 20},
+                                        {"spring-damper", 100, 1},
+                                        {"stable-dynamic", 400, 4},
                                         {"stable-dynamic", 1500, 10}};
   const auto of_level = [](const Coupling& coupling) {
     return R"(, "law": ")" + std::string(coupling.law) +
