@@ -17,6 +17,7 @@ constexpr std::array kScenes{
     ShippedScene{"soft_pad", "A soft pad", "Press a soft pad with your hand, or with the ball."},
     ShippedScene{"peg_in_hole", "A peg for two", "Bring a peg into its hole, held by two people."},
     ShippedScene{"ring", "A ball and a ring", "A game: put the ball into the ring within 20 seconds."},
+    ShippedScene{"basket", "A basket", "A game: put things into a basket, heavier ones from level to level."},
     ShippedScene{"t_puzzle", "The T puzzle", "A game: lay four wooden boards so that they form a T, and more."},
     ShippedScene{"docking_helices", "Two helices", "Dock two helices: feel how molecules attract and repel."},
     ShippedScene{"two_bunnies", "Two bunnies", "Let two bunnies slide on each other, one in each hand."},

@@ -139,7 +139,8 @@ proto::Bytes token_for(const Invited& invited, const secure::KeyId& audience, co
 std::string invitation_line(const Invited& invited, const std::string& server, const ServerKeys& keys) {
   const proto::Bytes token = token_for(invited, keys.identity.id(), keys.issuer);
   const auto until = proto::peek_token(token)->expires_ms();
-  return "invitation (one " + invited.role + ", until " + utc_text(until) + "): tandem-client --join " +
+  const std::string program = invited.role == "signal" ? "tandem-signal" : "tandem-client";
+  return "invitation (one " + invited.role + ", until " + utc_text(until) + "): " + program + " --join " +
          proto::text_of(proto::Invitation{server, keys.identity.id(), token});
 }
 

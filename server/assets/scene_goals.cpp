@@ -161,6 +161,9 @@ class Checker {
       const wire::LevelChoice& row = table.rows(i);
       const SceneField of_row = field.in("rows", static_cast<std::size_t>(i));
       say(row.say(), of_row.in("say"));
+      if (!wire::LevelChoice::Score_IsValid(row.score())) {
+        of_row.in("score").refuse("is " + std::to_string(row.score()) + "; it must be ANY, LOW or HIGH");
+      }
       if (!row.state().empty() && signal == nullptr) {
         of_row.in("state").refuse("is \"" + row.state() + "\", and the table has no signal; give signal, or no state");
       }

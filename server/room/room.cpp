@@ -201,10 +201,17 @@ void Room::apply_commands() noexcept {
   for (const auto& user : users_) user->has_grabbed = false;
   RoomCommand command;
   for (int i = 0; i < kMaxCommandsPerStep && commands_.pop(command); ++i) {
+    if (is_outdated(command)) continue;
     for (RoomWatcher* const watcher : watchers_) watcher->on_command(command);
     apply(command);
   }
   for (RoomWatcher* const watcher : watchers_) watcher->on_commands_done();
+}
+
+/// Returns whether a coupling was set for an earlier level of the game than the present one.
+bool Room::is_outdated(const RoomCommand& command) const noexcept {
+  return command.kind == RoomCommand::Kind::kSetCoupling && command.entries != 0 && game_ &&
+         command.entries != game_->status().entries;
 }
 
 void Room::apply(const RoomCommand& command) noexcept {

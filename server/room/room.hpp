@@ -60,6 +60,7 @@ struct RoomCommand {
   std::uint32_t request = 0;                      ///< kGrab, kRelease: request number, copied into the event
   haptics::CouplingParameters coupling = {};      ///< kSetCoupling: new coefficients
   const haptics::CouplingLawInfo* law = nullptr;  ///< kSetCoupling; null: the law is unchanged
+  std::uint32_t entries = 0;                      ///< kSetCoupling: GameStatus::entries of its level; 0: any
   BodyId beside = {};                             ///< kPlace: reference body
   Pose X_SB = {};                                 ///< kPlace: pose of `body` in the frame of `beside`
   std::uint8_t level = 0;                         ///< kStartLevel: index of the level in the scene's game
@@ -230,6 +231,7 @@ class Room {
   Duration time_done() const noexcept { return period_ * static_cast<Duration::rep>(step_.value); }
   void start_anew_when_left() noexcept;
   void apply_commands() noexcept;
+  bool is_outdated(const RoomCommand& command) const noexcept;
   void apply(const RoomCommand& command) noexcept;
   void join(const Seat& seat) noexcept;
   void leave(User& user) noexcept;

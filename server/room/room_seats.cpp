@@ -112,14 +112,10 @@ void RoomSeats::set_law(const Seat& seat, const haptics::CouplingLawInfo& law) {
   post_coupling(seat);
 }
 
-void RoomSeats::follow_level(const physics::SceneCoupling& coupling) {
-  // Couplings in waiting_ were set for the previous level and are discarded. A coupling in the room's queue already is
-  // overridden, because the coupling of the new level is posted after it.
+void RoomSeats::follow_level(const physics::SceneCoupling& coupling, std::uint32_t entries) {
   std::erase_if(waiting_, [](const RoomCommand& older) { return older.kind == RoomCommand::Kind::kSetCoupling; });
   coupling_ = of_level_ = coupling;
-  const auto has_set = [](const auto& seat) { return seat && seat->role == UserRole::kOperator; };
-  const auto setter = std::ranges::find_if(seats_, has_set);
-  if (setter != seats_.end()) post_coupling(**setter);
+  entries_ = entries;
 }
 
 void RoomSeats::post_coupling(const Seat& seat) {
@@ -128,7 +124,8 @@ void RoomSeats::post_coupling(const Seat& seat) {
   post_surely({.kind = RoomCommand::Kind::kSetCoupling,
                .seat = seat,
                .coupling = coupling_.parameters,
-               .law = haptics::find_coupling_law(coupling_.law)});
+               .law = haptics::find_coupling_law(coupling_.law),
+               .entries = entries_});
 }
 
 bool RoomSeats::reset(const Seat& seat, LocalTime now) {

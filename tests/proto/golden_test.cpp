@@ -96,6 +96,7 @@ TEST(GoldenWire, ControlFramesDecodeToTheirValues) {
   EXPECT_EQ(control_in<wire::ServerControl>("pose_deleted"), pose_deleted().DebugString());
   EXPECT_EQ(control_in<wire::ServerControl>("pose_progress"), pose_progress().DebugString());
   EXPECT_EQ(control_in<wire::ServerControl>("pointed"), pointed().DebugString());
+  EXPECT_EQ(control_in<wire::ClientControl>("signal"), sent_signal().DebugString());
   EXPECT_EQ(control_in<wire::ServerControl>("room_start"), room_start().DebugString());
   EXPECT_EQ(control_in<wire::ServerControl>("room_reset"), room_reset().DebugString());
   EXPECT_EQ(control_in<wire::ServerControl>("soft_shape"), soft_shape().DebugString());

@@ -142,6 +142,16 @@ wire::ClientControl ask_pose() {
   return message;
 }
 
+wire::ClientControl sent_signal() {
+  wire::ClientControl message;
+  message.set_request(15);
+  message.mutable_signal()->set_name("valence");
+  message.mutable_signal()->set_value(-0.25);
+  message.mutable_signal()->set_confidence(0.75);
+  message.mutable_signal()->set_age_s(0.5);
+  return message;
+}
+
 wire::ServerControl room_start() {
   wire::ServerControl message;
   message.mutable_room_start()->set_starts_server_ns(7'000'000'000);
@@ -389,6 +399,7 @@ std::vector<GoldenMessage> golden_messages() {
           {"pose_deleted", Packing::kServerControlFrame, framed(pose_deleted())},
           {"pose_progress", Packing::kServerControlFrame, framed(pose_progress())},
           {"pointed", Packing::kServerControlFrame, framed(pointed())},
+          {"signal", Packing::kClientControlFrame, framed(sent_signal())},
           {"room_start", Packing::kServerControlFrame, framed(room_start())},
           {"client_update", Packing::kClientDatagram, client_datagram()},
           {"server_update", Packing::kServerDatagram, server_datagram()}};

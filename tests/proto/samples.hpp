@@ -32,6 +32,7 @@ wire::ServerControl kept_pose();
 wire::ServerControl pose_deleted();
 wire::ServerControl pose_progress();
 wire::ServerControl pointed();
+wire::ClientControl sent_signal();
 wire::ServerControl room_start();
 wire::ServerControl welcome();
 /// A message with a scene that has every kind of shape. Its numbers differ from the defaults, so that a lost field is

@@ -40,7 +40,7 @@ std::string sample_json() {
          {"held": {"body": "moving"}},
          {"silhouette": {"pieces": [{"body": "moving", "points_m": [0, -10, 5, 5, -5, 5]}],
                          "figure_m": [0, -10, 5, 5, -5, 5]}})";
-  conditions += R"(, {"signal": {"name": "s"}})";
+  conditions += R"(, {"signal": {"name": "s", "required": true}})";
   for (int i = 5; i < 16; ++i) conditions += R"(, {"slower": {"body": "moving"}})";
   std::string tools;
   for (std::size_t i = 0; i < kMaxUsers; ++i) {
@@ -227,7 +227,8 @@ void collect_numbers(const Descriptor& message, std::set<std::string>& fields) {
     const auto type = field.cpp_type();
     if (type == FieldDescriptor::CPPTYPE_MESSAGE) {
       collect_numbers(*field.message_type(), fields);
-    } else if (type != FieldDescriptor::CPPTYPE_STRING && type != FieldDescriptor::CPPTYPE_BOOL) {
+    } else if (type != FieldDescriptor::CPPTYPE_STRING && type != FieldDescriptor::CPPTYPE_BOOL &&
+               type != FieldDescriptor::CPPTYPE_ENUM) {
       fields.insert(message.name() + "." + field.name());
     }
   }

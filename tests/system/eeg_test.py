@@ -6,7 +6,7 @@ import json
 import os
 import unittest
 
-from support import ProgramTest, run
+from support import ProgramTest, Server, finish, run, start_client
 
 
 class Eeg(ProgramTest):
@@ -54,6 +54,31 @@ class Eeg(ProgramTest):
         self.refused(["validate", files[0]], "by sessions needs at least 2")
         code, _, err = run("tandem-eeg", "validate", files[0], "--split", "blocks")
         self.assertEqual(code, 0, err)
+
+    def test_a_signal_is_sent_to_the_game_of_a_room(self):
+        model, _ = self.trained()
+        condition = {"signal": {"name": "valence", "above": 0, "required": True}}
+        scene = {"name": "play", "bodies": [{"name": "ball", "shapes": [{"sphere": {"radius_m": 0.01}}]}], "tools": [{"name": "a"}],
+                 "game": {"signals": [{"name": "valence", "max_age_s": 60}],
+                          "levels": [{"name": "a", "goals": [{"name": "g", "hold_s": 600, "conditions": [condition]}]}]}}
+        with Server("--scene", self.write("play.json", json.dumps(scene))) as server:
+            client = start_client(server.port, "--json", "--duration", "9s", "--hand", "rest")
+            server.wait_for_log("user 1 .* joined")
+            code, out, err = run("tandem-eeg", "stream", "--source", "generator", "--model", model, "--duration", "7s", "--server",
+                                 f"127.0.0.1:{server.port}", "--insecure")
+            self.assertEqual(code, 0, err)
+            server.wait_for_log("joined room play as a source of signals")
+            code, summary, err = finish(client)
+            self.assertEqual(code, 0, err)
+        values = [line["value"] for line in map(json.loads, out.splitlines()) if line["value"] is not None]
+        signal = json.loads(summary)["game"]["signals"][0]
+        self.assertEqual(signal["name"], "valence")
+        self.assertTrue(signal["fresh"], signal)
+        self.assertIn(round(signal["value"], 6), [round(value, 6) for value in values])
+        with Server("--scene", "ring") as server:
+            self.refused(["stream", "--source", "generator", "--model", model, "--server", f"127.0.0.1:{server.port}", "--insecure"],
+                         "no game with signals")
+        self.refused(["stream", "--source", "generator", "--model", model, "--insecure", "--immediate"], "--immediate", "real time")
 
     def test_a_signal_has_a_line_for_each_report(self):
         model, files = self.trained()

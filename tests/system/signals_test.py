@@ -84,7 +84,7 @@ class Signals(ProgramTest):
                                    "--invite-role", "signal"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         try:
             port = re.search(r"127\.0\.0\.1:(\d+)", server.stdout.readline()).group(1)
-            invitations = [server.stdout.readline().strip() for _ in range(2)]
+            invitations = [server.stdout.readline().split()[-1] for _ in range(2)]
             code, _, err = send("valence 1\n", "--join", invitations[0])
             self.assertEqual(code, 0, err)
             code, _, err = run("tandem-client", "--headless", "--device", "sim", "--duration", "1s", "--role", "manipulator",

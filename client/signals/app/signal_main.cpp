@@ -146,9 +146,6 @@ bool send_lines(client::SignalConnection& connection) {
 }
 
 void generate(client::SignalConnection& connection, const Options& options) {
-  if (const std::string problem = unknown_name(connection, options.generate); !problem.empty()) {
-    throw std::invalid_argument("--generate: " + problem);
-  }
   const double period_s = to_seconds(parse_duration(options.period, "s"));
   const double duration_s = options.duration.empty() ? std::numeric_limits<double>::infinity()
                                                      : to_seconds(parse_duration(options.duration, "s"));
@@ -181,6 +178,10 @@ int run(const Options& options) {
     connection.wait_until_joined();
   } catch (const std::runtime_error& refused) {
     throw std::invalid_argument(refused.what());
+  }
+  if (!options.generate.empty()) {
+    const std::string problem = unknown_name(connection, options.generate);
+    if (!problem.empty()) throw std::invalid_argument("--generate: " + problem);
   }
   if (!options.is_quiet) {
     std::cerr << "tandem-signal: joined; the signals of the room:";

@@ -80,7 +80,7 @@ void Games::receive(RoomSeats& seats, const GameStatus& status) {
   known.status = status;
   known.second = second;
   if (std::exchange(known.entries, status.entries) != status.entries && room.game()->plan().sets_coupling) {
-    seats.follow_level(coupling_of_level(room.scene(), status.level));
+    seats.follow_level(coupling_of_level(room.scene(), status.level), status.entries);
   }
   if (!is_news) return;
   for (SessionUser* user : host_.users_of(room)) {

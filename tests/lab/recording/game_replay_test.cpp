@@ -3,6 +3,8 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
+#include <set>
 
 #include "lab/recording/session_replay.hpp"
 #include "proto/recording/recorded_files.hpp"
@@ -71,6 +73,56 @@ TEST(GameReplay, GivesTheSameScoreAndEventsInEachStep) {
   EXPECT_EQ(events.size(), std::get<3>(now.steps.back()));
   EXPECT_TRUE(states.game().is_weightless());
   std::filesystem::remove(file);
+}
+
+TEST(GameReplay, SignalsDecideTheSameLevelsInEachStep) {
+  const auto file = std::filesystem::temp_directory_path() / ("tandem_signals" + std::to_string(::getpid()) + ".mcap");
+  const auto scene_file = file.string() + ".json";
+  std::ofstream(scene_file) << server::small_game(R"({"signals": [{"name": "valence", "max_age_s": 0.3, "states": [
+      {"name": "negative", "below": 0}, {"name": "positive", "above": 0}]}], "levels": [
+    {"name": "a", "time_limit_s": 1, "goals": [{"name": "g", "conditions": [{"held": {"body": "ball"}},
+        {"signal": {"name": "valence", "above": 0.2, "required": true}}]}],
+     "next": {"signal": "valence", "rows": [{"state": "positive", "level": "b"}, {"level": "a"}]}},
+    {"name": "b", "time_limit_s": 1, "goals": [{"name": "g", "conditions": [{"held": {"body": "ball"}}]}],
+     "next": {"signal": "valence", "rows": [{"state": "negative", "level": "a"}, {"level": "b"}]}}]})");
+  Progress then;
+  {
+    server::GameRoom game(server::load_scene(scene_file));
+    server::RoomRecorder recorder(
+        game.room,
+        {.file = file, .program = "test 1", .scene_file = scene_file, .recording = 7, .capacity = 1U << 17U});
+    game.room.watch(recorder);
+    game.room.watch(then);
+    game.join(0);
+    for (int i = 0; i < 40; ++i) {
+      const double value = i < 20 ? 0.5 : -0.5;
+      const auto age_steps = static_cast<std::uint32_t>(7 * i);
+      if (i % 3 != 0) {
+        ASSERT_TRUE(
+            game.room.post({.kind = server::RoomCommand::Kind::kSetSignal, .signal_value = {value, 0.9, age_steps}}));
+      }
+      game.run(0.1);
+    }
+    recorder.finish();
+    EXPECT_EQ(recorder.steps_lost(), 0U);
+  }
+  Progress now;
+  const ReplayResult result = replay_session(file, {}, [&now](const server::Room& room) { now.add(room); });
+  EXPECT_FALSE(result.differs_at_step.has_value()) << result.differing_thing;
+  EXPECT_EQ(now.steps, then.steps);
+  std::set<int> levels;
+  for (const auto& step : now.steps) levels.insert(std::get<2>(step));
+  EXPECT_EQ(levels, (std::set<int>{0, 1})) << "the signal must have changed the level";
+  std::size_t values = 0;
+  proto::read_recording(file, [&](const std::string& topic, const recording::Message& message) {
+    wire::RecordedStep step;
+    if (topic != "/step" || !proto::parse_recorded(message, step)) return true;
+    for (const auto& command : step.commands()) values += command.kind() == wire::RecordedCommand::SET_SIGNAL ? 1U : 0U;
+    return true;
+  });
+  EXPECT_EQ(values, 26U) << "each value is in the recording";
+  std::filesystem::remove(file);
+  std::filesystem::remove(scene_file);
 }
 
 }  // namespace

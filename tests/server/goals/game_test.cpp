@@ -265,6 +265,41 @@ TEST(Game, ALevelChangeUnderAPressingHandMakesNoForceStep) {
   }
 }
 
+TEST(Game, ALevelChangeToAnotherCouplingUnderAPressingHandMakesNoForceStep) {
+  struct Coupling {
+    const char* law;
+    double stiffness_n_per_m, damping_n_s_per_m;
+  };
+  const std::vector<Coupling> couplings{{"spring-damper", 300, 3},
+                                        {"spring-damper", 2000, 20},
+                                        {"spring-damper", 100, 1},
+                                        {"stable-dynamic", 400, 4},
+                                        {"stable-dynamic", 1500, 10}};
+  const auto of_level = [](const Coupling& coupling) {
+    return R"(, "law": ")" + std::string(coupling.law) +
+           R"(", "parameters": [{"name": "coupling.stiffness_n_per_m", "value": )" +
+           std::to_string(coupling.stiffness_n_per_m) + R"(}, {"name": "coupling.damping_n_s_per_m", "value": )" +
+           std::to_string(coupling.damping_n_s_per_m) + "}]";
+  };
+  for (const Coupling& from : couplings) {
+    for (const Coupling& to : couplings) {
+      GameRoom game(scene_with(two_levels(of_level(from), of_level(to)), kTwoCubes));
+      game.join(0);
+      game.move(0, {0, 0, 0.15});
+      game.move(0, {0, 0, -0.01});
+      game.run(0.5);
+      EXPECT_GT(game.room.world().tool(0).wrench_on_hand_W.f.norm(), 0.3) << "the hand must press";
+      game.command({.kind = RoomCommand::Kind::kStartLevel, .level = 1});
+      const double there_n = largest_force_step_n(game, 0.05);
+      // The second change interrupts the fade of the first.
+      game.command({.kind = RoomCommand::Kind::kStartLevel, .level = 0});
+      const double back_n = largest_force_step_n(game, 0.6);
+      EXPECT_LE(std::max(there_n, back_n), kMaxForceStep_n)
+          << from.law << " " << from.stiffness_n_per_m << " to " << to.law << " " << to.stiffness_n_per_m;
+    }
+  }
+}
+
 TEST(Game, ALevelChangeWithABodyInTheHandMakesNoForceStep) {
   GameRoom game(scene_with(two_levels("", R"(, "gravity_m_per_s2": [0, 0, 0])"), kTwoCubes));
   game.join(0);

@@ -74,6 +74,8 @@ INSTANTIATE_TEST_SUITE_P(
             game_with_table(R"({"rows": [{"score": "HIGH", "level": "a"}]})"),
             "game.levels[0].next.rows have no row without state for a low score; add one, which decides when no state "
             "is dominant"},
+        Wrong{game_with_table(R"({"rows": [{"score": 7}]})"),
+              "game.levels[0].next.rows[0].score is 7; it must be ANY, LOW or HIGH"},
         Wrong{game_with_table(R"({"rows": [{"level": "b"}]})"),
               "game.levels[0].next.rows[0].level is \"b\"; there is no level of that name"},
         Wrong{game_with_table(R"({"rows": [{"state": "sad"}]})"),

@@ -150,6 +150,35 @@ TEST(SessionGames, ARoomWithoutAGameRefusesItsParameters) {
   EXPECT_EQ(test::described(bench.drain(ada)), "error ERROR_NOT_ALLOWED");
 }
 
+TEST(SessionGames, ACouplingForAnEarlierLevelIsNotAppliedInTheNextOne) {
+  for (const bool is_level_first : {true, false}) {
+    test::HubBench bench({}, {scene_json()});
+    test::BenchClient ada = bench.join("ada", wire::ROLE_OPERATOR);
+    bench.step(10);
+    bench.drain(ada);
+    const auto stiffness = [&bench] { return bench.rooms.front()->world().coupling(0).stiffness_n_per_m; };
+    EXPECT_NEAR(stiffness(), 250, 1e-9);
+    // Both commands are in the room's queue before the level begins.
+    if (is_level_first) bench.send(ada, set("game.level", 2));
+    bench.send(ada, set("coupling.stiffness_n_per_m", 20));
+    if (!is_level_first) bench.send(ada, set("game.level", 2));
+    for (int i = 0; i < 400; ++i) {
+      bench.step();
+      EXPECT_GE(stiffness(), 249.9) << "step " << i;
+    }
+    EXPECT_NEAR(stiffness(), 400, 1e-9);
+    EXPECT_EQ(received(bench.drain(ada)).stiffness.back(), 400) << "and users know it";
+    // A coupling for the present level is applied.
+    bench.send_state(ada);
+    bench.send(ada, set("coupling.stiffness_n_per_m", 300));
+    for (int i = 0; i < 300; ++i) {
+      bench.send_state(ada);
+      bench.step();
+    }
+    EXPECT_NEAR(stiffness(), 300, 1e-9);
+  }
+}
+
 TEST(SessionGames, WhenTheOperatorLeavesTheCouplingOfTheLevelReturns) {
   test::HubBench bench({}, {scene_json()});
   test::BenchClient ada = bench.join("ada", wire::ROLE_OPERATOR);
