@@ -33,8 +33,8 @@ constexpr Duration kGrabPatience = std::chrono::milliseconds(1500);  // equals t
 // Shortest time for which a button is pressed: long enough that at least one datagram with the press arrives.
 constexpr Duration kPress = std::chrono::milliseconds(100);
 
-/// Rest of a command. It is called at each poll until it returns the fields of the answer. It throws if the command
-/// fails.
+/// Continuation of a command. It is called at each poll until it returns the fields of the answer. It throws if the
+/// command fails.
 using Step = std::function<std::optional<json::object>()>;
 using Describe = std::function<json::object(const event::PoseAnswered& event)>;
 
@@ -155,7 +155,7 @@ struct CommandRun::Impl {
   const View* view = nullptr;
   LocalTime now{};
 
-  Step step;  ///< rest of the current command; empty if there is none
+  Step step;  ///< continuation of the current command; empty if there is none
   std::string word;
   std::size_t lines_taken = 0;
   std::size_t failures = 0;

@@ -93,7 +93,7 @@ class CouplingWatch {
   /// In      device  profile of the device; without a profile every check passes
   explicit CouplingWatch(std::optional<devices::DeviceProfile> device) : device_(std::move(device)) {}
 
-  /// Notes that a coefficient or the held body changed.
+  /// Restarts the debounce after a change of a coefficient or of the held body.
   void note_change(LocalTime now);
   /// Notes the grip reported by the server: the tool holds `body` at the position `p_BT`. With an invalid id, the tool
   /// holds no body.

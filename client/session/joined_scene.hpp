@@ -32,8 +32,8 @@ class JoinedScene {
 
   /// Stores the coupling bounds of a user who has joined the room. Invalid bounds are ignored.
   void meet(const wire::UserJoined& user);
-  /// Minimum time between the starts of two nudges of the hand, whichever users point. A nudge lasts 0.75 s, so the
-  /// hand is free of nudges for at least 85 % of the time.
+  /// Minimum time between the starts of two nudges of the hand, even if they come from different users. A nudge lasts
+  /// 0.75 s, so the hand is free of nudges for at least 85 % of the time.
   static constexpr Duration kNudgeEvery = std::chrono::seconds(5);
   /// Nudges the hand towards a position that another user points at. Does nothing if nudges are off, or if the last
   /// nudge was less than kNudgeEvery ago.

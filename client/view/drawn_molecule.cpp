@@ -61,8 +61,8 @@ Rgba element_color(const docking::Molecule& molecule, std::size_t atom, const Rg
   return found->symbol == "C" ? own : found->color;
 }
 
-/// Returns the colour for the first three letters of the name, because some force fields append the protonation state.
-/// Names that differ are listed in full.
+/// Returns the colour of a residue by the first three letters of its name, because some force fields append the
+/// protonation state. Three-letter names of other protonation states, such as ASH for ASP, are listed too.
 Rgba residue_color(std::string_view name) {
   constexpr Rgba kAcidic{0.80F, 0.20F, 0.07F, 1}, kBasic{0.00F, 0.27F, 0.67F, 1}, kPolar{0.27F, 0.67F, 0.60F, 1},
       kApolar{0.87F, 0.80F, 0.47F, 1}, kNucleotide{0.67F, 0.27F, 0.60F, 1}, kOther{0.35F, 0.35F, 0.35F, 1};
@@ -82,8 +82,8 @@ Rgba residue_color(std::string_view name) {
 constexpr double kBallAngstrom = 0.42;
 constexpr double kStickAngstrom = 0.18;
 constexpr double kMaxBondAngstrom = 2.6;
-/// Limits of the atoms in a cube of kMaxBondAngstrom and of the bonds of an atom. They are above any chemical value,
-/// but a server may send more.
+/// Maximum number of atoms in a cube with the edge kMaxBondAngstrom, and of bonds of one atom. Both are above any
+/// chemical value, but a server may send more.
 constexpr std::size_t kMaxAtomsInCell = 32, kMaxBonds = 16;
 
 int halvings_for(const docking::Molecule& molecule, int fine) {

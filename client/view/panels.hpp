@@ -21,7 +21,7 @@ struct WindowSwitches {
   bool shows_ghosts = false;
   bool shows_contacts = true;
   bool follows_tool = false;
-  bool cuts = false;       ///< hides all objects that are nearer than a plane
+  bool cuts = false;       ///< true: hides all objects that are nearer than a plane
   double cut_share = 0.5;  ///< position of the plane: 0 in front of the focus ball, 1 behind it
   MoleculeStyle molecules{};
   GuideProgress guide{};
@@ -42,7 +42,7 @@ struct PanelContent {
   std::string notice;                                                       ///< text for the top of the window
   bool is_mouse = false;
   double camera_turn_rad = 0;        ///< see Camera::turn_rad()
-  bool is_making_molecules = false;  ///< molecules in another style are being made at present
+  bool is_making_molecules = false;  ///< true: molecules in another style are being made
   bool is_recording = false;
   const std::string* recording_state = nullptr;   ///< state of the recording, as text
   const std::string* recording_folder = nullptr;  ///< folder for the next recording

@@ -92,7 +92,7 @@ class SceneView {
   std::vector<SceneLabel> labels_;
   Pose X_WT_;
   Content making_;            ///< content of the meshes in `made_`; valid while `made_` is
-  bool is_given_up_ = false;  ///< the result of `made_` is no longer needed, because other content is
+  bool is_given_up_ = false;  ///< true: the result of `made_` is obsolete, because other content was requested
   std::future<DrawnScene> made_;
   std::jthread maker_;
 };

@@ -35,7 +35,8 @@ struct WindowSettings {
   bool begins_guide = false;                   ///< shows the guided first minute, at the step where the user was
   bool remembers = true;       ///< stores the user's switches from one run to the next (window_memory.hpp)
   ClientIo* client = nullptr;  ///< receives the user's requests; must outlive the window
-  /// The window writes to it from mouse and keys. Null: the device is no mouse, and the mouse moves only the camera.
+  /// Pointer that the window moves by mouse and keys. Null: the device is not "mouse", and the mouse moves only the
+  /// camera.
   std::shared_ptr<devices::Pointer> pointer{};
   std::vector<std::pair<std::string, std::string>> facts{};  ///< facts about the run, for the session panel
   std::vector<std::string> invitations{};                    ///< invitations of a hosted session, for other users

@@ -23,7 +23,7 @@ enum class MenuAction {
 struct MenuContent {
   bool is_recording = false;
   bool shows_panels = true;
-  const std::vector<std::string>* invitations = nullptr;  ///< those of a hosted session; empty: it is not hosted
+  const std::vector<std::string>* invitations = nullptr;  ///< invitations of a hosted session; else empty
 };
 
 /// State of the menu's dialog.
