@@ -42,7 +42,8 @@ enum class DatagramType : std::uint8_t {
   kPathResponse = 2,   ///< from the client: returns the 8 bytes of a challenge, from the client's current address
   kPathChallenge = 3,  ///< from the server: checks whether the client can be reached at an address
 };
-/// Returns the type of the path message that travels in the same direction as state of type `state`.
+/// Returns the type of the path message (a check of the client's network address) that travels in the same direction as
+/// state of type `state`.
 constexpr DatagramType path_beside(DatagramType state) {
   return state == DatagramType::kClientUpdate ? DatagramType::kPathResponse : DatagramType::kPathChallenge;
 }

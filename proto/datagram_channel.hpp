@@ -56,8 +56,8 @@ struct ChannelCounters {
 /// In      expected  type of state that the peer sends; the corresponding path message is accepted as well
 DropReason read_header(std::span<const std::byte> datagram, DatagramType expected, DatagramHeader& out);
 
-/// Set of the last kSize received sequences, which distinguishes late datagrams from duplicates. check() is called
-/// before a datagram is authenticated and accept() afterwards, so a forged datagram has no effect.
+/// Set of the last kSize received sequence numbers, which distinguishes late datagrams from duplicates. check() is
+/// called before a datagram is authenticated and accept() afterwards, so a forged datagram has no effect.
 class ReplayWindow {
  public:
   static constexpr std::size_t kSize = 4096;
@@ -122,7 +122,8 @@ class DatagramChannel {
     note_stamps(update, now);
     return DropReason::kNone;
   }
-  /// Receives a path message. Unlike state, it is accepted even if it is older than the newest state.
+  /// Receives a path message (a check of the client's address). It is accepted even if it is older than the newest
+  /// state.
   DropReason receive_path(const DatagramHeader& header, std::span<const std::byte> datagram, std::uint64_t& number);
   bool has_received() const { return has_received_; }
   LocalTime last_received() const { return last_received_; }

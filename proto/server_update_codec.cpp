@@ -268,7 +268,8 @@ DropReason read_users(const wire::ServerUpdate& in, ServerUpdate& out) {
   return DropReason::kNone;
 }
 
-/// Makes `turns` parallel to `items`. The entries of items that were already present are kept.
+/// Makes `turns`, which records when each item was last sent, parallel to `items`. The entries of items that were
+/// already present are kept.
 template <class Items, class Turns>
 void follow(const Items& items, Turns& turns) {
   using Turn = typename Turns::value_type;
