@@ -25,7 +25,7 @@ struct WindowOptions {
   Duration after{std::chrono::seconds(3)};
   int width = 1280;
   int height = 800;
-  std::string molecules, molecule_colors;  ///< names as in MoleculeStyle; empty: those of the last run
+  std::string molecules, molecule_colors;  ///< names as in MoleculeStyle; empty: the choice of the last run
 };
 
 struct ClientOptions {

@@ -29,7 +29,7 @@ constexpr Duration kBetweenPoses = std::chrono::milliseconds(260);
 constexpr Duration kReadyFor = std::chrono::milliseconds(300);
 constexpr Duration kMaxReadyWait = std::chrono::seconds(5);
 constexpr Duration kMaxMove = std::chrono::seconds(60);
-constexpr Duration kGrabPatience = std::chrono::milliseconds(1500);  // equals that of the window's mouse
+constexpr Duration kGrabPatience = std::chrono::milliseconds(1500);  // time-out of a grab, as in the window
 // Shortest time for which a button is pressed: long enough that at least one datagram with the press arrives.
 constexpr Duration kPress = std::chrono::milliseconds(100);
 

@@ -55,8 +55,8 @@ class HandInput {
 
   /// Returns pose and twist of the handle, after the clutch.
   const RigidState& handle_W() const noexcept { return handle_W_; }
-  /// Pose of the handle with smoothed encoder steps, for work: path_D() in the device's base, unclutched_path_W() in
-  /// the world before the clutch, path_W() in the world after the clutch.
+  /// Pose of the handle with smoothed encoder steps, for the computation of work: path_D() in the device's base,
+  /// unclutched_path_W() in the world before the clutch, path_W() in the world after the clutch.
   const Pose& path_D() const noexcept { return X_DH_path_; }
   const Pose& unclutched_path_W() const noexcept { return raw_X_WH_; }
   const Pose& path_W() const noexcept { return X_WH_path_; }

@@ -157,8 +157,8 @@ class Partner {
   Vec3 turned_ = Vec3::Zero();
   Quat q_before_ = Quat::Identity();
   double common_share_ = 0;   ///< 1 if there is a common body, else 0; changes within kChange_s
-  double lately_common_ = 0;  ///< rises like common_share_, but falls slowly
-  /// 1 while both users act on the same body, directly or through other bodies; falls slowly
+  double lately_common_ = 0;  ///< rises like common_share_, but falls within kUncouple_s
+  /// 1 while both users act on the same body, directly or through other bodies; later falls to 0 within kUncouple_s
   double coupled_share_ = 0;
   Vec3 pressing_W_ = Vec3::Zero();  ///< smoothed contact normal; shorter than 1 while the contact begins or ends
 };

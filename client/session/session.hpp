@@ -85,8 +85,8 @@ struct SessionSettings {
   Duration setup_timeout{std::chrono::seconds(5)};
   /// Time without a new client update from the haptic thread after which the last one is sent again without a handle.
   Duration keep_alive{std::chrono::milliseconds(50)};
-  /// Time for which repeated updates contain the last buttons; afterwards no button counts as pressed. So a short stall
-  /// of the haptic thread does not release a held body, but a failed haptic thread does.
+  /// Time for which repeated updates contain the last buttons. After this time no button counts as pressed. So a short
+  /// stall of the haptic thread does not release a held body, but a failed haptic thread does.
   Duration buttons_kept{std::chrono::milliseconds(250)};
   /// Delay before the first attempt to reconnect; doubled after each attempt up to reconnect_delay_max
   Duration reconnect_delay{std::chrono::milliseconds(250)};

@@ -1,4 +1,4 @@
-// A program that runs as a child process of this one, e.g. the server of the window's user.
+// A program that runs as a child process of this one, e.g. a server that the window has started.
 #pragma once
 
 #include <sys/types.h>

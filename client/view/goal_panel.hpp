@@ -33,7 +33,7 @@ using SolutionOutline = std::vector<Eigen::Vector2d>;
 /// left out.
 std::vector<SolutionOutline> solution_outlines(const wire::Level& level, const wire::Solution& solution);
 
-using GoalLine = std::pair<Vec3, Vec3>;  ///< both ends, in W
+using GoalLine = std::pair<Vec3, Vec3>;  ///< start and end of a line, in W
 /// A body at its target pose in W. `body` is its index in the scene.
 using GoalGhost = std::pair<std::size_t, Pose>;
 

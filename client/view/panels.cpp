@@ -98,7 +98,7 @@ std::vector<std::string> strings(const std::vector<std::string_view>& views) {
   return {views.begin(), views.end()};
 }
 
-/// Begins a part of the panels, and updates whether the part is open.
+/// Begins a collapsible section of the panels, and updates whether the section is open.
 bool begin_part(const char* title, bool& is_open) {
   ImGui::SetNextItemOpen(is_open, ImGuiCond_Once);
   is_open = ImGui::CollapsingHeader(title);

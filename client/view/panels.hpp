@@ -26,7 +26,7 @@ struct WindowSwitches {
   MoleculeStyle molecules{};
   GuideProgress guide{};
   bool has_sound = true;  ///< short sounds at contact, with the device "mouse"
-  /// open or closed state of the panels' parts: session, network, touch, stage, view, molecules, hand, details
+  /// Whether each section of the panels is open: session, network, touch, stage, view, molecules, hand, details.
   std::array<bool, 8> is_open{true, true, true, true, true, true, false, false};
   std::array<char, 65> pose_name{};      ///< input field for the name of a pose to be saved; not stored
   std::array<char, 65> new_pose_name{};  ///< input field for a new name of a saved pose; not stored
@@ -63,7 +63,7 @@ std::string text_of(const char* format, double value);
 void ask_pose(ClientIo* client, wire::AskPose::Kind kind, std::uint32_t number = 0, const char* name = "");
 /// Saves the current pose under the entered name.
 void keep_pose(ClientIo* client, WindowSwitches& switches);
-/// Draws the part of the panels for saved poses (pose_panel.cpp).
+/// Draws the section of the panels for saved poses (pose_panel.cpp).
 void draw_poses(const PanelContent& content, WindowSwitches& switches);
 
 /// Width of the panels at the right side of the window, in ImGui's pixels.

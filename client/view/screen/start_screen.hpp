@@ -40,7 +40,7 @@ class StartScreen {
   StartScreen(const StartScreen&) = delete;
   StartScreen& operator=(const StartScreen&) = delete;
 
-  /// Draws one frame, and follows the flow.
+  /// Draws one frame, and updates the flow by the user's input.
   void draw(StartFlow& flow);
 
  private:
