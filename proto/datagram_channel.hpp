@@ -45,7 +45,7 @@ struct ChannelCounters {
   std::uint64_t updates_suppressed = 0;  ///< updates withheld by the deadband
   std::uint64_t updates_paced = 0;       ///< updates withheld because the link has no capacity for them
 
-  /// Counts a received datagram. `reason` tells why it was dropped; kNone: it was not.
+  /// Counts a received datagram. `reason` is the reason why it was dropped; kNone: it was accepted.
   void count_received(DropReason reason) {
     ++datagrams_received;
     if (reason != DropReason::kNone) received_drops.add(reason);

@@ -16,7 +16,7 @@ namespace {
 /// energy to a tool without a source.
 bool is_never_negative(const decltype(SoftContact::stiffness)& stiffness) {
   const Eigen::SelfAdjointEigenSolver<decltype(SoftContact::stiffness)> solver(stiffness, Eigen::EigenvaluesOnly);
-  const auto& values = solver.eigenvalues();  // in increasing order
+  const auto& values = solver.eigenvalues();  // eigenvalues in increasing order
   return values(0) >= -kMaxNegativeStiffness * std::max(values(5), 0.0);
 }
 
