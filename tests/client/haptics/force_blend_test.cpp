@@ -73,8 +73,8 @@ TEST(ForceBlend, NoStepIsLargerThanTheBoundAndItIsGoneInAHundredMilliseconds) {
   }
 }
 
-// The target force jumps and then returns to zero. Fails if the fading jump is still added then: the result would be a
-// force opposite to one that has vanished.
+// The target force jumps and then returns to zero. Fails if the rest of the jump is still added to the zero target: the
+// displayed force would be opposite to a force that has vanished.
 TEST(ForceBlend, ATargetThatComesBackByItselfIsNotAnswered) {
   ForceBlend blend = showing(0);
   blend.jump();
