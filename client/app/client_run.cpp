@@ -80,7 +80,7 @@ struct ExplainedCoupling {
 /// Body whose displacement the run reports, in the current scene.
 struct WatchedBody {
   std::shared_ptr<const wire::Joined> joined;
-  BodyId id;  ///< invalid if there is none
+  BodyId id;  ///< id of the body; invalid if there is none
   std::string name;
 };
 

@@ -17,10 +17,10 @@ namespace tandem::client {
 
 /// Settings of the window and of its screenshot.
 struct WindowOptions {
-  bool is_open = true;               ///< false for --headless
+  bool is_open = true;               ///< true unless --headless is given
   bool has_start_screen = false;     ///< true if no server is named: the user chooses a scene or a server in the window
-  bool is_scene_only = false;        ///< the screenshot contains neither panels nor texts
-  bool begins_guide = false;         ///< shows the guided first minute
+  bool is_scene_only = false;        ///< true: the screenshot contains neither panels nor texts
+  bool begins_guide = false;         ///< true: shows the guided first minute
   std::filesystem::path screenshot;  ///< file of the screenshot; empty: no screenshot
   Duration after{std::chrono::seconds(3)};
   int width = 1280;

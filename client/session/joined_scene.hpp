@@ -62,8 +62,8 @@ class JoinedScene {
   /// Checks the coupling again once a burst of changes has ended.
   void check_when_due(LocalTime now);
 
-  /// Returns the message of the last join; null before the first join. Its coupling is updated after each check of a
-  /// change.
+  /// Returns the message of the last join; null before the first join. When a changed coupling has been checked, it is
+  /// copied to this message.
   const wire::Joined* joined() const { return joined_.get(); }
   /// Returns the name of a body for messages: its name in the scene, or "body" and the id if there is no name (e.g.
   /// "body 7").

@@ -2,7 +2,7 @@
 #include "client/view/window.hpp"
 
 #include <epoxy/gl.h>
-// Must follow the header of the OpenGL functions; otherwise it would declare them itself.
+// This header must follow the header of the OpenGL functions, which it would otherwise declare itself.
 #include <GLFW/glfw3.h>
 #include <imgui.h>
 

@@ -51,7 +51,7 @@ struct StageInput {
   Duration age{0};                                 ///< age of `newest`: time since reception plus its age when sent
   const haptics::CouplingLaw* coupling = nullptr;  ///< the scene's coupling law; never null
   const haptics::CouplingParameters* parameters = nullptr;  ///< coefficients bounded for the device; never null
-  const HapticScene* scene = nullptr;                       ///< its coupling_bounds include this user's device
+  const HapticScene* scene = nullptr;                       ///< current scene, with the coupling bounds of this device
   LocalModel* local_model = nullptr;                        ///< null if the current scene has no local model
   ProxyWorld* proxy_world = nullptr;                        ///< ball and obstacles; null if the current scene has none
   BodyId watched;  ///< body whose state is to be reported in StageOutput::watched_body
