@@ -44,7 +44,7 @@ struct ClientOptions {
   std::optional<bool> keeps_awake;  ///< see HapticLoopSettings::keeps_awake
   bool insists_on_realtime = false;
   bool prints_json = false;
-  bool reads_commands = false;  ///< reads commands from stdin and writes the answers to stdout
+  bool reads_commands = false;  ///< true: reads commands from stdin and writes the answers to stdout
   bool is_verbose = false;
   std::filesystem::path trace;  ///< file of the trace; empty: no trace
   std::uint64_t trace_every = 1;

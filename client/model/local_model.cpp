@@ -157,7 +157,7 @@ void LocalModel::receive_bodies(const proto::ServerUpdate& update, const ModelTh
   }
 }
 
-/// Returns the time between the last compared state and the one compared now, at most kMaxStateInterval_s. For the
+/// Returns the time between the last compared state and the state of this step, at most kMaxStateInterval_s. For the
 /// first state, returns one period.
 double LocalModel::interval_to(LocalTime now) noexcept {
   const std::optional<LocalTime> before = std::exchange(state_.compared_at, now);

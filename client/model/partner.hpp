@@ -84,8 +84,8 @@ struct PartnerSurroundings {
   Wrench on_hand_W;  ///< the model's wrench on the partner's hand
   /// Whether to predict the partner's voluntary motion; false: it stays at the last received pose
   bool is_predicted = true;
-  bool is_coupled = false;  ///< both users act on the same body, directly or through other bodies
-  /// Both users have a hand on the same body; the fields below describe this common body
+  bool is_coupled = false;  ///< true: both users act on the same body, directly or through other bodies
+  /// True: both users have a hand on the same body; the fields below describe this common body
   bool has_common_body = false;
   RigidState body;                 ///< current state of the common body in the model
   Pose X_WB_then;                  ///< pose of the common body at the server when the partner's handle was sampled

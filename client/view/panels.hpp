@@ -25,7 +25,7 @@ struct WindowSwitches {
   double cut_share = 0.5;  ///< position of the plane: 0 in front of the focus ball, 1 behind it
   MoleculeStyle molecules{};
   GuideProgress guide{};
-  bool has_sound = true;  ///< short sounds at contact, with the device "mouse"
+  bool has_sound = true;  ///< true: short sounds at contact, with the device "mouse"
   /// Whether each section of the panels is open: session, network, touch, stage, view, molecules, hand, details.
   std::array<bool, 8> is_open{true, true, true, true, true, true, false, false};
   std::array<char, 65> pose_name{};      ///< input field for the name of a pose to be saved; not stored
