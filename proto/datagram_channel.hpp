@@ -95,7 +95,7 @@ class DatagramChannel {
     std::uint8_t epoch = 0;
     double deadband = 0;     ///< Weber fraction (common/net/deadband.hpp); 0: no suppression
     double max_rate_hz = 0;  ///< rate at which the loop produces updates
-    bool is_stream = false;  ///< datagrams are sent inside a TCP stream, which has its own flow control
+    bool is_stream = false;  ///< true: datagrams are sent inside a TCP stream, which has its own flow control
     LocalTime opened{};      ///< time of opening; initial value of the times of the last received and sent datagram
     std::optional<secure::Exported> secret{};  ///< key material for the seals; empty: null cipher
   };
