@@ -47,9 +47,9 @@ class Record {
 
 struct Behaviour {
   bool has_device = true;
-  bool blocks_open = false;  ///< open() returns only after the test has released the record
-  bool is_full = false;      ///< write() accepts no samples
-  bool is_lost = false;      ///< write() fails
+  bool blocks_open = false;  ///< true: open() returns only after the test has released the record
+  bool is_full = false;      ///< true: write() accepts no samples
+  bool is_lost = false;      ///< true: write() fails
 };
 
 class FakeSink : public SoundSink {
