@@ -65,8 +65,8 @@ class FrameReader {
 
 /// Parses the payload of one frame.
 ///
-/// Fails   returns false if the payload is not a message with its oneof set, if a number is not finite, or if a size or
-///         port exceeds a limit of WIRE.md; `out` is then unspecified
+/// Fails   returns false if the payload is not a message, if the message's oneof is not set, if a number is not finite,
+///         or if a size or port exceeds a limit of WIRE.md; `out` is then unspecified
 bool parse_control(std::span<const std::byte> payload, wire::ClientControl& out);
 bool parse_control(std::span<const std::byte> payload, wire::ServerControl& out);
 

@@ -49,7 +49,7 @@ std::vector<physics::MovedMass> things_to_move(const wire::Joined& joined, const
 /// Result of one check, with the data needed to explain it later.
 struct CouplingCheck {
   std::uint64_t number = 0;  ///< number of this check, counted from 1; 0: no check was made
-  bool is_refused = false;  ///< true: must not be displayed; unstable on this device, or a mass is unknown
+  bool is_refused = false;   ///< true: must not be displayed; unstable on this device, or a mass is unknown
   HapticScene scene;
   std::vector<physics::MovedMass> moved;
 };

@@ -38,7 +38,7 @@ void fact(const char* name, const std::string& value) {
   ImGui::TextWrapped("%s", value.c_str());
 }
 
-/// Explains the control above when the mouse is over it.
+/// Shows a text that explains the last drawn control, while the mouse is over that control.
 void tip(const char* text) {
   if (!ImGui::IsItemHovered()) return;
   ImGui::BeginTooltip();
@@ -212,7 +212,7 @@ void draw_law(const PanelContent& content) {
   }
 }
 
-/// Draws the choice of the stage, which is the method by which the scene is rendered to the hand.
+/// Draws a selection list of the stages. A stage is a method by which the scene is rendered to the hand.
 void draw_stage(const PanelContent& content) {
   heading("Stage");
   StageSettings wanted = content.io->rendering.stage;

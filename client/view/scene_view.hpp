@@ -91,7 +91,7 @@ class SceneView {
   DrawnFrame frame_;
   std::vector<SceneLabel> labels_;
   Pose X_WT_;
-  Content making_;            ///< content of the meshes in `made_`; valid while `made_` is
+  Content making_;            ///< content of the meshes in `made_`; valid while `made_` is valid
   bool is_given_up_ = false;  ///< true: the result of `made_` is obsolete, because other content was requested
   std::future<DrawnScene> made_;
   std::jthread maker_;

@@ -88,7 +88,7 @@ struct Window::Impl {
   PointerHand hand;
   Figures figures;
   Guide guide;
-  std::optional<WindowSounds> sounds;  ///< none with a haptic device, where contact is felt
+  std::optional<WindowSounds> sounds;  ///< empty with a haptic device, because its user feels contact
   WindowSwitches switches;
   SteadyClock clock;
   std::uint32_t hand_of = 0;  ///< scene generation of the hand's target

@@ -28,7 +28,7 @@ enum class WindowRequest { kNone, kOpen, kHost, kGuide };
 
 struct WindowSettings {
   std::string title = "tandem";
-  Screen* screen = nullptr;                    ///< where the window draws; required, and must outlive the window
+  Screen* screen = nullptr;                    ///< screen for drawing; required, and must outlive the window
   bool is_scene_only = false;                  ///< true: a saved frame contains neither panels nor texts
   std::string molecules{}, molecule_colors{};  ///< names as in MoleculeStyle; empty: as in the last run
   std::shared_ptr<devices::Device> cap{};      ///< a 3D mouse that steers the camera; null: none

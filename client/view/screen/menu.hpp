@@ -28,7 +28,7 @@ struct MenuContent {
 
 /// State of the menu's dialog.
 struct MenuState {
-  bool shows_invitations = true;  ///< has an effect in a hosted session
+  bool shows_invitations = true;  ///< true: the invitations of a hosted session are shown
 };
 
 /// Draws the menu, and the invitations of a hosted session, in the current ImGui context. Returns the chosen action.

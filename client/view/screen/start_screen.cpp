@@ -20,10 +20,10 @@
 namespace tandem::client {
 namespace {
 
-constexpr float kCardEm = 13;   ///< least width of a card, in font heights
+constexpr float kCardEm = 13;   ///< minimum width of a card, in font heights
 constexpr float kFormsEm = 25;  ///< width of the column of forms
 constexpr float kTwoColumnsEm = 46;
-constexpr float kPictureRatio = 0.56F;  ///< height of a picture by its width
+constexpr float kPictureRatio = 0.56F;  ///< ratio of a picture's height to its width
 constexpr int kSentenceLines = 3;
 
 float em() {
