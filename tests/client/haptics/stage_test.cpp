@@ -173,8 +173,8 @@ TEST(ForceStreamStage, FollowsTheNewestWrenchWhateverTheClockOffsetSaysAtFirst) 
   for (const char* const name : {"linear", "ar", "ar-spline"}) {
     for (int trial = 0; trial < 100; ++trial) {
       LateForce late(name);
-      // While ten states arrive, the clock offset is wrong by up to one year. Causes can be an erroneous time-stamp
-      // exchange, or TCP before the first exchange.
+      // While ten states arrive, the clock offset is wrong by up to one year, as after an erroneous exchange of time
+      // stamps. Fails if the wrong times of these states make the stage ignore the states after them.
       const double off_s = std::exp(random.uniform(std::log(1e-3), std::log(3.15e7)));
       late.rig.received.clock_offset += from_seconds(random.uniform() < 0.5 ? off_s : -off_s);
       for (int k = 0; k < 50; ++k) late.tick([](double) { return 1.0; });

@@ -16,7 +16,7 @@ namespace {
 
 constexpr auto kPatience = std::chrono::seconds(60);
 
-/// Behaviour of a fake sink, and the samples that it has received. The record exists longer than the sink.
+/// State of a fake sink, and the samples that it has received. The record exists longer than the sink.
 class Record {
  public:
   void add(std::span<const std::int16_t> samples) {
