@@ -112,7 +112,7 @@ class Client {
   std::future<std::unique_ptr<Made>> making_;
   std::unique_ptr<Made> made_;    ///< finished build that is not yet handed over
   ContactShapes shapes_;          ///< shapes of the last local model; the next local model reuses equal shapes
-  bool is_stage_wanted_ = false;  ///< a new stage is requested; it is built once the assets have arrived
+  bool is_stage_wanted_ = false;  ///< true: a new stage is requested; it is built once the assets have arrived
   std::string model_problem_;
   std::string stage_note_;
   std::uint32_t joined_generation_ = 0;   ///< generation of the last joined scene

@@ -92,8 +92,8 @@ class Device {
   /// The time can be changed until the path has started. Without a call, the path starts at the first read(). Real
   /// devices ignore the call.
   virtual void begin_path_at(LocalTime /*start*/) noexcept {}
-  /// Returns true if a watchdog has written zero since the last call, because this program was stopped meanwhile. The
-  /// device then displays zero although write() requested a force.
+  /// Returns true if a watchdog has written zero since the last call, because this program was stopped for some time.
+  /// The device then displays zero although write() requested a force.
   virtual bool has_released_force() noexcept { return false; }
   /// Returns whether the device may still display a force although write() accepted zero: the zero is in transit, or
   /// was not delivered.

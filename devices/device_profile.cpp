@@ -41,7 +41,7 @@ struct ValueField {
   const char* name;
   SourcedLimit DeviceProfile::*member;
   double high;
-  bool is_of_torque;  ///< the value applies only to devices with torque
+  bool is_of_torque;  ///< true: the value applies only to devices with torque
 };
 constexpr std::array kValues{
     ValueField{"stiffness_maximum_n_per_m", &DeviceProfile::stiffness_maximum_n_per_m, 1e6, false},

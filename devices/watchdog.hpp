@@ -55,7 +55,7 @@ bool send_zero(const ZeroCommand& zero) noexcept;
 struct WatchdogBeat {
   std::atomic<std::int64_t> at_ns{0};  ///< time of the last beat [ns], as LocalTime
   std::atomic<bool> is_force_on{false};
-  std::atomic<std::uint32_t> releases{0};  ///< number of silences of the owner in which the device accepted a zero
+  std::atomic<std::uint32_t> releases{0};  ///< number of beat gaps in which the device accepted a zero
   std::atomic<std::uint32_t> written{0};   ///< number of the last command of send() that was written to the device
   std::atomic<bool> is_in_frame{false};    ///< true while a frame may be partly written
 };

@@ -40,7 +40,7 @@ constexpr int kZeros = 5;
 // Maximum time for which zero is retried after the owner's end, if the device accepts nothing. Our choice.
 constexpr Duration kMaxRetry = std::chrono::seconds(10);
 // Maximum time for writing zero after an owner has resumed. A resumed owner may complete an old command with a force,
-// so zero must follow. If that is not possible in time, zero is omitted, because the owner sends zero itself by then.
+// so zero must follow. Later the owner itself has sent a zero, so this process omits it.
 constexpr Duration kMaxAnswer = std::chrono::milliseconds(20);
 
 using Bytes = std::vector<std::uint8_t>;
@@ -255,7 +255,7 @@ void Watch::note_written(LocalTime now) {
 }
 
 /// Marks that a frame may be partly written. After the owner's end the shared memory is left unchanged, because a new
-/// watchdog may use it by then.
+/// watchdog may already use it.
 void Watch::set_in_frame(bool is_in_frame) noexcept {
   if (!has_owner_exited_) beat_.is_in_frame.store(is_in_frame, std::memory_order_release);
 }

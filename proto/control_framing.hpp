@@ -26,7 +26,7 @@ inline constexpr std::size_t kAssetChunkBytes = 64 * 1024;
 /// Size of the hash that identifies an asset.
 inline constexpr std::size_t kAssetHashBytes = sizeof(Sha256);
 
-/// Entries of Hello.capabilities and Welcome.capabilities: by which transport the sender can exchange state.
+/// Entries of Hello.capabilities and Welcome.capabilities: the transports by which the sender can exchange state.
 inline constexpr const char* kCapabilityStateUdp = "state-udp";  ///< state is sent in UDP datagrams
 /// State is sent in the field state_datagram of control messages
 inline constexpr const char* kCapabilityStateTcp = "state-tcp";
@@ -65,8 +65,8 @@ class FrameReader {
 
 /// Parses the payload of one frame.
 ///
-/// Fails   returns false if the payload is not a message with its oneof set, if a number is not finite, or if a size or
-///         port exceeds a limit of WIRE.md; `out` is then unspecified
+/// Fails   returns false if the payload is not a message, if the message's oneof is not set, if a number is not finite,
+///         or if a size or port exceeds a limit of WIRE.md; `out` is then unspecified
 bool parse_control(std::span<const std::byte> payload, wire::ClientControl& out);
 bool parse_control(std::span<const std::byte> payload, wire::ServerControl& out);
 

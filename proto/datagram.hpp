@@ -39,10 +39,11 @@ using Bytes = std::vector<std::byte>;
 enum class DatagramType : std::uint8_t {
   kClientUpdate = 0,
   kServerUpdate = 1,
-  kPathResponse = 2,   ///< from the client: returns the 8 bytes of a challenge, from the client's current address
-  kPathChallenge = 3,  ///< from the server: checks whether the client can be reached at an address
+  kPathResponse = 2,   ///< sent by the client from its current address; returns the 8 bytes of a challenge
+  kPathChallenge = 3,  ///< sent by the server; checks whether the client can be reached at an address
 };
-/// Returns the type of the path message that travels in the same direction as state of type `state`.
+/// Returns the type of the path message (a check of the client's network address) that travels in the same direction as
+/// state of type `state`.
 constexpr DatagramType path_beside(DatagramType state) {
   return state == DatagramType::kClientUpdate ? DatagramType::kPathResponse : DatagramType::kPathChallenge;
 }

@@ -45,7 +45,7 @@ struct ChannelCounters {
   std::uint64_t updates_suppressed = 0;  ///< updates withheld by the deadband
   std::uint64_t updates_paced = 0;       ///< updates withheld because the link has no capacity for them
 
-  /// Counts a received datagram. `reason` tells why it was dropped; kNone: it was not.
+  /// Counts a received datagram. `reason` is the reason why it was dropped; kNone: it was accepted.
   void count_received(DropReason reason) {
     ++datagrams_received;
     if (reason != DropReason::kNone) received_drops.add(reason);
@@ -56,8 +56,8 @@ struct ChannelCounters {
 /// In      expected  type of state that the peer sends; the corresponding path message is accepted as well
 DropReason read_header(std::span<const std::byte> datagram, DatagramType expected, DatagramHeader& out);
 
-/// Set of the last kSize received sequences, which distinguishes late datagrams from duplicates. check() is called
-/// before a datagram is authenticated and accept() afterwards, so a forged datagram has no effect.
+/// Set of the last kSize received sequence numbers, which distinguishes late datagrams from duplicates. check() is
+/// called before a datagram is authenticated and accept() afterwards, so a forged datagram has no effect.
 class ReplayWindow {
  public:
   static constexpr std::size_t kSize = 4096;
@@ -95,7 +95,7 @@ class DatagramChannel {
     std::uint8_t epoch = 0;
     double deadband = 0;     ///< Weber fraction (common/net/deadband.hpp); 0: no suppression
     double max_rate_hz = 0;  ///< rate at which the loop produces updates
-    bool is_stream = false;  ///< datagrams are sent inside a TCP stream, which has its own flow control
+    bool is_stream = false;  ///< true: datagrams are sent inside a TCP stream, which has its own flow control
     LocalTime opened{};      ///< time of opening; initial value of the times of the last received and sent datagram
     std::optional<secure::Exported> secret{};  ///< key material for the seals; empty: null cipher
   };
@@ -122,7 +122,8 @@ class DatagramChannel {
     note_stamps(update, now);
     return DropReason::kNone;
   }
-  /// Receives a path message. Unlike state, it is accepted even if it is older than the newest state.
+  /// Receives a path message (a check of the client's address). It is accepted even if it is older than the newest
+  /// state.
   DropReason receive_path(const DatagramHeader& header, std::span<const std::byte> datagram, std::uint64_t& number);
   bool has_received() const { return has_received_; }
   LocalTime last_received() const { return last_received_; }

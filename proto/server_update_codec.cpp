@@ -16,7 +16,7 @@ namespace {
 /// energy to a tool without a source.
 bool is_never_negative(const decltype(SoftContact::stiffness)& stiffness) {
   const Eigen::SelfAdjointEigenSolver<decltype(SoftContact::stiffness)> solver(stiffness, Eigen::EigenvaluesOnly);
-  const auto& values = solver.eigenvalues();  // in increasing order
+  const auto& values = solver.eigenvalues();  // eigenvalues in increasing order
   return values(0) >= -kMaxNegativeStiffness * std::max(values(5), 0.0);
 }
 
@@ -268,7 +268,8 @@ DropReason read_users(const wire::ServerUpdate& in, ServerUpdate& out) {
   return DropReason::kNone;
 }
 
-/// Makes `turns` parallel to `items`. The entries of items that were already present are kept.
+/// Makes `turns`, which records when each item was last sent, parallel to `items`. The entries of items that were
+/// already present are kept.
 template <class Items, class Turns>
 void follow(const Items& items, Turns& turns) {
   using Turn = typename Turns::value_type;

@@ -80,7 +80,7 @@ struct ExplainedCoupling {
 /// Body whose displacement the run reports, in the current scene.
 struct WatchedBody {
   std::shared_ptr<const wire::Joined> joined;
-  BodyId id;  ///< invalid if there is none
+  BodyId id;  ///< id of the body; invalid if there is none
   std::string name;
 };
 
@@ -100,7 +100,7 @@ struct Screenshot {
 /// Parts of a run that only a run with a window has.
 struct WindowPart {
   Screen* screen = nullptr;                ///< null: a headless run
-  std::vector<std::string> invitations{};  ///< to be given to other users
+  std::vector<std::string> invitations{};  ///< invitations that the user gives to others
   Screenshot screenshot{};
   RunEnd::Next next = RunEnd::Next::kQuit;
 };
@@ -246,8 +246,8 @@ void ClientRun::follow_request(WindowRequest request) {
   is_over_ = true;
 }
 
-/// Ends the run if the session has ended. A run with a window or with --commands continues, and reports the reason
-/// there.
+/// Ends the run if the session has ended. A run with a window or with --commands continues, and reports the reason to
+/// the user.
 void ClientRun::end_by_itself(const ClientIoSnapshot& io) {
   if (!window_) {
     is_over_ = is_over_ || (io.status.state == SessionState::kEnded && !commands_);

@@ -30,7 +30,7 @@ class Screen;
 struct RunEnd {
   enum class Next { kQuit, kOpen, kHost, kGuide };
   int code = 0;
-  Next next = Next::kQuit;  ///< kOpen, kHost, kGuide: the user wants another scene, or the guide, from the start screen
+  Next next = Next::kQuit;  ///< other values: return to the start screen for another scene or the guide
 };
 
 /// Runs until the duration is over, a signal arrives, or the session ends. Returns the exit code. The caller must have
@@ -40,7 +40,7 @@ struct RunEnd {
 ///         displayed
 /// Thread  main
 int run_client(const ClientOptions& options, realtime::Output& output);
-/// The same run in a window that is open already.
+/// Like run_client() above, but in a window that is already open.
 /// In      invitations  shown in the window, for the user to give to others
 /// Out     has_begun    set to true when the haptic loop starts; valid even if the call throws later
 RunEnd run_client(const ClientOptions& options, realtime::Output& output, Screen& screen,

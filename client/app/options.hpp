@@ -17,15 +17,15 @@ namespace tandem::client {
 
 /// Settings of the window and of its screenshot.
 struct WindowOptions {
-  bool is_open = true;               ///< false for --headless
+  bool is_open = true;               ///< true unless --headless is given
   bool has_start_screen = false;     ///< true if no server is named: the user chooses a scene or a server in the window
-  bool is_scene_only = false;        ///< the screenshot contains neither panels nor texts
-  bool begins_guide = false;         ///< shows the guided first minute
+  bool is_scene_only = false;        ///< true: the screenshot contains neither panels nor texts
+  bool begins_guide = false;         ///< true: shows the guided first minute
   std::filesystem::path screenshot;  ///< file of the screenshot; empty: no screenshot
   Duration after{std::chrono::seconds(3)};
   int width = 1280;
   int height = 800;
-  std::string molecules, molecule_colors;  ///< names as in MoleculeStyle; empty: those of the last run
+  std::string molecules, molecule_colors;  ///< names as in MoleculeStyle; empty: the choice of the last run
 };
 
 struct ClientOptions {
@@ -44,7 +44,7 @@ struct ClientOptions {
   std::optional<bool> keeps_awake;  ///< see HapticLoopSettings::keeps_awake
   bool insists_on_realtime = false;
   bool prints_json = false;
-  bool reads_commands = false;  ///< reads commands from stdin and writes the answers to stdout
+  bool reads_commands = false;  ///< true: reads commands from stdin and writes the answers to stdout
   bool is_verbose = false;
   std::filesystem::path trace;  ///< file of the trace; empty: no trace
   std::uint64_t trace_every = 1;

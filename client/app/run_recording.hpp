@@ -39,7 +39,7 @@ class RunRecordings {
   /// Begins a recording.
   /// Fails   std::invalid_argument if the file cannot be created
   void begin(const std::filesystem::path& file);
-  /// Ends the current recording, if any. Blocks until the file is written, which no other thread has to wait for.
+  /// Ends the current recording, if any. Blocks until the file is written; no other thread is blocked.
   void end();
   /// Ends the current recording; without one, begins a recording in the next file. Returns a line of text for the user.
   std::string toggle();

@@ -15,7 +15,7 @@ namespace tandem::client {
 
 ClientIoSettings io_settings(const ClientOptions& options, const haptics::SafetySettings& safety);
 /// Returns the options of a session that joins `target`, without server, room, authentication and token of an earlier
-/// one.
+/// session.
 /// In      user           name of the user; empty: the name in `options`
 ///         is_own_server  the server was started for this user, who may therefore reset its room
 ClientOptions options_to_join(ClientOptions options, const JoinTarget& target, const std::string& user,

@@ -98,8 +98,8 @@ bool StartRun::choose() {
   return false;
 }
 
-/// Opens the scene of the guide if the user has requested it, as soon as the server can be started: deploy/demo builds it
-/// behind the window.
+/// Opens the scene of the guide if the user has requested it. Waits until the server program exists: deploy/demo
+/// compiles it while the start screen is already shown.
 void StartRun::open_guide() {
   if (flow_.state() != StartFlow::State::kChoosing) {
     form_.wants_guide = false;

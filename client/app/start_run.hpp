@@ -13,7 +13,7 @@ namespace tandem::client {
 /// Fails   std::runtime_error: there is no display; nothing has been started yet
 /// Thread  main
 int run_from_start(const ClientOptions& options, realtime::Output& output);
-/// The same function after a session whose window is still open.
+/// Like run_from_start() above, but after a session, in its window, which is still open.
 int run_from_start(const ClientOptions& options, realtime::Output& output, Screen& screen, RunEnd::Next next);
 
 }  // namespace tandem::client

@@ -15,8 +15,8 @@ namespace tandem::client {
 void block_stop_signals();
 
 /// Waits for one of the signals that block_stop_signals() has blocked. A second signal, at least a second after the
-/// first, ends the program at once with exit code 1. The force has been ramped down by then, so only the main thread
-/// can still be blocked.
+/// first, ends the program at once with exit code 1. At that time the force has been ramped down, so only the main
+/// thread can still be blocked.
 ///
 /// Thread  starts a thread; constructed and destroyed by the same thread
 class StopSignals {

@@ -35,7 +35,7 @@ std::string problem_at_end(const ClientIoSnapshot& io, const SessionSettings& se
 
 /// Settings and results of a run: the input of to_json().
 struct RunSummary {
-  ClientOptions options;  ///< with these options the run can be repeated
+  ClientOptions options;  ///< a run with these options repeats this run
   devices::DeviceSpec device;
   std::vector<std::string> realtime_not_granted;
   HapticLoopReport loop;

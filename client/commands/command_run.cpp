@@ -29,12 +29,12 @@ constexpr Duration kBetweenPoses = std::chrono::milliseconds(260);
 constexpr Duration kReadyFor = std::chrono::milliseconds(300);
 constexpr Duration kMaxReadyWait = std::chrono::seconds(5);
 constexpr Duration kMaxMove = std::chrono::seconds(60);
-constexpr Duration kGrabPatience = std::chrono::milliseconds(1500);  // equals that of the window's mouse
+constexpr Duration kGrabPatience = std::chrono::milliseconds(1500);  // time-out of a grab, as in the window
 // Shortest time for which a button is pressed: long enough that at least one datagram with the press arrives.
 constexpr Duration kPress = std::chrono::milliseconds(100);
 
-/// Rest of a command. It is called at each poll until it returns the fields of the answer. It throws if the command
-/// fails.
+/// Continuation of a command. It is called at each poll until it returns the fields of the answer. It throws if the
+/// command fails.
 using Step = std::function<std::optional<json::object>()>;
 using Describe = std::function<json::object(const event::PoseAnswered& event)>;
 
@@ -155,7 +155,7 @@ struct CommandRun::Impl {
   const View* view = nullptr;
   LocalTime now{};
 
-  Step step;  ///< rest of the current command; empty if there is none
+  Step step;  ///< continuation of the current command; empty if there is none
   std::string word;
   std::size_t lines_taken = 0;
   std::size_t failures = 0;

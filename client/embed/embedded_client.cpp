@@ -265,8 +265,9 @@ bool EmbeddedClient::pop(tandem_tick& tick) {
   return true;
 }
 
-// If the queue is empty, the signal is lowered and the queue is read once more. An event that arrived in between is
-// thus not missed. It is returned, and the signal is raised again for further events.
+// If the queue is empty, the signal is lowered and the queue is read once more, because an event may have arrived
+// between the first read and the lowering. Such an event is returned, and the signal is raised again for further
+// events.
 std::optional<Event> EmbeddedClient::next_event() {
   std::optional<Event> event = io_->next();
   if (event.has_value() || is_closed_) return event;

@@ -58,7 +58,7 @@ class EmbeddedClient {
   void stop() noexcept;
   /// Starts to ramp the force to zero, and returns at once.
   void begin_stop() noexcept;
-  /// Makes functions that wait in other threads return, and calls stop().
+  /// Makes waiting calls of other threads return, and calls stop().
   void close() noexcept;
 
   /// Fails   StatusError: join() was not called yet, or the client is stopped

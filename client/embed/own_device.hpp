@@ -24,7 +24,7 @@ namespace tandem::client::embed {
 
 /// Age of a sample above which it is invalid: twice the period of the lowest documented sample rate, 200 Hz.
 inline constexpr Duration kMaxFeedAge = std::chrono::milliseconds(10);
-/// Time in which the force decays to zero after that (SafetySettings::fault_decay).
+/// Time in which the force decays to zero once the sample is invalid (SafetySettings::fault_decay).
 inline constexpr Duration kFeedDecay = std::chrono::milliseconds(8);
 /// Age of the last sample, or of the last command, from which the force is zero.
 inline constexpr Duration kZeroWithin = std::chrono::milliseconds(20);
@@ -82,9 +82,9 @@ class OwnDevice final : public devices::Device {
   devices::DeviceProfile profile_;
   std::atomic<bool> has_ended_{false};
   std::atomic<bool> is_reserved_{false};
-  /// force() has replaced a command by zero, and has_released_force() was not called yet
+  /// True: force() has replaced a command by zero, and has_released_force() was not called yet.
   std::atomic<bool> gave_zero_{false};
-  std::atomic<bool> is_on_{false};  ///< the last force that the program read was not zero
+  std::atomic<bool> is_on_{false};  ///< true: the last force that the program read was not zero
 
   std::mutex feeding_;  ///< serialises feed(); never locked by the haptic thread
   haptics::VelocityEstimator estimator_;

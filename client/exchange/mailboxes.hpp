@@ -33,7 +33,7 @@ struct HandStart {
 /// The haptic thread's data of a scene. Published when the session joins and when a parameter changes.
 struct HapticScene {
   std::uint32_t generation = 0;  ///< incremented at each join; a new value resets the stages and restarts the ramp
-  bool may_drive = false;        ///< joined as a manipulator: handle and buttons are sent to the server
+  bool may_drive = false;        ///< true: joined as a manipulator: handle and buttons are sent to the server
   /// The scene's force may be displayed; false: zero force, e.g. because the coupling would be unstable on this device
   bool may_display = false;
   WorkspaceMapping workspace;

@@ -49,7 +49,7 @@ std::vector<physics::MovedMass> things_to_move(const wire::Joined& joined, const
 /// Result of one check, with the data needed to explain it later.
 struct CouplingCheck {
   std::uint64_t number = 0;  ///< number of this check, counted from 1; 0: no check was made
-  bool is_refused = false;  ///< the coupling must not be displayed: it is unstable on this device, or a mass is unknown
+  bool is_refused = false;   ///< true: must not be displayed; unstable on this device, or a mass is unknown
   HapticScene scene;
   std::vector<physics::MovedMass> moved;
 };
@@ -93,7 +93,7 @@ class CouplingWatch {
   /// In      device  profile of the device; without a profile every check passes
   explicit CouplingWatch(std::optional<devices::DeviceProfile> device) : device_(std::move(device)) {}
 
-  /// Notes that a coefficient or the held body changed.
+  /// Restarts the debounce after a change of a coefficient or of the held body.
   void note_change(LocalTime now);
   /// Notes the grip reported by the server: the tool holds `body` at the position `p_BT`. With an invalid id, the tool
   /// holds no body.

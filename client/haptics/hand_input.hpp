@@ -15,8 +15,8 @@ namespace tandem::client {
 struct HandConditions {
   double period_s = 0.001;
   bool has_scene = false;               ///< whether the scene can be rendered
-  bool is_displaying = false;           ///< the scene's force may be displayed
-  bool is_quiet = false;                ///< no force is displayed at present (SafetyChain::is_quiet())
+  bool is_displaying = false;           ///< true: the scene's force may be displayed
+  bool is_quiet = false;                ///< true: no force is displayed at present (SafetyChain::is_quiet())
   Vec3 scene_on_hand_D = Vec3::Zero();  ///< displayed force of the scene [N]
 };
 
@@ -55,8 +55,8 @@ class HandInput {
 
   /// Returns pose and twist of the handle, after the clutch.
   const RigidState& handle_W() const noexcept { return handle_W_; }
-  /// Pose of the handle with smoothed encoder steps, for work: path_D() in the device's base, unclutched_path_W() in
-  /// the world before the clutch, path_W() in the world after the clutch.
+  /// Pose of the handle with smoothed encoder steps, for the computation of work: path_D() in the device's base,
+  /// unclutched_path_W() in the world before the clutch, path_W() in the world after the clutch.
   const Pose& path_D() const noexcept { return X_DH_path_; }
   const Pose& unclutched_path_W() const noexcept { return raw_X_WH_; }
   const Pose& path_W() const noexcept { return X_WH_path_; }

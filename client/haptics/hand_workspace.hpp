@@ -21,17 +21,19 @@ WorkspaceMapping with_user(WorkspaceMapping scene, const WorkspaceSettings& user
 ///
 /// Model   The border is a box of 0.8 × the device's workspace about D's origin. d is the depth of the handle beyond
 ///         the border on each axis, limited to d_max = 0.1 × the width of the workspace. Within the box the hand moves
-///         the tool. Beyond the border the base moves in addition, with v = s_p · width/s · (d / d_max)², and a spring
-///         F = −F_wall · d / d_max is felt. F_wall is a quarter of the device's force limit, at most 2 N. Both v and F
-///         are zero at the border.
-///         Force: if the scene's force opposes the motion, it slows the base. At half the device's force limit the base
-///         stops, so that the force cannot increase further.
-///         Travel: in one excursion beyond the border, the base moves at most L = 3 × the largest width (in the
-///         device's metres). For this, v is multiplied by min(1, (L − travel) / 0.2 L). So the base stops if the handle
-///         is left beyond the border. The travel is reset once the handle is within 0.7 of the workspace.
-///         Power: the motion of the base against the scene's force does work that the hand does not supply. Its power
-///         is at most F_limit / 2 · width/s (0.2 W for a device of 0.1 m and 4 N), and its energy per excursion at most
-///         F_limit / 2 · L. The energy limits count it as supplied by the hand.
+///         the tool. Beyond the border, two effects are added:
+///         1. The base moves with v = s_p · (1 width per second) · (d / d_max)², where s_p is the position scale.
+///         2. A spring pushes the hand back with F = −F_wall · d / d_max. F_wall is a quarter of the device's force
+///            limit, at most 2 N. Both v and F are zero at the border.
+///         Three limits apply to the motion of the base:
+///         1. Force: if the scene's force opposes the motion, the base slows down. It stops at half the device's force
+///            limit, so that the force cannot increase further.
+///         2. Travel: in one excursion beyond the border, the base moves at most L = 3 × the largest width (in the
+///            device's metres). For this, v is multiplied by min(1, (L − travel) / 0.2 L). So the base stops if the
+///            handle is left beyond the border. The travel is reset once the handle is within 0.7 of the workspace.
+///         3. Power: the motion of the base against the scene's force does work that the hand does not supply. Its
+///            power is at most F_limit / 2 · width/s (0.2 W for a device of 0.1 m and 4 N), and its energy per
+///            excursion at most F_limit / 2 · L. The energy limits count this work as supplied by the hand.
 /// Source  Dominjon, Lécuyer, Burkhardt, Andrade-Barroso, Richir, "The 'Bubble' technique: interacting with large
 ///         virtual environments using haptic devices with limited workspace", World Haptics 2005: position control
 ///         inside the border, rate control and a spring outside. Differences: the paper uses a sphere and a cubic law,
@@ -55,7 +57,7 @@ class HandWorkspace {
   /// In      p_DH  position of the handle; scene_on_hand_D  force of the scene on the hand
   void advance(const Vec3& p_DH, const Vec3& scene_on_hand_D, double period_s) noexcept;
   /// Stops the base and removes the wall until the handle has been within the border again. So the base does not move
-  /// if the hand starts beyond the border, or if the user releases the clutch there.
+  /// if the hand starts beyond the border, or if the user releases the clutch beyond it.
   void rest() noexcept;
 
   const WorkspaceMapping& mapping() const noexcept { return mapping_; }

@@ -126,8 +126,8 @@ void HapticCore::note_watched_body(const proto::ServerUpdate& update) noexcept {
   }
 }
 
-// Converts the common start time of the room's hands from server time to local time. The conversion is repeated until
-// that time, because the estimated clock offset settles only within the first second.
+// Converts the common start time of the room's hands from server time to local time. Until the start, each tick repeats
+// the conversion, because the estimated clock offset settles only within the first second.
 void HapticCore::follow_start(LocalTime now) noexcept {
   if (began_at_ <= now) return;
   const HandStart& start = inbox_.scene().hand_start;

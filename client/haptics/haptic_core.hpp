@@ -37,7 +37,7 @@ namespace tandem::client {
 struct HapticSettings {
   StageSettings stage{};
   bool feeds_view = false;           ///< true: a View for a window is published
-  bool has_border = true;            ///< rate control and a soft wall at the border of the device's workspace
+  bool has_border = true;            ///< true: rate control and a soft wall at the border of the workspace
   haptics::SafetySettings safety{};  ///< HapticCore takes the slew and speed limits from the device's spec
   /// Upper bounds of the coupling parameters received from the server, in newtons and metres of the device. The
   /// device's force limits apply as well. For a known device, coupling_bounds() (devices/device_profile.hpp) gives the

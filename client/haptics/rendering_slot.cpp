@@ -36,7 +36,7 @@ bool RenderingSlot::offer(std::unique_ptr<Rendering>& rendering) {
 bool RenderingSlot::enter(std::uint32_t number, const HapticScene* scene) noexcept {
   if (number == entered_) return false;
   entered_ = number;
-  // The new model takes over the state of the previous model before renderings_.enter(), because after that call the io
+  // The new model receives the state of the previous model before renderings_.enter(), because after that call the io
   // thread may free the previous rendering.
   const Rendering& before = current();
   const Rendering& next = *renderings_.offered(number);

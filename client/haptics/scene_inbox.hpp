@@ -7,8 +7,8 @@ namespace tandem::client {
 
 /// Changes found by one SceneInbox::poll(). At most one of is_entered and is_changed is true.
 struct SceneNews {
-  bool is_entered = false;      ///< a new scene was received
-  bool is_changed = false;      ///< a changed version of the current scene was received
+  bool is_entered = false;      ///< true: a new scene was received
+  bool is_changed = false;      ///< true: a changed version of the current scene was received
   bool is_place_shown = false;  ///< whether another user now points at HapticScene::shown_W
 };
 

@@ -34,7 +34,7 @@ struct TickRecord {
   RigidState local_tool_W;  ///< state of the local model's tool, or of the ball
   /// State of the watched body in the stage's local model; empty if the model does not contain the body.
   std::optional<RigidState> local_body_W;
-  bool is_predicting = false;  ///< the wrench contains a predicted part
+  bool is_predicting = false;  ///< true: the wrench contains a predicted part
   /// Number of samples appended by a force stream in this tick (StageOutput::samples)
   std::uint64_t stage_samples = 0;
   double passivity_gain = 1;        ///< fraction of the stage's wrench that the passivity controller passed

@@ -10,8 +10,8 @@ namespace {
 /// Time without a received state after which a user counts as having left.
 constexpr Duration kUserKept = std::chrono::seconds(1);
 
-/// Replaces the entry with the same id, or appends it if there is capacity. Returns the index of the entry, or the size
-/// if full.
+/// Replaces the entry with the same id, or appends it if there is capacity. Returns the index of the entry, or the
+/// number of entries if there is no capacity.
 template <class States, class State>
 std::size_t keep(States& states, const State& received) noexcept {
   const auto known = std::ranges::find(states, received.id, &State::id);

@@ -7,8 +7,8 @@
 namespace tandem::client {
 namespace {
 
-/// Time for which a body remains implicit after a touch by any tool, so that two quick taps do not switch it to
-/// followed and back.
+/// Time for which a body remains implicit (stepped by the model) after a touch by any tool. So two quick taps do not
+/// switch it to followed (set to the server's states) and back.
 constexpr double kTouchKept_s = 0.05;
 /// Time, in addition to the loop delay, for which a body remains implicit after the last touch by this user's tool. By
 /// then the server states that include the effect of the touch have arrived.

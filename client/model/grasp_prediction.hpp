@@ -16,14 +16,14 @@ namespace tandem::client {
 ///
 /// Invariants  A predicted grasp or release remains until the server has received the button and has answered an input
 ///             at least 5 ticks later. From then on, the server's result applies
-/// Thread      haptic: no allocation, no throw. Both functions return true if the grasp changed, which is a jump of the
-///             model
+/// Thread  haptic: no allocation, no throw. Both functions return true if the grasp has changed, because the model
+///             then jumps
 class GraspPrediction {
  public:
   /// Predicts a grasp or release if the button has changed, by the rule that the server applies to this input.
   bool follow_button(bool is_down, Tick input, LocalTime now, physics::World& world, std::size_t tool) noexcept;
   /// Applies the server's result, unless a prediction remains. If the grip point differs from that of the server, moves
-  /// it slowly there.
+  /// it slowly to the server's grip point.
   /// In      X_WT         pose of the tool after the last step
   ///         grip_step_m  maximum motion of the grip point in this call
   bool mirror(const proto::ServerUpdate& update, const Pose& X_WT, double grip_step_m, physics::World& world,

@@ -13,7 +13,8 @@ namespace {
 /// Length of the input history [ticks]. The model is not reconciled at longer round trips.
 constexpr std::size_t kInputsKept = 2048;
 /// Divergence: the model is reset to the server's state if the tool or a touched body differs from the server's by more
-/// than this distance for this time. The tool is then probably on opposite sides of an obstacle in model and server.
+/// than kDivergence_m for kDivergence_s. The tool is then probably on opposite sides of an obstacle in model and
+/// server.
 constexpr double kDivergence_m = 0.006;
 constexpr double kDivergence_s = 0.1;
 /// Maximum time that counts for one received state. A single state after a silence must not reset the model, so at
@@ -156,7 +157,7 @@ void LocalModel::receive_bodies(const proto::ServerUpdate& update, const ModelTh
   }
 }
 
-/// Returns the time between the last compared state and the one compared now, at most kMaxStateInterval_s. For the
+/// Returns the time between the last compared state and the state of this step, at most kMaxStateInterval_s. For the
 /// first state, returns one period.
 double LocalModel::interval_to(LocalTime now) noexcept {
   const std::optional<LocalTime> before = std::exchange(state_.compared_at, now);
@@ -196,7 +197,7 @@ void LocalModel::restart_from(const proto::ServerUpdate& update) noexcept {
 }
 
 void LocalModel::mirror_grasp(const proto::ServerUpdate& update) noexcept {
-  // A state from before a change of the level may report a held body that is now absent.
+  // A state from before a change of the game's level may report a held body that is now absent.
   if (update.held_body.is_valid() && is_absent_in_game(update.held_body)) return;
   note_jump(state_.grasp.mirror(update, state_.tool.tool.X, grip_step_m(), world_, tool_));
 }

@@ -4,8 +4,8 @@
 //   static bodies            same as at the server; they need no reconciliation
 //   this user's tool         stepped here and reconciled with the server (Reconciler)
 //   other users' tools       stepped here too, each pulled to its user's predicted hand (PartnerTools)
-//   bodies that any tool     predicted here; the server's state answers an old input and is compared with the model
-//   touches                  at that input; the difference is removed slowly (BodyCopy, Reconciler)
+//   bodies in touch with     predicted here. The server's state answers an old input and is compared with the model's
+//   a tool                   state at that input. The difference is removed slowly (BodyCopy, Reconciler)
 //   other moving bodies      follow the server: played out at a constant delay, then extrapolated to the current time
 //                            by their velocity (BodyCopy)
 //   the user's grasp         predicted when the button changes, then the server's result applies (GraspPrediction)
@@ -88,8 +88,8 @@ class LocalModel {
 
   /// Continues from the state of another model of the same scene, instead of starting from the server's state. Does
   /// nothing if `other` has not started, or has different bodies or tools. The two models swap their states, so `other`
-  /// must not be stepped afterwards. The state of effects is not taken over. A body that was just released around
-  /// the tool may collide with it, because the exemption of the pair from contact is not taken over either.
+  /// must not be stepped afterwards. The following is not taken over: the state of effects, and the temporary exemption
+  /// from contact of a body that the tool has just released. Tool and body may therefore collide.
   ///
   /// In      scene  coupling of the tools and its bounds, as in LocalModelInput
   void continue_from(LocalModel& other, const HapticScene& scene) noexcept;

@@ -6,7 +6,8 @@
 namespace tandem::client {
 namespace {
 
-/// Index of the relaxed hand: the centre of the grid of three masses times three stiffnesses.
+/// Index of the relaxed hand among the hypothetical hands of HandEstimate, which form a grid of three masses times
+/// three stiffnesses. The relaxed hand is the centre of the grid.
 constexpr std::size_t kRelaxed = 4;
 double mass_of(std::size_t j) noexcept {
   const std::size_t column = j % 3;
@@ -74,8 +75,8 @@ HandEstimate::HandEstimate()
   for (std::size_t j = 0; j < kHands; ++j) hands_[j].set(mass_of(j), stiffness_of(j));
 }
 
-/// Adds a squared error to the score of hand j: the intended position by hand j minus the earlier forecast for this
-/// time.
+/// Adds a squared error to the score of hand j. The error is the intended position that hand j implies, minus the
+/// earlier forecast of it.
 void HandEstimate::score(std::size_t j, const Vec3& intent, double fast, double slow, double period_s) noexcept {
   if (count_ == 0) fast_[j] = slow_[j] = intent;
   fast_[j] += fast * (intent - fast_[j]);

@@ -84,8 +84,8 @@ struct PartnerSurroundings {
   Wrench on_hand_W;  ///< the model's wrench on the partner's hand
   /// Whether to predict the partner's voluntary motion; false: it stays at the last received pose
   bool is_predicted = true;
-  bool is_coupled = false;  ///< both users act on the same body, directly or through other bodies
-  /// Both users have a hand on the same body; the fields below describe this common body
+  bool is_coupled = false;  ///< true: both users act on the same body, directly or through other bodies
+  /// True: both users have a hand on the same body; the fields below describe this common body
   bool has_common_body = false;
   RigidState body;                 ///< current state of the common body in the model
   Pose X_WB_then;                  ///< pose of the common body at the server when the partner's handle was sampled
@@ -157,8 +157,8 @@ class Partner {
   Vec3 turned_ = Vec3::Zero();
   Quat q_before_ = Quat::Identity();
   double common_share_ = 0;   ///< 1 if there is a common body, else 0; changes within kChange_s
-  double lately_common_ = 0;  ///< rises like common_share_, but falls slowly
-  /// 1 while both users act on the same body, directly or through other bodies; falls slowly
+  double lately_common_ = 0;  ///< rises like common_share_, but falls within kUncouple_s
+  /// 1 while both users act on the same body, directly or through other bodies; later falls to 0 within kUncouple_s
   double coupled_share_ = 0;
   Vec3 pressing_W_ = Vec3::Zero();  ///< smoothed contact normal; shorter than 1 while the contact begins or ends
 };

@@ -119,7 +119,7 @@ bool PartnerTools::deactivate(PartnerTool& one, physics::World& world) noexcept 
   return was_active;
 }
 
-/// Makes the tool hold its body at the received grip. If the server has moved the grip, moves it here as well.
+/// Makes the tool hold its body at the received grip. If the server has moved the grip, moves it in this world too.
 void PartnerTools::follow_grip(PartnerTool& one, const ModelStep& step, std::span<const BodyCopy> bodies) noexcept {
   const Partner& partner = one.partner;
   physics::World& world = step.world;

@@ -13,8 +13,8 @@
 
 namespace tandem::client {
 
-/// Activates a tool with the state that it has in a second model. If the tool holds a body there, it holds the same
-/// body here, at the current pose of the tool relative to that body.
+/// Activates a tool in `world` with its state from a second model. If `state` contains a held body, the tool holds the
+/// same body in `world`, at the tool's pose in `state`.
 void set_tool_state(physics::World& world, std::size_t tool, const physics::ToolState& state) noexcept;
 
 /// Partners (other users) and their tools.

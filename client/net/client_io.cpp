@@ -61,10 +61,10 @@ struct ClientIo::Impl {
   asio::steady_timer poll_timer{io};
   asio::steady_timer stop_timer{io};
 
-  std::shared_ptr<const wire::Joined> joined;  // used by the io thread only; shared with snapshots
-  std::shared_ptr<const Credentials> beside;   // used by the io thread only; shared with snapshots
-  std::shared_ptr<const AssetMap> assets;      // used by the io thread only; shared with snapshots
-  EventQueue new_events;                       // filled by the io thread until the next snapshot
+  std::shared_ptr<const wire::Joined> joined;  // answer to the last join; the pointer is for the io thread only
+  std::shared_ptr<const Credentials> beside;   // see ClientSession::credentials_beside(); for the io thread only
+  std::shared_ptr<const AssetMap> assets;      // received assets; the pointer is for the io thread only
+  EventQueue new_events;                       // events since the last snapshot; for the io thread only
   LocalTime published_at{};
   mutable std::mutex mutex;  // protects `published` and `events`; the haptic thread never locks it
   ClientIoSnapshot published;

@@ -45,7 +45,7 @@ struct ClockEstimate {
   Duration minimum_round_trip{0};
 };
 
-/// How the scene is rendered to the hand; see the functions of equal names in Client.
+/// State of the method by which the scene is rendered to the hand; see the functions of equal names in Client.
 struct RenderingStatus {
   StageSettings stage;
   std::string stage_note;

@@ -29,7 +29,7 @@ class Connector {
   /// In      host          a numeric address; without encryption also "localhost", with encryption also a name
   ///         is_encrypted  if false, only loopback addresses are allowed
   ///         accepted      receives a TCP connection that the caller must set up; called again after set_up_failed() or
-  ///         a slow set-up
+  ///                       a slow set-up
   ///         lost          called when all addresses of the host have failed
   /// Fails   std::invalid_argument: not a numeric address, or an address that requires encryption
   Connector(boost::asio::io_context& io, const std::string& host, std::uint16_t port, bool is_encrypted,

@@ -12,12 +12,12 @@ namespace tandem::client {
 
 /// Reads the datagrams of one socket.
 ///
-/// Model   came = now − (wall clock − stamp). The wall clock may be set while a datagram waits. A datagram read now
-///         arrived after the time at which the socket was last found empty. The difference (wall clock − stamp) is
-///         accepted if both clocks have advanced equally since that time, and if it is between 0 and the time since
-///         then. Otherwise the time since then is used, which is the largest possible age. So an old datagram never
-///         appears fresh, for any waiting time and any change of the wall clock. The wall clock is read after the
-///         datagram, so a delay of the thread in between increases the age.
+/// Model   came = now − age. T is the time at which the socket was last found empty. A datagram that is read now
+///         arrived after T, so its age is at most now − T. The kernel stamps a datagram with the wall clock. Its
+///         apparent age is (wall clock − stamp), which is wrong if the wall clock was set while the datagram waited. So
+///         the apparent age is used only if it is between 0 and now − T, and if both clocks have advanced equally since
+///         T. Otherwise the age is now − T, the largest possible one. An old datagram thus never appears fresh. The
+///         wall clock is read after the datagram, so a delay of the thread in between increases the age.
 /// Thread  any, one at a time; no allocation
 class StampedReceiver {
  public:

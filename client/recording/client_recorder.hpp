@@ -50,6 +50,7 @@ class ClientRecorder {
   ClientRecorder(const ClientRecorder&) = delete;
   ClientRecorder& operator=(const ClientRecorder&) = delete;
 
+  /// Adds a record to the ring. If the ring is full, counts the record as lost.
   /// Thread  one; neither blocks nor allocates
   void add(const TickRecord& tick, int phase) noexcept;
   void add(const LinkFigures& figures) noexcept;

@@ -1,5 +1,5 @@
 // The smallest client: a simulated hand joins the room of a server on this machine and touches its scene for two
-// seconds. Start here to use the client in another program. tandem-client is the same with options and reports.
+// seconds. Start here to use the client in another program. The program tandem-client adds options and reports.
 //   tandem-server --insecure --scene peg_in_hole     in one terminal; prints a line when it listens
 //   01_smallest_client [PORT]                        in another
 //

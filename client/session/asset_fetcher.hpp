@@ -54,8 +54,8 @@ class AssetFetcher {
   void reconnect();
   bool has(const wire::AssetInfo& info) const;
 
-  /// Returns the next request for a piece of at most `max_bytes`, with the number `request`; nothing if all is
-  /// requested.
+  /// Returns the next request for a piece of at most `max_bytes`, with the number `request`; nothing if every
+  /// piece has been requested.
   std::optional<wire::GetAsset> next_request(std::uint32_t request, std::size_t max_bytes);
   /// Returns true if a request is unanswered.
   bool is_awaiting() const { return !awaited_.empty(); }

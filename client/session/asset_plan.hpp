@@ -80,8 +80,8 @@ class AssetPlan {
   AssetInfos offered_;
   AssetLevel level_ = AssetLevel::kNone;  ///< level reached for the current scene and kinds
   Step step_ = Step::kNone;
-  AssetInfos felt_coarse_;  ///< tactile assets, with missing ones replaced by their coarse replacements
-  AssetInfos felt_fine_;    ///< full assets that are fetched after their coarse replacements
+  AssetInfos felt_coarse_;  ///< tactile assets; a missing one is replaced by its coarse replacement
+  AssetInfos felt_fine_;    ///< full-resolution assets, fetched after the coarse replacements
 };
 
 }  // namespace tandem::client

@@ -122,7 +122,7 @@ void JoinedScene::check_when_due(LocalTime now) {
   // The displayed coupling changes only here, after a burst of changes has ended, and is checked at once.
   scene_.coupling = received_;
   scene_.law = received_law_;
-  // The join message is updated too, because a local model that is built later takes its coupling from it.
+  // The join message is updated too, because a local model that is built later reads the coupling from the message.
   wire::Coupling& in_force = *joined_->mutable_scene()->mutable_coupling();
   in_force.set_law(std::string(law().name));
   for (const proto::CouplingField& field : proto::kCouplingFields) (in_force.*field.set)(received_.*field.value);

@@ -32,8 +32,8 @@ class JoinedScene {
 
   /// Stores the coupling bounds of a user who has joined the room. Invalid bounds are ignored.
   void meet(const wire::UserJoined& user);
-  /// Minimum time between the starts of two nudges of the hand, whichever users point. A nudge lasts 0.75 s, so the
-  /// hand is free of nudges for at least 85 % of the time.
+  /// Minimum time between the starts of two nudges of the hand, even if they come from different users. A nudge lasts
+  /// 0.75 s, so the hand is free of nudges for at least 85 % of the time.
   static constexpr Duration kNudgeEvery = std::chrono::seconds(5);
   /// Nudges the hand towards a position that another user points at. Does nothing if nudges are off, or if the last
   /// nudge was less than kNudgeEvery ago.
@@ -62,8 +62,8 @@ class JoinedScene {
   /// Checks the coupling again once a burst of changes has ended.
   void check_when_due(LocalTime now);
 
-  /// Returns the message of the last join; null before the first join. Its coupling is updated after each check of a
-  /// change.
+  /// Returns the message of the last join; null before the first join. When a changed coupling has been checked, it is
+  /// copied to this message.
   const wire::Joined* joined() const { return joined_.get(); }
   /// Returns the name of a body for messages: its name in the scene, or "body" and the id if there is no name (e.g.
   /// "body 7").

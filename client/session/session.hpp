@@ -79,14 +79,14 @@ struct SessionSettings {
   std::string user_name = "user";
   wire::Role role = wire::ROLE_MANIPULATOR;
   proto::Bytes token{};  ///< one-time invitation token (proto/join_token.hpp); sent only over an encrypted connection
-  bool state_over_tcp = false;  ///< sends state over TCP, for networks that block UDP
+  bool state_over_tcp = false;  ///< true: sends state over TCP, for networks that block UDP
   Duration silence_timeout{std::chrono::milliseconds(1500)};
   /// Maximum duration of each step of the set-up: connecting, greeting, joining
   Duration setup_timeout{std::chrono::seconds(5)};
   /// Time without a new client update from the haptic thread after which the last one is sent again without a handle.
   Duration keep_alive{std::chrono::milliseconds(50)};
-  /// Time for which repeated updates contain the last buttons; afterwards no button counts as pressed. So a short stall
-  /// of the haptic thread does not release a held body, but a failed haptic thread does.
+  /// Time for which repeated updates contain the last buttons. After this time no button counts as pressed. So a short
+  /// stall of the haptic thread does not release a held body, but a failed haptic thread does.
   Duration buttons_kept{std::chrono::milliseconds(250)};
   /// Delay before the first attempt to reconnect; doubled after each attempt up to reconnect_delay_max
   Duration reconnect_delay{std::chrono::milliseconds(250)};
@@ -97,7 +97,7 @@ struct SessionSettings {
   /// Kinds of assets that are used for drawing only. The smallest "drawing" of each surface is fetched before all
   /// asset_kinds, the other drawings after them.
   std::vector<std::string> drawn_asset_kinds{};
-  /// Request a piece only after the answer to the previous one; for comparisons in the lab
+  /// True: a piece is requested only after the answer to the previous one; for comparisons in the lab
   bool fetches_one_at_a_time = false;
   /// Local store that is queried for assets before the server, and that keeps fetched assets. Null: fetched assets are
   /// discarded at the end of the session.
@@ -107,7 +107,7 @@ struct SessionSettings {
   double deadband = 0;
   /// Scale and rotation that the user adds to the scene's workspace mapping.
   WorkspaceSettings workspace{};
-  /// Nudge the hand towards a position that another user points at; false: the position is only shown
+  /// True: the hand is nudged towards a position that another user points at; false: the position is only shown
   bool has_nudges = true;
   /// Upper bounds of the coupling for the user's device, in the device's newtons and metres. The server applies them to
   /// this user's tool as well.

@@ -1,4 +1,4 @@
-// A program that runs as a child process of this one, e.g. the server of the window's user.
+// A program that runs as a child process of this one, e.g. a server that the window has started.
 #pragma once
 
 #include <sys/types.h>
@@ -27,8 +27,8 @@ class ChildProgram {
 
   /// Fails   std::system_error: no process or pipe can be made
   ChildProgram(const std::filesystem::path& program, const std::vector<std::string>& arguments);
-  /// Calls stop(). Does not wait for the end of the output, which another process that the program has started may hold
-  /// open.
+  /// Calls stop(). Does not wait for the end of the output, because a process that the program has started may still
+  /// hold the pipe open.
   ~ChildProgram();
   ChildProgram(const ChildProgram&) = delete;
   ChildProgram& operator=(const ChildProgram&) = delete;
@@ -56,7 +56,7 @@ class ChildProgram {
   int exit_code_ = 0;
   std::mutex mutex_;  ///< protects lines_
   std::vector<std::string> lines_;
-  std::atomic<bool> is_stopping_{false};  ///< the reader must end, even before the end of the output
+  std::atomic<bool> is_stopping_{false};  ///< true: the reader must end, even before the end of the output
   std::atomic<bool> has_read_all_{false};
   std::thread reader_;
 };

@@ -36,7 +36,7 @@ class LocalServer {
  public:
   enum class State { kPreparing, kReady, kFailed };
 
-  /// In      choice  for which problem_of() is empty; not of the kind kJoin
+  /// In      choice  problem_of(choice) must be empty; the kind must not be kJoin
   ///         beside  folder of tandem-server and tandem-client
   /// Fails   std::system_error, std::runtime_error: a program is missing or cannot be started; no folder or file can be
   ///         written
@@ -52,7 +52,7 @@ class LocalServer {
   State state() const { return state_; }
   /// Returns the last line of the server: its progress while it prepares, or the reason if it failed.
   const std::string& news() const { return news_; }
-  /// Returns the address and, of a hosted server, the invitation for this program. Valid when ready.
+  /// Returns the address and, for a hosted server, the invitation for this program. Valid when ready.
   const JoinTarget& target() const { return target_; }
   /// Returns the invitations for other users, one for each.
   const std::vector<std::string>& invitations() const { return invitations_; }

@@ -8,7 +8,7 @@ namespace tandem::client {
 
 struct ShippedScene {
   std::string_view name;      ///< name of the file in server/scenes
-  std::string_view title;     ///< at most 24 bytes
+  std::string_view title;     ///< title on the card, at most 24 bytes
   std::string_view sentence;  ///< one sentence about the task; at most 90 bytes
   /// Hand path of the scene's simulated partner: a built-in path or a file in the data folder; empty: no partner is
   /// needed.

@@ -20,11 +20,11 @@ struct StartChoice {
   std::string scene = "crate";       ///< name of a shipped scene, or a scene file
   std::string mesh{};                ///< mesh file
   double mesh_size_m = 0.1;          ///< longest edge of the mesh's bounding box in the scene, 0.01 to 1 [m]
-  bool is_y_up = false;              ///< the file's y axis points up; otherwise its z axis
-  bool is_movable = false;           ///< the mesh can be lifted; otherwise it is fixed
+  bool is_y_up = false;              ///< true: the file's y axis points up; false: its z axis
+  bool is_movable = false;           ///< true: the mesh can be lifted; false: it is fixed
   std::string receptor{}, ligand{};  ///< structure files, optionally with chains: FILE or FILE:CHAINS
   std::string address{};             ///< pasted invitation or address
-  bool is_hosted = false;            ///< others may join by invitation; otherwise only this program
+  bool is_hosted = false;            ///< true: others may join by invitation; false: only this program
   int invited = 1;                   ///< number of invitations for others, 1 to 15
   int port = 47800;                  ///< port of a hosted server, 0 to 65535; 0: any free one
 

@@ -32,7 +32,7 @@ class StartFlow {
   /// Returns the title of the choice that is being opened.
   std::string title() const { return title_of(opened_); }
 
-  /// Opens a choice, unless problem_of() reports a problem. The choice contains whether it is hosted.
+  /// Opens a choice, unless problem_of() reports a problem. Its field is_hosted selects whether other users may join.
   void open(StartChoice choice);
   /// Enters a dropped file into the form. Opens it if it is a mesh, a scene, or the second of two structures.
   void drop(const std::filesystem::path& file);

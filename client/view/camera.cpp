@@ -14,7 +14,7 @@ constexpr double kFarthest_m = 1000;
 constexpr double kTurn_rad = std::numbers::pi;
 constexpr double kZoomStep = 1.15;
 /// Speeds at full deflection of a 3D mouse's cap. Pan and orbit speeds are in fractions of the window's height per
-/// second. kSteerZoom is the number of zoom steps for each unit of the pan argument.
+/// second. kSteerZoom converts a distance in these fractions to zoom steps.
 constexpr double kSteerPan_per_s = 0.7;
 constexpr double kSteerOrbit_per_s = 0.35;
 constexpr double kSteerZoom = 9;

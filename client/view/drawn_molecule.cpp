@@ -73,8 +73,8 @@ struct ResidueKind {
   Rgba color;
 };
 
-/// Returns the kind by the first three letters of the name, because some force fields append the protonation state.
-/// Names that differ are listed in full.
+/// Returns the kind of a residue by the first three letters of its name, because some force fields append the protonation
+/// state. Three-letter names of other protonation states, such as ASH for ASP, are listed too.
 const ResidueKind& residue_kind(std::string_view name) {
   static constexpr ResidueKind kAcidic{"acidic", {0.80F, 0.20F, 0.07F, 1}}, kBasic{"basic", {0.00F, 0.27F, 0.67F, 1}},
       kPolar{"polar", {0.27F, 0.67F, 0.60F, 1}}, kApolar{"apolar", {0.87F, 0.80F, 0.47F, 1}},
@@ -100,8 +100,8 @@ bool has_names(const docking::Molecule& molecule) {
 constexpr double kBallAngstrom = 0.42;
 constexpr double kStickAngstrom = 0.18;
 constexpr double kMaxBondAngstrom = 2.6;
-/// Limits of the atoms in a cube of kMaxBondAngstrom and of the bonds of an atom. They are above any chemical value,
-/// but a server may send more.
+/// Maximum number of atoms in a cube with the edge kMaxBondAngstrom, and of bonds of one atom. Both are above any
+/// chemical value, but a server may send more.
 constexpr std::size_t kMaxAtomsInCell = 32, kMaxBonds = 16;
 
 int halvings_for(const docking::Molecule& molecule, int fine) {

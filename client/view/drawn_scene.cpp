@@ -19,8 +19,8 @@
 namespace tandem::client {
 namespace {
 
-/// Static bodies widen the view only up to these multiples of the ball around tools and moving bodies. A table, for
-/// example, does not widen it.
+/// A static body is included in the view only if its radius and its distance are below these multiples of the focus
+/// radius, which covers tools and moving bodies. A table, for example, does not widen the view.
 constexpr double kMaxStaticSize = 2.5;
 constexpr double kMaxStaticDistance = 5;
 constexpr double kDeskReach_m = 0.08;
@@ -119,7 +119,8 @@ class Builder {
     for (const std::array<int, 3>& face : proto::soft_lattice_faces()) body.soft.triangles.push_back(face);
   }
 
-  /// Assigns to each vertex the lattice points whose nodes are nearest to it.
+  /// Determines the nearest lattice points of each vertex, by which a deformation moves the vertex. The position of a
+  /// lattice point is the weighted mean of its nodes.
   static void set_soft_mesh(const geometry::TriangleMesh& mesh, DrawnBody& body) {
     body.soft = mesh;
     std::vector<Vec3> node_places;

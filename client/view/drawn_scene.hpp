@@ -19,12 +19,12 @@
 namespace tandem::client {
 
 struct DrawnBody {
-  std::string name;  ///< with printable characters only
-  DrawnMesh mesh;    ///< in the body's frame
+  std::string name;  ///< name of the body, with printable characters only
+  DrawnMesh mesh;    ///< triangles in the body's frame
   Pose X_WB_start;
   bool is_static = false;
   double radius_m = 0;                                ///< radius of a bounding ball around the body's origin
-  std::shared_ptr<const docking::Molecule> molecule;  ///< in the body's frame; null: none, or not received yet
+  std::shared_ptr<const docking::Molecule> molecule;  ///< atoms in the body's frame; null: none, or not received yet
   std::vector<LegendEntry> legend{};                  ///< meanings of the molecule's colours
   /// For a soft body: its triangles at rest, and for each vertex the points of proto::soft_lattice() that move it, with
   /// their weights.
@@ -34,9 +34,9 @@ struct DrawnBody {
 };
 
 struct DrawnScene {
-  std::vector<DrawnBody> bodies;       ///< in the order of scene.bodies
-  std::vector<DrawnBody> soft_bodies;  ///< in the order of scene.soft_bodies, at rest
-  std::vector<DrawnBody> tools;        ///< in the order of scene.tools
+  std::vector<DrawnBody> bodies;       ///< bodies in the order of scene.bodies
+  std::vector<DrawnBody> soft_bodies;  ///< soft bodies at rest, in the order of scene.soft_bodies
+  std::vector<DrawnBody> tools;        ///< tools in the order of scene.tools
   std::vector<std::string> missing;    ///< objects that cannot be drawn, or not yet, with the reason
   /// Ball around the objects of interest: tools, moving bodies, and static bodies that are not much larger.
   Vec3 focus_W = Vec3::Zero();

@@ -29,10 +29,11 @@ std::vector<std::string> signal_rows(const wire::Game& game, const wire::GameSta
 
 /// A closed polygon of a solution, in the frame of the figure [m].
 using SolutionOutline = std::vector<Eigen::Vector2d>;
-/// Returns the outlines of the boards of a solution at their places. Bodies without an outline in the level are left out.
+/// Returns the outlines of a solution's boards at their target positions. Bodies without an outline in the level are
+/// left out.
 std::vector<SolutionOutline> solution_outlines(const wire::Level& level, const wire::Solution& solution);
 
-using GoalLine = std::pair<Vec3, Vec3>;  ///< both ends, in W
+using GoalLine = std::pair<Vec3, Vec3>;  ///< start and end of a line, in W
 /// A body at its target pose in W. `body` is its index in the scene.
 using GoalGhost = std::pair<std::size_t, Pose>;
 
@@ -41,8 +42,8 @@ struct GoalOutline {
   std::vector<GoalGhost> ghosts;
 };
 
-/// Returns what the open goals show. A box has its twelve edges. A sphere has three circles. A cylinder has its ends and
-/// four edges. A figure lies on the xy plane of the world.
+/// Returns the lines and ghosts that show the open goals. A box is shown by its twelve edges, a sphere by three
+/// circles, a cylinder by its two ends and four edges. A figure lies on the xy plane of the world.
 /// In      pose_of  pose of the body with this index
 GoalOutline outline_of(const wire::Scene& scene, const wire::GameState& state,
                        const std::function<Pose(std::size_t body)>& pose_of);

@@ -18,8 +18,9 @@ inline constexpr std::size_t kMaxSurfaceTriangles = 1'000'000;
 /// Model    The surface is F(x) = Σ exp(B (1 − |x − c|²/r²)) = 1, summed over atoms at c of radius r. For an isolated
 ///          atom it is a sphere. B = 1.2; it is smaller for atoms narrower than a grid cell, so that neighbouring atoms
 ///          merge on a coarse grid. The triangles are surface nets: each cell that the surface crosses has one vertex.
-///          It starts at the mean of the points where the surface crosses the cell's edges. Newton's method then moves
-///          it within the cell onto F = 1. The four cells around a crossed edge give two triangles. Normals are −∇F
+///          The vertex starts at the mean of the points where the surface crosses the cell's edges. Newton's method
+///          then moves the vertex within the cell onto F = 1. The four cells around a crossed edge give two triangles.
+///          Normals are −∇F
 /// Source   F: manual of SurfaceDiver, "Molecular surface representation", with B = ln 2; the larger B here follows the
 ///          atoms more closely. Surface nets: Lysenko, "Smooth voxel terrain (part 2)", 2012; Newton's method is an
 ///          addition

@@ -20,12 +20,13 @@
 namespace tandem::client {
 namespace {
 
-/// Width in font heights: kPanelShare of the window's width within these bounds, so that the centre stays free.
+/// Bounds of the panels' width in font heights. Between the bounds, the width is kPanelShare of the window's width, so
+/// that the centre stays free.
 constexpr float kMinPanelEm = 15, kMaxPanelEm = 21;
 constexpr float kPanelShare = 0.36F;
 constexpr double kMaxSliderDelay_ms = 300;
 constexpr double kMaxSliderJitter_ms = 50;
-constexpr double kMaxSliderLoss = 30;  ///< %
+constexpr double kMaxSliderLoss = 30;  ///< [%]
 
 ImVec4 color_of(const Rgba& color) {
   return {color[0], color[1], color[2], color[3]};
@@ -37,7 +38,7 @@ void fact(const char* name, const std::string& value) {
   ImGui::TextWrapped("%s", value.c_str());
 }
 
-/// Explains the control above when the mouse is over it.
+/// Shows a text that explains the last drawn control, while the mouse is over that control.
 void tip(const char* text) {
   if (!ImGui::IsItemHovered()) return;
   ImGui::BeginTooltip();
@@ -47,7 +48,7 @@ void tip(const char* text) {
   ImGui::EndTooltip();
 }
 
-/// Draws a sentence in a place of two lines, so that a longer one never moves the controls below.
+/// Draws a sentence in an area of at least two lines, so that a change from one line to two moves no control below it.
 void sentence_in_place(const std::string& text) {
   const float top = ImGui::GetCursorPosY();
   draw_explanation(text.c_str());
@@ -81,7 +82,7 @@ bool slider(const char* name, double& value, double largest, const char* format)
   return is_moved;
 }
 
-/// Draws a choice among names. Returns the new choice, or an empty string if it is unchanged.
+/// Draws a selection list of names. Returns the new selection, or an empty string if it is unchanged.
 std::string chosen(const char* label, const std::string& now, const std::vector<std::string>& names) {
   std::string choice;
   ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 5.2F);
@@ -97,7 +98,7 @@ std::vector<std::string> strings(const std::vector<std::string_view>& views) {
   return {views.begin(), views.end()};
 }
 
-/// Begins a part of the panels, and updates whether the part is open.
+/// Begins a collapsible section of the panels, and updates whether the section is open.
 bool begin_part(const char* title, bool& is_open) {
   ImGui::SetNextItemOpen(is_open, ImGuiCond_Once);
   is_open = ImGui::CollapsingHeader(title);
@@ -129,7 +130,7 @@ void draw_link(ClientIo& client, net::LinkParameters& link) {
   client.send(command::SetLinks{link});
 }
 
-/// Draws who is in the room, the server's other rooms, and the operator's button.
+/// Draws the users in the room, the server's other rooms, and the operator's button.
 void draw_people(const PanelContent& content) {
   const ClientIoSnapshot& io = *content.io;
   heading("People");
@@ -173,13 +174,12 @@ void draw_session(const PanelContent& content) {
 
 /// Draws a slider for a coefficient of the coupling, for the operator of the room. Its value has three significant
 /// digits.
-/// felt.
 void draw_coefficient(ClientIo& client, const char* label, const char* name, double now, double largest) {
   double value = now;
   if (slider(label, value, largest, "%.3g") && value > 0) client.send(command::SetParameter{name, value});
 }
 
-/// Draws a choice that is disabled, with the reason.
+/// Draws a disabled selection list, with the reason why it is disabled.
 void closed_choice(const char* label, const std::string& now, const std::string& why) {
   ImGui::BeginDisabled();
   chosen(label, now, {});
@@ -212,7 +212,7 @@ void draw_law(const PanelContent& content) {
   }
 }
 
-/// Draws the choice of the stage, which is the method by which the scene is rendered to the hand.
+/// Draws a selection list of the stages. A stage is a method by which the scene is rendered to the hand.
 void draw_stage(const PanelContent& content) {
   heading("Stage");
   StageSettings wanted = content.io->rendering.stage;
@@ -294,7 +294,7 @@ void draw_touch(const PanelContent& content) {
   }
 }
 
-/// Draws a choice among the enumerators with these names.
+/// Draws a selection list of the enumerators with these names.
 template <std::size_t kCount, class Number>
 void choose(const char* label, const std::array<const char*, kCount>& all, Number& number) {
   const std::vector<std::string> names(all.begin(), all.end());
@@ -397,12 +397,12 @@ void draw_help(const PanelContent& content, bool& is_open) {
   ImGui::End();
 }
 
-/// Draws the notice, and returns the place below it [px].
+/// Draws the notice, and returns the vertical position below it [px].
 float draw_notice(const std::string& text, bool shows_panels) {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   const float em = ImGui::GetFontSize(), top = static_cast<float>(menu_height()) + 0.6F * em;
   if (text.empty()) return top;
-  // Beside the panel, so that it hides none of its controls.
+  // The notice is beside the panel, so that it hides none of the panel's controls.
   const float width = std::max(12 * em, size.x - (shows_panels ? static_cast<float>(panels_width()) : 0) - 1.2F * em);
   ImGui::SetNextWindowPos(ImVec2(0.6F * em, top));
   // A message that takes the focus would close an open menu.

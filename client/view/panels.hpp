@@ -22,12 +22,12 @@ struct WindowSwitches {
   bool shows_ghosts = false;
   bool shows_contacts = true;
   bool follows_tool = false;
-  bool cuts = false;       ///< hides all objects that are nearer than a plane
+  bool cuts = false;       ///< true: hides all objects that are nearer than a plane
   double cut_share = 0.5;  ///< position of the plane: 0 in front of the focus ball, 1 behind it
   MoleculeStyle molecules{};
   GuideProgress guide{};
-  bool has_sound = true;  ///< short sounds at contact, with the device "mouse"
-  /// open or closed state of the panels' parts: session, network, touch, stage, view, molecules, hand, details
+  bool has_sound = true;  ///< true: short sounds at contact, with the device "mouse"
+  /// Whether each section of the panels is open: session, network, touch, stage, view, molecules, hand, details.
   std::array<bool, 8> is_open{true, true, true, true, true, true, false, false};
   std::array<char, 65> pose_name{};      ///< input field for the name of a pose to be saved; not stored
   std::array<char, 65> residues{};       ///< input field for residues to be selected; not stored
@@ -44,7 +44,7 @@ struct PanelContent {
   std::string notice;                                                       ///< text for the top of the window
   bool is_mouse = false;
   double camera_turn_rad = 0;        ///< see Camera::turn_rad()
-  bool is_making_molecules = false;  ///< molecules in another style are being made at present
+  bool is_making_molecules = false;  ///< true: molecules in another style are being made
   bool is_recording = false;
   const std::string* recording_state = nullptr;   ///< state of the recording, as text
   const std::string* recording_folder = nullptr;  ///< folder for the next recording
@@ -66,7 +66,7 @@ std::string text_of(const char* format, double value);
 void ask_pose(ClientIo* client, wire::AskPose::Kind kind, std::uint32_t number = 0, const char* name = "");
 /// Saves the current pose under the entered name.
 void keep_pose(ClientIo* client, WindowSwitches& switches);
-/// Draws the part of the panels for saved poses (pose_panel.cpp).
+/// Draws the section of the panels for saved poses (pose_panel.cpp).
 void draw_poses(const PanelContent& content, WindowSwitches& switches);
 
 /// Draws the part of the panels for atoms and residues (molecule/residue_panel.cpp).

@@ -40,7 +40,7 @@ class SceneView {
 
   /// Rebuilds the scene's meshes in a thread if scene, assets or style have changed, and shows them when they are
   /// complete. Molecules appear as balls first. Deformed soft bodies are updated at once. The last shown surface is
-  /// kept in memory. Returns true if another scene is shown, or more of the same one.
+  /// kept in memory. Returns true if a different scene is shown, or more parts of the same scene.
   bool update(const ClientIoSnapshot& io, MoleculeStyle molecules);
   /// In      view  null: none received yet; objects are at their start poses
   void arrange(const View* view, const ClientIoSnapshot& io, const WindowSwitches& switches, const Camera& camera,
@@ -97,8 +97,8 @@ class SceneView {
   DrawnFrame frame_;
   std::vector<SceneLabel> labels_;
   Pose X_WT_;
-  Content making_;            ///< content of the meshes in `made_`; valid while `made_` is
-  bool is_given_up_ = false;  ///< the result of `made_` is no longer needed, because other content is
+  Content making_;            ///< content of the meshes in `made_`; valid while `made_` is valid
+  bool is_given_up_ = false;  ///< true: the result of `made_` is obsolete, because other content was requested
   std::future<DrawnScene> made_;
   std::jthread maker_;
 };

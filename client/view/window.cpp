@@ -2,7 +2,7 @@
 #include "client/view/window.hpp"
 
 #include <epoxy/gl.h>
-// Must follow the header of the OpenGL functions; otherwise it would declare them itself.
+// This header must follow the header of the OpenGL functions, which it would otherwise declare itself.
 #include <GLFW/glfw3.h>
 #include <imgui.h>
 
@@ -37,10 +37,11 @@ constexpr double kHandTurn_rad = 3;
 constexpr double kWheelTurn_rad = 0.08;
 /// Time for which a message about the room is shown.
 constexpr Duration kNewsShown = std::chrono::seconds(15);
-/// Width of the picture beside the panel by its height, below which the scene is shown smaller.
+/// Ratio of width to height of the area beside the panel, below which the scene is drawn smaller.
 constexpr double kNarrowAspect = 0.8;
-/// Pose of the cap of a 3D mouse at full deflection.
+/// Message after a grab that found no body.
 constexpr const char* kMissed = "nothing within reach to grab: move the hand nearer";
+/// Translation and rotation of the cap of a 3D mouse at full deflection.
 constexpr double kCapReach_m = 0.04, kCapReach_rad = 0.5;
 
 bool is_down(GLFWwindow* window, int key) {
@@ -92,7 +93,7 @@ struct Window::Impl {
   Figures figures;
   Guide guide;
   MoleculeMouse molecules;
-  std::optional<WindowSounds> sounds;  ///< none with a haptic device, where contact is felt
+  std::optional<WindowSounds> sounds;  ///< empty with a haptic device, because its user feels contact
   WindowSwitches switches;
   SteadyClock clock;
   std::uint32_t hand_of = 0;  ///< scene generation of the hand's target
@@ -105,8 +106,8 @@ struct Window::Impl {
   bool is_record_pressed = false;
   WindowRequest request = WindowRequest::kNone;
   MenuState menu;
-  std::string picture_news;  ///< about the last saved picture
-  bool has_turned = false;   ///< the user has moved the camera
+  std::string picture_news;  ///< message about the last saved picture
+  bool has_turned = false;   ///< true: the user has moved the camera
 };
 
 Window::Impl::Impl(WindowSettings window_settings)
@@ -169,7 +170,8 @@ void Window::Impl::handle_escape() {
   switches.shows_help = menu.shows_invitations = false;
 }
 
-/// Keys that change the scene for everybody: with Ctrl only, so that a stray letter has no effect on others.
+/// Handles the keys that change the scene for all users. They require Ctrl, so that a key pressed by mistake does not
+/// affect others.
 template <class Pressed>
 void Window::Impl::handle_shared_keys(const Pressed& pressed) {
   if (!figures.has_molecules) return;
@@ -213,7 +215,7 @@ void Window::Impl::handle_mouse() {
   }
 }
 
-/// Moves the camera by the 3D mouse. Its device was opened so that the cap's pose is its control (devices/spacemouse).
+/// Moves the camera by the 3D mouse, whose device reports the deflection of the cap as a pose (devices/spacemouse).
 void Window::Impl::handle_cap() {
   if (settings.cap == nullptr) return;
   const devices::DeviceSample sample = settings.cap->read(clock.now());
@@ -367,7 +369,7 @@ void Window::Impl::draw_guide_card(const ClientIoSnapshot& io) {
 void Window::Impl::draw_messages(const ClientIoSnapshot& io, float bottom) const {
   const float em = ImGui::GetFontSize(), width = free_width() - 2 * em, rim = 0.25F * em;
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
-  // The hint says so where there is no card.
+  // If the guide's card is not drawn, the hint contains this message instead.
   const std::string missed = shows_guide(io) && hand.has_missed(clock.now()) ? kMissed : "";
   for (const std::string* text : {&missed, &news, &io.rendering.stage_note, &recording_state, &picture_news}) {
     const bool is_old = text == &news && clock.now() - news_at > kNewsShown;
@@ -387,7 +389,7 @@ float Window::Impl::free_width() const {
   return ImGui::GetIO().DisplaySize.x - (has_panel ? static_cast<float>(panels_width()) : 0);
 }
 
-/// Shows the whole scene. In a narrow window it is shown smaller, so that its sides are beside the panel too.
+/// Shows the whole scene. In a narrow window it is drawn smaller, so that the panel does not cover its sides.
 void Window::Impl::fit() {
   const double free_aspect = free_width() / std::max(1.0F, ImGui::GetIO().DisplaySize.y);
   camera.fit(scene->scene().focus_W, scene->scene().focus_radius_m / std::min(1.0, free_aspect / kNarrowAspect));

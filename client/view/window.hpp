@@ -28,14 +28,15 @@ enum class WindowRequest { kNone, kOpen, kHost, kGuide };
 
 struct WindowSettings {
   std::string title = "tandem";
-  Screen* screen = nullptr;                    ///< where the window draws; required, and must outlive the window
-  bool is_scene_only = false;                  ///< a saved frame contains neither panels nor texts
+  Screen* screen = nullptr;                    ///< screen for drawing; required, and must outlive the window
+  bool is_scene_only = false;                  ///< true: a saved frame contains neither panels nor texts
   std::string molecules{}, molecule_colors{};  ///< names as in MoleculeStyle; empty: as in the last run
   std::shared_ptr<devices::Device> cap{};      ///< a 3D mouse that steers the camera; null: none
-  bool begins_guide = false;                   ///< shows the guided first minute, at the step where the user was
-  bool remembers = true;       ///< stores the user's switches from one run to the next (window_memory.hpp)
+  bool begins_guide = false;                   ///< true: shows the guided first minute, at the step where the user was
+  bool remembers = true;       ///< true: stores the user's switches from one run to the next (window_memory.hpp)
   ClientIo* client = nullptr;  ///< receives the user's requests; must outlive the window
-  /// The window writes to it from mouse and keys. Null: the device is no mouse, and the mouse moves only the camera.
+  /// Pointer that the window moves by mouse and keys. Null: the device is not "mouse", and the mouse moves only the
+  /// camera.
   std::shared_ptr<devices::Pointer> pointer{};
   std::vector<std::pair<std::string, std::string>> facts{};  ///< facts about the run, for the session panel
   std::vector<std::string> invitations{};                    ///< invitations of a hosted session, for other users

@@ -27,7 +27,7 @@ void check(const WindowSettings& settings);
 struct Window {
   std::uint64_t first_sample = 0;
   std::vector<double> features;     ///< kFeatureCount values of the first channel, then of the next
-  std::vector<std::uint8_t> flags;  ///< for each channel: bits of Artefact
+  std::vector<std::uint8_t> flags;  ///< artefacts of each channel, as bits of Artefact
 
   bool is_clean() const;
 };

@@ -19,7 +19,7 @@ class ReplayDevice final : public Device {
   static constexpr Duration kMaxGap = std::chrono::milliseconds(50);
 
   /// In      samples  at least one; `taken` increases and may have any origin. The `reason` of the last sample, a
-  ///         string literal, states why the recording ends there; empty: the recording is complete
+  ///         string literal, states why the recording ends at this sample; empty: the recording is complete
   ReplayDevice(DeviceSpec spec, std::shared_ptr<const std::vector<DeviceSample>> samples);
 
   const DeviceSpec& spec() const noexcept override { return spec_; }

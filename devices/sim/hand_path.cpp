@@ -140,7 +140,7 @@ UnitMove envelope_of(const Multisine& multisine, Duration time) {
   return {rising.position, (is_ending ? -1 : 1) * rising.speed / fade_s};
 }
 
-// With the envelope w and the sum of sines s: p = w s and v = w s' + w' s.
+// Product rule for the envelope w and the sum of sines s: p = w s and v = w s' + w' s.
 Sway sway_at(const Multisine& multisine, Duration time) {
   if (multisine.components.empty() || time <= multisine.from || time >= multisine.to) return {};
   const Sway full = sway_of(multisine.components, to_seconds(time - multisine.from));

@@ -63,7 +63,7 @@ class FakeService {
   std::atomic<int> connections{0};
   std::atomic<int> delay_ms{0};
   std::atomic<bool> is_mute{false};
-  std::atomic<bool> hangs_up{false};  ///< closes the connection at the next command
+  std::atomic<bool> hangs_up{false};  ///< true: closes the connection at the next command
 
  private:
   struct Connection {

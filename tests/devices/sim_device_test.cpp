@@ -65,8 +65,8 @@ TEST(SimDevice, RingsAtTheClosedFormFrequencyAndDecayInTranslation) {
   const Ringing ringing = ringing_of(x, 1e-3);
   const double omega = std::sqrt(200 / 0.3);
   const double decay = 0.6 / (2 * 0.3);
-  // Semi-implicit Euler integration has a relative frequency error of (ωh)²/24 and a damping error of h·B/2m. With the
-  // 1 ms grid of the peaks, the total error is below 1e-3.
+  // Leapfrog integration has a relative frequency error of (ωh)²/24 with h = 0.1 ms. With the 1 ms grid of the peaks,
+  // the total error is below 1e-3.
   EXPECT_NEAR(ringing.frequency_hz, std::sqrt(omega * omega - decay * decay) / (2 * kPi), 1e-3 * omega / (2 * kPi));
   EXPECT_NEAR(ringing.decay_per_s, decay, 5e-3 * decay);
 }
@@ -192,8 +192,8 @@ TEST(SimDevice, ItsMotionDoesNotDependOnTheReadPeriod) {
 }
 
 TEST(SimDevice, HoldsTheForceBetweenWrites) {
-  // From rest, without spring and damper, a constant force gives x = F t² / 2m. Semi-implicit Euler integration adds
-  // the fraction h/t of it.
+  // From rest, without spring and damper, a constant force gives x = F t² / 2m. The tolerance is the error of a
+  // first-order integrator, the fraction h/t of x.
   HandParameters hand;
   hand.stiffness_n_per_m = 0;
   hand.damping_n_s_per_m = 0;

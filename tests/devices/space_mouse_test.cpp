@@ -87,13 +87,13 @@ struct Rig {
 };
 
 const Bytes kNoTranslation{1, 0, 0, 0, 0, 0, 0}, kNoRotation{2, 0, 0, 0, 0, 0, 0};
-const Bytes kFullRight{1, 0x5e, 0x01, 0, 0, 0, 0};  // x = 350
+const Bytes kFullRight{1, 0x5e, 0x01, 0, 0, 0, 0};  // x = 350 counts: full deflection to the right
 
 TEST(SpaceMouseReports, ReadsTheSamplesOfASpaceNavigator) {
   SpaceMouseReports reports;
   EXPECT_EQ(reports.parse(kNoTranslation), Kind::kMotion);
   EXPECT_TRUE(reports.deflection().isZero(0));
-  EXPECT_EQ(reports.parse(Bytes{2, 0, 0, 0xe2, 0xff, 0, 0}), Kind::kMotion);  // Ry = −30
+  EXPECT_EQ(reports.parse(Bytes{2, 0, 0, 0xe2, 0xff, 0, 0}), Kind::kMotion);  // Ry = −30 counts
   EXPECT_EQ(reports.deflection(), (Vec6() << 0, 0, 0, 0, 30.0 / 350, 0).finished()) << "y of D is away from the user";
   EXPECT_EQ(reports.parse(Bytes{3, 1, 0}), Kind::kButtons);
   EXPECT_EQ(reports.buttons(), kButtonGrab);

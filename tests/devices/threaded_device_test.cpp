@@ -27,7 +27,7 @@ struct Seen {
   std::atomic<double> most_n{0};
   std::atomic<bool> throws{false};
   std::atomic<bool> hangs{false};
-  std::atomic<bool> sends_nothing{false};  ///< the driver sends no force, but continues to read states
+  std::atomic<bool> sends_nothing{false};  ///< true: the driver sends no force, but continues to read states
 };
 
 class PlainDriver final : public DeviceDriver {

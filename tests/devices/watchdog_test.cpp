@@ -54,10 +54,10 @@ void keep_only(int descriptor) {
 
 /// Memory shared by the test and an owner process.
 struct Shared {
-  std::atomic<bool> is_busy{false};  ///< the line accepts no more bytes
+  std::atomic<bool> is_busy{false};  ///< true: the line accepts no more bytes
   std::atomic<std::uint32_t> releases{0};
-  std::atomic<bool> zero_requested{false};  ///< request to the owner to release the force itself
-  std::atomic<bool> is_off{false};          ///< the owner has released the force
+  std::atomic<bool> zero_requested{false};  ///< true: the test has requested that the owner releases the force
+  std::atomic<bool> is_off{false};          ///< true: the owner has released the force
   std::atomic<bool> should_end{false};
 };
 

@@ -121,7 +121,7 @@ typedef struct tandem_device_settings {
   double reach_m;                   /* a sample farther from the origin is a fault [2] */
   double speed_limit_m_per_s;       /* a faster handle sets the force to zero [3] */
   double slew_limit_n_per_s;        /* maximum rate of change of the force [4000] */
-  double slew_limit_n_m_per_s;      /* [200] */
+  double slew_limit_n_m_per_s;      /* the same for the torque [200] */
   double position_step_m;           /* resolution of the fed positions [exact] */
   double rotation_step_rad;         /* resolution of the fed rotations [exact] */
   double stiffness_maximum_n_per_m; /* largest stable stiffness of the device, from maximum_source [unknown] */
@@ -288,16 +288,16 @@ typedef struct tandem_user {
 enum {
   TANDEM_EVENT_STATE = 1,          /* code: state of the session; text: reason */
   TANDEM_EVENT_JOINED = 2,         /* user: id of this user; text: scene */
-  TANDEM_EVENT_USER_JOINED = 3,    /* user; code: role; text: name */
-  TANDEM_EVENT_USER_LEFT = 4,      /* user */
+  TANDEM_EVENT_USER_JOINED = 3,    /* user: id; code: role; text: name */
+  TANDEM_EVENT_USER_LEFT = 4,      /* user: id */
   TANDEM_EVENT_GRABBED = 5,        /* body: this user's tool has grabbed it */
-  TANDEM_EVENT_RELEASED = 6,       /* body */
-  TANDEM_EVENT_PARAMETER_SET = 7,  /* text: name; value */
+  TANDEM_EVENT_RELEASED = 6,       /* body: this user's tool has released it */
+  TANDEM_EVENT_PARAMETER_SET = 7,  /* text: name; value: new value */
   TANDEM_EVENT_LAW_SET = 8,        /* text: law */
   TANDEM_EVENT_REFUSED = 9,        /* the server has refused a command; text: reason */
-  TANDEM_EVENT_POSE_ANSWERED = 10, /* tag; code: 1 done, 0 refused; text */
-  TANDEM_EVENT_NEWS = 11,          /* text for the user */
-  TANDEM_EVENT_LOG = 12            /* text for a log */
+  TANDEM_EVENT_POSE_ANSWERED = 10, /* tag of the request; code: 1 done, 0 refused; text: result */
+  TANDEM_EVENT_NEWS = 11,          /* text: a change in the room, for the user */
+  TANDEM_EVENT_LOG = 12            /* text: a line for a log */
 };
 
 typedef struct tandem_event {

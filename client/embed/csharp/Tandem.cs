@@ -34,7 +34,7 @@ public enum SessionState : uint { NotStarted = 0, Connecting = 1, Joined = 2, En
   None = 0, Ramping = 1, Silence = 2, Slewed = 4, NotFinite = 8, TooFast = 16, BadSample = 32, Stopping = 64,
   NotDisplaying = 128, Clutched = 256, Late = 512, Slow = 1024
 }
-/// A program ignores kinds that it does not know.
+/// Kinds of events. A program must ignore kinds that are not in this list.
 public enum EventKind : uint {
   State = 1, Joined = 2, UserJoined = 3, UserLeft = 4, Grabbed = 5, Released = 6, ParameterSet = 7, LawSet = 8,
   Refused = 9, PoseAnswered = 10, News = 11, Log = 12
@@ -49,7 +49,7 @@ public enum PoseRequest : uint {
 [StructLayout(LayoutKind.Sequential)] public struct Twist { public Vector linear_m_per_s, angular_rad_per_s; }
 [StructLayout(LayoutKind.Sequential)] public struct Wrench { public Vector force_n, torque_n_m; }
 
-/// A text of 72 bytes in UTF-8. It is a value, so that an array of bodies is one block of memory.
+/// A text in UTF-8, in a buffer of 72 bytes. It is a value type, so that an array of bodies is one block of memory.
 [StructLayout(LayoutKind.Sequential)]
 public struct Name {
   ulong a, b, c, d, e, f, g, h, i;
@@ -110,7 +110,7 @@ public struct Room {
   public double field_energy_kj_per_mol;
 }
 
-/// tandem_body
+/// tandem_body: a body of the newest state.
 [StructLayout(LayoutKind.Sequential)]
 public struct Body {
   internal uint struct_size;
@@ -121,7 +121,7 @@ public struct Body {
   public Name name;
 }
 
-/// tandem_user
+/// tandem_user: another user in the newest state.
 [StructLayout(LayoutKind.Sequential)]
 public struct User {
   internal uint struct_size;
@@ -132,7 +132,7 @@ public struct User {
   public Name name;
 }
 
-/// tandem_session
+/// tandem_session: the state of the session.
 public sealed class Session {
   public SessionState State;
   public uint User, Reconnects;
@@ -143,7 +143,7 @@ public sealed class Session {
   public string Room, Law, Stage, Reason, Note, Device;
 }
 
-/// tandem_event
+/// tandem_event: an event, with its text.
 public sealed class Event {
   public EventKind Kind;
   public uint User, Body, Code, Tag;
@@ -309,7 +309,7 @@ public sealed class Client : IDisposable {
     Native.Check(Native.tandem_client_users(handle_, users, (uint)users.Length, out count));
     return (int)count;
   }
-  /// Reads and removes the oldest unread ticks, at most as many as the array has room for. Returns their number.
+  /// Reads and removes the oldest unread ticks, at most as many as the array can hold. Returns their number.
   public int ReadTicks(Tick[] ticks) {
     if (ticks.Length == 0) return 0;
     ticks[0].struct_size = Native.SizeOf<Tick>();
@@ -318,7 +318,7 @@ public sealed class Client : IDisposable {
     return (int)count;
   }
 
-  /// Returns null if there is no event.
+  /// Reads and removes the oldest event. Returns null if there is no event.
   public Event NextEvent() {
     var native = new Native.Event { struct_size = Native.SizeOf<Native.Event>() };
     var text = text_ ?? (text_ = new byte[4096]);
@@ -329,7 +329,7 @@ public sealed class Client : IDisposable {
       Value = native.value, Text = Native.TextOf(text),
     };
   }
-  /// Returns false after the time-out.
+  /// Waits for an event. Returns false after the time-out.
   public bool WaitEvent(double timeoutS) {
     var status = Native.tandem_client_wait_event(handle_, timeoutS);
     if (status == Status.TimedOut) return false;
@@ -349,7 +349,7 @@ public sealed class Client : IDisposable {
   public void SetLaw(string law) {
     using (var texts = new Texts()) Native.Check(Native.tandem_client_set_law(handle_, texts.Add(law)));
   }
-  /// Null for the predictor keeps the present one.
+  /// Selects how the force is computed. Null for the predictor keeps the current one.
   public void SetStage(string stage, string predictor = null, bool hasPassivity = true) {
     using (var texts = new Texts()) {
       Native.Check(Native.tandem_client_set_stage(handle_, texts.Add(stage), texts.Add(predictor),
@@ -373,7 +373,7 @@ public sealed class Client : IDisposable {
     }
   }
 
-  [ThreadStatic] static byte[] text_;  // no allocation for each query
+  [ThreadStatic] static byte[] text_;  // buffer of this thread, so that a query allocates nothing
   readonly ulong handle_;
   readonly OwnDevice device_;  // keeps the device from the garbage collector
 }
@@ -386,7 +386,7 @@ public static class Library {
   public static string ServerFaultText(uint faults) { return Native.TextAt(Native.tandem_server_fault_text(faults)); }
 }
 
-/// Texts in UTF-8 with a 0 at their end, for the time of a call.
+/// Zero-terminated copies of texts in UTF-8, which exist for the duration of a call.
 sealed class Texts : IDisposable {
   public IntPtr Add(string text) {
     if (text == null) return IntPtr.Zero;

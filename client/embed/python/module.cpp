@@ -28,10 +28,10 @@ struct Ticks {
 /// One field of all ticks. A memoryview of it keeps the ticks alive.
 struct Column {
   std::shared_ptr<const std::vector<tandem_tick>> ticks;
-  std::size_t offset = 0;      ///< of the field in a tick
-  std::size_t item_bytes = 0;  ///< of one number
-  std::string format;          ///< of one number, as in the module struct
-  std::size_t numbers = 1;     ///< of one tick
+  std::size_t offset = 0;      ///< offset of the field within a tick [bytes]
+  std::size_t item_bytes = 0;  ///< size of one number [bytes]
+  std::string format;          ///< format of one number, as in Python's module struct
+  std::size_t numbers = 1;     ///< numbers of this field in one tick, e.g. 3 for a vector
 };
 
 py::buffer_info buffer_of(const Column& column) {
@@ -78,8 +78,8 @@ void copy_to(const std::array<double, 3>& from, double (&to)[3]) {
 /// Longest time until Ctrl-C ends a wait.
 constexpr tandem::Seconds kSlice{0.05};
 
-/// Repeats a wait of the library in slices without the interpreter's lock. Between them the signal handlers of Python
-/// run, so that Ctrl-C ends the wait. Returns the status of the last slice.
+/// Repeats a wait of the library in slices, without the interpreter's lock. Between two slices the signal handlers of
+/// Python run, so that Ctrl-C ends the wait. Returns the status of the last slice.
 /// In      timeout_s  the library refuses a time-out that is not valid
 ///         wait       waits for at most the given number of seconds, and returns a status
 template <class Wait>
@@ -87,7 +87,7 @@ tandem_status wait_in_slices(double timeout_s, const Wait& wait) {
   const auto begin = std::chrono::steady_clock::now();
   double left_s = timeout_s;
   while (true) {
-    const bool is_last = !(left_s > kSlice.count());  // also for a number that the library refuses
+    const bool is_last = !(left_s > kSlice.count());  // also true for NaN, which the library refuses
     {
       const py::gil_scoped_release release;
       const tandem_status status = wait(is_last ? left_s : kSlice.count());
@@ -104,7 +104,7 @@ class Client {
   explicit Client(const tandem::ClientSettings& settings, std::shared_ptr<tandem::OwnDevice> device)
       : device_(std::move(device)), client_(std::in_place, settings) {}
 
-  /// Joins the room and starts the loop. If this fails, the client is closed, because `with` calls no __exit__ then.
+  /// Joins the room and starts the loop. If this fails, closes the client, because Python then calls no __exit__.
   void enter(double timeout_s) {
     try {
       without_lock([this] { client_->join(); });

@@ -10,8 +10,8 @@ namespace tandem::client {
 /// minus local model) may be added.
 /// Model   wrench = wrench of the local model + r̂. The residual r is the server's wrench minus the model's wrench for
 ///         the same input. The predictor extrapolates r over its age to r̂, which represents other users' hands and
-///         errors of the model. r̂ is limited to a third of the coupling's limits, because a contact that is merely
-///         late at the server would otherwise be displayed twice. With the predictor "none" r̂ is zero, and other
+///         errors of the model. r̂ is limited to a third of the coupling's limits. Without the limit, a contact that
+///         the server only reports late would be displayed twice. With the predictor "none" r̂ is zero, and other
 ///         users' hands stay at their last received poses.
 ///         Without a local model (for example while its assets are fetched), the output is that of "late-pose".
 /// Limits  r̂ closes a loop over the network, as "hold" does; the gain of this loop is the relative error of the model

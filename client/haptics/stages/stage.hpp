@@ -47,11 +47,11 @@ struct StageInput {
   RigidState handle;                               ///< pose and twist of the handle (X_WH, V_WH) in this tick
   std::uint32_t buttons = 0;                       ///< pressed buttons, as bits of Button
   const ReceivedUpdate* newest = nullptr;          ///< newest server state; null before the first state
-  bool is_new = false;                             ///< `newest` arrived after the previous tick
+  bool is_new = false;                             ///< true: `newest` arrived after the previous tick
   Duration age{0};                                 ///< age of `newest`: time since reception plus its age when sent
   const haptics::CouplingLaw* coupling = nullptr;  ///< the scene's coupling law; never null
   const haptics::CouplingParameters* parameters = nullptr;  ///< coefficients bounded for the device; never null
-  const HapticScene* scene = nullptr;                       ///< its coupling_bounds include this user's device
+  const HapticScene* scene = nullptr;                       ///< current scene, with the coupling bounds of this device
   LocalModel* local_model = nullptr;                        ///< null if the current scene has no local model
   ProxyWorld* proxy_world = nullptr;                        ///< ball and obstacles; null if the current scene has none
   BodyId watched;  ///< body whose state is to be reported in StageOutput::watched_body
@@ -67,9 +67,9 @@ struct StageOutput {
   Duration round_trip{0};  ///< round trip from an input to its answer, as measured by the stage; 0 if not known
   /// The remaining values do not determine the wrench. is_local and energy_from_local_j are inputs of the passivity
   /// controller; the others are for traces and metrics.
-  bool is_local = false;          ///< the wrench comes from a local model or ball, whose state is `tool`
+  bool is_local = false;          ///< true: the wrench comes from a local model or ball, whose state is `tool`
   Wrench local_wrench_on_hand_W;  ///< wrench of the local model or ball, without the predicted residual
-  bool is_predicting = false;     ///< the wrench contains a predicted part
+  bool is_predicting = false;     ///< true: the wrench contains a predicted part
   bool has_watched_body = false;
   RigidState watched_body;  ///< state of the watched body in the local model
   /// Total net energy that local bodies and fields have supplied to the coupling [J]. The passivity controller adds its

@@ -23,12 +23,12 @@ enum class MenuAction {
 struct MenuContent {
   bool is_recording = false;
   bool shows_panels = true;
-  const std::vector<std::string>* invitations = nullptr;  ///< those of a hosted session; empty: it is not hosted
+  const std::vector<std::string>* invitations = nullptr;  ///< invitations of a hosted session; else empty
 };
 
 /// State of the menu's dialog.
 struct MenuState {
-  bool shows_invitations = true;  ///< has an effect in a hosted session
+  bool shows_invitations = true;  ///< true: the invitations of a hosted session are shown
 };
 
 /// Draws the menu, and the invitations of a hosted session, in the current ImGui context. Returns the chosen action.

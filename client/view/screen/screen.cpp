@@ -1,7 +1,7 @@
 #include "client/view/screen/screen.hpp"
 
 #include <epoxy/gl.h>
-// Must follow the header of the OpenGL functions, because GLFW would otherwise declare them a second time.
+// This header must follow the header of the OpenGL functions, which it would otherwise declare a second time.
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>

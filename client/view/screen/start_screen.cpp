@@ -2,7 +2,7 @@
 #include "client/view/screen/start_screen.hpp"
 
 #include <epoxy/gl.h>
-// Must follow the header of the OpenGL functions; otherwise it would declare them itself.
+// This header must follow the header of the OpenGL functions, which it would otherwise declare itself.
 #include <GLFW/glfw3.h>
 #include <imgui.h>
 
@@ -20,10 +20,10 @@
 namespace tandem::client {
 namespace {
 
-constexpr float kCardEm = 13;   ///< least width of a card, in font heights
+constexpr float kCardEm = 13;   ///< minimum width of a card, in font heights
 constexpr float kFormsEm = 25;  ///< width of the column of forms
 constexpr float kTwoColumnsEm = 46;
-constexpr float kPictureRatio = 0.56F;  ///< height of a picture by its width
+constexpr float kPictureRatio = 0.56F;  ///< ratio of a picture's height to its width
 constexpr int kSentenceLines = 3;
 
 float em() {
@@ -82,7 +82,7 @@ bool card(const ShippedScene& scene, std::uint32_t texture, float width) {
   return is_pressed;
 }
 
-/// Returns the form's choice of a kind, with the form's mode of hosting.
+/// Returns a choice of the given kind with the values of the form, including whether the session is hosted.
 StartChoice form_choice(StartFlow& flow, StartChoice::Kind kind) {
   StartChoice choice = flow.form();
   choice.kind = kind;
@@ -189,7 +189,7 @@ void draw_forms(StartFlow& flow, StartForm& form) {
   draw_explanation(form.about.c_str());
 }
 
-/// Draws the line below the title: why the last choice was not opened. Its height never changes.
+/// Draws the reason why the last choice was not opened, below the title. The height of this area never changes.
 void draw_problem(const std::string& problem, bool waits_for_guide) {
   const float height = 2 * ImGui::GetTextLineHeightWithSpacing();
   ImGui::BeginChild("problem", ImVec2(0, height));
@@ -216,10 +216,10 @@ void draw_guide_button(StartForm& form) {
   if (ImGui::Button((label + "###guide").c_str())) form.wants_guide = true;
 }
 
-/// Draws a part that scrolls by itself.
+/// Draws a part of the page in a region that scrolls separately.
 template <class Draw>
 void draw_in_child(const char* name, const Draw& draw, float width = 0) {
-  // The padding keeps letters that reach to the left of their place, such as J, within the clip rectangle.
+  // The padding keeps letters that extend to the left of their origin, such as J, within the clip rectangle.
   ImGui::BeginChild(name, ImVec2(width, 0), false, ImGuiWindowFlags_AlwaysUseWindowPadding);
   draw();
   ImGui::EndChild();
@@ -282,7 +282,7 @@ StartScreen::StartScreen(Screen& screen, StartForm& form)
     : screen_(screen), form_(form), pictures_(std::make_unique<ScenePictures>(data_folder() / "pictures")) {
   screen_.set_title("tandem: start");
   form_.guide = remembered_switches(window_memory_file()).guide;
-  screen_.take_dropped();  // files dropped during a session, where they open nothing
+  screen_.take_dropped();  // discards files that were dropped during a session, which has no use for them
 }
 
 StartScreen::~StartScreen() = default;
@@ -292,7 +292,7 @@ void StartScreen::draw(StartFlow& flow) {
   screen_.take_keys();
   screen_.pop_double_click();
   for (const std::filesystem::path& file : screen_.take_dropped()) {
-    // A dropped file replaces its own field only. What the user has typed into the others stays.
+    // A dropped file replaces only its own field. The text that the user has typed into the other fields is kept.
     StartChoice& choice = flow.form();
     choice.mesh = form_.file.data();
     choice.receptor = form_.receptor.data();

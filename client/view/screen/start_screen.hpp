@@ -21,9 +21,9 @@ struct StartForm {
   std::array<char, 2049> address{};
   std::vector<std::string> devices;  ///< lines about the devices found
   std::string about;                 ///< line at the end of the page
-  GuideProgress guide{};             ///< of the user's earlier runs
-  bool wants_guide = false;          ///< the user has requested the guided first minute
-  bool begins_guide = false;         ///< the choice that is opened is that of the guide
+  GuideProgress guide{};             ///< progress in the guide, from the user's earlier runs
+  bool wants_guide = false;          ///< true: the user has requested the guided first minute
+  bool begins_guide = false;         ///< true: the choice that is being opened is the scene of the guide
 };
 
 /// Draws the start screen in the current ImGui context, and passes the user's choice to the flow.
@@ -40,7 +40,7 @@ class StartScreen {
   StartScreen(const StartScreen&) = delete;
   StartScreen& operator=(const StartScreen&) = delete;
 
-  /// Draws one frame, and follows the flow.
+  /// Draws one frame, and updates the flow by the user's input.
   void draw(StartFlow& flow);
 
  private:

@@ -30,7 +30,7 @@ struct StreamOptions {
   client::SignalOptions room;
 };
 
-/// Sends each report with a value to a room, and passes all of them on to another sink.
+/// Sends each report with a value to a room, and passes all reports on to a second sink.
 class RoomSink final : public SignalSink {
  public:
   RoomSink(SignalSink& next, client::SignalConnectionSettings settings)

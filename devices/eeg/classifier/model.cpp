@@ -98,7 +98,7 @@ std::size_t blocks_with(const Calibration& calibration, bool is_positive) {
 std::vector<std::pair<double, bool>> held_out_decisions(const Calibration& calibration, double penalty) {
   std::vector<std::size_t> fold_of(calibration.blocks.size());
   const std::vector<bool> has_windows = blocks_with_windows(calibration);
-  std::array<std::size_t, 2> next{};  // for each state: number of blocks that have a fold (round robin)
+  std::array<std::size_t, 2> next{};  // number of blocks of each state that have a fold (round robin)
   for (std::size_t b = 0; b < fold_of.size(); ++b) {
     if (has_windows[b]) fold_of[b] = next[calibration.blocks[b].is_positive ? 1 : 0]++ % kInnerFolds;
   }

@@ -22,7 +22,7 @@ constexpr auto kPatience = std::chrono::seconds(20);
 class CommandPipeTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    signal(SIGPIPE, SIG_IGN);  // as in the program
+    signal(SIGPIPE, SIG_IGN);  // the program ignores SIGPIPE too
     ASSERT_EQ(pipe(lines_.data()), 0);
     ASSERT_EQ(pipe(answers_.data()), 0);
     pipe_.emplace(lines_[0], answers_[1]);

@@ -59,8 +59,8 @@ std::vector<haptics::StabilityFinding> findings_of(const test::SessionBench& ben
 }
 
 constexpr std::chrono::milliseconds kMillisecond{1};
-/// Polls with one new state per millisecond, so that only the coupling check can stop the force. Returns false if it
-/// did.
+/// Polls with one new state per millisecond, so that only the coupling check can stop the force. Returns false if the
+/// check has stopped the force.
 bool is_displayed_for(test::SessionBench& bench, int milliseconds) {
   for (int i = 0; i < milliseconds; ++i) {
     bench.send_update();

@@ -66,15 +66,15 @@ TEST(ForceBlend, NoStepExceedsTheBoundAndTheOffsetEndsWithin100Ms) {
     blend.advance(kForceBlendTick_s);
     const double now = blend.apply(force_x(0)).f.x();
     ASSERT_LE(now, before);
-    // The decay rate |ẇ| = ω² t e^(−ωt) has its maximum ω / e at t = 1/ω.
+    // A jump of 1 N decays at the rate |ẇ| = ω² t e^(−ωt), whose maximum is ω / e at t = 1/ω. The jump here is 4 N.
     ASSERT_LE(before - now, 4 * ForceBlend::kRate * kForceBlendTick_s / std::exp(1.0));
     before = now;
     EXPECT_LT(now, k < 49 ? 4.0 : k < 84 ? 0.10 * 4 : 0.01 * 4) << k;
   }
 }
 
-// The target force jumps and then returns to zero. Fails if the fading jump is still added then: the result would be a
-// force opposite to one that has vanished.
+// The target force jumps and then returns to zero. Fails if the rest of the jump is still added to the zero target: the
+// displayed force would be opposite to a force that has vanished.
 TEST(ForceBlend, ATargetThatComesBackByItselfIsNotAnswered) {
   ForceBlend blend = showing(0);
   blend.jump();

@@ -79,7 +79,7 @@ TEST(HandWorkspace, AtTheBorderItPressesNoHarderThanHalfTheDevice) {
   SmallRig rig;
   rig.enter_scene();
   rig.stay(700);
-  for (double x = 0; x < 0.003; x += 1e-5) rig.move_to(Vec3(x, 0, 0));  // the tool is in contact: 0.9 N
+  for (double x = 0; x < 0.003; x += 1e-5) rig.move_to(Vec3(x, 0, 0));  // 3 mm from the tool: 0.9 N
   rig.received.update.tool.X.p.x() = 0.049;
   for (double x = 0.003; x < 0.049; x += 1e-4) rig.move_to(Vec3(x, 0, 0));
   for (int i = 0; i < 60'000; ++i) rig.stay(1);
@@ -147,7 +147,7 @@ TEST(HandWorkspace, NoHandDrivesItsBaseFartherThanThreeWidthsWithoutComingBack) 
         }
         ASSERT_TRUE(workspace.mapping().X_WD.p.allFinite() && workspace.wall_on_hand_D().allFinite());
         ASSERT_LE(workspace.wall_on_hand_D().cwiseAbs().maxCoeff(), 2.0);
-        // While the hand rests, only the travel limit may change the rate.
+        // While the hand rests, the rate may change only by the travel limit, which bounds the change per period.
         if (tremor_m == 0 && tick > 2500) {
           ASSERT_LE((workspace.rate_W() - rate_before).norm() / scale, 3 * period_s * device.workspace_m.norm() + 1e-9);
         }

@@ -49,7 +49,7 @@ TEST(HapticCore, WhatWasRefusedIsNotFeltOnTheWayToSomethingBetter) {
   rig.mailboxes.scene.publish(rig.scene);
   rig.device.sample.X_DH.p = Vec3(0.001, 0, 0);
   rig.run(50);
-  rig.scene.coupling.stiffness_n_per_m = 300;  // not displayed before may_display confirms its check
+  rig.scene.coupling.stiffness_n_per_m = 300;  // must not be displayed before may_display is set
   rig.mailboxes.scene.publish(rig.scene);
   rig.run(50);
   rig.scene.may_display = true;

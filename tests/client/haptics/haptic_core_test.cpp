@@ -211,7 +211,7 @@ TEST(HapticCore, LostHandIsZeroForceAndReportedToTheServer) {
   rig.enter_scene();
   rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
   rig.run(700);
-  rig.device.sample.X_DH.p.x() = std::numeric_limits<double>::quiet_NaN();  // but flagged as a valid sample
+  rig.device.sample.X_DH.p.x() = std::numeric_limits<double>::quiet_NaN();  // NaN in a sample that is flagged as valid
   rig.run(20);
   EXPECT_TRUE(rig.force().isZero(0));
   EXPECT_FALSE(rig.sent().handle_valid);

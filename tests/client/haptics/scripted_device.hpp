@@ -37,10 +37,10 @@ class ScriptedDevice final : public devices::Device {
 
   devices::DeviceSample sample;   ///< result of the next read()
   Wrench last;                    ///< last accepted wrench
-  bool has_frozen_clock = false;  ///< all samples keep the same time stamp
+  bool has_frozen_clock = false;  ///< true: all samples keep the same time stamp
   bool all_finite = true;
   std::atomic<bool> accepts{true};       ///< if false, write() refuses
-  std::atomic<bool> keeps_force{false};  ///< write() refuses after it has accepted a nonzero force
+  std::atomic<bool> keeps_force{false};  ///< true: write() refuses after it has accepted a nonzero force
   std::atomic<int> refused{0};
 
  private:

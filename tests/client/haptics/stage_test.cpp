@@ -51,7 +51,8 @@ TEST(LatePose, IsASpringAndDamperBetweenHandleAndNewestTool) {
   rig.newest.tool.V.v = Vec3(0, 0, 0.2);
   const auto stage = make_stage({.name = "late-pose"});
   const Wrench on_hand = stage->tick(rig.input).wrench_on_hand_W;
-  // The handle rotates at 1 rad/s. Its point at the tool, 0.01 m behind it, therefore moves at 0.1 − 0.01 m/s.
+  // The handle rotates at 1 rad/s, and its origin moves at 0.1 m/s. The tool is 0.01 m from this origin, so the
+  // handle's point at the tool moves at 0.1 − 0.01 m/s.
   EXPECT_LT((on_hand.f - Vec3(-5.0, -0.18, 0.4)).norm(), 1e-12) << "−(500 d + 2 Δv)";
   const Vec3 lever = Vec3(0.01, 0, 0).cross(-on_hand.f);
   EXPECT_LT((on_hand.t - lever - Vec3(0, 0, -(0.4 * 0.2 + 0.01 * 1))).norm(), 1e-12);
@@ -172,8 +173,8 @@ TEST(ForceStreamStage, FollowsTheNewestWrenchWhateverTheClockOffsetSaysAtFirst) 
   for (const char* const name : {"linear", "ar", "ar-spline"}) {
     for (int trial = 0; trial < 100; ++trial) {
       LateForce late(name);
-      // While ten states arrive, the clock offset is wrong by up to one year. Causes can be an erroneous time-stamp
-      // exchange, or TCP before the first exchange.
+      // While ten states arrive, the clock offset is wrong by up to one year, as after an erroneous exchange of time
+      // stamps. Fails if the wrong times of these states make the stage ignore the states after them.
       const double off_s = std::exp(random.uniform(std::log(1e-3), std::log(3.15e7)));
       late.rig.received.clock_offset += from_seconds(random.uniform() < 0.5 ? off_s : -off_s);
       for (int k = 0; k < 50; ++k) late.tick([](double) { return 1.0; });

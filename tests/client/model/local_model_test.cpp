@@ -244,7 +244,7 @@ TEST_P(LocalModelDelay, AStaticBodyFeelsLikeWithoutDelay) {
   Across near(scene(), 1), far(scene(), GetParam());
   const auto without_far = felt(near, start, pressed), with = felt(far, start, pressed);
   EXPECT_GT(without_far.back().f.norm(), 3);
-  // Both worlds receive the same inputs in the same order.
+  // Both worlds receive the same inputs in the same order, so the forces must be equal at any delay.
   EXPECT_LT(largest_difference_n(without_far, with), 1e-3);
 }
 
@@ -332,7 +332,8 @@ TEST(LocalModel, ABodyPressedByAPartnerFromTheOtherSideDoesNotGiveWay) {
     far.join_partner(at({0.025, 0, 0.02}));
     for (int k = 0; k < 500; ++k) far.tick(at(start));
     for (int k = 0; k < 500; ++k) far.tick(at(start + k / 500.0 * (beside - start)));
-    // The partner's hand does not move. Therefore the user's coupling takes up half of the displacement, at any delay.
+    // The partner's hand does not move. Therefore the user's coupling takes up half of the displacement. Fails if this
+    // fraction depends on the delay.
     Wrench wrench;
     double farthest_m = 0;
     for (int k = 0; k < 6000; ++k) {
@@ -439,7 +440,8 @@ TEST(LocalModel, ADivergenceIsResetAfterTheSameTimeAtAnyRateOfTheStates) {
   for (const int each : {1, 5, 10, 20}) {
     Across across(scene(), kOneWay);
     across.receive_each(each);
-    // The first differing state arrives up to one interval late, and the interval before that state counts as well.
+    // Tolerance: the first differing state arrives up to one interval late, and the interval before that state counts
+    // as well.
     EXPECT_NEAR(ticks_to_reset(across), kOneWay + kDivergence, each + 2) << each << " ms between states";
   }
 }

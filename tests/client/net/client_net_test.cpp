@@ -36,7 +36,7 @@ std::function<bool()> has_received(const ClientIo& io, std::uint64_t datagrams) 
   return [&io, datagrams] { return io.snapshot().counters.datagrams_received >= datagrams; };
 }
 
-/// Returns a port that was free a moment ago.
+/// Returns a port on which no server listens: that of a server that has just ended.
 std::uint16_t unused_port() {
   return server::LiveServer({.port = 0}, {}).port();
 }

@@ -1,4 +1,5 @@
-// A source of signals: what it sends, how it bears losses, and lines of text.
+// Tests a program that sends signals to a room: the messages that it sends, its behaviour after a loss of the
+// connection, and the parser of its input lines.
 #include "client/signals/signal_session.hpp"
 
 #include <gmock/gmock.h>

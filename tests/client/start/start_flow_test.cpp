@@ -252,8 +252,8 @@ TEST(ChildProgram, IsKilledIfItIgnoresTheRequest) {
   EXPECT_EQ(child.exit_code(), 128 + SIGKILL);
 }
 
-/// Destroys a shell script whose first line of output is the id of a process that it started. Fails if the destruction
-/// takes about as long as that process. Returns its id.
+/// Runs a shell script whose first line of output is the id of a process that the script has started, then destroys its
+/// ChildProgram. Fails if the destruction takes about as long as that process. Returns the id.
 pid_t process_left_by(const std::string& script) {
   auto program = std::make_unique<ChildProgram>("/bin/sh", std::vector<std::string>{"-c", script});
   std::vector<std::string> lines;

@@ -65,7 +65,8 @@ Glyph shown(Glyph glyph) {
   return glyph;
 }
 
-/// Describes glyphs that overlap each other by more than a quarter, or that the side or the window's edge cuts.
+/// Describes glyphs that overlap each other by more than a quarter, or that are cut off by the window's edge or a side
+/// of their clip rectangle.
 std::string problems_of(const ImDrawData& data, const Size& size) {
   std::string problems;
   std::vector<Glyph> visible;

@@ -1,4 +1,4 @@
-// EDF+ and BDF+ files: exact values, and refusals that name the field.
+// Tests EDF+ and BDF+ files: values must be exact after writing and reading, and an error must name the wrong field.
 #include "devices/eeg/sources/edf_file.hpp"
 
 #include <gmock/gmock.h>

@@ -31,7 +31,7 @@ public class TandemHand : MonoBehaviour {
       });
       client_.Join();
     } catch (Tandem.TandemException error) {
-      Debug.LogError(error.Message);  // with the remedy
+      Debug.LogError(error.Message);  // the message names the remedy
       OnDisable();
     }
   }

@@ -74,7 +74,7 @@ class Trial:
         self.fields = _fields(group)
         #: Values of the experiment that were replaced (`--set`).
         self.overrides: Dict[str, Any] = json.loads(self.fields.pop("overrides", "") or "{}")
-        #: For each user their own metrics.
+        #: Metrics of each user, by the name of the user.
         self.users = {user: _fields(each) for user, each in group["users"].items()} if "users" in group else {}
         #: Series, e.g. samples["1-anna"]["t_s"]; only with `tandem-lab run --samples` or for a single trial.
         self.samples = Tables(file, f"trials/{name}/samples")
@@ -112,7 +112,7 @@ class Recording(Tables):
         super().__init__(file, "/")
         with h5py.File(file, "r") as opened:
             about = _fields(opened)
-        #: The same as of `tandem-replay info --json`.
+        #: Facts about the recording, as `tandem-replay info --json` prints them.
         self.facts: Dict[str, Any] = json.loads(about.get("facts", "") or "{}")
         #: True if the end of the file is missing, e.g. because its program was killed.
         self.is_damaged = is_damaged

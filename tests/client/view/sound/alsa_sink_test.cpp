@@ -1,4 +1,4 @@
-// ALSA with a configuration that writes to a file instead of a sound card.
+// Tests the ALSA sink with a configuration that writes to a file instead of a sound card.
 #include "client/view/sound/alsa_sink.hpp"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,8 @@ class AlsaSinkTest : public testing::Test {
     std::filesystem::remove(raw_);
   }
   ~AlsaSinkTest() override { unsetenv("ALSA_CONFIG_PATH"); }
-  /// The library reads a file of the same name only once.
+  /// Sets the ALSA configuration. `name` must be new for each call, because the library reads a file of the same name
+  /// only once.
   void configure(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name) << text;
     setenv("ALSA_CONFIG_PATH", (folder_ / name).c_str(), 1);
@@ -57,7 +58,7 @@ TEST_F(AlsaSinkTest, WritesTheSamplesToTheDefaultDevice) {
   ASSERT_TRUE(sink->open());
   std::vector<std::int16_t> samples = samples_of(Sound::kGoal, 1);
   const std::vector<std::int16_t> sound = samples;
-  samples.resize(samples.size() + kSampleRate_hz);  // silence that fills the buffers
+  samples.resize(samples.size() + kSampleRate_hz);  // silence that pushes the sound through the buffers
   write_all(*sink, samples);
   sink->close();
   const auto received = written();

@@ -12,7 +12,7 @@ using std::chrono::milliseconds;
 /// A session in virtual time, with 30 frames a second.
 class SoundEventsTest : public testing::Test {
  protected:
-  /// Returns the number of each sound in this time.
+  /// Runs the session for `span`. Returns how often each sound was requested.
   std::map<Sound, int> pass(Duration span) {
     std::map<Sound, int> counts;
     for (const LocalTime end = now_ + span; now_ < end; now_ += milliseconds(33)) {

@@ -1,4 +1,5 @@
-// The player with a sink that stores what it receives. The tests wait for states, never for times.
+// Tests the sound player with a sink that stores the samples that it receives. The tests wait for states, never for a
+// fixed time, so that they do not depend on the speed of the machine.
 #include "client/view/sound/sound_player.hpp"
 
 #include <gtest/gtest.h>
@@ -15,7 +16,7 @@ namespace {
 
 constexpr auto kPatience = std::chrono::seconds(60);
 
-/// What a sink does and has received. It outlives the sink.
+/// State of a fake sink, and the samples that it has received. The record exists longer than the sink.
 class Record {
  public:
   void add(std::span<const std::int16_t> samples) {
@@ -28,7 +29,7 @@ class Record {
     flag = true;
     changed_.notify_all();
   }
-  /// Waits until the condition holds. Returns whether it does.
+  /// Waits until the condition holds, or until kPatience has passed. Returns whether it holds.
   bool wait(const std::function<bool(const Record&)>& condition) {
     std::unique_lock lock(mutex_);
     return changed_.wait_for(lock, kPatience, [&] { return condition(*this); });
@@ -46,9 +47,9 @@ class Record {
 
 struct Behaviour {
   bool has_device = true;
-  bool blocks_open = false;  ///< open() returns only when the record is released
-  bool is_full = false;      ///< write() has no room
-  bool is_lost = false;      ///< write() fails
+  bool blocks_open = false;  ///< true: open() returns only after the test has released the record
+  bool is_full = false;      ///< true: write() accepts no samples
+  bool is_lost = false;      ///< true: write() fails
 };
 
 class FakeSink : public SoundSink {
@@ -88,7 +89,8 @@ class SoundPlayerTest : public testing::Test {
 TEST_F(SoundPlayerTest, PlaysWhatIsQueuedInOrder) {
   const auto contact = samples_of(Sound::kContact, 0.5), goal = samples_of(Sound::kGoal, 1);
   SoundPlayer player(sink());
-  // A busy machine may start the thread late, so the event is dated so that it is not late.
+  // A busy machine may start the thread late. The time stamp of the event is therefore in the future, so that the
+  // player does not discard the event as late.
   const LocalTime at = now() + kPatience;
   EXPECT_TRUE(player.play(Sound::kContact, 0.5, at));
   EXPECT_TRUE(player.play(Sound::kGoal, 1, at));
