@@ -230,6 +230,12 @@ class Checker {
       field.in("goals").refuse("are all extra; at least one must be needed, or the level ends at once");
     }
     time_limits(level, field);
+    if (level.has_next() && level.repeats()) {
+      field.in("repeats").refuse(
+          "is true, and the level has next, which alone determines the level that follows; remove repeats, and name "
+          "this "
+          "level in a row of next");
+    }
     if (level.has_next()) table(level.next(), field.in("next"));
     solutions(level, field);
     level_bodies(level, field);

@@ -69,6 +69,10 @@ class Signals(ProgramTest):
             self.assert_setup_error(run("tandem-signal", *to, "--generate", "arousal", "--duration", "1s"), "tandem-signal: ", "arousal")
             self.assert_setup_error(run("tandem-signal", *to, "--generate", "valence", "--rate", "99"), "tandem-signal: ", "--rate")
 
+    def test_a_call_without_program_is_announced_at_the_start(self):
+        with Server("--scene", self.scene()) as server:
+            server.wait_for_log("room play: its game calls a person, and --on-call is missing.*give --on-call PROGRAM")
+
     def test_a_room_without_signals_refuses_them(self):
         with Server("--scene", "free") as server:
             self.assert_setup_error(send("valence 1\n", "--server", f"127.0.0.1:{server.port}", "--insecure"), "tandem-signal: ",
