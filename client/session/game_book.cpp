@@ -7,12 +7,12 @@
 #include "common/base/ids.hpp"
 #include "common/net/text.hpp"
 #include "proto/scene_ranges.hpp"
+#include "proto/signals.hpp"
 #include "proto/state.hpp"
 
 namespace tandem::client {
 namespace {
 
-constexpr double kMaxSignal = 1e6;
 constexpr double kMaxScore = 1e14, kMaxElapsed_s = 1e9;
 
 bool is_amount(double value, double most) {
@@ -123,8 +123,8 @@ bool GameBook::receive(const wire::GameState& state) {
   const auto is_goal = [](const wire::GoalState& goal) { return is_time(goal.elapsed_s()); };
   const auto is_signal = [this, number = 0](const wire::SignalReport& signal) mutable {
     const int states = game_.signals(number++).states_size();
-    return is_amount(signal.value(), kMaxSignal) && is_amount(signal.confidence(), 1) && is_time(signal.age_s()) &&
-           signal.state() <= static_cast<std::uint32_t>(states);
+    return proto::is_signal_value(signal.value()) && proto::is_confidence(signal.confidence()) &&
+           is_time(signal.age_s()) && signal.state() <= static_cast<std::uint32_t>(states);
   };
   const double most_m_per_s2 = proto::scene_range("Scene.gravity_m_per_s2").high;
   const auto& gravity = state.gravity_m_per_s2();

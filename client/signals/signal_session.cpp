@@ -1,16 +1,13 @@
 #include "client/signals/signal_session.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
+#include "proto/signals.hpp"
 #include "proto/state.hpp"
 
 namespace tandem::client {
 namespace {
-
-constexpr std::size_t kMaxNameBytes = 32;
-constexpr double kMaxValue = 1e6;
 
 std::string milliseconds(Duration duration) {
   return std::to_string(duration / std::chrono::milliseconds(1)) + " ms";
@@ -19,15 +16,13 @@ std::string milliseconds(Duration duration) {
 }  // namespace
 
 std::string problem_of(const Signal& signal) {
-  constexpr std::string_view kCharacters = "abcdefghijklmnopqrstuvwxyz0123456789_-.";
-  if (signal.name.empty() || signal.name.size() > kMaxNameBytes ||
-      signal.name.find_first_not_of(kCharacters) != std::string::npos) {
-    return "the name '" + printable(signal.name) + "' must be 1 to 32 characters a-z, 0-9, _ - .";
+  if (!proto::is_signal_name(signal.name)) {
+    return "the name '" + printable(signal.name) + "' " + std::string(proto::kSignalNameRule);
   }
-  if (!(std::abs(signal.value) <= kMaxValue)) {
+  if (!proto::is_signal_value(signal.value)) {
     return "the value of " + signal.name + " is " + std::to_string(signal.value) + "; it must be -1e6 to 1e6";
   }
-  if (!(signal.confidence >= 0 && signal.confidence <= 1)) {
+  if (!proto::is_confidence(signal.confidence)) {
     return "the confidence of " + signal.name + " is " + std::to_string(signal.confidence) + "; it must be 0 to 1";
   }
   return {};
@@ -216,7 +211,7 @@ void SignalSession::send_waiting(LocalTime now) {
     out.set_name(signal.name);
     out.set_value(signal.value);
     out.set_confidence(signal.confidence);
-    out.set_age_s(std::clamp(to_seconds(now - signal.measured), 0.0, kMaxSignalAge_s));
+    out.set_age_s(std::clamp(to_seconds(now - signal.measured), 0.0, proto::kMaxSignalAge_s));
     send(message);
     ++sent_;
     unconfirmed_.insert_or_assign(next->first, Sent{signal, pings_ + 1});

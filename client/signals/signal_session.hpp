@@ -15,8 +15,6 @@
 
 namespace tandem::client {
 
-inline constexpr double kMaxSignalAge_s = 600;
-
 /// A number by name, such as the valence of an electroencephalogram or a heart rate.
 struct Signal {
   std::string name;
