@@ -9,6 +9,7 @@
 #include "common/haptics/coupling/adaptive.hpp"
 #include "common/haptics/coupling/coupling_ranges.hpp"
 #include "common/physics/world_description.hpp"
+#include "proto/signals.hpp"
 #include "proto/state.hpp"
 
 namespace tandem::proto {
@@ -203,7 +204,7 @@ void add_soft_bodies_and_scene(Table& table) {
 
 /// Adds the ranges of goals. The default tolerances and speeds are our choice: a user reaches them without effort.
 void add_goals(Table& table) {
-  constexpr double kMaxScore = 1e6, kMaxTime_s = 86400, kMaxOutline_m = 10, kMaxSignal = 1e6;
+  constexpr double kMaxScore = 1e6, kMaxTime_s = 86400, kMaxOutline_m = 10;
   const auto users = static_cast<double>(kMaxUsers);
   add(table, {{"AtPose.position_tolerance_m", "m", kMin, 10, {0.005}},
               {"AtPose.angle_tolerance_deg", "°", 0.1, 180, {10}},
@@ -214,16 +215,16 @@ void add_goals(Table& table) {
               {"Silhouette.figure_m", "m", -kMaxOutline_m, kMaxOutline_m, {}, 0},
               {"Silhouette.covered_percent", "%", 50, 100, {95}},
               {"Silhouette.outside_percent", "%", 0, 50, {5}},
-              {"SignalCondition.above", "", -kMaxSignal, kMaxSignal, {-kMaxSignal}},
-              {"SignalCondition.below", "", -kMaxSignal, kMaxSignal, {kMaxSignal}},
+              {"SignalCondition.above", "", -kMaxSignalValue, kMaxSignalValue, {-kMaxSignalValue}},
+              {"SignalCondition.below", "", -kMaxSignalValue, kMaxSignalValue, {kMaxSignalValue}},
               color("Say.color_rgb", {0.9, 0.9, 0.9}),
               {"Goal.at_least", "", 1, 16, {}},
               {"Goal.hold_s", "s", 0, 600, {0}},
               {"Goal.score", "", -kMaxScore, kMaxScore, {1}},
               {"Goal.score_per_s", "", 0, kMaxScore, {0}},
               {"Goal.time_limit_s", "s", 0, kMaxTime_s, {0}},
-              {"SignalState.above", "", -kMaxSignal, kMaxSignal, {-kMaxSignal}},
-              {"SignalState.below", "", -kMaxSignal, kMaxSignal, {kMaxSignal}},
+              {"SignalState.above", "", -kMaxSignalValue, kMaxSignalValue, {-kMaxSignalValue}},
+              {"SignalState.below", "", -kMaxSignalValue, kMaxSignalValue, {kMaxSignalValue}},
               {"GameSignal.max_age_s", "s", 0.1, 600, {5}},
               {"GameSignal.min_confidence", "", 0, 1, {0}},
               {"LevelTable.high_score", "", -1e9, 1e9, {0}},

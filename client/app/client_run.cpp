@@ -393,16 +393,18 @@ void ClientRun::on_record(const TickRecord& record) {
 
 /// Reports the events since the last call.
 void ClientRun::take_events() {
+  std::string together;  // the window shows one text, and events of one step of a game arrive together
   while (const std::optional<Event> event = io_.next()) {
     if (const auto* const news = std::get_if<event::News>(&*event)) {
       texts_.news = news->text;
       log(texts_.news);
-      if (window_) window_->show_news(texts_.news);
+      together += (together.empty() ? "" : "; ") + texts_.news;
     } else if (const std::string line = log_line(*event); options_.is_verbose && !line.empty()) {
       log(line);
     }
     if (commands_) commands_->receive(*event);
   }
+  if (window_ && !together.empty()) window_->show_news(together);
 }
 
 void ClientRun::follow_session(const ClientIoSnapshot& io) {

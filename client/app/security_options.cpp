@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
 #include <iostream>
 #include <stdexcept>
 
@@ -30,14 +31,26 @@ void apply_token(const proto::Bytes& token, bool keeps_role, ClientIoSettings& i
   if (!keeps_role) io.client.session.role = claims->role();
 }
 
+/// Reads a line from stdin, byte by byte, so that later lines remain for the program.
+std::string line_from_stdin() {
+  constexpr std::size_t kMaxBytes = 1U << 16U;
+  std::string line;
+  char c = 0;
+  while (line.size() < kMaxBytes) {
+    const ssize_t count = ::read(STDIN_FILENO, &c, 1);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0 || c == '\n') break;
+    line += c;
+  }
+  return line;
+}
+
 /// Returns the text of an option. If it is "-", reads one line from stdin instead, after a prompt if that is a
 /// terminal. Other users of the machine can see secrets on the command line, but not on stdin.
 std::string or_from_stdin(const std::string& text, const char* name) {
   if (text != "-") return text;
   if (isatty(STDIN_FILENO) != 0) std::cerr << "Paste the " << name << ", then press Enter: " << std::flush;
-  std::string line;
-  std::getline(std::cin, line);
-  return line;
+  return line_from_stdin();
 }
 
 void apply_invitation(const std::string& text, bool keeps_role, ClientIoSettings& io) {

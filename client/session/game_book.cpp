@@ -7,12 +7,12 @@
 #include "common/base/ids.hpp"
 #include "common/net/text.hpp"
 #include "proto/scene_ranges.hpp"
+#include "proto/signals.hpp"
 #include "proto/state.hpp"
 
 namespace tandem::client {
 namespace {
 
-constexpr double kMaxSignal = 1e6;
 constexpr double kMaxScore = 1e14, kMaxElapsed_s = 1e9;
 
 bool is_amount(double value, double most) {
@@ -89,6 +89,15 @@ bool has_score(const wire::GameEvent& event) {
 
 }  // namespace
 
+std::span<const wire::GameEvent> GameReport::last_events() const {
+  std::size_t count = 0;
+  while (count < std::min(events.size(), kMaxEventsTogether) &&
+         events[events.size() - 1 - count].step() == events.back().step()) {
+    ++count;
+  }
+  return std::span(events).last(count);
+}
+
 std::string text_of(const wire::GameEvent& event, const wire::Game& game) {
   const std::string& of_scene = say_of(event, game).text();
   std::string text = of_scene.empty() ? own_text(event, game) : of_scene;
@@ -114,8 +123,8 @@ bool GameBook::receive(const wire::GameState& state) {
   const auto is_goal = [](const wire::GoalState& goal) { return is_time(goal.elapsed_s()); };
   const auto is_signal = [this, number = 0](const wire::SignalReport& signal) mutable {
     const int states = game_.signals(number++).states_size();
-    return is_amount(signal.value(), kMaxSignal) && is_amount(signal.confidence(), 1) && is_time(signal.age_s()) &&
-           signal.state() <= static_cast<std::uint32_t>(states);
+    return proto::is_signal_value(signal.value()) && proto::is_confidence(signal.confidence()) &&
+           is_time(signal.age_s()) && signal.state() <= static_cast<std::uint32_t>(states);
   };
   const double most_m_per_s2 = proto::scene_range("Scene.gravity_m_per_s2").high;
   const auto& gravity = state.gravity_m_per_s2();
@@ -129,7 +138,7 @@ bool GameBook::receive(const wire::GameState& state) {
   absent_ = 0;
   for (const std::uint32_t id : state.absent_bodies()) absent_ |= std::uint64_t{1} << (id - 1) % proto::kMaxBodies;
   gravity_ = Vec3(gravity[0], gravity[1], gravity[2]);
-  report_ = std::make_shared<const GameReport>(GameReport{state, events_, last_text_});
+  report_ = std::make_shared<const GameReport>(GameReport{state, events_});
   return true;
 }
 
@@ -143,9 +152,8 @@ std::string GameBook::receive(const wire::GameEvent& event) {
   if (is_choice && event.row() >= static_cast<std::uint32_t>(level.next().rows_size())) return {};
   if (events_.size() == kMaxGameEvents) events_.erase(events_.begin());
   events_.push_back(event);
-  last_text_ = text_of(event, game_);
-  if (report_) report_ = std::make_shared<const GameReport>(GameReport{report_->state, events_, last_text_});
-  return last_text_;
+  if (report_) report_ = std::make_shared<const GameReport>(GameReport{report_->state, events_});
+  return text_of(event, game_);
 }
 
 }  // namespace tandem::client

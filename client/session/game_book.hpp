@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -16,8 +17,12 @@ namespace tandem::client {
 struct GameReport {
   wire::GameState state;
   std::vector<wire::GameEvent> events;  ///< the last kMaxGameEvents events, in order of occurrence
-  std::string last_text;                ///< text of the last event for the user
+
+  /// Returns the last events of the step of the last event, at most kMaxEventsTogether. They are shown together, because
+  /// all of them are news.
+  std::span<const wire::GameEvent> last_events() const;
 };
+inline constexpr std::size_t kMaxEventsTogether = 4;
 inline constexpr std::size_t kMaxGameEvents = 256;
 
 /// Returns the text of an event: the text given in the scene, or one composed of the names.
@@ -50,7 +55,6 @@ class GameBook {
   int bodies_ = 0;
   std::shared_ptr<const GameReport> report_;
   std::vector<wire::GameEvent> events_;
-  std::string last_text_;
   std::uint64_t absent_ = 0;
   std::optional<Vec3> gravity_;
 };

@@ -33,8 +33,11 @@ struct SignalConnection::Impl {
       poll();
       io.run();
     } catch (const std::exception& error) {
-      const std::lock_guard lock(mutex);
-      published.session = {SessionState::kEnded, error.what(), true};
+      {
+        const std::lock_guard lock(mutex);
+        published.session = {SessionState::kEnded, error.what(), true};
+      }
+      if (settings.on_log) settings.on_log(error.what());
     }
   }
   void poll() {
@@ -51,6 +54,7 @@ struct SignalConnection::Impl {
     published.has_joined = session.has_joined();
     published.names = session.names();
     published.waiting = session.waiting() + posted;
+    published.unconfirmed = session.unconfirmed();
     published.sent = session.sent();
     published.refused = session.refused();
   }
@@ -112,11 +116,14 @@ void SignalConnection::send(Signal signal, Duration age) {
 
 bool SignalConnection::flush(Duration patience) {
   const LocalTime deadline = impl_->clock.now() + patience;
-  while (status().waiting > 0) {
-    if (impl_->clock.now() >= deadline || status().session.state == SessionState::kEnded) return false;
+  asio::post(impl_->io, [impl = impl_.get()] { impl->session.hasten_confirmation(); });
+  for (;;) {
+    const SignalConnectionStatus now = status();
+    if (now.session.state == SessionState::kEnded) return false;
+    if (now.waiting == 0 && now.unconfirmed == 0) return true;
+    if (impl_->clock.now() >= deadline) return false;
     std::this_thread::sleep_for(kPollPeriod);
   }
-  return true;
 }
 
 SignalConnectionStatus SignalConnection::status() const {

@@ -30,6 +30,7 @@ struct SignalConnectionStatus {
   bool has_joined = false;
   std::vector<std::string> names;  ///< signals of the room's game
   std::size_t waiting = 0;         ///< number of values that are not sent yet
+  std::size_t unconfirmed = 0;     ///< number of names whose last sent value the server has not confirmed
   std::uint64_t sent = 0;
   std::uint64_t refused = 0;  ///< refusals of the server
 };
@@ -52,7 +53,8 @@ class SignalConnection {
   /// In      age  time since the measurement
   /// Fails   std::invalid_argument: problem_of(signal)
   void send(Signal signal, Duration age = {});
-  /// Waits until all values are sent; returns false if they are not within `patience`.
+  /// Waits until the server has confirmed all values, and with them all its refusals. Returns false if it does not within
+  /// `patience`, or if the session has ended.
   bool flush(Duration patience);
   SignalConnectionStatus status() const;
   /// Leaves the room and joins the thread. Repeated calls have no effect.

@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "proto/signals.hpp"
+
 namespace tandem::client {
 namespace {
 
@@ -41,7 +43,7 @@ SignalLine parse_signal_line(const std::string& line) {
   out.signal.value = number_of(words[1], "value");
   if (words.size() > 2) out.signal.confidence = number_of(words[2], "confidence");
   const double age_s = words.size() > 3 ? number_of(words[3], "age") : 0;
-  if (!(age_s >= 0 && age_s <= kMaxSignalAge_s)) {
+  if (!proto::is_signal_age(age_s)) {
     throw std::invalid_argument("the age " + words[3] + " must be 0 to 600 s");
   }
   out.age = from_seconds(age_s);

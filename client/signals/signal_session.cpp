@@ -1,16 +1,13 @@
 #include "client/signals/signal_session.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
+#include "proto/signals.hpp"
 #include "proto/state.hpp"
 
 namespace tandem::client {
 namespace {
-
-constexpr std::size_t kMaxNameBytes = 32;
-constexpr double kMaxValue = 1e6;
 
 std::string milliseconds(Duration duration) {
   return std::to_string(duration / std::chrono::milliseconds(1)) + " ms";
@@ -19,15 +16,13 @@ std::string milliseconds(Duration duration) {
 }  // namespace
 
 std::string problem_of(const Signal& signal) {
-  constexpr std::string_view kCharacters = "abcdefghijklmnopqrstuvwxyz0123456789_-.";
-  if (signal.name.empty() || signal.name.size() > kMaxNameBytes ||
-      signal.name.find_first_not_of(kCharacters) != std::string::npos) {
-    return "the name '" + printable(signal.name) + "' must be 1 to 32 characters a-z, 0-9, _ - .";
+  if (!proto::is_signal_name(signal.name)) {
+    return "the name '" + printable(signal.name) + "' " + std::string(proto::kSignalNameRule);
   }
-  if (!(std::abs(signal.value) <= kMaxValue)) {
+  if (!proto::is_signal_value(signal.value)) {
     return "the value of " + signal.name + " is " + std::to_string(signal.value) + "; it must be -1e6 to 1e6";
   }
-  if (!(signal.confidence >= 0 && signal.confidence <= 1)) {
+  if (!proto::is_confidence(signal.confidence)) {
     return "the confidence of " + signal.name + " is " + std::to_string(signal.confidence) + "; it must be 0 to 1";
   }
   return {};
@@ -101,6 +96,8 @@ void SignalSession::handle(const wire::ServerControl& message, LocalTime now) {
   } else if (message.has_error()) {
     ++refused_;
     log("refused: " + message.error().text());
+  } else if (message.has_pong()) {
+    confirm(message.pong().token());
   }
 }
 
@@ -139,7 +136,12 @@ void SignalSession::lose(LocalTime now, const std::string& why, bool is_final) {
   if (status_.state == SessionState::kEnded || status_.state == SessionState::kWaiting) return;
   transport_.close();
   status_.why = printable(why);
+  for (const auto& [name, sent] : unconfirmed_) {
+    if (waiting_.size() < kMaxNames) waiting_.try_emplace(name, sent.signal);
+  }
+  unconfirmed_.clear();
   if (is_final || !has_joined_) {
+    if (has_joined_) log(why + "; no more values are sent");
     status_.state = SessionState::kEnded;
     status_.is_setup_error = true;
     return;
@@ -177,30 +179,42 @@ bool SignalSession::set(const Signal& signal) {
 
 void SignalSession::poll(LocalTime now) {
   if (status_.state == SessionState::kActive) {
-    if (now - pinged_ >= settings_.ping_every) {
-      pinged_ = now;
-      wire::ClientControl message;
-      message.mutable_ping();
-      send(message);
-    }
     send_waiting(now);
+    const auto needs_ping = [this](const auto& sent) { return sent.second.ping > pings_; };
+    const bool is_urgent = hastens_ && waiting_.empty() && std::ranges::any_of(unconfirmed_, needs_ping);
+    if (is_urgent || now - pinged_ >= settings_.ping_every) ping(now);
   }
   check_time_outs(now);
+}
+
+void SignalSession::ping(LocalTime now) {
+  pinged_ = now;
+  wire::ClientControl message;
+  message.mutable_ping()->set_token(++pings_);
+  send(message);
+}
+
+/// Removes the values that were sent before an answered ping.
+void SignalSession::confirm(std::uint64_t ping) {
+  if (ping > pings_) return;
+  std::erase_if(unconfirmed_, [ping](const auto& sent) { return sent.second.ping <= ping; });
 }
 
 /// Sends waiting values while the budget lasts and the connection accepts bytes, so that no old values queue.
 void SignalSession::send_waiting(LocalTime now) {
   while (!waiting_.empty() && transport_.queued_control_bytes() == 0 && budget_.try_consume(1, now)) {
     const auto next = waiting_.begin();
+    if (unconfirmed_.size() >= kMaxNames && !unconfirmed_.contains(next->first)) return;
     const Signal& signal = next->second;
     wire::ClientControl message;
     wire::Signal& out = *message.mutable_signal();
     out.set_name(signal.name);
     out.set_value(signal.value);
     out.set_confidence(signal.confidence);
-    out.set_age_s(std::clamp(to_seconds(now - signal.measured), 0.0, kMaxSignalAge_s));
+    out.set_age_s(std::clamp(to_seconds(now - signal.measured), 0.0, proto::kMaxSignalAge_s));
     send(message);
     ++sent_;
+    unconfirmed_.insert_or_assign(next->first, Sent{signal, pings_ + 1});
     waiting_.erase(next);
   }
 }

@@ -15,8 +15,6 @@
 
 namespace tandem::client {
 
-inline constexpr double kMaxSignalAge_s = 600;
-
 /// A number by name, such as the valence of an electroencephalogram or a heart rate.
 struct Signal {
   std::string name;
@@ -40,7 +38,8 @@ struct SignalSessionSettings {
 };
 
 /// Sends the newest value of each signal. A value that cannot be sent at once is replaced by a newer one of its name, and
-/// its age is added when it is sent. A lost connection is restored automatically.
+/// its age is added when it is sent. A lost connection is restored automatically, and values whose arrival is not
+/// confirmed are then sent again. The answer to a ping confirms all values sent before it.
 ///
 /// Limits  kMaxNames names; at most kRate values are sent, below the limit of the server
 /// Thread  any, one at a time
@@ -60,6 +59,8 @@ class SignalSession final : public TransportListener {
   bool set(const Signal& signal);
   /// Sends waiting values, keeps the connection alive, and checks time-outs. Call it every few milliseconds.
   void poll(LocalTime now);
+  /// Pings as soon as all values are sent, so that their arrival is confirmed without the wait for the next regular ping.
+  void hasten_confirmation() { hastens_ = true; }
   void leave();
 
   const SessionStatus& status() const { return status_; }
@@ -67,12 +68,19 @@ class SignalSession final : public TransportListener {
   /// Signals of the room's game, as received when the session joined.
   const std::vector<std::string>& names() const { return names_; }
   std::size_t waiting() const { return waiting_.size(); }
+  /// Number of names whose last sent value is not confirmed.
+  std::size_t unconfirmed() const { return unconfirmed_.size(); }
   std::uint64_t sent() const { return sent_; }
   std::uint64_t refused() const { return refused_; }
   /// Called with each line for the user: losses, and refusals of the server.
   std::function<void(const std::string& line)> on_log;
 
  private:
+  struct Sent {
+    Signal signal;
+    std::uint64_t ping = 0;  ///< number of the ping whose answer confirms the value
+  };
+
   void connect(LocalTime now);
   void enter(SessionState state, LocalTime now);
   void handle(const wire::ServerControl& message, LocalTime now);
@@ -81,6 +89,8 @@ class SignalSession final : public TransportListener {
   void lose(LocalTime now, const std::string& why, bool is_final = false);
   void check_time_outs(LocalTime now);
   void send_waiting(LocalTime now);
+  void ping(LocalTime now);
+  void confirm(std::uint64_t ping);
   void send(wire::ClientControl& message);
   void log(const std::string& line) const {
     if (on_log) on_log(printable(line));
@@ -100,6 +110,9 @@ class SignalSession final : public TransportListener {
   bool has_joined_ = false;
   std::vector<std::string> names_;
   std::map<std::string, Signal> waiting_;
+  std::map<std::string, Sent> unconfirmed_;
+  std::uint64_t pings_ = 0;
+  bool hastens_ = false;
   std::uint64_t sent_ = 0;
   std::uint64_t refused_ = 0;
 };

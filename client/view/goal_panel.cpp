@@ -91,8 +91,9 @@ void draw_outlines(const std::vector<SolutionOutline>& outlines, float width) {
 }
 
 /// Draws a button for each solution of the level, and the solution of the button that was pressed last.
-void draw_solutions(const wire::Level& level) {
-  int& shown = *ImGui::GetStateStorage()->GetIntRef(ImGui::GetID("solution"), 0);
+void draw_solutions(const wire::Level& level, std::uint32_t number) {
+  const std::string id = "solution of level " + std::to_string(number);
+  int& shown = *ImGui::GetStateStorage()->GetIntRef(ImGui::GetID(id.c_str()), 0);
   for (int i = 0; i < level.solutions_size(); ++i) {
     if (i % 3 != 0) ImGui::SameLine();
     const bool is_shown = shown == i + 1;
@@ -237,7 +238,9 @@ std::vector<std::string> signal_rows(const wire::Game& game, const wire::GameSta
     const wire::SignalReport& now = state.signals(i);
     const std::string name = net::printable(signal.text());
     if (!now.fresh()) {
-      rows.push_back("no signal " + name + ": by score alone");
+      const bool is_in_table = std::ranges::any_of(
+          game.levels(), [&signal](const wire::Level& level) { return level.next().signal() == signal.name(); });
+      rows.push_back("no signal " + name + (is_in_table ? ": by score alone" : ""));
       continue;
     }
     const bool has_state = now.state() >= 1 && now.state() <= static_cast<std::uint32_t>(signal.states_size());
@@ -289,13 +292,13 @@ void draw_goals(const PanelContent& content, float top) {
   for (const GoalRow& row : goal_rows(game, state))
     ImGui::TextColored(color_of_status(row.status), "%s", row.text.c_str());
   for (const std::string& row : signal_rows(game, state)) ImGui::TextColored(kWaits, "%s", row.c_str());
-  if (!content.io->game->events.empty()) {
-    const Vec3 color = color_of(content.io->game->events.back(), game);
+  for (const wire::GameEvent& event : content.io->game->last_events()) {
+    const Vec3 color = color_of(event, game);
     ImGui::TextColored(
         ImVec4(static_cast<float>(color.x()), static_cast<float>(color.y()), static_cast<float>(color.z()), 1), "%s",
-        content.io->game->last_text.c_str());
+        text_of(event, game).c_str());
   }
-  draw_solutions(level);
+  draw_solutions(level, state.level());
   if (may_choose(*content.io->joined)) draw_choices(content, game);
   ImGui::PopTextWrapPos();
   ImGui::End();

@@ -13,6 +13,8 @@
 #include <string>
 #include <string_view>
 
+#include "common/base/user_folders.hpp"
+
 namespace tandem {
 namespace {
 
@@ -32,19 +34,17 @@ bool write_all(int descriptor, std::span<const std::byte> bytes) {
   return true;
 }
 
+/// Returns the value of an environment variable as a path; empty if it is not set.
+std::filesystem::path variable(const char* name) {
+  const char* const value = std::getenv(name);
+  return value == nullptr ? "" : value;
+}
+
 enum class Disk { kAwaited, kNotAwaited };
 
 bool write_parts(int descriptor, Parts parts, unsigned mode, Disk disk) {
   return std::ranges::all_of(parts, [=](auto part) { return write_all(descriptor, part); }) &&
          ::fchmod(descriptor, mode) == 0 && (disk == Disk::kNotAwaited || ::fsync(descriptor) == 0);
-}
-
-/// Makes a new file name in the folder survive a power loss, if the file system supports this.
-void sync_folder(const std::filesystem::path& folder) {
-  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return;
-  ::fsync(descriptor);
-  ::close(descriptor);
 }
 
 enum class Old { kReplaced, kStays };
@@ -104,15 +104,23 @@ std::filesystem::path data_folder() {
   return (program_folder() / TANDEM_DATA_FROM_PROGRAM).lexically_normal();
 }
 
+std::filesystem::path user_folder(const char* xdg, const std::filesystem::path& below_home) {
+  if (auto chosen = variable(xdg); chosen.is_absolute()) return chosen;
+  const auto home = variable("HOME");
+  return home.empty() ? home : home / below_home;
+}
+
+void sync_folder(const std::filesystem::path& folder) {
+  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  ::fsync(descriptor);
+  ::close(descriptor);
+}
+
 std::filesystem::path default_cache_directory() {
-  const auto variable = [](const char* name) -> std::filesystem::path {
-    const char* const value = std::getenv(name);
-    return value == nullptr ? "" : value;
-  };
   if (auto own = variable("TANDEM_CACHE"); !own.empty()) return own;
-  if (const auto xdg = variable("XDG_CACHE_HOME"); !xdg.empty()) return xdg / "tandem";
-  if (const auto home = variable("HOME"); !home.empty()) return home / ".cache" / "tandem";
-  return {};
+  const std::filesystem::path cache = user_folder("XDG_CACHE_HOME", ".cache");
+  return cache.empty() ? cache : cache / "tandem";
 }
 
 std::error_code replace_file(const std::filesystem::path& file, Parts parts, unsigned mode) {

@@ -129,12 +129,18 @@ int run_report(const TherapyOptions& options) {
 }
 
 int run_delete(const TherapyOptions& options) {
-  const std::vector<fs::path> left = store_of(options).remove(options.pseudonym);
-  for (const fs::path& file : left) {
+  const Removal removal = store_of(options).remove(options.pseudonym);
+  for (const fs::path& file : removal.found) {
     std::cerr << "tandem-lab: the pseudonym is still in " << file.string()
               << ", which this program did not write; remove it yourself\n";
   }
-  if (!left.empty()) return 1;
+  for (const fs::path& file : removal.unreadable) {
+    std::cerr
+        << "tandem-lab: " << file.string()
+        << " could not be searched for the pseudonym, and this program did not write it; check its rights and search "
+           "it yourself\n";
+  }
+  if (!removal.found.empty() || !removal.unreadable.empty()) return 1;
   std::cout << "deleted; reports and recordings elsewhere are not removed\n";
   return 0;
 }

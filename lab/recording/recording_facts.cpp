@@ -1,13 +1,13 @@
 #include "lab/recording/recording_facts.hpp"
 
 #include <array>
-#include <ctime>
 #include <map>
 #include <optional>
 
 #include "common/base/json_pretty.hpp"
 #include "common/base/tick_faults.hpp"
 #include "common/haptics/safety.hpp"
+#include "lab/report/utc.hpp"
 #include "proto/recording/recorded_files.hpp"
 #include "proto/recording/schema.hpp"
 #include "tandem/recording.pb.h"
@@ -18,15 +18,6 @@ namespace {
 namespace json = boost::json;
 
 constexpr std::size_t kMaxGapsListed = 20;
-
-std::string utc(std::uint64_t unix_ns) {
-  const auto seconds = static_cast<std::time_t>(unix_ns / 1'000'000'000U);
-  std::tm time{};
-  gmtime_r(&seconds, &time);
-  std::array<char, 32> text{};
-  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &time);
-  return text.data();
-}
 
 /// Counts the gaps in a sequence of consecutive numbers.
 class Sequence {
@@ -73,7 +64,7 @@ class Facts {
     out_["is_whole"] = end.is_whole;
     out_["is_damaged"] = end.is_damaged;
     out_["why"] = end.why;
-    out_["begun_utc"] = utc(begun_ns_);
+    out_["begun_utc"] = utc_text(begun_ns_);
     out_["duration_s"] = since_begin_s(newest_ns_);
     out_["messages"] = messages;
     if (out_.contains("room")) describe_room();

@@ -8,9 +8,10 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstdlib>
 #include <fstream>
+#include <optional>
 #include <span>
+#include <sstream>
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
@@ -18,6 +19,7 @@
 #include "common/base/folders.hpp"
 #include "common/base/json_fields.hpp"
 #include "common/base/json_pretty.hpp"
+#include "common/base/user_folders.hpp"
 #include "common/secure/secret.hpp"
 #include "lab/report/format.hpp"
 #include "lab/therapy/measures_json.hpp"
@@ -104,24 +106,25 @@ void remove_tree(const fs::path& folder) {
                            "); check its rights and delete again");
 }
 
-/// Completes interrupted deletions.
-void remove_leftovers(const fs::path& folder) {
+/// Completes interrupted deletions. Returns their number.
+std::size_t remove_leftovers(const fs::path& folder) {
   std::vector<fs::path> found;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.path().filename().string().starts_with(kRemoved)) found.push_back(entry.path());
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    if (entry->path().filename().string().starts_with(kRemoved)) found.push_back(entry->path());
+  }
+  if (error) {
+    throw std::invalid_argument("--data " + folder.string() + " cannot be read (" + error.message() +
+                                "); check the path and its rights");
   }
   for (const fs::path& leftover : found) remove_tree(leftover);
+  return found.size();
 }
 
-void sync_folder(const fs::path& folder) {
-  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return;
-  ::fsync(descriptor);
-  ::close(descriptor);
-}
-
-bool contains(const fs::path& file, const std::string& text) {
+/// Returns whether a file contains a text; none if the file cannot be read.
+std::optional<bool> contains(const fs::path& file, const std::string& text) {
   std::ifstream in(file, std::ios::binary);
+  if (!in) return std::nullopt;
   std::array<char, 1U << 16U> buffer;
   std::string window;
   while (in) {
@@ -130,40 +133,58 @@ bool contains(const fs::path& file, const std::string& text) {
     if (window.find(text) != std::string::npos) return true;
     if (window.size() >= text.size()) window.erase(0, window.size() - text.size() + 1);
   }
-  return false;
+  return in.bad() ? std::nullopt : std::optional(false);
 }
 
-/// Returns the files and folders below `folder` that have `text` in their name or content.
-std::vector<fs::path> search(const fs::path& folder, const std::string& text) {
-  std::vector<fs::path> found;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    const bool is_named = entry.path().filename().string().find(text) != std::string::npos;
-    if (is_named || (entry.symlink_status().type() == fs::file_type::regular && contains(entry.path(), text))) {
-      found.push_back(entry.path());
+/// Finds the files and folders below `folder` that have `text` in their name or content, and those that it cannot read.
+Removal search(const fs::path& folder, const std::string& text) {
+  Removal out;
+  std::vector<fs::path> folders{folder};
+  while (!folders.empty()) {
+    const fs::path next = std::move(folders.back());
+    folders.pop_back();
+    std::error_code error;
+    for (fs::directory_iterator entry(next, error), end; !error && entry != end; entry.increment(error)) {
+      const fs::path& path = entry->path();
+      std::error_code unknown;
+      const fs::file_type type = entry->symlink_status(unknown).type();
+      const bool is_named = path.filename().string().find(text) != std::string::npos;
+      const auto has_text =
+          type == fs::file_type::regular && !is_named ? contains(path, text) : std::optional(is_named);
+      if (has_text.value_or(false)) out.found.push_back(path);
+      if (unknown || !has_text) out.unreadable.push_back(path);
+      if (type == fs::file_type::directory) folders.push_back(path);
     }
+    if (error) out.unreadable.push_back(next);
   }
-  return found;
+  return out;
 }
 
 }  // namespace
 
 fs::path default_person_folder() {
-  const auto variable = [](const char* name) -> fs::path {
-    const char* const value = std::getenv(name);
-    return value == nullptr ? "" : value;
-  };
-  // The XDG Base Directory Specification requires that relative paths are ignored.
-  if (const auto xdg = variable("XDG_DATA_HOME"); xdg.is_absolute()) return xdg / "tandem" / "therapy";
-  if (const auto home = variable("HOME"); !home.empty()) return home / ".local" / "share" / "tandem" / "therapy";
-  return {};
+  const fs::path data = user_folder("XDG_DATA_HOME", ".local/share");
+  return data.empty() ? data : data / "tandem" / "therapy";
 }
 
 PersonStore::PersonStore(fs::path folder) : folder_(std::move(folder)) {
   if (folder_.empty()) throw std::invalid_argument("--data: neither XDG_DATA_HOME nor HOME is set; name a folder");
 }
 
-/// Returns a lock that other runs respect until it is released. The operating system releases it if the program ends.
-std::shared_ptr<void> PersonStore::lock() const {
+/// Fails   std::invalid_argument: others than the owner have rights on the folder
+void PersonStore::require_own_folder() const {
+  struct stat status {};
+  if (::stat(folder_.c_str(), &status) != 0 || (status.st_mode & (S_IRWXG | S_IRWXO)) == 0) return;
+  std::ostringstream mode;
+  mode << std::oct << (status.st_mode & 07777U);
+  throw std::invalid_argument("--data " + folder_.string() + " has the mode 0" + mode.str() +
+                              ", so that others can reach it; run: chmod 700 " + folder_.string());
+}
+
+/// Takes a lock that other runs respect until it is released, and completes interrupted deletions. The operating system
+/// releases the lock if the program ends.
+PersonStore::Lock PersonStore::lock() const {
+  require_own_folder();
   const fs::path file = folder_ / "lock";
   const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, kOwnFile);
   if (descriptor < 0) {
@@ -174,8 +195,7 @@ std::shared_ptr<void> PersonStore::lock() const {
   while (::flock(descriptor, LOCK_EX) != 0) {
     if (errno != EINTR) throw std::runtime_error(file.string() + ": cannot be locked (" + reason_of(errno) + ")");
   }
-  remove_leftovers(folder_);
-  return held;
+  return {held, remove_leftovers(folder_)};
 }
 
 fs::path PersonStore::person_folder(const std::string& pseudonym) const {
@@ -190,7 +210,7 @@ std::string PersonStore::create(const std::string& pseudonym) {
   const std::string name = pseudonym.empty() ? random_pseudonym() : pseudonym;
   require_pseudonym(name);
   make_own_folder(folder_);
-  const auto held = lock();
+  const auto locked = lock();
   if (::mkdir((folder_ / name).c_str(), kOwnFolder) != 0) {
     if (errno == EEXIST) throw std::invalid_argument("there is a person " + name + " already; give another pseudonym");
     throw std::runtime_error((folder_ / name).string() + ": cannot be made (" + reason_of(errno) +
@@ -201,14 +221,15 @@ std::string PersonStore::create(const std::string& pseudonym) {
 }
 
 std::vector<std::string> PersonStore::persons() const {
+  if (!fs::exists(fs::status(folder_))) return {};
+  const auto locked = lock();
   std::vector<std::string> names;
   std::error_code error;
   for (fs::directory_iterator entry(folder_, error), end; !error && entry != end; entry.increment(error)) {
     const std::string name = entry->path().filename().string();
     if (is_pseudonym(name) && fs::is_directory(entry->symlink_status())) names.push_back(name);
   }
-  const bool is_absent = error == std::errc::no_such_file_or_directory;
-  if (error && !is_absent) {
+  if (error) {
     throw std::invalid_argument("--data " + folder_.string() + " cannot be read (" + error.message() +
                                 "); check the path and its rights");
   }
@@ -217,6 +238,11 @@ std::vector<std::string> PersonStore::persons() const {
 }
 
 std::vector<StoredSession> PersonStore::sessions(const std::string& pseudonym) const {
+  const auto locked = lock();
+  return read_sessions(pseudonym);
+}
+
+std::vector<StoredSession> PersonStore::read_sessions(const std::string& pseudonym) const {
   std::vector<StoredSession> sessions;
   for (const auto& entry : fs::directory_iterator(person_folder(pseudonym))) {
     const int number = session_number(entry.path());
@@ -229,10 +255,10 @@ std::vector<StoredSession> PersonStore::sessions(const std::string& pseudonym) c
 }
 
 int PersonStore::add(const std::string& pseudonym, const SessionMeasures& session) {
-  const auto held = lock();
+  const auto locked = lock();
   const fs::path person = person_folder(pseudonym);
   int number = 0;
-  for (const StoredSession& stored : sessions(pseudonym)) {
+  for (const StoredSession& stored : read_sessions(pseudonym)) {
     number = stored.number;
     const bool is_same =
         stored.measures.recording == session.recording && stored.measures.begun_utc == session.begun_utc;
@@ -254,8 +280,11 @@ int PersonStore::add(const std::string& pseudonym, const SessionMeasures& sessio
                            "); check the folder's rights and free space");
 }
 
-std::vector<fs::path> PersonStore::remove(const std::string& pseudonym) {
-  const auto held = lock();
+Removal PersonStore::remove(const std::string& pseudonym) {
+  const auto locked = lock();
+  require_pseudonym(pseudonym);
+  const bool is_person = fs::is_directory(fs::symlink_status(folder_ / pseudonym));
+  if (!is_person && locked.completed > 0) return search(folder_, pseudonym);
   const fs::path person = person_folder(pseudonym);
   const fs::path removed = folder_ / (std::string(kRemoved) + random_text(16));
   std::error_code error;

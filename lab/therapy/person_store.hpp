@@ -4,7 +4,8 @@
 //     lock                      one run changes the folder at a time
 //     PSEUDONYM/                the only place where the pseudonym is stored
 //       session-0001.json       mode 0600; written once
-//     .removed-…                a person whose deletion was interrupted; the next run completes it
+//     .removed-…                a person whose deletion was interrupted; the next run, also one that only reads,
+//                               completes it
 //
 // The pseudonym is the name of a folder, and no file contains it. A deletion first gives the folder another name, in one
 // step. From then on no byte of the pseudonym is left, even if the deletion is interrupted.
@@ -30,6 +31,15 @@ struct StoredSession {
   SessionMeasures measures;
 };
 
+/// Result of a deletion. The person is gone in any case.
+struct Removal {
+  /// Paths in whose name or content the pseudonym is still found. They are not of this program.
+  std::vector<std::filesystem::path> found;
+  std::vector<std::filesystem::path> unreadable;  ///< paths that could not be searched
+};
+
+/// Each function refuses a folder that others than its owner can read or change.
+///
 /// Fails   Every function throws std::invalid_argument or std::runtime_error, which names file, reason and remedy
 class PersonStore {
  public:
@@ -47,15 +57,22 @@ class PersonStore {
   int add(const std::string& pseudonym, const SessionMeasures& session);
   /// Returns the sessions by their number.
   std::vector<StoredSession> sessions(const std::string& pseudonym) const;
-  /// Deletes a person.
-  /// Out     files of the folder in whose name or content the pseudonym is still found. They are not of this program
+  /// Deletes a person. If this run completes an interrupted deletion, a person who does not exist counts as deleted,
+  /// because the folder no longer has the name of that person.
   /// Fails   there is no such person, or a file cannot be removed
-  std::vector<std::filesystem::path> remove(const std::string& pseudonym);
+  Removal remove(const std::string& pseudonym);
 
   const std::filesystem::path& folder() const { return folder_; }
 
  private:
-  std::shared_ptr<void> lock() const;
+  struct Lock {
+    std::shared_ptr<void> held;
+    std::size_t completed = 0;  ///< number of interrupted deletions that were completed
+  };
+
+  Lock lock() const;
+  void require_own_folder() const;
+  std::vector<StoredSession> read_sessions(const std::string& pseudonym) const;
   std::filesystem::path person_folder(const std::string& pseudonym) const;
 
   std::filesystem::path folder_;

@@ -3,24 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <ctime>
 #include <set>
 #include <stdexcept>
 
 #include "lab/report/format.hpp"
+#include "lab/report/utc.hpp"
 #include "lab/therapy/recorded_hand.hpp"
 
 namespace tandem::lab {
 namespace {
-
-std::string utc(std::uint64_t unix_ns) {
-  const auto seconds = static_cast<std::time_t>(unix_ns / 1'000'000'000U);
-  std::tm time{};
-  gmtime_r(&seconds, &time);
-  std::array<char, 64> text{};
-  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &time);
-  return text.data();
-}
 
 /// Adds force, grasps and held bodies of the tool within begin_s ≤ t < end_s.
 void add_tool(const std::vector<ToolSample>& samples, double end_s, PartMeasures& part) {
@@ -108,7 +99,7 @@ SessionMeasures measure_session(const std::filesystem::path& file, const std::st
   const RecordedHand hand = read_hand(file, user);
   std::vector<Movement> movements = movements_of(hand.motion);
   SessionMeasures session{.recording = hand.recording,
-                          .begun_utc = utc(hand.joined_ns),
+                          .begun_utc = utc_text(hand.joined_ns),
                           .scene = hand.scene,
                           .is_cut = hand.is_damaged,
                           .parts = {},

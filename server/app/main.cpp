@@ -373,6 +373,15 @@ std::uint64_t lost_of(const server::ServerRecorder& recorder) {
   return lost;
 }
 
+/// Returns a line if the game of a room calls a person and no program is given for that; otherwise an empty string.
+std::string missing_call(const Options& options, const server::Room& room) {
+  const wire::CallRule& call = room.scene().description.game().call();
+  if (!options.on_call.empty() || !(call.at_time_limit() || call.at_state_limit())) return "";
+  return "room " + room.name() +
+         ": its game calls a person, and --on-call is missing, so only its users see the call; give --on-call PROGRAM, "
+         "which is run with the room and the reason";
+}
+
 int serve(const Options& options, realtime::Output& output) {
   std::optional<std::uint16_t> agones;
   if (options.agones) agones = server::agones_port(*options.agones);
@@ -430,6 +439,7 @@ int serve(const Options& options, realtime::Output& output) {
   for (const std::string& note : machine_notes) output.log("scene", note);
   for (const auto& room : server.rooms()) {
     for (const std::string& note : room->scene().notes) output.log("scene", room->name() + ": " + note);
+    if (const std::string note = missing_call(options, *room); !note.empty()) output.log("call", note);
   }
   const server::ServerRecorder* const recorder = start_recording(options, server, checkpoint, output);
   monitor.watch(server, recorder, checkpoint);

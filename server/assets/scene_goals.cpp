@@ -42,13 +42,6 @@ std::vector<Vec2> corners_of(const Numbers& numbers) {
   return corners;
 }
 
-/// Returns whether a name has only the characters of a signal's name.
-bool is_signal_name(const std::string& name) {
-  constexpr std::string_view kCharacters = "abcdefghijklmnopqrstuvwxyz0123456789_-.";
-  return !name.empty() && name.size() <= kMaxSignalNameBytes &&
-         name.find_first_not_of(kCharacters) == std::string::npos;
-}
-
 /// Checks the limits `above` and `below` of a message.
 template <class Message>
 void check_interval(const Message& interval, const SceneField& field) {
@@ -129,9 +122,8 @@ class Checker {
     }
   }
   static void signal(const wire::GameSignal& signal, const SceneField& field) {
-    if (!is_signal_name(signal.name())) {
-      field.in("name").refuse("is \"" + signal.name() + "\"; it must be 1 to " + std::to_string(kMaxSignalNameBytes) +
-                              " characters a-z, 0-9, _ - .");
+    if (!proto::is_signal_name(signal.name())) {
+      field.in("name").refuse("is \"" + signal.name() + "\"; it " + std::string(proto::kSignalNameRule));
     }
     text(signal.text(), kMaxSignalTextBytes, field.in("text"));
     count(signal.states_size(), 0, kMaxSignalStates, "states", field.in("states"));
@@ -233,6 +225,12 @@ class Checker {
       field.in("goals").refuse("are all extra; at least one must be needed, or the level ends at once");
     }
     time_limits(level, field);
+    if (level.has_next() && level.repeats()) {
+      field.in("repeats").refuse(
+          "is true, and the level has next, which alone determines the level that follows; remove repeats, and name "
+          "this "
+          "level in a row of next");
+    }
     if (level.has_next()) table(level.next(), field.in("next"));
     solutions(level, field);
     level_bodies(level, field);

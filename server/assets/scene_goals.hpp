@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <string>
 
+#include "proto/signals.hpp"
 #include "server/assets/scene_field.hpp"
 #include "tandem/scene.pb.h"
 
@@ -15,7 +16,7 @@ inline constexpr std::size_t kMaxSilhouettes = 32;
 /// Limit of the outlines of one silhouette.
 inline constexpr std::size_t kMaxPieces = 16;
 
-inline constexpr std::size_t kMaxSignals = 8, kMaxSignalStates = 4, kMaxSignalNameBytes = 32;
+using proto::kMaxSignals, proto::kMaxSignalStates;
 inline constexpr std::size_t kMaxTableRows = 16, kMaxSolutions = 4;
 
 /// Fills in the defaults of a game that are not numbers, or that depend on other fields.

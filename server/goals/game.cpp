@@ -13,6 +13,8 @@ namespace {
 constexpr double kClearance_m = 0.005;
 constexpr std::uint64_t kHashStart = 0xcbf29ce484222325U;
 constexpr std::uint64_t kPublishedPerSecond = 10;
+/// Shortest time of a level with a decision table. Such a level can follow itself, and its messages must not flood users.
+constexpr double kMinRound_s = 1;
 
 std::uint64_t mixed(std::uint64_t hash, std::uint64_t word) noexcept {
   return (hash ^ word) * 0x100000001b3U;
@@ -25,6 +27,7 @@ std::uint64_t bit(std::size_t body) noexcept {
 }  // namespace
 
 Game::Game(const LoadedScene& scene, GamePlan plan) : scene_(scene), plan_(std::move(plan)) {
+  min_round_steps_ = static_cast<std::uint64_t>(std::ceil(kMinRound_s * scene_.description.step_rate_hz()));
   for (const SilhouettePlan& silhouette : plan_.silhouettes) fits_.emplace_back(silhouette);
   for (std::size_t i = 0; i < std::min(tool_radius_m_.size(), scene_.world.tools.size()); ++i) {
     tool_radius_m_[i] = scene_.world.tools[i].touch.radius_m;
@@ -90,6 +93,14 @@ void Game::set_signal(std::size_t number, const SignalValue& value) noexcept {
   signal.value = value.value;
   signal.confidence = value.confidence;
   signal.age_steps = value.age_steps;
+}
+
+void Game::forget_signals() noexcept {
+  for (SignalStatus& signal : status_.signals) {
+    signal.has_value = false;
+    signal.value = signal.confidence = 0;
+    signal.age_steps = 0;
+  }
 }
 
 /// Starts a level. The score of an unfinished try is lost.
@@ -283,18 +294,18 @@ void Game::end_level(physics::World& world, std::uint32_t hands) noexcept {
   }
   const bool is_over = level().limit_steps > 0 && status_.level_steps >= level().limit_steps;
   const bool has_ended = is_reached || is_failed || is_over;
-  if (has_ended && level().next) {
-    end_round(is_reached, world, hands);
+  if (level().next) {
+    if (has_ended && status_.level_steps >= min_round_steps_) end_round(is_reached, world, hands);
   } else if (is_reached) {
     status_.score += std::exchange(status_.level_score, 0);
     emit(GameEvent::Kind::kLevelReached);
     const std::size_t next = status_.level + std::size_t{1};
     if (next == plan_.levels.size()) return finish(GameEvent::Kind::kWon, {});
-    enter(next, world, hands);
+    enter_within_limits(next, world, hands);
   } else if (has_ended) {
     emit(GameEvent::Kind::kLevelFailed, {.by_time = true});
     if (!level().repeats) return finish(GameEvent::Kind::kLost, {.by_time = true});
-    enter(status_.level, world, hands);
+    enter_within_limits(status_.level, world, hands);
   }
   if (status_.phase == GamePhase::kPlaying) check_limits();
 }
@@ -309,9 +320,18 @@ void Game::end_round(bool is_reached, physics::World& world, std::uint32_t hands
   const std::size_t row = table.row_for(status_.level_score, dominant);
   status_.score += std::exchange(status_.level_score, 0);
   emit(is_reached ? GameEvent::Kind::kLevelReached : GameEvent::Kind::kLevelFailed, {.by_time = !is_reached});
+  const bool is_last = row == table.rows.size() || !table.rows[row].level;
+  if (!is_last) check_limits();
+  if (status_.phase != GamePhase::kPlaying) return;
   emit(GameEvent::Kind::kLevelChosen, {.row = static_cast<std::uint8_t>(row)});
-  if (row == table.rows.size() || !table.rows[row].level) return finish(GameEvent::Kind::kWon, {});
+  if (is_last) return finish(GameEvent::Kind::kWon, {});
   enter(*table.rows[row].level, world, hands);
+}
+
+/// Starts a level, unless a limit of the game ends it in this step.
+void Game::enter_within_limits(std::size_t level, physics::World& world, std::uint32_t hands) noexcept {
+  check_limits();
+  if (status_.phase == GamePhase::kPlaying) enter(level, world, hands);
 }
 
 /// Ends the game when its time, or its time in a state of a signal, is over.
@@ -372,7 +392,7 @@ std::uint32_t hash_of(const GameStatus& status) noexcept {
   add(status.level);
   for (const double number : {status.score, status.level_score}) add(std::bit_cast<std::uint64_t>(number));
   for (const std::uint64_t number : {status.steps, status.level_steps, status.absent, status.events_hash}) add(number);
-  add(status.is_weightless ? 1 : 0);
+  add((status.is_weightless ? 1U : 0U) | (status.has_called ? 2U : 0U));
   for (const GoalProgress& goal : status.goals) {
     add(static_cast<std::uint64_t>(goal.status));
     add(goal.steps);
@@ -381,7 +401,7 @@ std::uint32_t hash_of(const GameStatus& status) noexcept {
   for (const SignalStatus& signal : status.signals) {
     for (const double number : {signal.value, signal.confidence}) add(std::bit_cast<std::uint64_t>(number));
     add(signal.age_steps);
-    add((signal.has_value ? 1U : 0U) | (status.has_called ? 2U : 0U));
+    add(signal.has_value ? 1 : 0);
     for (const std::uint64_t number : signal.level_steps) add(number);
     for (const std::uint64_t number : signal.steps) add(number);
   }

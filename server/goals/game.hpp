@@ -90,7 +90,8 @@ struct SignalValue {
 /// Determinism  the same states and commands give the same status and events in each step. Nothing depends on wall time.
 /// Bodies       a body that leaves or returns with a level waits until no hand touches it or is near its place, so that
 ///              no force jumps. A static body waits until no hand is within its bounding sphere.
-/// Signals      age with each step, also while the clock stands. A checkpoint has the times in their states, but not
+/// Signals      age with each step, also while the clock stands. The room discards them while it has no user, because it
+///              may then not step. A checkpoint has the times in their states, but not
 ///              their values, which are stale after a restart.
 /// Thread       room: no allocation, lock or wait. status_mailbox() and next_event() are read by io.
 /// Cost         conditions of the open goals only; at most one placement of a silhouette a step, in turn for several
@@ -111,6 +112,8 @@ class Game {
   void set_weightless(bool is_weightless, physics::World& world) noexcept;
   /// Sets the newest value of a signal. A signal that does not exist, and a value that is not finite, are ignored.
   void set_signal(std::size_t signal, const SignalValue& value) noexcept;
+  /// Discards the values of all signals.
+  void forget_signals() noexcept;
   /// Begins a step of the room, before its commands: the events of the last step are discarded.
   void begin_step(Step step) noexcept;
   /// Evaluates the step of the last begin_step(), after the world's step.
@@ -145,6 +148,7 @@ class Game {
   void reach(std::size_t goal) noexcept;
   void end_level(physics::World& world, std::uint32_t hands) noexcept;
   void end_round(bool is_reached, physics::World& world, std::uint32_t hands) noexcept;
+  void enter_within_limits(std::size_t level, physics::World& world, std::uint32_t hands) noexcept;
   void check_limits() noexcept;
   void finish(GameEvent::Kind kind, GameEvent event) noexcept;
   void emit(GameEvent::Kind kind, GameEvent event = {}) noexcept;
@@ -152,7 +156,8 @@ class Game {
 
   const LoadedScene& scene_;
   GamePlan plan_;
-  std::uint64_t returnable_ = 0;  ///< bit i: body i can return to its start; no tool holds it from the start
+  std::uint64_t min_round_steps_ = 0;  ///< shortest time of a level with a decision table
+  std::uint64_t returnable_ = 0;       ///< bit i: body i can return to its start; no tool holds it from the start
   GameStatus status_;
   GameStatus shown_;                 ///< last published status
   std::vector<SilhouetteFit> fits_;  ///< one for each silhouette of the plan

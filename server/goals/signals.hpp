@@ -14,9 +14,6 @@
 
 namespace tandem::server {
 
-/// Ranges of a received signal (proto/WIRE.md, "Signals").
-inline constexpr double kMaxSignalValue = 1e6, kMaxSignalAge_s = 600;
-
 /// A closed interval of values.
 struct SignalRange {
   double low = -std::numeric_limits<double>::infinity();

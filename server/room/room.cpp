@@ -121,6 +121,8 @@ void Room::answer(ServerTime now) noexcept {
   if (is_empty()) late_faults_ = 0;
   if (game_) game_->begin_step(Step{step_.value + 1});
   apply_commands();
+  // An empty room may stop its steps, which count the age of signals.
+  if (game_ && is_empty()) game_->forget_signals();
   start_anew_when_left();
   TickFaults faults = std::exchange(pending_faults_, 0);
   faults |= receive_inputs();
@@ -217,7 +219,7 @@ bool Room::is_outdated(const RoomCommand& command) const noexcept {
 void Room::apply(const RoomCommand& command) noexcept {
   if (command.seat.index >= proto::kMaxUsers) return;
   if (command.kind == RoomCommand::Kind::kSetSignal) {
-    return game_ ? game_->set_signal(command.signal, command.signal_value) : void();
+    return game_ && !is_empty() ? game_->set_signal(command.signal, command.signal_value) : void();
   }
   if (command.kind == RoomCommand::Kind::kJoin) return join(command.seat);
   User& user = *users_[command.seat.index];

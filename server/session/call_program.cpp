@@ -31,8 +31,8 @@ struct Call {
   std::string reason;
 };
 
-/// Starts the program in a process group of its own, with the default signal handling. Returns 0 and the error number if
-/// that fails.
+/// Starts the program in a process group of its own, with the default signal handling and without the server's files and
+/// sockets. Returns 0 and the error number if that fails.
 std::pair<pid_t, int> started(const std::string& program, const Call& call) {
   std::array<std::string, 3> texts{program, call.room, call.reason};
   std::array<char*, 4> arguments{texts[0].data(), texts[1].data(), texts[2].data(), nullptr};
@@ -41,6 +41,7 @@ std::pair<pid_t, int> started(const std::string& program, const Call& call) {
   posix_spawn_file_actions_init(&files);
   posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
   posix_spawn_file_actions_adddup2(&files, STDERR_FILENO, STDOUT_FILENO);
+  posix_spawn_file_actions_addclosefrom_np(&files, STDERR_FILENO + 1);
   posix_spawnattr_init(&attributes);
   sigset_t none, defaults;
   sigemptyset(&none);
@@ -68,14 +69,27 @@ struct CallProgram::Impl {
       {
         std::unique_lock lock(mutex);
         changed.wait(lock, [this] { return stop_by || !waiting.empty(); });
-        if (stop_by) return;
+        if (stop_by) break;
         next = waiting.front();
         waiting.pop_front();
       }
-      const std::string what = program + " for room " + next.room + " (" + next.reason + ")";
+      const std::string what = described(next);
       const auto [process, error] = started(program, next);
       on_news(process == 0 ? what + " could not be started: " + std::strerror(error) : what + wait_for(process));
     }
+    report_waiting();
+  }
+  /// Reports the calls that wait when the server stops.
+  void report_waiting() {
+    std::deque<Call> calls;
+    {
+      const std::lock_guard lock(mutex);
+      calls.swap(waiting);
+    }
+    for (const Call& call : calls) on_news(described(call) + " was not run: the server stops");
+  }
+  std::string described(const Call& call) const {
+    return program + " for room " + call.room + " (" + call.reason + ")";
   }
   /// Waits for the end of a process, or kills its group when its time is over. Returns the result as text.
   std::string wait_for(pid_t process) {
@@ -83,9 +97,13 @@ struct CallProgram::Impl {
     const LocalTime start = clock.now();
     for (;;) {
       int status = 0;
-      if (::waitpid(process, &status, WNOHANG) == process) {
-        const std::string took =
-            " after " + std::to_string((clock.now() - start) / std::chrono::milliseconds(1)) + " ms";
+      const pid_t ended = ::waitpid(process, &status, WNOHANG);
+      const std::string took = " after " + std::to_string((clock.now() - start) / std::chrono::milliseconds(1)) + " ms";
+      // The system discards the exit code if the server was started with SIGCHLD ignored.
+      if (ended < 0 && errno != EINTR) {
+        return " ended with an unknown exit code" + took + "; start the server without SIGCHLD ignored";
+      }
+      if (ended == process) {
         if (WIFSIGNALED(status)) return " failed: it was ended by signal " + std::to_string(WTERMSIG(status)) + took;
         const int code = WEXITSTATUS(status);
         return (code == 0 ? " was run: exit code 0" : " failed: exit code " + std::to_string(code)) + took;
@@ -93,8 +111,7 @@ struct CallProgram::Impl {
       if (clock.now() - start >= limit || must_end(clock.now())) {
         ::kill(-process, SIGKILL);
         ::waitpid(process, &status, 0);
-        return " failed: it was killed after " + std::to_string((clock.now() - start) / std::chrono::milliseconds(1)) +
-               " ms";
+        return " failed: it was killed" + took;
       }
       std::this_thread::sleep_for(kPollPeriod);
     }

@@ -29,7 +29,7 @@ class CallProgram final : public RoomService {
 
   /// Queues a run. Beyond kMaxWaiting, it is reported as failed.
   void call(const std::string& room, const std::string& reason);
-  /// Lets a running program go on for at most a second, and does not begin waiting calls.
+  /// Lets a running program go on for at most a second. Waiting calls are not begun, and are reported.
   void finish() override;
 
  private:

@@ -372,7 +372,9 @@ std::size_t SessionHub::connection_count() const {
 
 std::size_t SessionHub::user_count() const {
   std::size_t count = 0;
-  for (const auto& [handle, connection] : impl_->connections) count += connection->state == ConnectionState::kActive;
+  for (const auto& [handle, connection] : impl_->connections) {
+    count += connection->state == ConnectionState::kActive && !connection->is_source();
+  }
   return count;
 }
 

@@ -133,6 +133,7 @@ class SessionHub {
   bool is_behind(ConnectionHandle connection) const;
   ConnectionState state_of(ConnectionHandle connection) const;
   std::size_t connection_count() const;
+  /// Returns the number of users in all rooms, without sources of signals.
   std::size_t user_count() const;
   /// Number of users in a room, by UserRole. `room` is an index into the constructor's list of rooms.
   std::array<std::size_t, 3> users_in(std::size_t room) const;

@@ -1,5 +1,6 @@
 // Writes the seeds of hostile_server_fuzz: the messages of a real hub with a real room, in their order. The client
-// joins, presses on objects and sends the usual requests of a user.
+// joins, presses on objects and sends the usual requests of a user. Also those of signal_source_fuzz, with a source of
+// signals.
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -7,6 +8,7 @@
 
 #include "client/client.hpp"
 #include "client/haptics/stages/stage.hpp"
+#include "client/signals/signal_session.hpp"
 #include "common/base/random.hpp"
 #include "proto/control_framing.hpp"
 #include "server/assets/scene_file.hpp"
@@ -151,6 +153,66 @@ class Session final : public server::ServerTransport, public client::ClientTrans
   client::Client client_;
 };
 
+/// A hub with a room whose game has a signal, and a source of signals. The messages of the hub are recorded.
+class SourceSession final : public server::ServerTransport, public client::ClientTransport {
+ public:
+  explicit SourceSession(const std::shared_ptr<const server::LoadedScene>& scene)
+      : room_(RoomId{1}, "r", scene), hub_(hub_settings(), {&room_}, *this), source_({}, *this) {
+    source_.start(now_);
+    hub_.on_connected(kUser, now_, "127.0.0.1");
+    source_.on_connected(now_);
+  }
+  std::vector<std::byte> script() {
+    for (int ms = 0; ms < 2 * kReportMilliseconds; ++ms) {
+      now_ += std::chrono::milliseconds(1);
+      if (ms % 8 == 0) source_.set({ms % 16 == 0 ? "valence" : "unknown", 0.01 * ms, 0.9, now_});
+      if (ms == kReportMilliseconds) source_.hasten_confirmation();
+      source_.poll(now_);
+      room_.step(server_time_of_own_clock(now_));
+      hub_.poll(VirtualClock(now_));
+      deliver();
+      fuzz::append_act(fuzz::ServerAct::kTime, std::vector<std::byte>(8), script_);
+    }
+    hub_.stop(now_);
+    deliver();
+    return script_;
+  }
+
+  void send_control(server::ConnectionHandle, std::span<const std::byte> bytes) override {
+    reader_.feed(bytes);
+    while (const auto payload = reader_.next()) fuzz::append_act(fuzz::ServerAct::kMessage, *payload, script_);
+    down_.emplace_back(bytes.begin(), bytes.end());
+  }
+  bool send_datagram(server::ConnectionHandle, std::span<const std::byte>) override { return true; }
+  std::size_t queued_control_bytes(server::ConnectionHandle) const override { return 0; }
+  void close(server::ConnectionHandle) override {}
+  void connect(LocalTime) override {}
+  void send_control(std::span<const std::byte> bytes) override { up_.emplace_back(bytes.begin(), bytes.end()); }
+  bool send_datagram(std::span<const std::byte>) override { return true; }
+  void set_datagram_port(std::uint16_t) override {}
+  std::size_t queued_control_bytes() const override { return 0; }
+  void close() override {}
+
+ private:
+  static server::HubSettings hub_settings() {
+    server::HubSettings settings;
+    settings.connection_ids = [ids = Random(1)]() mutable { return ids.next_u64(); };
+    return settings;
+  }
+  void deliver() {
+    for (const proto::Bytes& bytes : std::exchange(up_, {})) hub_.on_control_bytes(kUser, bytes, now_);
+    for (const proto::Bytes& bytes : std::exchange(down_, {})) source_.on_control_bytes(bytes, now_);
+  }
+
+  LocalTime now_{std::chrono::seconds(10)};
+  std::vector<proto::Bytes> up_, down_;
+  proto::FrameReader reader_;
+  std::vector<std::byte> script_;
+  server::Room room_;
+  server::SessionHub hub_;
+  client::SignalSession source_;
+};
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -166,6 +228,13 @@ int main(int argc, char** argv) {
     "coupling": {"law": "spring-damper", "stiffness_n_per_m": 300, "damping_n_s_per_m": 3}})";
   const auto small_scene = server::load_scene_text(small, "small.json", ".");
   fuzz::write_seed(folder / "small", Session(small_scene).script());
+  const std::string game = R"({"name": "game", "tools": [{"name": "a"}],
+    "bodies": [{"name": "box", "shapes": [{"box": {"size_m": [0.02, 0.02, 0.02]}}], "mass_kg": 0.1, "graspable": true}],
+    "game": {"signals": [{"name": "valence"}], "levels": [{"name": "a", "goals": [
+      {"name": "g", "conditions": [{"held": {"body": "box"}}]}]}]}})";
+  fuzz::write_seed(folder / "sources" / "session",
+                   SourceSession(server::load_scene_text(game, "game.json", ".")).script());
+  fuzz::write_seed(folder / "sources" / "line", std::as_bytes(std::span(std::string("valence -0.5 0.9 1.25"))));
   // Writes the sessions that client_stages_fuzz replays, and the timelines that are its seeds.
   for (const std::string_view stage : client::stage_names())
     fuzz::write_seed(folder / "stages" / stage, Session(small_scene, std::string(stage)).script());

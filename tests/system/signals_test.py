@@ -11,7 +11,7 @@ import unittest
 from support import PATIENCE_S, ProgramTest, Server, finish, program, run, start_client
 
 GAME = {
-    "signals": [{"name": "valence", "max_age_s": 2, "states": [{"name": "negative", "below": 0}, {"name": "positive", "above": 0}]}],
+    "signals": [{"name": "valence", "max_age_s": 60, "states": [{"name": "negative", "below": 0}, {"name": "positive", "above": 0}]}],
     "time_limit_s": 3, "call": {"at_time_limit": True, "said": {"text": "somebody comes"}},
     "levels": [{"name": "a", "goals": [{"name": "g", "conditions": [{"held": {"body": "ball"}}]}]}]}
 SCENE = {
@@ -52,7 +52,8 @@ class Signals(ProgramTest):
         self.assertEqual(game["phase"], "LOST")
         self.assertIn("somebody comes", err)
         self.assertEqual([signal["name"] for signal in game["signals"]], ["valence"])
-        self.assertEqual(game["signals"][0]["value"] if game["signals"][0]["fresh"] else 0.5, 0.5)
+        self.assertTrue(game["signals"][0]["fresh"], game["signals"])
+        self.assertEqual(game["signals"][0]["value"], 0.5)
         with open(calls, encoding="utf-8") as file:
             self.assertEqual(file.read(), "play|time-limit\n")
 
@@ -69,6 +70,46 @@ class Signals(ProgramTest):
             self.assert_setup_error(run("tandem-signal", *to, "--generate", "arousal", "--duration", "1s"), "tandem-signal: ", "arousal")
             self.assert_setup_error(run("tandem-signal", *to, "--generate", "valence", "--rate", "99"), "tandem-signal: ", "--rate")
 
+    def test_a_call_without_program_is_announced_at_the_start(self):
+        with Server("--scene", self.scene()) as server:
+            server.wait_for_log("room play: its game calls a person, and --on-call is missing.*give --on-call PROGRAM")
+
+    def test_a_value_that_the_server_refuses_fails(self):
+        """The name is known, so only the answer of the server tells that the value is refused."""
+        with Server("--scene", self.scene(time_limit_s=0, call={})) as server:
+            to = ("--server", f"127.0.0.1:{server.port}", "--insecure")
+            others = [subprocess.Popen([program("tandem-signal"), *to, "--generate", "valence", "--rate", "40"],
+                                       stderr=subprocess.DEVNULL) for _ in range(7)]
+            try:
+                time.sleep(2)  # seven sources exhaust the rate of the room
+                code, _, err = send("valence 1\n" * 50, *to)
+            finally:
+                for other in others:
+                    other.terminate()
+                    other.wait(PATIENCE_S)
+            self.assertEqual(code, 1, err)
+
+    def test_a_lost_server_fails_and_ends_the_wait(self):
+        with Server("--scene", self.scene(time_limit_s=0, call={})) as server:
+            source = subprocess.Popen([program("tandem-signal"), "--server", f"127.0.0.1:{server.port}", "--insecure"],
+                                      stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            server.wait_for_log("joined room play as a source of signals")
+            server.kill()
+            _, err = source.communicate("valence 1\n", PATIENCE_S)
+            self.assertEqual(source.returncode, 1, err)
+            self.assertIn("the server has not confirmed 1 value; check the connection", err)
+
+    def test_a_generated_signal_ends_at_once(self):
+        with Server("--scene", self.scene(time_limit_s=0, call={})) as server:
+            source = subprocess.Popen([program("tandem-signal"), "--server", f"127.0.0.1:{server.port}", "--insecure", "--generate",
+                                       "valence", "--rate", "0.1"], stderr=subprocess.DEVNULL)
+            server.wait_for_log("joined room play as a source of signals")
+            time.sleep(0.5)
+            begin = time.monotonic()
+            source.terminate()
+            self.assertEqual(source.wait(PATIENCE_S), 0)
+            self.assertLess(time.monotonic() - begin, 5, "the next value would be sent after 10 s")
+
     def test_a_room_without_signals_refuses_them(self):
         with Server("--scene", "free") as server:
             self.assert_setup_error(send("valence 1\n", "--server", f"127.0.0.1:{server.port}", "--insecure"), "tandem-signal: ",
@@ -80,11 +121,11 @@ class Signals(ProgramTest):
 
     def test_a_token_of_the_role_admits_a_source_and_nobody_else(self):
         state = self.path("state")
-        server = subprocess.Popen([program("tandem-server"), "--port", "0", "--scene", self.scene(), "--state", state, "--invite", "2",
+        server = subprocess.Popen([program("tandem-server"), "--port", "0", "--scene", self.scene(), "--state", state, "--invite", "3",
                                    "--invite-role", "signal"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         try:
             port = re.search(r"127\.0\.0\.1:(\d+)", server.stdout.readline()).group(1)
-            invitations = [server.stdout.readline().split()[-1] for _ in range(2)]
+            invitations = [server.stdout.readline().split()[-1] for _ in range(3)]
             code, _, err = send("valence 1\n", "--join", invitations[0])
             self.assertEqual(code, 0, err)
             code, _, err = run("tandem-client", "--headless", "--device", "sim", "--duration", "1s", "--role", "manipulator",
@@ -92,6 +133,9 @@ class Signals(ProgramTest):
             self.assertEqual(code, 2)
             self.assertIn("for sending signals only", err)
             self.assertTrue(port)
+            code, _, err = send(invitations[2] + "\nvalence 1\nvalence x\n", "--join", "-")
+            self.assertEqual(code, 1, "the lines after the invitation are read")
+            self.assertIn("line 2: the value 'x' is not a number", err)
         finally:
             server.terminate()
             server.wait(PATIENCE_S)

@@ -23,6 +23,8 @@ namespace {
 using namespace tandem;
 
 constexpr int kFailed = 1, kSetupError = 2;
+/// Longest time after which a wait checks whether the program must end.
+constexpr std::chrono::milliseconds kSlice{200};
 
 struct Options {
   client::SignalOptions target;
@@ -79,12 +81,18 @@ std::string unknown_name(const client::SignalConnection& connection, const std::
   return "the game of the room has no signal '" + name + "'; it has " + listed;
 }
 
-/// Reads lines of bounded length from a file descriptor. A signal interrupts the wait.
+/// Returns whether the program is not stopped and its session has not ended.
+bool continues(const client::SignalConnection& connection) {
+  return !is_stopped && connection.status().session.state != client::SessionState::kEnded;
+}
+
+/// Reads lines of bounded length from a file descriptor, while continues() is true.
 class LineReader {
  public:
-  explicit LineReader(int descriptor) : descriptor_(descriptor) {}
+  LineReader(int descriptor, const client::SignalConnection& connection)
+      : descriptor_(descriptor), connection_(connection) {}
 
-  /// Returns the next line, cut to kMaxSignalLineBytes + 1 bytes; none at the end of the input, or when stopped.
+  /// Returns the next line, cut to kMaxSignalLineBytes + 1 bytes; none at the end.
   std::optional<std::string> next() {
     for (;;) {
       const auto end = std::ranges::find(pending_, '\n');
@@ -99,14 +107,12 @@ class LineReader {
   }
 
  private:
-  static constexpr int kPatience_ms = 200;
-
   /// Waits for input. Of a line that is too long, the rest is discarded.
   bool fill() {
     pollfd wait{descriptor_, POLLIN, 0};
-    while (!is_stopped && ::poll(&wait, 1, kPatience_ms) <= 0) {
+    while (continues(connection_) && ::poll(&wait, 1, kSlice / std::chrono::milliseconds(1)) <= 0) {
     }
-    if (is_stopped) return false;
+    if (!continues(connection_)) return false;
     std::array<char, 4096> bytes{};
     const ssize_t count = ::read(descriptor_, bytes.data(), bytes.size());
     has_ended_ = count <= 0;
@@ -117,13 +123,14 @@ class LineReader {
   }
 
   int descriptor_;
+  const client::SignalConnection& connection_;
   std::string pending_;
   bool has_ended_ = false;
 };
 
 /// Sends the lines of standard input. Returns whether all of them were valid.
 bool send_lines(client::SignalConnection& connection) {
-  LineReader reader(STDIN_FILENO);
+  LineReader reader(STDIN_FILENO, connection);
   bool are_valid = true;
   std::uint64_t number = 0;
   while (const auto line = reader.next()) {
@@ -140,9 +147,18 @@ bool send_lines(client::SignalConnection& connection) {
       are_valid = false;
       std::cerr << "tandem-signal: line " << number << ": " << error.what() << std::endl;
     }
-    if (connection.status().session.state == client::SessionState::kEnded) break;
   }
   return are_valid;
+}
+
+/// Waits for a time, in slices. Returns false as soon as the program is stopped or the session has ended.
+bool wait_until(std::chrono::steady_clock::time_point time, const client::SignalConnection& connection) {
+  while (continues(connection)) {
+    const auto left = time - std::chrono::steady_clock::now();
+    if (left <= std::chrono::nanoseconds(0)) return true;
+    std::this_thread::sleep_for(std::min<std::chrono::nanoseconds>(left, kSlice));
+  }
+  return false;
 }
 
 void generate(client::SignalConnection& connection, const Options& options) {
@@ -151,10 +167,9 @@ void generate(client::SignalConnection& connection, const Options& options) {
                                                      : to_seconds(parse_duration(options.duration, "s"));
   const double middle = (options.low + options.high) / 2, amplitude = (options.high - options.low) / 2;
   const auto start = std::chrono::steady_clock::now();
-  for (std::uint64_t i = 0; !is_stopped; ++i) {
+  for (std::uint64_t i = 0;; ++i) {
     const double time_s = static_cast<double>(i) / options.rate_hz;
-    if (time_s >= duration_s || connection.status().session.state == client::SessionState::kEnded) return;
-    std::this_thread::sleep_until(start + from_seconds(time_s));
+    if (time_s >= duration_s || !wait_until(start + from_seconds(time_s), connection)) return;
     const double value = middle + amplitude * std::sin(2 * std::numbers::pi * time_s / period_s);
     connection.send({options.generate, value, options.confidence});
   }
@@ -194,15 +209,15 @@ int run(const Options& options) {
   } else {
     generate(connection, options);
   }
-  const bool is_sent = connection.flush(std::chrono::seconds(2));
+  const bool is_confirmed = connection.flush(std::chrono::seconds(2));
   const client::SignalConnectionStatus status = connection.status();
-  if (status.session.state == client::SessionState::kEnded) {
-    std::cerr << "tandem-signal: " << status.session.why << std::endl;
-  } else if (!is_sent) {
-    std::cerr << "tandem-signal: " << counted(status.waiting, "value was", "values were") << " not sent" << std::endl;
+  if (!is_confirmed && status.session.state != client::SessionState::kEnded) {
+    std::cerr << "tandem-signal: the server has not confirmed "
+              << counted(status.waiting + status.unconfirmed, "value", "values")
+              << "; check the connection and send again" << std::endl;
   }
   connection.stop();
-  return are_valid && is_sent && status.refused == 0 ? 0 : kFailed;
+  return are_valid && is_confirmed && status.refused == 0 ? 0 : kFailed;
 }
 
 }  // namespace

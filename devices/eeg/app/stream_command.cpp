@@ -5,6 +5,7 @@
 #include "client/signals/app/signal_options.hpp"
 #include "common/base/units.hpp"
 #include "devices/eeg/app/options.hpp"
+#include "devices/eeg/app/room_sink.hpp"
 #include "devices/eeg/classifier/signal.hpp"
 #include "devices/eeg/sources/cortex_source.hpp"
 #include "devices/eeg/sources/edf_file.hpp"
@@ -28,38 +29,6 @@ struct StreamOptions {
   std::string duration;
   bool is_immediate = false;
   client::SignalOptions room;
-};
-
-/// Sends each report with a value to a room, and passes all reports on to a second sink.
-class RoomSink final : public SignalSink {
- public:
-  RoomSink(SignalSink& next, client::SignalConnectionSettings settings)
-      : next_(next), connection_(std::move(settings)) {
-    try {
-      connection_.wait_until_joined();
-    } catch (const std::runtime_error& refused) {
-      throw std::invalid_argument(refused.what());
-    }
-    const std::vector<std::string> names = connection_.status().names;
-    if (std::ranges::find(names, kSignalName) == names.end()) {
-      throw std::invalid_argument(std::string("the game of the room has no signal '") + kSignalName +
-                                  "'; add it to game.signals of its scene");
-    }
-  }
-  void send(const SignalReport& report) override {
-    if (report.value) connection_.send({report.name, *report.value, report.confidence}, report.age);
-    next_.send(report);
-  }
-  /// Sends the last value, and leaves the room.
-  void finish() {
-    connection_.flush(std::chrono::seconds(1));
-    connection_.stop();
-  }
-
- private:
-  static constexpr const char* kSignalName = "valence";
-  SignalSink& next_;
-  client::SignalConnection connection_;
 };
 
 std::unique_ptr<EegSource> open_source(StreamOptions& options, const Model& model) {
@@ -169,7 +138,7 @@ void add_stream_command(CLI::App& app, int& exit_code) {
       "1; "
       "age_s since the last sample that the value depends on; artefacts of the newest window.\n"
       "With --join, --pin, --ca or --insecure it also sends the signal to the game of a room.\n"
-      "Exit code: 0 done, 1 the source was lost, 2 bad input or set-up.");
+      "Exit code: 0 done, 1 the source or the room was lost, 2 bad input or set-up.");
   command->callback([=, &exit_code] { exit_code = run_stream(*options); });
 }
 

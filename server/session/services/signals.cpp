@@ -3,6 +3,7 @@
 #include <map>
 
 #include "common/net/token_bucket.hpp"
+#include "proto/signals.hpp"
 #include "server/goals/game_plan.hpp"
 #include "server/session/limits.hpp"
 #include "server/session/services/services.hpp"
@@ -24,8 +25,8 @@ class Signals final : public SessionService {
 };
 
 bool is_in_range(const wire::Signal& signal) {
-  return std::abs(signal.value()) <= kMaxSignalValue && signal.confidence() >= 0 && signal.confidence() <= 1 &&
-         signal.age_s() >= 0 && signal.age_s() <= kMaxSignalAge_s;
+  return proto::is_signal_value(signal.value()) && proto::is_confidence(signal.confidence()) &&
+         proto::is_signal_age(signal.age_s());
 }
 
 std::string names_of(const wire::Game& game) {

@@ -92,6 +92,28 @@ TEST(GameBook, AnEventHasTheTextOfTheSceneOrOneOfItsNames) {
   EXPECT_EQ(book.receive(event), "");
 }
 
+TEST(GameBook, TheEventsOfOneStepAreShownTogether) {
+  GameBook book;
+  book.begin(scene());
+  book.receive(state());
+  EXPECT_TRUE(book.report()->last_events().empty());
+  wire::GameEvent event;
+  const auto receive = [&](std::uint64_t step, wire::GameEvent::Kind kind) {
+    event.set_step(step);
+    event.set_kind(kind);
+    book.receive(event);
+  };
+  receive(1, wire::GameEvent::STARTED);
+  receive(2, wire::GameEvent::CALLED);
+  receive(2, wire::GameEvent::LOST);
+  const auto last = book.report()->last_events();
+  ASSERT_EQ(last.size(), 2U);
+  EXPECT_EQ(last[0].kind(), wire::GameEvent::CALLED);
+  EXPECT_EQ(last[1].kind(), wire::GameEvent::LOST);
+  for (int i = 0; i < 20; ++i) receive(3, wire::GameEvent::GOAL_REACHED);
+  EXPECT_EQ(book.report()->last_events().size(), kMaxEventsTogether);
+}
+
 TEST(GameBook, TheReportHasTheLastEvents) {
   GameBook book;
   book.begin(scene());

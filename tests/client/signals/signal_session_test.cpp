@@ -116,6 +116,58 @@ TEST(SignalSession, KeepsItsConnectionAliveAndRestoresALostOne) {
   EXPECT_EQ(bench.session.status().state, SessionState::kWaiting) << "the server is silent";
 }
 
+TEST(SignalSession, APongConfirmsTheValuesSentBeforeItsPing) {
+  SignalBench bench;
+  bench.join();
+  bench.session.hasten_confirmation();
+  bench.session.set({"valence", 0.5, 1, bench.now});
+  bench.wait(std::chrono::milliseconds(5));
+  ASSERT_EQ(bench.transport.messages.size(), 4U) << "hello, join, signal, ping";
+  ASSERT_TRUE(bench.transport.messages.back().has_ping());
+  EXPECT_EQ(bench.session.unconfirmed(), 1U);
+  wire::ServerControl pong;
+  pong.mutable_pong()->set_token(~std::uint64_t{0});
+  bench.receive(pong);
+  EXPECT_EQ(bench.session.unconfirmed(), 1U) << "no such ping was sent";
+  bench.session.set({"pulse", 70, 1, bench.now});
+  bench.wait(std::chrono::milliseconds(5));
+  pong.mutable_pong()->set_token(1);
+  bench.receive(pong);
+  EXPECT_EQ(bench.session.unconfirmed(), 1U) << "the second value was sent after the first ping";
+  pong.mutable_pong()->set_token(2);
+  bench.receive(pong);
+  EXPECT_EQ(bench.session.unconfirmed(), 0U);
+}
+
+TEST(SignalSession, AValueWithoutConfirmationIsSentAgainAfterALoss) {
+  SignalBench bench;
+  bench.join();
+  for (const char* name : {"old", "valence"}) bench.session.set({name, 0.5, 1, bench.now});
+  bench.wait(std::chrono::milliseconds(5));
+  EXPECT_EQ(bench.sent().size(), 2U);
+  bench.session.set({"valence", 0.75, 1, bench.now});
+  bench.session.on_disconnected(bench.now, "cut");
+  bench.wait(std::chrono::milliseconds(260));
+  bench.join();
+  bench.wait(std::chrono::milliseconds(5));
+  const std::vector<wire::Signal> sent = bench.sent();
+  ASSERT_EQ(sent.size(), 2U);
+  EXPECT_EQ(sent[0].value(), 0.5);
+  EXPECT_NEAR(sent[0].age_s(), 0.27, 1e-9);
+  EXPECT_EQ(sent[1].value(), 0.75) << "the newer value of its name";
+}
+
+TEST(SignalSession, AFinalLossIsReported) {
+  SignalBench bench;
+  bench.join();
+  wire::ServerControl goodbye;
+  goodbye.mutable_goodbye()->set_reason(wire::DISCONNECT_RESUMED);
+  goodbye.mutable_goodbye()->set_text("another program uses the token");
+  bench.receive(goodbye);
+  EXPECT_EQ(bench.session.status().state, SessionState::kEnded);
+  EXPECT_THAT(bench.log, ElementsAre(HasSubstr("another program uses the token; no more values are sent")));
+}
+
 TEST(SignalSession, AFirstRefusalIsASetUpErrorAndALaterOneIsReported) {
   SignalBench refused;
   refused.greet();

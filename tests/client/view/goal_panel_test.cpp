@@ -2,6 +2,9 @@
 #include "client/view/goal_panel.hpp"
 
 #include <gtest/gtest.h>
+#include <imgui.h>
+
+#include <memory>
 
 namespace tandem::client {
 namespace {
@@ -77,6 +80,9 @@ TEST(GoalPanel, SignalsShowTheirStateOrThatTheGameRunsByScoreAlone) {
   signal.add_states()->set_name("negative");
   wire::GameState now;
   now.add_signals();
+  signal.set_name("emotion");
+  EXPECT_EQ(signal_rows(game, now), std::vector<std::string>{"no signal valence"}) << "without a decision table";
+  game.add_levels()->mutable_next()->set_signal("emotion");
   EXPECT_EQ(signal_rows(game, now), std::vector<std::string>{"no signal valence: by score alone"});
   now.mutable_signals(0)->set_fresh(true);
   now.mutable_signals(0)->set_value(-0.5);
@@ -100,6 +106,78 @@ TEST(GoalPanel, ASolutionHasTheOutlinesOfItsBodiesAtTheirPlaces) {
   ASSERT_EQ(outlines.size(), 1U);
   EXPECT_TRUE(outlines[0][1].isApprox(Eigen::Vector2d(10, 22)));
   EXPECT_TRUE(outlines[0][2].isApprox(Eigen::Vector2d(9, 20)));
+}
+
+/// Draws frames of the panel without a display, and clicks into them.
+class PanelBench {
+ public:
+  explicit PanelBench(const wire::Scene& scene) {
+    ImGui::SetCurrentContext(ImGui::CreateContext());
+    ImGui::GetIO().IniFilename = nullptr;
+    ImGui::GetIO().DisplaySize = ImVec2(800, 600);
+    unsigned char* pixels = nullptr;
+    int width = 0, height = 0;
+    ImGui::GetIO().Fonts->GetTexDataAsRGBA32(&pixels, &width, &height);
+    auto joined = std::make_shared<wire::Joined>();
+    *joined->mutable_scene() = scene;
+    io_.joined = joined;
+  }
+  ~PanelBench() { ImGui::DestroyContext(); }
+  PanelBench(const PanelBench&) = delete;
+  PanelBench& operator=(const PanelBench&) = delete;
+
+  /// Draws the panel of a level until its size is final. Returns the number of vertices of the last frame.
+  int draw(std::uint32_t level) {
+    wire::GameState state;
+    state.set_level(level);
+    io_.game = std::make_shared<const GameReport>(GameReport{state, {}});
+    const PanelContent content{.io = &io_};
+    for (int frame = 0; frame < 4; ++frame) {
+      ImGui::GetIO().DeltaTime = 1.0F / 60;
+      ImGui::NewFrame();
+      draw_goals(content, 10);
+      ImGui::Render();
+    }
+    return ImGui::GetDrawData()->TotalVtxCount;
+  }
+  void click(std::uint32_t level, float x, float y) {
+    ImGui::GetIO().AddMousePosEvent(x, y);
+    draw(level);
+    for (const bool is_down : {true, false}) {
+      ImGui::GetIO().AddMouseButtonEvent(0, is_down);
+      draw(level);
+    }
+    ImGui::GetIO().AddMousePosEvent(799, 599);
+    draw(level);
+  }
+
+ private:
+  ClientIoSnapshot io_;
+};
+
+wire::Scene scene_with_solutions() {
+  wire::Scene out;
+  for (int i = 0; i < 2; ++i) {
+    wire::Level& level = *out.mutable_game()->add_levels();
+    wire::Outline& piece = *level.add_goals()->add_conditions()->mutable_silhouette()->add_pieces();
+    piece.set_body("board");
+    for (const double number : {0, 0, 2, 0, 0, 1}) piece.add_points_m(number);
+    wire::Solution& solution = *level.add_solutions();
+    solution.set_name("s");
+    wire::SolvedBody& solved = *solution.add_bodies();
+    solved.set_body("board");
+    for (const double number : {10, 20}) solved.add_position_m(number);
+  }
+  return out;
+}
+
+TEST(GoalPanel, AShownSolutionIsOfItsLevelOnly) {
+  PanelBench bench(scene_with_solutions());
+  const int first = bench.draw(0), second = bench.draw(1);
+  for (float y = 12; y < 200 && bench.draw(0) <= first; y += 6) bench.click(0, 24, y);
+  ASSERT_GT(bench.draw(0), first) << "the button of the solution was not found";
+  EXPECT_EQ(bench.draw(1), second) << "the next level begins without a shown solution";
+  EXPECT_GT(bench.draw(0), first);
 }
 
 TEST(GoalPanel, ReachedGoalsAndFinishedGamesShowNothing) {

@@ -8,10 +8,13 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <string>
 #include <string_view>
+
+#include "common/base/user_folders.hpp"
 
 namespace tandem {
 namespace {
@@ -125,6 +128,19 @@ TEST_F(WholeFile, OfAKilledWriterIsRemovedByTheNextAlone) {
   EXPECT_EQ(files(), 8);
   EXPECT_EQ(text_of(file), "old");
   EXPECT_EQ(remove_unfinished(folder / "no folder" / "file"), 0U);
+}
+
+TEST(UserFolder, ARelativePathInAnXdgVariableIsIgnored) {
+  const std::string home = std::getenv("HOME") == nullptr ? "" : std::getenv("HOME");
+  ::setenv("HOME", "/home/x", 1);
+  ::setenv("TANDEM_TEST_XDG", "relative", 1);
+  EXPECT_EQ(user_folder("TANDEM_TEST_XDG", ".cache"), "/home/x/.cache");
+  ::setenv("TANDEM_TEST_XDG", "/absolute", 1);
+  EXPECT_EQ(user_folder("TANDEM_TEST_XDG", ".cache"), "/absolute");
+  ::unsetenv("TANDEM_TEST_XDG");
+  ::unsetenv("HOME");
+  EXPECT_TRUE(user_folder("TANDEM_TEST_XDG", ".cache").empty());
+  ::setenv("HOME", home.c_str(), 1);
 }
 
 }  // namespace

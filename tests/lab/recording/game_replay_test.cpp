@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <fstream>
 
 #include "lab/recording/session_replay.hpp"
 #include "proto/recording/recorded_files.hpp"
@@ -123,6 +124,52 @@ TEST(GameReplay, SignalsDecideTheSameLevelsInEachStep) {
   EXPECT_EQ(values, 26U) << "each value is in the recording";
   std::filesystem::remove(file);
   std::filesystem::remove(scene_file);
+}
+
+TEST(GameReplay, OfSignalsAndADecisionTableGivesTheSameLevels) {
+  const auto folder = std::filesystem::temp_directory_path() / ("tandem_signals" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  const auto scene_file = folder / "signals.json", file = folder / "signals.mcap";
+  std::ofstream(scene_file) << server::small_game(R"({"time_limit_s": 4.5, "call": {"at_time_limit": true},
+      "signals": [{"name": "valence", "max_age_s": 0.5, "states": [
+        {"name": "negative", "below": -0.1}, {"name": "positive", "above": 0.1}]}],
+      "levels": [
+        {"name": "a", "time_limit_s": 1, "goals": [{"name": "g", "conditions": [{"held": {"body": "ball"}}]}],
+         "next": {"signal": "valence", "rows": [{"state": "positive", "level": "b"}, {"level": "a"}]}},
+        {"name": "b", "time_limit_s": 1, "goals": [{"name": "g", "conditions": [{"held": {"body": "ball"}}]}],
+         "next": {"signal": "valence", "rows": [{"state": "negative", "level": "a"}, {"level": "b"}]}}]})");
+  Progress then;
+  {
+    server::GameRoom game(server::load_scene(scene_file));
+    server::RoomRecorder recorder(
+        game.room,
+        {.file = file, .program = "test 1", .scene_file = scene_file.string(), .recording = 8, .capacity = 1U << 17U});
+    game.room.watch(recorder);
+    game.room.watch(then);
+    game.join(0);
+    // The value is positive, then negative, then absent, so that it becomes stale.
+    for (int i = 0; i < 50; ++i) {
+      const double value = i < 12 ? 0.5 : -0.5;
+      if (i < 25) {
+        game.command({.kind = server::RoomCommand::Kind::kSetSignal,
+                      .signal_value = {value, 0.9, static_cast<std::uint32_t>(i)}});
+      }
+      game.run(0.1);
+    }
+    recorder.finish();
+    EXPECT_EQ(recorder.steps_lost(), 0U);
+    EXPECT_TRUE(game.status().has_called);
+  }
+  Progress now;
+  const ReplayResult result = replay_session(file, {}, [&now](const server::Room& room) { now.add(room); });
+  EXPECT_FALSE(result.differs_at_step.has_value()) << result.differing_thing;
+  EXPECT_EQ(now.steps, then.steps);
+  std::vector<int> levels;
+  for (const auto& step : now.steps) {
+    if (levels.empty() || levels.back() != std::get<2>(step)) levels.push_back(std::get<2>(step));
+  }
+  EXPECT_EQ(levels, (std::vector<int>{0, 1, 0})) << "positive, negative, and then without a signal the same";
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -114,7 +114,8 @@ TEST_F(PersonStoreTest, NoByteOfAPseudonymIsFoundAfterDeletion) {
   }
   write(fs::path(gone) / "session-0004.json.aB3dEf", gone);  // of an interrupted run
   ASSERT_TRUE(has(gone));
-  EXPECT_TRUE(store_.remove(gone).empty());
+  const Removal removal = store_.remove(gone);
+  EXPECT_TRUE(removal.found.empty() && removal.unreadable.empty());
   EXPECT_FALSE(has(gone));
   EXPECT_THAT(store_.persons(), ElementsAre(other));
   EXPECT_EQ(store_.sessions(other).size(), 3U);
@@ -127,15 +128,57 @@ TEST_F(PersonStoreTest, AnInterruptedDeletionIsCompletedByTheNextRun) {
   fs::rename(folder_ / gone, folder_ / ".removed-0123456789ABCDEF");  // as far as an interrupted run came
   EXPECT_FALSE(has(gone));
   EXPECT_THAT(store_.persons(), ElementsAre(other));
-  store_.add(other, session_of(1));
-  EXPECT_FALSE(fs::exists(folder_ / ".removed-0123456789ABCDEF"));
+  EXPECT_FALSE(fs::exists(folder_ / ".removed-0123456789ABCDEF")) << "persons() only reads";
+  fs::create_directory(folder_ / ".removed-1");
+  store_.sessions(other);
+  EXPECT_FALSE(fs::exists(folder_ / ".removed-1"));
+  fs::create_directory(folder_ / ".removed-2");
+  EXPECT_TRUE(store_.remove(gone).found.empty()) << "the repeated deletion completes the first";
+  EXPECT_THAT(error_of([&] { store_.remove(gone); }), HasSubstr("no person " + gone));
+}
+
+TEST_F(PersonStoreTest, PathsThatCannotBeSearchedAreNamed) {
+  // Rights do not bind the superuser.
+  const bool is_root = ::geteuid() == 0;
+  if (is_root) {
+    ASSERT_EQ(::seteuid(65534), 0);
+  }
+  const std::string person = store_.create("");
+  write("secret.txt", person);
+  fs::permissions(folder_ / "secret.txt", fs::perms::none);
+  fs::create_directory(folder_ / "closed");
+  fs::permissions(folder_ / "closed", fs::perms::none);
+  Removal removal;
+  const std::string error = error_of([&] { removal = store_.remove(person); });
+  fs::permissions(folder_ / "closed", fs::perms::owner_all);
+  fs::remove_all(folder_);
+  if (is_root) {
+    ASSERT_EQ(::seteuid(0), 0);
+  }
+  EXPECT_EQ(error, "no error");
+  EXPECT_TRUE(removal.found.empty());
+  EXPECT_THAT(removal.unreadable, testing::UnorderedElementsAre(folder_ / "secret.txt", folder_ / "closed"));
+}
+
+TEST_F(PersonStoreTest, AFolderThatOthersCanReachIsRefused) {
+  const std::string person = store_.create("");
+  fs::permissions(folder_, fs::perms::group_exec, fs::perm_options::add);
+  const auto refused = AllOf(HasSubstr("--data " + folder_.string() + " has the mode 0710"),
+                             HasSubstr("run: chmod 700 " + folder_.string()));
+  EXPECT_THAT(error_of([&] { store_.create(""); }), refused);
+  EXPECT_THAT(error_of([&] { store_.persons(); }), refused);
+  EXPECT_THAT(error_of([&] { store_.sessions(person); }), refused);
+  EXPECT_THAT(error_of([&] { store_.add(person, session_of(1)); }), refused);
+  EXPECT_THAT(error_of([&] { store_.remove(person); }), refused);
+  fs::permissions(folder_, fs::perms::owner_all);
+  EXPECT_TRUE(store_.sessions(person).empty());
 }
 
 TEST_F(PersonStoreTest, FilesOfOthersWithThePseudonymAreNamed) {
   const std::string person = store_.create("");
   write("notes.txt", std::string(70'000, '.') + "about " + person);
   write(person + ".txt", "nothing");
-  const auto left = store_.remove(person);
+  const auto left = store_.remove(person).found;
   std::set<std::string> names;
   for (const fs::path& file : left) names.insert(file.filename().string());
   EXPECT_EQ(names, (std::set<std::string>{"notes.txt", person + ".txt"}));

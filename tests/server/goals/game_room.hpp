@@ -56,7 +56,7 @@ class GameRoom {
     ASSERT_TRUE(room.post(command));
   }
   void step() {
-    for (std::uint8_t tool = 0; tool < hands.size(); ++tool) {
+    for (std::size_t tool = 0; tool < hands.size(); ++tool) {
       if (!is_here.at(tool)) continue;
       proto::ClientUpdate update;
       update.input_tick = Tick{ticks + 1};

@@ -69,6 +69,10 @@ INSTANTIATE_TEST_SUITE_P(
                              R"({"name": "g", "conditions": [{"signal": {"name": "calm", "above": 1}}]})"),
             "game.levels[0].goals[0].conditions are satisfied by stale signals alone; set required of one of them, or "
             "add a condition about a body"},
+        Wrong{R"({"levels": [{"name": "a", "repeats": true, "next": {"rows": [{"level": "a"}]}, "goals": [)" +
+                  std::string(kGoal) + "]}]}",
+              "game.levels[0].repeats is true, and the level has next, which alone determines the level that follows; "
+              "remove repeats, and name this level in a row of next"},
         Wrong{game_with_table(R"({"rows": []})"), "game.levels[0].next.rows has 0 rows; it must have 1 to 16"},
         Wrong{
             game_with_table(R"({"rows": [{"score": "HIGH", "level": "a"}]})"),

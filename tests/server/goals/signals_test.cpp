@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "server/goals/game_codec.hpp"
 #include "server/recording/room_checkpoint.hpp"
 #include "server/recording/step_codec.hpp"
 #include "tests/server/goals/game_room.hpp"
@@ -67,6 +68,7 @@ TEST(Signals, AStaleSignalDoesNotHinderAGoalUnlessItIsRequired) {
 TEST(Signals, AValueIsFreshUntilItsLargestAgeAndWithEnoughConfidence) {
   GameRoom game(scene_with_condition(R"("above": 2)"));
   const auto is_fresh = [&game] { return game.status().signals[0].is_fresh; };
+  ASSERT_TRUE(game.room.post({.seat = {2, UserId{9}, UserRole::kObserver, 0}}));
   send(game, 0.5);
   game.run(0.499);
   EXPECT_TRUE(is_fresh()) << "also while the clock stands";
@@ -85,6 +87,25 @@ TEST(Signals, AValueIsFreshUntilItsLargestAgeAndWithEnoughConfidence) {
   send(game, std::nan(""));
   game.step();
   EXPECT_EQ(game.status().signals[0].value, 0.5) << "a value that is not a number is ignored";
+}
+
+// An empty room may stop its steps, which count the age. A replay does not contain the time of the stop.
+TEST(Signals, AnEmptyRoomDiscardsValues) {
+  GameRoom game(scene_with_condition(R"("above": 2)"));
+  send(game, 0.5);
+  game.step();
+  EXPECT_FALSE(game.status().signals[0].has_value) << "nobody has joined";
+  game.join(0);
+  send(game, 0.5);
+  game.step();
+  EXPECT_TRUE(game.status().signals[0].is_fresh);
+  game.leave(0);
+  game.step();
+  EXPECT_FALSE(game.status().signals[0].has_value);
+  EXPECT_FALSE(game.status().signals[0].is_fresh);
+  game.join(0);
+  game.step();
+  EXPECT_FALSE(game.status().signals[0].is_fresh) << "a value of before the stop has no age";
 }
 
 // The decision table of the thesis.
@@ -161,9 +182,40 @@ TEST(Signals, ARowWithoutLevelWinsTheGame) {
                               std::string(kInTheRoom) +
                               R"(]}], "next": {"rows": [{"score": "HIGH"}, {"score": "LOW", "level": "a"}]}}]})"));
   game.join(0);
-  game.run(0.1);
+  game.run(1.1);
   EXPECT_THAT(game.kinds(), ElementsAre(Kind::kStarted, Kind::kLevelStarted, Kind::kGoalReached, Kind::kLevelReached,
                                         Kind::kLevelChosen, Kind::kWon));
+}
+
+TEST(Signals, ALevelThatFollowsItselfLastsASecondEachTime) {
+  GameRoom game(scene_of_game(R"({"levels": [{"name": "a", "goals": [{"name": "g", "conditions": [)" +
+                              std::string(kInTheRoom) + R"(]}], "next": {"rows": [{"level": "a"}]}}]})"));
+  game.join(0);
+  game.run(3.5);
+  EXPECT_EQ(std::ranges::count(game.kinds(), Kind::kLevelChosen), 3);
+  EXPECT_EQ(std::ranges::count(game.kinds(), Kind::kGoalReached), 4) << "the goal counts at once";
+}
+
+TEST(Signals, ALimitOfTheGameEndsItBeforeTheNextLevelIsEntered) {
+  const std::string limit = R"(, "time_limit_s": 2, "call": {"at_time_limit": true})";
+  GameRoom chosen(scene_of_game(thesis_game(limit)));
+  chosen.join(0);
+  chosen.run(2.5);
+  EXPECT_THAT(chosen.kinds(),
+              ElementsAre(Kind::kStarted, Kind::kLevelStarted, Kind::kLevelFailed, Kind::kCalled, Kind::kLost));
+  GameRoom repeated(scene_of_game(R"({"time_limit_s": 1, "levels": [{"name": "a", "time_limit_s": 1, "repeats": true,
+      "goals": [{"name": "g", "conditions": [)" +
+                                  std::string(kNeverHeld) + "]}]}]}"));
+  repeated.join(0);
+  repeated.run(1.5);
+  EXPECT_THAT(repeated.kinds(), ElementsAre(Kind::kStarted, Kind::kLevelStarted, Kind::kLevelFailed, Kind::kLost));
+}
+
+TEST(Signals, TheHashContainsTheCallAlsoOfAGameWithoutSignals) {
+  GameStatus status;
+  const std::uint32_t before = hash_of(status);
+  status.has_called = true;
+  EXPECT_NE(hash_of(status), before);
 }
 
 TEST(Signals, TheTimeOfTheGameEndsItAndCallsOnce) {
@@ -199,13 +251,11 @@ TEST(Signals, TheTimeInOneStateEndsTheGameAndCallsOnce) {
   EXPECT_FALSE(game.status().has_called);
 }
 
-TEST(Signals, ACheckpointKeepsTheTimesInStatesAndTheCall) {
+TEST(Signals, ACheckpointKeepsTheTimesInStates) {
   const auto scene = scene_of_game(thesis_game());
   GameRoom before(scene);
   before.join(0);
   run_with(before, -0.5, 0.8);
-  GameStatus called = before.status();
-  called.has_called = true;
   const auto state = state_of(checkpoint_of(before.room), *scene);
   ASSERT_TRUE(state.has_value() && state->game.has_value());
   GameRoom after(scene);
@@ -216,6 +266,19 @@ TEST(Signals, ACheckpointKeepsTheTimesInStatesAndTheCall) {
   after.join(0);
   after.run(0.5);
   EXPECT_EQ(after.status().signals[0].steps[0], 800U) << "the old value is stale after the restart";
+}
+
+TEST(Signals, ACheckpointKeepsThatTheCallWasMade) {
+  GameRoom game(scene_of_game(thesis_game()));
+  for (const bool has_called : {true, false}) {
+    GameStatus status = game.status();
+    status.has_called = has_called;
+    wire::GameCheckpoint message;
+    write_checkpoint(status, message);
+    const auto read = read_checkpoint(message);
+    ASSERT_TRUE(read.has_value());
+    EXPECT_EQ(read->has_called, has_called);
+  }
 }
 
 TEST(Signals, AnIdenticalSequenceGivesTheSameStatusInEachStep) {

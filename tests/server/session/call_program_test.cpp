@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -31,6 +32,12 @@ class CallProgramTest : public ::testing::Test {
       const std::lock_guard lock(mutex);
       news.push_back(line);
     };
+  }
+  /// Returns whether a process runs. A terminated process that nobody has waited for does not.
+  static bool is_running(const std::string& process) {
+    const std::string stat = text_of("/proc/" + process + "/stat");
+    const std::size_t state = stat.rfind(')') + 2;
+    return state < stat.size() && stat[state] != 'Z' && stat[state] != 'X';
   }
   /// Waits until this many lines of news are here.
   void await(std::size_t count) {
@@ -73,10 +80,52 @@ TEST_F(CallProgramTest, AFailureIsReported) {
 }
 
 TEST_F(CallProgramTest, AProgramThatDoesNotEndIsKilledWithItsChildren) {
-  CallProgram program(script("sleep 100"), to_news(), std::chrono::milliseconds(50));
+  const std::filesystem::path child = folder / "child";
+  CallProgram program(script("sleep 100 & echo $! > '" + child.string() + "'; wait"), to_news(),
+                      std::chrono::milliseconds(500));
   program.call("room", "time-limit");
   await(1);
   EXPECT_THAT(news[0], HasSubstr("killed after"));
+  std::string process = text_of(child);
+  ASSERT_FALSE(process.empty()) << "the program has not begun its child within its time";
+  process.pop_back();
+  for (int i = 0; i < 5000 && is_running(process); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_FALSE(is_running(process)) << "child " << process;
+}
+
+TEST_F(CallProgramTest, TheProgramInheritsNoFilesOfTheServer) {
+  int pipe_ends[2];
+  ASSERT_EQ(::pipe(pipe_ends), 0);  // without O_CLOEXEC, as the sockets of the server
+  const std::filesystem::path out = folder / "out";
+  CallProgram program(script("for file in /proc/$$/fd/*; do readlink \"$file\"; done > '" + out.string() + "'"),
+                      to_news());
+  program.call("room", "time-limit");
+  await(1);
+  for (const int end : pipe_ends) {
+    std::error_code error;
+    const auto name = std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(end), error).string();
+    EXPECT_EQ(text_of(out).find(name), std::string::npos) << name << " among\n" << text_of(out);
+    ::close(end);
+  }
+}
+
+TEST_F(CallProgramTest, AnEndIsSeenEvenIfSigchldIsIgnored) {
+  const auto before = ::signal(SIGCHLD, SIG_IGN);
+  CallProgram program(script("exit 0"), to_news(), std::chrono::seconds(5));
+  program.call("room", "time-limit");
+  await(1);
+  ::signal(SIGCHLD, before);
+  EXPECT_THAT(news[0], HasSubstr("unknown exit code"));
+}
+
+TEST_F(CallProgramTest, CallsThatWaitAtTheStopAreReported) {
+  CallProgram program(script("sleep 100"), to_news());
+  for (const char* room : {"first", "second", "third"}) program.call(room, "time-limit");
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  program.finish();
+  ASSERT_EQ(news.size(), 3U);
+  EXPECT_THAT(news[1], HasSubstr("for room second (time-limit) was not run: the server stops"));
+  EXPECT_THAT(news[2], HasSubstr("for room third"));
 }
 
 TEST_F(CallProgramTest, MoreCallsThanItsQueueHoldsAreReported) {

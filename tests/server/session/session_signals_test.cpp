@@ -70,6 +70,7 @@ TEST(SessionSignals, ASourceHasNoSeatAndReceivesNothingOfTheRoom) {
   bench.step(2);
   EXPECT_NE(bench.join("ben").joined.user(), 0U) << "sources take no seat";
   EXPECT_EQ(bench.hub->users_in(0)[0], 2U);
+  EXPECT_EQ(bench.hub->user_count(), 2U) << "sources are not users";
   bench.step(50);
   for (const test::BenchClient& source : sources) {
     EXPECT_TRUE(bench.drain(source).empty());
@@ -124,6 +125,7 @@ TEST(SessionSignals, OtherUsersMayNotSendSignals) {
 
 TEST(SessionSignals, NamesAndNumbersAreChecked) {
   SignalBench bench;
+  const test::BenchClient ada = bench.join("ada");
   test::BenchClient source = bench.join("eeg", wire::ROLE_SIGNAL);
   bench.send(source, signal("arousal", 1));
   const auto unknown = bench.drain(source);
@@ -140,6 +142,7 @@ TEST(SessionSignals, NamesAndNumbersAreChecked) {
 
 TEST(SessionSignals, ValuesBeyondTheRateAreDropped) {
   SignalBench bench;
+  const test::BenchClient ada = bench.join("ada");
   test::BenchClient source = bench.join("eeg", wire::ROLE_SIGNAL);
   for (int i = 0; i < 120; ++i) bench.send(source, signal("valence", i));
   bench.step(10);
