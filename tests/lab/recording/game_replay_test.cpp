@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
-#include <fstream>
 
 #include "lab/recording/session_replay.hpp"
 #include "proto/recording/recorded_files.hpp"
