@@ -11,11 +11,12 @@
 
 namespace tandem::contact {
 
-/// Finds the closed-form contacts of shape A with shape B, and stores the state that their friction needs.
+/// Finds the closed-form contacts of shape A with shape B, and stores the state of their friction.
 ///
-/// Model   See add_ball_on_plane() and RodContacts. A contact consists of a core, the area that has pressed since the
-///         contact began, and a ring around it. The contact's bristle (tangential displacement since sticking) is the
-///         mean over both. Added area has no bristle; a contact that shrinks first loses the area that was added last
+/// Model   See add_ball_on_plane() and RodContacts. The area of a contact consists of a core, which has pressed since
+///         the contact began, and a ring around it, which was added later. The contact's bristle (tangential
+///         displacement since sticking) is the mean over both. Newly added area has no bristle; a shrinking contact
+///         first loses the area that was added last
 /// Thread  one at a time; no allocation
 class ClosedFormContacts {
  public:
@@ -61,9 +62,9 @@ class ClosedFormContacts {
   double ball_planes_reach_m_ = -1;
 };
 
-/// Transfers bristles between contacts of different kinds, such as points before and closed-form contacts now. Each
-/// pressing contact gets a bristle in proportion to its depth, which limits its friction. Together, the new contacts
-/// keep the friction force and its moment about the normal.
+/// Transfers bristles between contacts of different kinds, for example from points to closed-form contacts. Each
+/// pressing contact gets a bristle in proportion to its depth, because its depth limits its friction. All new contacts
+/// together keep the friction force and its moment about the normal.
 void share_bristles(std::span<const ContactPoint> before, std::span<ContactPoint> now,
                     const Eigen::Matrix3d& turn) noexcept;
 
