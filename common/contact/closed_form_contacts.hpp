@@ -25,8 +25,8 @@ class ClosedFormContacts {
   /// Begins a step. had_contacts() then refers to the previous step.
   void begin_step() noexcept;
 
-  /// Appends the contacts in the order of their ids. Returns false if the pair has no closed form at these poses, so
-  /// that the search for points is needed. If a ball is out of reach, the result is true and no contact is appended.
+  /// Appends the contacts in the order of their ids. Returns true without contacts for a ball out of reach. Returns
+  /// false if the pair has no closed form at these poses; the search for points is then needed.
   bool find(const Pose& X_WA, const Pose& X_WB, double band_m, std::vector<ContactPoint>& now) noexcept;
   bool had_contacts() const { return was_on_ != nullptr || had_rods_; }
   bool is_ball_a() const { return ball_ != nullptr && ball_ == a_; }

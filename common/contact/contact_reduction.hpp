@@ -43,10 +43,10 @@ inline constexpr std::size_t kReducedContacts = 16;
 ///         2. Each contact is divided among all groups, mostly among the near ones. A group becomes the mean of its
 ///            fractions of contacts.
 ///         3. The groups' lines of force are changed a little until their stiffness equals that of all contacts. (The
-///            pitch
-///            of a screw cannot be reproduced, because no single force has one.)
-///         4. The forces are corrected to the net force and moment. Nothing is selected or sorted, so each group moves
-///            as continuously as the patch. If all contacts fit into `out`, they are copied unchanged
+///            pitch of a screw cannot be reproduced, because no single force has one.)
+///         4. The forces are corrected to the net force and moment.
+///         Nothing is selected or sorted, so each group moves as continuously as the patch. If all contacts fit into
+///         `out`, they are copied unchanged
 /// Source  pattern: two-level fractional factorial designs (Box & Hunter, Technometrics 3, 1961). Stretching it by the
 ///         covariance: sigma points of Julier & Uhlmann, "Unscented filtering and nonlinear estimation", Proc. IEEE 92,
 ///         2004. Sharing: fuzzy c-means (Bezdek 1981). The correction of the lines of force is ours

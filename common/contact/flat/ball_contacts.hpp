@@ -29,12 +29,12 @@ const FieldPlane* plane_below_ball(const DistanceField& field, PlaneSet planes, 
 ///            (8/15 a × force)
 ///         3. from m to 0.65 δ: a pair of contacts on each of two axes
 ///         4. from 0.65 δ to δ: such pairs again. The pairs are placed so that the stiffness against tilting is that of
-///            the whole area: a²/4 × area, with the contact radius a² = 2Rδ − ⅔δ² The part of the cap that does not
-///         press has one contact on the axis for each slice. These slices end at a gap of 16, 64 and 256 µm and at the
-///         band. While nothing presses, the third slice has four contacts on a ring, where the pairs will press. Force
-///         and stiffness are exact for the area and continuous in the pose. The axes are fixed to the plane, so they do
-///         not turn with the ball. Points of the plane inside the ball give the same force with R − δ in place of R,
-///         because their normals point to the ball's centre
+///            the whole area: a²/4 × area, with the contact radius a² = 2Rδ − ⅔δ²
+///         The part of the cap that does not press has one contact on the axis for each slice. These slices end at a
+///         gap of 16, 64 and 256 µm and at the band. While nothing presses, the third slice has four contacts on a
+///         ring, where the pairs will press. Force and stiffness are exact for the area and continuous in the pose. The
+///         axes are fixed to the plane, so they do not turn with the ball. Points of the plane inside the ball give the
+///         same force with R − δ in place of R, because their normals point to the ball's centre
 /// Source  our derivation
 /// In      ball_share  fraction of the force that is due to the ball's points, 0..1; the rest is due to the plane's
 ///         sign        sign of the plane's normal in the contacts

@@ -26,9 +26,10 @@ struct PlacedShape {
 ///         shape covers q, that surface is inside the union. The contact is then resolved along the shorter of two
 ///         displacements:
 ///         1. out of the same shape through another face
-///         2. through q and out of the covering shape Both are found from samples farther inside, where the covered
-///            face is not the nearest face. For flat faces they are exact. In a transition 20 µm wide (more for meshes)
-///            between covered and free surface, the result is interpolated, so that forces do not jump
+///         2. through q and out of the covering shape
+///         Both are found from samples farther inside, where the covered face is not the nearest face. For flat faces
+///         they are exact. In a transition 20 µm wide (more for meshes) between covered and free surface, the result is
+///         interpolated, so that forces do not jump
 /// Thread  any; no allocation
 class ShapeUnion {
  public:

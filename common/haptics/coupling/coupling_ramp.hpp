@@ -1,5 +1,5 @@
-// Ramp of a coupling's coefficients. With it, a change while the coupling is stretched causes no step of force. Server
-// and client use the same ramp, so that both ends of the coupling agree except for the delay.
+// Ramp of a coupling's coefficients, so that a change while the coupling is stretched causes no step of force. Server
+// and client use the same ramp, so both ends of the coupling agree except for the delay.
 #pragma once
 
 #include <algorithm>
@@ -8,13 +8,13 @@
 
 namespace tandem::haptics {
 
-/// Duration of a change of coefficients. We chose it to be at most the time that a user needs to notice a grasp.
+/// Duration of a change of coefficients. It was chosen to be at most the time that a user needs to notice a grasp.
 inline constexpr double kCouplingRamp_s = 0.1;
 
 /// Coupling coefficients that move linearly in time to a target.
 ///
 /// Model   c(t) = c₀ + (c₁ − c₀) min(1, t / 100 ms). An increase Δk of the stiffness at a displacement d adds the
-///         energy ½ Δk d². The change of the coefficients creates this energy, not the law
+///         energy ½ Δk d². This energy comes from the change of the coefficients, so the law itself stays passive
 /// Thread  haptic and room: no allocation, no throw
 class CouplingRamp {
  public:

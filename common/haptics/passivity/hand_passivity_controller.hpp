@@ -16,17 +16,16 @@ namespace tandem::haptics {
 ///
 /// Model   energy balance E = −Σ (F_j·(x_{j+1} − x_j) + τ_j·θ_{j,j+1}) + (output of the world − input of the world) +
 ///         C_local. F, τ are the displayed and held force and torque; x follows the path between encoder steps
-///         (EncoderPath). The credit C_local is the maximum so far of the local model's net output, at least 0. The
-///         wrench is scaled by g = min(1, (E + initial credit) / (n m)). m = F·δ + τ·δ_θ is the work that the hand
+///         (EncoderPath). The credit C_local is the maximum so far of the local model's net output, at least 0. Gain:
+///         the wrench is scaled by g = min(1, (E + initial credit) / (n m)). m = F·δ + τ·δ_θ is the work that the hand
 ///         takes if it repeats the motion of the last period; n is kPeriodsAhead. g falls at once and rises slowly. A
-///         negative balance recovers at kLeakRate_w. While it is negative, it also limits g, down to 0 at
-///         kMinBalance_j. Liveness: if the hand is at rest or moves against the force, m ≤ 0. A hand that pushes
-///         therefore feels the force against which it does work. A negative balance recovers within at most
-///         −kMinBalance_j / kLeakRate_w = 1 s. Passivity: the hand never receives more than the sum of five terms: the
-///         energy that it supplied, the output of the world and the local model, the initial credit, the leaked energy,
-///         and −kMinBalance_j. The balance becomes negative if the motion reverses within a period, or if the world
-///         took energy before its report arrived. Server and local model report running sums, so a lost report only
-///         delays the balance
+///         negative balance recovers at kLeakRate_w, and meanwhile limits g, down to 0 at kMinBalance_j. Liveness: if
+///         the hand is at rest or moves against the force, m ≤ 0. A hand that pushes therefore feels the force against
+///         which it does work. A negative balance recovers within −kMinBalance_j / kLeakRate_w = 1 s. Passivity: the
+///         hand never receives more than the sum of five terms: the energy that it supplied, the output of the world
+///         and the local model, the initial credit, the leaked energy, and −kMinBalance_j. The balance becomes negative
+///         if the motion reverses within a period, or if the world took energy before the report of this energy
+///         arrived. Server and local model report running sums, so a lost report only delays the balance
 /// Source  Hannaford, Ryu, "Time-domain passivity control of haptic interfaces", IEEE T-RA 18(1), 2002. Their
 ///         controller uses past energy and adds damping; ours predicts one period and scales the wrench. Two-port
 ///         energies over a delay: Ryu, Artigas, Preusche, "A passive bilateral control scheme for a teleoperator with
@@ -38,8 +37,8 @@ namespace tandem::haptics {
 class HandPassivityController {
  public:
   /// Credit in addition to the balance; with 0 the first contact would have no force. A hand that leaves a spring k at
-  /// speed v keeps its force if the credit is above k (n (v T + a T²))² / 2, with the largest acceleration a of
-  /// PortLookAhead. This value suffices for 1000 N/m at 0.2 m/s.
+  /// speed v keeps its force if the credit is above k (n (v T + a T²))² / 2, with the period T and the largest
+  /// acceleration a of PortLookAhead. This value suffices for 1000 N/m at 0.2 m/s.
   static constexpr double kInitialCredit_j = 2e-4;
   static constexpr double kMaxBalance_j = 2.0;
   static constexpr double kLeakRate_w = 2e-3;     ///< recovery rate of a negative balance
@@ -51,9 +50,9 @@ class HandPassivityController {
   static constexpr double kPeriod_s = 0.001;
 
   /// Adds the server's running sums, once for each received update; `elapsed_s` is the time since the previous update.
-  /// In      has_model  whether the hand is coupled to a local model that it drives. The server's world mirrors that
-  ///         model and takes the same energy a second time, or more if the model is too light. The world's net output
-  ///         is then added only as far as it rises above its maximum so far
+  /// In      has_model  whether the hand drives a local model. The server's world repeats the motion of that model and
+  ///         takes the same energy a second time (more if the model is too light). The world's net output is then added
+  ///         only as far as it rises above its maximum so far
   void world_reported(double from_world_j, double into_world_j, double elapsed_s, bool has_model = false) noexcept;
   /// Adds the local model's running net output (StageOutput::energy_from_local_j). A value that is not finite is
   /// ignored. The first report only sets the reference.
