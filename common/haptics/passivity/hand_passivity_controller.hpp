@@ -45,8 +45,8 @@ class HandPassivityController {
   static constexpr double kMinBalance_j = -2e-3;  ///< balance at which the force becomes zero
   static constexpr double kPeriodsAhead = 2.0;    ///< n; a larger value acts earlier and less abruptly
   /// Nominal period of the loop. After a late tick, the next period is assumed to have this length again. If the hand
-  /// takes energy in a late period, only the fraction kPeriod_s / period of it is charged. That energy could not be
-  /// predicted, and a negative balance could not recover while there is no force.
+  /// takes energy in a late period, only the fraction kPeriod_s / period of the energy is charged: it could not be
+  /// predicted, and the balance could not recover while there is no force.
   static constexpr double kPeriod_s = 0.001;
 
   /// Adds the server's running sums, once for each received update; `elapsed_s` is the time since the previous update.

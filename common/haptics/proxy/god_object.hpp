@@ -85,7 +85,7 @@ class GodObject {
 
   const ProxyState& state() const { return state_; }
   /// Corners of the proxy's path in the last update, a polyline that ends at the present position. Relative to a moving
-  /// obstacle the path has a different shape, but it is free of collisions, too.
+  /// obstacle the path has another shape, which is free of collisions as well.
   std::span<const Vec3> way_W() const { return {way_W_.data(), way_count_}; }
   const GodObjectSettings& settings() const { return settings_; }
 
