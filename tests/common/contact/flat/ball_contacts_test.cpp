@@ -382,8 +382,8 @@ TEST(BallContacts, HoldABallOnASlopeThoughItsWeightTrembles) {
         rig.gravity_m_per_s2 = kGravity_m_per_s2 * (1 + (i % period < period / 2 ? share : -share));
         rig.step();
       }
-      // Bound of the motion within one second, at a depth of 73 µm. The measured motion was 14 µm. If each deeper step
-      // shortened all bristles, the ball would creep by 91 µm.
+      // Limit of the motion within one second, at a depth of 73 µm. The measured motion was 14 µm. With an error by
+      // which each deeper step shortens all bristles, the ball would creep by 91 µm.
       EXPECT_LT((rig.X_WB.p - start).norm(), 2e-5) << share << " " << period;
     }
   }
