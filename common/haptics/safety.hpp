@@ -70,20 +70,21 @@ struct SafetyInput {
 /// Safety stages before the clamp. apply() is called once a tick.
 ///
 /// Model   Rise: the gain g rises by dt / start_ramp and is at most the silence gain, a smooth function of the state's
-///         age that falls from 1 to 0. After a silence g returns smoothly, too. Fall: after a fault g falls by dt /
-///         fault_decay to 0 before it may rise again. It falls at the same rate while there is no state or nothing is
-///         displayed. If the clutch is the only reason for a fall, the wrench falls no faster than 100 N/s and 5 N·m/s.
-///         If the handle moves faster than 1 m/s along a displayed force of 1 N or more, it is a fault: the force
-///         drives a handle that no hand holds. Output: out = slew(g · wrench). While g falls, |out| ≤ |displayed
-///         before| · g / g_before, separately for force and torque. The part removed by this bound returns within 60 ms
-///         once g stops falling. If there is no usable wrench (no state, no sample, not finite, clutched), out is the
-///         displayed wrench times g / g_before. The decay after a fault ends when zero has been displayed, not when it
-///         has been computed. Stalls: while the loop does not run (a stopped process, a suspended machine), the device
-///         holds the last force. A late tick is therefore a fault. It counts as one period, so that the force decays in
-///         steps from its held value, for any new wrench and any age of the state. Returns: for 0.5 s after a silence,
-///         or after a gap at most 15 ms shorter than a silence, the force changes by at most 0.28 N/ms. The torque is
-///         limited to the same fraction of its slew limit. A decrease to zero still takes at most 15 ms. A falling gain
-///         reduces the force by at most 0.25 N/ms.
+///         age that falls from 1 to 0. After a silence g returns smoothly, too.
+///         Fall: after a fault g falls by dt / fault_decay to 0 before it may rise again. It falls at the same rate
+///         while there is no state or nothing is displayed. If the clutch is the only reason for a fall, the wrench
+///         falls no faster than 100 N/s and 5 N·m/s. If the handle moves faster than 1 m/s along a displayed force of 1
+///         N or more, it is a fault: the force drives a handle that no hand holds.
+///         Output: out = slew(g · wrench). While g falls, |out| ≤ |displayed before| · g / g_before, separately for
+///         force and torque. The part removed by this bound returns within 60 ms once g stops falling. If there is no
+///         usable wrench (no state, no sample, not finite, clutched), out is the displayed wrench times g / g_before.
+///         The decay after a fault ends when zero has been displayed, not when it has been computed.
+///         Stalls: while the loop does not run (a stopped process, a suspended machine), the device holds the last
+///         force. A late tick is therefore a fault. It counts as one period, so that the force decays in steps from its
+///         held value, for any new wrench and any age of the state.
+///         Returns: for 0.5 s after a silence, or after a gap at most 15 ms shorter than a silence, the force changes
+///         by at most 0.28 N/ms. The torque is limited to the same fraction of its slew limit. A decrease to zero still
+///         takes at most 15 ms. A falling gain reduces the force by at most 0.25 N/ms.
 /// Thread  haptic: no allocation, no throw
 class SafetyChain {
  public:

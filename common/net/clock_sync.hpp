@@ -23,7 +23,6 @@ namespace tandem::net {
 /// Slew    After settling, the offset moves towards the target at the rate error / 2 s, clamped to 500 ppm … 5 %. An
 ///         error of 1 ms vanishes in 2 s; an error of 100 ms decreases to 1 ms in 10 s. Server time never stops or
 ///         steps.
-///         of 1 ms vanishes in 2 s; an error of 100 ms decreases to 1 ms in 10 s. Server time never stops or steps.
 /// Source  RFC 5905 (clock filter, error bound that grows with age, NTP's slew of 500 ppm); the rest is our design
 /// Cost    add() O(kSlots), no allocation
 class ClockSync {

@@ -19,8 +19,9 @@ namespace tandem::net {
 ///         then resumes at kMargin of the capacity. If the queue changes by less than 2 kDrained within kWatch, the
 ///         cause is a longer route instead of congestion, and the limit stays unchanged. Without a queue the rate
 ///         begins to rise evenly after a waiting time of kPatience. This time doubles with each further congestion, up
-///         to kMaxPatience. Delays are differences of two clocks, but only their changes are used, so the clocks need
-///         not be synchronised.
+///         to kMaxPatience.
+///         Delays are differences of two clocks, but only their changes are used, so the clocks need not be
+///         synchronised.
 /// Limits  A queue below kQueue is not detected, nor are drops by a link with a short queue. A delay of another cause
 ///         (a pause of a radio link, other traffic) that lasts longer than kShort is treated as a queue. This reduces
 ///         the rate, which recovers within a minute, but it does not change the force.

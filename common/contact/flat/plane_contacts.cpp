@@ -183,7 +183,8 @@ class NodeContacts {
   ///
   /// In      is_sliced  true: pieces with a gap, and pieces that will soon be rigid, are cut into slices of depth. The
   ///         contact of the deepest slice is then nearly as deep as the piece. Any other piece gets four contacts
-  /// Out     false if the number of contacts would exceed `room` or the number of ids (points of the node)
+  /// Out     false if the number of contacts would exceed `room` (the argument) or the number of ids (points of the
+  ///         node)
   bool add_parts(const ShellNode& node, const FlatNode& flat, std::size_t room, bool is_sliced) {
     const Polygon whole = corners_of(flat);
     const AreaMoments sum = moments_of(whole);

@@ -52,7 +52,7 @@ class CandidateList {
   std::uint32_t capacity_ = 0;
   std::vector<ShellCandidate> candidates_;
   std::size_t contacts_ = 0;       ///< number of contacts that the candidates need; at most capacity_
-  std::size_t more_contacts_ = 0;  ///< contacts for a node's further planes; they are added if there is room
+  std::size_t more_contacts_ = 0;  ///< contacts for a node's further planes; added if the capacity allows
   std::size_t near_count_ = 0;     ///< estimated number of near points; a flat node counts as many as its contacts
 };
 

@@ -12,11 +12,12 @@ namespace tandem::contact {
 /// Model   The tool T is fixed to the body with centre of mass C. At the end of the step, with r from C to T at its
 ///         start: r' = exp(h ω) r, p_WT = p_WC + h v + r', v_WT = v + ω × r'. The coupling's wrench (f, τ) about T is
 ///         (f, τ + r' × f) about C. The handle H keeps its last received pose and velocity, since its motion during the
-///         step is not known yet. The derivative is −Tᵀ (h K_d + B_v) T with T = [1, −[r']×], and −(h K_θ + B_ω) for
-///         the rotation (K: stiffness, B: damping of the law). It omits the rotation of the lever r' and of the
-///         rotation vector, because no symmetric positive matrix contains them; the wrench is exact nevertheless.
-///         Because of this omission the iteration may fail to converge, for example when a hand's pose jumps by a
-///         radian. linearise() is for this case
+///         step is not known yet.
+///         The derivative is −Tᵀ (h K_d + B_v) T with T = [1, −[r']×], and −(h K_θ + B_ω) for the rotation (K:
+///         stiffness, B: damping of the law). It omits the rotation of the lever r' and of the rotation vector, because
+///         no symmetric positive matrix contains them; the wrench is exact nevertheless. Because of this omission the
+///         iteration may fail to converge, for example when a hand's pose jumps by a radian. linearise() is for this
+///         case
 class CouplingTerm {
  public:
   CouplingTerm() = default;

@@ -16,16 +16,17 @@ namespace tandem::haptics {
 ///
 /// Model   energy balance E = −Σ (F_j·(x_{j+1} − x_j) + τ_j·θ_{j,j+1}) + (output of the world − input of the world) +
 ///         C_local. F, τ are the displayed and held force and torque; x follows the path between encoder steps
-///         (EncoderPath). The credit C_local is the maximum so far of the local model's net output, at least 0. Gain:
-///         the wrench is scaled by g = min(1, (E + initial credit) / (n m)). m = F·δ + τ·δ_θ is the work that the hand
-///         takes if it repeats the motion of the last period; n is kPeriodsAhead. g falls at once and rises slowly. A
-///         negative balance recovers at kLeakRate_w, and meanwhile limits g, down to 0 at kMinBalance_j. Liveness: if
-///         the hand is at rest or moves against the force, m ≤ 0. A hand that pushes therefore feels the force against
-///         which it does work. A negative balance recovers within −kMinBalance_j / kLeakRate_w = 1 s. Passivity: the
-///         hand never receives more than the sum of five terms: the energy that it supplied, the output of the world
-///         and the local model, the initial credit, the leaked energy, and −kMinBalance_j. The balance becomes negative
-///         if the motion reverses within a period, or if the world took energy before the report of this energy
-///         arrived. Server and local model report running sums, so a lost report only delays the balance
+///         (EncoderPath). The credit C_local is the maximum so far of the local model's net output, at least 0.
+///         Gain: the wrench is scaled by g = min(1, (E + initial credit) / (n m)). m = F·δ + τ·δ_θ is the work that the
+///         hand takes if it repeats the motion of the last period; n is kPeriodsAhead. g falls at once and rises
+///         slowly. A negative balance recovers at kLeakRate_w, and meanwhile limits g, down to 0 at kMinBalance_j.
+///         Liveness: if the hand is at rest or moves against the force, m ≤ 0. A hand that pushes therefore feels the
+///         force against which it does work. A negative balance recovers within −kMinBalance_j / kLeakRate_w = 1 s.
+///         Passivity: the hand never receives more than the sum of five terms: the energy that it supplied, the output
+///         of the world and the local model, the initial credit, the leaked energy, and −kMinBalance_j.
+///         The balance becomes negative if the motion reverses within a period, or if the world took energy before the
+///         report of this energy arrived. Server and local model report running sums, so a lost report only delays the
+///         balance
 /// Source  Hannaford, Ryu, "Time-domain passivity control of haptic interfaces", IEEE T-RA 18(1), 2002. Their
 ///         controller uses past energy and adds damping; ours predicts one period and scales the wrench. Two-port
 ///         energies over a delay: Ryu, Artigas, Preusche, "A passive bilateral control scheme for a teleoperator with

@@ -17,18 +17,20 @@ namespace tandem::haptics {
 ///
 /// Model   energy balance E = (Σ from_hand − Σ to_hand, as reported) − (Σ into_world − Σ from_world, as measured, after
 ///         the brake). The missing energy is D = max(0, n max(0, m) − E − initial credit), where m is the work of the
-///         coming step if the tool repeats its last motion, and n is kStepsAhead. Brake: b = D / (kPayBack_s u²)
-///         dissipates D within kPayBack_s. u is the tool's speed including its rotation at kLever_m, at least
-///         kSlow_m_per_s. b changes gradually. It is at most kGentleBrake_n_s_per_m while D is at most kGentleUpTo_j.
-///         With a larger D, this limit rises linearly, up to kFirmBrake_n_s_per_m at the minimum balance. A firm brake
-///         shakes a body that two users squeeze between them, so it is used only if much energy is missing. The room
-///         applies b to all bodies that act for the user (World::brake()). A brake has no effect at rest, so a held or
-///         pressed body stays where it is. If the client's local model is too light, its hand does too little work; the
-///         body then feels heavier, but is not dropped. Delay: pose and energy travel in one message, so the tool
-///         responds to a handle pose whose energy arrived with it. The delay alone makes no balance negative. If inputs
-///         pass through a playout buffer, so do their energies. A negative balance recovers at kLeakRate_w and is
-///         bounded by kMinBalance_j. E falls while the hand receives back energy that it supplied;
-///         HandPassivityController limits this energy
+///         coming step if the tool repeats its last motion, and n is kStepsAhead.
+///         Brake: b = D / (kPayBack_s u²) dissipates D within kPayBack_s. u is the tool's speed including its rotation
+///         at kLever_m, at least kSlow_m_per_s. b changes gradually. It is at most kGentleBrake_n_s_per_m while D is at
+///         most kGentleUpTo_j. With a larger D, this limit rises linearly, up to kFirmBrake_n_s_per_m at the minimum
+///         balance. A firm brake shakes a body that two users squeeze between them, so it is used only if much energy
+///         is missing.
+///         The room applies b to all bodies that act for the user (World::brake()). A brake has no effect at rest, so a
+///         held or pressed body stays where it is. If the client's local model is too light, its hand does too little
+///         work; the body then feels heavier, but is not dropped.
+///         Delay: pose and energy travel in one message, so the tool responds to a handle pose whose energy arrived
+///         with it. The delay alone makes no balance negative. If inputs pass through a playout buffer, so do their
+///         energies.
+///         A negative balance recovers at kLeakRate_w and is bounded by kMinBalance_j. E falls while the hand receives
+///         back energy that it supplied; HandPassivityController limits this energy
 /// Limits  m uses the wrench of the last step. A wrench that grows within a step (first contact) exceeds the balance
 ///         once and is braked afterwards. A pull of 6 N without any energy supply creeps at 3 mm/s when the balance is
 ///         at its minimum. Energy dissipated on the hand's side stays in the balance, up to kMaxBalance_j.

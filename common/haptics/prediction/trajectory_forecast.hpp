@@ -23,10 +23,10 @@ inline double low_pass_part(double corner_hz, double period_s) noexcept {
 ///         that x may follow. This is a direct autoregression over the whole horizon: the displacement of x since t−H
 ///         is regressed on the features at t−H. The squares have an exponential memory of kMemory_s and weight large
 ///         displacements more than tremor. The prior has a constant weight; it contains the best coefficients for
-///         minimum-jerk movements of 0.4 to 2 s. g is the slope of the observed displacements over the recently
-///         forecast ones, clamped to 0 … 1, times kMaxShare. The error is therefore never much larger than that of
-///         holding x(t−H). If the forecast acts back on x, `caution` blends the prior with one that is about half as
-///         large
+///         minimum-jerk movements of 0.4 to 2 s.
+///         g is the slope of the observed displacements over the recently forecast ones, clamped to 0 … 1, times
+///         kMaxShare. The error is therefore never much larger than that of holding x(t−H). If the forecast acts back
+///         on x, `caution` blends the prior with one that is about half as large
 /// Limits  a movement that begins or ends within H is not predicted: at an acceleration a, the error is up to a H²/2
 /// Source  direct multi-step forecasts: Marcellino, Stock, Watson, "A comparison of direct and iterated multistep AR
 ///         methods", J. Econometrics 135, 2006; ridge regression. The features and the numbers are ours

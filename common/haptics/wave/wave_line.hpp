@@ -28,11 +28,13 @@ Wave wave_difference(const Wave& b, const Wave& a) noexcept;
 /// Model   A message that covers Δt of the sender's time and adds ΔU to the integral is played as the constant wave ΔU
 ///         / Δt for the time Δt, in order. While the queue is empty, 0 is played. The queue therefore grows to the
 ///         network's jitter, as in a playout buffer. A first-order filter with the time constant τ then smooths the
-///         gaps. Energy: neither the queue nor the filter returns more energy than it receives, for any loss, jitter,
+///         gaps.
+///         Energy: neither the queue nor the filter returns more energy than it receives, for any loss, jitter,
 ///         repetition and delay. The mean of a wave has at most the energy of the wave (Cauchy–Schwarz). The filter y_k
-///         = (1 − a) y_{k−1} + a u_k has Σ y² ≤ Σ u² (convexity). Skipping: while the queue is longer than the last
-///         second required, one twentieth of the played time is skipped. The wave keeps its amplitude, but loses a part
-///         of its integral. The tool's end corrects this loss (drift in WaveToolPort)
+///         = (1 − a) y_{k−1} + a u_k has Σ y² ≤ Σ u² (convexity).
+///         Skipping: while the queue is longer than the last second required, one twentieth of the played time is
+///         skipped. The wave keeps its amplitude, but loses a part of its integral. The tool's end corrects this loss
+///         (drift in WaveToolPort)
 /// Limits  The queue holds at most kMaxWaiting_s. If the sender's clock runs further ahead, the queue is discarded and
 ///         playing starts anew. Discarding a queue only removes energy
 /// Source  integrals: Niemeyer, Slotine, "Telemanipulation with time delays", Int. J. Robotics Research 23(9), 2004;

@@ -14,9 +14,9 @@ namespace tandem::physics {
 ///
 /// Model   kMassless: the object moves to the equilibrium of its coupling, its contacts and wrench_W, and has no
 ///         velocity at the end of the step. In the solver it has a small mass (the regularisation), whose effect on the
-///         result is negligible. A fluid around the object is one more coupling. kAtHandle: the object is moved to the
-///         pose of its coupling, or to the mean pose of several couplings. Each hand receives an equal part of the load
-///         on the object.
+///         result is negligible. A fluid around the object is one more coupling.
+///         kAtHandle: the object is moved to the pose of its coupling, or to the mean pose of several couplings. Each
+///         hand receives an equal part of the load on the object.
 /// Source  our derivation
 class InertialessThings {
  public:
