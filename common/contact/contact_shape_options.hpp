@@ -13,7 +13,7 @@ struct ContactShapeOptions {
   // Resolution of the sampled distances to a mesh.
   double cell_m = 8e-4;       ///< largest cell edge near the surface; cells are halved up to twice where needed
   double tolerance_m = 3e-5;  ///< cells are halved where the interpolation error near the surface exceeds this
-  double band_m = 2.5e-3;     ///< distances of at most this magnitude are sampled at full resolution
+  double band_m = 2.5e-3;     ///< distances up to this (inside and outside) are sampled at full resolution
   /// Limit of the grid's memory. If it is exceeded, the cells are widened, and the error grows in proportion to their
   /// size.
   std::size_t max_grid_bytes = std::size_t{48} << 20U;

@@ -20,8 +20,8 @@ namespace tandem::contact {
 /// An entry of the cut: a node of the tree, with a bound of the distances of its points.
 struct CutNode {
   std::uint32_t node = 0;
-  float query_again_at_m = 0;  ///< only eight of its points were sampled; enough at this level or a coarser one
-  PlaneSet planes = 0;         ///< planes below the node until its next query; with planes, the band is ignored
+  float query_again_at_m = 0;  ///< value of (accumulated motion + band) from which the node must be queried again
+  PlaneSet planes = 0;         ///< planes below the node until its next query; if any, the band is not added
   LeafLags lags = {};          ///< for each point of a sampled leaf: additional motion until its next query
   bool is_leaf = false;        ///< the node is treated as a leaf: its points were sampled
   bool is_sampled = false;     ///< only eight of its points were sampled; sufficient at this level or a coarser one
@@ -39,10 +39,10 @@ struct CutNode {
 struct CutPart {
   std::uint32_t node = 0;  ///< root of the subtree
   std::uint32_t begin = 0, count = 0;
-  double moved_m = 0;               ///< accumulated motion at the next check for halves to join above planes
+  double moved_m = 0;               ///< accumulated motion: upper bound of the approach of the part's points
   double step_motion_m = 0;         ///< motion of the last step, which is included in moved_m
   double query_again_at_m = 0;      ///< least query_again_at_m of the part's nodes
-  double halves_check_at_m = 0;     ///< accumulated motion at the next check for pairs of nodes to join above planes
+  double halves_check_at_m = 0;     ///< accumulated motion at the next check for halves to join above planes
   double halves_check_after_m = 0;  ///< motion from that check to the following one
   bool has_open_question = false;   ///< true: a plane query was omitted; the next check queries the whole part again
   bool waits_for_rest = false;      ///< true: the next check is postponed until the part moves slowly, or has moved far
@@ -54,11 +54,11 @@ struct CutPart {
 
 /// State of one walk (traversal of the cut).
 struct WalkState {
-  ContactWork work;                  ///< true: this walk may still check one part for halves to join above planes
+  ContactWork work;                  ///< work of all walks of the step
   std::uint32_t query_limit = 0;     ///< limit of work.queries()
   std::uint32_t divide_queries = 0;  ///< remaining queries for dividing sampled nodes
   std::uint32_t divide_points = 0;   ///< points queried by dividing
-  bool may_check_halves = false;     ///< this walk may still check one part for pairs of nodes to join above planes
+  bool may_check_halves = false;     ///< true: one part may still be checked in this walk (see halves_check_at_m)
 
   // The following members belong to the part that is being traversed.
   std::uint32_t root = 0;     ///< root of the part
