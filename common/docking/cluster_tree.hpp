@@ -96,7 +96,7 @@ class NeighbourSearch {
   const ClusterTree& a_;
   const ClusterTree& b_;
   NearChildren near_children_;
-  std::vector<std::vector<std::uint32_t>> arena_;  ///< for each level of A: indices of the close children
+  std::vector<std::vector<std::uint32_t>> arena_;  ///< indices of the close children, for each level of A
   Eigen::Matrix3d R_AB_ = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d abs_R_AB_ = Eigen::Matrix3d::Identity();
   Vec3 p_AB_ = Vec3::Zero();

@@ -190,7 +190,7 @@ struct TriangleTree::Parts {
     Box box_U;
     TriangleMesh mesh;
     std::optional<TriangleTree> tree;    ///< search tree of the part; empty if the part is the whole mesh
-    std::vector<int> triangles;          ///< for each triangle of the part: its index in the whole mesh
+    std::vector<int> triangles;          ///< index in the whole mesh of each triangle of the part
     std::optional<PartSides> sides;      ///< sides of the triangles, for a part that is not simple
     std::optional<TriangleTree> border;  ///< tree of `sides->border()`, if some triangles are inside the part
   };

@@ -33,7 +33,7 @@ struct DelayPath {
     bool operator==(const Point&) const = default;
   };
   std::string name;           ///< name of the file that defines the path
-  std::vector<Point> points;  ///< in order of time; the first is at 0, the last at a later time; empty: no delay
+  std::vector<Point> points;  ///< points in order of time; the first is at 0, the last at a later time; empty: no delay
   /// True: each link begins at a random point of the path, determined by its seed; false: at the first point.
   bool starts_anywhere = true;
 
@@ -51,7 +51,7 @@ struct LinkParameters {
   Duration delay{0};   ///< fixed part of the delay
   Duration jitter{0};  ///< standard deviation of the variable part of the delay
   JitterDistribution distribution = JitterDistribution::kNormal;
-  std::vector<Duration> trace;  ///< for kTrace: delays used in order instead of delay + jitter
+  std::vector<Duration> trace;  ///< for kTrace: list of delays, used in order; replaces delay + jitter
   /// Correlation time of the variable part, as caused by a queue; unused with kTrace. 0: each packet's delay is
   /// independent.
   Duration jitter_correlation{0};

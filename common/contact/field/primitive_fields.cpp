@@ -87,7 +87,7 @@ class BoxField final : public ExactField {
 
  private:
   Vec3 half_m_;
-  std::array<FieldPlane, 6> planes_;  ///< for each axis: the face at its lower end, then that at its upper end
+  std::array<FieldPlane, 6> planes_;  ///< the lower and the upper face for each axis in turn
 };
 
 class CylinderField final : public ExactField {

@@ -67,7 +67,8 @@ struct WalkState {
   bool has_sampled = false;   ///< the part's new cut has a sampled node
 };
 
-/// Converts a number to single precision, rounded towards minus infinity. Numbers above 100 become 100.
+/// Returns a single-precision number slightly below `a`, so that rounding cannot raise a bound. Above 100: slightly
+/// below 100.
 inline float rounded_down(double a) {
   constexpr double kFar = 100;
   const double least = std::min(a, kFar);

@@ -53,7 +53,7 @@ class LevelPolicy {
   void begin_step() noexcept;
   /// Counts consecutive steps with too many queries. Called after a step without a successful trial.
   void note_load(const SearchLoad& load) noexcept;
-  /// Ends the first cut, after the first step.
+  /// Ends the phase kFirstCut, after the first step.
   void end_first_cut() noexcept;
 
   int level() const { return level_; }
@@ -134,8 +134,8 @@ class LevelPolicy {
   int coarsest_level_ = 0;
   int level_ = kFineLevel;
   SearchPhase phase_ = SearchPhase::kFirstCut;
-  bool is_divided_trial_ = false;      ///< in kDividing: the level began as a trial
-  bool tries_when_divided_ = false;    ///< the last trial failed, and nodes remain to be divided
+  bool is_divided_trial_ = false;      ///< true in kDividing: the level began as a trial
+  bool tries_when_divided_ = false;    ///< true: the last trial failed, and nodes remain to be divided
   std::uint32_t steps_at_level_ = 0;   ///< steps since the level began
   std::uint32_t steps_of_join_ = 0;    ///< steps at this level when far nodes were last joined
   std::uint32_t steps_to_try_ = 0;     ///< steps until a finer level is tried

@@ -87,7 +87,7 @@ class HandPassivityController {
 
   EnergyReport world_;
   double world_below_peak_j_ = 0;  ///< amount by which the world's net output is below its maximum so far
-  double local_below_peak_j_ = 0;  ///< same difference for the local model
+  double local_below_peak_j_ = 0;  ///< amount by which the local model's net output is below its maximum so far
   double local_net_j_ = 0;
   bool has_local_ = false;
   PortLookAhead port_;

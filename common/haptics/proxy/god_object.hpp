@@ -30,7 +30,7 @@ struct GodObjectSettings {
 /// Bit mask of the faults of an update.
 enum ProxyFault : std::uint8_t {
   kProxyBadInput = 1,  ///< the goal or a pose was not finite: the last valid pose is used; a bad goal gives no force
-  kProxyHeldBack = 2,  ///< not yet at its target (squeezed, or too far for one update); later updates continue
+  kProxyHeldBack = 2,  ///< the proxy is not yet at its target (squeezed, or too far); later updates continue
   kProxyTooDense = 4,  ///< too many triangles nearby: the proxy stops. Use a coarser mesh or a smaller ball
 };
 

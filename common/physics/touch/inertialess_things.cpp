@@ -33,7 +33,7 @@ struct InertialessThings::Motion {
   double mass_kg = 0;        ///< mass that replaces the inertia of a massless object (regularisation)
   double inertia_kg_m2 = 0;  ///< moment of inertia of the regularisation
   double reach_m = 0;
-  Vec3 lever_W = Vec3::Zero();  ///< from the centre to the tool's origin, for an object with one hand
+  Vec3 lever_W = Vec3::Zero();  ///< vector from the centre to the tool's origin, for an object with one hand
 };
 
 InertialessThings::InertialessThings(std::size_t things, std::size_t tools, double speed_m_per_s)

@@ -77,7 +77,7 @@ class NearPairs {
   std::vector<Pair*> chosen_;
   /// All pairs that are close enough for join(), including those whose contacts are not searched.
   std::vector<std::array<PartName, 2>> neighbours_;
-  std::array<std::vector<contact::PlacedShape>, 2> beside_;  ///< for join(): shapes next to A, next to B
+  std::array<std::vector<contact::PlacedShape>, 2> beside_;  ///< shapes beside A and shapes beside B, for join()
   std::vector<FoundThing>
       found_things_;  ///< each object at the last look_ahead(); empty: not called, or too many pairs
 };

@@ -85,7 +85,7 @@ class TouchStage {
   std::vector<std::size_t> thing_of_body_;
   std::vector<contact::SolverBody> bodies_;
   std::vector<contact::SolverCoupling> couplings_;  ///< couplings of hands, then joints, then fluids
-  std::vector<Wrench*> answers_;                    ///< where the resulting wrenches of hands and joints are written
+  std::vector<Wrench*> answers_;                    ///< destinations of the resulting wrenches of hands and joints
   std::vector<Wrench> tool_wrenches_;
   std::vector<contact::SolverPatch> patches_;
   std::vector<NearPairs::Pair*> patch_pairs_;             ///< invalid after look_ahead(), which may reuse a pair
