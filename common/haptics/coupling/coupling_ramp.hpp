@@ -1,5 +1,5 @@
-// Ramp of a coupling's coefficients. With it, a change while the coupling is stretched causes no step of force. Server
-// and client use the same ramp, so that both ends of the coupling agree except for the delay.
+// Ramp of a coupling's coefficients, so that a change while the coupling is stretched causes no step of force. Server
+// and client use the same ramp, so both ends of the coupling agree except for the delay.
 #pragma once
 
 #include <algorithm>
