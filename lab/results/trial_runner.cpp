@@ -85,7 +85,7 @@ std::string scene_key(const Experiment& experiment) {
 /// the last of these trials.
 struct SharedReference {
   Trial trial;
-  std::size_t open = 0;  ///< number of unfinished trials that need it
+  std::size_t open = 0;  ///< number of unfinished trials that need this run
   std::mutex running;
   std::shared_ptr<const SessionTrace> trace;
 };

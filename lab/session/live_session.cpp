@@ -22,12 +22,14 @@ namespace {
 
 constexpr Duration kMainPeriod = std::chrono::milliseconds(10);
 constexpr Duration kLiveJoinTimeout = std::chrono::seconds(30);
-/// Time from the decision to start the hands until their start. Every haptic thread reads the start time within it.
+/// Time from the decision to start the hands until their start. It is long enough for every haptic thread to read the
+/// start time.
 constexpr Duration kStartIn = std::chrono::milliseconds(50);
 /// Capacity of the ring buffer in ticks, as in HapticLoopSettings::trace_capacity. Records are lost if the main thread
-/// falls behind by more ticks.
+/// is late by more ticks than this.
 constexpr std::size_t kRingTicks = 4096;
-/// The real-time priority of the io thread is lower than that of the haptic thread by this number, as in the client.
+/// Difference by which the real-time priority of the io thread is lower than that of the haptic thread, as in the
+/// client.
 constexpr int kIoPriorityBelow = 10;
 constexpr Duration::rep kNotYet = -1;
 
