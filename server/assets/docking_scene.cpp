@@ -141,7 +141,7 @@ wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource li
   }
   molecular.set_cutoff_angstrom(model.cutoff_angstrom);
   molecular.set_far_grid(model.has_far_grid);
-  // The search for the contact distance evaluates short distances only, so it needs no grid for distant atoms.
+  // The search for the contact distance evaluates only short distances, so it needs no far-field grid.
   model.has_far_grid = false;
   if (model.cutoff_angstrom == 0 && pairs > docking::kMaxAllPairs) {
     model.cutoff_angstrom = docking::kUsualCutoffAngstrom;

@@ -45,7 +45,7 @@ struct Asset {
   std::string name;  ///< file name without folder
   std::shared_ptr<const proto::Bytes> bytes;
   std::optional<proto::Sha256>
-      coarse_of{};  ///< "contact" asset that a "coarse-contact" replaces, or "surface" of a "drawing"
+      coarse_of{};  ///< for a "coarse-contact": the "contact" asset that it replaces; for a "drawing": its "surface"
 };
 
 /// Reads the files of one scene and builds contact shapes. Each file is read once, and equal shapes are built once.
@@ -93,8 +93,8 @@ class SceneAssets {
 
   const Contact& contact_of(const geometry::ContactMesh& mesh, double sheet_thickness_m, const std::string& name,
                             bool is_coarse);
-  /// Offers a coarse contact asset, which clients use until they have received `fine`. It is not offered if it is
-  /// larger than a quarter of `fine`.
+  /// Offers a coarse contact asset, which clients use until they have received `fine`. The coarse asset is not offered
+  /// if it is larger than a quarter of `fine`.
   void add_coarse_contact(const geometry::ContactMesh& mesh, const wire::Mesh& message, const Contact& fine);
   /// Reads the bytes of a file and stores them as an asset of `kind`.
   std::shared_ptr<const proto::Bytes> read(const std::filesystem::path& file, const std::string& kind,

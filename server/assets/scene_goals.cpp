@@ -105,7 +105,7 @@ class Checker {
     if (name == own) field.refuse("is \"" + name + "\", the body of the condition itself; name another body, or none");
   }
 
-  /// Checks the signals, the limit of a state, and the call.
+  /// Checks the signals of a game, the limit of a state's age, and the program call.
   void signals(const wire::Game& game, const SceneField& field) const {
     count(game.signals_size(), 0, kMaxSignals, "signals", field.in("signals"));
     std::set<std::string> names;

@@ -56,7 +56,7 @@ constexpr std::array kStandardResidues = std::to_array<std::string_view>(
      "LYSH", "LYSN", "MET",  "MSE",  "PHE",  "PRO", "SER", "THR",  "TRP", "TYR",  "U",   "VAL",  "WAT"});
 static_assert(std::ranges::is_sorted(kStandardResidues));
 
-/// Symbols that are not the beginning of a common atom name of another element.
+/// Element symbols with which no usual atom name of a different element begins.
 constexpr std::array kPlainSymbols = std::to_array<std::string_view>({"BR", "CL", "FE", "MG", "MN", "SE", "SI", "ZN"});
 
 bool is_upper(char c) {

@@ -1,5 +1,6 @@
 // Readers of GROMACS's parameter files. The formats are described in the GROMACS reference manual, "File formats" and
-// "Force field organization". Their units are nm and kJ/mol.
+// "Force field organization". Their units are nm and kJ/mol. A block is the entry of one residue: its atoms, or its
+// hydrogen rules.
 #include "server/assets/structures/force_field.hpp"
 
 #include <algorithm>

@@ -85,7 +85,8 @@ std::string chain_name(std::size_t n) {
   }
 }
 
-/// Chooses chain names for a molecule that the other molecule does not use. `taken` contains the names of both.
+/// Chooses chain names for one molecule that differ from those of the other molecule, `others`. `taken` contains the
+/// names of both molecules.
 ChainNames chain_names(const Molecule& molecule, const ChainNames& others, std::set<std::string>& taken) {
   ChainNames names;
   std::set<std::string> written_by_others;

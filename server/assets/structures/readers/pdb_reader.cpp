@@ -71,8 +71,8 @@ double PdbParser::coordinate(std::string_view line, std::size_t first, std::size
   return value;
 }
 
-/// Returns all four columns of a name if they determine the element. In a file in which an alpha carbon begins in
-/// column 13, they do not.
+/// Returns all four columns of a name if the columns determine the element. They do not determine it in a file in which
+/// an alpha carbon begins in column 13.
 std::string_view PdbParser::name_field(std::string_view line, std::string_view residue) {
   const std::string_view field = line.substr(12, 4);
   if (field == "CA  " && is_standard_residue(residue)) is_aligned_ = false;
