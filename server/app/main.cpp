@@ -230,8 +230,8 @@ std::string machine_note(const server::LoadedScene& scene, Duration step) {
 }
 
 std::vector<std::unique_ptr<server::Room>> open_rooms(const Options& options, realtime::Output& output) {
-  // The option is checked here: CLI11 would report a missing --scene before a misspelt option, which is the real
-  // mistake.
+  // The check is here and not in CLI11. If an option is misspelt, CLI11 would report the missing --scene first,
+  // although the misspelt option is the mistake.
   if (options.scenes.empty())
     throw std::invalid_argument(
         "--scene is required, e.g. --scene peg_in_hole, or --receptor and --ligand; see --help");

@@ -19,12 +19,12 @@ namespace {
 constexpr Duration kUserCheckPeriod = std::chrono::milliseconds(5);
 /// Approximate time to sleep and wake up. A thread spins through a shorter wait.
 constexpr Duration kNotWorthASleep = std::chrono::microseconds(50);
-/// Mean answer time of a room up to which io is woken at the start of a step. io then wakes up during the step and
-/// spins until its end.
+/// Mean answer time of a room up to which io (the io thread) is woken at the start of a step. It then wakes up during
+/// the step and spins until the end of the step.
 constexpr Duration kWakesAheadOf = std::chrono::microseconds(100);
-// Demands of io, as fractions of a core. Above the first value, io is not woken after each short step; below the
-// second, it is woken again (hysteresis). Unannounced states are sent with those of the next rooms, after at most
-// kNotifyWithin.
+// Demands of io, as fractions of a core (hysteresis). Above the first value, io is not woken after each short step. The
+// states of such a step are sent with those of the next rooms, after at most kNotifyWithin. Below the second value, io
+// is woken after each step again.
 constexpr double kBusyIo = 0.6, kNotBusyIo = 0.4;
 constexpr Duration kNotifyWithin = std::chrono::microseconds(60);
 constexpr Duration kTrustedAgainAfter = std::chrono::seconds(1), kIoWaitsAgainAfter = std::chrono::milliseconds(100);
@@ -37,8 +37,8 @@ constexpr std::uint64_t kEnoughSteps = 5;
 constexpr double kMaxShared = 0.3, kMaxToShareAgain = 0.2;
 /// Longest sleep without a check for newly assigned rooms and for new users.
 constexpr Duration kLongSleep = std::chrono::milliseconds(2);
-/// Number of parts of a period. The phase of a room may differ from its computed phase by one part. A larger difference
-/// is corrected by at most one part per step.
+/// The period is divided into this number of parts. The phase of a room may differ from its computed phase by one part.
+/// A larger difference is corrected by at most one part per step.
 constexpr int kPlaces = 64;
 // io has a lower priority than the rooms while the steps of each thread together take at most kIoWaitsFor. After
 // kSlowStepsInARow consecutive steps of one room longer than kIoWaitsNotFor, io gets a higher priority, because all
@@ -426,7 +426,7 @@ void RoomScheduler::measure(LocalTime now, Duration window) {
 
 /// Withdraws real-time priority from a room at once, and restores it after the room has been within the limit for a
 /// second. Only rooms with separate threads are affected: shared threads always have priority, and a room without
-/// priority does not share a thread.
+/// priority is not placed on a shared thread.
 void RoomScheduler::give_priority(LocalTime now) {
   std::vector<double> demands{io_demand_};
   std::vector<bool> have_priority{true};

@@ -34,11 +34,11 @@ struct RoomTiming {
 /// step is answered at its deadline. It is finished when no other room of the thread is about to be due
 /// (Room::answer(), Room::finish()).
 ///
-/// All room threads run at one SCHED_FIFO priority. While the steps of every thread take at most 250 us, io has a lower
-/// priority, so that it does not interrupt a step. After two consecutive steps of more than 500 us in one room, io has
-/// a higher priority for 100 ms. Otherwise all other rooms would wait for io. If the rooms together need more than the
-/// cores provide, some rooms lose the priority (share_realtime()), and only their own users are delayed. They regain it
-/// after a second within the limit.
+/// All room threads run at one SCHED_FIFO priority. While the steps of every thread take at most 250 us, the io thread
+/// (io) has a lower priority, so that it does not interrupt a step. After two consecutive steps of more than 500 us in
+/// one room, io has a higher priority for 100 ms; otherwise all other rooms would wait for io. If the rooms together
+/// need more than the cores provide, some rooms lose the priority (share_realtime()), and only their own users are
+/// delayed. These rooms regain it after a second within the limit.
 class RoomScheduler {
  public:
   /// In      realtime_priority  1–98; 0: the normal scheduler

@@ -39,8 +39,9 @@
 
 namespace tandem::server {
 
-/// Command from the io thread to the room, about a seat. Every command uses `index` and `user` of the seat; only kJoin
-/// uses its remaining fields. kSetSignal is sent by a source of signals, which has no seat: its `user` is only recorded.
+/// Command from the io thread to the room, about a seat. Every command uses `index` and `user` of `seat`; only kJoin
+/// uses the other fields of `seat`. kSetSignal comes from a source of signals, which has no seat: its `user` is only
+/// recorded.
 struct RoomCommand {
   enum class Kind : std::uint8_t {
     kJoin,
@@ -98,8 +99,8 @@ using SoftOffsets = std::vector<std::vector<Vec3>>;
 /// Largest number of commands applied in one step. Further commands remain in the ring until the next step.
 inline constexpr int kMaxCommandsPerStep = 64;
 
-/// Age at which an input becomes stale. The tool then stops following the handle, because the hand may be anywhere by
-/// now.
+/// Age at which an input becomes stale. From this age on, the tool does not follow the handle, because the hand may
+/// have moved anywhere.
 inline constexpr Duration kInputStaleAfter = std::chrono::milliseconds(115);
 
 /// Time after the loss of a connection within which its user may rejoin. The state of a room after a crash is kept for at
@@ -186,7 +187,8 @@ class Room {
   /// steps.
   void watch(RoomWatcher& watcher) { watchers_.push_back(&watcher); }
   /// Restores a saved state; call it before the first step. A user who takes a saved tool within kKeptFor finds the
-  /// tool at its saved pose, holding its body. Until then that body does not move. Values out of range are ignored.
+  /// tool at its saved pose, holding its body. Until the tool is taken, this body does not move. Values out of range
+  /// are ignored.
   void resume(const RoomState& state);
 
   // Functions for the room thread.
