@@ -103,8 +103,8 @@ inline constexpr int kMaxCommandsPerStep = 64;
 /// have moved anywhere.
 inline constexpr Duration kInputStaleAfter = std::chrono::milliseconds(115);
 
-/// Time after the loss of a connection within which its user may rejoin. The state of a room after a crash is kept for at
-/// least as long.
+/// Time after the loss of a connection within which its user may rejoin. The state of a room after a crash is kept for
+/// at least as long.
 inline constexpr Duration kResumeWithin = std::chrono::minutes(15);
 
 /// Time after resume() during which a tool and its held body are reserved for their previous user.

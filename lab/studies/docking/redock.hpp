@@ -34,9 +34,8 @@ inline constexpr double kStepBeyond_n_per_ms = 0.1;
 /// force.
 ///
 /// In      scene     scene of docking_scene()
-///         guided    true: the ligand's hand does not relax; the distance of the end pose is then a measured offset,
-///         not
-///                   a claim
+///         guided    true: the ligand's hand does not relax; the distance of the end pose is then a measured offset and
+///                   not a claim
 ///         threads   number of trials that run in parallel
 ///         progress  called with the finished fraction of the trials, 0 to 1
 /// Out     the pair and its minimum. "locked" is true if the first five seeds find no exit path; "lock" then contains

@@ -160,7 +160,7 @@ TEST_P(Peg, IsHandedOverAndPutIntoTheHole) {
   EXPECT_LE(peg["energy_created_max_j"], 0.002);
 }
 
-// At 25 ms, the loop is as short as the possible time difference between a touch at the client and at the server.
+// At a round trip of 25 ms, the delay is as short as the time by which the touches at client and server may differ.
 INSTANTIATE_TEST_SUITE_P(RoundTrips, Peg, testing::Values(25.0, 100.0, 300.0));
 
 /// Returns the distance between the watched body as displayed to a user and at the server, at a time when it rests.

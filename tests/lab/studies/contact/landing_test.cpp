@@ -164,8 +164,8 @@ TEST(Drop, OfAConeIsOnAFaceWhereItsBaseIs) {
   EXPECT_LT(all.back().rest_s, 0.1);
 }
 
-// A plate of one triangle, whose longest side passes through the tool's origin at first. The plate then tips over this
-// side and is not on a face. After the shift, the origin is above the triangle.
+// A plate of one triangle. At first its longest side passes through the tool's origin: the plate tips over this side
+// and is not on a face. Then the plate is shifted, so that the origin is above the triangle: the plate is on a face.
 TEST(Drop, OfAPlateIsOnAFaceWhereItsMiddleIsAboveIt) {
   geometry::TriangleMesh plate;
   plate.vertices = {{-0.02, -0.02, 0}, {0.02, 0.02, 0}, {-0.02, 0.02, 0}};
