@@ -224,7 +224,7 @@ json::object json_of(const OutcomeRule& rule) {
   return {{"body", rule.body}, {"ends_at_m", json::array{p.x(), p.y(), p.z()}}, {"within_m", rule.ends_within_m}};
 }
 
-/// Collects all changes to the scene file. The fields for law and coupling are changes to the scene as well.
+/// Collects all changes to the scene file. The fields `law` and `coupling` of an experiment count as such changes.
 json::object scene_changes_of(JsonFields& file, const json::object& document) {
   json::object changes = object_in(document, "scene_changes");
   file.object("scene_changes");

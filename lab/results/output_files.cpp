@@ -53,7 +53,7 @@ class MadeFolders {
   }
   MadeFolders() = default;
   ~MadeFolders() {
-    std::error_code ignored;  // fails if another program has put files into the folder; the folder then remains
+    std::error_code ignored;  // fails if another program has put files into the folder, which then remains
     for (const fs::path& folder : folders_) fs::remove(folder, ignored);
   }
   MadeFolders(const MadeFolders&) = delete;

@@ -2,7 +2,7 @@
 // server. TCP and UDP have the same port number.
 //
 //   client ══ TCP ══▶ [reliable link up] ══▶ server        each user's datagrams leave by their own socket, as behind a
-//   client ◀══ UDP ══ [link down] ◀══════════ server       NAT: move() replaces these, cut() blocks all traffic,
+//   client ◀══ UDP ══ [link down] ◀══════════ server       NAT: move() opens new sockets, cut() blocks all traffic,
 //                                                          reset() ends the streams
 #pragma once
 

@@ -2,7 +2,7 @@
 //
 // Time advances in slots of 0.25 ms. The events in a slot have this order:
 //
-//   0 network       due packets arrive, at both ends; packets sent below arrive in the next slot at the earliest
+//   0 network       due packets arrive, at both ends; packets of events 1 to 4 arrive in the next slot at the earliest
 //   1 server io     arrived bytes and datagrams → SessionHub
 //   2 room          step, when one is due (phase: Experiment::server_phase)
 //   3 server io     SessionHub::poll: sends the states that the room published

@@ -215,8 +215,8 @@ void declare(CLI::App& app, Options& options) {
                "print a summary as one JSON object at the end; the ready line then goes to stderr");
 }
 
-/// Returns a line with the time of a step on this machine. Throws if a step takes longer than its period, because every
-/// step would then be late.
+/// Returns a line with the time of a step on this machine. Throws if a step takes longer than its period, because in
+/// this case every step would be late.
 std::string machine_note(const server::LoadedScene& scene, Duration step) {
   const double rate_hz = scene.description.step_rate_hz(), most_ms = 1e3 / rate_hz, step_ms = to_seconds(step) * 1e3;
   std::ostringstream text;

@@ -94,8 +94,9 @@ void add(wire::Scene& scene, const std::string& name, const wire::MoleculeSource
 }
 
 /// Sets the default law. For small molecules its stiffness is about that of the linear spring in the shipped docking
-/// scene at 1 N, the strongest attraction. A smaller length scale needs a stiffer spring: the force that pushes a
-/// ligand through a narrow passage is proportional to the lag in ångström, which is then fewer metres.
+/// scene at 1 N, the strongest attraction. A smaller length scale needs a stiffer spring. Reason: the force that pushes
+/// a ligand through a narrow passage is proportional to the lag in ångström, and with the smaller scale 1 Å is fewer
+/// metres.
 void set_coupling(wire::Coupling& coupling, double metres_per_angstrom) {
   constexpr double kMaxTurn = 1.75;
   const double stiffer = kMetresPerAngstrom / metres_per_angstrom, turn = std::min(stiffer, kMaxTurn);

@@ -70,8 +70,8 @@ docking::MolecularField field_of(const Molecule& a, const Molecule& b, FieldMode
   if (!has_charges) model.dielectric = docking::Dielectric::kNone;
   model.has_far_grid = model.has_far_grid && has_charges;
   // The portable kernel gives the same numbers on every CPU, so recordings and checkpoints match the scene on other
-  // machines. With a grid it would take seconds, so the default kernel is used there. Rounding to four digits removes
-  // the differences between kernels.
+  // machines. With a far-field grid the portable kernel would take seconds, so the default kernel is used in this case.
+  // Rounding to four digits removes the differences between kernels.
   return {a, b, model, model.has_far_grid ? "" : "portable"};
 }
 

@@ -236,7 +236,7 @@ class Checker {
     coupling(level, field);
   }
   static void time_limits(const wire::Level& level, const SceneField& field) {
-    // A level that can follow itself is limited in the same way as one that repeats.
+    // A level with `next` may follow itself. Its time limit therefore has the same bounds as that of a repeating level.
     const bool repeats = level.repeats() || level.has_next();
     if (repeats) repeat_limit(level.time_limit_s(), field.in("time_limit_s"));
     for (int i = 0; i < level.goals_size(); ++i) {

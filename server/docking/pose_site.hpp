@@ -87,7 +87,7 @@ class PoseSite final : public RoomWatcher {
   void refuse_placing() { is_refused_ = true; }
 
  private:
-  /// Poses of both bodies after a step, and the number of kPlace commands that the room had executed by then.
+  /// Poses of both bodies after a step, and the number of kPlace commands that the room had executed until that step.
   struct Sample {
     Pose X_WA, X_WB;
     Step step;

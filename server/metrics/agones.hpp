@@ -39,8 +39,8 @@ class AgonesPlan {
   static constexpr Duration kHealthEvery{std::chrono::seconds(2)};
   static constexpr Duration kMinAgain{std::chrono::milliseconds(500)};
   static constexpr Duration kMaxAgain{std::chrono::seconds(4)};
-  /// Time without users after which the server is offered to others. A user who lost the connection has rejoined by
-  /// then, or would find the scene reset.
+  /// Time without users after which the server is offered to other users. After this time, a user who lost the
+  /// connection has either rejoined, or would find the scene reset.
   static constexpr Duration kReturnAfter{std::chrono::minutes(1)};
 
   Call due(const Seen& seen, LocalTime now);

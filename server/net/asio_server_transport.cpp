@@ -304,7 +304,7 @@ std::optional<secure::Exported> AsioServerTransport::exported(ConnectionHandle c
   return found == peers_.end() ? std::nullopt : found->second->tls.exported(label, context);
 }
 
-// Write errors are ignored here. The pending read fails as well and reports them, outside of a call of the hub.
+// Write errors are ignored here. The pending read also fails and reports the error, outside of a call of the hub.
 void AsioServerTransport::flush(const PeerPointer& peer) {
   if (peer->is_waiting_to_write || !peer->socket.is_open()) return;
   error_code error;

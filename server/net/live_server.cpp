@@ -186,7 +186,7 @@ void LiveServer::Impl::serve() {
 void LiveServer::Impl::wake() {
   if (!sleeps.load()) return;
   const std::uint64_t one = 1;
-  // Writing fails only if the counter is full; then the io thread has already been woken.
+  // Writing fails only if the counter is full. In this case the io thread has already been woken.
   [[maybe_unused]] const auto written = ::write(step_event.native_handle(), &one, sizeof one);
 }
 

@@ -463,7 +463,8 @@ void RoomScheduler::give_io_priority(LocalTime now) {
 void RoomScheduler::raise_io_priority(LocalTime now) {
   io_first_at_.store(now, std::memory_order_relaxed);
   io_waits_.store(false, std::memory_order_relaxed);
-  // The priority is set even if it is unchanged: io may be about to lower it, and could then not run to raise it again.
+  // The priority is set even if it is unchanged. Otherwise, if io is about to lower it, io could not run to raise it
+  // again.
   realtime::set_priority(io_thread_, realtime_priority_ + 1);
 }
 

@@ -22,8 +22,8 @@ struct RoomTiming {
   std::uint64_t missed = 0;    ///< number of skipped deadlines
   std::uint64_t slow = 0;      ///< number of steps for which the room counted as slow (kFaultRoomSlow)
   Histogram lateness;          ///< delay from the deadline to the start of a step
-  /// Duration of a whole step: the answer, the calls after it, and finish(). Work for other rooms in between is
-  /// excluded.
+  /// Duration of a whole step: the answer, the calls after the answer, and finish(). Work for other rooms between these
+  /// parts is excluded.
   Histogram step_time;
 };
 

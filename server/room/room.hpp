@@ -1,4 +1,4 @@
-// A room: one scene, one fixed-step loop and its users.
+// A room: one scene, one fixed-step loop and its users. A seat is the place of one user in a room.
 //
 //   io thread                             room thread (one at a time)
 //   ─────────                             ───────────

@@ -37,7 +37,7 @@ inline constexpr net::Rate kUserPoseRate{4, 8}, kPoseRate{16, 32};
 /// Rate of control messages of all its connections. State datagrams and requests for assets of joined users are not
 /// counted.
 inline constexpr net::Rate kAddressControlRate{1000, 2000};
-/// Cost of a join in kAddressControlRate. It is high, because a join causes the most work for others.
+/// Cost of a join in kAddressControlRate. It is high, because a join causes the most work for other users.
 inline constexpr double kJoinPrice = 10;
 /// Maximum number of connections of an address that have not joined. Beyond it, the oldest of them is closed.
 inline constexpr std::size_t kMaxHalfOpen = 16;

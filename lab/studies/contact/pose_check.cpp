@@ -39,8 +39,8 @@ bool is_deeper(const TouchObject& from, const Pose& X_TF, const TouchObject& to,
     const Vec3 p_T = X_TF * points[i].p_S.cast<double>();
     const double rough = -to.shape->field->distance_m(p_T);
     if (rough > depth_m) return true;
-    // Outside its band of exact samples the grid gives only the sign of the distance. The exact distance is computed
-    // there.
+    // Outside its band of exact samples the grid gives only the sign of the distance, so the exact distance is
+    // computed.
     if (rough > 0.5 * to.shape->field->band_m() &&
         -to.exact->distance_m(p_T, std::numeric_limits<double>::infinity()) > depth_m)
       return true;
@@ -75,7 +75,8 @@ Pose random_pose(const TouchObject& a, const TouchObject& b, Random& random) {
 }
 
 /// Contacts sorted by x, so that those near a point are found quickly. If the number of contacts exceeds the budget,
-/// one contact represents several points. It is then stored at each of these points that is inside the other body.
+/// one contact represents several points. Such a contact is stored at each of these points that is inside the other
+/// body.
 class NearContacts {
  public:
   NearContacts(const contact::ContactPair& pair, const TouchObject& a, const Pose& X_WA, const TouchObject& b) {

@@ -89,8 +89,8 @@ std::size_t PointsThrough::step(const Pose& X_OM) {
 void PointsThrough::move(Follower& follower, const Vec3& p_O) {
   const geometry::TriangleTree::Closest closest = other_.closest(p_O, kTooDeep_m + reach_m_);
   if (closest.triangle < 0) {
-    // No surface is within the depth limit. A point inside a solid is then deeper than the limit; a point inside a
-    // plate has left the plate.
+    // No surface is within the depth limit. In this case, a point inside a solid is deeper than the limit, and a point
+    // inside a plate has left the plate.
     const bool is_solid = other_.half_thickness_m() <= 0;
     if (follower.is_inside && is_solid) {
       follower.is_through = true;

@@ -29,7 +29,7 @@ namespace json = boost::json;
 
 constexpr std::size_t kReceptorBody = 0, kLigandBody = 1;
 constexpr Duration kRedockSettling{from_seconds(4)};
-/// Duration of one step of the path. At a scale of 10 mm/Å, a step of 0.25 Å then gives a hand speed of 30 mm/s.
+/// Duration of one step of the path. A step of 0.25 Å at a scale of 10 mm/Å gives a hand speed of 30 mm/s.
 constexpr Duration kRedockPerPose{from_seconds(0.083)};
 constexpr std::size_t kTriesBeforeLocked = 5;
 /// Number of minimisations from poses around the native pose, in addition to the one from the native pose.

@@ -28,8 +28,8 @@ namespace {
 constexpr const char* kHelices = "/usr/share/pymol/test/dat/3al1.pdb";
 using docking::kThermalEnergy_kcal_per_mol;
 constexpr double kApart_angstrom = 8, kPressed_angstrom = 3, kPushed_angstrom = 8, kStep_angstrom = 0.25;
-/// Durations of a trial: one step of the path (at a hand speed of 60 mm/s), the settling of the pair, and the rest of
-/// both relaxed hands at the minimum.
+/// Durations of a trial: one step of the path (at a hand speed of 60 mm/s), the settling of the pair, and the time for
+/// which both relaxed hands stay at the minimum.
 constexpr Duration kPerPose{from_seconds(0.0417)}, kDockingSettling{from_seconds(2)}, kAlone{from_seconds(6)};
 constexpr double kAloneFrom_s = 3;
 constexpr double kTremor_n = 0.05;

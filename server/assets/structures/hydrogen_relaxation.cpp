@@ -310,7 +310,8 @@ class Relaxation {
     return energy;
   }
 
-  /// Rotates the group to the best angle in steps of 5°, then to the minimum nearby. Returns whether the group moved.
+  /// Rotates the group to the best angle in steps of 5°, and from there to the nearest minimum. Returns whether the
+  /// group moved.
   bool turn(RelaxedGroup& group) {
     constexpr double kStep = 5 * kDegree;
     double best = group.turn_rad, least = energy_turned(group, best);

@@ -118,8 +118,8 @@ TEST(Together, WhatOneHoldsAndTheOtherPressesOnThroughAnotherThingMakesNoEnergy)
   }
 }
 
-// Fails if the plate stops during a gap of 85 ms on its way up. When it catches up afterwards, it would oscillate on
-// its coupling and create 4 mJ.
+// Fails if the plate stops on its way up during a gap of 85 ms. A stopped plate would catch up after the gap, oscillate
+// on its coupling and create 4 mJ.
 TEST(Together, WhatOneCarriesAloneGoesOnThroughAGapOfTheNetwork) {
   for (const char* const seed : {"seed=18", "seed=25"}) {
     const Shown shown("two_plates", disturbed(100, {seed}));
@@ -187,7 +187,7 @@ TEST(Deadband, OfATenthLeavesOut85PercentOfTheDatagramsAndNotTheForceOfThePeg) {
 }
 
 // A loss burst of 60 ms makes the force decay (see expect_recovery_from_bursts()), and the hand moves in response.
-// Fails if the local model then diverges.
+// Fails if this motion makes the local model diverge.
 TEST(Deadband, DoesNotDivergeOnThePegWhenATenthIsLost) {
   const Shown lossy("peg", {"link.rtt_ms=100", "deadband=0.1", "link.loss=0.1"});
   EXPECT_EQ(lossy.outcome(), "completed");

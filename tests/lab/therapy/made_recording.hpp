@@ -74,7 +74,7 @@ class MadeRecording {
       end_step();
     }
   }
-  /// Ends the current chunk of the file. The messages so far then have a checksum of their own.
+  /// Ends the current chunk of the file, so that the messages before this call have a checksum of their own.
   void begin_chunk() {
     const auto chunk = writer_.pop_chunk();
     bytes_.insert(bytes_.end(), chunk.begin(), chunk.end());
@@ -103,7 +103,7 @@ class MadeRecording {
   Vec3 force_n = Vec3::Zero();
   std::uint32_t held_body = 0;
   bool has_client_clock = true;
-  std::uint64_t network_delay_ns = 0;  ///< delay of the inputs in the following steps
+  std::uint64_t network_delay_ns = 0;  ///< delay that is added to the times of the following steps
 
  private:
   void end_step() {

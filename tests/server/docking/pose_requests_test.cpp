@@ -143,7 +143,7 @@ TEST_F(PoseKeeperTest, AMinimisationThatIsCalledOffLeavesTheMoleculesWhereTheyAr
   begin();
   keeper_->forget(room(), UserId{7});
   EXPECT_THAT(end(), HasSubstr("has left"));
-  // The minimisation is complete and its answer is in the queue when it is cancelled. The molecule must not move then.
+  // Cancels a minimisation that is complete and whose answer is in the queue. In this case the molecule must not move.
   begin();
   keeper_->work();
   EXPECT_TRUE(keeper_->cancel(room(), UserId{7}, "cancelled"));
