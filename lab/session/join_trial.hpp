@@ -27,7 +27,7 @@ struct JoinFigures {
   double coarse_force_share = 0;  ///< RMS force error relative to the RMS force of the trial "here"
   double coarse_mm = 0;           ///< RMS distance between the tool positions of the two trials [mm]
   double going_over_n = 0;        ///< force when the model with all assets becomes active [N]
-  double step_n = 0;              ///< largest force change within one tick [N], in the 0.4 s after going_over_n
+  double step_n = 0;              ///< largest force change within one tick [N], in the next 0.4 s
   double usual_step_n = 0;        ///< largest force change within one tick of the trial "here" [N], in the same 0.4 s
 };
 

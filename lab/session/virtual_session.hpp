@@ -37,7 +37,7 @@ using OnClient = std::function<void(std::size_t user, Duration time, client::Cli
 /// The users join in order, so that the n-th manipulator gets the n-th tool on any link. Then all hands start on their
 /// paths at the same time, which is time 0 of the trace.
 /// In      on_tick    called after each haptic tick of a moving hand
-///         on_client  called before that tick
+///         on_client  called before each haptic tick of a moving hand
 /// Fails   std::invalid_argument: the scene has fewer tools than there are manipulators; CouldNotJoin (names user and
 ///         reason)
 SessionTrace run_virtual_session(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene,

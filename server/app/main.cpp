@@ -325,8 +325,8 @@ void make_dev_certificates(const Options& options, realtime::Output& output) {
              " ...\n  tandem-client --ca ca.pem --token TOKEN ...   (a copy of ca.pem; keep ca-key.pem to yourself)\n");
 }
 
-/// Runs the server until it stops and returns the exit code. kFault marks a fault after the set-up, after which a
-/// supervisor should restart the program.
+/// Runs the server until it stops and returns the exit code. The code kFault marks a fault that occurred after the
+/// set-up. In this case a supervisor should restart the program.
 int run(server::LiveServer& server, realtime::Output& output) {
   try {
     server.run();

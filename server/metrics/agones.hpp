@@ -56,7 +56,9 @@ class AgonesPlan {
   std::optional<LocalTime> left_;
 };
 
-/// Thread  a separate one, of normal priority, which may wait for the sidecar. The server works without a sidecar, too
+/// Reports the server's state by calls to the sidecar. If there is no sidecar, the server works without it.
+///
+/// Thread  a separate thread of normal priority, which may wait for the sidecar
 class Agones {
  public:
   /// In      port  the sidecar's port on this machine

@@ -31,7 +31,9 @@ struct HttpAnswer {
   std::string_view type = "text/plain; charset=utf-8";
 };
 
-/// Thread  a separate one, of normal priority
+/// A loopback port that answers GET requests.
+///
+/// Thread  a separate thread of normal priority
 class HttpPort {
  public:
   /// Returns the answer for a path without its query; nothing if there is no such page. Called on the port's thread.

@@ -10,8 +10,8 @@ namespace {
 constexpr double kUsualTicks_per_s = 1000;
 /// Longest silence between two inputs that counts as network jitter. A longer silence counts as an absence of the user.
 constexpr Duration kMaxGap = std::chrono::milliseconds(115);
-/// Deviation of the played tick from the tick that the delay demands, in ticks. Beyond it the stride changes (see
-/// InputPlayout).
+/// Deviation of the played tick from the tick that the delay demands, in ticks. With a larger deviation the stride
+/// changes (see InputPlayout).
 constexpr double kStrideTolerance = 0.75;
 /// Length of lead_ below which it is set to zero. A hand cannot feel a jump of this size.
 constexpr double kNoLead_m = 1e-6;

@@ -64,9 +64,9 @@ struct RoomCommand {
   BodyId beside = {};                             ///< kPlace: reference body
   Pose X_SB = {};                                 ///< kPlace: pose of `body` in the frame of `beside`
   std::uint8_t level = 0;                         ///< kStartLevel: index of the level in the scene's game
-  bool is_weightless = false;                     ///< kSetWeight
+  bool is_weightless = false;                     ///< kSetWeight: true: gravity is off
   std::uint8_t signal = 0;                        ///< kSetSignal: index of the signal of the game
-  SignalValue signal_value = {};                  ///< kSetSignal
+  SignalValue signal_value = {};                  ///< kSetSignal: new value of the signal
 };
 
 /// Event from the room to the io thread. kReturned concerns all users and has only the field `body`.

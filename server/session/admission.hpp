@@ -47,6 +47,8 @@ struct Refusal {
   std::string text;
 };
 
+/// Checks joins, and stores the credentials with which admitted users may resume.
+///
 /// Thread  io
 class Admission {
  public:

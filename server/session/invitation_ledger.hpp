@@ -35,6 +35,8 @@ namespace tandem::server {
 /// Maximum number of used tokens in the list. 64 users who each use a new invitation every hour use 46,080 tokens in 30
 /// days, the longest validity. A full list takes 7 MB of memory, in two copies, and 2 MB on disk.
 inline constexpr std::size_t kMaxUsedTokens = 65'536;
+/// The list of used invitations, in memory and in its file.
+///
 /// Thread  io for all functions except work()
 class InvitationLedger {
  public:

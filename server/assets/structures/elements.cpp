@@ -9,7 +9,7 @@
 namespace tandem::server {
 namespace {
 
-constexpr double kSigmaPerMinimum = 0.890898718140339;  // 2^(-1/6)
+constexpr double kSigmaPerMinimum = 0.890898718140339;  // σ divided by the distance of the minimum: 2^(-1/6)
 
 constexpr std::array<ChemicalElement, 103> kPeriodicTable = {
     {{"H", 1.008, 2.886, 0.044},   {"HE", 4.0026, 2.362, 0.056}, {"LI", 6.94, 2.451, 0.025},

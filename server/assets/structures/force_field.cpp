@@ -240,8 +240,8 @@ std::map<std::string, TerminusEdit, std::less<>> read_termini(const fs::path& pa
   return termini;
 }
 
-/// Removes oxygens with GROMACS's names (O1, O2, OT) from the edits of C termini. They are the atoms O and OXT, which
-/// the structure contains already.
+/// Removes oxygens with GROMACS's names (O1, O2, OT) from the edits of C termini. These are the atoms O and OXT under
+/// other names, which the structure contains already.
 void drop_renamed_additions(std::map<std::string, TerminusEdit, std::less<>>& c_termini) {
   for (auto& [name, edit] : c_termini) {
     std::erase_if(edit.added, [](const BlockAtom& atom) { return atom.name.starts_with('O'); });

@@ -19,7 +19,7 @@ namespace tandem::server {
 namespace {
 
 constexpr std::size_t kMaxNamesInANote = 8;
-constexpr double kSigmaPerRadius = 1.7817974362806785;  // 2^(5/6)
+constexpr double kSigmaPerRadius = 1.7817974362806785;  // σ divided by the radius of a PQR file: 2^(5/6)
 // Lower limit of docking::validate(). Atoms with a smaller σ have no Lennard-Jones term.
 constexpr double kMinSigmaAngstrom = 0.1;
 constexpr double kLostCharge_e = 0.1;

@@ -21,7 +21,7 @@ namespace {
 using docking::Molecule;
 
 constexpr std::size_t kMaxSerial = 99'999;
-constexpr double kMinPdbCoordinate = -999.999, kMaxPdbCoordinate = 9999.999;  ///< Å
+constexpr double kMinPdbCoordinate = -999.999, kMaxPdbCoordinate = 9999.999;  ///< limits of the PDB format [Å]
 /// Largest number of characters of a remark's text in a line of 80 columns.
 constexpr std::size_t kRemarkWidth = 69;
 constexpr std::string_view kChainLetters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789";

@@ -97,7 +97,7 @@ TEST(Landing, OfACubeMetBesideItsCentreTurnsAsFastAsARigidStopTurnsIt) {
   // Only the edge next to x = −8 mm hits. The rotation is fastest for the lever arm r = a/√6.
   const double lever_m = 0.008, gyration_m = kEdge_m / std::sqrt(6.0);
   TouchSettings settings;
-  settings.coupling.stiffness_n_per_m = 1e-6;  // practically free
+  settings.coupling.stiffness_n_per_m = 1e-6;  // so soft that the tool moves freely
   settings.coupling.stiffness_n_m_per_rad = 0;
   RigidState start{{{2 * lever_m, 0, kEdge_m + 1e-3}, Quat::Identity()}, {{0, 0, -0.06}, Vec3::Zero()}};
   const TouchTrace trace = run_touch(
