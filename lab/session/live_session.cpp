@@ -193,7 +193,7 @@ class LiveUser {
   realtime::Ring<LiveTick> ring_{kRingTicks};
   std::atomic<std::uint64_t> lost_{0};
   std::vector<LiveTick> ticks_;  // used by the main thread only
-  bool is_hand_moving_ = false;  // until stop(), this and the next two members are used by the haptic thread only
+  bool is_hand_moving_ = false;  // this and the next two members: haptic thread only, until stop()
   client::HapticCounters at_start_;
   double passivity_dissipated_at_start_j_ = 0;
   std::optional<client::HapticLoop> loop_;  // declared last, so that it is destroyed before the objects that it uses

@@ -133,7 +133,7 @@ class PoseSite final : public RoomWatcher {
   std::deque<PoseRequest> waiting_;
   std::optional<Keeping> keeping_;
   std::optional<Minimisation> minimising_;
-  bool was_minimising_ = false;  ///< the last slice of work belonged to the minimisation
+  bool was_minimising_ = false;  ///< whether the last slice of work belonged to the minimisation
 };
 
 }  // namespace tandem::server

@@ -128,7 +128,7 @@ void HttpPort::Impl::accept() {
 }
 
 void HttpPort::Impl::welcome(tcp::socket socket) {
-  // Closes the oldest connection. A well-behaved peer has been served before sixteen others connect.
+  // Closes the oldest connection. A well-behaved peer has been served before sixteen further peers connect.
   if (connections.size() >= kMaxHttpConnections) end(ConnectionPointer(connections.front()));
   const auto connection = std::make_shared<HttpConnection>(std::move(socket));
   connections.push_back(connection);

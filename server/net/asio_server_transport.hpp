@@ -131,7 +131,7 @@ class AsioServerTransport final : public ServerTransport {
   /// the same descriptor, registered with the io_context while datagrams wake this thread
   boost::asio::posix::stream_descriptor users_wake_;
   bool reads_in_turns_ = false;
-  bool has_unread_users_ = false;  ///< datagrams of users may be unread since the last begin_turn()
+  bool has_unread_users_ = false;  ///< whether datagrams of users may be unread since the last begin_turn()
   LocalTime turned_{}, turns_from_{};
   Duration often_{0};  ///< sum of the short gaps between turns since turns_from_
   std::array<std::byte, kReadBytes> incoming_{};

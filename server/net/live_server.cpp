@@ -82,9 +82,9 @@ struct LiveServer::Impl {
   asio::steady_timer duration_timer{io};
   asio::steady_timer stop_timer{io};
   asio::signal_set signals{io};
-  std::atomic<bool> has_news{false};                    ///< unsent states are ready
+  std::atomic<bool> has_news{false};                    ///< whether unsent states are ready
   std::atomic<LocalTime> expects_news_at{LocalTime{}};  ///< expected time of new states
-  std::atomic<bool> sleeps{false};                      ///< the io thread sleeps, or is about to
+  std::atomic<bool> sleeps{false};                      ///< whether the io thread sleeps, or is about to sleep
   // Published for other threads.
   std::atomic<bool> is_serving{false}, is_stopping{false};
   std::atomic<LocalTime> io_went_round{LocalTime{}};

@@ -107,7 +107,7 @@ struct RoomScheduler::Loop {
   Duration mean_step{0};
   Duration mean_answer{0};   ///< part of mean_step for which users wait
   Duration mean_turn{0};     ///< mean time of answer and help with sending, a delay for the thread's next rooms
-  bool is_answered = false;  ///< answer() has run, its finish() has not
+  bool is_answered = false;  ///< whether answer() has run and its finish() has not
   LocalTime deadline{};      ///< deadline of the step that is_answered describes
   Duration answering{0};     ///< time of the answer and of help with sending in that step
   LocalTime slow_until{};    ///< end of the time for which the room counts as slow, even if it keeps its rate again
@@ -116,12 +116,12 @@ struct RoomScheduler::Loop {
   std::atomic<std::size_t> wanted{0};   ///< index of the thread that should own the room; written by io
   std::atomic<std::uint64_t> steps{0};
   Busy busy;                         ///< steps of the room
-  std::atomic<bool> is_left{false};  ///< all users have left; the reset of the scene may take long
+  std::atomic<bool> is_left{false};  ///< whether all users have left; the reset of the scene may take long
   std::atomic<LocalTime> went_round{LocalTime{}};
   std::atomic<bool> is_slow{false};
   realtime::Mailbox<RoomTiming> published;
 
-  std::atomic<bool> has_priority{true};  ///< written by io, read by its stepper
+  std::atomic<bool> has_priority{true};  ///< whether the room has real-time priority; written by io, read by its thread
   RoomLoad load;
 };
 
@@ -137,7 +137,7 @@ struct RoomScheduler::Stepper {
   std::vector<Loop*> loops;           ///< in the order of their deadlines
   LocalTime users_checked{};          ///< last check for users of empty rooms
   LocalTime news_since{};             ///< time of the oldest states that io was not notified of; LocalTime{}: none
-  std::atomic<bool> is_called{true};  ///< a room was assigned, or stop() was called
+  std::atomic<bool> is_called{true};  ///< whether a room was assigned, or stop() was called
   /// The thread sleeps on it until call(). try_acquire on it yields the processor.
   std::counting_semaphore<> called{0};
   std::promise<std::vector<std::string>> not_granted;

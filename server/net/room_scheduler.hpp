@@ -105,7 +105,7 @@ class RoomScheduler {
   std::size_t workers_ = 0;  ///< number of shared threads
   std::atomic<bool> has_realtime_{false};
   pthread_t io_thread_{};
-  std::atomic<bool> io_waits_{false};  ///< the io thread's priority is lower than the rooms'
+  std::atomic<bool> io_waits_{false};  ///< whether the io thread's priority is lower than the rooms'
   std::atomic<LocalTime> io_first_at_{LocalTime{}};
   double io_demand_ = 0;  ///< demand of the io thread, as a fraction of a core
   std::atomic<bool> is_io_busy_{false};

@@ -55,7 +55,7 @@ int soft_period_steps(double room_rate_hz, double rate_hz);
 /// Thread  called from one thread at a time (the room's); with steps_aside a separate thread computes the steps
 class SoftWorld final : public physics::SoftBodies {
  public:
-  /// In      steps_aside  compute the steps in a worker thread, not within World::step(); the results are bit-identical
+  /// In      steps_aside  true: a worker thread computes the steps, not World::step(); the results are bit-identical
   explicit SoftWorld(SoftWorldSettings settings, bool steps_aside = false);
   ~SoftWorld() override;
   SoftWorld(const SoftWorld&) = delete;

@@ -117,8 +117,8 @@ struct RoomStartSettings {
 };
 
 struct RoomOptions {
-  bool steps_soft_aside = false;        ///< step soft bodies on a separate thread, with identical results
-  bool controls_tool_passivity = true;  ///< limit the energy of a tool to the supply of its hand
+  bool steps_soft_aside = false;        ///< whether soft bodies step on a separate thread, with identical results
+  bool controls_tool_passivity = true;  ///< whether the energy of a tool is limited to the supply of its hand
   RoomStartSettings start{};            ///< settings of the common start, used by RoomSeats
 };
 

@@ -19,7 +19,7 @@ struct UserInput {
   Duration arrived{0};       ///< simulated time of the room at which the newest input arrived
   Duration since_last{0};    ///< time since the previous arrival
   bool has_arrived = false;  ///< whether an input has arrived
-  bool has_gaps = false;     ///< the client suppresses inputs (deadband); the handle is extrapolated between them
+  bool has_gaps = false;     ///< whether the client suppresses inputs (deadband); the handle is then extrapolated
   Tick answered;             ///< tick of the handle in use
   Wrench on_hand_W;          ///< wrench displayed to the hand at that tick, if the client reports it
 

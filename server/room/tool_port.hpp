@@ -16,7 +16,7 @@ namespace tandem::server {
 class ToolPort {
  public:
   /// In      world  must outlive the port
-  ///         is_limited  limit the energy that the tool gives to the world to the input of the hand
+  ///         is_limited  true: the energy that the tool gives to the world is limited to the input of the hand
   ///         (ToolPassivityController)
   ToolPort(physics::World& world, bool is_limited) : world_(world), is_limited_(is_limited) {}
 

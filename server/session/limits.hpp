@@ -27,7 +27,7 @@ inline constexpr std::size_t kMaxQueuedBeforeNews = 16 * 1024;
 // Limits on the requests of one user, and of all users of a room together. Requests beyond them are refused.
 /// Rate of pointing requests. It is low because each request applies a short force to the hands of all users.
 inline constexpr net::Rate kUserPointRate{1, 2}, kPointRate{4, 8};
-/// Rate of values of signals.
+/// Rate of signal values: from one source, and from all sources of a room.
 inline constexpr net::Rate kSourceSignalRate{50, 100}, kSignalRate{200, 400};
 /// Rate of requests for saved poses of molecules.
 inline constexpr net::Rate kUserPoseRate{4, 8}, kPoseRate{16, 32};

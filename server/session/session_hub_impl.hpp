@@ -24,7 +24,7 @@
 
 namespace tandem::server {
 
-/// Use of the limits that the connections of one address share.
+/// Current use of the limits that all connections of one address share.
 struct AddressUse {
   net::TokenBucket control{kAddressControlRate};
   std::size_t connections = 0;

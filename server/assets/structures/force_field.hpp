@@ -96,7 +96,7 @@ struct ForceField {
   /// Aliases for the atom names in blocks of this force field. Their `residue` is the name of a block, a kind (as in
   /// ResidueBlock::kind), or "*".
   std::vector<AtomAlias> block_aliases;
-  bool mixes_arithmetically = false;  ///< see docking::Molecule
+  bool mixes_arithmetically = false;  ///< whether σ is combined by the arithmetic mean (docking::Molecule)
   /// true: the atom types are elements, and "HP" for a hydrogen that is not bonded to carbon. The blocks then contain
   /// only the names of residues.
   bool is_by_element = false;

@@ -53,7 +53,7 @@ struct RelaxedAtom {
   const PdbResidue* residue = nullptr;
   const PdbAtom* source = nullptr;
   bool is_hydrogen = false;
-  bool is_polar = false;           ///< N, O or S, or a hydrogen bonded to one of them
+  bool is_polar = false;           ///< whether the atom is N, O or S, or a hydrogen bonded to one of them
   std::size_t carrier = kNoAtom;   ///< heavy atom to which a hydrogen is bonded
   std::vector<std::size_t> bonds;  ///< heavy neighbours of a heavy atom
   std::size_t hydrogens = 0;       ///< number of hydrogens bonded to this atom

@@ -40,7 +40,7 @@ struct PdbStructure {
   std::vector<PdbResidue> residues;  ///< in file order
   std::size_t alternate_atoms = 0;   ///< number of atoms omitted because they are at other alternate locations
   std::size_t duplicate_atoms = 0;   ///< number of atoms omitted because an atom of that name is at the same position
-  bool has_more_models = false;      ///< the file has further models, which are ignored
+  bool has_more_models = false;      ///< whether the file has further models, which are ignored
   std::vector<std::string> dropped;  ///< for the user: descriptions of the first 100,000 omitted atoms
 };
 

@@ -33,9 +33,9 @@ struct Row {
   std::size_t atom = 0;
   std::string_view chain;
   Vec3 position_angstrom = Vec3::Zero();  ///< in the frame of the receptor's file
-  bool is_standard = false;               ///< written as ATOM, otherwise as HETATM
+  bool is_standard = false;               ///< true: written as ATOM; false: as HETATM
   bool begins_residue = false;
-  bool begins_chain = false;  ///< first atom of a chain, or of a part of a chain after a TER
+  bool begins_chain = false;  ///< whether it is the first atom of a chain, or of a part of a chain after a TER
 
   const std::string& name() const { return molecule->atom_names[atom]; }
   const std::string& element() const { return molecule->elements[atom]; }

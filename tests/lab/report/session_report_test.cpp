@@ -229,7 +229,7 @@ TEST(ClientRun, IsWhatTheClientWrites) {
   summary.options.stage.name = "hold";
   summary.io.joined = std::make_shared<wire::Joined>();
   json::object written = client::to_json(summary);
-  written["scene"] = "peg";  // an empty text if the Joined message contained no scene
+  written["scene"] = "peg";  // to_json() wrote an empty text: this test's Joined message has no scene
   const ClientRun read = parse_client_summary(written, "ben.json");
   EXPECT_EQ(read.name, "ben");
   EXPECT_EQ(read.stage, "hold");
