@@ -33,7 +33,7 @@ struct ExperimentUser {
   devices::HandParameters hand_parameters;  ///< parameters of the user's hand without the device
   devices::DeviceProfile device = devices::find_device_profile("sim");  ///< the device that the hand holds
   bool is_bounded = false;  ///< whether the device's workspace is limited; if so, the user steers by the displayed tool
-  double motion_scale = 1;  ///< see WorkspaceSettings::scale
+  double motion_scale = 1;  ///< factor on the scene's position scale, see WorkspaceSettings::scale
   double pace = 1;          ///< speed factor of the hand's path: 2 is twice as fast
   Pipeline pipeline;        ///< how the client computes the hand's force from the server's states
   bool state_over_tcp = false;
@@ -61,7 +61,7 @@ struct Experiment {
   std::uint64_t seed = 1;
   Duration server_phase{0};                     ///< phase of the room's steps: a multiple of kSlot, like tick_phase
   Duration sample_period{from_seconds(0.010)};  ///< sampling period of the CSV files
-  Pipeline pipeline;                            ///< for users without a pipeline of their own
+  Pipeline pipeline;                            ///< pipeline of users without a pipeline of their own
   net::LinkParameters link;                     ///< each direction of the link, for users without a link of their own
   std::string assets = "here";                  ///< delivery of assets: one of asset_deliveries()
   std::string reference_stage;                  ///< stage of the zero-delay run that this trial is compared with

@@ -300,7 +300,7 @@ struct LiveSession {
   LiveTrialServer server;
   std::vector<std::unique_ptr<LiveUser>> users;
   std::vector<TrafficCounters> traffic_at_start;
-  std::vector<std::size_t> reported;  // for each user: number of ticks already passed to on_tick
+  std::vector<std::size_t> reported;  // number of ticks of each user that were already passed to on_tick
   SessionTrace trace;
   LiveTiming& timing;
   const OnTick& on_tick;

@@ -223,7 +223,7 @@ struct ServerLoad::Impl {
   asio::io_context io;
   std::optional<secure::TlsContext> tls;
   std::vector<std::unique_ptr<User>> users;
-  std::vector<std::function<LocalTime(Step)>> deadlines;  ///< for each user: deadline of a step of the user's room
+  std::vector<std::function<LocalTime(Step)>> deadlines;  ///< deadline of a step of each user's room
   Tick tick;
 };
 

@@ -148,7 +148,7 @@ struct SceneAssets::Contact {
   std::shared_ptr<const contact::ContactShape> shape;
   std::shared_ptr<const proto::Bytes> bytes;
   proto::Sha256 sha256{};
-  std::string note;  ///< for the operator: number of points, spacing, memory, build time, built or cached
+  std::string note;  ///< note for the operator: points, spacing, memory, build time, built or cached
 };
 
 std::filesystem::path SceneAssets::located(const std::string& file) const {

@@ -45,7 +45,7 @@ struct Asset {
   std::string name;  ///< file name without folder
   std::shared_ptr<const proto::Bytes> bytes;
   std::optional<proto::Sha256>
-      coarse_of{};  ///< for a "coarse-contact": the "contact" asset that it replaces; for a "drawing": its "surface"
+      coarse_of{};  ///< "contact" that a "coarse-contact" replaces, or "surface" that a "drawing" shows
 };
 
 /// Reads the files of one scene and builds contact shapes. Each file is read once, and equal shapes are built once.
@@ -85,7 +85,7 @@ class SceneAssets {
   void add_user_note(const std::string& note);
 
   std::vector<Asset> assets;
-  std::vector<std::string> notes;            ///< for the operator
+  std::vector<std::string> notes;            ///< notes for the operator
   std::vector<std::string> notes_for_users;  ///< subset of `notes` about differences between the scene and its files
 
  private:
@@ -109,7 +109,7 @@ class SceneAssets {
   SceneLoading loading_;
   std::vector<wire::MoleculeSource> sources_;
   Duration built_{0};                                                 ///< total build time so far
-  std::map<proto::Sha256, std::shared_ptr<const Contact>> contacts_;  ///< key: contact_key()
+  std::map<proto::Sha256, std::shared_ptr<const Contact>> contacts_;  ///< contact shapes by contact_key()
   std::map<std::filesystem::path, std::shared_ptr<const proto::Bytes>> read_;
 };
 

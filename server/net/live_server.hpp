@@ -23,8 +23,8 @@
 namespace tandem::server {
 
 struct LiveServerSettings {
-  std::string bind_address = "127.0.0.1";  ///< without `tls` it must be a loopback address
-  std::uint16_t port = 47800;              ///< for TCP and UDP; 0: any free one
+  std::string bind_address = "127.0.0.1";  ///< address to listen at; without `tls` it must be a loopback address
+  std::uint16_t port = 47800;              ///< port for TCP and UDP; 0: any free one
   int realtime_priority = 0;               ///< SCHED_FIFO priority of the room threads; 0: normal scheduler
   std::optional<Duration> duration{};      ///< time after which the server stops without a request
   /// true: SIGINT, SIGTERM and SIGHUP call stop(). SIGHUP is ignored if the process ignored it at the start.

@@ -134,7 +134,7 @@ struct RoomScheduler::Stepper {
 
   std::size_t index = 0;
   double place = 0;                   ///< phase of the deadlines of the thread's first room [periods]
-  std::vector<Loop*> loops;           ///< in the order of their deadlines
+  std::vector<Loop*> loops;           ///< rooms of the thread, in the order of their deadlines
   LocalTime users_checked{};          ///< last check for users of empty rooms
   LocalTime news_since{};             ///< time of the oldest states that io was not notified of; LocalTime{}: none
   std::atomic<bool> is_called{true};  ///< whether a room was assigned, or stop() was called
@@ -144,7 +144,7 @@ struct RoomScheduler::Stepper {
   std::thread thread;
   Busy busy;  ///< steps of all its rooms
   // Used by the io thread only.
-  Duration cpu_before{0}, busy_before{0};  ///< at the last measurement
+  Duration cpu_before{0}, busy_before{0};  ///< values at the last measurement
   double cpu_of_busy = 1;                  ///< processor time, wake-ups included, per busy time in the last interval
 };
 

@@ -25,9 +25,9 @@ namespace tandem::server {
 
 /// A rigid object that soft bodies can touch: a tool, a rigid body or a static object.
 struct SoftRigid {
-  physics::TouchModel model;  ///< in the frame of the object T
+  physics::TouchModel model;  ///< shape in the frame of the object T
   double friction = 0.5;
-  Pose X_WT = {};  ///< for static objects only
+  Pose X_WT = {};  ///< pose of a static object; unused for other objects
 };
 
 struct SoftWorldSettings {

@@ -19,7 +19,7 @@ struct PlayedInput {
   /// due tick arrives.
   Tick tick;
   RigidState handle;
-  std::uint32_t buttons = 0;      ///< for a lost tick: those of the next received tick, so that no press is late
+  std::uint32_t buttons = 0;      ///< buttons; for a lost tick those of the next received tick: no press is late
   double energy_to_hand_j = 0;    ///< cumulative energy as in ClientUpdate [J]
   double energy_from_hand_j = 0;  ///< cumulative energy as in ClientUpdate
   Wrench on_hand_W;               ///< wrench that the client displays to the hand, as in ClientUpdate

@@ -135,7 +135,7 @@ struct SessionHub::Impl final : ServiceHost {
   std::optional<Admission> admission;
   std::uint64_t published_admission = 0;  ///< Admission::changes() at the last on_admission()
   std::vector<std::unique_ptr<RoomSeats>> room_seats;
-  std::vector<std::unique_ptr<SessionService>> services;  ///< in the order in which they notify users
+  std::vector<std::unique_ptr<SessionService>> services;  ///< services, in the order in which they notify users
   std::map<SessionService::Case, SessionService*> handlers;
   std::deque<SharedTurns> updates;     ///< one parallel loop per room, over its UDP users
   std::vector<Connection*> updated{};  ///< UDP users of the room whose update is being sent

@@ -81,7 +81,7 @@ struct ServerBenchResult {
   Histogram echo;  ///< latency of the echo server during the load
   std::array<LoadResult, kTurns> turns;
   double took_s = 0;         ///< total duration of all runs [s]
-  std::vector<double> kept;  ///< for each room: step rate reached during the load, as a fraction of the nominal rate
+  std::vector<double> kept;  ///< step rate of each room during the load, as a fraction of the nominal rate
   std::vector<server::RoomTiming> timings;
   double server_cpu_s_per_s = 0;
   double aead_percent = 0;  ///< processor time of encryption (AEAD), in per cent of the server's processor time

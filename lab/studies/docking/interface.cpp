@@ -85,7 +85,7 @@ class Cells {
   double side_ = 1;
   Eigen::Array3i counts_;
   std::vector<std::vector<std::size_t>> members_;
-  std::vector<bool> is_near_;  ///< for each cell: whether the cell or an adjacent cell contains a point
+  std::vector<bool> is_near_;  ///< whether a cell or an adjacent cell contains a point
 };
 
 class Interface {

@@ -29,7 +29,7 @@ struct RelaxedPart {
 };
 
 struct RelaxedHydrogens {
-  std::vector<std::string> moved;    ///< for the user: "HG of SER 64 of chain B, turned by 63°"
+  std::vector<std::string> moved;    ///< text for the user: "HG of SER 64 of chain B, turned by 63°"
   std::vector<std::string> clashes;  ///< remaining overlaps of built hydrogens with other atoms, in the first part
 };
 

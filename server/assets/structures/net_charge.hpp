@@ -17,7 +17,7 @@ struct ChainCharge {
 
 struct NetCharge {
   double total_e = 0;
-  std::vector<ChainCharge> chains;             ///< in file order
+  std::vector<ChainCharge> chains;             ///< charges of the chains, in file order
   std::vector<std::string> fractional_chains;  ///< chains whose sum is not a whole number: "A (+2.38 e)"
   /// Residues whose charge differs from that of their block (force-field entry). Chains with a fractional sum
   /// contribute residues with a fractional charge in addition.

@@ -22,7 +22,7 @@ struct PreparedStructure {
   std::vector<HistidineChoice> histidines;  ///< parallel to `chains`
   Hydrogens hydrogens = Hydrogens::kGiven;  ///< kGiven, kBuild or kUnited, never kAsNeeded
   std::vector<BuiltGroup> groups;           ///< groups of the built hydrogens
-  std::vector<std::string> rebuilt;         ///< for the user: residues of the file whose hydrogens were replaced
+  std::vector<std::string> rebuilt;         ///< residues of the file whose hydrogens were replaced; text for the user
   std::vector<std::size_t> ended;           ///< indices in `chains` of residues to which OXT was added at a chain end
   PdbStructure read;                        ///< omissions of the reader; its residues are now in `chains` and `others`
 };

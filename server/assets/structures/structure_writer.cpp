@@ -32,7 +32,7 @@ struct Row {
   const Molecule* molecule = nullptr;
   std::size_t atom = 0;
   std::string_view chain;
-  Vec3 position_angstrom = Vec3::Zero();  ///< in the frame of the receptor's file
+  Vec3 position_angstrom = Vec3::Zero();  ///< position in the frame of the receptor's file
   bool is_standard = false;               ///< true: written as ATOM; false: as HETATM
   bool begins_residue = false;
   bool begins_chain = false;  ///< whether it is the first atom of a chain, or of a part of a chain after a TER

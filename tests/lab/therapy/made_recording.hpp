@@ -18,7 +18,7 @@ namespace tandem::lab {
 /// Writes the steps of a room, one per millisecond. Every 20th step contains states.
 class MadeRecording {
  public:
-  static constexpr std::uint64_t kBegin_ns = 1'796'000'000'000'000'000;  // in November 2026
+  static constexpr std::uint64_t kBegin_ns = 1'796'000'000'000'000'000;  // a time in November 2026
 
   explicit MadeRecording(std::uint64_t recording = 1)
       : writer_({proto::channel_of("/room", wire::RecordedRoom()), proto::channel_of("/step", wire::RecordedStep()),
