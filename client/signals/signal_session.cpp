@@ -137,7 +137,7 @@ void SignalSession::lose(LocalTime now, const std::string& why, bool is_final) {
   transport_.close();
   status_.why = printable(why);
   for (const auto& [name, sent] : unconfirmed_) {
-    if (waiting_.size() < kMaxNames) waiting_.try_emplace(name, sent.signal);
+    if (waiting_.size() < kMaxNames) waiting_.try_emplace(name, sent.first);
   }
   unconfirmed_.clear();
   if (is_final || !has_joined_) {
@@ -180,7 +180,7 @@ bool SignalSession::set(const Signal& signal) {
 void SignalSession::poll(LocalTime now) {
   if (status_.state == SessionState::kActive) {
     send_waiting(now);
-    const auto needs_ping = [this](const auto& sent) { return sent.second.ping > pings_; };
+    const auto needs_ping = [this](const auto& sent) { return sent.second.second > pings_; };
     const bool is_urgent = hastens_ && waiting_.empty() && std::ranges::any_of(unconfirmed_, needs_ping);
     if (is_urgent || now - pinged_ >= settings_.ping_every) ping(now);
   }
@@ -197,7 +197,7 @@ void SignalSession::ping(LocalTime now) {
 /// Removes the values that were sent before an answered ping.
 void SignalSession::confirm(std::uint64_t ping) {
   if (ping > pings_) return;
-  std::erase_if(unconfirmed_, [ping](const auto& sent) { return sent.second.ping <= ping; });
+  std::erase_if(unconfirmed_, [ping](const auto& sent) { return sent.second.second <= ping; });
 }
 
 /// Sends waiting values while the budget lasts and the connection accepts bytes, so that no old values queue.
@@ -214,7 +214,7 @@ void SignalSession::send_waiting(LocalTime now) {
     out.set_age_s(std::clamp(to_seconds(now - signal.measured), 0.0, proto::kMaxSignalAge_s));
     send(message);
     ++sent_;
-    unconfirmed_.insert_or_assign(next->first, Sent{signal, pings_ + 1});
+    unconfirmed_.insert_or_assign(next->first, std::pair(signal, pings_ + 1));
     waiting_.erase(next);
   }
 }

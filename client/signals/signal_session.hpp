@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "client/session/credentials.hpp"
@@ -76,11 +77,6 @@ class SignalSession final : public TransportListener {
   std::function<void(const std::string& line)> on_log;
 
  private:
-  struct Sent {
-    Signal signal;
-    std::uint64_t ping = 0;  ///< number of the ping whose answer confirms the value
-  };
-
   void connect(LocalTime now);
   void enter(SessionState state, LocalTime now);
   void handle(const wire::ServerControl& message, LocalTime now);
@@ -110,7 +106,8 @@ class SignalSession final : public TransportListener {
   bool has_joined_ = false;
   std::vector<std::string> names_;
   std::map<std::string, Signal> waiting_;
-  std::map<std::string, Sent> unconfirmed_;
+  /// Sent values by name, with the number of the ping whose answer confirms each.
+  std::map<std::string, std::pair<Signal, std::uint64_t>> unconfirmed_;
   std::uint64_t pings_ = 0;
   bool hastens_ = false;
   std::uint64_t sent_ = 0;

@@ -13,8 +13,6 @@
 #include <string>
 #include <string_view>
 
-#include "common/base/user_folders.hpp"
-
 namespace tandem {
 namespace {
 

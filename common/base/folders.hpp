@@ -20,6 +20,16 @@ std::filesystem::path program_folder();
 /// Out     e.g. /usr/share/tandem; the folder need not exist
 std::filesystem::path data_folder();
 
+/// Returns the folder for programs of the user by the XDG Base Directory Specification: that of the XDG variable,
+/// otherwise a folder below $HOME. A relative path in the variable is ignored, as the specification requires.
+/// In      xdg  variable, such as "XDG_CACHE_HOME"
+///         below_home  folder below $HOME, such as ".cache"
+/// Out     empty if neither variable is set
+std::filesystem::path user_folder(const char* xdg, const std::filesystem::path& below_home);
+
+/// Makes the names in a folder survive a power loss, if the file system supports this.
+void sync_folder(const std::filesystem::path& folder);
+
 /// Returns the cache folder: the first of $TANDEM_CACHE, $XDG_CACHE_HOME/tandem and $HOME/.cache/tandem whose variable
 /// is set. If none is set, returns an empty path, and no cache is used.
 std::filesystem::path default_cache_directory();

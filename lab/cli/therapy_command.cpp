@@ -130,7 +130,7 @@ int run_report(const TherapyOptions& options) {
 }
 
 int run_delete(const TherapyOptions& options) {
-  const Removal removal = store_of(options).remove(options.pseudonym);
+  const PersonStore::Removal removal = store_of(options).remove(options.pseudonym);
   for (const fs::path& file : removal.found) {
     std::cerr << "tandem-lab: the pseudonym is still in " << file.string()
               << ", which this program did not write; remove it yourself\n";

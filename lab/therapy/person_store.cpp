@@ -19,7 +19,6 @@
 #include "common/base/folders.hpp"
 #include "common/base/json_fields.hpp"
 #include "common/base/json_pretty.hpp"
-#include "common/base/user_folders.hpp"
 #include "common/secure/secret.hpp"
 #include "lab/report/format.hpp"
 #include "lab/therapy/measures_json.hpp"
@@ -137,8 +136,8 @@ std::optional<bool> contains(const fs::path& file, const std::string& text) {
 }
 
 /// Finds the files and folders below `folder` that have `text` in their name or content, and those that it cannot read.
-Removal search(const fs::path& folder, const std::string& text) {
-  Removal out;
+PersonStore::Removal search(const fs::path& folder, const std::string& text) {
+  PersonStore::Removal out;
   std::vector<fs::path> folders{folder};
   while (!folders.empty()) {
     const fs::path next = std::move(folders.back());
@@ -280,7 +279,7 @@ int PersonStore::add(const std::string& pseudonym, const SessionMeasures& sessio
                            "); check the folder's rights and free space");
 }
 
-Removal PersonStore::remove(const std::string& pseudonym) {
+PersonStore::Removal PersonStore::remove(const std::string& pseudonym) {
   const auto locked = lock();
   require_pseudonym(pseudonym);
   const bool is_person = fs::is_directory(fs::symlink_status(folder_ / pseudonym));

@@ -31,18 +31,18 @@ struct StoredSession {
   SessionMeasures measures;
 };
 
-/// Result of a deletion. The person is gone in any case.
-struct Removal {
-  /// Paths in whose name or content the pseudonym is still found. They are not of this program.
-  std::vector<std::filesystem::path> found;
-  std::vector<std::filesystem::path> unreadable;  ///< paths that could not be searched
-};
-
 /// Each function refuses a folder that others than its owner can read or change.
 ///
 /// Fails   Every function throws std::invalid_argument or std::runtime_error, which names file, reason and remedy
 class PersonStore {
  public:
+  /// Result of a deletion. The person is gone in any case.
+  struct Removal {
+    /// Paths in whose name or content the pseudonym is still found. They are not of this program.
+    std::vector<std::filesystem::path> found;
+    std::vector<std::filesystem::path> unreadable;  ///< paths that could not be searched
+  };
+
   /// The folder is created by create().
   explicit PersonStore(std::filesystem::path folder);
 

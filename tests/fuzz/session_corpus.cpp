@@ -234,7 +234,8 @@ int main(int argc, char** argv) {
       {"name": "g", "conditions": [{"held": {"body": "box"}}]}]}]}})";
   fuzz::write_seed(folder / "sources" / "session",
                    SourceSession(server::load_scene_text(game, "game.json", ".")).script());
-  fuzz::write_seed(folder / "sources" / "line", std::as_bytes(std::span(std::string("valence -0.5 0.9 1.25"))));
+  const std::string line = "valence -0.5 0.9 1.25";
+  fuzz::write_seed(folder / "sources" / "line", std::as_bytes(std::span(line)));
   // Writes the sessions that client_stages_fuzz replays, and the timelines that are its seeds.
   for (const std::string_view stage : client::stage_names())
     fuzz::write_seed(folder / "stages" / stage, Session(small_scene, std::string(stage)).script());

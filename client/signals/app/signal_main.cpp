@@ -110,7 +110,7 @@ class LineReader {
   /// Waits for input. Of a line that is too long, the rest is discarded.
   bool fill() {
     pollfd wait{descriptor_, POLLIN, 0};
-    while (continues(connection_) && ::poll(&wait, 1, kSlice / std::chrono::milliseconds(1)) <= 0) {
+    while (continues(connection_) && ::poll(&wait, 1, static_cast<int>(kSlice.count())) <= 0) {
     }
     if (!continues(connection_)) return false;
     std::array<char, 4096> bytes{};

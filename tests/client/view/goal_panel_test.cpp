@@ -141,13 +141,13 @@ class PanelBench {
     return ImGui::GetDrawData()->TotalVtxCount;
   }
   void click(std::uint32_t level, float x, float y) {
-    ImGui::GetIO().AddMousePosEvent(x, y);
+    ImGui::GetIO().MousePos = ImVec2(x, y);
     draw(level);
     for (const bool is_down : {true, false}) {
-      ImGui::GetIO().AddMouseButtonEvent(0, is_down);
+      ImGui::GetIO().MouseDown[0] = is_down;
       draw(level);
     }
-    ImGui::GetIO().AddMousePosEvent(799, 599);
+    ImGui::GetIO().MousePos = ImVec2(799, 599);
     draw(level);
   }
 

@@ -114,7 +114,7 @@ TEST_F(PersonStoreTest, NoByteOfAPseudonymIsFoundAfterDeletion) {
   }
   write(fs::path(gone) / "session-0004.json.aB3dEf", gone);  // file that an interrupted run has left
   ASSERT_TRUE(has(gone));
-  const Removal removal = store_.remove(gone);
+  const auto removal = store_.remove(gone);
   EXPECT_TRUE(removal.found.empty() && removal.unreadable.empty());
   EXPECT_FALSE(has(gone));
   EXPECT_THAT(store_.persons(), ElementsAre(other));
@@ -148,7 +148,7 @@ TEST_F(PersonStoreTest, PathsThatCannotBeSearchedAreNamed) {
   fs::permissions(folder_ / "secret.txt", fs::perms::none);
   fs::create_directory(folder_ / "closed");
   fs::permissions(folder_ / "closed", fs::perms::none);
-  Removal removal;
+  PersonStore::Removal removal;
   const std::string error = error_of([&] { removal = store_.remove(person); });
   fs::permissions(folder_ / "closed", fs::perms::owner_all);
   fs::remove_all(folder_);
