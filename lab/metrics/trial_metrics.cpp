@@ -225,9 +225,9 @@ const std::vector<TrialMetric>& trial_metrics() {
       {"force_above_60_hz_n", "RMS of the displayed force above 60 Hz (Butterworth, order 8), phases in contact.",
        Combine::kGreatest, force_above_60_hz_n},
       {"energy_created_max_j",
-       "Greatest E(t) = Σ over users of the work on the hand up to an input + what the server's coupling had put into "
-       "the world with that input, in world joules, the wrench after the passivity controller: the energy that was "
-       "created (energy_ledger.hpp).",
+       "Largest value of E(t), the energy that was created. E is the sum over users of (work done on the hand up to "
+       "input k) + (energy put into the world by that user's coupling up to the same input), in world joules. The "
+       "wrench is the one after the passivity controller (energy_ledger.hpp).",
        Combine::kGreatest, nullptr, of_ledger<&EnergyLedger::created_max_j>},
       {"energy_created_in_100_ms_j",
        "Greatest rise of E(t) within 0.1 s: earlier dissipation by friction cannot hide it.", Combine::kGreatest,
@@ -236,12 +236,12 @@ const std::vector<TrialMetric>& trial_metrics() {
        of_ledger<&EnergyLedger::created_in_1_s_j>},
       {"energy_of_late_display_j",
        "Energy that a display would create if it showed every hand of the reference the right wrench one loop late "
-       "(the mean way of this trial's inputs and states, with their waiting): the greatest rise of Σ over users of ∫ "
-       "[F(t − loop) − F(t)] v dt, in world joules (energy_ledger.hpp).",
+       "(one loop: the mean transit time of this trial's inputs plus that of its states, buffering included): the "
+       "greatest rise of Σ over users of ∫ [F(t − loop) − F(t)] v dt, in world joules (energy_ledger.hpp).",
        Combine::kGreatest, nullptr, energy_of_late_display_j},
       {"energy_withheld_by_safety_j",
-       "Work on the hands that ramp, decay in silence, slew limit and clamp left out, in world joules; a line of its "
-       "own, for E(t) is of the force before them.",
+       "Work that start ramp, decay in silence, slew limit and clamp withheld from the hands, in world joules. "
+       "Reported separately, because E(t) uses the force before these stages.",
        Combine::kGreatest, nullptr, of_ledger<&EnergyLedger::withheld_by_safety_j>},
       {"hand_port_j", "Work done on the hand over the trial, in world joules; negative if the hand did work.",
        Combine::kSum, hand_port_j},

@@ -186,17 +186,17 @@ def judge_all(soak, over_s):
                      if kinds[kind] == 0]
     table = [
         ("seed, seconds", f"{soak.settings.seed}, {soak.settings.seconds:.0f}"),
-        ("clients in rooms; of the build that is judged; with real-time rights", f"{len(soak.clients)} in {len(soak.rooms)}; "
+        ("clients in rooms; running the sanitizer build; with real-time rights", f"{len(soak.clients)} in {len(soak.rooms)}; "
          f"{sum(client.is_judged for client in soak.clients)}; {sum(client.feels for client in soak.clients)}"),
         ("link, each way", " ".join(LINK).replace("--", "")),
         ("events", ", ".join(f"{kind} {number}" for kind, number in sorted(kinds.items()))),
         ("programs of clients; of servers", f"{sum(len(client.lives) for client in soak.clients)}; {len(soak.servers)}"),
         ("joined, all together", str(reconnects)),
         ("refused, and started again", str(soak.refused)),
-        ("longest until states came again [s], of 20", f"{back_s:.1f}"),
-        ("longest until one that was started anew had joined [s], while there was a server, of 60", f"{anew_s:.1f}"),
+        ("longest time until states arrived again [s] (bound: 20)", f"{back_s:.1f}"),
+        ("longest time until a restarted client had joined [s], while there was a server (bound: 60)", f"{anew_s:.1f}"),
         ("silences of clients, or of rooms, that had no processor", str(starved)),
-        ("rooms that went on from their checkpoint", f"{resumed} of {len(soak.restarts) * len(soak.rooms)}"),
+        ("rooms that continued from their checkpoint", f"{resumed} of {len(soak.restarts) * len(soak.rooms)}"),
         ("recordings that can be read", str(len(recordings))),
         ("ticks judged; with a force", f"{rows}; {100 * sum(trace.felt_rows for trace in traces) / max(1, rows):.0f} %"),
         ("largest force [N], of 7", f"{largest:.2f}"),
