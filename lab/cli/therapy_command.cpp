@@ -96,6 +96,7 @@ int run_add(const TherapyOptions& options) {
   return 0;
 }
 
+/// Checks that the folder of a report is outside of the data folder.
 /// Fails   std::invalid_argument: the report would lie within the data folder, where deleting a person would not find
 ///         it
 void require_outside(const fs::path& out, const fs::path& data) {

@@ -16,9 +16,9 @@ inline constexpr double kResidueContact_angstrom = 5;
 /// Maximum distance of an interface residue from the other molecule, between heavy atoms [Å].
 inline constexpr double kInterfaceReach_angstrom = 10;
 
-/// Returns the pairs of a residue of A and a residue of B that have heavy atoms (all except hydrogens) within
-/// `distance_angstrom` of each other, in ascending order. Residues are counted from 0, in the order of
-/// docking::residue_starts().
+/// Returns the pairs of a residue of A and a residue of B in contact, in ascending order. In contact means: heavy atoms
+/// (all except hydrogens) of both are within `distance_angstrom` of each other. Residues are counted from 0, in the
+/// order of docking::residue_starts().
 ///
 /// In      X_AB  pose of B in A [Å]
 /// Fails   see docking::residue_starts()

@@ -17,7 +17,7 @@ constexpr Duration kSkippedEnd{from_seconds(0.5)};
 constexpr std::size_t kStride = 10;
 constexpr std::size_t kLag = 20;  ///< maximum lag of the covariance estimate, in rows: 0.2 s
 constexpr std::size_t kMinRows = 200;
-constexpr double kMinAcceleration_m_per_s2 = 0.01;  ///< minimum RMS acceleration
+constexpr double kMinAcceleration_m_per_s2 = 0.01;  ///< minimum RMS acceleration for an estimate
 constexpr double kNormal95 = 1.96;
 
 using Row = Eigen::Vector3d;  ///< acceleration, velocity and position of one axis

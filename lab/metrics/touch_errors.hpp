@@ -12,9 +12,9 @@ namespace tandem::lab {
 /// or the server confirms no new input.
 inline constexpr double kLongSilence_ms = 110;
 
-/// Returns which phases of a hand's path are in contact: those in which the reference displays a mean force of at least
-/// kContactForce_n. The phases "approach", "move" and "retreat" are excluded. If there is no reference, the trial
-/// itself is used.
+/// Mean force from which a phase counts as contact. contact_phases() returns which phases of a hand's path are in
+/// contact: those in which the reference displays at least this mean force. The phases "approach", "move" and "retreat"
+/// are excluded. If there is no reference, the trial itself is used.
 inline constexpr double kContactForce_n = 0.1;
 std::vector<bool> contact_phases(const UserView& view);
 

@@ -44,6 +44,7 @@ std::filesystem::path ledger_file(const std::filesystem::path& state);
 std::shared_ptr<void> lock_state(const std::filesystem::path& state);
 
 std::shared_ptr<const secure::TlsContext> tls_of(const ServerKeys& keys);
+/// Returns the settings with which a server admits users: its own key, and the keys whose tokens it accepts.
 /// Fails   std::invalid_argument: one of the issuers is not a valid key
 AdmissionSettings admission_of(const ServerKeys& keys, const SecurityOptions& options);
 
@@ -61,6 +62,7 @@ struct Invited {
 /// Parses the value of --valid, a time with its unit such as "15min". The limit is 30 days.
 /// Fails   std::invalid_argument: not a time, or too long; the message names value, limit and remedy
 Duration valid_for(const std::string& text);
+/// Returns a join token with these rights for one server, signed by `issuer`.
 /// Fails   std::invalid_argument: a value is out of the range in proto/join_token.hpp
 proto::Bytes token_for(const Invited& invited, const secure::KeyId& audience, const secure::KeyPair& issuer);
 

@@ -6,7 +6,8 @@
 
 namespace tandem::server {
 
-/// In      mesh  mesh of a mesh body; null for a block
+/// Returns the soft body at rest that a scene file describes.
+/// In      mesh   mesh of a mesh body; null for a block
 ///         field  location of the body in the file, for refusals
 /// Fails   SceneError: the mesh is not closed, or has too many vertices
 SoftModel soft_model_of(const wire::SoftBody& body, const geometry::ContactMesh* mesh, const SceneField& field);

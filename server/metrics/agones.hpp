@@ -44,6 +44,7 @@ class AgonesPlan {
   static constexpr Duration kReturnAfter{std::chrono::minutes(1)};
 
   Call due(const Seen& seen, LocalTime now);
+  /// Records the result of a call.
   /// In      is_allocated  allocation state in the answer to kGameServer
   void note_answer(Call call, bool is_good, LocalTime now, bool is_allocated = false);
 

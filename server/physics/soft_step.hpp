@@ -63,6 +63,7 @@ class SoftStep {
   SoftStep(const SoftModel& model, const Vec3& gravity_m_per_s2, int sweeps);
   ~SoftStep();
 
+  /// Computes one step of the body among the objects.
   /// In      things  the same number of objects in every call
   /// Out     reactions  one entry per object, to which the reactions of the step are added; returns true if a node was
   ///         clamped to the speed limit

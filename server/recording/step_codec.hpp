@@ -12,6 +12,7 @@
 namespace tandem::server {
 
 wire::RecordedCommand recorded(const RoomCommand& command);
+/// Converts a recorded command back to the command.
 /// Fails   returns none if a number is out of range
 std::optional<RoomCommand> command_of(const wire::RecordedCommand& recorded);
 
@@ -21,6 +22,7 @@ struct TakenInput {
   proto::ClientUpdate update;
 };
 wire::RecordedInput recorded(const TakenInput& input);
+/// Converts a recorded input back to the input.
 /// Fails   returns none if a server would not have accepted this input
 std::optional<TakenInput> input_of(const wire::RecordedInput& recorded);
 

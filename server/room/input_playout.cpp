@@ -19,8 +19,8 @@ constexpr double kNoLead_m = 1e-6;
 /// its count. The limit also keeps differences of ticks exact as doubles.
 constexpr std::uint32_t kMaxStep = 1U << 20U;
 
-/// Returns value and rate of a cubic at the parameter `u` in 0..1. The cubic lasts `length_s`, rises from 0 to `to`,
-/// and has the rates `from_rate` and `to_rate` at its ends.
+/// Value and rate of a cubic at the parameter `u` in 0..1. The cubic lasts `length_s`, rises from 0 to `to`, and has
+/// the rates `from_rate` and `to_rate` at its ends.
 struct Cubic {
   Vec3 value;
   Vec3 rate;

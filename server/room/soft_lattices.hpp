@@ -22,6 +22,7 @@ class SoftLattices {
 
   /// Returns one zero offset for each point.
   std::vector<std::vector<Vec3>> at_rest() const;
+  /// Computes the current offsets of all points.
   /// In      out  has the size of at_rest()
   void measure(const physics::World& world, std::vector<std::vector<Vec3>>& out) const noexcept;
 

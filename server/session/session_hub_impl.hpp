@@ -65,8 +65,8 @@ struct Connection final : SessionUser {
   bool is_in(const Room& of) const { return state == ConnectionState::kActive && !is_source() && &room() == &of; }
 };
 
-// A connection that ends is only marked kClosed, and sweep() erases it at the end of the outermost call of the hub. A
-// loop over the connections may therefore end any of them.
+// A connection that ends is only marked kClosed. sweep() erases it at the end of the outermost call of the hub.
+// Therefore a loop over the connections may end any of them.
 struct SessionHub::Impl final : ServiceHost {
   Impl(SessionHub& owner, HubSettings hub_settings, const std::vector<Room*>& hub_rooms,
        ServerTransport& hub_transport);

@@ -34,7 +34,7 @@ inline std::vector<TableRow> table_under(const std::string& file, const std::str
   const auto cells = [](const std::string& row) { return split_trimmed(row.substr(1, row.rfind('|') - 1) + " ", '|'); };
   if (line.empty() || line.front() != '|') throw std::runtime_error(file + " has no table under " + heading);
   const std::vector<std::string> names = cells(line);
-  std::getline(stream, line);  // the line |---|
+  std::getline(stream, line);  // skips the line |---|
   std::vector<TableRow> rows;
   while (std::getline(stream, line) && !line.empty() && line.front() == '|') {
     const std::vector<std::string> values = cells(line);

@@ -135,7 +135,7 @@ class Embedded(embedded.EmbeddedTest):
         self.assertEqual(process.stdout.readline(), "waits\n")
         time.sleep(0.3)
         process.send_signal(signal.SIGINT)
-        out, _ = process.communicate(timeout=PATIENCE_S / 2)  # the waits of the scripts are longer
+        out, _ = process.communicate(timeout=PATIENCE_S / 2)  # shorter than the time-outs in the scripts
         self.assertEqual(process.returncode, 0, out)
         return out
 

@@ -24,7 +24,7 @@ def install(prefix, *components):
 class EmbeddedTest(ProgramTest):
     """The library is installed and then moved, because programs of other projects must not name the build folder."""
 
-    components = ()  # to install; empty: all
+    components = ()  # components to install; empty: all
 
     @classmethod
     def setUpClass(cls):

@@ -103,7 +103,7 @@ class Restarts(SecureTest):
         server = KeptServer(self.folder, port, 0)
         client = start_client("--join", server.invitation("--name", "anna"), "--duration", "60s")
         server.wait_for("anna.*joined")
-        time.sleep(0.7)  # the next checkpoint includes the session
+        time.sleep(0.7)  # time for the next checkpoint, which includes the session
         server.end()
         os.kill(client.pid, signal.SIGSTOP)  # prevents anna from rejoining before the last run
         with SecureServer(self.folder, port=port) as server:

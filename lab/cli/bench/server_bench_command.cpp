@@ -215,7 +215,7 @@ ServerBenchResult measure_server_bench(const ServerBenchOptions& options) {
     const LocalTime begin = SteadyClock().now();
     const double cpu_before_s = server_cpu_seconds();
     const Duration duration = from_seconds(options.seconds / kTurns);
-    // Echoes datagrams of the size of a user's input at the priority of the server's io thread, which measures the
+    // Echoes datagrams of the size of a user's input, at the priority of the server's io thread. The echo measures the
     // latency of the machine under the same load.
     auto echo =
         std::async(std::launch::async, udp_echo_latency, kEchoUsers, options.rate_hz, duration, kRoomPriority + 1);

@@ -154,9 +154,9 @@ struct HeldMolecule {
 };
 
 /// Simulates direct rendering: each molecule is fixed to its hand. The hands receive the force and torque of the field
-/// at their poses, with the scale of the stable method, a zero-order hold of 1 ms and the round-trip delay. There is no
-/// simulated body, no coupling and no change of the field's force near the minimum or at high energy. The limits of the
-/// device clip the wrench.
+/// at their poses, with the scale of the stable method. The wrench is held for 1 ms (zero-order hold) and delayed by
+/// the round trip. There is no simulated body, no coupling and no change of the field's force near the minimum or at
+/// high energy. The limits of the device clip the wrench.
 ShownDocking with_direct_rendering(const PublishedPair& pair, const Condition& condition) {
   const std::vector<Pose> approach = approach_of(*pair.loaded, condition.deeper_angstrom);
   const auto scene = scene_with_ligand_at(pair.scene, approach.front());

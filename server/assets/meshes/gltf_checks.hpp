@@ -8,6 +8,7 @@
 
 namespace tandem::server::mesh_reader {
 
+/// Checks a .gltf or .glb for these features, and counts its triangles.
 /// Out     number of triangles of all meshes according to their accessors; nothing for version 1
 /// Fails   Refusal, see above
 std::optional<std::size_t> checked_gltf_triangles(std::span<const std::byte> bytes);

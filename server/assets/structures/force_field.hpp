@@ -103,6 +103,7 @@ struct ForceField {
 
   const ResidueBlock* block(std::string_view name) const;
 
+  /// Returns the atom type with this name.
   /// Fails   MoleculeError: ffnonbonded.itp does not contain the type
   const AtomType& type(std::string_view name) const;
 };

@@ -59,6 +59,7 @@ std::string place_text(const PdbResidue& residue, std::string_view atom);
 /// of atoms is bounded, in total and in one residue.
 class ResidueCollector {
  public:
+  /// Adds an atom to its residue.
   /// Fails   MoleculeError: more than 1,000,000 atoms
   void add(PdbResidue residue, PdbAtom atom, char alternate);
   std::size_t atom_count() const { return atoms_; }
