@@ -72,8 +72,8 @@ class ByteReader {
   double f64() { return number<double>(); }
 
   /// Reads a count of elements that follow, each of at least `bytes_each` bytes. If fewer bytes remain than that count
-  /// requires, returns 0 and makes ok() false. So a malicious count cannot cause an allocation much larger than the
-  /// received bytes.
+  /// requires, returns 0 and makes ok() false. A malicious count therefore cannot cause an allocation much larger than
+  /// the received bytes.
   std::uint32_t count(std::size_t bytes_each) {
     const std::uint32_t value = u32();
     if (value <= bytes_.size() / bytes_each) return value;
@@ -140,8 +140,8 @@ inline std::optional<std::span<const std::uint8_t>> asset_content(std::span<cons
   return content;
 }
 
-/// Conversions between std::uint8_t (the type of this reader and writer) and std::byte (the type of files and
-/// messages).
+/// Conversions between std::uint8_t, the type of ByteReader and ByteWriter, and std::byte, the type of files and
+/// messages.
 inline std::span<const std::uint8_t> octets_of(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
 }

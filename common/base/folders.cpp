@@ -65,7 +65,7 @@ std::error_code write_file(const std::filesystem::path& file, Parts parts, unsig
   std::error_code error;
   if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
   std::string partial = file.string().append(kUnfinished);
-  // mkostemp() creates the file with mode 0600; write_parts() sets the requested mode
+  // mkostemp() creates the file with mode 0600; write_parts() sets the requested mode.
   const int descriptor = ::mkostemp(partial.data(), O_CLOEXEC);
   if (descriptor < 0) return last_error();
   error = write_parts(descriptor, parts, mode, disk) ? std::error_code{} : last_error();

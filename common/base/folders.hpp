@@ -24,8 +24,8 @@ std::filesystem::path data_folder();
 /// is set. If none is set, returns an empty path, and no cache is used.
 std::filesystem::path default_cache_directory();
 
-/// Writes the parts as one file, first under a temporary name, which is then renamed. So a reader sees the complete new
-/// file or the previous one, even after a power loss. Creates the folder if necessary.
+/// Writes the parts as one file, first under a temporary name, which is then renamed. A reader therefore sees the
+/// complete new file or the previous one, even after a power loss. Creates the folder if necessary.
 /// In      mode  file permission bits, see chmod(2)
 /// Out     the error, if any; in that case the previous file is unchanged and no partial file is left
 /// Thread  any

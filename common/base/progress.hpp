@@ -24,9 +24,8 @@ class CalledOff final : public std::exception {
 };
 
 /// Enables cancellation of long calculations in its thread: while an object of this class exists, a stop request ends
-/// them at the next call_off_point(). The stop token is stored per thread instead of being passed as a parameter.
-/// Otherwise a dozen nested functions of mesh preparation, most of which have other callers too, would need a parameter
-/// for it.
+/// them at the next call_off_point(). The stop token is stored per thread and not passed as a parameter. A parameter
+/// would be needed in a dozen nested functions of mesh preparation, most of which have other callers, too.
 ///
 /// Thread  the same thread constructs and destroys it; at most one object per thread
 class CallOffScope {

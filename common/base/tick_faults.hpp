@@ -19,7 +19,8 @@ enum TickFault : std::uint32_t {
   /// The speed of a body exceeded limits.body_speed_m_per_s and was reduced to that value. Remedy: as for
   /// kFaultNotFinite, or raise the limit.
   kFaultSpeedLimited = 1U << 1U,
-  /// The coupling force or torque of a tool was in the upper half of the smooth transition to its limit.
+  /// The coupling force or torque of a tool was close to its limit: in the upper half of the smooth transition to the
+  /// limit.
   /// Remedy: none if it occurs rarely; otherwise soften the coupling.
   kFaultCouplingSaturated = 1U << 2U,
   /// The force of the molecular field was limited to molecular_field.force_limit_n, because the molecules overlap.

@@ -9,7 +9,7 @@
 
 namespace tandem {
 
-/// The contact of one rigid body T with all soft bodies, linearised at the pose that the soft step used. Before T
+/// The contact of one rigid body T with all soft bodies, linearised at the pose of T that the soft step used. Before T
 /// touches, it is the predicted contact, linearised at a pose inside the soft body. soft_wrench()
 /// (common/physics/soft_contact.hpp) evaluates the contact force.
 struct SoftContact {
@@ -17,7 +17,7 @@ struct SoftContact {
   /// −∂W/∂X, symmetric and positive semidefinite; first the translation [m], then the rotation [rad]
   Mat6 stiffness = Mat6::Zero();
   Pose X_WT0;  ///< pose of T at which the contact is linearised; before contact, the predicted pose
-  /// displacement of T up to which the linearisation is valid [m]; 0: T is neither in contact nor close to contact
+  /// Displacement of T up to which the linearisation is valid [m]; 0: T is neither in contact nor close to contact.
   double trust_radius_m = 0;
   double lever_m = 0;  ///< lever arm [m]: a rotation by θ counts as a displacement of lever_m · θ
 };

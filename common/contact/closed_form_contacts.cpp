@@ -12,9 +12,9 @@ namespace {
 // Margin by which the box of a plane query around a ball is enlarged. The result is reused until the ball has moved by
 // more than this margin.
 constexpr double kBallSlack_m = 1e-3;
-// A closed-form contact consists of a core, the area that has pressed since the contact began, and a ring around it. In
-// each step, the core absorbs this fraction of the ring. The core thus adapts to a larger contact with a time constant
-// of 100 steps.
+// The area of a closed-form contact consists of a core, which has pressed since the contact began, and a ring around
+// the core, which was added later. In each step, the core grows by this fraction of the ring. It thus adapts to a
+// larger contact with a time constant of 100 steps.
 constexpr double kCoreGrowth = 1e-2;
 
 }  // namespace
@@ -46,8 +46,8 @@ bool ClosedFormContacts::find(const Pose& X_WA, const Pose& X_WB, double band_m,
   return has_rods_;
 }
 
-// Appends the contacts of a ball on one plane; a ball out of reach has none. Returns false if there is not exactly one
-// plane below the ball, so that the search for points is needed.
+// Appends the contacts of a ball on one plane; a ball out of reach has none. Returns false if more than one plane, or
+// none known, is near the ball; the search for points is then needed.
 bool ClosedFormContacts::add_ball(const Pose& X_WA, const Pose& X_WB, double band_m,
                                   std::vector<ContactPoint>& now) noexcept {
   const bool is_ball_a = this->is_ball_a();
@@ -63,9 +63,9 @@ bool ClosedFormContacts::add_ball(const Pose& X_WA, const Pose& X_WB, double ban
   return true;
 }
 
-// Returns the planes around a ball. The queried box has a margin, because a query of a grid takes microseconds. The
-// last result is reused while its box contains the box around the ball. If the result is empty, its box must also be
-// tight.
+// Returns the planes around a ball. A query of a grid takes microseconds, so the queried box has a margin, and its
+// result is reused while the box contains the box around the ball. An empty result is reused only if the queried box is
+// not much larger than the box around the ball.
 PlaneSet ClosedFormContacts::planes_around_ball(const DistanceField& field, const Vec3& centre_F,
                                                 double reach_m) noexcept {
   const double moved_m = (centre_F - ball_planes_centre_F_).cwiseAbs().maxCoeff();
@@ -87,9 +87,9 @@ void ClosedFormContacts::carry_bristles(std::span<const ContactPoint> before, st
   for (const ContactPoint& point : now) keep_core(point, point.bristle_W, point.area_m2);
 }
 
-// Transfers the bristles (friction state) from the contacts of the last find() to contacts with the same id. Area added
-// to a contact has no bristle, and a shrinking contact first loses the area that was added last. If the force
-// fluctuates, the area that presses all the time thus keeps its friction.
+// Transfers the bristles (friction state) from the contacts of the last find() to contacts with the same id. Newly
+// added area has no bristle, and a shrinking contact first loses the area that was added last. Area that presses all
+// the time thus keeps its friction if the force fluctuates.
 void ClosedFormContacts::carry_each(std::span<const ContactPoint> before, std::span<ContactPoint> now,
                                     const Eigen::Matrix3d& turn) noexcept {
   std::size_t i = 0;

@@ -11,11 +11,12 @@
 
 namespace tandem::contact {
 
-/// Finds the closed-form contacts of shape A with shape B, and stores the state that their friction needs.
+/// Finds the closed-form contacts of shape A with shape B, and stores the state of their friction.
 ///
-/// Model   See add_ball_on_plane() and RodContacts. A contact consists of a core, the area that has pressed since the
-///         contact began, and a ring around it. The contact's bristle (tangential displacement since sticking) is the
-///         mean over both. Added area has no bristle; a contact that shrinks first loses the area that was added last
+/// Model   See add_ball_on_plane() and RodContacts. The area of a contact consists of a core, which has pressed since
+///         the contact began, and a ring around it, which was added later. The contact's bristle (tangential
+///         displacement since sticking) is the mean over both. Newly added area has no bristle; a shrinking contact
+///         first loses the area that was added last
 /// Thread  one at a time; no allocation
 class ClosedFormContacts {
  public:
@@ -24,8 +25,8 @@ class ClosedFormContacts {
   /// Begins a step. had_contacts() then refers to the previous step.
   void begin_step() noexcept;
 
-  /// Appends the contacts in the order of their ids. Returns false if the pair has no closed form at these poses, so
-  /// that the search for points is needed. If a ball is out of reach, the result is true and no contact is appended.
+  /// Appends the contacts in the order of their ids. Returns true without contacts for a ball out of reach. Returns
+  /// false if the pair has no closed form at these poses; the search for points is then needed.
   bool find(const Pose& X_WA, const Pose& X_WB, double band_m, std::vector<ContactPoint>& now) noexcept;
   bool had_contacts() const { return was_on_ != nullptr || had_rods_; }
   bool is_ball_a() const { return ball_ != nullptr && ball_ == a_; }
@@ -61,9 +62,9 @@ class ClosedFormContacts {
   double ball_planes_reach_m_ = -1;
 };
 
-/// Transfers bristles between contacts of different kinds, such as points before and closed-form contacts now. Each
-/// pressing contact gets a bristle in proportion to its depth, which limits its friction. Together, the new contacts
-/// keep the friction force and its moment about the normal.
+/// Transfers bristles between contacts of different kinds, for example from points to closed-form contacts. Each
+/// pressing contact gets a bristle in proportion to its depth, because its depth limits its friction. All new contacts
+/// together keep the friction force and its moment about the normal.
 void share_bristles(std::span<const ContactPoint> before, std::span<ContactPoint> now,
                     const Eigen::Matrix3d& turn) noexcept;
 

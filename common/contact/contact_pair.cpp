@@ -14,8 +14,8 @@ namespace {
 
 // Largest spacing of a shell's points [m] at which the shell alone is fine enough to find contacts.
 constexpr double kFineSpacing_m = 5e-4;
-// Amount by which the depth of a late-found contact may grow in a step, in addition to the contact's motion. At 1 kHz
-// it is 10 mm/s.
+// Amount by which the depth of a contact that was found late may grow in a step, in addition to the contact's motion.
+// At 1 kHz it is 10 mm/s.
 constexpr double kPushOut_m = 1e-5;
 
 // Recognises a plane on the far side of a thin wall: the cosine of the angle between the plane's normal and the
@@ -144,11 +144,13 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   return work;
 }
 
-// Limits the depth of contacts that an earlier coarse search missed. A coarse search samples only some of the points,
-// because the budget is exceeded. A contact was missed if it is deeper than before, and deeper than all previous
-// contacts, by more than its motion. Its full depth at once would throw the shapes apart. Beyond the rigid depth (where
-// contact is as stiff as the step allows), the limit grows by the contact's motion only. The contact then stops further
-// motion but does not push out. Otherwise both sides of a pierced thin wall would accelerate it.
+// Limits the depth of contacts that an earlier coarse search missed. A search is coarse if it samples only some of the
+// points because of the budget. A contact was missed if it is deeper than before, and deeper than all previous
+// contacts, by more than its motion. With its full depth at once, it would throw the shapes apart.
+//
+// Beyond the rigid depth (where contact is as stiff as the step allows), the limit grows by the contact's motion only.
+// The contact then stops further motion but does not push out. Otherwise, if a thin wall is pierced, the contacts of
+// both of its faces would accelerate the bodies.
 void ContactPair::limit_depths(const Pose& X_WA, const Pose& X_WB, const Pose& X_BA, bool is_coarse) noexcept {
   const Pose X_BA_before = std::exchange(X_BA_before_, X_BA);
   const double deepest_before_m = std::exchange(deepest_m_, 0);
@@ -227,16 +229,16 @@ void ContactPair::search(ShellCandidates& candidates, const Direction& direction
     if (plane == nullptr) continue;
     contact.area_m2 = direction.plane_share * candidate.area_m2;
     // Samples round off the edges where planes meet, so the depth and normal of the plane are more accurate. In a thin
-    // wall, however, the sample may belong to the near side and the plane to the far side. Such a plane is not used.
+    // wall, however, the sample may belong to the near face and the plane to the far face. Such a plane is not used.
     if (plane->distance_m(p_F) > 0 || plane->normal.dot(unit(candidate.gradient_F)) < kFarSideCosine) continue;
     contact.normal_W = R_out * plane->normal;
     contact.depth_m = -plane->distance_m(p_F);
   }
 }
 
-// Transfers the bristles from the contacts of the last find() to those of the same points. Both lists are in the order
-// of their points. A contact that represents several points takes the mean of their bristles and passes it to each of
-// them. Friction thus persists when the contacts become coarser or finer.
+// Transfers the bristles (friction state) from the contacts of the last find() to those of the same points. Both lists
+// are in the order of their points. A contact that represents several points gets the mean of their bristles; when it
+// is divided again, each point gets that mean. Friction thus persists when contacts become coarser or finer.
 void ContactPair::carry_bristles(std::size_t now, std::size_t now_end, std::size_t before, std::size_t before_end,
                                  const Eigen::Matrix3d& turn_of_b) noexcept {
   for (; now < now_end; ++now) {

@@ -14,17 +14,21 @@
 namespace tandem::contact {
 
 /// Maximum number of contacts of a pair in a step. If more points are near, neighbouring points are merged. The limit
-/// is a number and not a time, so that a replay degrades in the same way.
+/// is a number of contacts and not a time, so that a replay merges the same points.
 inline constexpr std::uint32_t kContactBudget = 768;
 
-/// Contacts of shape A with shape B, searched in each step. For each far part of the tree over the surface points, a
-/// lower bound of its distance is stored. The part is not searched again before the shapes have moved by that much.
+/// Contacts of shape A with shape B, searched in each step. The surface points of a shape are stored in a tree. For
+/// each far part of the tree, a lower bound of its distance is stored. The part is not searched again before the shapes
+/// have moved by that distance.
 ///
 /// Model   Surface points of each shape are sampled in the distance field of the other, each for half of its area.
-///         On a flat part of the larger shape, only the smaller shape's points are used, with their whole area.
-///         Otherwise, the few points of the larger shape beside the edges of a small tip would push it sideways. A
-///         shape whose points are farther apart than 0.5 mm (a large primitive) contributes its feature points only.
-///         The other shape's points then count with their whole area
+///         There are two exceptions:
+///         1. On a flat part of the larger shape, only the smaller shape's points are used, with their whole area.
+///            Otherwise, the few points of the larger shape beside the edges of a small tip would push the tip
+///         sideways.
+///         2. A shape whose points are farther apart than 0.5 mm (a large primitive) contributes its feature points
+///            only.
+///            The other shape's points then count with their whole area
 /// Thread  one at a time
 class ContactPair {
  public:
@@ -36,19 +40,20 @@ class ContactPair {
   bool is_bound() const { return a_ != nullptr && b_ != nullptr; }
 
   /// Finds every surface point that is in contact or has a gap below `band_m`. The bristle (friction state) of a point
-  /// that was in contact in the last step is rotated with B. If more points are near than the budget allows, a point
-  /// may be found late. Its depth_m then grows by 10 µm a step plus its own motion, up to the rigid depth. (Beyond the
-  /// rigid depth, contact is as stiff as the step allows.) This limit of depths ends when the budget suffices again and
-  /// no point exceeds its limit.
+  /// that was in contact in the last step is rotated with B.
+  ///
+  /// If more points are near than the budget allows, a point may be found late. Its depth_m then grows by 10 µm a step
+  /// plus the point's own motion, up to the rigid depth (beyond which contact is as stiff as the step allows). Depths
+  /// are limited in this way until the budget suffices again and no point exceeds its limit.
   ///
   /// Model   While the budget suffices, force, moment and stiffness depend on the current poses only. The points of a
   ///         leaf of the tree (8 at most) are merged if their depths are equal within 1 µm. If a flat face touches a
   ///         flat face, a few contacts represent the whole face (PlaneContacts). Beyond the budget, points are merged
   ///         with their net force and moment: first the pressing points of a leaf, then those of larger nodes. A ball
-  ///         on one plane has the few contacts of add_ball_on_plane(). Their force is the limit for infinitely many
-  ///         points. Near an edge of the plane, the ball's points replace them; where they do depends on the last
-  ///         millimetre of motion. Thin rods and balls have the contacts of RodContacts, except for flat ends and their
-  ///         edges
+  ///         on one plane has the few contacts of add_ball_on_plane(); their force is the limit for infinitely many
+  ///         points. Near an edge of the plane, the ball's points are used instead. The position of this change depends
+  ///         on the last millimetre of motion. Thin rods and balls have the contacts of RodContacts, except for flat
+  ///         ends and their edges
   /// In      band_m  largest gap that is searched. Beyond a field's `band_m()`, depths are as accurate as its sample(),
   ///         which suffices to predict contact in fast motion
   /// Fails   no contact for a pose that is not finite
@@ -95,8 +100,8 @@ class ContactPair {
   std::size_t first_of_other_ = 0;  ///< index in now_ of the first contact of the second search direction
   std::size_t first_of_other_before_ = 0;
   double deepest_m_ = 0;  ///< depth of the deepest contact of the last find(); infinite: not known
-  /// True if the last search was coarse, or if limit_depths() reduced the depth of a contact. The next search then
-  /// limits depths even if it is not coarse itself.
+  /// True if the last search was coarse (limited by the budget), or if limit_depths() reduced the depth of a contact.
+  /// Depths are then limited after the next search, even if that search is not coarse.
   bool is_catching_up_ = false;
   Pose X_BA_before_;
   Eigen::Matrix3d turn_of_b_ = Eigen::Matrix3d::Identity();  ///< rotation of B since the previous find()

@@ -18,11 +18,11 @@ struct ContactPoint {
   Vec3 bristle_W = Vec3::Zero();
   /// Identity of the contact, constant from step to step: the index of its point in the shell, or of the first of
   /// several merged points. The bit kOtherDirection marks points of the shape that is searched second, usually the one
-  /// with the larger surface. The bit kClosedForm marks a contact without shell points. Such a contact is a part of a
-  /// ball, numbered from the deepest point outwards, or of a rod (RodContacts).
+  /// with the larger surface. The bit kClosedForm marks a contact without shell points: a part of a ball (numbered from
+  /// the deepest point outwards) or of a rod (RodContacts).
   std::uint32_t id = 0;
-  /// Number of shell points, from `id` on, that the contact represents; for a slice of a face, the points whose
-  /// friction it inherits.
+  /// Number of consecutive shell points, beginning with `id`, that the contact represents. A slice of a face inherits
+  /// the friction of these points.
   std::uint32_t count = 1;
 
   static constexpr std::uint32_t kOtherDirection = 1U << 31;

@@ -13,12 +13,12 @@ constexpr int kMost = static_cast<int>(kReducedContacts);
 // A matrix of at most 16 columns that needs no heap memory.
 using Columns6 = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMost>;
 
-// Number of rounds of shared_out(), which divides the contacts among the groups, and of bend(), which corrects the
-// lines of force. On 15 kinds of patches, more rounds changed the result little.
+// Number of passes of shared_out(), which divides the contacts among the groups, and of bend(), which corrects the
+// lines of force. On 15 kinds of patches, more passes changed the result little.
 constexpr int kSharings = 2;
 constexpr int kBendings = 3;
-// Added to squared distances (in units of the patch's radius) between groups and contacts. Below about this distance,
-// two groups share a contact nearly evenly.
+// Added to squared distances between groups and contacts, which are in units of the patch's radius. Below about this
+// distance, two groups share a contact nearly evenly.
 constexpr float kBlur = 0.05F;
 // Fraction of the trace below which an eigenvalue is regarded as a rounding error.
 constexpr double kEigenRounding = 1e-13;
@@ -81,8 +81,8 @@ PatchMoments moments_of(std::span<const ContactPoint> contacts, double stiffness
   return m;
 }
 
-// Applies a function to the eigenvalues of a symmetric matrix. The result does not depend on the axes of equal
-// eigenvalues.
+// Applies a function to the eigenvalues of a symmetric matrix. If eigenvalues are equal, the choice of their
+// eigenvectors does not affect the result.
 template <typename Function>
 Mat6 applied(const Mat6& matrix, Function function) {
   const Eigen::SelfAdjointEigenSolver<Mat6> solver(matrix);
@@ -91,8 +91,8 @@ Mat6 applied(const Mat6& matrix, Function function) {
 }
 
 Mat6 root(const Mat6& matrix) {
-  // A rounding error of an eigenvalue counts as zero. Its root would be up to 1e8 times larger, and would widen a patch
-  // that is a line.
+  // An eigenvalue that is only a rounding error counts as zero. Its root could be 1e8 times larger than the error, and
+  // would widen a patch whose contacts are on a line.
   const double zero = kEigenRounding * matrix.trace();
   return applied(matrix, [zero](double value) { return value > zero ? std::sqrt(value) : 0.0; });
 }
@@ -116,9 +116,10 @@ Columns6 pattern(int count) {
   return corners;
 }
 
-// Groups of contacts, one column each.
+// Groups of contacts; each column is one group.
 struct Groups {
-  /// mean position (about the mean of all contacts, in units of the patch's radius) and mean normal
+  /// Mean position (relative to the mean of all contacts, in units of the patch's radius) and mean normal of each
+  /// group.
   Columns6 spread;
   Eigen::Array<double, 1, kMost> share;  ///< fraction of the stiffness
   Eigen::Array<double, 1, kMost> depth_m;
@@ -127,10 +128,10 @@ struct Groups {
 };
 
 // One number for each group. Single precision suffices, because positions of groups matter little and bend() corrects
-// the error.
+// their errors.
 using Numbers = Eigen::Array<float, kMost, 1>;
 
-// Divides `whole`, the stiffness of a contact at z, among the groups at `at`. The shares sum to `whole`.
+// Divides `whole` (the stiffness of a contact at z) among the groups at `at`. The fractions sum to `whole`.
 Numbers shares(const std::array<Numbers, 6>& at, const Eigen::Matrix<float, 6, 1>& z, float whole) {
   Numbers squared = Numbers::Constant(kBlur);
   for (std::size_t row = 0; row < 6; ++row) squared += (at[row] - z[static_cast<int>(row)]).square();
@@ -138,14 +139,14 @@ Numbers shares(const std::array<Numbers, 6>& at, const Eigen::Matrix<float, 6, 1
   return nearness * (whole / nearness.sum());
 }
 
-// Divides each contact among all groups, most of it among the near ones, and moves each group to the mean of its
-// shares. This is a k-means iteration without a hard assignment.
+// Divides each contact among all groups, mostly among the near ones, and moves each group to the mean of its fractions
+// of contacts. This is a step of k-means with soft assignment.
 Groups shared_out(const Groups& from, std::span<const ContactPoint> contacts, double stiffness_n_per_m3,
                   const PatchMoments& m) {
   std::array<Numbers, 6> at;
   std::array<Numbers, 6> sum;
   for (int row = 0; row < 6; ++row) {
-    // Columns beyond the number of groups are placed far from every contact, so they get no share.
+    // Unused columns are placed far from every contact, so that they get no part of it.
     at[static_cast<std::size_t>(row)].setConstant(1e4F);
     at[static_cast<std::size_t>(row)].head(from.count()) = from.spread.row(row).transpose().cast<float>();
     sum[static_cast<std::size_t>(row)].setZero();
@@ -170,7 +171,7 @@ Groups shared_out(const Groups& from, std::span<const ContactPoint> contacts, do
   return to;
 }
 
-// Places the groups according to the covariance of all contacts, and refines them with the contacts themselves.
+// Places the groups according to the covariance of all contacts, then refines them with shared_out().
 Groups grouped(std::span<const ContactPoint> contacts, double stiffness_n_per_m3, const PatchMoments& m, int count) {
   Groups groups{root(m.covariance) * pattern(count), {}, {}};
   groups.spread.bottomRows<3>().colwise() += m.normal_W;
@@ -178,8 +179,9 @@ Groups grouped(std::span<const ContactPoint> contacts, double stiffness_n_per_m3
   return groups;
 }
 
-// Changes the groups' lines of force to the nearest lines whose Σ s w wᵀ is that of all contacts. Their pitch (moment
-// along the line) is dropped. The lengths of the normals then contain a part of the stiffness.
+// Changes the groups' lines of force to the nearest lines whose Σ s w wᵀ equals that of all contacts. The pitch of the
+// new lines (moment along the line) is dropped. The normals are not of unit length: their lengths contain a part of the
+// stiffness.
 void bend(Groups& groups, const Mat6& wanted_root) {
   const int count = groups.count();
   Columns6 lines(6, count);
@@ -215,8 +217,8 @@ void write_contacts(const Groups& groups, const PatchMoments& m, std::span<Reduc
   }
 }
 
-// Corrects the remaining error of the wrench. Equal forces correct the net force, and forces in proportion to a
-// rotation about the mean correct the moment.
+// Corrects the remaining error of the wrench. Equal forces at all contacts correct the net force. Forces like those of
+// a rotation about the mean point correct the moment.
 void correct_wrench(std::span<ReducedContact> contacts, const PatchMoments& m) {
   Vec3 middle = Vec3::Zero();
   for (const ReducedContact& contact : contacts) middle += contact.p_W / static_cast<double>(contacts.size());
@@ -227,7 +229,8 @@ void correct_wrench(std::span<ReducedContact> contacts, const PatchMoments& m) {
     missing = missing - Wrench{contact.force_on_a_W, r.cross(contact.force_on_a_W)};
     inertia += r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose();
   }
-  // Contacts on one line have no moment about that line. The eigenvalue of its direction is zero and is not inverted.
+  // Contacts on one line have no moment about it. The eigenvalue for the direction of the line is zero and is not
+  // inverted.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(inertia);
   const double zero = kEigenRounding * inertia.trace();
   const Vec3 inverse = axes.eigenvalues().unaryExpr([zero](double value) { return value > zero ? 1 / value : 0.0; });

@@ -20,25 +20,26 @@ namespace tandem::contact {
 namespace {
 
 // Ratio of the rigid depth (depth beyond which contact is as stiff as the step allows) to half of the wall thickness. A
-// pressing point must stop before the middle of the wall, because beyond it the far side is nearer. The ratio is below
-// 1/2, because even a rigid contact yields a little.
+// pressing point must stop before the middle of the wall, because from there the far side is nearer. The ratio has a
+// margin, because even a rigid contact yields a little.
 constexpr double kRigidShare = 0.4;
 static_assert(kRigidShare * kMaxHalfThickness >= kMaxRigidDepth);
-// Fraction of a surface that is ignored when the thickness for the rigid depth is computed: the thinnest parts. Tips of
-// wedges and spikes have no minimum thickness.
+// Fraction of a surface that is ignored when the thickness for the rigid depth is computed: the thinnest places. Tips
+// of wedges and spikes have no minimum thickness.
 constexpr double kThinShare = 0.02;
 // Points inside another part of the shape are omitted. A point is inside if its depth in the field exceeds this
 // multiple of the field's error.
 constexpr double kBuriedErrors = 2;
 // Gradients shorter than this occur only on creases of the field, between two faces that are less than a cell apart.
 constexpr double kShortGradient = 0.101;
-// Upper limit of the rounding error of points' coordinates in single precision, as a fraction of the spacing of points.
+// Maximum rounding error of points' coordinates in single precision, as a fraction of the spacing of points.
 constexpr double kRoundingShare = 1e-3;
 
 // A point is on a plane if its distance from the plane is at most kOnPlane_m. It is in the plane's interior if the
 // plane equals the field in a box of half edge kInsidePlane_m around the point.
 constexpr double kOnPlane_m = 5e-6, kInsidePlane_m = 5e-5;
-// For thin round shapes, in multiples of the radius: spacing of points, largest cell edge, and interpolation error.
+// Resolution of thin round shapes, in multiples of the radius: spacing of points, largest cell edge, interpolation
+// error.
 constexpr double kRoundSpacing = 0.5, kRoundCell = 2, kRoundTolerance = 0.1;
 // Accuracy to which the half thickness of very thin shapes is measured. why_too_thin() compares the half thickness with
 // the thinnest wall that stops a pressing object.
@@ -111,15 +112,15 @@ bool is_inside_of_plane(const DistanceField& field, const ShellPoint& point) {
   return (field.planes_over(around, queries) >> static_cast<unsigned>(plane - planes.begin()) & 1U) != 0;
 }
 
-/// Follows the inward normal of a surface point to the depth at which the opposite surface becomes nearer. Returns that
-/// depth, or infinity if it exceeds `limit_m`. Walls that meet at an angle do not count as opposite.
+/// Samples the field along the inward normal of a surface point. Returns the depth from which the opposite surface is
+/// nearer, or infinity if it exceeds `limit_m`. Walls that meet at an angle do not count as opposite.
 double half_thickness_at(const DistanceField& field, const ShellPoint& point, double limit_m) {
   const int steps = 24;
   const Vec3 normal = point.normal_S.cast<double>();
   const Vec3 p = point.p_S.cast<double>();
   const auto is_opposite_at = [&](double depth_m) {
     const Vec3 gradient = field.sample(p - depth_m * normal).gradient;
-    // A short gradient belongs to a crease. Its length has no meaning there, so only its direction is compared.
+    // A short gradient belongs to a crease. Only its direction is compared, because its length has no meaning there.
     const double length = gradient.norm();
     return gradient.dot(normal) < -0.5 * (length < kShortGradient ? length : 1);
   };
@@ -142,7 +143,7 @@ double half_thickness_at(const DistanceField& field, const ShellPoint& point, do
   return std::numeric_limits<double>::infinity();
 }
 
-/// Returns the half thickness that all but the fraction kThinShare of the surface exceeds.
+/// Returns the half thickness that is exceeded on the whole surface, except for the fraction kThinShare.
 double thin_half_thickness(const DistanceField& field, const PointShell& shell) {
   const std::size_t most_samples = 20'000;
   const double limit_m = kMaxHalfThickness;
@@ -179,7 +180,7 @@ PointShells sample_parts(const geometry::ContactMesh& mesh, const DistanceField&
   return {joined(field, shells.surface, sheet.surface), joined(field, shells.features, sheet.features)};
 }
 
-/// Combines the progress of stages, each of which may restart, into one that never decreases.
+/// Combines the progress of several stages, each of which may report from 0 again, into one that never decreases.
 class StagedProgress {
  public:
   explicit StagedProgress(const std::function<void(double)>& progress) : progress_(progress) {}

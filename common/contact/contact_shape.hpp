@@ -22,8 +22,8 @@ namespace tandem::contact {
 struct ContactShape {
   std::shared_ptr<const DistanceField> field;
   PointShells shells;
-  /// Surface points without those in the interior of a flat part of the surface (a plane of the field). On a flat part,
-  /// only the points of the other shape are sampled. Empty if no surface point is in such an interior.
+  /// Surface points outside the interiors of flat parts (planes of the field). In such an interior, only the points of
+  /// the other shape of a pair are sampled. Empty if no surface point is in such an interior.
   std::optional<PointShell> off_planes;
   Vec3 low_S = Vec3::Zero();  ///< bounding box of the points
   Vec3 high_S = Vec3::Zero();
@@ -47,10 +47,10 @@ inline constexpr std::size_t kMaxShapeBytes = std::size_t{128} << 20U;
 /// Default compression level of zstd (range 1 to 22).
 inline constexpr int kPackingLevel = 12;
 inline constexpr double kMaxRigidDepth = 5e-4;
-/// Limit of the measured half-thickness: where a shape is thicker, contact is rigid at kMaxRigidDepth.
+/// Limit of the measured half thickness. In thicker places, contact is rigid at kMaxRigidDepth anyway.
 inline constexpr double kMaxHalfThickness = 1.25e-3;
-/// Minimum of the rigid depth, also for very thin shapes. A hand presses a single contact about five times as deep as
-/// this.
+/// Minimum of the rigid depth, even for very thin shapes. With a single contact, a hand presses about five times as
+/// deep.
 inline constexpr double kMinRigidDepth = 5e-5;
 
 std::shared_ptr<const ContactShape> make_contact_sphere(double radius_m, const ContactShapeOptions& options = {});
@@ -74,8 +74,8 @@ std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMes
 /// In      packing_level  level of zstd; 0: not compressed
 std::vector<std::uint8_t> contact_asset_bytes(const ContactShape& shape, int packing_level = kPackingLevel);
 /// Reads a shape from the result of contact_asset_bytes(). Returns null if the bytes are not a whole asset of this
-/// version, or if the shape needs more memory than `limit_bytes`. Malicious bytes are safe: reading uses at most four
-/// times `limit_bytes` of memory, and the time to fill it.
+/// version, or if the shape needs more memory than `limit_bytes`. Malicious bytes are safe: reading them uses at most
+/// four times `limit_bytes` of memory, and no more time than filling this memory takes.
 std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint8_t> bytes,
                                                        std::size_t limit_bytes = kMaxShapeBytes);
 /// Serialises the inputs from which a mesh's asset is built (mesh, options and version). A hash of these bytes can be

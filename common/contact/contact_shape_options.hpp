@@ -12,16 +12,17 @@ inline constexpr double kMinCell_m = 1e-5;
 struct ContactShapeOptions {
   // Resolution of the sampled distances to a mesh.
   double cell_m = 8e-4;       ///< largest cell edge near the surface; cells are halved up to twice where needed
-  double tolerance_m = 3e-5;  ///< largest interpolation error near the surface that does not halve the cells
-  double band_m = 2.5e-3;     ///< distances up to this are sampled at full resolution
-  /// Limit of the grid's memory. A larger grid gets wider cells, and its error grows in proportion to the cells.
+  double tolerance_m = 3e-5;  ///< cells are halved where the interpolation error near the surface exceeds this
+  double band_m = 2.5e-3;     ///< distances up to this (inside and outside) are sampled at full resolution
+  /// Limit of the grid's memory. If it is exceeded, the cells are widened, and the error grows in proportion to their
+  /// size.
   std::size_t max_grid_bytes = std::size_t{48} << 20U;
   int threads = 2;  ///< threads that build the grid
 
   // Resolution of the surface points.
   double spacing_m = 4.5e-4;  ///< maximum distance from any point of the surface to the nearest sample
-  /// Sharp edges, with more than this angle between the normals of their faces, and their corners are sampled exactly,
-  /// at `feature_spacing_m`. A sharp feature could otherwise slip through between the points of the other shape.
+  /// Sharp edges and their corners are sampled exactly, at `feature_spacing_m`. An edge is sharp if the normals of its
+  /// faces differ by more than this angle. It could otherwise slip through between the points of the other shape.
   double feature_angle_deg = 25;
   double feature_spacing_m = 2.5e-4;
   double feature_height_m = 5e-5;  ///< a vertex protruding from the sampled surface by more than this becomes a point
@@ -31,8 +32,8 @@ struct ContactShapeOptions {
   std::size_t max_points = 1'000;  ///< small limit for fuzzing, where thousands of scenes are built
 #endif
 
-  /// If the shape contains rods thinner than 0.8 mm, its whole surface gets points and cells that suit the rods'
-  /// radius.
+  /// True: if the shape contains rods thinner than 0.8 mm, its whole surface gets points and cells that suit the radius
+  /// of these rods.
   bool refines_rods = true;
 
   /// An open sheet is treated as a plate of this thickness, whose middle surface is the sheet.

@@ -1,8 +1,10 @@
-// One step of the solver has five parts. load() checks the input and converts it to bodies, couplings and patches with
-// rows. find_islands() groups bodies that touch, since only these must be solved together. solve_island() minimises the
-// potential of an island (ContactIsland: Newton's method). If the result is not finite, the bodies move as in free
-// flight. solve_unyielding() evaluates contacts between bodies that no force moves. finish() returns velocities,
-// wrenches and bristles.
+// One step of the solver:
+// 1. load() checks the input and converts it to bodies, couplings and patches with rows.
+// 2. find_islands() groups bodies that touch, since only these must be solved together.
+// 3. solve_island() minimises the potential of each island (ContactIsland: Newton's method). If the result is not
+//    finite, the bodies of the island move as in free flight.
+// 4. solve_unyielding() evaluates contacts between bodies that no force moves.
+// 5. finish() returns velocities, wrenches and bristles.
 #include "common/contact/contact_solver.hpp"
 
 #include <Eigen/Cholesky>
@@ -37,7 +39,7 @@ bool is_usable(const SolverCoupling& coupling) {
          is_amount(coupling.brake_n_s_per_m) && is_amount(coupling.brake_n_m_s_per_rad);
 }
 
-/// Converts a body. If the input is invalid, the result is a body that does not move.
+/// Converts a body from the caller's input. If the input is invalid, the result is a body that does not move.
 IslandBody loaded(const SolverBody& in, double step_s) {
   IslandBody body;
   if (in.is_prescribed) {
@@ -82,7 +84,7 @@ struct ContactSolver::Impl {
   void finish(std::span<SolverBody> bodies_out, std::span<const SolverPatch> patches_in, std::span<PatchResult> results,
               std::span<Wrench> tool_wrenches_W) const noexcept;
 
-  /// Returns the body with this index; null for a static body and for one with invalid input.
+  /// Returns the body with this index; null if the index means a static body, or if the body's input is invalid.
   IslandBody* body_of(int index) {
     if (index < 0 || index >= body_count) return nullptr;
     IslandBody& body = bodies[static_cast<std::size_t>(index)];
@@ -215,7 +217,8 @@ void ContactSolver::Impl::use_free_flight(std::span<IslandPatch> touched, std::s
   for (IslandCoupling& coupling : coupled) coupling.is_void = true;
 }
 
-/// Contacts between prescribed and immovable bodies: the given velocities determine the forces.
+/// Computes the forces of contacts between prescribed and immovable bodies. The given velocities determine these
+/// forces.
 void ContactSolver::Impl::solve_unyielding() noexcept {
   for (IslandPatch& patch : of_island(patches, kUnyielding)) {
     patch.on_a_W = rows.evaluate(patch.terms, relative_twist(patch), FrictionLimit::kFollows);

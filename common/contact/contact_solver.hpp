@@ -15,24 +15,25 @@ struct SolverReport {
   std::uint32_t iterations = 0;  ///< Newton iterations, the maximum over the islands
   /// If false, the velocities are the best ones found, or those of free flight if these are not finite.
   bool has_converged = true;
-  /// Number of unused bodies, couplings, patches and contacts. An input is unused if it exceeds a limit, is not finite,
-  /// or refers to a body that does not exist. An unused body does not move.
+  /// Number of bodies, couplings, patches and contacts that were not used: they exceed a limit, are not finite, or
+  /// refer to a body that does not exist. An unused body does not move.
   std::uint32_t left_out = 0;
   std::uint32_t ill_formed = 0;  ///< number of unused inputs that were invalid (not finite, or with a missing body)
 };
 
-/// Computes one time step of all bodies by implicit Euler. The force of contact is the derivative of a potential of the
+/// Computes one time step of all bodies by implicit Euler. Contact forces are the derivative of a potential of the
 /// velocities.
 ///
-/// Model   For each island of bodies that touch, the velocities V that minimise ½ (V − V*)ᵀ M (V − V*) + contact,
-///         friction and coupling as potentials of V (ContactRows, CouplingTerm). V* = V₀ + h M⁻¹ w_ext is the velocity
-///         without contact, M the mass matrix, h the step, w_ext the external wrench. At the minimum, M (V − V*) = h Σ
-///         forces at the end of the step. The problem is convex. Newton's method has a line search on the slope along
-///         the step. In the first iterations, friction is limited by the normal force of the current iterate; after
-///         that, the limit is kept. Contact planes and inertia are those at the start of the step. The solution has no
-///         gyroscopic torque: the caller advances the pose at constant angular momentum (RigidBody::advance()). Beyond
-///         the rigid depth of its patch, each contact is stiff enough to stop the whole island, including the hands,
-///         from 1 m/s within 0.1 mm.
+/// Model   An island is a group of bodies that touch. The velocities V of its bodies minimise ½ (V − V*)ᵀ M (V − V*) +
+///         contact, friction and coupling as potentials of V (ContactRows, CouplingTerm). V* = V₀ + h M⁻¹ w_ext is the
+///         velocity without contact, M the mass matrix, h the step, w_ext the external wrench. At the minimum, M (V −
+///         V*) = h Σ forces at the end of the step. The problem is convex.
+///         It is solved by Newton's method with a line search on the slope along the Newton step. In the first
+///         iterations, friction is limited by the normal force of the current iterate; in later ones, the limit is
+///         kept. Contact planes and inertia are those at the start of the step. The solution has no gyroscopic torque:
+///         the caller advances the pose at constant angular momentum (RigidBody::advance()). Beyond the rigid depth of
+///         its patch, each contact is stiff enough to stop the whole island, including the hands, from 1 m/s within 0.1
+///         mm
 /// Source  our derivation
 /// Fails   see SolverReport; outputs are always finite
 /// Cost    linear in contacts, cubic in the bodies of an island; one body at rest on 285 contacts: 8 µs
@@ -49,11 +50,11 @@ class ContactSolver {
   explicit ContactSolver(const Limits& limits);
   ~ContactSolver();
 
-  /// Writes the velocities at the end of the step to `bodies[i].V_WC`. The caller advances the poses with them and
-  /// passes the inertia of the new attitude in the next step.
+  /// Writes the velocities at the end of the step to `bodies[i].V_WC`. The caller advances the poses with these
+  /// velocities and passes the inertia in the new attitude to the next step.
   ///
   /// Out     results          results[i] belongs to patches[i]
-  ///         tool_wrenches_W  wrench of couplings[i] on its tool, about the tool's origin, mean over the step
+  ///         tool_wrenches_W  mean wrench over the step of couplings[i] on its tool, about the tool's origin
   SolverReport step(double step_s, std::span<SolverBody> bodies, std::span<const SolverCoupling> couplings,
                     std::span<const SolverPatch> patches, std::span<PatchResult> results,
                     std::span<Wrench> tool_wrenches_W) noexcept;

@@ -1,4 +1,4 @@
-// Corrects the contacts of a pair of shapes where other shapes cover their surfaces.
+// Corrects the contacts of a pair of shapes where other shapes cover the surface of the pair.
 #include <algorithm>
 
 #include "common/contact/contact_pair.hpp"

@@ -5,7 +5,7 @@
 namespace tandem::contact {
 namespace {
 
-/// The point of a shell found so far that is nearest to the other shape's surface.
+/// The point nearest to the other shape's surface, among the points of a shell searched so far.
 struct Nearest {
   double distance_m = 0;
   Vec3 p_S = Vec3::Zero();  ///< position of the point in the frame of its shell
@@ -70,8 +70,8 @@ double refined(const Nearest& from, const DistanceField& own, const DistanceFiel
   return nearest;
 }
 
-/// Returns whether two boxes along A's axes, one around A and one around B's rotated box, are farther apart than
-/// `gap_m`.
+/// Returns whether two boxes are farther apart than `gap_m`: A's box, and the box along A's axes around B's rotated
+/// box.
 bool is_apart(const ContactShape& a, const ContactShape& b, const Pose& X_AB, double gap_m) noexcept {
   const Vec3 centre_a = (a.low_S + a.high_S) / 2;
   const Vec3 centre_b = X_AB * Vec3((b.low_S + b.high_S) / 2);

@@ -43,7 +43,7 @@ bool is_heavy(const Molecule& molecule, std::size_t atom) {
 }
 
 /// Spatial hash of points. A cell is as wide as the search distance, so all neighbours of a point are in the 27 cells
-/// around it.
+/// at and around its own cell.
 class Cells {
  public:
   explicit Cells(double width) : width_(width) {}

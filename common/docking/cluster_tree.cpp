@@ -11,10 +11,10 @@
 namespace tandem::docking {
 namespace {
 
-/// Coordinate [Å] of the unused children of a node: beyond any cut-off, and its square is a finite float.
+/// Coordinate [Å] for the unused children of a node. It is beyond any cut-off, and its square is a finite float.
 constexpr float kNowhere = 1e18F;
-/// Number of atoms up to which a set is not split further: the width of the smallest vector register. Leaves are split
-/// down to it so that the atoms of one register are close together. Then fewer registers are within the cut-off.
+/// Sets with at most this number of atoms are not split further. It is the width of the smallest vector register:
+/// splitting down to it keeps the atoms of a register close together, so that fewer registers are within the cut-off.
 constexpr std::size_t kFewest = 4;
 /// Candidate directions of a split: the three axes and, for at most kMaxOblique points, the diagonals too.
 constexpr std::array<std::array<int, 3>, 13> kDirections{{{1, 0, 0},
@@ -44,8 +44,8 @@ void store_box(const Eigen::AlignedBox3d& box, float* centre, float* half, std::
   }
 }
 
-/// Returns the approximate volume [Å³] of the region within 8 Å of the box. Its atoms of the other molecule are the
-/// candidates for pairs.
+/// Returns the approximate volume [Å³] of the region within 8 Å of the box. Only atoms of the other molecule in this
+/// region can form pairs with the atoms in the box.
 double reach_of(const Eigen::AlignedBox3d& box) {
   constexpr double kReach = 8;
   const Vec3 side = box.sizes();
@@ -96,7 +96,8 @@ ClusterTree::ClusterTree(std::span<const Vec3> points) : order_(points.size()) {
   box_ = bounds.front();
 }
 
-// For two points equally far along the direction, the index decides, so that every machine builds the same clusters.
+// If two points are equally far along the direction, their indices decide, so that every machine builds the same
+// clusters.
 void ClusterTree::halve(std::span<const Vec3> points, const Vec3& along, std::size_t begin, std::size_t middle,
                         std::size_t end) {
   const auto comes_first = [&points, &along](std::uint32_t i, std::uint32_t j) {
@@ -119,7 +120,7 @@ void ClusterTree::split(std::span<const Vec3> points, std::size_t begin, std::si
   if (count <= kFewest) return std::sort(at(begin), at(end));
   std::size_t child = count <= kLanes ? std::bit_ceil(count) / 2 : kLanes;
   while (child * kChildren < count) child *= kChildren;
-  // The left part consists of full children only. The best direction minimises the volume within reach of both parts.
+  // The left part consists of full children only. The chosen direction minimises the sum of reach_of() over both parts.
   const std::size_t children = (count + child - 1) / child;
   const std::size_t middle = begin + children / 2 * child;
   double least = std::numeric_limits<double>::infinity();

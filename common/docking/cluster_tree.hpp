@@ -16,9 +16,9 @@ namespace tandem::docking {
 Eigen::AlignedBox3d child_box(const ChildBoxes& boxes, std::size_t child) noexcept;
 
 /// Bounding-volume tree over points. Each leaf has kLanes atoms (the last may have fewer), and each node has kChildren
-/// children. The splits keep each part compact, so that few atoms of the other molecule are close to it. The order
-/// within a leaf continues the splits down to the registers of a kernel. All nodes are full except the last of each
-/// level, so child l of node n has the index kChildren · n + l in its level.
+/// children. The splits keep each part compact, so that few atoms of the other molecule are close to it. Within a leaf,
+/// the atoms are ordered by further splits, down to the registers of a kernel. All nodes are full except the last of
+/// each level, so child l of node n has the index kChildren · n + l in its level.
 class ClusterTree {
  public:
   /// Cost    one second for 200,000 points
@@ -74,8 +74,8 @@ class NeighbourSearch {
   std::span<const std::uint32_t> near(std::size_t level, std::span<const std::uint32_t> nodes,
                                       const Eigen::AlignedBox3d& box) noexcept;
 
-  /// Searches below a node of B. `candidates` are the nodes of A in the same level that are close to this node of B. If
-  /// A's tree has fewer levels, its root is the only candidate.
+  /// Searches below a node of B. `candidates` are the nodes of A in the same level that are close to this node. If A's
+  /// tree has fewer levels, the root of A is the only candidate.
   template <class Found>
   void visit(std::size_t level, std::uint32_t node, std::span<const std::uint32_t> candidates, const Found& found) {
     const bool is_above_a = level >= a_.levels().size();
@@ -96,7 +96,7 @@ class NeighbourSearch {
   const ClusterTree& a_;
   const ClusterTree& b_;
   NearChildren near_children_;
-  std::vector<std::vector<std::uint32_t>> arena_;  ///< search buffer for each level of A: indices of the close children
+  std::vector<std::vector<std::uint32_t>> arena_;  ///< indices of the close children, for each level of A
   Eigen::Matrix3d R_AB_ = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d abs_R_AB_ = Eigen::Matrix3d::Identity();
   Vec3 p_AB_ = Vec3::Zero();

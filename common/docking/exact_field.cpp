@@ -13,7 +13,7 @@ namespace {
 constexpr double kFarthestAngstrom = 1e9;
 constexpr double kUnitTolerance = 1e-3;
 
-/// Central force of one pair: the force on b is push · (p_b − p_a), so `push` is the force divided by r.
+/// Central force of one pair of atoms. The force on b is push · (p_b − p_a), so `push` is the force divided by r.
 struct Central {
   double energy = 0;
   double push = 0;
@@ -59,7 +59,8 @@ Central combined(double k1, const Central& one, double k2, const Central& two) {
   return {k1 * one.energy + k2 * two.energy, k1 * one.push + k2 * two.push, k1 * one.push_slope + k2 * two.push_slope};
 }
 
-/// Extrapolates a pair to a distance inside the core. `at_core` is the pair's energy and force at the core radius.
+/// Extrapolates a pair to a distance inside the core, the range below the core radius (see exact_field()). `at_core` is
+/// the pair's energy and force at the core radius.
 Central inside_core(Central at_core, double core2, double r2) {
   at_core.energy += 0.5 * at_core.push * (core2 - r2);
   at_core.push_slope = 0;

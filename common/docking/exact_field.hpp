@@ -30,10 +30,11 @@ struct ExactDetails {
 ///
 /// Model   V = Σ_ij 4 ε_ij [(σ_ij/r)¹² − (σ_ij/r)⁶] + k q_i q_j/(ε r), ε_ij = √(ε_i ε_j), σ_ij = √(σ_i σ_j) or (σ_i +
 ///         σ_j)/2 (Molecule::mixes_arithmetically). The permittivity ε is a constant or proportional to r. The core is
-///         the range r < r_c. For Lennard-Jones terms r_c is σ_ij/4, where V is 6.7e7 ε_ij; for charges r_c is 0.8 Å.
-///         Inside the core V continues along its tangent in r², so the force is f(r_c)·d/r_c with the vector d between
-///         the atoms. So the force of overlapping atoms is huge but finite, and it is the gradient of V. Two coincident
-///         atoms have no force, because they define no direction. With a cut-off each power of r is force-switched.
+///         the range r < r_c with the core radius r_c: for Lennard-Jones terms σ_ij/4, where V is 6.7e7 ε_ij; for
+///         charges 0.8 Å. Inside the core V continues along its tangent in r², so the force is f(r_c)·d/r_c with the
+///         vector d between the atoms. The force of overlapping atoms is therefore huge but finite, and it is the
+///         gradient of V. Two coincident atoms have no force, because they define no direction. With a cut-off each
+///         power of r is force-switched (ForceSwitch)
 /// Source  Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225: form and geometric mixing. The core is our addition
 /// In      X_AB  pose of B's frame in A's, position in Å. The results are zero for a pose that is not finite, not a
 ///         rotation, or farther than 1e9 Å
@@ -41,7 +42,7 @@ struct ExactDetails {
 FieldResult exact_field(const Molecule& a, const Molecule& b, const Pose& X_AB_angstrom, const FieldModel& model = {},
                         const ExactDetails& details = {});
 
-/// Returns the sums of `atom_energies` over the atoms of each residue, in the order of residue_starts().
+/// Returns, for each residue, the sum of `atom_energies` over its atoms, in the order of residue_starts().
 ///
 /// Fails   throws std::invalid_argument: see residue_starts(), or if the numbers of energies and atoms differ
 std::vector<Eigen::Vector2d> residue_energies(const Molecule& molecule, std::span<const Eigen::Vector2d> atom_energies);

@@ -15,17 +15,18 @@ namespace tandem::docking {
 namespace {
 
 using Box = Eigen::AlignedBox3d;
-/// values at a grid node: sums over A's atoms with the coefficients q, √C6, √C12; the last float is unused
+/// Values at a grid node: sums over A's atoms with the coefficients q, √C6 and √C12. The last float is unused.
 using Node = Eigen::Vector4f;
 
 constexpr double kFadeAngstrom = 8;
 constexpr double kFinestAngstrom = 1, kCoarsestAngstrom = 3, kCoarser = 1.1;
-/// Limits of nodes × atoms, the cost of filling the grid, from which the spacing is chosen. They are the same on every
-/// machine, so all machines choose the same spacing. The second limit applies to the coarsest spacing only.
+/// Limits of nodes × atoms, which is the cost of filling the grid. The spacing is chosen such that the first limit
+/// holds; at the coarsest spacing the second limit holds. The limits are constants, so all machines choose the same
+/// spacing.
 constexpr double kMaxWork = 2.5e9, kMaxCoarsestWork = 6e9;
 /// Limit of the number of nodes; a grid of this size needs 64 MB.
 constexpr double kMaxNodes = 4e6;
-/// Number of nodes beyond the range on each side: the spline needs one node and the filter needs another.
+/// Number of nodes beyond the grid's range on each side. The spline needs one of them, and the filter one more.
 constexpr std::size_t kBorder = 2;
 
 Box box_of(const Molecule& molecule) {
@@ -34,25 +35,25 @@ Box box_of(const Molecule& molecule) {
   return box;
 }
 
-/// Distance of the two molecules below which all atoms of B are on the grid and outside its fading border.
+/// Distance of the two molecules. At or below it, all atoms of B shall be on the grid and outside its fading border.
 constexpr double kApproachAngstrom = 8;
 constexpr double kReachStepAngstrom = 4;
 
-/// Returns the factor by which the potential fades near the end of the grid. `reach` is measured from the interval
-/// [low, high]. The factor is 1 until kFadeAngstrom before the reach ends, and then falls smoothly to 0.
+/// Returns the factor by which the potential fades near the end of the grid. `reach` is the length of the grid beyond
+/// the interval [low, high]. The factor is 1 until kFadeAngstrom before the end, and then falls smoothly to 0.
 double faded(double at, double low, double high, double reach) {
   const double beyond = std::max({low - at, at - high, 0.0});
   const double t = std::clamp((reach - beyond) / kFadeAngstrom, 0.0, 1.0);
   return t * t * (3 - 2 * t);
 }
 
-/// Distance from all atoms, in spacings H of the coarser lattice, beyond which nodes are interpolated from that
+/// Nodes at least this far from all atoms are interpolated from a coarser lattice. The unit is the spacing H of that
 /// lattice. At this distance the six-node interpolation has a relative error of 2e-4 for r^−1 and 8e-4 for r^−2.
 constexpr double kNearSpacings = 5;
-/// Half of the width of the six nodes, in spacings. None of these nodes may be within the range of the force switch,
-/// where the potential is not a pure power.
+/// Half of the width of the six nodes used by the interpolation, in spacings. None of these nodes may be within the
+/// range of the force switch, where the potential is not a pure power of r.
 constexpr double kHalfwaySpacings = 2.5;
-/// Weights of six equidistant nodes at their midpoint.
+/// Weights with which six equidistant nodes are interpolated at their midpoint.
 /// Source  Lagrange's polynomial of degree 5
 constexpr std::array<float, 6> kHalfway{3.0F / 256, -25.0F / 256, 150.0F / 256, 150.0F / 256, -25.0F / 256, 3.0F / 256};
 /// Number of nodes below which a lattice is not interpolated, because a coarser lattice would save no time.
@@ -317,7 +318,8 @@ struct Made {
   explicit Made(Source initial) : source(std::move(initial)) {}
 
   const Source source;
-  /// protects `grid`; it is locked while the grid is filled, so other requests for the same grid wait for it
+  /// Protects `grid`. It is locked while the grid is filled, so that other requests for the same grid wait for the
+  /// result.
   std::mutex mutex;
   std::weak_ptr<const FarGrid> grid;
 };
@@ -356,8 +358,8 @@ std::unique_ptr<FarGrid> empty_far_grid(const Molecule& a) {
   return coarsest->is_affordable(a.size(), kMaxCoarsestWork) ? std::move(coarsest) : nullptr;
 }
 
-/// Returns the reach of the grid [Å]. As far as kMaxNodes allows, it is so long that no atom of B is in the fading
-/// border while the molecules are in contact.
+/// Returns the reach of the grid [Å] (its length beyond A). If kMaxNodes allows, it is so long that no atom of B is in
+/// the fading border while the molecules are in contact.
 double reach_for(const Molecule& a, const Molecule& b, double spacing) {
   const Box box = box_of(b);
   double radius = 0;

@@ -12,8 +12,8 @@
 
 namespace tandem::docking {
 
-/// Minimum range of the grid, measured from the box around A's atoms. For a large molecule B the range is B's diameter
-/// plus 16 Å. The potential fades to zero over the last 8 Å of the range.
+/// Minimum length by which the grid extends beyond the box around A's atoms (its range). For a large molecule B the
+/// range is B's diameter plus 16 Å. The potential fades to zero over the last 8 Å of the range.
 inline constexpr double kFarReachAngstrom = 40;
 
 /// Number of multiply-adds for one atom's look-up in the grid: 192 operations on 4 floats.
@@ -35,7 +35,7 @@ std::optional<double> far_grid_spacing_angstrom(const Molecule& a);
 ///         The sums are interpolated by cubic B-splines, whose coefficients are the node values filtered by (−1/6, 8/6,
 ///         −1/6) along each axis. The interpolation is fourth-order accurate and twice differentiable. The force is the
 ///         derivative of the interpolated energy
-/// In      b      molecule whose atoms are looked up; it determines the range
+/// In      b      molecule whose atoms are looked up in the grid; its size determines the grid's range
 ///         model  must have a cut-off
 /// Out     null if far_grid_spacing_angstrom() is empty
 /// Cost    the number of nodes near A times the number of atoms: FIELDS.md; 16 B per node. All users in the process

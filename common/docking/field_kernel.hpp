@@ -12,9 +12,9 @@ namespace tandem::docking {
 
 /// Number of floats in the widest vector register. Atom counts of tiles are padded to a multiple of it.
 inline constexpr std::size_t kLanes = 16;
-/// Number of atoms with one local origin. Atoms that are neighbours in a file are usually neighbours in space, so a
-/// tile spans only a few residues. A float coordinate in it has a precision of about 5e-7 Å, however large the molecule
-/// is.
+/// Number of atoms that share one local origin (a tile). Atoms that are neighbours in a file are usually neighbours in
+/// space, so a tile spans only a few residues. A float coordinate relative to this origin has a precision of about 5e-7
+/// Å, for any size of the molecule.
 inline constexpr std::size_t kTileAtoms = 128;
 /// Number of tiles after which the float sums are added to the double sums, to limit rounding errors.
 inline constexpr std::size_t kDrainTiles = 8;
@@ -26,7 +26,8 @@ struct SplitFloat {
   float high = 0, low = 0;
 };
 
-/// A block of atoms of A with a local origin. The padding repeats the position of the last atom, without parameters.
+/// A tile: consecutive atoms of A with a common local origin. Padding atoms have the position of the last atom, and no
+/// parameters.
 struct Tile {
   std::size_t begin = 0;
   std::size_t end = 0;   ///< index after the last atom including padding: begin plus a multiple of kLanes

@@ -10,8 +10,8 @@ namespace tandem::docking {
 /// Coulomb constant, k = e²·N_A/(4π ε_0).
 /// Source  GROMACS 2022 reference manual, "Definitions and units": 138.935458 kJ·nm/mol/e²
 inline constexpr double kCoulombKjAngstromPerMol = 1389.35458;
-/// Distance below which the Coulomb energy continues as its tangent parabola. Without this core, a hydrogen without a
-/// Lennard-Jones term could reach the centre of the atom that attracts it.
+/// Distance below which the Coulomb energy continues as its tangent parabola (the core). Without the core, a hydrogen
+/// that has no Lennard-Jones term could reach the centre of the atom that attracts it.
 inline constexpr double kChargeCoreAngstrom = 0.8;
 /// Width of the range below the cut-off in which forces are switched off.
 inline constexpr double kSwitchWidthAngstrom = 2;

@@ -66,8 +66,8 @@ std::vector<NamedKernel> runnable_kernels() {
   return kernels;
 }
 
-/// Index in runnable_kernels() of the default kernel of the process. Server and clients must use the same kernel where
-/// results must not depend on the processor.
+/// Index in runnable_kernels() of the default kernel of the process. If results must not depend on the processor,
+/// server and clients must use the same kernel.
 std::atomic<std::size_t> default_kernel_index{0};
 
 NamedKernel kernel_named(std::string_view name) {
@@ -125,7 +125,7 @@ PairCost fused_cost(Dielectric dielectric) {
 }
 
 /// Returns the cost of the portable kernel, which has no fused multiply-adds. Additions, multiplications, divisions and
-/// roots count one each; two of them count as one multiply-add.
+/// roots count as one operation each; two operations count as one multiply-add.
 PairCost separate_cost(Dielectric dielectric) {
   switch (dielectric) {
     case Dielectric::kNone:

@@ -14,8 +14,8 @@ namespace tandem::docking {
 class FarGrid;
 
 /// Returns whether `a` precedes `b` in an order of molecules that does not depend on the order of the arguments. The
-/// first molecule has the tiles or the grid. The molecule with more atoms is first. For equal numbers of atoms, the one
-/// with the greater value at the first difference is first (charges, σ, ε, positions).
+/// molecule with more atoms precedes. For equal numbers of atoms, the molecule with the greater value at the first
+/// difference precedes (charges, σ, ε, positions).
 bool comes_first(const Molecule& a, const Molecule& b);
 
 /// Field evaluation at 1 kHz. Pair terms are in float, sums in double; the arrays are arranged and padded once; each
@@ -24,8 +24,9 @@ bool comes_first(const Molecule& a, const Molecule& b);
 /// Without a cut-off all pairs are evaluated. With a cut-off only the pairs of close clusters of 16 atoms are
 /// evaluated. The result depends only on the present pose.
 ///
-/// Except for rounding errors of the pose, the result does not depend on which molecule is passed as A. The first
-/// molecule by comes_first() has the tiles or the grid; the atoms of the second are evaluated against them.
+/// Except for rounding errors of the pose, the result does not depend on which molecule is passed as A. The molecule
+/// that comes_first() selects is divided into tiles, or gets the grid; the atoms of the other one are evaluated against
+/// these.
 ///
 /// Cost    pair_count() pairs, no allocation in evaluate(); for measured rates see KERNELS.md
 /// Thread  any; one thread at a time for each object
@@ -55,8 +56,9 @@ class MolecularField {
 
   /// Names of the kernels that this CPU can run, widest first; "portable" is always the last.
   static std::vector<std::string_view> available_kernels();
-  /// Selects the default kernel of the process, which the empty name stands for; "" selects the widest. Must be called
-  /// before fields are created. Throws std::invalid_argument for a name that is not in available_kernels().
+  /// Selects the default kernel of the process, which is used for the kernel name "". The argument "" selects the
+  /// kernel with the widest registers. Must be called before fields are created. Throws std::invalid_argument for a
+  /// name that is not in available_kernels().
   /// Thread  any
   static void use_by_default(std::string_view kernel);
   /// Returns the name of the default kernel.
@@ -76,9 +78,9 @@ inline constexpr double kUsualCutoffAngstrom = 8;
 inline constexpr std::size_t kMaxAllPairs = 1'000'000;
 /// Maximum number of atoms of the smaller molecule for a far grid; a grid look-up takes about 30 ns per atom and tick.
 inline constexpr std::size_t kMaxOnGrid = 12'000;
-/// Sets the default method of summation. Up to kMaxAllPairs, all pairs are summed. For more pairs, those within
-/// kUsualCutoffAngstrom are summed, and a grid around the first molecule by comes_first() adds the part beyond. The
-/// grid is used only if that molecule is small enough (far_grid_spacing_angstrom()) and the second one has at most
+/// Sets the default method of summation. Up to kMaxAllPairs, all pairs are summed. If there are more, only pairs within
+/// kUsualCutoffAngstrom are summed, and a grid around the molecule that comes_first() selects adds the part beyond. The
+/// grid is used only if that molecule is small enough (far_grid_spacing_angstrom()) and the other one has at most
 /// kMaxOnGrid atoms.
 void choose_cutoff(const Molecule& a, const Molecule& b, FieldModel& model);
 

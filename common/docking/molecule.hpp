@@ -57,7 +57,7 @@ std::vector<std::size_t> residue_starts(const Molecule& molecule);
 void validate(const Molecule& molecule);
 
 inline constexpr double kKilojoulesPerKilocalorie = 4.184;
-/// Thermal energy kT at 298.15 K.
+/// Thermal energy kT (Boltzmann's constant times temperature) at 298.15 K.
 inline constexpr double kThermalEnergy_kcal_per_mol = 0.592484;
 
 }  // namespace tandem::docking

@@ -84,7 +84,7 @@ std::vector<std::uint8_t> coded_vertices(const std::vector<Vec3>& vertices, cons
   return planes_of(steps);
 }
 
-/// Decodes the vertices. Returns false if one is outside the box.
+/// Decodes the vertices. Returns false if a vertex is outside the bounding box.
 bool read_vertices(std::span<const std::uint8_t> block, const Vec3& low, const Vec3& size,
                    std::vector<Vec3>& vertices) {
   const std::vector<std::int32_t> steps = values_of(block);

@@ -131,8 +131,8 @@ std::vector<Vec3> vertex_normals(const TriangleMesh& mesh, const std::vector<Vec
       sums[at] += std::atan2(u.cross(v).norm(), u.dot(v)) * normals[i];
     }
   }
-  // If the normals of opposite faces cancel, their sum is a rounding error with a random direction. The result is then
-  // zero.
+  // If the normals of opposite faces cancel out, their sum is only a rounding error with a random direction. Zero is
+  // returned instead.
   for (Vec3& sum : sums) sum = sum.norm() > 1e-9 ? Vec3(sum.normalized()) : Vec3(Vec3::Zero());
   return sums;
 }

@@ -60,9 +60,9 @@ std::vector<MeshEdge> mesh_edges(const TriangleMesh& mesh);
 /// in the order of their first triangles.
 std::vector<std::size_t> parts_by_vertices(const TriangleMesh& mesh);
 
-/// Returns the connected regions of the selected triangles, in the order of their first triangles. Two triangles are
-/// connected by an edge under two conditions: no third triangle uses the edge, and both traverse it in opposite
-/// directions. The orientations of a region are then consistent.
+/// Returns the connected regions of the selected triangles, in the order of their first triangles. An edge connects two
+/// triangles under two conditions: no third triangle uses the edge, and the two traverse it in opposite directions. The
+/// orientations within a region are therefore consistent.
 ///
 /// In      edges  edge numbers of each triangle, starting at its first corner; any numbering of the edges
 std::vector<std::vector<int>> regions_by_edges(const TriangleMesh& mesh,

@@ -22,17 +22,17 @@ namespace {
 /// Limit of coordinates. Larger ones would make squared areas overflow in single precision.
 constexpr double kMaxCoordinate_m = 1e12;
 
-// A part with borders counts as a solid with holes if closing the holes takes less than this fraction of its surface
-// area. Typical fractions are 1/3 to 1/2 for a cup, 1/10 for a section of pipe that is ten times as long as wide, and
-// 1/1000 for a scan.
+// A part with borders counts as a solid with holes if the triangles that close its holes have less than this fraction
+// of its surface area. Typical fractions are 1/3 to 1/2 for a cup (not a solid), 1/10 for a section of pipe ten times
+// as long as wide, and 1/1000 for a scan.
 constexpr double kHoleShare = 0.05;
-// A part encloses no space if the ratio of its volume to its area^1.5 is below kRoomShare. For a hand-sized object,
-// this is a thickness of 0.25 µm, the rounding error of two coincident surfaces. If edges are unpaired,
-// kUnpairedRoomShare is used instead. A plate of 10 µm then counts as enclosing no space, too.
+// A part encloses no space if the ratio of its volume to its area^1.5 is below kRoomShare. For a hand-sized object this
+// is a thickness of 0.25 µm, the rounding error of two coincident surfaces. For a part with unpaired edges the limit is
+// kUnpairedRoomShare, so that a plate of 10 µm counts as enclosing no space, too.
 constexpr double kRoomShare = 1e-6, kUnpairedRoomShare = 1e-4;
 
-// Maximum number of closed parts whose nesting is determined. All pairs of parts are compared. In the worst case, where
-// each part contains the next one, this takes two seconds.
+// Maximum number of closed parts whose nesting is determined by comparing all pairs. In the worst case, where each part
+// contains the next one, this takes two seconds.
 constexpr std::size_t kMaxParts = 5000;
 constexpr int kMaxRounds = 8;
 
@@ -110,9 +110,9 @@ HoleMeasures measured(const TriangleMesh& mesh, const std::vector<int>& loop) {
 bool has_small_holes(const TriangleMesh& mesh, const MeshPart& part, double area_m2) {
   double holes = 0;
   for (const auto& loop : part.borders) {
-    // Two bounds of the area that closes a hole: a disc with the hole's perimeter, and the triangles to the border's
-    // centre. The smaller one is used. The disc is much too large for a jagged border or a slit, whose perimeter is
-    // long.
+    // The area that closes the hole is estimated in two ways: as a disc with the hole's perimeter, and as the triangles
+    // between border and centre. The smaller result is used. The disc is much too large for a jagged border or a slit,
+    // whose perimeter is long.
     const HoleMeasures hole = measured(mesh, loop);
     holes += std::min(hole.perimeter_m * hole.perimeter_m / (4 * std::numbers::pi), hole.area_m2);
   }
@@ -150,12 +150,12 @@ class Nesting {
     return turned;
   }
 
-  /// Returns whether the outermost part around this part is inside out. A part outside of all others is its own
+  /// Returns whether the outermost part around this part is inside out. A part outside of all others counts as its own
   /// outermost part.
   bool is_inside_out(std::size_t part) const { return measures_[outermost(part)].volume_m3 < 0; }
 
-  /// Returns the number of parts with the same orientation as the part around them. Such a part is material inside
-  /// material, and not a cavity.
+  /// Returns the number of buried parts. A buried part has the same orientation as the part around it, so it is
+  /// material inside material and not a cavity.
   std::size_t buried() const {
     std::size_t count = 0;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
@@ -181,7 +181,7 @@ class Nesting {
       const auto corner = mesh_.triangles[static_cast<std::size_t>(parts_[inner].triangles.front())][0];
       const double distance = tree->signed_distance_m(mesh_.vertices[static_cast<std::size_t>(corner)]);
       if ((distance < 0) != (out.volume_m3 > 0)) continue;
-      // If several parts contain a part, the smallest of them is stored.
+      // If a part is inside several parts, the smallest of these is stored as its container.
       int& container = container_[inner];
       const bool is_closer =
           container == kNone ||
@@ -214,8 +214,8 @@ void close_holes(ContactMesh& result, std::vector<MeshPart>& parts) {
                          counted(result.mesh.triangles.size() - before, "triangle", "triangles"));
 }
 
-/// Closes slits: holes without area. At a slit, a vertex lies on the edge of a triangle that does not use this vertex.
-/// No surface is missing there.
+/// Closes slits. A slit is a hole without area, at which no surface is missing: a vertex lies on the edge of a triangle
+/// that does not use this vertex.
 void close_slits(ContactMesh& result, std::vector<MeshPart>& parts) {
   const double widest_m = weld_tolerance_m(result.mesh);
   std::size_t closed = 0;
@@ -229,8 +229,8 @@ void close_slits(ContactMesh& result, std::vector<MeshPart>& parts) {
   }
   if (closed == 0) return;
   result.notes.push_back(counted(closed, "slit", "slits") + " without width closed");
-  // The triangles that close slits have no area. Welding removes them and divides the triangles across the slit. The
-  // notes of this welding would repeat earlier ones, so they are discarded.
+  // The triangles that close slits have no area. Welding removes them and divides the triangles on the other side of
+  // the slit at the vertex. The notes of this welding would repeat earlier ones, so they are discarded.
   std::vector<std::string> repeated;
   weld(result.mesh, repeated);
   parts = connect(result.mesh, repeated);
@@ -277,8 +277,8 @@ bool is_within(const TriangleMesh& mesh, const MeshPart& part, const WindingNumb
   });
 }
 
-/// Moves the inside-out solids that lie within `others` from `solids` to `others`. If there are more than kMaxParts
-/// solids, all of them are moved.
+/// Moves the inside-out solids that lie within `others` from `solids` to `others`, because they are cavities there. If
+/// there are more than kMaxParts solids, all of them are moved.
 void leave_cavities(TriangleMesh& mesh, std::vector<MeshPart>& solids, std::vector<MeshPart>& others) {
   std::vector<bool> stays(solids.size(), solids.size() > kMaxParts);
   if (solids.size() <= kMaxParts) {
@@ -296,8 +296,8 @@ void leave_cavities(TriangleMesh& mesh, std::vector<MeshPart>& solids, std::vect
 }
 
 /// Moves the parts that are solids on their own from `parts` to the result. Closes their holes, orients them outwards
-/// and reports them. An inside-out solid within unpaired parts is a cavity of these parts and remains in `parts`. All
-/// parts remain if some are unpaired and there are more than kMaxParts solids.
+/// and reports them. An inside-out solid within unpaired parts is a cavity of these parts and remains in `parts`. If
+/// some parts are unpaired and there are more than kMaxParts solids, all parts remain.
 std::vector<MeshPart> extract_solids(ContactMesh& result, std::vector<MeshPart>& parts) {
   const auto first = std::stable_partition(parts.begin(), parts.end(), [&](const MeshPart& part) {
     return part.is_unpaired || !is_solid(result.mesh, part);
@@ -338,16 +338,16 @@ Enclosed enclosed_by(const TriangleMesh& mesh, const std::vector<MeshPart>& othe
   enclosed.inner = part_of(enclosed.whole, inner_of(others, enclosed.sides));
   enclosed.surface = part_of(enclosed.whole, those_of(enclosed.sides, Side::kBorder));
   if (enclosed.surface.triangles.empty()) return enclosed;
-  // Without the inner triangles more edges can be paired. The notes of this welding would repeat earlier ones, so they
-  // are discarded.
+  // After removal of the inner triangles, more edges can be paired. The notes of this welding would repeat earlier
+  // ones, so they are discarded.
   std::vector<std::string> repeated;
   weld(enclosed.surface, repeated);
   enclosed.parts = connect(enclosed.surface, repeated);
   return enclosed;
 }
 
-/// Returns for each part of the surface whether it encloses no space although its triangles were classified as borders.
-/// Either the part has an opening, or its two sides coincide.
+/// Returns for each part of the surface whether it encloses no space, although its triangles were classified as borders
+/// of a solid. Such a part has an opening, or its two sides coincide.
 std::vector<bool> without_inside(const TriangleMesh& mesh, const std::vector<MeshPart>& solids,
                                  const Enclosed& enclosed) {
   std::vector<bool> are_open;
@@ -418,12 +418,12 @@ void keep_as_sheet(ContactMesh& result, const std::vector<MeshPart>& solids, con
 }
 
 /// Divides the parts that are not solids on their own. Triangles with the inside on one side become a solid. Parts with
-/// an opening, and triangles with the outside on both sides, become a sheet.
+/// an opening, and triangles without the inside on any side, become a sheet.
 void divide_by_winding(ContactMesh& result, const std::vector<MeshPart>& solids, std::vector<MeshPart> others) {
   Enclosed enclosed = enclosed_by(result.mesh, others);
   std::vector<MeshPart> open_parts;
-  // The removal of open parts may open other parts, which enclosed space together with them. The search for open parts
-  // is therefore repeated.
+  // An open part may have closed another part. When it is removed, the other part is open, too. The search for open
+  // parts is therefore repeated.
   for (int round = 0; round < kMaxRounds; ++round) {
     std::vector<MeshPart> taken = extract_open(result.mesh, solids, others, enclosed);
     if (taken.empty()) break;
@@ -440,15 +440,15 @@ void divide_by_winding(ContactMesh& result, const std::vector<MeshPart>& solids,
         counted(inner, "triangle inside the solid is left out", "triangles inside the solid are left out"));
   }
   if (!border.empty()) {
-    // Only closed parts are reversed individually. Inner triangles close the open parts, so the orientation of open
-    // parts relative to these triangles must not change.
+    // Only closed parts are reversed individually. The other parts are closed by inner triangles, so their orientation
+    // relative to these triangles must not change.
     std::erase_if(enclosed.parts, std::not_fn(is_closed));
     if (enclosed.parts.size() <= kMaxParts) {
       note_turned(result, Nesting(enclosed.surface, enclosed.parts).turn_inside_out());
     }
     const double volume = volume_m3(enclosed.surface);
     if (volume < 0) {
-      // The open parts, and the inner triangles that close them, are reversed together.
+      // The parts that are not closed, and the inner triangles that close them, are reversed together.
       for (TriangleMesh* mesh : {&enclosed.surface, &enclosed.inner}) {
         for (auto& corners : mesh->triangles) std::swap(corners[1], corners[2]);
       }

@@ -33,7 +33,7 @@ struct ContactMesh {
   SurfaceKind kind = SurfaceKind::kSolid;
   std::vector<std::string> notes;  ///< changes with their numbers, for users
   TriangleMesh sheet{};            ///< open parts, if the mesh also has a solid
-  /// Triangles that continue the surface inside the solid; they are used only for its winding number
+  /// Triangles that continue the surface inside the solid. They are used only for its winding number.
   TriangleMesh inner{};
   std::vector<PartReport> parts{};  ///< one report for each kind of part, sorted by decreasing number of triangles
 };
@@ -44,9 +44,9 @@ class MeshError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Repairs a mesh. If edges are unpaired, the winding number classifies the two sides of each triangle. Inner walls are
-/// then removed, and flipped triangles are reversed. Triangles with the outside on both sides become a sheet. Parts
-/// with an opening become a sheet, too.
+/// Repairs a mesh. If edges are unpaired, the winding number decides for both sides of each triangle whether they are
+/// inside. Inner walls are removed, and flipped triangles are reversed. Triangles with the outside on both sides become
+/// a sheet, and so do parts with an opening.
 ///
 /// Fails   MeshError: no triangle is left, a vertex is not finite, an index is out of range, or there are too many
 ///         parts
@@ -57,8 +57,8 @@ TriangleMesh joined(TriangleMesh mesh, const TriangleMesh& other);
 /// Returns one mesh with the solid and the sheet.
 TriangleMesh all_of(const ContactMesh& mesh);
 
-/// Describes the parts, one line each, sorted by decreasing number of triangles. After ten lines, one more line gives
-/// the number of the remaining parts.
+/// Describes the parts, one line each, sorted by decreasing number of triangles. There are at most ten such lines; a
+/// further line gives the number of the remaining parts.
 std::vector<std::string> part_lines(const ContactMesh& mesh);
 
 }  // namespace tandem::geometry

@@ -1,5 +1,5 @@
 // Union of overlapping solids. Meshes from modelling programs often consist of such solids, e.g. bristles in a board or
-// a handle on a pot. Where one part is inside another part, its surface is not a surface of the union.
+// a handle on a pot. The surface of a part inside another part does not belong to the union's surface.
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -19,8 +19,8 @@ namespace {
 using Box = Eigen::AlignedBox3d;
 
 constexpr std::size_t kMaxSlabs = 256;
-/// A solid is not searched for triangles that cross each other if Σ edge² exceeds this multiple of the squared
-/// diagonal. Queries of its winding number would be slow.
+/// A solid is not searched for triangles that cross each other if Σ edge² exceeds this multiple of the squared diagonal
+/// of its box, because queries of its winding number would be slow.
 constexpr double kMaxEdges = 300;
 
 /// A part of a mesh, with its bounding box, enclosed volume and triangles.
@@ -97,8 +97,8 @@ void find_self_crossing(std::vector<Piece>& solids, const TriangleMesh& mesh, co
     Piece& solid = solids[i];
     if (!solid.is_closed || solid.edges_m2 > kMaxEdges * solid.box.diagonal().squaredNorm()) continue;
     if (work > kMaxWork) break;
-    // The search begins with the last triangles. Repair has added them to close holes, so they are the most likely to
-    // cross other triangles.
+    // The search begins with the last triangles. Repair has added them to close holes, so they most likely cross
+    // others.
     const std::vector<int> backwards(solid.triangles.rbegin(), solid.triangles.rend());
     visit_crossing(
         mesh, tree, backwards, tolerance_m, threads, work, [&](std::size_t, std::span<const std::size_t> others) {
@@ -153,7 +153,7 @@ struct TriangleTree::Parts {
     }
 
     /// Returns the closest point with a normal on the correct side. If the closest triangle crosses others or has
-    /// unpaired edges, its own normal does not determine the side.
+    /// unpaired edges, its own normal does not show which side is inside.
     ///
     /// In      found  closest point if it is already known, otherwise an empty result
     /// Out     an empty result if there is no point within the limit
@@ -178,7 +178,7 @@ struct TriangleTree::Parts {
     }
     void find_bounds();
     bool is_face(int triangle, const Vec3& at_S) const { return !sides || sides->is_face(triangle, at_S); }
-    /// Reverses the normal if it contradicts `is_inside`, that is, if it puts the point on the wrong side.
+    /// Reverses the normal if it contradicts `is_inside`, that is, if it puts the point `p_S` on the wrong side.
     static void face(Closest& found, const Vec3& p_S, bool is_inside) {
       if ((signed_m(found, p_S) < 0) == is_inside || !(found.distance_m > 0)) return;
       found.normal_S = (is_inside ? -1 : 1) * (p_S - found.point_S) / found.distance_m;
@@ -190,7 +190,7 @@ struct TriangleTree::Parts {
     Box box_U;
     TriangleMesh mesh;
     std::optional<TriangleTree> tree;    ///< search tree of the part; empty if the part is the whole mesh
-    std::vector<int> triangles;          ///< for each triangle of the part: its index in the whole mesh
+    std::vector<int> triangles;          ///< index in the whole mesh of each triangle of the part
     std::optional<PartSides> sides;      ///< sides of the triangles, for a part that is not simple
     std::optional<TriangleTree> border;  ///< tree of `sides->border()`, if some triangles are inside the part
   };
@@ -214,7 +214,7 @@ struct TriangleTree::Parts {
     }
   }
 
-  /// Returns whether the normal of a triangle at this point shows on which side the inside is.
+  /// Returns whether the inside is behind the triangle at this point, so that the triangle's normal can be used.
   bool is_face(int triangle, const Vec3& p_S) const {
     const auto& [part, in_part] = places[static_cast<std::size_t>(triangle)];
     return part == kNone || parts[part]->is_face(in_part, p_S);
@@ -270,8 +270,8 @@ TriangleTree::Closest TriangleTree::closest_of_solid(const Vec3& p_S, double lim
   double deepest_m = 0;
   for (const std::size_t i : parts_->slabs[parts_->all.contains(p_S) ? parts_->slab_of(p_S) : 0]) {
     const Parts::Part& part = *parts_->parts[i];
-    // A part is skipped if its upper bound of the depth is below the depth found so far, or below the distance to the
-    // nearest surface.
+    // A part is skipped if the upper bound of the depth in it is below the depth found so far or below the distance to
+    // the nearest surface.
     const double max_depth_m = part.max_depth_m(p_S);
     if (max_depth_m < std::max(nearest.distance_m, -deepest_m)) continue;
     Closest closest = i == part_of_nearest ? nearest : Closest{};

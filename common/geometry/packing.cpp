@@ -7,8 +7,7 @@
 namespace tandem::geometry {
 namespace {
 
-// First byte of an integer with two further bytes, and first byte of an integer with four. Any other first byte is the
-// integer itself.
+// First bytes that announce an integer of two or of four further bytes. Any other first byte is the integer itself.
 constexpr std::uint8_t kTwoBytes = 254;
 constexpr std::uint8_t kFourBytes = 255;
 

@@ -65,8 +65,8 @@ class PartSides::Cells {
 
   bool is_inside(const Vec3& p_S) const noexcept { return std::abs(winding_.at(p_S)) > 0.5; }
 
-  /// Returns the kind of the cell at a point. In an open mesh, kUncertain replaces kInner. Beside a hole, the winding
-  /// number passes ½ without a triangle, so two inner sides are not certain.
+  /// Returns the kind of the cell at a point. In an open mesh, kUncertain is returned instead of kInner: beside a hole,
+  /// the winding number passes ½ although no triangle is there, so samples do not prove that both sides are inside.
   Kind at(std::size_t triangle, const Vec3& p_S) const noexcept {
     const Corners corners = corners_of(mesh_, triangle);
     const Vec3 ab = corners[1] - corners[0], ac = corners[2] - corners[0], ap = p_S - corners[0];
@@ -93,8 +93,9 @@ class PartSides::Cells {
 
  private:
   static constexpr double kBeside = 1e-5, kToTheRim = 0.8;
-  /// Limits of cell sizes, as fractions of the mesh's diagonal. Ambiguous cells are divided until they are at most
-  /// kFinest. Cells up to kDoubtful are not divided if their only ambiguity is a winding number within kDoubt of ½.
+  /// Limits of cell sizes, as fractions of the mesh's diagonal. A cell whose samples differ is divided until it is at
+  /// most kFinest. A cell is doubtful if its only ambiguity is a winding number within kDoubt of ½; it is divided until
+  /// it is at most kDoubtful.
   static constexpr double kFinest = 1.0 / 128, kDoubtful = 1.0 / 16;
   static constexpr double kDoubt = 0.2;
   static constexpr std::size_t kRegionSamples = 16;  ///< number of samples in a connected region
@@ -103,7 +104,7 @@ class PartSides::Cells {
     Kind kind = Kind::kUncertain;
     std::uint32_t first_quarter = 0;  ///< index of the first of four quarters; 0: not divided
   };
-  /// A triangle, or only its side or corner, at which the classification of neighbouring cells may change.
+  /// A triangle, or only a side or a corner of it. The kind of cells may change where they meet an obstacle.
   struct Obstacle {
     Corners corners;
     int count;
@@ -123,7 +124,7 @@ class PartSides::Cells {
     return is_end;
   }
 
-  /// Classifies a connected region that meets no other triangle by a few samples. If the samples differ, the region's
+  /// Classifies a connected region that meets no other triangle, by a few samples. If the samples differ, the region's
   /// triangles are divided into cells.
   void decide(const std::vector<int>& region) {
     std::array<bool, 3> is_found{};
@@ -186,8 +187,8 @@ class PartSides::Cells {
     bool is_doubtful = false;  ///< a winding number is close to ½ and may cross ½ elsewhere in the cell
   };
 
-  /// Samples the middle of a cell. Points near its corners and the middles of its sides are sampled too, except if
-  /// `at_middle_only` is set and the first result is clear.
+  /// Samples the middle of a cell, then points near its corners and the middles of its sides. These further points are
+  /// omitted if `at_middle_only` is set and the first result is clear.
   CellSample sample_cell(const Corners& corners, bool at_middle_only) const {
     const Vec3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).stableNormalized();
     const Vec3 step = kBeside * size_m_ * normal;

@@ -17,14 +17,14 @@ using EdgesOfTriangles = std::vector<std::array<std::uint32_t, 3>>;
 
 /// Distance below which triangles are treated as touching, as a fraction of the mesh's diagonal.
 inline constexpr double kTouching = 1e-7;
-/// Limit of the work for one mesh, which takes some seconds, and the work of single operations in the same unit.
-/// Finding a triangle near another one counts as 1. Testing whether two triangles meet within a cell counts as
-/// kWorkPerMeeting. A query of the winding number counts as kWorkPerSample.
+/// Limit of the work for one mesh, which takes some seconds. The unit is finding one triangle near another one. Testing
+/// whether two triangles meet within a cell counts as kWorkPerMeeting, and a query of the winding number as
+/// kWorkPerSample.
 inline constexpr std::size_t kMaxWork = 40'000'000, kWorkPerMeeting = 4, kWorkPerSample = 400;
 
 /// Classifies both sides of every point on the triangles of a mesh as inside or outside. A connected region that meets
-/// no other triangle has one classification. Triangles that meet others or have unpaired edges are divided into cells
-/// until only a small area remains ambiguous.
+/// no other triangle has one classification. All other triangles (they meet others or have unpaired edges) are divided
+/// into cells until only a small area remains ambiguous.
 ///
 /// Thread  any number at the same time; a query allocates nothing
 class PartSides {
@@ -42,7 +42,7 @@ class PartSides {
             bool is_closed, int threads, std::size_t& work);
   ~PartSides();
 
-  /// Returns whether at this point the inside is behind the triangle and the outside in front of it.
+  /// Returns whether, at this point, the inside is behind the triangle and the outside is in front of it.
   bool is_face(int triangle, const Vec3& at_S) const noexcept;
   /// Returns whether a point is inside, given its closest point on the mesh.
   bool is_inside(const Vec3& p_S, int triangle, const Vec3& closest_S) const noexcept;

@@ -24,8 +24,8 @@ void TriangleTree::sum_corner_normals(const TriangleMesh& mesh) {
 }
 
 void TriangleTree::sum_edge_normals(const TriangleMesh& mesh) {
-  // Edges are found in linked lists, one list for each vertex. The list of a vertex contains the edges to vertices with
-  // a larger index. It has about three edges, for any size of the mesh.
+  // Edges are stored in linked lists, one for each vertex. The list of a vertex contains the edges to vertices with a
+  // larger index: about three, for any size of the mesh.
   struct Edge {
     std::uint32_t larger_vertex;
     std::uint32_t next;  ///< next edge with the same smaller vertex

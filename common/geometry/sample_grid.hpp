@@ -38,7 +38,7 @@ class SampleGrid {
 
   std::span<const SurfaceSample> samples() const { return samples_; }
 
-  /// Calls visit(index, sample) for every sample within the reach of `p_S`, and for some samples beyond it.
+  /// Calls visit(index, sample) for every sample within the reach of `p_S`, and for some samples slightly farther away.
   template <typename Visit>
   void visit_near(const Eigen::Vector3f& p_S, Visit&& visit) const {
     // A cube is twice as wide as the reach. The eight cubes around the nearest lattice corner therefore contain every
@@ -59,8 +59,8 @@ class SampleGrid {
     std::uint32_t first = kNone;  ///< first sample of the cube; kNone: the slot is free
   };
 
-  /// Packs the three indices of a cube into one key of 21 bits for each axis. Distant cubes may get the same key by
-  /// overflow. Their samples then share one list, which takes time but does no harm.
+  /// Packs the three indices of a cube into one key of 21 bits for each axis. By overflow, distant cubes may get the
+  /// same key. Their samples then share one list, which only costs time.
   static std::uint64_t key_of(const Eigen::Vector3f& cube) {
     const auto axis = [](float value) {
       return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(value))) & 0x1FFFFFU;
@@ -70,8 +70,8 @@ class SampleGrid {
 
   static std::size_t slot_of(const std::vector<Slot>& slots, std::uint64_t key) {
     const std::size_t mask = slots.size() - 1;
-    // The high half of the product depends on all bits of the key. The low bits are used as the index; the shift makes
-    // them depend on all bits, too.
+    // The low bits of the result are the index. The high half of the product depends on all bits of the key, and the
+    // shifts make the low bits depend on it.
     const std::uint64_t product = key * 0x9E3779B97F4A7C15U;
     std::size_t at = static_cast<std::size_t>(product >> 32U ^ product >> 48U) & mask;
     while (slots[at].first != kNone && slots[at].key != key) at = (at + 1) & mask;

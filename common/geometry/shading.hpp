@@ -31,7 +31,7 @@ ShadedMesh shaded(const TriangleMesh& mesh);
 ///         enlarge the cells until the number of triangles is low enough
 /// In      mesh  mesh with valid indices
 ///         most  some hundred or more
-/// Out     a mesh in which parts smaller than a cell have lost triangles or are missing
+/// Out     a mesh in which parts smaller than a cell have fewer triangles or are missing
 TriangleMesh decimated(const TriangleMesh& mesh, std::size_t most);
 
 }  // namespace tandem::geometry

@@ -20,7 +20,7 @@ struct SurfaceTopology {
 
   const Vec3& vertex(int index) const { return mesh.vertices[static_cast<std::size_t>(index)]; }
   const Vec3& face_normal(int index) const { return face_normals[static_cast<std::size_t>(index)]; }
-  /// Returns the mean of the normals of the edge's triangles: a unit vector, or zero if they cancel.
+  /// Returns the mean of the normals of the edge's triangles: a unit vector, or zero if the normals cancel out.
   Vec3 edge_normal(const MeshEdge& edge) const;
   /// Returns the angle between the normals of the edge's triangles [rad]; positive if the surface is convex there, 0 at
   /// a border.

@@ -7,8 +7,8 @@
 namespace tandem::geometry {
 namespace {
 
-// Number of segments of a full circle of radius R. Chords are at most R (1 − cos(π/96)) = 0.05 % of R inside the
-// circle.
+// Number of segments of a full circle of radius R. The chords are inside the circle by at most R (1 − cos(π/96)), which
+// is 0.05 % of R.
 constexpr int kSegments = 96;
 
 /// Corner of a profile, given by its distance from the axis and its height.

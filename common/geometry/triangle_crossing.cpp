@@ -36,16 +36,16 @@ bool meet_in_mesh(const Corners& a, const std::array<int, 3>& vertices_a, const 
 
 }  // namespace
 
-/// Clips the segment by five planes: two parallel to the triangle, at the distance of the tolerance on both sides, and
-/// one through each of its sides.
+/// Clips the segment by five planes. Two are parallel to the triangle, on both sides at the distance `tolerance_m`. The
+/// other three contain a side of the triangle each.
 bool meets(const Corners& corners, const Vec3& p, const Vec3& q, double tolerance_m) noexcept {
   const Vec3 across = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
   const double size = across.norm();
   if (!(size > 0)) return false;
   const Vec3 normal = across / size;
   double from = 0, to = 1;
-  // Keeps the part of the segment that is at most the tolerance above a plane. p_m and q_m are the heights of its ends
-  // p and q above the plane.
+  // Keeps the part of the segment that is at most `tolerance_m` above a plane. p_m and q_m are the heights of the
+  // segment's ends above the plane.
   const auto cut = [&](double p_m, double q_m) {
     p_m -= tolerance_m;
     q_m -= tolerance_m;
@@ -95,7 +95,7 @@ void visit_crossing(const TriangleMesh& mesh, const TriangleTree& tree, std::spa
                     double tolerance_m, int threads, std::size_t& work,
                     const std::function<bool(std::size_t triangle, std::span<const std::size_t> others)>& visit) {
   constexpr std::size_t kFirst = 64, kMost = 2048, kByOne = 32;
-  /// Limit of the work that is done before the calls of `visit`. This work is wasted if `visit` ends the loop.
+  /// Limit of the work that is done ahead of the calls of `visit`. This work is wasted if `visit` ends the loop.
   constexpr std::size_t kWorkAhead = 200'000;
   std::vector<std::vector<std::size_t>> found(kMost);
   std::vector<std::size_t> works(kMost);

@@ -20,8 +20,8 @@ bool meets(const std::array<Vec3, 3>& corners, const Vec3& p, const Vec3& q, dou
 /// triangle by meets().
 bool meet(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b, double tolerance_m) noexcept;
 
-/// Returns the other triangles of a mesh that one triangle crosses or touches. A triangle that shares a vertex with it
-/// is included only if both also meet elsewhere.
+/// Returns the other triangles of a mesh that one triangle crosses or touches. A triangle that shares a vertex with
+/// this one is included only if both also meet elsewhere.
 ///
 /// In      tree   search tree of `mesh`
 ///         near   buffer for the search, reused between calls

@@ -1,6 +1,6 @@
-// Exact distance to a mesh. Building a distance grid takes millions of queries, and most of them are close to the
-// previous one. A query therefore starts with the distance to the triangle found before. The search then only verifies
-// that no other triangle is nearer.
+// Exact distance to a mesh. Building a distance grid takes millions of queries, and most of these are close to the
+// previous one. A query therefore first computes the distance to the triangle found last. The search in the tree then
+// only verifies that no other triangle is nearer.
 #include "common/geometry/triangle_tree.hpp"
 
 #include <algorithm>
@@ -18,13 +18,15 @@ namespace {
 
 constexpr std::uint32_t kLeafBit = 1U << 31U;
 constexpr std::uint32_t kNone = kLeafBit - 1U;
-/// Link to a leaf: bits 28 to 30 contain the number of its slots − 1, and the bits below contain the first slot.
+/// Link to a leaf: bits 28 to 30 are the number of its slots − 1, and the lower bits the index of the first slot. A
+/// slot is a position in the array of triangles.
 constexpr std::uint32_t kCountShift = 28;
 constexpr std::uint32_t kSlotMask = (1U << kCountShift) - 1U;
 constexpr std::uint32_t kMaxLeafTriangles = 2;
 constexpr int kBins = 16;
-/// Down to this level, triangles are divided where the estimated cost of a search is lowest; below it, into halves of
-/// equal count. With 28 bits for slots, a tree has fewer than 48 + 28 levels of division. A node contains two levels.
+/// In the first kBinnedLevels levels of division, triangles are divided where the estimated cost of a search is lowest.
+/// In deeper levels, they are divided into halves of equal count. With 28 bits for slots, a tree has fewer than 48 + 28
+/// levels of division. A node contains two levels.
 constexpr int kBinnedLevels = 48;
 constexpr int kStackSize = 3 * (48 + 28) / 2 + 8;
 constexpr std::uint32_t kMaxInDisk = 256;  ///< largest number of triangles below a child that gets a disk
@@ -75,7 +77,7 @@ Box box_of(const TriangleMesh& mesh, const std::array<int, 3>& triangle) {
   return box;
 }
 
-/// Collects triangles that satisfy `is_it`, in nodes that satisfy `may_be`; at most as many as the span can hold.
+/// Collects the triangles that satisfy `is_it`, in nodes that satisfy `may_be`, up to the size of the span.
 /// Out     number of matching triangles; if it exceeds the size of the span, some of them are missing
 template <class Nodes, class Corners, class MayBe, class IsIt>
 std::size_t gather(const Nodes& nodes, std::uint32_t root, const Corners& corners,
@@ -148,8 +150,8 @@ struct RoundedPlace {
       : p_S(exact_S.cwiseMax(-kFar).cwiseMin(kFar).cast<float>()),
         off_m((exact_S - p_S.matrix().cast<double>()).norm()) {}
 
-  /// Returns the limit of least_squared() in a search within the distance √squared_m2. A node above the limit has no
-  /// triangle within that distance.
+  /// Returns the limit of least_squared() for a search within the distance √squared_m2. A node above this limit has no
+  /// triangle within the distance.
   float limit_m2(double squared_m2) const {
     const double limit_m = (1 + kRounding) * (std::sqrt(squared_m2) + off_m);
     return static_cast<float>(std::min(limit_m * limit_m, static_cast<double>(std::numeric_limits<float>::max())));
@@ -251,8 +253,9 @@ struct TriangleTree::Builder {
   }
 
   std::uint32_t subtree(std::uint32_t begin, std::uint32_t end, int level) {
-    // The user may cancel the construction at call-off points. They are spread evenly over the triangles, because the
-    // cost of a node is proportional to their number. Every subtree with at least kCallOffEvery triangles has one.
+    // The user may cancel the construction at call-off points. These are spread evenly over the triangles, because the
+    // cost of a node is proportional to its triangles. Every subtree with at least kCallOffEvery triangles has such a
+    // point.
     if (begin / kCallOffEvery != end / kCallOffEvery) call_off_point();
     if (end - begin <= kMaxLeafTriangles) return kLeafBit | ((end - begin - 1U) << kCountShift) | begin;
     const std::uint32_t middle = divide(begin, end, level);
@@ -288,7 +291,7 @@ struct TriangleTree::Builder {
     Vec3 normal = Vec3::Zero();
     for (const std::uint32_t triangle : triangles) normal += doubled_area(mesh, triangle);
     if (!(normal.norm() > 0)) return;
-    // The margin makes the normal slightly longer than 1. It is then at least 1 after rounding to single precision.
+    // The margin makes the normal slightly longer than 1, so that it is at least 1 after rounding to single precision.
     normal *= (1 + kRounding / 8) / normal.norm();
     Vec3 middle;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -393,7 +396,7 @@ void TriangleTree::descend(const Vec3& p_S, Nearest& best) const noexcept {
     }
     const Node& node = nodes_[link];
     const Four squared = node.least_squared(p.p_S);
-    // Children are pushed in the order of decreasing distance, so that the nearest one is on top of the stack.
+    // Children are pushed in the order of decreasing distance, so the nearest one is on top of the stack.
     const std::size_t before = height;
     for (std::size_t i = 0; i < 4 && node.links[i] != kNone; ++i) {
       const Entry entry{node.links[i], squared[static_cast<Eigen::Index>(i)]};
@@ -456,8 +459,8 @@ std::size_t TriangleTree::within(const Eigen::AlignedBox3d& box_S, std::span<Nea
   return gather(nodes_, root_, corners_, triangle_of_slot_, may_be_in, is_in, found);
 }
 
-/// Separating-axis test. A box and a line are disjoint if their projections are disjoint on the cross product of the
-/// line's direction with some coordinate axis.
+/// Separating-axis test: a box and a line do not meet if their projections on some axis are disjoint. The axes are the
+/// cross products of the line's direction with the coordinate axes.
 bool TriangleTree::may_cross(const Node& node, Eigen::Index child, const Vec3& p_S, const Vec3& along) noexcept {
   const auto corner = [child](const std::array<Four, 3>& of) { return Vec3(of[0][child], of[1][child], of[2][child]); };
   const Vec3 low = corner(node.low), high = corner(node.high);
@@ -476,7 +479,7 @@ std::size_t TriangleTree::crossed(const Vec3& p_S, const Vec3& along, std::span<
     for (Eigen::Index i = 0; i < 4; ++i) may[i] = may_cross(node, i, p_S, along) ? 1 : 0;
     return may;
   };
-  // A line crosses a triangle if it passes all three sides in the same sense of rotation.
+  // A line crosses a triangle if it passes all three sides with the same sense of rotation about the line.
   const auto is_crossed = [&](const std::array<Vec3, 3>& corners) {
     const auto& [a, ab, ac] = corners;
     const Vec3 pa = a - p_S, pb = pa + ab, pc = pa + ac;

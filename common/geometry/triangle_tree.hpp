@@ -48,20 +48,20 @@ class TriangleTree {
   /// a tree that of_solid() did not build, the result is that of closest().
   Closest closest_of_solid(const Vec3& p_S, double limit_m = std::numeric_limits<double>::infinity(),
                            int hint = -1) const noexcept;
-  /// Returns whether the tree treats parts separately: their bounding boxes overlap, edges are unpaired, or triangles
-  /// cross each other.
+  /// Returns whether the tree treats the parts of the mesh separately. It does so if their bounding boxes overlap,
+  /// edges are unpaired, or triangles cross each other.
   bool may_overlap() const { return parts_ != nullptr; }
   /// A triangle of the mesh with the corners a, a + ab, a + ac.
   struct Near {
     int triangle = -1;
     Vec3 a, ab, ac;
   };
-  /// Finds triangles within `limit_m` of a point, in no particular order, at most as many as the span can hold.
+  /// Finds triangles within `limit_m` of a point, in no particular order, up to the size of the span.
   /// Out     number of triangles; if it exceeds the size of the span, some triangles are missing
   std::size_t within(const Vec3& p_S, double limit_m, std::span<Near> found) const noexcept;
-  /// Finds triangles whose bounding boxes intersect a box, with results like those of within() for a point.
+  /// Finds triangles whose bounding boxes intersect a box. The results are as in within() for a point.
   std::size_t within(const Eigen::AlignedBox3d& box_S, std::span<Near> found) const noexcept;
-  /// Finds triangles that the line through `p_S` crosses, on both sides of `p_S`, with results like those of within().
+  /// Finds triangles that the line through `p_S` crosses, on both sides of `p_S`. The results are as in within().
   /// Triangles parallel to the line are excluded.
   std::size_t crossed(const Vec3& p_S, const Vec3& along, std::span<Near> found) const noexcept;
   /// Returns the signed distance to a solid, which is negative inside.

@@ -10,12 +10,12 @@
 namespace tandem::geometry {
 namespace {
 
-/// Triangles are divided into pieces whose sides are below a maximum length. This length starts at the longest side and
-/// is multiplied by kShorter in each step. It stays above kShortest times the longest side, and above kLong times the
-/// median width of the triangles.
+/// Triangles are divided into pieces whose sides are below a maximum length. The search for this length starts at the
+/// longest side and multiplies by kShorter in each step. The length stays above kShortest times the longest side, and
+/// above kLong times the median width of the triangles.
 constexpr double kShortest = 1.0 / 64, kShorter = 0.8, kLong = 3;
-/// Maximum number of times that a triangle is halved; a side of kShortest requires fewer. If the ends of a side are
-/// adjacent doubles, its middle equals one of them. Only this limit then ends the recursion.
+/// Maximum number of times that a triangle is halved; a side of kShortest requires fewer halvings. If the ends of a
+/// side are adjacent doubles, its middle equals one of them, and only this limit ends the recursion.
 constexpr int kMaxHalvings = 24;
 
 Vec3 centroid(const std::array<Vec3, 3>& corners) {
@@ -253,8 +253,8 @@ bool WindingNumber::add_angle(const std::array<Vec3, 3>& corners, const Vec3& p_
   const double x = all + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
   const double y = a.dot(b.cross(c));
   sum.add(x, y);
-  // x is 0 if the point is on a side of the triangle, and negative if it is in the interior. Both tests have a
-  // tolerance.
+  // With a tolerance: x is 0 if the point is on a side of the triangle, and negative if it is in the triangle's
+  // interior.
   return x <= kOnShare * all && std::abs(y) <= kOnShare * all;
 }
 

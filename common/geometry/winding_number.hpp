@@ -23,8 +23,8 @@ namespace tandem::geometry {
 ///         2013; Barill et al., "Fast winding numbers for soups and clouds", 2018, eq. 8 to 14; solid angle: Van
 ///         Oosterom & Strackee, "The solid angle of a plane triangle", 1983
 /// Cost    Some microseconds per query; memory of 100 bytes per piece, and the nodes of the tree. Triangles near the
-///         point are summed one by one, and a long triangle is near to many points. Long triangles are therefore
-///         divided into pieces first, at most kPieces times as many as there are triangles
+///         query point are summed one by one, and a long triangle is near many points. Long triangles are therefore
+///         divided into pieces first; the number of pieces is at most kPieces times the number of triangles
 /// Thread  any number at the same time; a query allocates nothing
 class WindingNumber {
  public:

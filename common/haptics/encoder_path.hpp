@@ -6,13 +6,13 @@
 namespace tandem::haptics {
 
 /// Smoothest path that is consistent with the reported poses. Work must not be computed along the jumps of the reported
-/// pose. A spring k whose end is reported in steps δ would seem to give k δ²/2 at each step, for any true path.
+/// pose: whatever the true path, a spring k whose end is reported in steps δ would seem to give k δ²/2 at each step.
 ///
-/// Model   p̂_k = q_k + e, with the report q and the estimated velocity v. Each component of e = p̂_{k−1} + v T − q_k
-///         is clamped to half a step, because the true position lies in this interval. If a report alternates between
-///         two neighbouring values, the path is at rest. In a wider interval, the path could lag as the velocity
-///         estimate does. The lag would appear as work. Rotations are treated in the same way, by rotation vectors. If
-///         the steps are 0, the path equals the reports
+/// Model   p̂_k = q_k + e, with the report q, the estimated velocity v and the period T. Each component of e = p̂_{k−1}
+///         + v T − q_k is clamped to half a step, because the true position lies in this interval. If a report
+///         alternates between two neighbouring values, the path is at rest. With a wider interval, the path could lag
+///         behind like the velocity estimate, and the lag would appear as work. Rotations are treated in the same way,
+///         by rotation vectors. If the steps are 0, the path equals the reports
 /// Source  our derivation
 /// Thread  haptic: no allocation, no throw
 class EncoderPath {
@@ -23,7 +23,7 @@ class EncoderPath {
   /// Returns the next point of the path.
   /// In      X, V  reported pose and estimated velocity; finite
   Pose follow(const Pose& X, const Twist& V, double period_s) noexcept;
-  /// Restarts the path at the next report.
+  /// Discards the path; it starts again at the next report.
   void lose_pose() noexcept { has_pose_ = false; }
 
  private:

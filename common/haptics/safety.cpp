@@ -1,4 +1,4 @@
-// See safety.hpp. A single gain serves start ramp, silence and faults, so that no sequence of them causes a step of
+// See safety.hpp. The start ramp, silences and faults share a single gain, so that no sequence of them causes a step of
 // force.
 #include "common/haptics/safety.hpp"
 
@@ -14,20 +14,20 @@ namespace {
 // A wrench above this limit is treated like NaN. The limit is 1e5 times that of any device. Sums of such wrenches do
 // not overflow.
 constexpr double kAbsurdWrench = 1e6;
-// Limits for a handle that is driven by the displayed force. Bodies that a user carries or shakes move along their
-// force at 0.5 m/s at most (our estimate). A device of 0.15 kg that nobody holds reaches 1 m/s within 15 mm under a
-// force of 5 N.
+// A handle counts as driven by the displayed force if it moves faster than kDriven_m_per_s along a force of kDriving_n
+// or more. A body that a user carries or shakes moves along its force at 0.5 m/s at most (our estimate). A device of
+// 0.15 kg that nobody holds reaches 1 m/s within 15 mm under a force of 5 N.
 constexpr double kDriving_n = 1, kDriven_m_per_s = 1;
-// Time constants after a new state ends a silence. The gain continues to fall for about kFallEnds_s. If the wrench
-// rises meanwhile, the rise is displayed with the time constant kShownAgain_s. Therefore neither the force nor its
-// slope jumps.
+// Time constants when a new state ends a silence. The gain continues to fall for about kFallEnds_s. If the wrench rises
+// meanwhile, the rise is displayed with the time constant kShownAgain_s. Therefore neither the force nor its slope
+// jumps.
 constexpr double kFallEnds_s = 0.006;
 constexpr double kShownAgain_s = 0.020;
 constexpr double kSteepestFall_per_s = 60;
-// Limits after a silence, because the first new states may differ much from the last one. Both a rise of the force and
-// the fall of a strong force are slower than a perceptible step (0.3 N/ms). If the computed force has vanished in the
-// meantime, the displayed force decays within 15 ms. A gap that is almost as long as a silence is treated in the same
-// way.
+// Limits for the time kReturns_s after a silence, because the first new states may differ much from the last one. A
+// rise of the force, and the fall of a strong force, are slower than a perceptible step (0.3 N/ms). If the computed
+// force has vanished during the silence, the displayed force decays within 15 ms. A gap that is almost long enough for
+// a silence is treated in the same way.
 constexpr double kReturns_s = 0.5, kReturn_n_per_s = 280, kSteepestFall_n_per_s = 250, kRelease_s = 0.015;
 constexpr Duration kAlmost{std::chrono::milliseconds(15)};
 // Rate at which the force falls when the clutch is pressed. Users do not perceive 0.1 N/ms as a step. The torque falls
@@ -80,7 +80,7 @@ bool is_driven_off(const Vec3& handle_v, const Vec3& force_on_hand) {
   return force_n >= kDriving_n && handle_v.dot(force_on_hand) > kDriven_m_per_s * force_n;
 }
 
-/// Returns `share` after an exponential approach to 1 over the time `rise_s`.
+/// Returns `share` after the time `rise_s`, in which it approaches 1 exponentially.
 double risen(double share, double rise_s) {
   return 1 - (1 - share) * std::exp(-rise_s / kShownAgain_s);
 }
@@ -119,8 +119,8 @@ Wrench SafetyChain::apply(LocalTime now, const SafetyInput& input) noexcept {
   update_gain(input, elapsed_s, rise_s);
 
   const double share = gain_ < gain_before ? gain_ / gain_before : 1.0;
-  // When the clutch is pressed or released, the handle's speed jumps, and the damper force with it. The computed wrench
-  // is therefore ignored until the decay has ended, even if the button has been released in the meantime.
+  // When the clutch is pressed or released, the handle's speed jumps, and so does the damper force. The computed wrench
+  // is therefore ignored until the decay has ended, even if the clutch was released meanwhile.
   const bool is_clutched = (latched_ & kSafetyClutched) != 0;
   const bool is_usable =
       input.has_state && input.is_displaying && !is_clutched && input.sample_is_valid && is_plausible(input.wrench);
@@ -173,8 +173,8 @@ SafetyFaults SafetyChain::present_faults(const SafetyInput& input) const noexcep
 void SafetyChain::update_gain(const SafetyInput& input, double elapsed_s, double rise_s) noexcept {
   const double gain_before = gain_;
   const double silence = silence_gain(input.state_age);
-  // A fault that ends during the decay still decays to zero. Its latch is cleared only after the device has displayed
-  // zero.
+  // If a fault ends while the force still decays, the decay continues to zero. The fault's latch is cleared only when
+  // the device has displayed zero.
   if (is_quiet() && faults_ == 0) latched_ = 0;
   if (latched_ != 0 || !input.has_state || !input.is_displaying) {
     gain_ = std::max(0.0, gain_ - release_step(input, elapsed_s));
@@ -187,8 +187,8 @@ void SafetyChain::update_gain(const SafetyInput& input, double elapsed_s, double
   returning_s_ = is_gap ? kReturns_s : std::max(0.0, returning_s_ - elapsed_s);
   if (is_gap) silent_force_n_ = displayed_.f.norm();
   fall_per_s_ *= std::exp(-elapsed_s / kFallEnds_s);
-  // Usually the gain of a silence falls more slowly than this bound. After a stall of the loop, the bound spreads the
-  // fall over several ticks.
+  // In a silence, the gain usually falls more slowly than this bound. After a stall of the loop it would fall at once;
+  // the bound then spreads the fall over several ticks.
   const double least = gain_before - elapsed_s / to_seconds(settings_.fault_decay);
   gain_ = std::max(std::min(gain_, silence), least);
   if (gain_ <= 0) {

@@ -7,7 +7,7 @@
 //               start        silence      state again
 //
 // The deadline for zero force takes precedence over the slew limit: while the gain falls, the output falls at least in
-// proportion to it. If the gain is zero, the output is exactly zero.
+// proportion to the gain. If the gain is zero, the output is exactly zero.
 #pragma once
 
 #include <cstdint>
@@ -59,7 +59,7 @@ struct SafetyInput {
   bool has_state = false;     ///< whether a state was received in this session
   bool is_displaying = true;  ///< false for an observer or before joining: zero force, even if states arrive
   /// Whether the clutch is pressed. The handle then rests in the world while the hand moves. A force computed from the
-  /// handle would push the hand without end, and would create energy.
+  /// handle would push the hand without limit and would create energy.
   bool is_clutched = false;
   bool sample_is_valid = true;
   double handle_speed_m_per_s = 0;
@@ -69,20 +69,22 @@ struct SafetyInput {
 
 /// Safety stages before the clamp. apply() is called once a tick.
 ///
-/// Model   The gain g rises by dt / start_ramp and is at most the silence gain, a smooth function of the state's age
-///         that falls from 1 to 0. After a silence g returns smoothly, too. After a fault g falls by dt / fault_decay
-///         to 0 before it may rise again. It falls at the same rate while there is no state or nothing is displayed. If
-///         the handle moves faster than 1 m/s along a displayed force of 1 N or more, it counts as driven by the force:
-///         no hand holds it. If the clutch is the only reason for a fall, the wrench falls no faster than 100 N/s and 5
-///         N·m/s. out = slew(g · wrench). While g falls, |out| ≤ |displayed before| · g / g_before, separately for
+/// Model   Rise: the gain g rises by dt / start_ramp and is at most the silence gain, a smooth function of the state's
+///         age that falls from 1 to 0. After a silence g returns smoothly, too.
+///         Fall: after a fault g falls by dt / fault_decay to 0 before it may rise again. It falls at the same rate
+///         while there is no state or nothing is displayed. If the clutch is the only reason for a fall, the wrench
+///         falls no faster than 100 N/s and 5 N·m/s. If the handle moves faster than 1 m/s along a displayed force of 1
+///         N or more, it is a fault: the force drives a handle that no hand holds.
+///         Output: out = slew(g · wrench). While g falls, |out| ≤ |displayed before| · g / g_before, separately for
 ///         force and torque. The part removed by this bound returns within 60 ms once g stops falling. If there is no
 ///         usable wrench (no state, no sample, not finite, clutched), out is the displayed wrench times g / g_before.
-///         The decay after a fault ends when zero has been displayed, not when it has been computed. While the loop
-///         does not run (a stopped process, a suspended machine), the device holds the last force. A late tick is
-///         therefore a fault. It counts as one period, so that the force decays in steps from its held value, for any
-///         new wrench and any age of the state. For 0.5 s after a silence, or after a gap at most 15 ms shorter than a
-///         silence, the force changes by at most 0.28 N/ms. The torque is limited to the same fraction of its slew
-///         limit. A decrease to zero still takes at most 15 ms. A falling gain reduces the force by at most 0.25 N/ms.
+///         The decay after a fault ends when zero has been displayed, not when it has been computed.
+///         Stalls: while the loop does not run (a stopped process, a suspended machine), the device holds the last
+///         force. A late tick is therefore a fault. It counts as one period, so that the force decays in steps from its
+///         held value, for any new wrench and any age of the state.
+///         Returns: for 0.5 s after a silence, or after a gap at most 15 ms shorter than a silence, the force changes
+///         by at most 0.28 N/ms. The torque is limited to the same fraction of its slew limit. A decrease to zero still
+///         takes at most 15 ms. A falling gain reduces the force by at most 0.25 N/ms.
 /// Thread  haptic: no allocation, no throw
 class SafetyChain {
  public:
@@ -115,12 +117,12 @@ class SafetyChain {
   LocalTime last_time_{};
   bool has_time_ = false;
   double gain_ = 0.0;
-  double fall_per_s_ = 0.0;      ///< rate at which the gain falls in a silence; it decays afterwards
+  double fall_per_s_ = 0.0;      ///< rate at which the gain falls in a silence; decays when the silence has ended
   double returning_s_ = 0.0;     ///< remaining time after a silence during which the force may change only slowly
   double silent_force_n_ = 0.0;  ///< force displayed when the silence ended
   Wrench displayed_;
-  /// Fraction of (gain times wrench) that is displayed. It falls if the gain falls while the wrench rises. Afterwards
-  /// it returns to 1.
+  /// Fraction of (gain times wrench) that is displayed. It falls if the gain falls while the wrench rises. When the
+  /// gain stops falling, the fraction returns to 1.
   double shown_force_ = 1;
   double shown_torque_ = 1;
   SafetyFaults latched_ = 0;  ///< faults whose decay has not reached zero yet

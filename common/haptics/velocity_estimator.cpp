@@ -28,9 +28,9 @@ bool lies_on(const History& history, std::size_t window, const Vec3& mean, doubl
   return true;
 }
 
-// Fits lines by least squares over growing windows until a sample deviates from the line. Quantization causes an error
-// of at most half a step. The fit has an error of the same size, except at the ends of short windows, where it is
-// larger.
+// Fits lines by least squares over longer and longer windows until a sample deviates from the line. Returns the last
+// good line. Quantization causes an error of at most half a step; the fit has an error of the same size, except at the
+// ends of short windows, where it is larger.
 Line longest_line(const History& history, double step, std::size_t most) {
   Line line;
   if (history.count < 2) return line;
@@ -81,7 +81,7 @@ Twist VelocityEstimator::add(LocalTime taken, const Pose& X) noexcept {
   const Line travel = longest_line(linear, position_step_m_, window_);
   const Line turn = longest_line(angular, rotation_step_rad_, window_);
   const Twist found{travel.slope, turn.slope};
-  // The fit can overflow for extremely large positions.
+  // For extremely large positions, the fit can overflow. The previous velocity is then kept.
   if (is_finite(found)) twist_ = found;
   linear_delay_ = from_seconds(linear.age_s[travel.window] / 2);
   angular_delay_ = from_seconds(angular.age_s[turn.window] / 2);

@@ -73,8 +73,8 @@ std::optional<Address> AddressRace::next(LocalTime now) {
   return candidate.address;
 }
 
-/// Returns when the attempt times out. Empty if no other usable address remains: then there is no time limit here, and
-/// the caller decides how long the attempt may last.
+/// Returns the time when the attempt times out. Empty if no other usable address remains: the attempt then has no time
+/// limit in this class, and the caller decides how long it may last.
 std::optional<LocalTime> AddressRace::expiry(const Candidate& candidate) const {
   const bool is_going_on = candidate.state == State::kTrying || candidate.state == State::kAccepted;
   const auto is_left = [&candidate](const Candidate& other) {

@@ -30,11 +30,10 @@ enum class AttemptFailure : std::uint8_t {
 
 /// Delays of a race; the defaults are those of RFC 8305.
 struct RaceSettings {
-  /// §3: after the IPv4 answer of DNS, time to wait for the IPv6 answer before IPv4 addresses are tried
+  /// §3: time to wait for the IPv6 answer of DNS after the IPv4 answer, before IPv4 addresses are tried.
   Duration resolution_delay{std::chrono::milliseconds(50)};
   Duration attempt_delay{std::chrono::milliseconds(250)};  ///< §5: time between the starts of two attempts
-  /// Maximum time from the start of an attempt until its connection is set up. Ignored if there is no other address
-  /// left.
+  /// Maximum time from the start of an attempt until its connection is set up. Ignored if no other address is left.
   Duration attempt_timeout{std::chrono::seconds(3)};
 };
 
@@ -59,8 +58,8 @@ class AddressRace {
   void add(std::span<const Address> addresses, bool is_v6, const std::string& problem, LocalTime now);
   /// Returns the address to connect to now. Call it repeatedly until it returns nothing.
   std::optional<Address> next(LocalTime now);
-  /// Returns the earliest time at which next() or expired() can return a new result. Empty if only add(), failed() or
-  /// accepted() can cause a new result.
+  /// Returns the earliest time at which next() or expired() can return a new result. Empty if time alone changes
+  /// nothing, and only add(), failed() or accepted() can lead to a new result.
   std::optional<LocalTime> due() const;
   /// Returns an attempt that has timed out; the caller cancels it and calls failed().
   std::optional<Address> expired(LocalTime now) const;
@@ -70,8 +69,8 @@ class AddressRace {
   void accepted(const Address& address);
 
   /// Returns whether every address has failed and no look-up is outstanding. A race that began with known addresses
-  /// does not wait for look-ups, because an unresponsive name server must not delay reconnections. Addresses of a late
-  /// DNS answer are available to the next race.
+  /// does not wait for look-ups, because an unresponsive name server must not delay reconnections. A late DNS answer is
+  /// used by the next race.
   bool is_lost() const;
   /// Returns a readable list of the results of all tried addresses and of the look-ups.
   std::string report() const;

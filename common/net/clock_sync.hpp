@@ -14,14 +14,15 @@ namespace tandem::net {
 ///
 /// Model   An exchange has the delay δ = (t4 − t1) − (t3 − t2) and the offset θ = ((t2 − t1) + (t3 − t4)) / 2. The
 ///         error of θ is half the difference between the forward and the return delay. For each of the last kSlots
-///         periods of length kSlot the exchange with the smallest δ is stored. The target is the stored θ with the
-///         smallest δ/2 + kDrift · age, because queueing falsifies new exchanges and clock drift falsifies old ones.
+///         periods of length kSlot, the exchange with the smallest δ is stored. The target is the stored θ with the
+///         smallest δ/2 + kDrift · age, because queueing falsifies new exchanges, and clock drift falsifies old ones.
 ///         Error of the target ≤ |fixed asymmetry| / 2 + (queueing in its exchange) / 2 + kDrift · its age.
-/// Settle  For kSettling after the first exchange the offset equals the target, even if the target steps. The start
-///         ramp keeps forces small during this time. Without settling, correcting a first exchange that queued for
-///         200 ms would take about 10 s.
-/// Slew    Afterwards the offset moves towards the target at the rate error / 2 s, clamped to 500 ppm … 5 %. An error
-///         of 1 ms vanishes in 2 s; an error of 100 ms decreases to 1 ms in 10 s. Server time never stops or steps.
+/// Settle  During kSettling after the first exchange the offset equals the target, even if the target steps. The start
+///         ramp keeps forces small during this time. Without settling, it would take about 10 s to correct a first
+///         exchange that was queued for 200 ms.
+/// Slew    After settling, the offset moves towards the target at the rate error / 2 s, clamped to 500 ppm … 5 %. An
+///         error of 1 ms vanishes in 2 s; an error of 100 ms decreases to 1 ms in 10 s. Server time never stops or
+///         steps.
 /// Source  RFC 5905 (clock filter, error bound that grows with age, NTP's slew of 500 ppm); the rest is our design
 /// Cost    add() O(kSlots), no allocation
 class ClockSync {

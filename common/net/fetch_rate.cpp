@@ -6,19 +6,19 @@
 namespace tandem::net {
 namespace {
 
-/// Transmission time of one piece of a pair at the current rate. A piece is one requested part of a file
-/// (fetch_rate.hpp).
+/// Transmission time of one piece of a pair at the current rate. A piece is a requested part of a file; pieces are
+/// requested in pairs (fetch_rate.hpp).
 constexpr double kPiece_s = 1.75e-3;
-/// Maximum credit, as time at the current rate. A caller that polls late can catch up by this time.
+/// Maximum credit, as time at the current rate. It lets a caller that polls late request what it has missed.
 constexpr double kMadeUp_s = 5e-3;
-/// Time after a rate reduction before its effect is evaluated. By then the queue has drained, and the window kShort
-/// holds only delays that were measured after the reduction.
+/// Time after a rate reduction before its effect is evaluated. The queue has then drained, and the window kShort holds
+/// only delays measured after the reduction.
 constexpr Duration kAfterFall = std::chrono::milliseconds(100);
-/// Ratio of the new allowance to a delay that our own traffic did not cause.
+/// Ratio of the new allowance to a queueing delay that our own traffic did not cause.
 constexpr double kLeave = 1.25;
 /// Interval over which the data rate of state updates is measured.
 constexpr Duration kStateWindow = std::chrono::milliseconds(50);
-/// If no state update arrives for this time, the data rate of state counts as zero.
+/// If no state update arrives for this time, the data rate of state updates counts as zero.
 constexpr Duration kWithoutState = std::chrono::milliseconds(200);
 
 }  // namespace

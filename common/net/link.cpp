@@ -14,10 +14,10 @@ constexpr Duration kMaxDelay = std::chrono::seconds(10);
 // Lower limit of mean_bad_period. Bad periods shorter than the interval between packets would make losses independent,
 // and each period costs a random draw.
 constexpr Duration kMinBadPeriod = std::chrono::microseconds(100);
-// Maximum length of a period, about three years: longer than any trial, but a sum of a few periods fits into a
-// Duration.
+// Maximum length of a period, about three years. It is longer than any trial, and a sum of a few such periods does not
+// overflow a Duration.
 constexpr double kMaxPeriod_s = 1e8;
-// Offsets of the random stream numbers of duplicates and paths. They exceed the stream numbers of all links.
+// Offsets of the random stream numbers for duplicates and delay paths. Both exceed the stream numbers of all links.
 constexpr std::uint64_t kDuplicateStreams = 1ULL << 40U;
 constexpr std::uint64_t kPathStreams = 1ULL << 41U;
 
@@ -132,7 +132,7 @@ void SimulatedLink::set_parameters(LinkParameters parameters) {
 
 void SimulatedLink::send(LocalTime now, std::span<const std::byte> packet) {
   ++counters_.sent;
-  // A full queue does not drop the bytes of a stream; it would slow the sender down. The model omits this slow-down.
+  // A full queue does not drop bytes of a stream; in reality it slows the sender down. The model omits this effect.
   if (!is_reliable_ && in_flight_.size() >= parameters_.queue_limit) {
     ++counters_.queue_full;
     return;

@@ -33,7 +33,7 @@ struct DelayPath {
     bool operator==(const Point&) const = default;
   };
   std::string name;           ///< name of the file that defines the path
-  std::vector<Point> points;  ///< in order of time; the first is at 0, the last at a later time; empty: no delay
+  std::vector<Point> points;  ///< points in order of time; the first is at 0, the last at a later time; empty: no delay
   /// True: each link begins at a random point of the path, determined by its seed; false: at the first point.
   bool starts_anywhere = true;
 
@@ -51,14 +51,14 @@ struct LinkParameters {
   Duration delay{0};   ///< fixed part of the delay
   Duration jitter{0};  ///< standard deviation of the variable part of the delay
   JitterDistribution distribution = JitterDistribution::kNormal;
-  std::vector<Duration> trace;  ///< for kTrace: delays used in order instead of delay + jitter
+  std::vector<Duration> trace;  ///< for kTrace: list of delays, used in order; replaces delay + jitter
   /// Correlation time of the variable part, as caused by a queue; unused with kTrace. 0: each packet's delay is
   /// independent.
   Duration jitter_correlation{0};
   /// Delay added to the delays above. It models a varying load, a change of route or the retries of a radio link.
   DelayPath delay_path;
-  /// If false, no packet overtakes an earlier one. A late packet then holds back the following ones, which arrive in a
-  /// burst.
+  /// If false, no packet overtakes an earlier one. A late packet then also delays the packets behind it, which arrive
+  /// in a burst.
   bool allows_reordering = false;
   double loss = 0.0;  ///< fraction of lost packets, 0 to kMaxLoss
   /// Mean length of bad periods; all packets that are sent in a bad period are lost
@@ -68,7 +68,7 @@ struct LinkParameters {
   std::size_t queue_limit = 4096;     ///< maximum number of packets in flight; further ones are dropped (tail drop)
 
   /// Returns whether datagrams are lost, duplicated or reordered. Such parameters must not be used for a stream,
-  /// because TCP would hide these effects.
+  /// because TCP hides these effects.
   bool spoils_datagrams() const { return loss > 0 || duplication > 0 || allows_reordering; }
   /// Describes the first invalid field and its remedy, e.g. "loss is 1.2; it must be 0 to 0.95"; empty if all are
   /// valid.
@@ -99,8 +99,8 @@ class SimulatedLink {
   /// refused.
   static SimulatedLink reliable(LinkParameters parameters, std::uint64_t seed, std::uint64_t stream);
   /// Makes both links share one line, as the datagrams and the stream of one direction do. The rate limit then bounds
-  /// the sum of their rates: each link waits for bytes that were sent before on either link. Both should have equal
-  /// rate limits.
+  /// the sum of their rates: each link waits until the bytes sent earlier on either link have passed. Both links should
+  /// have equal rate limits.
   void share_line(SimulatedLink& other) { line_free_ = other.line_free_; }
 
   void send(LocalTime now, std::span<const std::byte> packet);

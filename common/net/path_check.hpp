@@ -1,6 +1,6 @@
-// Verifies the source address of a peer's datagrams, because even an authenticated peer can send with a false source
-// address. A random number is sent to the address. Until the peer returns it, the address receives at most
-// kAmplification times the bytes received from it.
+// Verifies the source address of a peer's datagrams (the network path), because even an authenticated peer can send
+// with a false source address. A random number is sent to the address. Until the peer returns the number, the address
+// receives at most kAmplification times the bytes that came from it.
 #pragma once
 
 #include <cstddef>
@@ -34,8 +34,7 @@ class PathCheck {
     sent_ += bytes;
     return true;
   }
-  /// Returns whether to send the number now. A true result starts a pause of kRetryPeriod, during which it returns
-  /// false.
+  /// Returns whether to send the number now. After a true result, the function returns false for the time kRetryPeriod.
   bool is_due(LocalTime now) {
     if (is_valid_ || (sent_at_ != LocalTime{} && now - sent_at_ < kRetryPeriod)) return false;
     sent_at_ = now;

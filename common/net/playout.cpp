@@ -90,8 +90,8 @@ Duration PlayoutDelay::play_at(Duration now) noexcept {
 }
 
 Duration PlayoutDelay::delay() const noexcept {
-  // If the sender's clock jumps back by hours, the base decreases before play_at() adapts. The clamp bounds the result
-  // until then.
+  // If the sender's clock jumps back by hours, the base decreases before play_at() adapts. Until play_at() has adapted,
+  // the clamp bounds the result.
   return has_played_ ? std::clamp(offset_ - base(), Duration{0}, settings_.longest + kClockJump) : Duration{0};
 }
 

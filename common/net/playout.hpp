@@ -13,7 +13,7 @@
 namespace tandem::net {
 
 struct PlayoutSettings {
-  double quantile = 0.98;  ///< fraction of the time for which the next sample has arrived before it is needed
+  double quantile = 0.98;  ///< fraction of time instants at which the next sample has arrived when it is needed
   Duration window{std::chrono::seconds(2)};  ///< window over which the quantile is computed; 1 to 2 times this long
   Duration longest{std::chrono::milliseconds(60)};  ///< maximum playout delay
   double slew = 0.05;                               ///< maximum relative deviation of the playout speed from 1
@@ -22,10 +22,10 @@ struct PlayoutSettings {
 /// Chooses the playout delay, and converts local time to the sender's time that is to be played.
 ///
 /// Model   When sample i with time stamp s_i arrives at a_i, all times from s_{i−1} to s_i become playable, because
-///         they can be interpolated. The time s_{i−1} has waited longest: a_i − s_{i−1} − base, where base is the least
-///         a − s. The delay is the quantile of this waiting time over the window, with each gap weighted by its length.
-///         It covers jitter and gaps caused by losses. The effective window is 1 to 2 windows long, because it consists
-///         of two halves and the older half is discarded as a whole. The resolution is 0.5 ms.
+///         they can be interpolated. Of these times, s_{i−1} has waited longest: a_i − s_{i−1} − base, where base is
+///         the least a − s. The delay is the quantile of this waiting time over the window, with each gap weighted by
+///         its length. It covers jitter and gaps caused by losses. The effective window is 1 to 2 windows long, because
+///         it consists of two halves and the older half is discarded as a whole. The resolution is 0.5 ms.
 /// Settle  the delay changes in one step during the first half second, and after clock jumps of more than 200 ms
 /// Source  idea: Ramjee, Kurose, Towsley, Schulzrinne, "Adaptive playout mechanisms for packetized audio applications
 ///         in wide-area networks", INFOCOM 1994; the weighting by gaps and the slew are our design

@@ -20,8 +20,8 @@ namespace tandem::net {
 using UnsentLimit = boost::asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>;
 inline constexpr int kUnsentBytes = 16 * 1024;
 
-/// Socket option that lets several sockets of one system user share a UDP port. A connected socket then receives the
-/// datagrams of its peer.
+/// Socket option that lets several sockets of one system user share a UDP port. Each connected socket then receives
+/// only the datagrams of its own peer.
 using SharedPort = boost::asio::detail::socket_option::boolean<SOL_SOCKET, SO_REUSEPORT>;
 
 /// Returns a system message in the form for the middle of a sentence: "Connection refused" becomes "connection

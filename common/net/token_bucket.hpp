@@ -12,9 +12,9 @@ struct Rate {
   double at_once = 0;
 };
 
-/// Token bucket of `at_once` tokens, which starts full and fills at `per_second`. The balance may become negative, down
-/// to minus the larger of at_once and the cost of one item. If no item costs more than at_once, a pause of at_once /
-/// per_second suffices for a balance of at least zero.
+/// Token bucket of `at_once` tokens, which starts full and fills at `per_second`. The balance may become negative: its
+/// lower limit is minus the larger of at_once and the cost of one item. If no item costs more than at_once, a pause of
+/// at_once / per_second therefore restores a balance of at least zero.
 ///
 /// Thread  any, one at a time; no allocation
 class TokenBucket {

@@ -5,8 +5,8 @@
 namespace tandem::physics {
 namespace {
 
-/// Limit of the damping of a fluid around a massless tool, as a fraction of m/h of the effect's owner (mass m, step h).
-/// The reaction on the owner acts one step late. Up to this limit it slows the owner without reversing its motion.
+/// Limit of a fluid's damping around a massless tool, as a fraction of m/h (mass m of the effect's owner, step h). The
+/// reaction on the owner acts one step late. Up to this limit, it slows the owner without reversing the owner's motion.
 constexpr double kLateShare = 0.25;
 
 bool can_move(const TouchThing& thing) {
@@ -18,7 +18,7 @@ bool is_massless(const TouchThing& thing) {
 }
 
 /// Returns the largest row sum of absolute values. It is an upper bound of the largest eigenvalue of a symmetric
-/// matrix, and exact for a free ball.
+/// matrix, and equals that eigenvalue for a free ball.
 double bound_of(const Eigen::Matrix3d& matrix) {
   return matrix.cwiseAbs().rowwise().sum().maxCoeff();
 }
@@ -39,7 +39,8 @@ Mobility mobility_at(const TouchThing& thing, const Vec3& p_W) {
   return {linear + cross.transpose() * inverse_inertia * cross, inverse_inertia};
 }
 
-/// Returns the mobility of a massless tool. A force f moves it by f/k within the step h, as it would move a mass k h².
+/// Returns the mobility of a massless tool with the coupling stiffness k. In a step h, a force f displaces the tool by
+/// f/k. The same force would displace a mass of k h² equally.
 Mobility mobility_of(const Joint& tether, double step_s) {
   constexpr double kLeast = 1e-9;  // lower limit, used if a stiffness is zero
   const double squared = step_s * step_s;
@@ -134,7 +135,7 @@ void EffectStage::apply_one(double time_s, double step_s, std::size_t index, std
   if (owner) push(step_s, things[*owner], *owner, -on_tool_W, p_WT);
 }
 
-/// Applies the reaction of the fluid of the last step to the effect's owner. Then computes the fluid of this step.
+/// Applies to the effect's owner the reaction of the fluid from the last step. Then computes the fluid of this step.
 void EffectStage::flow_round(const Meeting& meeting, const EffectInput& input, std::span<TouchThing> things,
                              TouchDrag& flow) noexcept {
   const EffectSettings& settings = meeting.effect.settings();

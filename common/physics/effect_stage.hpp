@@ -13,12 +13,12 @@ namespace tandem::physics {
 ///
 /// Effects are applied one after another, each with the velocities that result from the previous ones. Overlapping
 /// dampers therefore slow a tool as one damper would, and never reverse its motion. Contact forces are those of the
-/// last step. The effects of a body do not act on a tool that holds this body. If several tools hold a body, each
-/// transmits an equal part of an effect to it.
+/// last step. The effects that a body owns do not act on a tool that holds this body. If several tools hold a body,
+/// each transmits an equal part of an effect to it.
 ///
 /// A massless tool is displaced against the spring k of its coupling; for an effect, this corresponds to a mass of k h²
-/// (step h). TouchStage includes fluids around such a tool in its solution (TouchDrag). A drag computed from the
-/// velocity of the last step would be unstable for a damping b ≥ k h/2.
+/// (step h). TouchStage includes fluids around such a tool in its solution (TouchDrag). Without this, the drag would
+/// follow from the velocity of the last step, which is unstable for a damping b ≥ k h/2.
 ///
 /// Third law: the forces on the tool and on the effect's owner have the same line of action, through the tool's origin.
 /// For a massless tool in a fluid, the reaction on the owner acts one step late, because it is known only after the

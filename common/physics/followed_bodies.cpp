@@ -19,7 +19,7 @@ class FollowedBodies final : public FreeBodies {
   }
 
  private:
-  std::vector<RigidBody*> bodies_;  ///< same index as in the description; null: not added
+  std::vector<RigidBody*> bodies_;  ///< bodies, with the same index as in the description; null: not added
 };
 
 }  // namespace

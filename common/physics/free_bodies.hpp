@@ -16,14 +16,14 @@ class FreeBodies {
  public:
   virtual ~FreeBodies() = default;
 
-  /// Adds `rigid` as body `index` of the description. Its address must not change until remove(). Static bodies are
-  /// added, too, because other bodies collide with them.
+  /// Adds `rigid` as body `index` of the description. Its address must not change until remove(). Static bodies must be
+  /// added as well, because other bodies collide with them.
   virtual void add(std::size_t index, RigidBody& rigid) = 0;
   virtual void remove(std::size_t index) = 0;
   /// Sets the gravity of the next steps. Initially it is that of the description.
   virtual void set_gravity(const Vec3& /*m_per_s2*/) noexcept {}
   /// Moves the added bodies by one step from their present states. Uses and clears their applied wrenches
-  /// (RigidBody::apply_wrench()). The world, not this component, checks the new states for values that are not finite.
+  /// (RigidBody::apply_wrench()). The new states may be not finite; the world checks them.
   virtual TickFaults step(double step_s) noexcept = 0;
 };
 

@@ -9,23 +9,23 @@ namespace tandem::physics {
 namespace {
 
 constexpr double kKt_kcal_per_mol = docking::kThermalEnergy_kcal_per_mol;
-/// Assumed relative growth of a repulsive energy per Å of overlap, above the knee. For a repulsion r^−12 at 3 Å it is
-/// 4/Å, and more if an attraction is subtracted. We chose a value that covers both.
+/// Assumed relative growth of a repulsive energy per Å of overlap, above the knee (see felt_share()). For a repulsion
+/// r^−12 at 3 Å it is 4/Å, and more if an attraction is subtracted. The chosen value covers both.
 constexpr double kSteepness_per_angstrom = 8;
 constexpr double kMinScale = 1e-12;
 
-/// Returns the energy up to which the displayed force is zero.
+/// Returns the upper end of the zero area: the energy up to which the displayed force is zero.
 double zero_end(const WorldDescription& world) {
   return world.molecular_minimum_kcal_per_mol + world.molecular_zero_kt * kKt_kcal_per_mol;
 }
 
-/// Returns the energy of the knee, which is at least the upper end of the zero area.
+/// Returns the energy of the knee, above which forces are reduced. It is at least 1 kT above the zero area.
 double knee(const WorldDescription& world) {
   const double knee = world.molecular_knee_kcal_per_mol;
   return world.molecular_zero_kt > 0 ? std::max(knee, zero_end(world) + kKt_kcal_per_mol) : knee;
 }
 
-/// Returns the width of the knee. With this width, a force that grows by kSteepness_per_angstrom is limited to about a
+/// Returns the width of the knee. With this width, a force that grows by kSteepness_per_angstrom approaches about a
 /// quarter of the force limit.
 double knee_width(const WorldDescription& world) {
   const double newtons = std::max(kMinScale, world.newtons_per_kcal_per_mol_angstrom);
@@ -106,7 +106,7 @@ double MolecularForces::energy_j() const {
 bool MolecularForces::add_pair(Pair& pair, std::span<const Pose> X_WB, std::span<Wrench> wrenches_W) noexcept {
   const Pose X_AB = X_WB[pair.a].inverse() * X_WB[pair.b];
   const docking::FieldResult result = pair.field.evaluate({X_AB.p / world_->metres_per_angstrom, X_AB.q});
-  // The field is not finite if atoms coincide. In this case the pair keeps its previous energy and has no force.
+  // The field is not finite if atoms coincide. The pair then keeps its previous energy and has no force.
   if (!std::isfinite(result.energy_kj_per_mol()) || !is_finite(result.force_on_b) || !is_finite(result.torque_on_b)) {
     return true;
   }

@@ -6,11 +6,11 @@
 namespace tandem::physics {
 namespace {
 
-/// Maximum rotation in a substep of free rotation. At 78 rad/s and a step of 1 ms, the error of the attitude is then 1°
-/// after 10 s.
+/// Maximum rotation in a substep of free rotation. At 78 rad/s and a step of 1 ms, the resulting error of the attitude
+/// is 1° after 10 s.
 constexpr double kMidpointTurn_rad = 0.02;
-/// Number of iterations of the midpoint rule. Each one multiplies the error by about 0.01, the rotation in half a
-/// substep.
+/// Number of iterations of the midpoint rule. Each one multiplies the error by about 0.01, which is the rotation in
+/// half a substep [rad].
 constexpr int kMidpointIterations = 4;
 /// Maximum number of substeps. It suffices, because limit_speed() limits the rotation in a step to 0.5 rad.
 constexpr int kMaxSubsteps = 32;

@@ -7,10 +7,10 @@ namespace {
 
 /// Lateral distance at which the wrench has faded to zero, as a multiple of the trust radius.
 constexpr double kFadeEnd = 4;
-/// Fraction of the initial force. If the force along the initial direction falls below it, the whole wrench is scaled
+/// If the force along its initial direction falls below this fraction of the initial force, the whole wrench is scaled
 /// down.
 constexpr double kReleaseShare = 0.25;
-/// Largest change of depth that changes the force.
+/// Limit of the depth change: the force changes no further beyond it.
 constexpr double kDeepest_m = 0.05;
 
 }  // namespace

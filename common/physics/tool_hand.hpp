@@ -9,7 +9,7 @@
 
 namespace tandem::physics {
 
-/// Lever arm of the brake, about the extent of a grip. The rotational damping of the brake is its translational damping
+/// Lever arm of the brake, about the size of a grip. The rotational damping of the brake is its translational damping
 /// times the square of this arm.
 inline constexpr double kBrakeLever_m = 0.03;
 
@@ -17,8 +17,8 @@ inline constexpr double kBrakeLever_m = 0.03;
 /// the solver's result.
 ///
 /// Model   work of step k = F_k · (x_{k+1} − x_k) + τ_k · θ_{k,k+1}, with the mean wrench (F, τ) of the step about the
-///         tool's origin. Positive and negative work are summed separately. Neither sum ever decreases. A receiver
-///         therefore needs only the latest values, and lost messages do no harm
+///         tool's origin. Positive and negative work are summed separately, so neither sum ever decreases. A receiver
+///         needs only the latest sums, and lost messages do no harm
 class ToolHand {
  public:
   /// In      law  a name known to find_coupling_law()
@@ -43,7 +43,7 @@ class ToolHand {
 
   bool has_handle() const { return has_handle_; }
   bool pulls() const { return pulls_; }
-  /// Dynamics that the law requires for a tool that holds nothing.
+  /// Kind of tool (ToolDynamics) that the law requires while the tool holds nothing.
   haptics::ToolDynamics dynamics() const { return fade_.law().tool_dynamics(); }
   /// Coefficients that currently apply.
   const haptics::CouplingParameters& parameters() const { return fade_.parameters(); }

@@ -13,8 +13,8 @@ namespace {
 
 /// A body is at rest if it was slower than both speed limits for kRest_s.
 constexpr double kRest_m_per_s = 2e-5, kRest_rad_per_s = 5e-4, kRest_s = 0.5;
-/// Impacts at a lower speed do not bounce. Gravity adds only 0.01 m/s in a step, so a resting contact stays below the
-/// limit.
+/// Impacts below this speed do not bounce. Gravity adds only 0.01 m/s in a step, so a body at rest on another one does
+/// not bounce.
 constexpr double kBounce_m_per_s = 0.05;
 
 /// Returns the twist about the origin of W, the reference point of contact wrenches.
@@ -27,8 +27,8 @@ double power_w(const Wrench& on_a_W, const Twist& a, const Twist& b) {
   return on_a_W.f.dot(a.v - b.v) + on_a_W.t.dot(a.w - b.w);
 }
 
-/// Returns how strongly a wrench changes the velocity that it works on. The result is the power of `wrench_W` with the
-/// acceleration that it causes on the body.
+/// Returns how strongly a wrench changes the velocity along itself: the power of `wrench_W` with the acceleration that
+/// it causes on the body.
 double yield_of(const RigidBody& body, const Wrench& wrench_W) {
   if (body.is_static()) return 0;
   const Wrench at_centre_W{wrench_W.f, wrench_W.t - body.centre_W().cross(wrench_W.f)};
@@ -121,7 +121,8 @@ void UntouchedBodies::add(std::size_t index, RigidBody& rigid) {
   wake(index);
 }
 
-/// Wakes the bodies that the removed body touched. A static body belongs to no group, so its removal wakes all bodies.
+/// Removes a body and wakes the bodies that it touched. A static body belongs to no group, so its removal wakes all
+/// bodies.
 void UntouchedBodies::remove(std::size_t index) {
   if (bodies_[index].rigid->is_static()) {
     wake_all();
@@ -247,7 +248,7 @@ void UntouchedBodies::follow_impacts(double step_s) {
   }
 }
 
-/// Returns the speed of approach along the impulse of all patches of the pair; 0 if it is too slow for a bounce.
+/// Returns the speed of approach along the direction of the pair's total impulse; 0 if it is too slow for a bounce.
 double UntouchedBodies::speed_of_approach(const Impact& impact) const {
   const Wrench& impulse_W = impact.impulse_on_a_W;
   const double size = impulse_W.f.norm();
@@ -258,7 +259,7 @@ double UntouchedBodies::speed_of_approach(const Impact& impact) const {
 
 void UntouchedBodies::press(std::size_t a, std::size_t b, const contact::PatchResult& result, double step_s) {
   if (restitution(a, b) <= 0) return;
-  // The two bodies of a pair may be in reverse order, because the order changes when one of them wakes.
+  // The two bodies of the pair may be in reverse order, because the order changes when one of them wakes.
   const auto is_its = [a, b](const Impact& impact) {
     return (impact.a == a && impact.b == b) || (impact.a == b && impact.b == a);
   };
@@ -282,7 +283,7 @@ void UntouchedBodies::bounce(Impact& impact, double step_s) {
   RigidBody& b = *bodies_[impact.b].rigid;
   const double parting = power_w(impulse_W, twist_at_origin(a), twist_at_origin(b)) / size;
   const double wanted = restitution(impact.a, impact.b) * impact.met_m_per_s;
-  // While the bodies still approach each other faster than this, the compression continues.
+  // A faster approach than this means that the compression continues.
   if (parting < -kBounce_m_per_s / 2) return;
   impact.is_over = true;
   const double yield = yield_of(a, impulse_W) + yield_of(b, impulse_W);

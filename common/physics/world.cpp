@@ -9,7 +9,7 @@
 namespace tandem::physics {
 namespace {
 
-/// Radius assumed for an object without shapes; it limits the object's rotational speed.
+/// Radius assumed for an object without shapes. It limits the rotational speed of the object.
 constexpr double kRadiusOfNone_m = 0.01;
 
 /// Returns the radius of the bounding sphere about the centre of mass.
@@ -81,7 +81,7 @@ std::uint32_t World::Impl::holders_of(std::size_t body) const {
   return holders;
 }
 
-/// Returns the index in the arrays of the soft bodies, which have the tools first and then the bodies.
+/// Returns the index of a thing in the arrays of the soft bodies, which list the tools first and then the bodies.
 std::size_t World::Impl::soft_index_of(std::size_t thing) const {
   return thing < bodies.size() ? tools.size() + thing : thing - bodies.size();
 }

@@ -81,13 +81,13 @@ class World {
   /// Sets the newest state of the user's handle. The tool is coupled to it until clear_handle().
   void set_handle(std::size_t tool, const RigidState& handle);
   /// Ends the coupling to the handle until the next set_handle(). A tool that holds nothing then drifts and is damped.
-  /// A held body is softly coupled to its present pose.
+  /// A body that the tool holds is softly coupled to its present pose.
   void clear_handle(std::size_t tool);
 
   /// Grabs a body. If `body` is invalid, grabs the nearest graspable body within reach.
   GrabResult grab(std::size_t tool, BodyId body);
-  /// Attaches a body with the grip `X_BT`. The caller decides, for example from the server's state, so the distance
-  /// from tool to body is not checked. A body held before is released. Ignored for an unknown or static body and for an
+  /// Attaches a body with the grip `X_BT`. The distance from tool to body is not checked: the caller decides, for
+  /// example from the server's state. A body held before is released. Ignored for an unknown or static body and for an
   /// inactive tool.
   void hold(std::size_t tool, BodyId body, const Pose& X_BT);
   /// Moves the grip on the held body towards `X_BT`, by at most `most_m` and 10 rad per metre of `most_m`. A client's
@@ -136,11 +136,11 @@ class World {
   /// tool moves with the body.
   void shift_body(BodyId body, const Pose& by_W, const Twist& dv);
   void shift_tool(std::size_t tool, const Pose& by_W, const Twist& dv);
-  /// Keeps the body in the touch stage for at least this time. With 0, the body is there only while it is held or
-  /// touched.
+  /// Keeps the body in the touch stage for at least this time. With 0, the body is in the touch stage only while it is
+  /// held or touched.
   void keep_implicit(BodyId body, double seconds);
-  /// Sets the contact with soft bodies of the tool, or of its held body, until the next call. For worlds that do not
-  /// simulate the soft bodies themselves.
+  /// Sets the contact of the tool, or of its held body, with soft bodies; valid until the next call. For worlds that do
+  /// not simulate soft bodies themselves.
   void set_soft_contact(std::size_t tool, const SoftContact& contact);
 
   /// Advances by step_s: calls answer(), then finish(). Does not throw; faults are returned as bits.
@@ -152,11 +152,11 @@ class World {
   /// Second part of a step. Does nothing if answer() was not called before.
   TickFaults finish() noexcept;
   /// Searches contacts and field of the next step in idle time, from the present poses. The step repeats the search if
-  /// a body or tool has changed its pose or moves farther than predicted. Afterwards contact_points_W() returns no
-  /// points.
+  /// a body or tool has changed its pose or moves farther than predicted. After this call, contact_points_W() returns
+  /// no points.
   void look_ahead() noexcept;
-  /// Runs several steps without look_ahead() and returns the processor time of the fastest one. This minimum is nearly
-  /// independent of other load.
+  /// Runs several steps without look_ahead() and returns the processor time of the fastest one, which hardly depends on
+  /// other load of the machine.
   Duration quickest_step() noexcept;
 
   /// Bodies that the last step returned to their start poses, at rest. Reasons are a request, a state that is not
@@ -175,8 +175,8 @@ class World {
   TouchSummary touch(std::size_t tool) const;
   /// Linearised contact of the tool, or of its held body, with soft bodies; a trust radius of 0 means no contact.
   const SoftContact& soft_contact(std::size_t tool) const noexcept;
-  /// Writes contact points of the tool, or of its held body, in the last step. If not all fit, the written ones are
-  /// spread over all. Returns their number.
+  /// Writes contact points of the tool, or of its held body, in the last step. If `out` is too small for all, the
+  /// written points are an even selection. Returns their number.
   std::size_t contact_points_W(std::size_t tool, std::span<Vec3> out) const noexcept;
   /// Mean contact normal of a free tool with a body in the last step: a unit vector out of the body, or zero without
   /// contact.
@@ -189,9 +189,9 @@ class World {
   /// Molecular energy of the whole scene at the start of the last step; 0 if there are no molecules.
   double field_energy_kj_per_mol() const;
   double field_energy_j() const;  ///< displayed part of the molecular energy, in joules of the world
-  /// Energy stored in the world [J]. It is the sum of the kinetic and gravitational energy of moving bodies and tools,
-  /// the energy of anchors and present couplings, and the displayed molecular energy. The molecular part ignores the
-  /// limit of the force. The energy of contacts is not included.
+  /// Energy stored in the world [J]: the kinetic and gravitational energy of moving bodies and tools, the energy of
+  /// anchors and present couplings, and the displayed molecular energy. The molecular part ignores the limit of the
+  /// force. The energy of contacts is not included.
   /// In      without_hands  bit i: the coupling of tool i is excluded
   double stored_energy_j(std::uint32_t without_hands = 0) const;
   /// Energy stored in a tool's coupling [J].

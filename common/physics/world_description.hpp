@@ -45,7 +45,7 @@ struct ToolDescription {
   std::optional<std::size_t> holds_body;  ///< index of the body that the tool holds from the start
 };
 
-/// Fraction of the molecular force limit at which the displayed force has its knee (felt_share()).
+/// The displayed molecular force has its knee at this fraction of the molecular force limit (felt_share()).
 inline constexpr double kKneeOfLimit = 0.25;
 
 /// Description of a world. It does not change while the world runs.
@@ -62,10 +62,10 @@ struct WorldDescription {
   double newtons_per_kcal_per_mol_angstrom = 0.03;  ///< S_f
   double molecular_force_limit_n = 20;              ///< smooth limit on the molecular force between two bodies
   docking::FieldModel field_model;
-  // Fraction of the molecular field that is displayed (felt_share()).
-  double molecular_zero_kt = 0;               ///< height of the zero area above the minimum [kT]; 0: no zero area
+  // The following members determine which fraction of the molecular field is displayed (felt_share()).
+  double molecular_zero_kt = 0;               ///< height of the zero area (energies without force) [kT]; 0: none
   double molecular_minimum_kcal_per_mol = 0;  ///< lowest energy of two molecules
-  double molecular_knee_kcal_per_mol = 0;     ///< knee: above this energy, less than the full force is displayed
+  double molecular_knee_kcal_per_mol = 0;     ///< energy of the knee, above which less than the full force is displayed
   std::vector<EffectSettings> effects;
 };
 

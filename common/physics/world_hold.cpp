@@ -9,8 +9,8 @@
 namespace tandem::physics {
 namespace {
 
-/// Largest overlap with a released body at which the tool counts as touching the body from outside. With more overlap,
-/// the tool was inside and passes through the body.
+/// Largest overlap with a released body at which the tool still counts as outside the body. With more overlap, the tool
+/// was inside, and it passes through the body until both have separated.
 constexpr double kPressedDepth_m = 2e-4;
 
 }  // namespace
@@ -31,7 +31,7 @@ void World::Impl::detach(WorldTool& tool) {
   tool.rigid.set_state(tool_state(tool));
   tool.soft = {};
   WorldBody& body = bodies[*tool.held];
-  // adopt() makes the body free again after no tool has touched it for a while.
+  // The body stays in the touch stage for a while; adopt() makes it free again if no tool touches it.
   --body.hands;
   body.adopted = adoption_steps();
   const Pose X_WT = tool.rigid.pose(), X_WB = body.rigid.pose();
@@ -51,8 +51,8 @@ void World::Impl::couple(WorldTool& tool) const {
   tool.hand.set_coupling(*haptics::find_coupling_law(coupling.law), coupling_of(tool));
 }
 
-/// Returns the distance from the tool to the body's surface. For a molecule, it is the distance from the tool's origin
-/// to the nearest atom.
+/// Returns the distance from the tool to the body's surface; for a molecule, from the tool's origin to the nearest
+/// atom.
 double World::Impl::distance_m(const WorldTool& tool, std::size_t index, double limit_m) const {
   const WorldBody& body = bodies[index];
   const Pose X_WT = tool.rigid.pose();
@@ -168,7 +168,7 @@ void World::release(std::size_t index) {
 void World::set_coupling(const haptics::CouplingLawInfo& law, const haptics::CouplingParameters& parameters) {
   SceneCoupling& coupling = impl_->coupling;
   const bool is_other_law = law.name != coupling.law;
-  // This function is called in every tick. For unchanged values it returns early, because computing the coefficients of
+  // This function is called in every tick. It returns early for unchanged values, because computing the coefficients of
   // each tool is expensive.
   if ((!is_other_law && parameters == coupling.parameters) || !haptics::is_usable(parameters)) return;
   if (is_other_law && !haptics::are_exchangeable(law, *haptics::find_coupling_law(coupling.law))) return;

@@ -57,11 +57,11 @@ struct WorldTool {
   RigidState start() const { return {description->X_WT, Twist{}}; }
 };
 
-/// Time for which a body remains in the touch stage after its last contact with a tool. Otherwise a bouncing contact
+/// Time for which a body remains in the touch stage after its last contact with a tool. Without it, a bouncing contact
 /// (tapping, sliding) would move the body between the two solvers at every bounce.
 inline constexpr double kAdoption_s = 0.25;
 
-/// A pose that is unequal to every pose, also to itself, because its position is NaN.
+/// A pose whose position is NaN. It is unequal to every pose, also to itself.
 inline const Pose kNowhere{Vec3::Constant(std::numeric_limits<double>::quiet_NaN()), Quat::Identity()};
 
 /// Returns the bit of a tool in a set of tools. There are at most as many tools as users.
@@ -69,7 +69,7 @@ inline std::uint32_t bit_of(std::size_t tool) {
   return tool < 32 ? std::uint32_t{1} << tool : 0;
 }
 
-// Members that refer to bodies are declared after the bodies, so that they are destroyed first.
+// Members that refer to bodies are declared after `bodies`, so that they are destroyed before it.
 struct World::Impl {
   Impl(std::shared_ptr<const WorldDescription> world, std::unique_ptr<FreeBodies> free_bodies,
        std::unique_ptr<SoftBodies> soft_bodies);
@@ -84,8 +84,8 @@ struct World::Impl {
   std::size_t thing_of(const WorldTool& tool) const;
   std::size_t soft_index_of(std::size_t thing) const;
   std::uint32_t holders_of(std::size_t body) const;
-  /// Calls `change` on the body. If the change moves the body to the other stage (free bodies or touch stage),
-  /// transfers it.
+  /// Calls `change` on the body. If this moves the body between the free bodies and the touch stage, transfers the
+  /// body.
   template <class Change>
   void change_owner(WorldBody& body, const Change& change);
 

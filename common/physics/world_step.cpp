@@ -9,9 +9,10 @@
 namespace tandem::physics {
 namespace {
 
-/// Damping of a tool without a handle. Our choice: the tool comes to rest in a quarter of a second, without a jerk.
+/// Damping of a tool without a handle. With this value (our choice), it comes to rest in a quarter of a second, without
+/// a jerk.
 constexpr double kIdleDamping_per_s = 20;
-/// Distance from the origin at which the molecules of absent bodies are placed, so that they have no force on others.
+/// Distance from the origin to which the molecules of absent bodies are moved, so that they exert no force.
 constexpr double kOutOfReach_m = 1e6;
 
 }  // namespace
@@ -61,8 +62,8 @@ void World::Impl::damp_and_ramp() noexcept {
   }
 }
 
-/// Describes bodies and tools to the touch stage. For an external object, the wrench contains weight and field too, so
-/// that the stage can predict its motion.
+/// Describes bodies and tools to the touch stage. The wrench of an external object contains weight and field as well,
+/// so that the stage can predict the object's motion.
 void World::Impl::describe_things() noexcept {
   using Role = TouchThing::Role;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -178,8 +179,7 @@ TickFaults World::Impl::settle_hands() noexcept {
   return faults;
 }
 
-/// Holds waiting bodies at their start poses until a tool first takes or touches them. Weight and field do not move
-/// them.
+/// Keeps waiting bodies at their start poses, against weight and field, until a tool first takes or touches them.
 void World::Impl::keep_waiting() noexcept {
   for (WorldBody& body : bodies) {
     body.waits = body.waits && body.is_free();
@@ -199,7 +199,7 @@ TickFaults World::Impl::limit_or_restore(std::size_t index) noexcept {
   const bool is_requested = puts_all_back && body.hands == 0;
   if (is_finite && !is_outside && !is_requested) return limit_speed(body.rigid);
   returned_bodies.push_back(body_id_at(index));
-  // The body is removed and added again, because its contacts may contain values that are not finite. This clears them.
+  // The body is removed and added again to clear its contacts, which may contain values that are not finite.
   if (body.is_free()) free->remove(index);
   body.rigid.set_state(body.start());
   if (body.is_free()) free->add(index, body.rigid);
@@ -274,7 +274,7 @@ Duration World::quickest_step() noexcept {
   constexpr int kSteps = 10;
   Duration quickest = std::chrono::hours(1);
   for (int i = 0; i < kSteps; ++i) {
-    // Unequal poses force an evaluation of the field, which unchanged poses would skip.
+    // Poses that are NaN force an evaluation of the field, which is otherwise skipped for unchanged poses.
     for (Pose& X_WB : impl_->poses) X_WB = kNowhere;
     const Duration begin = processor_time();
     step();

@@ -1,5 +1,5 @@
-// Passes objects that own memory from a maker thread to a user thread, and lets the maker free them later. The user
-// thread neither allocates, locks, waits nor frees, and never holds a pointer to a freed object.
+// Passes objects that own memory from a maker thread to a user thread, and lets the maker thread free the objects
+// later. The user thread neither allocates, locks, waits nor frees, and never holds a pointer to a freed object.
 //
 //   maker: offer(g, object) ──▶ slot g mod 2 ──▶ get()             user, in generation g
 //          frees the object of g − 2, once ◀─── enter(g − 1) ───── user
@@ -21,8 +21,8 @@ namespace tandem::realtime {
 template <class T>
 class Handover {
  public:
-  /// Stores `object` as the only object of `generation` (> 0, increasing). While the user may still use the object of
-  /// generation − 2, returns false and leaves `object` to the caller, who must call again later.
+  /// Stores `object` as the only object of `generation` (> 0, increasing). Returns false and leaves `object` to the
+  /// caller while the user thread may still use the object of generation − 2. The caller must then try again later.
   /// Thread  maker, which here frees the object of generation − 2
   bool offer(std::uint32_t generation, std::unique_ptr<T>& object) {
     const std::size_t slot = generation % kSlots;

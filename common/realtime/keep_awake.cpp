@@ -23,12 +23,12 @@ namespace tandem::realtime {
 namespace {
 
 constexpr Duration kFollowEvery{std::chrono::milliseconds(10)};
-/// The load is evaluated over kJudgeTimes periods of kFollowEvery. The helper pauses for kStopTimes periods if threads
-/// other than the protected one used more than the fraction kMaxOthers of the processor's time.
+/// The load is evaluated over kJudgeTimes periods of kFollowEvery. If threads other than the protected one used more
+/// than the fraction kMaxOthers of the processor's time, the helper pauses for kStopTimes periods.
 constexpr int kJudgeTimes = 10, kStopTimes = 100;
 constexpr double kMaxOthers = 0.5;
 
-// One flag per processor, set while a helper thread keeps that processor awake
+// One flag per processor; it is set while a helper thread keeps this processor awake.
 std::array<std::atomic_flag, CPU_SETSIZE> kept_awake{};
 
 /// Returns the processor on which the thread with this /proc stat file ran last; −1 if the thread has ended.
@@ -44,9 +44,9 @@ int processor_of(int stat) {
   return text.empty() ? -1 : std::atoi(text.data());
 }
 
-/// Returns two times from a thread's /proc schedstat file: its running time, and the time in which it was ready but
-/// other threads ran (0 if the kernel does not count it). Time in which the host suspended the virtual processor is
-/// excluded.
+/// Returns two times from a thread's /proc schedstat file: the thread's running time, and the time in which it was
+/// ready while other threads ran (0 if the kernel does not count this). Time in which the host suspended the virtual
+/// processor is excluded.
 std::array<Duration, 2> times_of(int schedstat) {
   std::array<char, 128> bytes{};
   if (pread(schedstat, bytes.data(), bytes.size() - 1, 0) <= 0) return {};
@@ -132,8 +132,8 @@ bool gives_idle_to_host(const std::filesystem::path& root) {
 bool has_processor_quota(const std::filesystem::path& root) {
   std::ifstream own(root / "proc/self/cgroup");
   for (std::string line; std::getline(own, line);) {
-    // A line contains number, controllers and path; in cgroup version 2 the list of controllers is empty. Quotas of
-    // parent groups apply too.
+    // A line contains number, controllers and path. In cgroup version 2 the list of controllers is empty. The quotas of
+    // parent groups apply to this process as well.
     const std::size_t colon = line.find(':'), slash = line.find(":/");
     if (slash == std::string::npos) continue;
     const std::string controllers = ',' + line.substr(colon + 1, std::max(colon + 1, slash) - colon - 1) + ',';

@@ -7,8 +7,8 @@
 namespace tandem::realtime {
 
 /// Returns whether an idle processor is handed back to the host of a virtual machine, which may need a millisecond to
-/// run it again. This is so if the machine is virtual and its kernel has no idle driver that request_realtime() could
-/// configure.
+/// run the processor again. This is so if the machine is virtual and its kernel has no idle driver that
+/// request_realtime() could configure.
 ///
 /// In      root  folder with proc/cpuinfo and sys/devices/system/cpu/cpuidle/current_driver; tests pass a folder of
 ///         their own

@@ -4,8 +4,8 @@
 //        publish(): A ⇄ middle (mark fresh)      poll(): if fresh, middle ⇄ B
 //
 // With three slots the writer can always write and the reader can always read a complete value. Values in this project
-// describe a whole state, and only the newest matters. So a value that was never read is not kept; publish() reports it
-// for a counter.
+// describe a whole state, and only the newest state matters. A value that was never read is therefore overwritten;
+// publish() reports the loss, so that the caller can count it.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// Non-blocking output of a program. A program that displays forces must never wait for the reader of its output. A
-// terminal can be stopped (Ctrl-S), a pipe can be full, and its reader may have ended.
+// Non-blocking output of a program. A program that displays forces must never wait for the reader of its output: a
+// terminal can be stopped (Ctrl-S), a pipe can be full, and the reading program may have ended.
 //
 //   any thread: out(), err(), log() ──▶ queue of 1024 lines ──▶ a thread for each output: write(2), may hang
 //                                       full: the oldest line is dropped and counted
@@ -15,8 +15,8 @@
 
 namespace tandem::realtime {
 
-/// Limits the number of lines of one kind per minute. Suppressed lines are counted and reported. So a peer that
-/// triggers log lines cannot fill the log.
+/// Limits the number of lines of one kind per minute. Suppressed lines are counted and reported. A peer that triggers
+/// log lines therefore cannot fill the log.
 ///
 /// Thread  one at a time
 class LineLimit {

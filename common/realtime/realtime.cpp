@@ -29,7 +29,7 @@ namespace {
 constexpr std::size_t kPrefaultedStackBytes = 256U * 1024U;
 constexpr std::size_t kPageBytes = 4096;
 // Lateness that suggests real-time throttling. By default the kernel suspends real-time threads for 50 ms of each
-// second (sched_rt_runtime_us is 950000 of 1000000). Half that time is well above the delays of a busy machine.
+// second (sched_rt_runtime_us is 950000 of 1000000). Half of these 50 ms is well above the delays of a busy machine.
 constexpr Duration kThrottleLateness{std::chrono::milliseconds(25)};
 
 /// Time constant of the running mean of the wake-up delay, in wake-ups.
@@ -82,8 +82,8 @@ bool may_lock_all_memory() {
 }
 
 void request_locked_memory(std::vector<std::string>& missing) {
-  // If the amount of locked memory is limited, only existing memory is locked. With MCL_FUTURE, an allocation beyond
-  // the limit would fail and end the program while it displays a force.
+  // If the amount of locked memory is limited, only the existing memory is locked. With MCL_FUTURE, an allocation
+  // beyond the limit would fail and end the program while it displays a force.
   const bool may_lock_all = may_lock_all_memory();
   const int result = mlockall(may_lock_all ? MCL_CURRENT | MCL_FUTURE : MCL_CURRENT);
   if (result != 0 || !may_lock_all) {
@@ -103,8 +103,8 @@ bool has_deep_sleep() {
 }
 
 void request_light_sleep(std::vector<std::string>& missing) {
-  // The request is effective while the file is open, which it is until the program ends. So only the first call opens
-  // the file; later calls return the stored result.
+  // The request is effective while the file is open. The file stays open until the program ends; only the first call
+  // opens it, and later calls return the stored result.
   static const int error = [] {
     const int file = open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC);
     if (file < 0) return errno;

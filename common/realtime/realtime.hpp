@@ -58,9 +58,9 @@ class PeriodicTimer {
   /// Sleeps until the next deadline and returns it. If that deadline passed more than one period ago, the missed
   /// deadlines are skipped and counted, so a late loop does not run a burst of ticks to catch up.
   ///
-  /// In      early  time before the deadline at which it may already return. If the deadline is no farther away, it
-  ///         returns at once. Otherwise the sleep ends earlier by twice the recent wake-up delay, but at most by the
-  ///         larger of `early` and spin
+  /// In      early  time before the deadline at which wait() may already return. If the deadline is no farther away,
+  ///         wait() returns at once. Otherwise the sleep ends earlier by twice the recent wake-up delay, but at most by
+  ///         the larger of `early` and spin
   LocalTime wait(Duration early = Duration{0});
   /// Returns the deadline of the next wait(), if no deadline is missed until then.
   LocalTime due() const { return next_ + period_; }

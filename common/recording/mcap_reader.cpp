@@ -114,8 +114,8 @@ bool McapReader::read_channel(std::span<const std::uint8_t> rest) {
   read_text(reader, rest);                 // skips the encoding of the messages
   read_bytes(reader, rest, reader.u32());  // skips the channel's metadata
   if (!reader.ok() || !rest.empty() || channels_.size() >= kMaxChannels) return false;
-  // The summary, which has a checksum, repeats each channel. A different topic there means that messages were assigned
-  // to a wrong channel.
+  // The summary has a checksum and repeats each channel. A different topic in the summary means that messages were
+  // assigned to a wrong channel.
   const Channel* const before = is_in_summary_ ? this->channel(id) : nullptr;
   if (before != nullptr && before->topic != channel.topic) return false;
   channels_.insert_or_assign(id, std::move(channel));
@@ -185,8 +185,8 @@ std::optional<Message> McapReader::next_in_chunk() {
   return std::nullopt;
 }
 
-/// Returns the damage of the header record, or an empty text. An altered length would hide the records after the
-/// header.
+/// Returns the damage of the header record, or an empty text. An altered length of the header would hide the records
+/// that follow it.
 std::string McapReader::damage_of_header() const {
   std::span<const std::uint8_t> rest(content_);
   ByteReader reader(rest);
@@ -195,8 +195,8 @@ std::string McapReader::damage_of_header() const {
   return reader.ok() && rest.empty() && channels_.empty() ? "" : "the header is damaged";
 }
 
-/// Returns the damage of a MessageIndex record, which must follow its chunk. A chunk whose type byte was altered is
-/// detected here, because its indexes then follow no chunk.
+/// Returns the damage of a MessageIndex record, which must follow its chunk. This detects a chunk whose type byte was
+/// altered, because its index then follows no chunk.
 std::string McapReader::damage_of_index() const {
   if (!follows_chunk_) return "an index follows no chunk: a chunk before it is damaged";
   std::span<const std::uint8_t> rest(content_);

@@ -22,7 +22,7 @@ void append_text(ByteWriter& out, std::string_view text) {
   out.array(std::span(text.data(), text.size()));
 }
 
-/// Appends a record. `fill` appends its content; the length is inserted afterwards.
+/// Appends a record. `fill` appends the record's content; then the length of the content is inserted.
 template <class Fill>
 void append_record(Bytes& out, Op op, const Fill& fill) {
   ByteWriter writer(out);
@@ -207,8 +207,8 @@ Bytes McapWriter::finish() {
   append_record(out, Op::kFooter, [&](ByteWriter& content) {
     content.number(file_bytes_ + summary_at);
     content.number(std::uint64_t{0});  // 0: no offsets into the summary
-    // The checksum covers the summary and this record up to the checksum. The length of this record is not in `out`
-    // yet, so it is inserted into the copy.
+    // The checksum covers the summary and this record up to the checksum itself. `out` does not contain the length of
+    // this record yet, so the length is inserted into the copy.
     Bytes summed(out.begin() + static_cast<std::ptrdiff_t>(summary_at), out.end());
     constexpr std::uint64_t kLength = 2 * sizeof(std::uint64_t) + sizeof(std::uint32_t);
     Bytes length;

@@ -12,7 +12,7 @@
 namespace tandem::recording {
 namespace {
 
-/// Time without a failed write after which the disk counts as usable again. The delay is needed because a nearly full
+/// If no write has failed for this time, the disk counts as usable again. The delay is needed because a nearly full
 /// disk sometimes accepts a small chunk.
 constexpr std::uint64_t kTrustAfterNs = 5'000'000'000;
 

@@ -74,7 +74,7 @@ class RecordingFile {
   std::uint64_t size_ = 0;  ///< size of this part, not including failed writes
   std::uint64_t begun_ns_ = 0;
   std::atomic<std::uint64_t> bytes_written_{0}, messages_written_{0}, messages_lost_{0};
-  bool is_failing_ = false;      ///< whether the last state reported to the user was a failure
+  bool is_failing_ = false;      ///< true: the state last reported to the user was a failure
   std::uint64_t failed_ns_ = 0;  ///< time of the last failed write
   std::string news_;
 };

@@ -51,7 +51,7 @@ struct CheckOptions {
   int delay_periods = 0;
   std::string out;
   bool prints_json = false;
-  /// options that the user may not set together with the adaptive law, because the law determines their values
+  /// options that the user may not set together with the adaptive law, because its table determines their values
   std::vector<const CLI::Option*> chosen_by_fit;
   /// options that the adaptive law determines only if its fit includes rotation
   std::vector<const CLI::Option*> turning_chosen_by_fit;
@@ -59,7 +59,7 @@ struct CheckOptions {
 
 struct CheckRun {
   haptics::CouplingParameters coupling;       ///< the checked coupling
-  std::optional<devices::LoopCoupling> loop;  ///< empty if the law has no loop that can be checked
+  std::optional<devices::LoopCoupling> loop;  ///< empty if the law has no feedback loop whose stability can be checked
   haptics::LoopDevice device;
   std::string fit_source;  ///< origin of the adaptive law's table; empty for other laws
   std::vector<haptics::CheckedLoop> loops;

@@ -1,6 +1,7 @@
-// The subcommands of tandem-lab. Each has a file of its own. Each function adds its command to `app`; parsing the
-// command line then runs the command and sets `exit_code` (0: success, 1: a checked claim failed). Invalid input throws
-// an exception, and main returns 2. The comment at each function shows its command line.
+// The subcommands of tandem-lab. Each subcommand has a source file of its own. Each function adds a subcommand to
+// `app`. When the command line is parsed, the chosen subcommand runs and sets `exit_code` (0: success, 1: a checked
+// claim failed). Invalid input throws an exception, and main returns 2. The comment at each function shows the command
+// line.
 #pragma once
 
 namespace CLI {

@@ -260,8 +260,8 @@ void print_molecule(const char* which, const docking::Molecule& molecule, const 
   print_lines("  overlaps: ", report.clashes);
 }
 
-/// Prints the energies of the listed residues. The last line contains the sum over all other residues, so that the
-/// columns add up to the total energies.
+/// Prints the energies of the listed residues. The last line contains the sum over all residues that are not listed, so
+/// that the columns add up to the total energies.
 void print_residues(const char* which, const docking::Molecule& molecule, const std::vector<ResidueEnergy>& residues,
                     const docking::FieldResult& result) {
   std::printf("%s, chain residue number: Lennard-Jones, Coulomb, both [kJ/mol]\n", which);

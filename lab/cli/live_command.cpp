@@ -141,7 +141,7 @@ std::string scope_of(const LiveResult& result) {
          compact_json(row.at("seed"));
 }
 
-/// Returns one check for each compared value that at least one of the two trials has.
+/// Returns one check for each value that at least one of the two trials (live and virtual) has.
 std::vector<Check> checks_of(std::span<const LiveResult> results) {
   std::vector<Check> checks;
   for (const LiveResult& result : results) {

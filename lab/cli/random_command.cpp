@@ -62,8 +62,8 @@ std::vector<Trial> trials_of(const std::vector<NumberedTrial>& selected) {
   return trials;
 }
 
-/// Runs trials. Trials that the user selected by number, and their references, store a time series with one row per
-/// millisecond.
+/// Runs the trials. A time series with one row per millisecond is stored only for trials that the user selected by
+/// number, and for their reference trials.
 std::vector<TrialResult> run_trials(std::vector<Trial> trials, const RandomOptions& options) {
   RunSettings settings;
   settings.out = options.out;

@@ -29,14 +29,14 @@ struct TherapyOptions {
   std::string recording;
   std::string user;
   std::string calibration;   ///< recording of the calibration
-  double calibration_s = 0;  ///< first seconds of the session that are the calibration; 0: none
+  double calibration_s = 0;  ///< duration of the calibration at the beginning of the session recording [s]; 0: none
   int session = 0;           ///< 0: the last one
   std::string out;
   bool prints_json = false;
 };
 
 PersonStore store_of(const TherapyOptions& options) {
-  // Reports are of a person, too, so all files are readable by their owner only.
+  // The measures and reports describe a person. All files are therefore created readable by their owner only.
   ::umask(S_IRWXG | S_IRWXO);
   return PersonStore(options.data.empty() ? default_person_folder() : fs::path(options.data));
 }
@@ -96,7 +96,8 @@ int run_add(const TherapyOptions& options) {
   return 0;
 }
 
-/// Fails   std::invalid_argument: the report would lie within the data folder, where a deletion would have to find it
+/// Fails   std::invalid_argument: the report would lie within the data folder, where deleting a person would not find
+///         it
 void require_outside(const fs::path& out, const fs::path& data) {
   const fs::path folder = fs::weakly_canonical(data), report = fs::weakly_canonical(fs::absolute(out));
   const auto [end, unused] = std::ranges::mismatch(folder, report);
@@ -147,7 +148,7 @@ int run_delete(const TherapyOptions& options) {
 
 using Run = int (*)(const TherapyOptions&);
 
-/// Adds a subcommand with the options that all have.
+/// Adds a subcommand with the options that every subcommand of `therapy` has.
 CLI::App* add_subcommand(CLI::App& therapy, const std::string& name, const std::string& description,
                          const std::shared_ptr<TherapyOptions>& options, Run run_command, int& exit_code) {
   CLI::App* command = therapy.add_subcommand(name, description);
@@ -200,7 +201,7 @@ void add_report(CLI::App& therapy, const std::shared_ptr<TherapyOptions>& option
 }  // namespace
 
 void add_therapy_command(CLI::App& app, int& exit_code) {
-  // The options are shared with the callbacks, which exist longer than this function runs.
+  // The options are shared with the callbacks, which outlive this function.
   const auto options = std::make_shared<TherapyOptions>();
   CLI::App* therapy = app.add_subcommand(
       "therapy", "Range of motion, session reports and progress of persons under pseudonyms. Not a medical device");

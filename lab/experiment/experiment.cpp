@@ -129,13 +129,13 @@ json::object object_in(const json::object& object, std::string_view name) {
   return value != nullptr && value->is_object() ? value->get_object() : json::object();
 }
 
-/// Returns `base` after the fields in `changes` have been added or replaced.
+/// Returns a copy of `base` in which the fields of `changes` are added or replaced.
 json::object with(json::object base, const json::object& changes) {
   for (const auto& field : changes) base[field.key()] = field.value();
   return base;
 }
 
-/// Defaults and the source file that are needed to read the fields of a user.
+/// The experiment's defaults and its file, which are needed to read the fields of a user.
 struct UserContext {
   const ExperimentFile& file;
   const Pipeline& pipeline;
@@ -224,7 +224,7 @@ json::object json_of(const OutcomeRule& rule) {
   return {{"body", rule.body}, {"ends_at_m", json::array{p.x(), p.y(), p.z()}}, {"within_m", rule.ends_within_m}};
 }
 
-/// Collects all changes to the scene file. The fields for law and coupling are changes to the scene as well.
+/// Collects all changes to the scene file. The fields `law` and `coupling` of an experiment count as such changes.
 json::object scene_changes_of(JsonFields& file, const json::object& document) {
   json::object changes = object_in(document, "scene_changes");
   file.object("scene_changes");

@@ -32,10 +32,10 @@ struct ExperimentUser {
   devices::HandPath hand = devices::named_hand_path("rest");
   devices::HandParameters hand_parameters;  ///< parameters of the user's hand without the device
   devices::DeviceProfile device = devices::find_device_profile("sim");  ///< the device that the hand holds
-  bool is_bounded = false;  ///< whether the device's workspace is limited; its user then steers by the displayed tool
-  double motion_scale = 1;  ///< see WorkspaceSettings::scale
+  bool is_bounded = false;  ///< whether the device's workspace is limited; if so, the user steers by the displayed tool
+  double motion_scale = 1;  ///< factor on the scene's position scale, see WorkspaceSettings::scale
   double pace = 1;          ///< speed factor of the hand's path: 2 is twice as fast
-  Pipeline pipeline;        ///< processing between the server's state and the hand
+  Pipeline pipeline;        ///< how the client computes the hand's force from the server's states
   bool state_over_tcp = false;
   net::LinkParameters up;
   net::LinkParameters down;
@@ -45,8 +45,8 @@ struct ExperimentUser {
 /// Condition for the success of a trial. In addition, all connections must last until the end.
 struct OutcomeRule {
   std::string body;
-  double lifted_above_m = 0;  ///< required height of the body above its start position …
-  std::string during;         ///< … throughout this phase of the first user's hand
+  double lifted_above_m = 0;  ///< required height of the body above its start position, during the phase `during`
+  std::string during;         ///< name of a phase of the first user's hand
   /// replaces `lifted_above_m` and `during`: required position of the body at the end of the trial
   std::optional<Vec3> ends_at_W = {};
   double ends_within_m = 0;  ///< tolerance of ends_at_W
@@ -61,7 +61,7 @@ struct Experiment {
   std::uint64_t seed = 1;
   Duration server_phase{0};                     ///< phase of the room's steps: a multiple of kSlot, like tick_phase
   Duration sample_period{from_seconds(0.010)};  ///< sampling period of the CSV files
-  Pipeline pipeline;                            ///< for users without a pipeline of their own
+  Pipeline pipeline;                            ///< pipeline of users without a pipeline of their own
   net::LinkParameters link;                     ///< each direction of the link, for users without a link of their own
   std::string assets = "here";                  ///< delivery of assets: one of asset_deliveries()
   std::string reference_stage;                  ///< stage of the zero-delay run that this trial is compared with
@@ -74,9 +74,10 @@ struct Experiment {
   }
 };
 
-/// Delivery of the scene's assets to the users. "here": present from the start, for trials that study only the exchange
-/// of states. "fetched": transferred over the user's link after joining, as in practice. "fetched-in-turn": as
-/// "fetched", but each piece is requested after the previous piece has arrived.
+/// Returns the ways in which users obtain the scene's assets:
+/// * "here": present from the start, for trials that study only the exchange of states;
+/// * "fetched": transferred over the user's link after joining, as in practice;
+/// * "fetched-in-turn": like "fetched", but each piece is requested only after the previous piece has arrived.
 std::vector<std::string_view> asset_deliveries();
 
 /// Step of virtual time. With this step, loops with a period of 1 ms have four possible phases relative to each other.

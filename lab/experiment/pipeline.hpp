@@ -13,8 +13,8 @@ namespace tandem::lab {
 
 /// Returns the default stage of a client.
 std::string default_stage();
-/// Returns the stage that displays the contact forces of the server unchanged. At zero delay it is the reference of a
-/// trial.
+/// Returns the stage that displays the contact forces of the server unchanged. A run of this stage at zero delay is the
+/// reference of a trial.
 std::string truth_stage();
 std::vector<std::string_view> known_stages();
 std::vector<std::string_view> known_predictors();
@@ -25,7 +25,7 @@ struct Pipeline {
   std::string stage = default_stage();
   std::string predictor =
       client::StageSettings{}.predictor;               ///< predictor of the residual force (server minus local model)
-  bool passivity = client::StageSettings{}.passivity;  ///< whether a passivity controller follows the stage
+  bool passivity = client::StageSettings{}.passivity;  ///< whether a passivity controller limits the force of the stage
   double deadband = 0;        ///< Weber fraction below which messages are suppressed; 0: no message is suppressed
   client::ModelErrors model;  ///< deliberate errors of the local model
 };

@@ -56,7 +56,7 @@ bool is_of_a_whole_trial(const std::string& name) {
   return name != "users" && name != "name" && name != "description" && name != "scene_changes";
 }
 
-/// Converts the name of a quantity of any user ("users.ben.x", "users.1.x") to the listed form "users.0.x".
+/// Converts the name of one user's quantity ("users.ben.x", "users.1.x") to the form in the list of names, "users.0.x".
 std::string listed_form(const std::string& name) {
   if (!name.starts_with(kUserPrefix)) return name;
   const std::size_t dot = name.find('.', kUserPrefix.size());

@@ -1,5 +1,5 @@
-// Sets any quantity of an experiment by its name. The names are used by `--set link.rtt_ms=130`, by the grid of an
-// experiment file, and for the zero-delay run with which a trial is compared.
+// Sets any quantity of an experiment by its name. Names are used by `--set link.rtt_ms=130`, by the grid of an
+// experiment file, and to derive the zero-delay run with which a trial is compared.
 //
 //   stage, seed, duration_s, link.loss, model.mass_scale   as in the file; for all users, also those with a value of
 //                                                          their own

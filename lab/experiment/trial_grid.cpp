@@ -15,7 +15,7 @@ namespace json = boost::json;
 
 constexpr std::uint64_t kDefaultSeeds = 3;
 
-/// Axes of the grid. Every combination of their values is a trial.
+/// One block of the grid: a set of axes. Every combination of their values is a trial.
 struct Block {
   std::vector<Axis> axes;
   std::optional<std::uint64_t> seeds;

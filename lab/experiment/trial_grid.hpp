@@ -1,5 +1,5 @@
-// Expands an experiment into trials. The trials of a block are all combinations of the values of its axes, each with
-// every seed.
+// Expands an experiment into trials. Terms: an axis is a quantity with a list of values; a block is a set of axes and
+// contains all combinations of their values, each with every seed; the grid is the list of blocks.
 #pragma once
 
 #include <optional>
@@ -20,8 +20,8 @@ struct Trial {
 
 /// Command-line options that select the trials of each file.
 struct GridRequest {
-  bool is_single = false;  ///< whether the grid is omitted: the file runs unchanged, except for the axes below
-  bool is_full = false;    ///< whether all combinations of stages, predictors, passivity, delays, jitter and loss run
+  bool is_single = false;  ///< true: the grid is ignored; the file runs unchanged, except for `axes`
+  bool is_full = false;    ///< true: all combinations of stages, predictors, passivity, delays, jitter and loss run
   std::optional<std::uint64_t> seeds;  ///< number of seeds; they count up from the seed in the file
   std::vector<Axis> axes;              ///< axes that replace those of the same name in the grid
 };

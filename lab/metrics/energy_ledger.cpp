@@ -52,7 +52,8 @@ void add_shares(const UserTrace& user, std::size_t index, const HandWork& work, 
   for (const AnsweredInput& answer : user.answered) shares.push_back({answer.time, index, sum_j(answer) - before_j});
 }
 
-/// Computes the maximum rise of a series within a sliding window. Values are added one by one.
+/// Computes the maximum rise (latest value minus an earlier value) of a series within a sliding window. Values are
+/// added one by one.
 class GreatestRise {
  public:
   explicit GreatestRise(Duration window) : window_(window) {}

@@ -42,8 +42,8 @@ struct EnergyLedger {
 /// Cost    O(ticks)
 EnergyLedger energy_ledger(const SessionTrace& trace);
 
-/// Returns the energy that a display would create if it rendered the correct wrenches of `truth` with the mean loop
-/// delay of `trial`.
+/// Returns the energy that a display would create if it rendered the correct wrenches of `truth`, but late by the mean
+/// loop delay of `trial`.
 ///
 /// Model   the largest rise of Σ_users Σ_j [F(j − n) − F(j)]·(x_{j+1} − x_j); F and x are those of `truth`
 ///         n  mean loop delay of the user in ticks: from a motion of the hand to the step that uses it, plus from a

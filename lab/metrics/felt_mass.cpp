@@ -12,7 +12,7 @@ namespace {
 
 constexpr Duration kSkippedBegin{from_seconds(1.0)};
 constexpr Duration kSkippedEnd{from_seconds(0.5)};
-/// Number of ticks between two rows of the regression. It gives rows at 100 Hz, which is sufficient for motions of up
+/// One row of the regression is taken every kStride ticks. This gives 100 rows per second, sufficient for motions of up
 /// to 5 Hz.
 constexpr std::size_t kStride = 10;
 constexpr std::size_t kLag = 20;  ///< maximum lag of the covariance estimate, in rows: 0.2 s

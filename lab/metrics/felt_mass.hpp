@@ -15,7 +15,7 @@ struct FeltMass {
 /// second of the phase are excluded.
 inline constexpr const char* kShakePhase = "shake";
 
-/// Estimates the mass by regression of the displayed force on the motion of the same hand, at the time of the hand.
+/// Estimates the mass by regression of the displayed force on the motion of the same hand at the same time.
 ///
 /// Model   −f_k = m a_k + b v_k + c x_k + an offset for each axis, fitted to all three axes together. f_k is the mean
 ///         of the forces held before and after tick k; a_k is the central difference of the true velocity over the same

@@ -36,7 +36,8 @@ double user_metric(const UserTrace& user, std::string_view name);
 /// Returns the distance of a body from its start position [m], for each sample in SessionTrace::bodies.
 std::vector<double> body_travel_m(const SessionTrace& trace, std::size_t body);
 
-/// Returns the index of the phase with this name, as in TickSample::phase, or a value below −1 if there is none.
+/// Returns the index of the phase with this name, as in TickSample::phase, or a value below −1 if the path has no such
+/// phase.
 int phase_called(const UserTrace& user, std::string_view name);
 
 }  // namespace tandem::lab

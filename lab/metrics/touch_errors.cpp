@@ -11,8 +11,8 @@
 namespace tandem::lab {
 namespace {
 
-constexpr double kGhostForce_n = 0.2;  ///< a ghost force: the displayed force is above this value …
-constexpr double kNoForce_n = 0.05;    ///< … although the force in the reference at zero delay is below this value
+constexpr double kGhostForce_n = 0.2;  ///< ghost force: displayed force above this value, reference below kNoForce_n
+constexpr double kNoForce_n = 0.05;    ///< the reference at zero delay touches nothing if its force is below this value
 constexpr double kMinPeakForce_n = 0.5;
 constexpr double kMinPeakTorque_n_m = 0.01;  ///< torque of kMinPeakForce_n at a lever of 2 cm
 constexpr double kMinLoadedTravel_m = 1e-4;
@@ -50,8 +50,8 @@ bool is_any_tick(const TickSample& /*tick*/) {
 
 using Quantity = Vec3 (*)(const TickSample& tick);
 
-/// Returns the RMS of the difference from `other` at equal times since the hands started. Beyond the end of a trace,
-/// its last value is used.
+/// Returns the RMS of the difference between `user` and `other` at equal times since the hands started. After the end
+/// of a trace its last value is used.
 template <class Counts>
 double rms_difference(const UserTrace& user, const UserTrace& other, const Counts& counts, Quantity of) {
   if (other.ticks.empty()) return kUndefined;
@@ -122,7 +122,7 @@ Slope felt_slope(const UserTrace& user, const InContact& in_contact, const Vec3&
   return {xf / xx, xf * xf / (xx * ff), std::sqrt(xx)};
 }
 
-/// Returns, for each tick, the change of a quantity per millisecond. The quantity is taken before the slew limit.
+/// Returns, for each tick, the change of a quantity per millisecond. The quantity is the wrench before the slew limit.
 std::vector<double> steps_per_ms(const UserTrace& user, Quantity of) {
   std::vector<double> steps(user.ticks.size(), 0.0);
   for (std::size_t k = 1; k < user.ticks.size(); ++k) {

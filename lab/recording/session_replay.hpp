@@ -17,12 +17,12 @@ namespace tandem::lab {
 struct ReplayResult {
   std::uint64_t steps = 0, commands = 0, inputs = 0;
   std::optional<std::uint64_t> differs_at_step;  ///< first step after which recorded and replayed state differ
-  std::string differing_thing;  ///< name of the first body or tool of the scene whose state differs at that step
+  std::string differing_thing;  ///< name of the first body or tool of the scene whose state differs after that step
   /// first step that is missing in the recording; the replay ends before it
   std::optional<std::uint64_t> missing_step;
-  bool is_whole = true;  ///< each file of the recording ends with its end record
+  bool is_whole = true;  ///< true: each file of the recording ends with its end record
   std::string program;   ///< program that wrote the recording
-  std::string note;      ///< known reason for a difference of the states
+  std::string note;      ///< known reason why recorded and replayed states may differ; empty: none
 };
 
 /// Loads the scene that a room's recording names.

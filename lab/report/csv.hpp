@@ -11,7 +11,7 @@
 
 namespace tandem::lab {
 
-/// Limits of a file. Twenty minutes at 1 kHz stay well below them.
+/// Limits of a file. A trace of twenty minutes at 1 kHz stays well below these limits.
 inline constexpr std::size_t kMaxCsvBytes = std::size_t{512} << 20U;  ///< maximum size of a file
 inline constexpr std::size_t kMaxCsvColumns = 256;
 inline constexpr std::size_t kMaxCsvRows = 2'000'000;

@@ -30,7 +30,7 @@ struct Table {
 struct Origin {
   std::string command;
   std::string version;
-  std::string date;                                ///< UTC
+  std::string date;                                ///< date of the run, UTC
   std::map<std::string, std::string> sha256 = {};  ///< hash of each file with results, by the name of the file
 };
 

@@ -25,12 +25,12 @@ constexpr double kRightPx = 22;
 constexpr double kBottomPx = 46;
 constexpr double kTickPx = 5;
 constexpr double kAxisTitlePx = 30;
-/// Minimum width of the tick labels: four characters, so that the axes of figures above one another are aligned.
+/// Minimum width of the tick labels: four characters. Figures placed one below the other then have aligned y axes.
 constexpr double kMinLabelPx = 4 * kCharacterPx;
 constexpr double kPixelsPerXTick = 56;
 constexpr double kPixelsPerYTick = 34;
 constexpr double kPixelsPerMarker = 110;
-constexpr double kSlightlyBelow = 0.05;  ///< fraction of the axis
+constexpr double kSlightlyBelow = 0.05;  ///< fraction of the y axis that may lie below 0 without a tick there
 constexpr double kLimitRoom = 0.1;       ///< fraction of the axis that is kept free above a limit line for its label
 /// Maximum number of points of a series that has a marker at each point.
 constexpr std::size_t kFewPoints = 40;
@@ -230,7 +230,7 @@ void Renderer::scale_y(double bottom_px, double top_px) {
     y_ticks_ = log_ticks(y_.range, count);
     return;
   }
-  // The axis ends at ticks, except at a fixed limit.
+  // The axis ends at ticks, except at an end that the plot fixes.
   y_ticks_ = ticks_around(y_.range, count);
   const double low = y_.range.low;
   y_.range = with_fixed_ends({y_ticks_.front().value, y_ticks_.back().value}, plot_.y);
@@ -388,8 +388,8 @@ void Renderer::draw_polyline(const Series& series, const Polyline& line) {
   out_ += "\"/>\n";
 }
 
-/// Draws a marker at each point of a short series. A long series has a marker about every kPixelsPerMarker. The first
-/// marker is shifted by the style, so that the markers of coinciding curves stay apart.
+/// Draws a marker at each point of a short series. A long series has a marker about every kPixelsPerMarker pixels. The
+/// position of the first marker depends on the style, so that markers of coinciding curves do not cover each other.
 void Renderer::draw_markers(const Series& series) {
   const bool has_all = series.draw == Draw::kMarkers || series.x.size() <= kFewPoints;
   double next_px = has_all ? 0 : x_.px_low + kPixelsPerMarker * (0.5 + style_of(series)) / kStyles;

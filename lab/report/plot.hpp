@@ -68,7 +68,7 @@ struct Plot {
   std::vector<AxisMark> limits;  ///< horizontal lines that mark bounds
   std::vector<Band> bands;
   int width_px = 960;
-  int height_px = 300;  ///< height without the second and further lines of the legend
+  int height_px = 300;  ///< height with one line of legend; each further line of the legend adds to it
 };
 
 /// Returns an <svg> element for a page that contains kFigureStyle.

@@ -16,8 +16,8 @@ constexpr double kMillimetres = 1e3;
 // Bounds of the checks. They are our choice, for the reason beside each.
 constexpr double kFeltForce_n = 0.3;           // several times the force of the stage late-pose on a resting hand
 constexpr double kBodyDisplacement_m = 0.002;  // larger than the penetration and settling of a contact
-constexpr double kClampedFraction = 0.01;      // above this fraction, the device limits the force and not the scene
-constexpr double kSettledHandSpeed_m_per_s = 0.020;  // above tremor; a limit cycle is about ten times as fast
+constexpr double kClampedFraction = 0.01;      // with a larger fraction, the device and not the scene sets the force
+constexpr double kSettledHandSpeed_m_per_s = 0.020;  // faster than a hand's tremor; a tenth of a limit cycle's speed
 constexpr double kTicksRunFraction = 0.99;
 constexpr double kTickRate_hz = 1000;
 constexpr double kTickRateErrorFraction = 0.01;

@@ -228,7 +228,7 @@ Trace make_trace(const CsvTable& table, const ClientRun& summary) {
   trace.tool_m = extract_axes(table, "tool_");
   trace.body_m = extract_axes(table, "body_");
   trace.state_age_s = table.column("state_age_s");
-  // Traces of older clients lack this column. The energy is then unknown.
+  // Traces of older clients lack this column. In this case the energy is unknown.
   const std::vector<double>* const energy = table.find("field_energy_kj_per_mol");
   trace.energy_kj_per_mol =
       energy != nullptr ? *energy : std::vector(table.row_count(), std::numeric_limits<double>::quiet_NaN());

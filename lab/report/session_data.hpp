@@ -95,7 +95,7 @@ struct ClientRun {
 
 struct Session {
   std::string name;
-  std::vector<ClientRun> users;  ///< at least two, in the order of the file names
+  std::vector<ClientRun> users;  ///< results of the users, at least two, in the order of the file names
 };
 
 /// Reads a summary. The trace of the result is empty. Unknown keys are ignored.

@@ -169,8 +169,8 @@ Plot body_figure(const Session& session) {
   return plot;
 }
 
-/// Returns the largest value in each interval of `width_s`, plotted at the start of the interval. Otherwise an
-/// oscillation with a period of 1 ms would fill the figure.
+/// Returns the largest value in each interval of `width_s`, plotted at the start of the interval. Without this
+/// reduction an oscillation with a period of 1 ms would fill the figure.
 Series largest_each(double width_s, const std::vector<double>& time_s, const std::vector<double>& values) {
   Series series;
   for (std::size_t i = 0; i < values.size(); ++i) {

@@ -18,7 +18,7 @@ namespace tandem::lab {
 /// Conditions for the settled part of each user's phase "hold". A condition without a value is not checked.
 struct SessionTask {
   std::string body;              ///< name of the watched body; empty: any body
-  std::optional<Vec3> place_W;   ///< required position of the watched body's origin [m]
+  std::optional<Vec3> place_W;   ///< required position of the watched body's origin in W [m]
   double within_m = 0;           ///< largest permitted distance from place_W
   std::optional<double> rest_m;  ///< largest permitted distance of the watched body from its mean position
   /// upper limit of the energy of the molecular field; negative, because molecules in contact attract each other

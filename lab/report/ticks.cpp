@@ -12,7 +12,8 @@ namespace {
 constexpr double kLargest = 1e290;
 /// Minimum relative width of a range. Narrower ranges cannot hold distinct ticks.
 constexpr double kMinRelativeWidth = 1e-9;
-/// Tolerance as a fraction of a step. A range limit that is a multiple of the step except for rounding gets a tick.
+/// Tolerance as a fraction of a step: a range limit that misses a multiple of the step only by rounding still gets a
+/// tick.
 constexpr double kSlack = 1e-6;
 
 /// A step m·10^e. The two parts are stored separately, so that i·step is the double nearest to the decimal number.

@@ -18,7 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Blocks SIGINT and SIGTERM during its lifetime. A signal that arrives meanwhile takes effect afterwards.
+/// Blocks SIGINT and SIGTERM during its lifetime. A signal that arrives in this time takes effect when the object is
+/// destroyed.
 class SignalsWait {
  public:
   SignalsWait() {
@@ -36,8 +37,8 @@ class SignalsWait {
   sigset_t before_{};
 };
 
-/// Creates the missing folders of a path. The list holds them innermost first. The destructor removes them unless
-/// keep() was called.
+/// Creates the missing folders of a path; the list has the innermost folder first. The destructor removes the created
+/// folders unless keep() was called.
 class MadeFolders {
  public:
   void make(const std::string& out) {
@@ -52,7 +53,7 @@ class MadeFolders {
   }
   MadeFolders() = default;
   ~MadeFolders() {
-    std::error_code ignored;  // fails if another program has put files into the folder; the folder then remains
+    std::error_code ignored;  // fails if another program has put files into the folder, which then remains
     for (const fs::path& folder : folders_) fs::remove(folder, ignored);
   }
   MadeFolders(const MadeFolders&) = delete;

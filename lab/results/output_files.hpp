@@ -26,8 +26,8 @@ std::map<std::string, std::string> with_report(std::map<std::string, std::string
 /// temporary name; then all are renamed. Therefore a reader finds either the previous files or the new ones, even after
 /// an interruption. SIGINT and SIGTERM are blocked until the renaming ends.
 ///
-/// Fails   see made_folder() and write_text_file(); or a folder exists under the name of a file. Then only the files
-///         renamed before the failure remain
+/// Fails   see made_folder() and write_text_file(); or a folder exists under the name of a file. In the last case only
+///         the files renamed before the failure remain
 void write_all_files(const std::string& out, const std::map<std::string, std::string>& files);
 
 }  // namespace tandem::lab

@@ -10,7 +10,8 @@
 
 namespace tandem::lab {
 
-/// The row of a random trial in results.json, and whether the same hands complete the trial at zero delay.
+/// The row of a random trial in results.json, and whether the same hands complete the trial on the reference stage at
+/// zero delay.
 struct RandomOutcome {
   boost::json::object row;
   bool truth_succeeds = true;
@@ -29,8 +30,8 @@ struct RandomClaim {
   bool holds() const { return is_measured() && value <= bound; }
 };
 
-/// Computes all claims. A trial whose link was silent for more than 110 ms counts only in claims about silences,
-/// because the force must decay during a silence.
+/// Computes all claims. If the link of a trial was silent for more than 110 ms, the trial counts only in claims about
+/// silences, because the force must decay during a silence.
 std::vector<RandomClaim> random_claims(std::span<const RandomOutcome> outcomes);
 
 }  // namespace tandem::lab

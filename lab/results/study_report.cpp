@@ -262,8 +262,8 @@ Table results_table(const std::vector<SeedGroup>& groups, const Sweep& sweep) {
   return table;
 }
 
-/// The comparison of stages on the first page: curves under the least disturbance, and the metrics that are defined
-/// there.
+/// The comparison of stages on the first page: curves under the least disturbance of the link, and the metrics that are
+/// defined for these curves.
 struct Headline {
   Sweep sweep;
   std::string disturbance;

@@ -23,7 +23,7 @@ class TrialFiles {
   void write_tick(std::size_t user, const client::TickRecord& record, int phase) {
     traces_[user]->write(record, phase);
   }
-  /// Writes the remaining files.
+  /// Writes bodies.csv, the report and trial.json.
   /// Fails   std::runtime_error: a file could not be written
   void finish(const SessionTrace& trace, const std::string& key, const HtmlReport& report);
 

@@ -23,7 +23,7 @@ HtmlReport trial_report(const Experiment& experiment, const SessionTrace& trace,
 
 /// Returns the figures of a trial. The first is the force on the hands.
 std::vector<Plot> trial_figures(const Experiment& experiment, const SessionTrace& trace, const ComparedTrace& other);
-/// Adds tables of the users and of the metrics of each.
+/// Adds a table of the users, and a table of their metrics.
 void add_trial_tables(HtmlReport& page, const SessionTrace& trace);
 
 }  // namespace tandem::lab

@@ -85,7 +85,7 @@ std::string scene_key(const Experiment& experiment) {
 /// the last of these trials.
 struct SharedReference {
   Trial trial;
-  std::size_t open = 0;  ///< number of unfinished trials that need it
+  std::size_t open = 0;  ///< number of unfinished trials that need this run
   std::mutex running;
   std::shared_ptr<const SessionTrace> trace;
 };
@@ -98,7 +98,8 @@ struct Job {
   SharedReference* same_stage = nullptr;  ///< often the same run as `reference`; null if not requested
 };
 
-// Converts a row to text and back. New and reused results then have the same number types and give the same bytes.
+// Converts a row to text and back. With this conversion, new and reused results have the same number types and give the
+// same bytes.
 json::object as_read_back(const json::object& row) {
   return parse_json(pretty_json(row), "a trial's row").get_object();
 }

@@ -23,10 +23,10 @@ namespace tandem::lab {
 struct RunSettings {
   std::filesystem::path out;            ///< folder for the results; it must exist
   std::size_t threads = 1;              ///< number of threads; at least 1
-  bool keeps_samples = false;           ///< whether the time series of every trial are written …
-  bool samples_lie_in_out = false;      ///< … directly to `out`, for a study of a single trial
-  bool holds_against_own_stage = true;  ///< whether the metrics that need TrialView::same_stage are computed as well
-  std::string program;                  ///< fingerprint of this program; results of other programs are not reused
+  bool keeps_samples = false;           ///< whether the time series of every trial are written
+  bool samples_lie_in_out = false;      ///< whether the time series are written directly to `out` (single trial)
+  bool holds_against_own_stage = true;  ///< whether metrics that need TrialView::same_stage are computed
+  std::string program;                  ///< fingerprint of this program; results of a different program are not reused
 };
 
 struct TrialResult {

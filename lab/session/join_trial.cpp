@@ -10,16 +10,17 @@
 namespace tandem::lab {
 namespace {
 
-/// Minimum force at which the force error of a tick is counted. Forces are those of the trial with all assets.
+/// Minimum force at which the force error of a tick is counted. It applies to the force in the trial that has all
+/// assets from the start.
 constexpr double kMinForce_n = 0.5;
-/// Time in which the client blends from one local model to the next.
+/// Time in which the client blends from one local model to its successor.
 constexpr Duration kGoingOver = std::chrono::milliseconds(400);
 
 /// Data of the first user of a trial.
 struct JoinTrial {
   SessionTrace trace;
   std::vector<Vec3> tool_W;  ///< tool position at each tick according to the local model
-  /// times of the first local model and of the first with all assets; 0: before the hands started
+  /// times at which the first local model exists, and the first with all assets; 0: before the hands started
   Duration coarse_at{0}, full_at{0};
 };
 
@@ -50,8 +51,8 @@ double largest_step_n(const std::vector<TickSample>& ticks, Duration from) {
   return largest;
 }
 
-/// Compares a trial, tick by tick, with the trial `here` that has all assets from the start. Only ticks are compared at
-/// which the local model has coarse assets and its blending has ended.
+/// Compares a trial, tick by tick, with the trial `here`, whose user has all assets from the start. Only ticks are
+/// compared at which the local model has coarse assets and its blending has ended.
 void compare_coarse(const JoinTrial& trial, const JoinTrial& here, JoinFigures& figures) {
   const std::vector<TickSample>&ticks = trial.trace.users.front().ticks, &usual = here.trace.users.front().ticks;
   double error = 0, square = 0, apart = 0;

@@ -21,14 +21,14 @@ struct JoinFigures {
   double wait_p99_ms = 0;   ///< 99th percentile of the time that states wait for the line, until full_local_after_s
   double wait_max_ms = 0;   ///< maximum of the same waiting time; it adds to the link's delay
   double states_per_s = 0;  ///< rate at which the server sends states until full_local_after_s
-  // The following values compare this trial with the trial that has all assets from the start. The first three cover
-  // the time from the first local model (plus 0.4 s of blending) to the first with all assets.
-  std::size_t coarse_ticks = 0;   ///< number of ticks at which the force of the other trial is at least 0.5 N
-  double coarse_force_share = 0;  ///< RMS force error relative to the RMS force of the other trial
+  // The following values compare this trial with the trial "here", whose user has all assets from the start. The first
+  // three cover the time from the first local model (plus 0.4 s of blending) to the first with all assets.
+  std::size_t coarse_ticks = 0;   ///< number of ticks at which the force of the trial "here" is at least 0.5 N
+  double coarse_force_share = 0;  ///< RMS force error relative to the RMS force of the trial "here"
   double coarse_mm = 0;           ///< RMS distance between the tool positions of the two trials [mm]
-  double going_over_n = 0;        ///< force when the model with all assets becomes active
-  double step_n = 0;              ///< largest change of the force within one tick, in the 0.4 s after that moment
-  double usual_step_n = 0;        ///< largest change of the force within one tick of the other trial, in the same 0.4 s
+  double going_over_n = 0;        ///< force when the model with all assets becomes active [N]
+  double step_n = 0;              ///< largest force change within one tick [N], in the next 0.4 s
+  double usual_step_n = 0;        ///< largest force change within one tick of the trial "here" [N], in the same 0.4 s
 };
 
 /// Runs one trial for each of asset_deliveries(). With "here" nothing is fetched, and the values about states cover the

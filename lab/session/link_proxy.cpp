@@ -20,7 +20,8 @@ using net::SimulatedLink;
 
 constexpr std::size_t kBytesAtOnce = 16 * 1024;
 constexpr int kDatagramsAtOnce = 256;
-/// Time without a datagram after which a client address is removed. The client has then moved or ended.
+/// Time from the last datagram of a client address until the address is removed: the client has changed its address or
+/// has ended.
 constexpr Duration kForgetAfter = std::chrono::minutes(1);
 
 /// One direction of a TCP stream.

@@ -2,7 +2,7 @@
 // server. TCP and UDP have the same port number.
 //
 //   client ══ TCP ══▶ [reliable link up] ══▶ server        each user's datagrams leave by their own socket, as behind a
-//   client ◀══ UDP ══ [link down] ◀══════════ server       NAT: move() replaces these, cut() blocks all traffic,
+//   client ◀══ UDP ══ [link down] ◀══════════ server       NAT: move() opens new sockets, cut() blocks all traffic,
 //                                                          reset() ends the streams
 #pragma once
 
@@ -35,7 +35,8 @@ class LinkProxy {
   explicit LinkProxy(const LinkProxySettings& settings);
   ~LinkProxy();
 
-  /// Receives the waiting traffic and forwards the packets that are due. Must be called about every 0.5 ms.
+  /// Receives the datagrams and bytes at the sockets, and forwards the packets that are due. Must be called about every
+  /// 0.5 ms.
   void step(LocalTime now);
   /// Blocks all traffic, or forwards it again. While traffic is blocked, datagrams are lost and streams wait.
   void cut(bool is_cut);
@@ -43,8 +44,8 @@ class LinkProxy {
   void move();
   /// Terminates all streams at once at both ends (TCP reset), as a restarted NAT does. New streams are accepted.
   void reset();
-  /// Return the number of open streams, and the number of client addresses that sent datagrams. An address is removed
-  /// after a minute without datagrams.
+  /// Return the number of open streams (first function), and the number of client addresses that sent datagrams (second
+  /// function). An address is removed after a minute without datagrams.
   std::size_t streams() const;
   std::size_t flows() const;
 

@@ -18,9 +18,9 @@ struct LiveTick {
   Duration round_trip{0};  ///< newest round trip that the session has measured; added by the thread that reads the ring
 };
 
-/// Returns one row for each millisecond of the duration. Row k contains the newest tick before k + 1 ms after `start`,
-/// with the time of that tick. If the machine skipped a tick, the row repeats the previous tick, because the device
-/// also holds its force. Phase and intended position are those at the time of the row.
+/// Returns one row for each millisecond of the duration. Row k contains the newest tick earlier than k + 1 ms after
+/// `start`, with the time of that tick. If the machine skipped a tick, the row repeats the previous tick, because the
+/// device also holds its force. The row's phase and intended position are those at the time of the row.
 ///
 /// In      ticks    in order of time; if it is empty, no rows are returned
 /// Out     skipped  number of repeated rows

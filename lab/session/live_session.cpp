@@ -22,12 +22,14 @@ namespace {
 
 constexpr Duration kMainPeriod = std::chrono::milliseconds(10);
 constexpr Duration kLiveJoinTimeout = std::chrono::seconds(30);
-/// Time from the decision to start the hands until their start. Every haptic thread reads the start time within it.
+/// Time from the decision to start the hands until their start. It is long enough for every haptic thread to read the
+/// start time.
 constexpr Duration kStartIn = std::chrono::milliseconds(50);
 /// Capacity of the ring buffer in ticks, as in HapticLoopSettings::trace_capacity. Records are lost if the main thread
-/// falls behind by more ticks.
+/// is late by more ticks than this.
 constexpr std::size_t kRingTicks = 4096;
-/// The real-time priority of the io thread is lower than that of the haptic thread by this number, as in the client.
+/// Difference by which the real-time priority of the io thread is lower than that of the haptic thread, as in the
+/// client.
 constexpr int kIoPriorityBelow = 10;
 constexpr Duration::rep kNotYet = -1;
 
@@ -191,7 +193,7 @@ class LiveUser {
   realtime::Ring<LiveTick> ring_{kRingTicks};
   std::atomic<std::uint64_t> lost_{0};
   std::vector<LiveTick> ticks_;  // used by the main thread only
-  bool is_hand_moving_ = false;  // until stop(), this and the next two members are used by the haptic thread only
+  bool is_hand_moving_ = false;  // this and the next two members: haptic thread only, until stop()
   client::HapticCounters at_start_;
   double passivity_dissipated_at_start_j_ = 0;
   std::optional<client::HapticLoop> loop_;  // declared last, so that it is destroyed before the objects that it uses
@@ -298,7 +300,7 @@ struct LiveSession {
   LiveTrialServer server;
   std::vector<std::unique_ptr<LiveUser>> users;
   std::vector<TrafficCounters> traffic_at_start;
-  std::vector<std::size_t> reported;  // for each user: number of ticks already passed to on_tick
+  std::vector<std::size_t> reported;  // number of ticks of each user that were already passed to on_tick
   SessionTrace trace;
   LiveTiming& timing;
   const OnTick& on_tick;

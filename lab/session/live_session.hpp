@@ -7,7 +7,7 @@
 //   sets the start time ───▶ hand starts on its path
 //   every 10 ms: empties     ── ring: tick and true hand ──▶
 //   the rings
-//   afterwards: rows at whole milliseconds
+//   at the end: rows at whole milliseconds
 //
 // Alignment with the virtual trial: all hands start at the same whole millisecond, which is time 0 of their paths. Row
 // k of a user contains the newest tick before k + 1 ms. If the machine skipped a tick, the row repeats the previous

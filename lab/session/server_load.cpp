@@ -27,7 +27,7 @@ using asio::ip::udp;
 
 constexpr double kSpacing_m = 0.15;
 constexpr double kCube_m = 0.04;
-/// Maximum lateness of an input. Inputs that are due earlier are skipped.
+/// Maximum lateness with which an input is still sent. Inputs that are later are skipped.
 constexpr Duration kMaxLate = std::chrono::milliseconds(10);
 /// Maximum plausible age of a state. Larger ages are not recorded.
 constexpr Duration kMaxAge = std::chrono::seconds(1);
@@ -223,7 +223,7 @@ struct ServerLoad::Impl {
   asio::io_context io;
   std::optional<secure::TlsContext> tls;
   std::vector<std::unique_ptr<User>> users;
-  std::vector<std::function<LocalTime(Step)>> deadlines;  ///< for each user: deadline of a step of the user's room
+  std::vector<std::function<LocalTime(Step)>> deadlines;  ///< deadline of a step of each user's room
   Tick tick;
 };
 

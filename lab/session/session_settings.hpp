@@ -13,8 +13,8 @@ namespace tandem::lab {
 
 /// Returns a store that already contains all assets of a scene, so that nothing is fetched.
 std::shared_ptr<client::AssetStore> assets_of(const server::LoadedScene& scene);
-/// Returns such a store if the experiment's users have all assets from the start. Otherwise the result is null, and
-/// assets are fetched.
+/// Returns the store of assets_of(scene) if the experiment's users have all assets from the start. Otherwise the result
+/// is null, and assets are fetched.
 std::shared_ptr<client::AssetStore> assets_of(const Experiment& experiment, const server::LoadedScene& scene);
 
 /// Returns the settings of a user's client.

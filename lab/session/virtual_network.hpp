@@ -51,7 +51,8 @@ class VirtualClientTransport final : public client::ClientTransport {
   const net::LinkCounters& datagrams_up() const { return datagrams_up_.counters(); }
   const net::LinkCounters& datagrams_down() const { return datagrams_down_.counters(); }
   const TrafficCounters& traffic() const { return traffic_; }
-  /// Histogram of the times for which the server's datagrams waited for the line, which they share with the stream.
+  /// Returns the histogram of the times for which the server's datagrams waited for the line, which they share with the
+  /// stream.
   const Histogram& waits_down() const { return waits_down_; }
   /// Returns the time of the last arrival at the server.
   LocalTime received_at_server() const { return received_at_server_; }

@@ -2,7 +2,7 @@
 //
 // Time advances in slots of 0.25 ms. The events in a slot have this order:
 //
-//   0 network       due packets arrive, at both ends; packets sent below arrive in the next slot at the earliest
+//   0 network       due packets arrive, at both ends; packets of events 1 to 4 arrive in the next slot at the earliest
 //   1 server io     arrived bytes and datagrams → SessionHub
 //   2 room          step, when one is due (phase: Experiment::server_phase)
 //   3 server io     SessionHub::poll: sends the states that the room published
@@ -37,7 +37,7 @@ using OnClient = std::function<void(std::size_t user, Duration time, client::Cli
 /// The users join in order, so that the n-th manipulator gets the n-th tool on any link. Then all hands start on their
 /// paths at the same time, which is time 0 of the trace.
 /// In      on_tick    called after each haptic tick of a moving hand
-///         on_client  called before that tick
+///         on_client  called before each haptic tick of a moving hand
 /// Fails   std::invalid_argument: the scene has fewer tools than there are manipulators; CouldNotJoin (names user and
 ///         reason)
 SessionTrace run_virtual_session(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene,

@@ -215,8 +215,8 @@ void declare(CLI::App& app, Options& options) {
                "print a summary as one JSON object at the end; the ready line then goes to stderr");
 }
 
-/// Returns a line with the time of a step on this machine. Throws if a step takes longer than its period, because every
-/// step would then be late.
+/// Returns a line with the time of a step on this machine. Throws if a step takes longer than its period, because in
+/// this case every step would be late.
 std::string machine_note(const server::LoadedScene& scene, Duration step) {
   const double rate_hz = scene.description.step_rate_hz(), most_ms = 1e3 / rate_hz, step_ms = to_seconds(step) * 1e3;
   std::ostringstream text;
@@ -230,8 +230,8 @@ std::string machine_note(const server::LoadedScene& scene, Duration step) {
 }
 
 std::vector<std::unique_ptr<server::Room>> open_rooms(const Options& options, realtime::Output& output) {
-  // The option is checked here: CLI11 would report a missing --scene before a misspelt option, which is the real
-  // mistake.
+  // The check is here and not in CLI11. If an option is misspelt, CLI11 would report the missing --scene first,
+  // although the misspelt option is the mistake.
   if (options.scenes.empty())
     throw std::invalid_argument(
         "--scene is required, e.g. --scene peg_in_hole, or --receptor and --ligand; see --help");
@@ -325,8 +325,8 @@ void make_dev_certificates(const Options& options, realtime::Output& output) {
              " ...\n  tandem-client --ca ca.pem --token TOKEN ...   (a copy of ca.pem; keep ca-key.pem to yourself)\n");
 }
 
-/// Runs the server until it stops and returns the exit code. kFault marks a fault after the set-up, after which a
-/// supervisor should restart the program.
+/// Runs the server until it stops and returns the exit code. The code kFault marks a fault that occurred after the
+/// set-up. In this case a supervisor should restart the program.
 int run(server::LiveServer& server, realtime::Output& output) {
   try {
     server.run();

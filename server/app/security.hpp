@@ -28,7 +28,7 @@ struct SecurityOptions {
 /// Keys of one server.
 struct ServerKeys {
   secure::KeyPair identity;
-  secure::KeyPair issuer;  ///< signs invitations
+  secure::KeyPair issuer;  ///< key pair that signs invitations
   std::string certificate_pem;
 };
 /// Reads the keys of a server, and generates and stores missing ones. A new server key is stored with an empty list of

@@ -13,7 +13,7 @@
 
 namespace tandem::server {
 
-/// Cache key of a contact asset: a hash of all data on which its bytes depend.
+/// Cache key of a contact asset: a hash of all data that determine the bytes of the asset.
 proto::Sha256 contact_key(const geometry::ContactMesh& mesh, const contact::ContactShapeOptions& options);
 
 std::filesystem::path kept_contact_file(const std::filesystem::path& folder, const proto::Sha256& key);

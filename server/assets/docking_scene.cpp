@@ -94,8 +94,9 @@ void add(wire::Scene& scene, const std::string& name, const wire::MoleculeSource
 }
 
 /// Sets the default law. For small molecules its stiffness is about that of the linear spring in the shipped docking
-/// scene at 1 N, the strongest attraction. A smaller length scale needs a stiffer spring: the force that pushes a
-/// ligand through a narrow passage is proportional to the lag in ångström, which is then fewer metres.
+/// scene at 1 N, the strongest attraction. A smaller length scale needs a stiffer spring. Reason: the force that pushes
+/// a ligand through a narrow passage is proportional to the lag in ångström, and with the smaller scale 1 Å is fewer
+/// metres.
 void set_coupling(wire::Coupling& coupling, double metres_per_angstrom) {
   constexpr double kMaxTurn = 1.75;
   const double stiffer = kMetresPerAngstrom / metres_per_angstrom, turn = std::min(stiffer, kMaxTurn);
@@ -141,7 +142,7 @@ wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource li
   }
   molecular.set_cutoff_angstrom(model.cutoff_angstrom);
   molecular.set_far_grid(model.has_far_grid);
-  // The search for the contact distance evaluates short distances only, so it needs no grid for distant atoms.
+  // The search for the contact distance evaluates only short distances, so it needs no far-field grid.
   model.has_far_grid = false;
   if (model.cutoff_angstrom == 0 && pairs > docking::kMaxAllPairs) {
     model.cutoff_angstrom = docking::kUsualCutoffAngstrom;

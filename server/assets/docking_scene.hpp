@@ -13,8 +13,8 @@ namespace tandem::server {
 ///
 ///   hydrogens     those of the file; if it has none, they are built
 ///   charges       ε = 4r
-///   pairs         all, up to a million; for more, choose_field() decides, with the same result if the two are swapped
-///   zero area     1 kT up to a million pairs
+///   pairs         all, up to a million; for more, choose_field() decides, with the same result if A and B are swapped
+///   zero area     1 kT above the minimum, in which no force is displayed; only up to a million pairs
 ///   force scale   the strongest attraction becomes 1 N
 ///   length scale  10 mm for 1 Å; less if the larger radius of gyration would exceed 80 mm
 ///

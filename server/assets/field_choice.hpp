@@ -10,7 +10,7 @@
 
 namespace tandem::server {
 
-/// Error of a field as a fraction of the well depth, up to which the user gets no warning.
+/// Largest error of a field, as a fraction of the well depth, for which the user gets no warning.
 inline constexpr double kKeptWell = 0.05;
 
 /// Comparison of a field with the sum over all pairs, along a straight approach of the molecules.
@@ -23,8 +23,8 @@ struct WellCheck {
   bool is_kept() const { return error_kj_per_mol <= -kKeptWell * well_kj_per_mol; }
 };
 
-/// Returns a function that checks fields along a straight approach of B to A, from 5 Å distance to contact, in the
-/// orientations of the files.
+/// Returns a function that checks a given field along a straight approach of B to A. The approach ends at contact and
+/// begins 5 Å before it. The molecules have the orientations of their files.
 ///
 /// In      a, b         positions relative to their own centres; must outlive the returned function
 ///         model        defines the dielectric

@@ -90,7 +90,7 @@ class Descriptor {
                    std::strerror(error) + "); install it there, or set TANDEM_MESH_READER to where it is");
 }
 
-/// A file that is passed to the reader, with the name by which the mesh file refers to it.
+/// An additional file that is passed to the reader program, with the name by which the mesh file refers to it.
 struct GivenFile {
   std::string name;
   std::vector<std::byte> bytes;
@@ -192,8 +192,8 @@ std::size_t bytes_of(std::span<const std::byte> bytes, const std::vector<GivenFi
   return total;
 }
 
-/// The reader process. It can be started while other threads run, because the child uses no memory of this process
-/// between fork and exec.
+/// The running reader program. It can be started while other threads run, because the child process uses no memory of
+/// this process between fork and exec.
 class ReaderProcess {
  public:
   ReaderProcess(const std::vector<std::byte>& bytes, const std::vector<GivenFile>& beside, const fs::path& file)
@@ -313,7 +313,7 @@ std::optional<geometry::TriangleMesh> mesh_of_reply(std::span<const std::uint8_t
   return mesh;
 }
 
-/// Replaces the reader's name for the file in a message by the real name.
+/// Replaces the name that the reader program uses for the file by the real name, in a message.
 std::string named_as(const fs::path& file, std::string text) {
   const std::string extension = file.extension().string();
   const std::string name = "mesh." + (extension.empty() ? "" : extension.substr(1));

@@ -1,6 +1,6 @@
 // Reads mesh files of any supported format. The files may be hostile: sizes are bounded, and vertices that are not
-// finite are refused. The text of a std::runtime_error continues a sentence with the reason and the remedy: "/x/y.obj,
-// which does not exist; give …".
+// finite are refused. The text of a std::runtime_error contains the file, the reason and the remedy: "/x/y.obj, which
+// does not exist; give …".
 #pragma once
 
 #include <cstddef>

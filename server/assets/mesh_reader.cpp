@@ -44,8 +44,8 @@ void limit(__rlimit_resource resource, std::size_t value) {
   setrlimit(resource, &both);
 }
 
-/// Limits memory, time and files of this process. Called after the program's libraries are loaded; afterwards no file
-/// can be opened.
+/// Limits memory, time and files of this process. It is called after the program's libraries are loaded, because from
+/// then on no file can be opened.
 void limit_resources(std::size_t file_bytes) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   limit(RLIMIT_AS, address_space_limit(file_bytes));

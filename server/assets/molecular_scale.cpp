@@ -29,7 +29,7 @@ constexpr double kStrongestPull_n = 1;
 /// Force scale for molecules without attraction to each other [N per kcal/mol/Å].
 constexpr double kScaleWithoutPull = 0.03;
 constexpr double kTouching_kcal_per_mol = 5;
-/// Largest number of pairs for which the energy is minimised, which then takes one or two seconds.
+/// Largest number of atom pairs for which the energy is minimised. The minimisation of so many pairs takes 1 or 2 s.
 constexpr std::size_t kMaxToMinimise = 1'000'000;
 constexpr double kCoarseStep_angstrom = 1, kFineStep_angstrom = 0.1;
 constexpr double kSearchOut_angstrom = 4, kSearchIn_angstrom = 2;
@@ -42,7 +42,8 @@ constexpr double kBlocked_kcal_per_mol = 50, kHopeless_kj_per_mol = 1e9;
 constexpr double kDrawStep_angstrom = 0.25, kSlide_angstrom = 0.1;
 /// Force above which there is an attraction [kcal/mol/Å].
 constexpr double kNoPull = 1e-3;
-/// Depth of the well below the zero area at which attraction can still be felt [kT].
+/// Minimum depth of the energy well below the zero area (energies near the minimum without displayed force) [kT]. With
+/// less depth no attraction could be felt.
 constexpr double kFelt_kt = 3;
 
 double extent_angstrom(const Molecule& molecule) {
@@ -69,8 +70,8 @@ docking::MolecularField field_of(const Molecule& a, const Molecule& b, FieldMode
   if (!has_charges) model.dielectric = docking::Dielectric::kNone;
   model.has_far_grid = model.has_far_grid && has_charges;
   // The portable kernel gives the same numbers on every CPU, so recordings and checkpoints match the scene on other
-  // machines. With a grid it would take seconds, so the default kernel is used there. Rounding to four digits removes
-  // the differences between kernels.
+  // machines. With a far-field grid the portable kernel would take seconds, so the default kernel is used in this case.
+  // Rounding to four digits removes the differences between kernels.
   return {a, b, model, model.has_far_grid ? "" : "portable"};
 }
 
@@ -119,8 +120,9 @@ class Approach {
     return way;
   }
 
-  /// Returns the largest force [kcal/mol/Å] against pulling B out of `place`, in the direction in which it is smallest.
-  /// Sideways motion and rotation are free. Returns 0 if nothing holds B there, or if every direction is blocked.
+  /// Returns how strongly A holds B at `place`: the largest force [kcal/mol/Å] against pulling B out, in the direction
+  /// in which that force is smallest. Sideways motion and rotation are free. Returns 0 if nothing holds B, or if every
+  /// direction is blocked.
   ///
   /// In      report  called with the completed fraction, 0 to 1
   template <class Report>
@@ -169,7 +171,7 @@ class Approach {
             result.force_on_b.dot(direction_A) / kKilojoulesPerKilocalorie};
   }
 
-  /// Descends in energy with steps perpendicular to `held_A`. Returns the field at the end.
+  /// Descends in energy with steps perpendicular to `held_A`. Returns the field at the last pose.
   docking::FieldResult descend(Pose& X, const Vec3& held_A, int steps) {
     docking::FieldResult here = field_.evaluate(X);
     double way = kSlide_angstrom;
@@ -280,12 +282,12 @@ class Probe {
     std::vector<Way> ways;
     Approach approach;
   };
-  /// Fraction of the total work that the approaches take; used for the progress report.
+  /// Fraction of the total work that the approaches need; used for the progress report.
   static constexpr double kPartOfWays = 0.3;
 
-  /// Returns the model for the probe. If there are too many pairs to evaluate all in a step, the model has a cut-off
-  /// and a grid. Thousands of evaluations of all pairs would take minutes, and results are rounded to four digits
-  /// anyway.
+  /// Returns the model for the probe. If a step cannot evaluate all pairs, the model has a cut-off and a far-field
+  /// grid: the probe makes thousands of evaluations, which would take minutes with all pairs. The results are rounded
+  /// to four digits.
   static FieldModel probed(const Molecule& a, const Molecule& b, FieldModel model) {
     if (model.cutoff_angstrom == 0) docking::choose_cutoff(a, b, model);
     return model;

@@ -28,13 +28,16 @@ std::pair<Pose, double> minimum_near(const docking::Molecule& a, const docking::
 /// fraction of it (0..1).
 using ScaleProgress = std::function<void(const std::string& what, double done)>;
 
-/// Fills in those numbers of `field` that are 0, which means "to be found": newtons_per_kcal_per_mol_angstrom,
-/// knee_kcal_per_mol and, with a zero area, minimum_kcal_per_mol. Each pair of molecules is probed in two ways. First,
-/// the molecules approach each other in the orientation of their files, along their line of centres and from six sides.
-/// Second, one molecule is pulled out of its pose in the files in 24 directions, with sideways motion free; the easiest
-/// direction counts. The strongest attraction of all probes becomes 1 N. The minimum is the lowest energy of two
-/// descents, from the best approach and from the pose in the files. A zero area that would contain all attraction is
-/// removed.
+/// Fills in those numbers of `field` that are 0, which means "to be found":
+/// * newtons_per_kcal_per_mol_angstrom: such that the strongest attraction of all probes becomes 1 N;
+/// * knee_kcal_per_mol: the energy above which the displayed force is limited;
+/// * minimum_kcal_per_mol, if the field has a zero area (energies near the minimum without displayed force): the lowest
+///   energy of two descents, from the best approach and from the pose in the files.
+///
+/// Each pair of molecules is probed in two ways. First, the molecules approach each other in the orientation of their
+/// files, along their line of centres and from six sides. Second, one molecule is pulled out of its pose in the files
+/// in 24 directions, with free sideways motion; the direction with the least resistance counts. A zero area that would
+/// contain all attraction is removed.
 ///
 /// In      molecules      positions relative to their own centres
 ///         centres        centre of each molecule in its file [Å]

@@ -26,8 +26,9 @@ namespace {
 constexpr double kFullResolutionSize_m = 0.2;
 constexpr const char* kMillimetres = "0.001 if the file is in millimetres";
 
-/// Size of a contact asset above which a coarse asset is made, too. Clients use it until they have received the fine
-/// one. The factors below apply to cells, tolerance and distances between points of the coarse asset.
+/// Size of a contact asset [bytes] above which a coarse asset is made in addition. Clients use the coarse asset until
+/// they have received the full one. The factors below multiply cell sizes, tolerance and point distances for the coarse
+/// asset.
 constexpr std::size_t kMaxBytesWithoutCoarse = 200 * 1024;
 constexpr double kCoarseCells = 4;
 constexpr double kCoarseTolerance = 8;
@@ -85,7 +86,8 @@ auto or_refused(const SceneField& field, const Read& read) {
   }
 }
 
-/// Aborts a build that takes too long. Called in the progress callback: throwing there discards the partial result.
+/// Aborts a build that takes too long. It is called from the progress callback, where an exception discards the partial
+/// result.
 [[noreturn]] void refuse_long_build(Duration allowed, double done) {
   throw geometry::MeshError("the scene's meshes take longer than " + number_text(to_seconds(allowed)) +
                             " s to be made ready for touch, and this one was done by " +
@@ -146,7 +148,7 @@ struct SceneAssets::Contact {
   std::shared_ptr<const contact::ContactShape> shape;
   std::shared_ptr<const proto::Bytes> bytes;
   proto::Sha256 sha256{};
-  std::string note;  ///< for the operator: number of points, spacing, memory, build time, built or cached
+  std::string note;  ///< note for the operator: points, spacing, memory, build time, built or cached
 };
 
 std::filesystem::path SceneAssets::located(const std::string& file) const {

@@ -45,7 +45,7 @@ struct Asset {
   std::string name;  ///< file name without folder
   std::shared_ptr<const proto::Bytes> bytes;
   std::optional<proto::Sha256>
-      coarse_of{};  ///< "contact" asset that a "coarse-contact" replaces, or "surface" of a "drawing"
+      coarse_of{};  ///< "contact" that a "coarse-contact" replaces, or "surface" that a "drawing" shows
 };
 
 /// Reads the files of one scene and builds contact shapes. Each file is read once, and equal shapes are built once.
@@ -85,7 +85,7 @@ class SceneAssets {
   void add_user_note(const std::string& note);
 
   std::vector<Asset> assets;
-  std::vector<std::string> notes;            ///< for the operator
+  std::vector<std::string> notes;            ///< notes for the operator
   std::vector<std::string> notes_for_users;  ///< subset of `notes` about differences between the scene and its files
 
  private:
@@ -93,8 +93,8 @@ class SceneAssets {
 
   const Contact& contact_of(const geometry::ContactMesh& mesh, double sheet_thickness_m, const std::string& name,
                             bool is_coarse);
-  /// Offers a coarse contact asset, which clients use until they have received `fine`. It is not offered if it is
-  /// larger than a quarter of `fine`.
+  /// Offers a coarse contact asset, which clients use until they have received `fine`. The coarse asset is not offered
+  /// if it is larger than a quarter of `fine`.
   void add_coarse_contact(const geometry::ContactMesh& mesh, const wire::Mesh& message, const Contact& fine);
   /// Reads the bytes of a file and stores them as an asset of `kind`.
   std::shared_ptr<const proto::Bytes> read(const std::filesystem::path& file, const std::string& kind,
@@ -109,7 +109,7 @@ class SceneAssets {
   SceneLoading loading_;
   std::vector<wire::MoleculeSource> sources_;
   Duration built_{0};                                                 ///< total build time so far
-  std::map<proto::Sha256, std::shared_ptr<const Contact>> contacts_;  ///< key: contact_key()
+  std::map<proto::Sha256, std::shared_ptr<const Contact>> contacts_;  ///< contact shapes by contact_key()
   std::map<std::filesystem::path, std::shared_ptr<const proto::Bytes>> read_;
 };
 

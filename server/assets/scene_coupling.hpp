@@ -10,9 +10,9 @@
 namespace tandem::server {
 
 void complete_coupling(wire::Coupling& coupling);
-/// Refuses an unknown law, and a fit that the law needs and lacks or cannot use.
+/// Refuses an unknown law. Refuses a fit that is missing although the law needs it, or that the law cannot use.
 void check_coupling(const wire::Coupling& coupling, const SceneField& file);
-/// Returns the fit in a complete description; nothing for a law without a fit.
+/// Returns the fit of the adaptive law in a complete description, or nothing for a law without a fit.
 std::optional<haptics::AdaptiveFit> adaptive_fit(const wire::Coupling& coupling);
 
 }  // namespace tandem::server

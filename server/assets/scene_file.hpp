@@ -26,7 +26,7 @@ struct LoadedScene {
   std::vector<WorkspaceMapping> workspaces;          ///< parallel to world.tools
   std::vector<SoftModel> soft_bodies;                ///< parallel to description.soft_bodies()
   std::vector<Asset> assets;
-  std::vector<std::string> notes;            ///< for the operator: e.g. guessed atom types, numbers of triangles
+  std::vector<std::string> notes;            ///< notes for the operator, e.g. guessed atom types, numbers of triangles
   std::vector<std::string> notes_for_users;  ///< subset of `notes` that is shown to users: guesses, changes, omissions
 };
 

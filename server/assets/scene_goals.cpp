@@ -98,7 +98,7 @@ class Checker {
     if (name == own) field.refuse("is \"" + name + "\", the body of the condition itself; name another body, or none");
   }
 
-  /// Checks the signals, the limit of a state, and the call.
+  /// Checks the signals of a game, the limit of a state's age, and the program call.
   void signals(const wire::Game& game, const SceneField& field) const {
     count(game.signals_size(), 0, kMaxSignals, "signals", field.in("signals"));
     std::set<std::string> names;
@@ -237,7 +237,7 @@ class Checker {
     coupling(level, field);
   }
   static void time_limits(const wire::Level& level, const SceneField& field) {
-    // A level that can follow itself is limited in the same way as one that repeats.
+    // A level with `next` may follow itself. Its time limit therefore has the same bounds as that of a repeating level.
     const bool repeats = level.repeats() || level.has_next();
     if (repeats) repeat_limit(level.time_limit_s(), field.in("time_limit_s"));
     for (int i = 0; i < level.goals_size(); ++i) {

@@ -9,7 +9,8 @@ namespace tandem::server {
 inline constexpr std::size_t kMaxSoftBodies = 8;
 inline constexpr const char* kSoftSideNames[] = {"-x", "+x", "-y", "+y", "-z", "+z"};  ///< bits of SoftSides
 
-/// Fills in the defaults that the table of ranges lacks: placements, and the node spacing of a block.
+/// Fills in the defaults that the table of ranges (proto/scene_ranges.hpp) lacks: placements, and the node spacing of a
+/// block (a cuboid soft body).
 void complete_soft_bodies(wire::Scene& scene);
 /// In      scene  its numbers are complete and within their ranges
 /// Fails   SceneError

@@ -62,8 +62,8 @@ class KeptPoses {
   const MoleculePair* pair_;
   KeptPoseList list_;
   int lock_ = -1;  ///< descriptor of the lock file; -1 if it is not open
-  /// poses.json has been found to list the poses of list_. From then on, the lock prevents other servers from changing
-  /// it.
+  /// true: poses.json was found to list the poses of list_. While the lock is held, no other server can change the
+  /// file.
   bool is_known_ = false;
 };
 

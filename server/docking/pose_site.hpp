@@ -87,7 +87,7 @@ class PoseSite final : public RoomWatcher {
   void refuse_placing() { is_refused_ = true; }
 
  private:
-  /// Poses of both bodies after a step, and the number of kPlace commands that the room had executed by then.
+  /// Poses of both bodies after a step, and the number of kPlace commands that the room had executed until that step.
   struct Sample {
     Pose X_WA, X_WB;
     Step step;
@@ -133,7 +133,7 @@ class PoseSite final : public RoomWatcher {
   std::deque<PoseRequest> waiting_;
   std::optional<Keeping> keeping_;
   std::optional<Minimisation> minimising_;
-  bool was_minimising_ = false;  ///< the last slice of work belonged to the minimisation
+  bool was_minimising_ = false;  ///< whether the last slice of work belonged to the minimisation
 };
 
 }  // namespace tandem::server

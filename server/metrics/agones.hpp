@@ -39,8 +39,8 @@ class AgonesPlan {
   static constexpr Duration kHealthEvery{std::chrono::seconds(2)};
   static constexpr Duration kMinAgain{std::chrono::milliseconds(500)};
   static constexpr Duration kMaxAgain{std::chrono::seconds(4)};
-  /// Time without users after which the server is offered to others. A user who lost the connection has rejoined by
-  /// then, or would find the scene reset.
+  /// Time without users after which the server is offered to other users. After this time, a user who lost the
+  /// connection has either rejoined, or would find the scene reset.
   static constexpr Duration kReturnAfter{std::chrono::minutes(1)};
 
   Call due(const Seen& seen, LocalTime now);
@@ -56,7 +56,9 @@ class AgonesPlan {
   std::optional<LocalTime> left_;
 };
 
-/// Thread  a separate one, of normal priority, which may wait for the sidecar. The server works without a sidecar, too
+/// Reports the server's state by calls to the sidecar. If there is no sidecar, the server works without it.
+///
+/// Thread  a separate thread of normal priority, which may wait for the sidecar
 class Agones {
  public:
   /// In      port  the sidecar's port on this machine

@@ -128,7 +128,7 @@ void HttpPort::Impl::accept() {
 }
 
 void HttpPort::Impl::welcome(tcp::socket socket) {
-  // Closes the oldest connection. A well-behaved peer has been served before sixteen others connect.
+  // Closes the oldest connection. A well-behaved peer has been served before sixteen further peers connect.
   if (connections.size() >= kMaxHttpConnections) end(ConnectionPointer(connections.front()));
   const auto connection = std::make_shared<HttpConnection>(std::move(socket));
   connections.push_back(connection);
@@ -169,7 +169,7 @@ void HttpPort::Impl::respond(const ConnectionPointer& connection, HttpAnswer of)
   });
 }
 
-/// Reads and discards until the peer closes the connection as well, within the time limit of the answer.
+/// Reads and discards the remaining bytes until the peer closes the connection, within the time limit of the answer.
 void HttpPort::Impl::drain(const ConnectionPointer& connection) {
   connection->stream.async_read_some(asio::buffer(connection->left_over),
                                      [this, connection](const error_code& error, std::size_t size) {

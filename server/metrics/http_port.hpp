@@ -21,8 +21,8 @@ namespace tandem::server {
 
 inline constexpr std::size_t kMaxHttpConnections = 16;
 inline constexpr std::size_t kMaxHttpHeadBytes = 4096;
-/// Time limit from accepting the connection to the end of the request head, and again from there to the end of the
-/// answer.
+/// Time limit of each of two phases: from accepting the connection to the end of the request head, and from the end of
+/// the head to the end of the answer.
 inline constexpr Duration kHttpWithin = std::chrono::seconds(2);
 
 struct HttpAnswer {
@@ -31,7 +31,9 @@ struct HttpAnswer {
   std::string_view type = "text/plain; charset=utf-8";
 };
 
-/// Thread  a separate one, of normal priority
+/// A loopback port that answers GET requests.
+///
+/// Thread  a separate thread of normal priority
 class HttpPort {
  public:
   /// Returns the answer for a path without its query; nothing if there is no such page. Called on the port's thread.

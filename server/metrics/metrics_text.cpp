@@ -42,7 +42,7 @@ std::string escaped(std::string_view value) {
   return text;
 }
 
-/// Converts "ERROR_BAD_TOKEN" to "bad_token", with the prefix "ERROR_".
+/// Removes `prefix` and converts the rest to lower case: "ERROR_BAD_TOKEN" with the prefix "ERROR_" gives "bad_token".
 std::string plain(std::string name, std::string_view prefix) {
   if (name.starts_with(prefix)) name.erase(0, prefix.size());
   for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;

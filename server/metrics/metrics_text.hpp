@@ -31,7 +31,7 @@ struct MetricsSnapshot {
   bool is_ready = false;
   bool is_healthy = false;
   ServerFigures server;
-  std::vector<RoomFigures> rooms;  ///< in the order of ServerFigures::users
+  std::vector<RoomFigures> rooms;  ///< values of the rooms, in the order of ServerFigures::users
   bool has_checkpoint = false;     ///< if false, the next two members have no meaning
   std::uint64_t checkpoint_writes = 0;
   std::uint64_t checkpoint_failures = 0;

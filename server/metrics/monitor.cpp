@@ -45,7 +45,7 @@ struct Monitor::Impl {
   const std::vector<std::unique_ptr<RoomMeter>>* meters = nullptr;  ///< valid while a server is attached
   bool has_ended = false;
   std::vector<std::string> rooms;
-  // The threads use the members above, so these objects are declared last.
+  // The threads of these objects use the members above. Therefore the objects are declared last.
   std::unique_ptr<HttpPort> port;
   std::unique_ptr<Agones> agones;
 };

@@ -29,19 +29,20 @@ constexpr Duration kLinger = std::chrono::seconds(1);
 /// Pause after a failed accept. The usual cause is that no file descriptor is free.
 constexpr Duration kAcceptAgain = std::chrono::milliseconds(100);
 constexpr int kPortTries = 16;
-/// Limit of connections. It exceeds the hub's limit, because closed connections linger. Beyond it the connection that
-/// has lingered longest is dropped.
+/// Limit of connections. It exceeds the hub's limit, because closed connections linger. At the limit the connection
+/// that has lingered longest is dropped.
 constexpr std::size_t kMaxPeers = 512;
-/// Minimum interval between new paths of a user whose source address keeps changing.
+/// Minimum interval between two new paths of a user. A path is a source address of the user's datagrams.
 constexpr Duration kNewPathAgain = std::chrono::milliseconds(100);
 constexpr Duration kCountTurnsFor = std::chrono::milliseconds(10);
-/// Longest gap between turns that counts as short. If most gaps are short, users' datagrams are left for the next turn.
+/// Longest gap between turns (a turn begins after each sending of states) that counts as short. If most gaps are short,
+/// users' datagrams are left for the next turn.
 constexpr Duration kOftenEnough = std::chrono::microseconds(300);
 /// Number of users whose datagrams are read before the next check for new states. It is small, so that new states are
 /// not delayed by the datagrams of all users.
 constexpr std::size_t kUsersAtOnce = 4;
-// Fraction of time with short gaps between turns: above the first value datagrams begin to be read in turns, below the
-// second they are read on arrival again (hysteresis).
+// Fraction of time with short gaps between turns (hysteresis). Above the first value datagrams are read in turns. Below
+// the second value they are read on arrival again.
 constexpr double kShareToBegin = 0.8, kShareToGoOn = 0.6;
 
 /// Returns the key under which limits are shared: the host, or for IPv6 its /64 network, because one host may own all
@@ -303,7 +304,7 @@ std::optional<secure::Exported> AsioServerTransport::exported(ConnectionHandle c
   return found == peers_.end() ? std::nullopt : found->second->tls.exported(label, context);
 }
 
-// Write errors are ignored here. The pending read fails as well and reports them, outside of a call of the hub.
+// Write errors are ignored here. The pending read also fails and reports the error, outside of a call of the hub.
 void AsioServerTransport::flush(const PeerPointer& peer) {
   if (peer->is_waiting_to_write || !peer->socket.is_open()) return;
   error_code error;

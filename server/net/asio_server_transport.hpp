@@ -1,9 +1,9 @@
 // The server's sockets: one TCP listener, its connections, and one UDP socket on the same port number.
 //
 // All code runs on the thread of the io_context, so there are no locks. Only datagrams may also be sent by the helping
-// thread (ServerTransport::send_datagram()). TCP bytes are passed to the kernel at once. Bytes that it does not accept
-// stay in a buffer, whose size the session hub monitors: it ends the connection of a peer that does not read. A
-// datagram that the kernel does not accept is discarded.
+// thread (ServerTransport::send_datagram()). TCP bytes are passed to the kernel at once. Bytes that the kernel does not
+// accept stay in a buffer. The session hub monitors the size of the buffer and ends the connection of a peer that does
+// not read. A datagram that the kernel does not accept is discarded.
 //
 // A turn of this thread lasts from one sending of states to the next (begin_turn()). Each source of work has a limit
 // per turn, a token bucket, so that no connection delays another:
@@ -131,7 +131,7 @@ class AsioServerTransport final : public ServerTransport {
   /// the same descriptor, registered with the io_context while datagrams wake this thread
   boost::asio::posix::stream_descriptor users_wake_;
   bool reads_in_turns_ = false;
-  bool has_unread_users_ = false;  ///< datagrams of users may be unread since the last begin_turn()
+  bool has_unread_users_ = false;  ///< whether datagrams of users may be unread since the last begin_turn()
   LocalTime turned_{}, turns_from_{};
   Duration often_{0};  ///< sum of the short gaps between turns since turns_from_
   std::array<std::byte, kReadBytes> incoming_{};

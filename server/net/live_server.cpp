@@ -82,9 +82,9 @@ struct LiveServer::Impl {
   asio::steady_timer duration_timer{io};
   asio::steady_timer stop_timer{io};
   asio::signal_set signals{io};
-  std::atomic<bool> has_news{false};                    ///< unsent states are ready
+  std::atomic<bool> has_news{false};                    ///< whether unsent states are ready
   std::atomic<LocalTime> expects_news_at{LocalTime{}};  ///< expected time of new states
-  std::atomic<bool> sleeps{false};                      ///< the io thread sleeps, or is about to
+  std::atomic<bool> sleeps{false};                      ///< whether the io thread sleeps, or is about to sleep
   // Published for other threads.
   std::atomic<bool> is_serving{false}, is_stopping{false};
   std::atomic<LocalTime> io_went_round{LocalTime{}};
@@ -186,7 +186,7 @@ void LiveServer::Impl::serve() {
 void LiveServer::Impl::wake() {
   if (!sleeps.load()) return;
   const std::uint64_t one = 1;
-  // Writing fails only if the counter is full; then the io thread has already been woken.
+  // Writing fails only if the counter is full. In this case the io thread has already been woken.
   [[maybe_unused]] const auto written = ::write(step_event.native_handle(), &one, sizeof one);
 }
 

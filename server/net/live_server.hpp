@@ -23,11 +23,11 @@
 namespace tandem::server {
 
 struct LiveServerSettings {
-  std::string bind_address = "127.0.0.1";  ///< without `tls` it must be a loopback address
-  std::uint16_t port = 47800;              ///< for TCP and UDP; 0: any free one
+  std::string bind_address = "127.0.0.1";  ///< address to listen at; without `tls` it must be a loopback address
+  std::uint16_t port = 47800;              ///< port for TCP and UDP; 0: any free one
   int realtime_priority = 0;               ///< SCHED_FIFO priority of the room threads; 0: normal scheduler
   std::optional<Duration> duration{};      ///< time after which the server stops without a request
-  /// SIGINT, SIGTERM and SIGHUP call stop(); SIGHUP is ignored if the process ignored it at the start.
+  /// true: SIGINT, SIGTERM and SIGHUP call stop(). SIGHUP is ignored if the process ignored it at the start.
   bool stops_on_signals = false;
   std::shared_ptr<const secure::TlsContext> tls{};  ///< null: no encryption
   HubSettings hub{};                                ///< if its connection_ids is empty, LiveServer sets it
@@ -43,7 +43,7 @@ struct ServerFigures {
 
 /// Liveness of a server.
 struct ServerPulse {
-  bool is_serving = false;  ///< run() has begun
+  bool is_serving = false;  ///< whether run() has begun
   bool is_stopping = false;
   std::size_t users = 0;
   LocalTime io{};                  ///< time of the io thread's last iteration

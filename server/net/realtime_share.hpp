@@ -6,17 +6,17 @@
 
 namespace tandem::server {
 
-/// A user of real-time priority is a thread. The first user (io) always has priority. The other users get it in
-/// ascending order of demand, within two limits: each needs at most 93 % of a core, and all together need at most 93 %
-/// of `cores`. A user that has lost priority regains it only below 85 % (hysteresis).
+/// Distributes real-time priority among threads. The first thread (io) always has it. The other threads get it in
+/// ascending order of demand, within two limits: each thread needs at most 93 % of a core, and all together need at
+/// most 93 % of `cores`. A thread that has lost priority regains it only below 85 % (hysteresis).
 ///
 /// Why     If real-time threads use more than 95 % of a core in one second, the kernel stops all of them for the rest
 ///         of that second (sched_rt_runtime_us). No room would then step for 50 ms. Below that limit the kernel
 ///         distributes them well: of five threads with 34 % each on two cores, none was measured to wait longer than 2
 ///         ms.
-/// In      demands       for each user: share of a core that it needs to keep its rate
+/// In      demands       for each thread: share of a core that it needs to keep its rate
 ///         cores         at least 1
-/// In-out  has_priority  for each user
+/// In-out  has_priority  for each thread
 void share_realtime(const std::vector<double>& demands, std::vector<bool>& has_priority, std::size_t cores);
 
 }  // namespace tandem::server

@@ -21,7 +21,8 @@ std::vector<double> loads_of_workers(std::span<const double> loads, Places worke
   return sums;
 }
 
-/// Returns the largest room of a worker whose load is at most `most`; nothing if there is none.
+/// Returns the room with the largest load among the rooms of a worker whose own load is at most `most`; nothing if
+/// there is no such room.
 std::optional<std::size_t> largest_of(std::size_t worker, double most, std::span<const double> loads, Places workers) {
   std::optional<std::size_t> largest;
   for (std::size_t i = 0; i < loads.size(); ++i) {
@@ -53,7 +54,8 @@ void place_rooms(std::span<const double> loads, std::span<std::optional<std::siz
   const double difference = sums[busiest] - sums[idlest];
   const bool has_too_much = sums[busiest] > kMaxToBear;
   if (!has_too_much && difference < kUneven) return;
-  // When the loads are only uneven, a room of more than half of the difference would reverse the imbalance.
+  // If no worker is overloaded, the moved room may have at most half of the load difference. A larger room would
+  // reverse the imbalance.
   const double room_left = kMaxAcceptedLoad - sums[idlest];
   const double most = has_too_much ? room_left : std::min(room_left, difference / 2);
   const auto one = largest_of(busiest, most, loads, workers);

@@ -19,12 +19,12 @@ namespace {
 constexpr Duration kUserCheckPeriod = std::chrono::milliseconds(5);
 /// Approximate time to sleep and wake up. A thread spins through a shorter wait.
 constexpr Duration kNotWorthASleep = std::chrono::microseconds(50);
-/// Mean answer time of a room up to which io is woken at the start of a step. io then wakes up during the step and
-/// spins until its end.
+/// Mean answer time of a room up to which io (the io thread) is woken at the start of a step. It then wakes up during
+/// the step and spins until the end of the step.
 constexpr Duration kWakesAheadOf = std::chrono::microseconds(100);
-// Demands of io, as fractions of a core. Above the first value, io is not woken after each short step; below the
-// second, it is woken again (hysteresis). Unannounced states are sent with those of the next rooms, after at most
-// kNotifyWithin.
+// Demands of io, as fractions of a core (hysteresis). Above the first value, io is not woken after each short step. The
+// states of such a step are sent with those of the next rooms, after at most kNotifyWithin. Below the second value, io
+// is woken after each step again.
 constexpr double kBusyIo = 0.6, kNotBusyIo = 0.4;
 constexpr Duration kNotifyWithin = std::chrono::microseconds(60);
 constexpr Duration kTrustedAgainAfter = std::chrono::seconds(1), kIoWaitsAgainAfter = std::chrono::milliseconds(100);
@@ -37,8 +37,8 @@ constexpr std::uint64_t kEnoughSteps = 5;
 constexpr double kMaxShared = 0.3, kMaxToShareAgain = 0.2;
 /// Longest sleep without a check for newly assigned rooms and for new users.
 constexpr Duration kLongSleep = std::chrono::milliseconds(2);
-/// Number of parts of a period. The phase of a room may differ from its computed phase by one part. A larger difference
-/// is corrected by at most one part per step.
+/// The period is divided into this number of parts. The phase of a room may differ from its computed phase by one part.
+/// A larger difference is corrected by at most one part per step.
 constexpr int kPlaces = 64;
 // io has a lower priority than the rooms while the steps of each thread together take at most kIoWaitsFor. After
 // kSlowStepsInARow consecutive steps of one room longer than kIoWaitsNotFor, io gets a higher priority, because all
@@ -107,7 +107,7 @@ struct RoomScheduler::Loop {
   Duration mean_step{0};
   Duration mean_answer{0};   ///< part of mean_step for which users wait
   Duration mean_turn{0};     ///< mean time of answer and help with sending, a delay for the thread's next rooms
-  bool is_answered = false;  ///< answer() has run, its finish() has not
+  bool is_answered = false;  ///< whether answer() has run and its finish() has not
   LocalTime deadline{};      ///< deadline of the step that is_answered describes
   Duration answering{0};     ///< time of the answer and of help with sending in that step
   LocalTime slow_until{};    ///< end of the time for which the room counts as slow, even if it keeps its rate again
@@ -116,12 +116,12 @@ struct RoomScheduler::Loop {
   std::atomic<std::size_t> wanted{0};   ///< index of the thread that should own the room; written by io
   std::atomic<std::uint64_t> steps{0};
   Busy busy;                         ///< steps of the room
-  std::atomic<bool> is_left{false};  ///< all users have left; the reset of the scene may take long
+  std::atomic<bool> is_left{false};  ///< whether all users have left; the reset of the scene may take long
   std::atomic<LocalTime> went_round{LocalTime{}};
   std::atomic<bool> is_slow{false};
   realtime::Mailbox<RoomTiming> published;
 
-  std::atomic<bool> has_priority{true};  ///< written by io, read by its stepper
+  std::atomic<bool> has_priority{true};  ///< whether the room has real-time priority; written by io, read by its thread
   RoomLoad load;
 };
 
@@ -134,17 +134,17 @@ struct RoomScheduler::Stepper {
 
   std::size_t index = 0;
   double place = 0;                   ///< phase of the deadlines of the thread's first room [periods]
-  std::vector<Loop*> loops;           ///< in the order of their deadlines
+  std::vector<Loop*> loops;           ///< rooms of the thread, in the order of their deadlines
   LocalTime users_checked{};          ///< last check for users of empty rooms
   LocalTime news_since{};             ///< time of the oldest states that io was not notified of; LocalTime{}: none
-  std::atomic<bool> is_called{true};  ///< a room was assigned, or stop() was called
+  std::atomic<bool> is_called{true};  ///< whether a room was assigned, or stop() was called
   /// The thread sleeps on it until call(). try_acquire on it yields the processor.
   std::counting_semaphore<> called{0};
   std::promise<std::vector<std::string>> not_granted;
   std::thread thread;
   Busy busy;  ///< steps of all its rooms
   // Used by the io thread only.
-  Duration cpu_before{0}, busy_before{0};  ///< at the last measurement
+  Duration cpu_before{0}, busy_before{0};  ///< values at the last measurement
   double cpu_of_busy = 1;                  ///< processor time, wake-ups included, per busy time in the last interval
 };
 
@@ -426,7 +426,7 @@ void RoomScheduler::measure(LocalTime now, Duration window) {
 
 /// Withdraws real-time priority from a room at once, and restores it after the room has been within the limit for a
 /// second. Only rooms with separate threads are affected: shared threads always have priority, and a room without
-/// priority does not share a thread.
+/// priority is not placed on a shared thread.
 void RoomScheduler::give_priority(LocalTime now) {
   std::vector<double> demands{io_demand_};
   std::vector<bool> have_priority{true};
@@ -463,7 +463,8 @@ void RoomScheduler::give_io_priority(LocalTime now) {
 void RoomScheduler::raise_io_priority(LocalTime now) {
   io_first_at_.store(now, std::memory_order_relaxed);
   io_waits_.store(false, std::memory_order_relaxed);
-  // The priority is set even if it is unchanged: io may be about to lower it, and could then not run to raise it again.
+  // The priority is set even if it is unchanged. Otherwise, if io is about to lower it, io could not run to raise it
+  // again.
   realtime::set_priority(io_thread_, realtime_priority_ + 1);
 }
 

@@ -22,8 +22,8 @@ struct RoomTiming {
   std::uint64_t missed = 0;    ///< number of skipped deadlines
   std::uint64_t slow = 0;      ///< number of steps for which the room counted as slow (kFaultRoomSlow)
   Histogram lateness;          ///< delay from the deadline to the start of a step
-  /// Duration of a whole step: the answer, the calls after it, and finish(). Work for other rooms in between is
-  /// excluded.
+  /// Duration of a whole step: the answer, the calls after the answer, and finish(). Work for other rooms between these
+  /// parts is excluded.
   Histogram step_time;
 };
 
@@ -34,11 +34,11 @@ struct RoomTiming {
 /// step is answered at its deadline. It is finished when no other room of the thread is about to be due
 /// (Room::answer(), Room::finish()).
 ///
-/// All room threads run at one SCHED_FIFO priority. While the steps of every thread take at most 250 us, io has a lower
-/// priority, so that it does not interrupt a step. After two consecutive steps of more than 500 us in one room, io has
-/// a higher priority for 100 ms. Otherwise all other rooms would wait for io. If the rooms together need more than the
-/// cores provide, some rooms lose the priority (share_realtime()), and only their own users are delayed. They regain it
-/// after a second within the limit.
+/// All room threads run at one SCHED_FIFO priority. While the steps of every thread take at most 250 us, the io thread
+/// (io) has a lower priority, so that it does not interrupt a step. After two consecutive steps of more than 500 us in
+/// one room, io has a higher priority for 100 ms; otherwise all other rooms would wait for io. If the rooms together
+/// need more than the cores provide, some rooms lose the priority (share_realtime()), and only their own users are
+/// delayed. These rooms regain it after a second within the limit.
 class RoomScheduler {
  public:
   /// In      realtime_priority  1–98; 0: the normal scheduler
@@ -105,7 +105,7 @@ class RoomScheduler {
   std::size_t workers_ = 0;  ///< number of shared threads
   std::atomic<bool> has_realtime_{false};
   pthread_t io_thread_{};
-  std::atomic<bool> io_waits_{false};  ///< the io thread's priority is lower than the rooms'
+  std::atomic<bool> io_waits_{false};  ///< whether the io thread's priority is lower than the rooms'
   std::atomic<LocalTime> io_first_at_{LocalTime{}};
   double io_demand_ = 0;  ///< demand of the io thread, as a fraction of a core
   std::atomic<bool> is_io_busy_{false};

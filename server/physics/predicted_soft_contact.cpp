@@ -7,9 +7,10 @@
 namespace tandem::server {
 namespace {
 
-/// Decay length of a sample's weight in the plane fit, over the excess of its distance above the smallest distance.
+/// Decay length of a sample's weight in the plane fit. The argument is the sample's distance minus the smallest
+/// distance.
 constexpr double kPlane_m = 1e-3;
-/// Distance below which the contact is imminent. The object is then not pressed into the copy any more.
+/// Distance below which the contact is imminent. Nearer objects are not pressed into the copy of the body.
 constexpr double kMinGap_m = 1e-3;
 /// Displacement of the object since the measurement up to which the measured stiffness remains valid.
 constexpr double kSamePlace_m = 5e-3;

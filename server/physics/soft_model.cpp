@@ -99,8 +99,8 @@ void add_side(const Lattice& lattice, int axis, bool is_high, SoftModel& model) 
   }
 }
 
-/// Sorts the links into groups in which no two links share a node (graph colouring). A sweep is then not biased towards
-/// the start of the list.
+/// Sorts the links into groups in which no two links share a node (graph colouring). With this order, a sweep is not
+/// biased towards the start of the list.
 void order_by_colour(SoftModel& model) {
   std::vector<std::vector<int>> taken(model.nodes_W.size());
   std::vector<std::pair<int, std::array<int, 2>>> coloured;

@@ -6,8 +6,8 @@
 namespace tandem::server {
 namespace {
 
-/// Margin of the candidate search, in addition to the motion of the sample and the object. Corrections of neighbouring
-/// nodes are assumed to move a sample by at most this distance in a step.
+/// Margin in the search for candidates (samples that may touch an object), in addition to the motion of sample and
+/// object. Corrections of neighbouring nodes are assumed to move a sample by at most this distance in a step.
 constexpr double kMargin_m = 8e-3;
 /// Depth that is attributed to rounding. It prevents another correction of a sample that was just moved onto the
 /// surface.

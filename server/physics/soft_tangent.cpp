@@ -40,7 +40,7 @@ struct SoftTangent::Link {
   double mobility = 0;                  ///< Bullet's c₀: (w_a + w_b) / stiffness
 };
 
-/// Derivatives of the two sums of a contact over the sweeps.
+/// Derivatives of the two sums that a contact accumulates over the sweeps: of normal and of friction corrections.
 struct SoftTangent::Sums {
   Row normal = Row::Zero();
   Change friction = Change::Zero();
@@ -56,7 +56,8 @@ SoftTangent::SoftTangent(const SoftModel& model)
 
 SoftTangent::~SoftTangent() = default;
 
-/// Selects the nodes that the object has pushed, and then their neighbours, ring by ring.
+/// Selects the patch, i.e. the nodes that are not fixed: first the nodes that the object has pushed, then their
+/// neighbours, ring by ring.
 bool SoftTangent::choose_patch(const SoftStep& step, int thing) {
   patch_.clear();
   std::fill(place_.begin(), place_.end(), kHeld);

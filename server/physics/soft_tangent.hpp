@@ -23,9 +23,9 @@ namespace tandem::server {
 ///         needed to stick. Friction that slides along t, with F = μ Σλ t, gives δF = μ t δΣλ + (|F|/|G|) (1 − t tᵀ)
 ///         δG.
 ///         K = −∂W/∂X = Σ [1; r×] δ(push) / h², summed over the pushes of that object; W is its wrench. The first push
-///         contributes m/h². Each sweep adds the part that links and volume have reversed in between, so position-based
-///         stiffness depends on rate, mass and sweeps. The result is the symmetric part of K, with its negative
-///         eigenvalues set to zero.
+///         contributes m/h². Each later sweep adds the part that links and volume have reversed since the last sweep.
+///         Position-based stiffness therefore depends on rate, mass and sweeps. The result is the symmetric part of
+///         K, with its negative eigenvalues set to zero.
 /// Source  derived for this project
 /// Limit   Levers, volume gradient and the set of pushes are those of the step, so contacts that begin or end are not
 ///         considered. Nodes more than kRings links away from the pushed nodes, and nodes beyond the first kMaxPatch,

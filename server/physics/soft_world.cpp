@@ -19,8 +19,8 @@ namespace {
 /// Number of sweeps of a soft step. A correction spreads by about one node per sweep; 16 sweeps suffice for a pad of
 /// the size of a hand.
 constexpr int kSweeps = 16;
-/// Displacement of a tool in a soft period above which the tool counts as moved without contact, e.g. by a reset. It
-/// then does not push nodes aside on the path between the two poses.
+/// Displacement of a tool in a soft period above which the tool counts as moved without contact, e.g. by a reset. Such
+/// a tool does not push nodes aside on the path between the two poses.
 constexpr double kMaxWay_m = 0.3;
 /// Lower and upper limit of the trust radius of a linear contact.
 constexpr double kMinTrust_m = 1e-3;

@@ -25,9 +25,9 @@ namespace tandem::server {
 
 /// A rigid object that soft bodies can touch: a tool, a rigid body or a static object.
 struct SoftRigid {
-  physics::TouchModel model;  ///< in the frame of the object T
+  physics::TouchModel model;  ///< shape in the frame of the object T
   double friction = 0.5;
-  Pose X_WT = {};  ///< for static objects only
+  Pose X_WT = {};  ///< pose of a static object; unused for other objects
 };
 
 struct SoftWorldSettings {
@@ -38,7 +38,7 @@ struct SoftWorldSettings {
   double room_rate_hz = 1000;
   double rate_hz = 60;  ///< rate of soft steps, rounded such that a soft period is a whole number of room steps
   double speed_limit_m_per_s = 10;
-  /// Wait for a late worker. For rooms that run faster than real time and need bit-identical results.
+  /// true: wait for a late worker. For rooms that run faster than real time and need bit-identical results.
   bool waits_for_worker = false;
   /// Called before each soft step on the thread that computes it; for tests and tracing. May be empty.
   std::function<void()> before_step;
@@ -55,7 +55,7 @@ int soft_period_steps(double room_rate_hz, double rate_hz);
 /// Thread  called from one thread at a time (the room's); with steps_aside a separate thread computes the steps
 class SoftWorld final : public physics::SoftBodies {
  public:
-  /// In      steps_aside  compute the steps in a worker thread, not within World::step(); the results are bit-identical
+  /// In      steps_aside  true: a worker thread computes the steps, not World::step(); the results are bit-identical
   explicit SoftWorld(SoftWorldSettings settings, bool steps_aside = false);
   ~SoftWorld() override;
   SoftWorld(const SoftWorld&) = delete;

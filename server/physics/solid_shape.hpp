@@ -9,7 +9,7 @@
 namespace tandem::server {
 
 struct SolidShape {
-  wire::Shape shape;                                                ///< with all defaults filled in
+  wire::Shape shape;                                                ///< shape with all defaults filled in
   std::shared_ptr<const geometry::TriangleMesh> mesh;               ///< repaired mesh; of a solid, only the closed part
   geometry::SurfaceKind mesh_kind = geometry::SurfaceKind::kSolid;  ///< a sheet encloses no volume
   std::shared_ptr<const geometry::ContactMesh> touched{};           ///< mesh for contact, with all open parts

@@ -49,7 +49,8 @@ class ServerCheckpoint::Watch final : public RoomWatcher {
   realtime::Mailbox<RoomState> states;
 
  private:
-  /// Returns a state with space for all nodes of the soft bodies. The room thread can then fill it without allocating.
+  /// Returns a state with space for all nodes of the soft bodies, so that the room thread can fill it without
+  /// allocating.
   static RoomState with_all_nodes(const LoadedScene& scene) {
     RoomState state;
     for (const SoftModel& body : scene.soft_bodies) {

@@ -138,8 +138,8 @@ wire::RecordedInput recorded(const TakenInput& input) {
   return out;
 }
 
-/// Checks an input with the parser for network input. The parser normalises the rotation. The recorded rotation is
-/// therefore copied afterwards, because the room used exactly that rotation.
+/// Checks an input with the parser for network input. The parser normalises the rotation, but the room used the
+/// recorded rotation. Therefore the recorded rotation is copied after the check.
 std::optional<TakenInput> input_of(const wire::RecordedInput& in) {
   TakenInput input{in.seat(), {}};
   const std::string payload = in.update().SerializeAsString();

@@ -27,7 +27,7 @@ std::optional<TakenInput> input_of(const wire::RecordedInput& recorded);
 /// Hash of the state of each object after a step. Equal states have equal hashes.
 struct StateHashes {
   boost::container::static_vector<std::uint32_t, proto::kMaxBodies + 9>
-      bodies;  ///< in the order of the scene, followed by soft bodies and the game
+      bodies;  ///< hashes in the order of the scene, followed by soft bodies and the game
   boost::container::static_vector<std::uint32_t, proto::kMaxUsers> tools;  ///< in the order of the scene
 
   bool operator==(const StateHashes&) const = default;

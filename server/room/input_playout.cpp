@@ -10,13 +10,13 @@ namespace {
 constexpr double kUsualTicks_per_s = 1000;
 /// Longest silence between two inputs that counts as network jitter. A longer silence counts as an absence of the user.
 constexpr Duration kMaxGap = std::chrono::milliseconds(115);
-/// Deviation of the played tick from the tick that the delay demands, in ticks. Beyond it the stride changes (see
-/// InputPlayout).
+/// Deviation of the played tick from the tick that the delay demands, in ticks. With a larger deviation the stride
+/// changes (see InputPlayout).
 constexpr double kStrideTolerance = 0.75;
 /// Length of lead_ below which it is set to zero. A hand cannot feel a jump of this size.
 constexpr double kNoLead_m = 1e-6;
-/// Largest plausible difference of ticks between two inputs. A larger one means that the client has restarted its
-/// count. The bound also keeps differences of ticks exact as doubles.
+/// Largest plausible difference of ticks between two inputs. A larger difference means that the client has restarted
+/// its count. The limit also keeps differences of ticks exact as doubles.
 constexpr std::uint32_t kMaxStep = 1U << 20U;
 
 /// Returns value and rate of a cubic at the parameter `u` in 0..1. The cubic lasts `length_s`, rises from 0 to `to`,
@@ -94,8 +94,8 @@ double InputPlayout::ticks_per_second() const noexcept {
   return count_ > 1 ? ticks / to_seconds(newest.sent - oldest.sent) : kUsualTicks_per_s;
 }
 
-/// Returns the number of ticks from the oldest input to `client_time`, a time of the client's clock. Between two inputs
-/// the ticks are interpolated; outside the history its mean rate is used.
+/// Returns the number of ticks from the oldest input to `client_time`, a time of the client's clock. The ticks are
+/// interpolated between two inputs; for times before or after all stored inputs, their mean rate is used.
 double InputPlayout::ticks_until(Duration client_time) const noexcept {
   std::size_t age = 0;
   while (age + 1 < count_ && input(age).sent > client_time) ++age;
@@ -161,8 +161,8 @@ std::optional<PlayedInput> InputPlayout::play(Duration now) noexcept {
   return played;
 }
 
-/// Adds the offset lead_ that run_on() has caused. During an underrun lead_ is set such that the extrapolated position
-/// is held. Afterwards it fades, so that the position returns to the played inputs without a jump.
+/// Adds lead_, the offset that run_on() has caused. During an underrun lead_ is set such that the extrapolated position
+/// is held. After the underrun lead_ decays, so that the position returns to the played inputs without a jump.
 void InputPlayout::lead(PlayedInput& played) noexcept {
   if (has_run_on_) lead_ = played_p_ - played.handle.X.p;
   if (!played.has_underrun) {

@@ -1,5 +1,5 @@
-// Playout of one user's inputs at a constant delay. Reordering and jitter in the network then cost neither force nor
-// energy, as long as they stay within that delay.
+// Playout of one user's inputs at a constant delay. Jitter and reordering by the network then cause no error of force
+// or energy, as long as they stay within that delay.
 #pragma once
 
 #include <array>
@@ -15,12 +15,12 @@ namespace tandem::server {
 
 /// One played input, as the room uses it.
 struct PlayedInput {
-  /// Tick of the client for which the values below are valid. With run_on() it is the extrapolated tick, until an input
-  /// of the tick that is due arrives.
+  /// Client tick at which the values below are valid. After run_on() it is the extrapolated tick, until an input of the
+  /// due tick arrives.
   Tick tick;
   RigidState handle;
-  std::uint32_t buttons = 0;      ///< for a lost tick those of the next received tick, so that no press is late
-  double energy_to_hand_j = 0;    ///< cumulative energy as in ClientUpdate
+  std::uint32_t buttons = 0;      ///< buttons; for a lost tick those of the next received tick: no press is late
+  double energy_to_hand_j = 0;    ///< cumulative energy as in ClientUpdate [J]
   double energy_from_hand_j = 0;  ///< cumulative energy as in ClientUpdate
   Wrench on_hand_W;               ///< wrench that the client displays to the hand, as in ClientUpdate
   bool has_underrun = false;      ///< no input of the due tick or later has arrived, so the last input is held
@@ -62,13 +62,13 @@ class InputPlayout {
   /// The first input is returned before its due time as well, so that the tool is held at the hand from the start.
   std::optional<PlayedInput> play(Duration now) noexcept;
   /// Extrapolates the input that play() has just returned with an underrun. If the hand has in fact stopped, the tool
-  /// moves too far, by up to kRunOnMost_m. Use it only where holding the tool is worse: where the tool would drop a
-  /// shared object, or would stop a carried object and then fling it.
+  /// moves too far, by up to kRunOnMost_m. Use this function only where a held tool would be worse: where it would drop
+  /// a shared object, or would stop a carried object and fling it when inputs arrive again.
   void run_on(PlayedInput& played) noexcept;
   /// Discards all inputs. The next input starts a new sequence.
   void reset() noexcept;
 
-  /// Returns the played delay minus the delay of the fastest input; 0 before the first input.
+  /// Returns the delay at which inputs are played, minus the delay of the fastest input; 0 before the first input.
   Duration delay() const noexcept { return delay_.delay(); }
 
  private:

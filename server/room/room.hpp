@@ -1,4 +1,4 @@
-// A room: one scene, one fixed-step loop and its users.
+// A room: one scene, one fixed-step loop and its users. A seat is the place of one user in a room.
 //
 //   io thread                             room thread (one at a time)
 //   ─────────                             ───────────
@@ -39,8 +39,9 @@
 
 namespace tandem::server {
 
-/// Command from the io thread to the room, about a seat. Every command uses `index` and `user` of the seat; only kJoin
-/// uses its remaining fields. kSetSignal is sent by a source of signals, which has no seat: its `user` is only recorded.
+/// Command from the io thread to the room, about a seat. Every command uses `index` and `user` of `seat`; only kJoin
+/// uses the other fields of `seat`. kSetSignal comes from a source of signals, which has no seat: its `user` is only
+/// recorded.
 struct RoomCommand {
   enum class Kind : std::uint8_t {
     kJoin,
@@ -64,9 +65,9 @@ struct RoomCommand {
   BodyId beside = {};                             ///< kPlace: reference body
   Pose X_SB = {};                                 ///< kPlace: pose of `body` in the frame of `beside`
   std::uint8_t level = 0;                         ///< kStartLevel: index of the level in the scene's game
-  bool is_weightless = false;                     ///< kSetWeight
+  bool is_weightless = false;                     ///< kSetWeight: true: gravity is off
   std::uint8_t signal = 0;                        ///< kSetSignal: index of the signal of the game
-  SignalValue signal_value = {};                  ///< kSetSignal
+  SignalValue signal_value = {};                  ///< kSetSignal: new value of the signal
 };
 
 /// Event from the room to the io thread. kReturned concerns all users and has only the field `body`.
@@ -99,12 +100,12 @@ using SoftOffsets = std::vector<std::vector<Vec3>>;
 /// Largest number of commands applied in one step. Further commands remain in the ring until the next step.
 inline constexpr int kMaxCommandsPerStep = 64;
 
-/// Age at which an input becomes stale. The tool then stops following the handle, because the hand may be anywhere by
-/// now.
+/// Age at which an input becomes stale. From this age on, the tool does not follow the handle, because the hand may
+/// have moved anywhere.
 inline constexpr Duration kInputStaleAfter = std::chrono::milliseconds(115);
 
-/// Time after the loss of a connection within which its user may rejoin. The state of a room after a crash is kept for at
-/// least as long.
+/// Time after the loss of a connection within which its user may rejoin. The state of a room after a crash is kept for
+/// at least as long.
 inline constexpr Duration kResumeWithin = std::chrono::minutes(15);
 
 /// Time after resume() during which a tool and its held body are reserved for their previous user.
@@ -117,8 +118,8 @@ struct RoomStartSettings {
 };
 
 struct RoomOptions {
-  bool steps_soft_aside = false;        ///< step soft bodies on a separate thread, with identical results
-  bool controls_tool_passivity = true;  ///< limit the energy of a tool to the supply of its hand
+  bool steps_soft_aside = false;        ///< whether soft bodies step on a separate thread, with identical results
+  bool controls_tool_passivity = true;  ///< whether the energy of a tool is limited to the supply of its hand
   RoomStartSettings start{};            ///< settings of the common start, used by RoomSeats
 };
 
@@ -187,7 +188,8 @@ class Room {
   /// steps.
   void watch(RoomWatcher& watcher) { watchers_.push_back(&watcher); }
   /// Restores a saved state; call it before the first step. A user who takes a saved tool within kKeptFor finds the
-  /// tool at its saved pose, holding its body. Until then that body does not move. Values out of range are ignored.
+  /// tool at its saved pose, holding its body. Until the tool is taken, this body does not move. Values out of range
+  /// are ignored.
   void resume(const RoomState& state);
 
   // Functions for the room thread.

@@ -82,7 +82,7 @@ class RoomSeats {
   void flush();
 
  private:
-  /// Returns the number of occupied seats that have a tool, or that have none, whichever applies to `role`.
+  /// Returns the number of occupied seats of the kind that `role` needs: those with a tool, or those without.
   std::size_t count(UserRole role) const;
   std::optional<std::uint8_t> free_tool(std::optional<std::uint8_t> wanted) const;
   static void set_name(Seat& seat, std::string_view name);

@@ -22,7 +22,7 @@ struct Seat {
   UserId user = {};        ///< user of the seat; invalid: the seat is free
   UserRole role = UserRole::kObserver;
   std::uint8_t tool = 0;     ///< index of the user's tool; valid if has_tool(role)
-  bool leaves_gaps = false;  ///< the user suppresses inputs that can be extrapolated (deadband)
+  bool leaves_gaps = false;  ///< whether the user suppresses inputs that can be extrapolated (deadband)
   haptics::CouplingParameters coupling_bounds =
       haptics::kNoCouplingBounds;    ///< largest coupling that the user's device can render, in the scale of the world
   std::array<char, 80> user_name{};  ///< name of the user for recordings, terminated by zero

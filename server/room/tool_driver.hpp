@@ -1,5 +1,5 @@
-// Control of a tool by its user's inputs, with one strategy per ClientMode. Each strategy matches the method by which
-// that client bridges the network delay. The room selects the driver by the mode of the newest input.
+// Control of a tool by its user's inputs. There is one strategy (driver) per ClientMode, because each mode of a client
+// bridges the network delay in a different way. The room selects the driver by the mode of the newest input.
 #pragma once
 
 #include <array>
@@ -18,8 +18,8 @@ struct UserInput {
   proto::ClientUpdate newest;
   Duration arrived{0};       ///< simulated time of the room at which the newest input arrived
   Duration since_last{0};    ///< time since the previous arrival
-  bool has_arrived = false;  ///< an input has arrived
-  bool has_gaps = false;     ///< the client suppresses inputs (deadband); the handle is extrapolated between them
+  bool has_arrived = false;  ///< whether an input has arrived
+  bool has_gaps = false;     ///< whether the client suppresses inputs (deadband); the handle is then extrapolated
   Tick answered;             ///< tick of the handle in use
   Wrench on_hand_W;          ///< wrench displayed to the hand at that tick, if the client reports it
 
@@ -36,8 +36,8 @@ class ToolDriver {
  public:
   virtual ~ToolDriver() = default;
 
-  /// Returns whether buttons act only when drive() returns them, with the tool at the pose at which the user pressed
-  /// them. Otherwise buttons act when their input arrives.
+  /// Returns whether buttons are delayed together with the motion: they act when drive() returns them, with the tool at
+  /// the pose at which the user pressed them. If false, buttons act when their input arrives.
   virtual bool delays_buttons() const noexcept { return false; }
   /// Accepts an input for the mode of this driver that arrived in the step at `now`. Its handle may be invalid.
   virtual void receive(const UserInput& input, Duration now) noexcept = 0;

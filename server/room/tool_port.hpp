@@ -1,5 +1,5 @@
-// Port between a user and the world: the handle pulls the tool, and the energy that the tool gives to the world is
-// accounted for.
+// Port between a user and the world: the place where they exchange energy. The user's handle pulls the tool, and the
+// port accounts for the energy that the tool gives to the world.
 #pragma once
 
 #include <optional>
@@ -16,7 +16,7 @@ namespace tandem::server {
 class ToolPort {
  public:
   /// In      world  must outlive the port
-  ///         is_limited  limit the energy that the tool gives to the world to the input of the hand
+  ///         is_limited  true: the energy that the tool gives to the world is limited to the input of the hand
   ///         (ToolPassivityController)
   ToolPort(physics::World& world, bool is_limited) : world_(world), is_limited_(is_limited) {}
 
@@ -39,9 +39,11 @@ class ToolPort {
   void clear_handle() noexcept;
 
   /// Reports the client's cumulative energies at the handle pose `X_WH`, `elapsed_s` after the previous report. The
-  /// credited energy is at most the work that a hand can do on the path since then at the coupling's force limits.
+  /// credited energy is at most the work that a hand can do along the path since that report at the coupling's force
+  /// limits.
   void report(const Pose& X_WH, double from_hand_j, double to_hand_j, double elapsed_s) noexcept;
-  /// Call before a step. Sets the brake on the tool that limits the energy of the pull to the energy from the hand.
+  /// Call before a step. Sets a damping of the tool (the brake) that limits the energy of the pull to the energy from
+  /// the hand.
   TickFaults limit(double step_s) noexcept;
   /// Call after a step. Measures the work of the tool on the world in that step.
   void settle() noexcept;

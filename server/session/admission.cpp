@@ -34,7 +34,8 @@ int rank_of(wire::Role role) {
 
 std::optional<Refusal> cut_to(const wire::TokenClaims& claims, wire::JoinRoom& join) {
   if (join.role() == wire::ROLE_UNSPECIFIED) join.set_role(claims.role());
-  // A source of signals has other rights, not lesser ones: its token admits to no other role, and no other token to it.
+  // A source of signals has different rights, not lesser ones. Therefore its token admits to no other role, and no
+  // other token admits to its role.
   const bool is_source = join.role() == wire::ROLE_SIGNAL;
   if (is_source != (claims.role() == wire::ROLE_SIGNAL)) {
     return Refusal{wire::ERROR_NOT_ALLOWED,

@@ -36,7 +36,7 @@ struct AdmissionSettings {
   secure::KeyId audience{};                ///< id of this server's key
   std::vector<secure::PublicKey> issuers;  ///< keys whose tokens are accepted
   std::function<std::uint64_t()> unix_ms;  ///< wall clock: milliseconds since 1970, UTC
-  InvitationLedger* ledger = nullptr;      ///< used tokens, must outlive the Admission; null: in memory, for trials
+  InvitationLedger* ledger = nullptr;      ///< list of used tokens, must outlive the Admission; null: in memory
   std::size_t max_credentials = 1024;
   wire::AdmissionState resumed{};  ///< state of the previous run; if empty, all earlier credentials are invalid
 };
@@ -47,6 +47,8 @@ struct Refusal {
   std::string text;
 };
 
+/// Checks joins, and stores the credentials with which admitted users may resume.
+///
 /// Thread  io
 class Admission {
  public:
@@ -112,7 +114,7 @@ class Admission {
     std::uint64_t lost_before_ms = 0;  ///< time of a loss before this start [ms since 1970]; 0: no such loss
     std::optional<std::uint8_t> tool{};
     wire::TokenClaims claims;
-    std::optional<Id> beside{};  ///< for a second device, the credential of the first
+    std::optional<Id> beside{};  ///< credential of the first device, if this is a second device
   };
   using Credentials = std::map<Id, Credential>;
   void resume(const wire::AdmissionState& state);

@@ -80,7 +80,7 @@ class InvitationFile {
   ReplaceFile replace_;
   bool is_new_ = false;
   wire::InvitationLedger list_;
-  bool is_failing_ = false;  ///< the last write failed
+  bool is_failing_ = false;  ///< whether the last write failed
   LocalTime retry_{};        ///< time of the next attempt
   Duration back_off_{};
 };

@@ -5,8 +5,8 @@
 //               poll()                     ◀──ring── number of the last change that is on disk, or the error
 //
 // A join has three steps:
-//   1. use() adds the id to the list, so no other connection can use the invitation. SessionHub holds the join
-//   meanwhile.
+//   1. use() adds the id to the list, so no other connection can use the invitation. SessionHub holds the join until
+//   step 3.
 //   2. The writer thread writes the file with the id to disk.
 //   3. The client gets a seat and is notified. If it gets no seat, release() removes the id.
 // If the server is killed before step 2 is complete, the invitation remains unused. If it is killed between steps 2
@@ -35,6 +35,8 @@ namespace tandem::server {
 /// Maximum number of used tokens in the list. 64 users who each use a new invitation every hour use 46,080 tokens in 30
 /// days, the longest validity. A full list takes 7 MB of memory, in two copies, and 2 MB on disk.
 inline constexpr std::size_t kMaxUsedTokens = 65'536;
+/// The list of used invitations, in memory and in its file.
+///
 /// Thread  io for all functions except work()
 class InvitationLedger {
  public:
@@ -120,7 +122,8 @@ class InvitationLedger {
   std::map<Id, UsedToken> used_;
   std::deque<Change> waiting_{};        ///< changes that do not fit into the ring yet
   std::deque<Change> being_written_{};  ///< kUse changes passed to the writer, without a result yet
-  /// Number of the last change that io has made, that io has passed to the writer, and that the writer has completed.
+  /// Numbers of three changes: the last that io has made, the last that io has passed to the writer, and the last that
+  /// the writer has completed.
   std::uint64_t posted_ = 0, sent_ = 0, settled_ = 0;
   std::uint64_t none_expires_before_ms_ = 0;
   int error_ = 0;

@@ -27,7 +27,7 @@ inline constexpr std::size_t kMaxQueuedBeforeNews = 16 * 1024;
 // Limits on the requests of one user, and of all users of a room together. Requests beyond them are refused.
 /// Rate of pointing requests. It is low because each request applies a short force to the hands of all users.
 inline constexpr net::Rate kUserPointRate{1, 2}, kPointRate{4, 8};
-/// Rate of values of signals.
+/// Rate of signal values: from one source, and from all sources of a room.
 inline constexpr net::Rate kSourceSignalRate{50, 100}, kSignalRate{200, 400};
 /// Rate of requests for saved poses of molecules.
 inline constexpr net::Rate kUserPoseRate{4, 8}, kPoseRate{16, 32};
@@ -37,7 +37,7 @@ inline constexpr net::Rate kUserPoseRate{4, 8}, kPoseRate{16, 32};
 /// Rate of control messages of all its connections. State datagrams and requests for assets of joined users are not
 /// counted.
 inline constexpr net::Rate kAddressControlRate{1000, 2000};
-/// Cost of a join in kAddressControlRate. It is high, because a join causes the most work for others.
+/// Cost of a join in kAddressControlRate. It is high, because a join causes the most work for other users.
 inline constexpr double kJoinPrice = 10;
 /// Maximum number of connections of an address that have not joined. Beyond it, the oldest of them is closed.
 inline constexpr std::size_t kMaxHalfOpen = 16;

@@ -64,8 +64,8 @@ bool SessionHub::Impl::has_turn(const Connection& connection) const {
   return !connection.is_half_open() || connection.address->control.has_some(called_at);
 }
 
-/// Consumes tokens for a message. Returns false if the connection exceeds its rate. The caller must then close the
-/// connection, because its load would delay the states of all users.
+/// Consumes tokens for a message. Returns false if the connection exceeds its rate. In this case the caller must close
+/// the connection, because its load would delay the states of all users.
 bool SessionHub::Impl::can_afford(Connection& connection, const wire::ClientControl& message) {
   const bool has_own_pace = message.has_state_datagram() || message.has_get_asset();
   const double price = has_own_pace ? kOwnPace : 1.0;

@@ -85,8 +85,8 @@ SessionHub::Impl::Impl(SessionHub& hub, HubSettings hub_settings, const std::vec
   }
 }
 
-/// At the limit of connections, closes the oldest connection that has not joined, from the address with the most of
-/// them. Connections of joined users are never closed. If all others have joined, the newcomer is refused.
+/// Makes room for a new connection at the limit of connections: closes the oldest connection that has not joined, from
+/// the address with the most such connections. If all other connections have joined, the newcomer is refused instead.
 void SessionHub::Impl::make_room(Connection& newcomer) {
   const bool is_full = connections.size() > settings.max_connections;
   if (!is_full && half_open_of(*newcomer.address, connections) <= kMaxHalfOpen) return;

@@ -24,7 +24,7 @@
 
 namespace tandem::server {
 
-/// Use of the limits that the connections of one address share.
+/// Current use of the limits that all connections of one address share.
 struct AddressUse {
   net::TokenBucket control{kAddressControlRate};
   std::size_t connections = 0;
@@ -43,12 +43,12 @@ struct Connection final : SessionUser {
   net::TokenBucket turn{kConnectionTurn};
   bool state_over_tcp = false;
 
-  // kJoining
+  // Members used only in the state kJoining.
   Admission::Ticket ticket;  ///< ticket of the last admitted join
   /// Join that is held until the use of its token is on disk. Later messages of the connection are held as well.
   std::optional<wire::ClientControl> held_join;
 
-  // kActive
+  // Members used only in the state kActive.
   LocalTime joined{};
   proto::ChannelCounters counters;  ///< counters of `stream` since the last collect()
   std::uint64_t bodies_thinned = 0;
@@ -71,7 +71,7 @@ struct SessionHub::Impl final : ServiceHost {
   Impl(SessionHub& owner, HubSettings hub_settings, const std::vector<Room*>& hub_rooms,
        ServerTransport& hub_transport);
 
-  // session_control.cpp
+  // Functions in session_control.cpp.
   void receive_control(Connection& connection, std::span<const std::byte> bytes);
   void serve(Connection& connection);
   void serve_waiting();
@@ -82,7 +82,7 @@ struct SessionHub::Impl final : ServiceHost {
   bool handle_active(Connection& connection, const wire::ClientControl& message);
   void greet(Connection& connection, const wire::ClientControl& message);
 
-  // session_join.cpp
+  // Functions in session_join.cpp.
   void join(Connection& connection, const wire::ClientControl& message);
   bool admit_user(Connection& connection, std::uint32_t request, wire::JoinRoom& wanted);
   void join_as_granted(Connection& connection, const wire::ClientControl& message);
@@ -96,7 +96,7 @@ struct SessionHub::Impl final : ServiceHost {
   void end_other_device(const Admission::Id& credential, wire::DisconnectReason reason);
   void publish_admission();
 
-  // session_hub.cpp
+  // Functions in session_hub.cpp.
   void make_room(Connection& newcomer);
   proto::DropReason receive_datagram(std::span<const std::byte> datagram,
                                      const std::function<bool(ConnectionHandle)>& may_belong_to,
@@ -110,7 +110,7 @@ struct SessionHub::Impl final : ServiceHost {
   void sweep();
   Connection* find(ConnectionHandle handle);
 
-  // session_updates.cpp
+  // Functions in session_updates.cpp.
   void send_updates(std::size_t room, const Clock& clock);
   void send_update(Connection& connection, const RoomUpdate& update, LocalTime now);
   void collect(Connection& connection);
@@ -135,7 +135,7 @@ struct SessionHub::Impl final : ServiceHost {
   std::optional<Admission> admission;
   std::uint64_t published_admission = 0;  ///< Admission::changes() at the last on_admission()
   std::vector<std::unique_ptr<RoomSeats>> room_seats;
-  std::vector<std::unique_ptr<SessionService>> services;  ///< in the order in which they notify users
+  std::vector<std::unique_ptr<SessionService>> services;  ///< services, in the order in which they notify users
   std::map<SessionService::Case, SessionService*> handlers;
   std::deque<SharedTurns> updates;     ///< one parallel loop per room, over its UDP users
   std::vector<Connection*> updated{};  ///< UDP users of the room whose update is being sent

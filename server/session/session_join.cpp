@@ -117,8 +117,8 @@ void SessionHub::Impl::admit_source(Connection& connection, const wire::ClientCo
   send(connection, answer);
 }
 
-/// Holds a join until the use of its token is on disk, without blocking the io thread. If the user got the seat before,
-/// a kill of the server in between would leave the token valid for a second user.
+/// Holds a join until the use of its token is on disk, without blocking the io thread. If the user got the seat before
+/// the write, a kill of the server in between would leave the token valid for a second user.
 void SessionHub::Impl::hold(Connection& connection, const wire::ClientControl& message) {
   connection.held_join = message;
   admission->use(connection.ticket);
@@ -198,8 +198,8 @@ void SessionHub::Impl::introduce(Connection& newcomer, const wire::JoinRoom& gra
   announce_presence(newcomer, user_joined(newcomer.seat, newcomer.name));
 }
 
-/// Notifies the other users of a join or a leave. If the notification of the join is still unsent when the user leaves,
-/// it is deleted, and the leave is not reported either.
+/// Notifies the other users of a join or a leave. If a user leaves before the join was sent to another user, both
+/// notifications for that user are dropped.
 void SessionHub::Impl::announce_presence(const Connection& requester, const wire::ServerControl& message) {
   const auto is_join = [&requester](const wire::ServerControl& unsent) {
     return unsent.has_user_joined() && unsent.user_joined().user() == requester.seat.user.value;

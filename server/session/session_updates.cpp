@@ -8,10 +8,10 @@
 namespace tandem::server {
 namespace {
 
-/// Number of users from which the room thread helps. For fewer users, the io thread alone is faster.
+/// Minimum number of users for which the room thread helps to send. For fewer users, the io thread alone is faster.
 constexpr std::size_t kWorthHelping = 4;
-/// Maximum time for which the room thread spins until the io thread begins to send. An io thread that is awake begins
-/// sooner.
+/// Maximum time for which the room thread spins until the io thread begins to send. If the io thread is awake, it
+/// begins within this time.
 constexpr Duration kHelpBeginsWithin = std::chrono::microseconds(20);
 
 void add_counts(const proto::ChannelCounters& more, proto::ChannelCounters& to) {

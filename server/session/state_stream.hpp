@@ -12,6 +12,8 @@
 
 namespace tandem::server {
 
+/// Sends states to one user, and receives the updates of that user's client.
+///
 /// Thread  io; send() also on the thread in SessionHub::help()
 class StateStream {
  public:

@@ -43,7 +43,7 @@ enum class Call : std::uint8_t {
   kCount
 };
 
-/// Reads the arguments of calls from the front of the input. At its end all values are zero.
+/// Reads the arguments of calls from the front of the input. After the end of the input all values are zero.
 class CallReader {
  public:
   explicit CallReader(std::span<const std::uint8_t> script) : script_(script) {}

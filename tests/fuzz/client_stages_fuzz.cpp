@@ -154,7 +154,7 @@ class Session {
   Quat rotation() { return quaternion_of(vector(3)); }
   /// Returns a random state. About a tenth of the states are out of range.
   RigidState anywhere() {
-    constexpr double kBeyond = 0.65;  // fraction of the diagonal of a cube
+    constexpr double kBeyond = 0.65;  // fraction of the limit per component; long vectors (√3 · 0.65) exceed it
     return {{vector(kBeyond * proto::kMaxPositionM), rotation()},
             {vector(kBeyond * proto::kMaxSpeedMPerS), vector(kBeyond * proto::kMaxTurnRadPerS)}};
   }

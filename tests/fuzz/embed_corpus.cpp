@@ -1,4 +1,4 @@
-// Writes the seeds for embed_fuzz: correct programs, encoded as it reads them (call_script.hpp).
+// Writes the seeds for embed_fuzz: correct programs, in the encoding that embed_fuzz reads (call_script.hpp).
 #include <filesystem>
 #include <iostream>
 #include <string>
@@ -40,7 +40,7 @@ class CallWriter {
   std::vector<std::byte> bytes_;
 };
 
-/// Selects a struct of its own size, or the first object.
+/// Choice of a struct with the correct struct_size, or of the first object.
 constexpr std::uint8_t kUsual = 0;
 
 void open_device(CallWriter& to) {

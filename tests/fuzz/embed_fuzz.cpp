@@ -1,6 +1,7 @@
-// Treats arbitrary bytes as calls of tandem.h by a faulty program: wrong handles, sizes, numbers, texts and orders. Every
-// call returns a documented status. Structs lie in blocks of exactly struct_size bytes, so that AddressSanitizer finds an
-// access beyond them. No client has a server: all clients connect to a port on which no program listens.
+// Treats arbitrary bytes as calls of tandem.h by a faulty program: wrong handles, sizes, numbers, texts and orders.
+// Every call must return a documented status. Structs lie in blocks of exactly struct_size bytes, so that
+// AddressSanitizer finds an access beyond them. No client has a server: all clients connect to a port on which no
+// program listens.
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -32,13 +33,13 @@ class Block {
     const std::uint8_t choice = script.byte();
     claimed_ = choice < 200 ? sizeof(Struct) : script.number<std::uint32_t>();
     is_null_ = choice == 199;
-    // The library may read only struct_size if that is outside of its limits.
+    // If struct_size is outside of the permitted range, the library may read only this field.
     const bool is_usable = claimed_ >= sizeof claimed_ && claimed_ <= kMaxSize;
     size_ = is_usable ? std::size_t{claimed_} * std::max(elements, 1U) : sizeof claimed_;
     bytes_ = std::make_unique<std::uint8_t[]>(size_);
     std::memcpy(bytes_.get(), &claimed_, sizeof claimed_);
   }
-  /// Copies settings into the block, as far as it reaches. Its struct_size is kept.
+  /// Copies settings into the block, up to the end of the block. The block's struct_size is kept.
   void fill(const Struct& settings) {
     const auto* const from = reinterpret_cast<const std::uint8_t*>(&settings);
     const std::size_t size = std::min(size_, sizeof settings);
@@ -54,7 +55,8 @@ class Block {
   std::unique_ptr<std::uint8_t[]> bytes_;
 };
 
-/// A faulty program. The script is read by statements, because C++ leaves the order of arguments open.
+/// A faulty program. Each byte of the script is read in a statement of its own, because C++ does not specify the order
+/// in which the arguments of a call are evaluated.
 class Program {
  public:
   explicit Program(CallReader script) : script_(std::move(script)) {}
@@ -87,13 +89,13 @@ class Program {
   }
   tandem_client client() { return handle_of(clients_); }
   tandem_device device() { return handle_of(script_.byte() == 255 ? clients_ : devices_); }
-  /// Waits at most 2 ms, or with an invalid time-out.
+  /// Waits at most 2 ms, or passes an invalid time-out.
   tandem_status wait(tandem_status (*function)(tandem_client, double) noexcept) {
     constexpr std::array<double, 5> kTimeouts_s{0, 0.001, 0.002, -1, std::numeric_limits<double>::quiet_NaN()};
     const double timeout_s = kTimeouts_s[script_.byte() % kTimeouts_s.size()];
     return function(client(), timeout_s);
   }
-  /// A text that names no file outside of the search path and no real device.
+  /// Returns a text that names no file outside of the search path and no real device.
   const char* name() {
     const char* const text = script_.text();
     if (text == nullptr || *text == '\0') return text;
@@ -150,7 +152,7 @@ class Program {
     check((status == TANDEM_OK) == (made != 0));
     if (made == 0) return status;
     clients_.push_back(made);
-    // Only the port on which no program listens is tried.
+    // A join is tried only on the port on which no program listens.
     const bool is_safe = block.is_usual() && (choice & 8U) == 0 && settings.is_insecure == 1;
     can_join_.push_back(is_safe);
     return status;

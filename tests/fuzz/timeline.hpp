@@ -20,7 +20,7 @@ enum class TimelineAct : std::uint8_t {
   kTrue,      ///< delivers the next recorded states, 1 ms apart, with their true times
   kSilence,   ///< delivers no state for a number of milliseconds
   kSpoilt,    ///< delivers the next recorded state with some numbers replaced
-  kCrowd,     ///< as kSpoilt, with up to the maximum number of bodies and users
+  kCrowd,     ///< like kSpoilt, with up to the maximum number of bodies and users
   kSequence,  ///< advances the sequence numbers of the following datagrams
   kStall,     ///< stalls the client for some time
   kOffset,    ///< advances the server's clock for all later states

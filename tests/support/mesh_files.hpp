@@ -244,7 +244,7 @@ inline std::string dae_file(const Surface& s, const ColladaOptions& options = {}
 struct GltfOptions {
   bool is_binary = true;      ///< .glb if true, otherwise .gltf with a separate file buffer.bin
   std::string required{};     ///< name of a required extension
-  bool is_quantised = false;  ///< positions as 16-bit numbers
+  bool is_quantised = false;  ///< whether positions are 16-bit numbers
   std::string node = R"("mesh": 0)";
   std::string mesh{};       ///< additional fields of the mesh, each followed by a comma
   std::string primitive{};  ///< additional fields of its primitive, each followed by a comma

@@ -1,10 +1,10 @@
-"""The binary interface of libtandem. It is compared by abidiff with the description of its first version; a change that
-breaks programs fails. A program that was built with the first header runs with today's library, and with a later one that
-has longer structs and a new function (embed_later).
+"""Tests the binary interface of libtandem. abidiff compares it with the description of its first version; a change that
+breaks programs fails the test. A program that was built with the first header must run with today's library, and with a
+later library that has longer structs and a new function (embed_later).
 
-The description embed_first/tandem.abi was made by abidw (Abi.describe) from a library of embed_first/tandem.h whose
-functions do nothing, because that of the real library is a hundred times longer. It stays as it is when functions or
-fields are added."""
+The description embed_first/tandem.abi was made by abidw (Abi.describe) from a library with the header
+embed_first/tandem.h, whose functions do nothing. A description of the real library would be a hundred times longer. The
+description does not change when functions or fields are added."""
 
 import json
 import os
@@ -42,7 +42,7 @@ def growing_structs():
 
 
 def breaks_of(report):
-    """Returns the lines of a report of abidiff that are no allowed change."""
+    """Returns the lines of a report of abidiff that describe a change that is not allowed."""
     found, size = [], None
     for line in report.splitlines():
         struct, sizes, field = STRUCT.fullmatch(line), SIZE.fullmatch(line), FIELD.fullmatch(line)
@@ -74,7 +74,7 @@ class Abi(embedded.EmbeddedTest):
         return done.stdout, breaks_of(done.stdout)
 
     def describe(self, library, file):
-        """Writes the description of a library, without places in files, so that it depends on the interface only."""
+        """Writes the description of a library, without source positions, so that it depends on the interface only."""
         subprocess.run(["abidw", "--no-show-locs", "--no-corpus-path", "--no-comp-dir-path", "--no-elf-needed",
                         "--no-parameter-names", "--drop-private-types", "--type-id-style", "hash", "--out-file", file, library],
                        check=True)

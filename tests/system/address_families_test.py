@@ -162,7 +162,7 @@ class TwoCables(ProgramTest):
         time.sleep(1)
         ip("link", "set", "four0", "down")
         ip("link", "set", "six0", "up")
-        # the kernel removed the address when the cable was disconnected
+        # The kernel removed the address when the cable was disconnected.
         ip("addr", "add", "fd77::2/64", "dev", "six0", "nodad")
         self.wait_for_log("joined room", 3)
         code, out, err = finish(client)

@@ -1,4 +1,4 @@
-// Plays a file manager from which a user drags a file onto a window: the source of the protocol XDND, version 5
+// Acts as a file manager from which a user drags a file onto a window. It is the source in the protocol XDND, version 5
 // (freedesktop.org, "Drag-and-Drop Protocol for the X Window System").
 //
 //   drop_file WINDOW FILE
@@ -57,14 +57,15 @@ class Source {
  private:
   Atom atom(const char* name) { return XInternAtom(display_, name, False); }
 
-  /// Returns the middle of the target on the screen, as the protocol packs it.
+  /// Returns the position of the target's centre on the screen in the form of the protocol: x in the upper 16 bits, y
+  /// in the lower 16 bits.
   long place() {
     XWindowAttributes attributes{};
     XGetWindowAttributes(display_, target_, &attributes);
     return (static_cast<long>(attributes.x + attributes.width / 2) << 16) | (attributes.y + attributes.height / 2);
   }
 
-  /// In      data  after the window of the source, which each message begins with
+  /// In      data  content of the message after its first item, the source's window
   void send(const char* type, std::initializer_list<long> data) {
     XEvent event{};
     event.xclient.type = ClientMessage;

@@ -1,4 +1,5 @@
-"""tandem-eeg: from generated sessions to a validated model and a signal; its mistakes; its help."""
+"""Tests tandem-eeg: it trains a model with generated sessions, validates it, and writes a signal. Invalid arguments are
+refused, and the help has the required notice."""
 
 import csv
 import io
@@ -42,7 +43,8 @@ class Eeg(ProgramTest):
         self.assertIn("not above chance", out)
 
     def refused(self, arguments, *words):
-        """The last line on standard error is the error; counts of artefacts may precede it."""
+        """Checks that the arguments are refused with these words. The last line on standard error is the error; counts of
+        artefacts may precede it."""
         code, _, err = run("tandem-eeg", *arguments)
         self.assertEqual(code, 2, err)
         for word in words:

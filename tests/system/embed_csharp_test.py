@@ -1,5 +1,5 @@
-"""C# programs use the installed library by Tandem.cs, under Mono. The structs of Tandem.cs have the layout of tandem.h, and
-the forces and poses that a program reads equal the recording's."""
+"""Tests C# programs that use the installed library through Tandem.cs, under Mono. The structs of Tandem.cs must have the
+layout of tandem.h, and the forces and poses that a program reads must equal those in the recording."""
 
 import json
 import os
@@ -115,8 +115,8 @@ class CSharp(embedded.EmbeddedTest):
         done = subprocess.run(["cc", "-std=c11", f"-I{self.prefix}/include", "-c", "-o", self.path("layout.o"),
                                self.write("layout.c", "\n".join(source) + "\n")], capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stderr)
-        # Each field of the header occurs in C#, because the sizes and the offsets of all fields of C# are equal and no
-        # struct has padding.
+        # In C# the sizes of all structs and the offsets of all fields equal those of the header, and no struct has
+        # padding. Therefore each field of the header occurs in C#.
         self.assertGreater(len(layout), 100)
 
     def test_functions_and_constants_are_those_of_the_header(self):
@@ -144,9 +144,9 @@ class CSharp(embedded.EmbeddedTest):
             read = json.loads(self.run_program("mono", program, f"127.0.0.1:{server.port}"))
             server.wait_for_log("user 1 .* left on request")
         self.assertEqual((read["held"], read["errors"]), (2, 0))
-        # The crate's centre is 25 mm above the table, which is y in Unity, at 10 units for 1 m.
+        # The crate's centre is 25 mm above the table. Height is y in Unity, and 1 m is 10 units, so y is 0.25.
         self.assertAlmostEqual(read["crate"][1], 0.25, delta=0.05)
-        # A turn about x by the angle a is one by -a in a left-handed frame.
+        # A rotation about x by the angle a becomes a rotation by -a in Unity's left-handed frame.
         self.assertEqual([round(one, 6) for one in read["turn"]], [0.8, -0.6, 0, 0])
 
 

@@ -1,5 +1,5 @@
-"""tandem.lab reads results of the laboratory and recordings as numpy. The values equal those of the JSON and CSV files,
-which the programs write beside the HDF5 file."""
+"""Tests tandem.lab, which reads results of tandem-lab and recordings as numpy arrays. The values must equal those in the
+JSON and CSV files that the programs write beside the HDF5 file."""
 
 import csv
 import glob
@@ -30,7 +30,7 @@ class Lab(ProgramTest):
     @classmethod
     def setUpClass(cls):
         sys.path.insert(0, PACKAGE)
-        sys.path.append(DEBIAN)  # a Python that is not Debian's own has numpy and h5py from there
+        sys.path.append(DEBIAN)  # a Python other than Debian's own finds numpy and h5py in this folder
         import tandem.lab
         cls.lab = tandem.lab
         os.environ["PATH"] = support.BIN + os.pathsep + os.environ["PATH"]
@@ -70,7 +70,7 @@ class Lab(ProgramTest):
         everything = glob.glob(os.path.join(out, "samples", "*"))
         folders = [folder for folder in everything
                    if all(self.is_table_of(samples[name], os.path.join(folder, name + ".csv")) for name in samples)]
-        self.assertGreater(len(folders), 0)  # seeds without tremor give the same series
+        self.assertGreater(len(folders), 0)  # at least one: seeds without tremor give the same series
         self.assertLess(len(folders), len(everything), "the series are those of one trial")
         self.assertGreater(len(samples), 1)
         self.assertGreater(max(len(samples[name]["t_s"]) for name in samples), 100)
@@ -107,7 +107,7 @@ class Lab(ProgramTest):
         self.assertTrue(temporary.exists())
         del recording
         self.assertFalse(temporary.exists())
-        # The end is missing, as after a kill.
+        # The copy lacks the end of the file, like the recording of a killed program.
         with open(room, "rb") as whole, open(self.path("cut.mcap"), "wb") as cut:
             data = whole.read()
             cut.write(data[:len(data) // 2])

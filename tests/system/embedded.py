@@ -1,4 +1,4 @@
-"""Shared by the tests of libtandem: the library is installed under a prefix, and programs use it from there."""
+"""Common parts of the tests of libtandem. The library is installed under a prefix, and programs use it from there."""
 
 import glob
 import os

@@ -105,7 +105,7 @@ class Configuration(ProgramTest):
         # Removes options that name files which do not exist, depend on such an option, or end the program.
         text = re.sub(r"^(cert|key|issuer|dev-certs|receptor|ligand|hydrogens|dielectric|cutoff|far-grid|force-field) = .*$", "", text, flags=re.M)
         config = self.write("all.conf", text)
-        # the command line takes precedence over the file
+        # The command line takes precedence over the file.
         code, out, err = run("tandem-server", "--config", config, "--port", "0")
         self.assertEqual(code, 0, err)
         self.assertEqual(json.loads(out)["rooms"][0]["name"], "peg_in_hole")

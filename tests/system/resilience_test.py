@@ -91,10 +91,10 @@ class RoomReset(ProgramTest):
 
 
 class ManySessions(ProgramTest):
-    # Number of sessions before memory is measured for the first time. Up to three models exist at a time …
+    # Number of sessions before memory is measured for the first time: up to three models exist at a time.
     SESSIONS_BEFORE = 4
     SESSIONS = 10
-    # … and each model of this scene needs 22 MB. If models were not released, memory would grow by 220 MB.
+    # Permitted growth of memory. Each model needs 22 MB; unreleased models would cause a growth of 220 MB.
     GROWTH_MB = 30
 
     def resident_mb(self, process):

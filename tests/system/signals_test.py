@@ -1,4 +1,5 @@
-"""Signals from other programs reach the game of a room, with a role of their own; a game calls a person by a program."""
+"""Tests signals: other programs send them to the game of a room, under a separate role. Tests the program that is run
+when a game calls a person."""
 
 import json
 import os

@@ -316,7 +316,7 @@ class Guided(StartTest):
     def test_leads_from_the_touch_to_the_lift_and_is_resumed_at_the_next_start(self):
         client = self.start_screen("--guide", title="^tandem: anna$")
         self.wait_for_step("touch")
-        # By keys, whose effect does not depend on the place of the mouse.
+        # Uses keys, because their effect does not depend on the position of the mouse.
         self.wait_for_step("grasp", lambda: self.hold("Down", 0.4))
         self.wait_for_step("lift", self.grab)
         self.wait_for_step("delay", lambda: self.hold("Up", 0.4))
@@ -325,7 +325,7 @@ class Guided(StartTest):
         client = self.start_screen("--guide", title="^tandem: anna$")
         self.wait_for_picture(lambda picture: picture.count(is_orange) > 2000, "the crate")
         self.assertEqual(self.memory()["guide_step"], "delay")
-        # Without a delay there is nothing to feel, so that step is left out too.
+        # Without a delay there is nothing to feel. Therefore the guide also leaves out the step about the delay.
         self.wait_for_step("hold", lambda: self.click(*self.SKIP))
         self.wait_for(lambda memory: not memory["guide_is_on"], lambda: self.click(*self.END))
         self.quit(client)
@@ -342,7 +342,7 @@ class Sounds(StartTest):
         self.enterContext(mock.patch.dict(os.environ, {"ALSA_CONFIG_PATH": configuration}))
 
     def is_heard(self):
-        """Returns whether something else than silence was written."""
+        """Returns whether the file of the sound output contains anything but silence."""
         try:
             with open(self.samples, "rb") as file:
                 return any(file.read())

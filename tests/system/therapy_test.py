@@ -1,4 +1,5 @@
-"""tandem-lab therapy: a session is recorded, measured, reported and deleted. Its mistakes; a run that is killed."""
+"""Tests tandem-lab therapy: a session is recorded, measured, reported and deleted. Tests invalid arguments, and a run
+that is killed."""
 
 import glob
 import json

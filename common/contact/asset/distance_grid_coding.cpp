@@ -1,5 +1,5 @@
-// Writes and reads a grid: levels, corners and samples, quantized to small numbers and compressed. All input is
-// checked.
+// Writes and reads a distance grid: levels, corners and samples, quantized to small numbers and compressed. All numbers
+// that are read are checked.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,13 +14,13 @@
 namespace tandem::contact {
 namespace {
 
-/// Valid ranges of lengths in a file [m]: the edge of a brick is 1 µm to 1 km, and a coordinate is at most 1,000 km.
-/// Values outside these ranges are refused.
+/// Valid ranges of lengths in a file [m]: 1 µm to 1 km for the edge of a brick, and ±1,000 km for a coordinate. Values
+/// outside these ranges are refused.
 constexpr double kSmallest = 1e-6;
 constexpr double kMaxBrick = 1e3;
 constexpr double kWorld = 1e6;
 constexpr std::uint32_t kMaxBricksAlong = 1U << 16U;
-/// Number of coding passes over a brick's samples: one for the brick's corners, then four for midpoints.
+/// Number of passes in which a brick's samples are coded: one for the brick's corners, then four for midpoints.
 constexpr int kDepths = 5;
 constexpr double kMaxCorner = 1 << 28;
 
@@ -60,7 +60,7 @@ int DistanceGrid::corner_quanta(std::size_t corner) const {
   return static_cast<int>(std::clamp(quanta, -kSampleSteps, kSampleSteps));
 }
 
-/// Returns the bricks with their levels and samples. For a grid that is being read, the samples are not yet set.
+/// Returns the bricks with their levels and samples. While a grid is being read, the samples are not set yet.
 BrickLattice DistanceGrid::lattice() const {
   BrickLattice lattice(bricks_);
   for (std::size_t i = 0; i < refs_.size(); ++i) {
@@ -195,7 +195,7 @@ std::unique_ptr<DistanceGrid> DistanceGrid::read(std::span<const std::uint8_t>& 
     if (level > 0) sample_count += samples_of(level - 1U);
   }
   if (sample_count * sizeof(std::int16_t) > limit_bytes - lattice_bytes) return nullptr;
-  // Limits of the decompressed size, so that a malicious file cannot exhaust the memory. Most coded numbers take one
+  // Limits of the decompressed size, so that a malicious file cannot exhaust the memory. Most coded numbers need one
   // byte.
   constexpr std::size_t kMaxNumberBytes = 5;
   constexpr std::size_t kBytesPerSample = 3;

@@ -15,11 +15,11 @@ namespace {
 
 constexpr double kMaxCoordinate = 1e4;
 constexpr double kMaxArea_m2 = 1e8;
-// Number of quantization steps: of positions in one spacing, and of areas in the square of the spacing.
+// Resolution: number of position steps in one spacing of points, and number of area steps in a square of that side.
 constexpr double kPlaceSteps = 256;
 constexpr double kAreaSteps = 1024;
-// Normals are mapped to an octahedron that is unfolded to a square. This is the number of steps along half an edge of
-// the square. Neighbouring directions differ by at most 1/11 of a degree.
+// Number of steps for normals. A normal is mapped to an octahedron, which is unfolded to a square; this is the number
+// of steps along half an edge of the square. Neighbouring directions differ by at most 1/11 of a degree.
 constexpr int kNormalSteps = 1024;
 constexpr std::size_t kNumbers = 6;
 
@@ -30,7 +30,7 @@ std::array<std::int32_t, 2> steps_of(const Eigen::Vector3f& normal) {
   const Eigen::Vector2d at = geometry::in_square(normal.cast<double>());
   const auto step = [](double share) { return static_cast<std::int32_t>(std::lround(share * kNormalSteps)); };
   std::int32_t u = step(at.x()), v = step(at.y());
-  // On the border of the unfolded octahedron, two positions are the same direction. One of them is chosen.
+  // On the border of the unfolded octahedron, two positions represent the same direction. One of the two is chosen.
   if (std::abs(u) == kNormalSteps) v = std::abs(v);
   if (std::abs(v) == kNormalSteps) u = std::abs(u);
   return {u, v};
@@ -41,8 +41,8 @@ Eigen::Vector3f normal_of(std::int32_t u, std::int32_t v) {
       .cast<float>();
 }
 
-/// Converts a sequence of points to steps. The rounding error of each area is carried to the next point's area, so that
-/// the total area is kept.
+/// Converts a sequence of points to steps. The rounding error of each area is added to the next point's area, so that
+/// the total area does not change.
 class Coder {
  public:
   explicit Coder(double spacing_m) : place_m_(spacing_m / kPlaceSteps), area_m2_(spacing_m * spacing_m / kAreaSteps) {}
@@ -57,7 +57,7 @@ class Coder {
     steps[3] = u;
     steps[4] = v;
     const double area = static_cast<double>(point.area_m2) / area_m2_ + carried_;
-    // An area is at least one step, so that each point has a force.
+    // The area is at least one step, because a point without area would have no force.
     steps[5] = std::max(1, static_cast<std::int32_t>(std::lround(area)));
     carried_ = std::clamp(area - steps[5], -1.0, 1.0);
     return steps;

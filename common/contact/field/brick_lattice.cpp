@@ -19,7 +19,7 @@ int predicted_at(const Brick& brick, const Halves& at, int half_step) {
     const auto along = [&](std::size_t axis) { return (i >> axis & 1) != 0 ? reach[axis] : -reach[axis]; };
     sum += brick.samples[brick.offset(at[0] + along(0), at[1] + along(1), at[2] + along(2))];
   }
-  // The sum has eight terms: at the middle of an edge, each of the two samples counts four times.
+  // The sum always has eight terms: in the middle of an edge, for example, each of the two samples occurs four times.
   return (sum + 4) >> 3;
 }
 
@@ -104,9 +104,9 @@ void BrickLattice::match_border(Brick& brick) {
   }
 }
 
-/// Returns the brick that codes the sample at a position on the border of `brick`: the coarsest brick there, or the
-/// first of equally coarse ones.
-/// Out     at_owner  the position relative to that owner; not set if `brick` is the owner
+/// Returns the brick that codes the sample at a position on the border of `brick`: the coarsest of the bricks that
+/// share the position, or the first of equally coarse ones.
+/// Out     at_owner  position relative to the returned brick; not set if `brick` is returned
 const Brick* BrickLattice::owner_of(const Brick& brick, const Halves& at, Halves& at_owner) const {
   const auto position = position_of(brick.index);
   const Brick* owner = &brick;

@@ -1,5 +1,5 @@
-// Bricks of a distance grid, with shared borders, and the coding of their samples as small numbers. Used only to build,
-// write and read grids.
+// Bricks (cubes of samples) of a distance grid with shared borders, and the coding of their samples as small numbers.
+// Used only to build, write and read grids.
 #pragma once
 
 #include <algorithm>
@@ -54,9 +54,9 @@ class BrickLattice {
   /// Appends a brick; bricks must be added in the order of their indices.
   void add(Brick&& brick);
 
-  /// Replaces all samples by their decoded values, the coarsest bricks first. If several bricks share a position, the
-  /// coarsest of them (or the first of equally coarse ones) owns its sample. The other bricks interpolate from the
-  /// owner there and code nothing.
+  /// Replaces all samples by their decoded values, in the order from the coarsest to the finest bricks. If several
+  /// bricks share a position, the coarsest of them (or the first of equally coarse ones) owns the sample and codes it.
+  /// The other bricks interpolate their sample from the owner and code nothing.
   ///
   /// In      corner_quanta  returns the predicted sample at a corner of the lattice
   void code(const SampleCoding& coding, const std::function<int(std::size_t corner)>& corner_quanta,

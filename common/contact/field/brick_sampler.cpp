@@ -16,8 +16,8 @@ class BrickSampler {
     is_bad_.fill(true);
   }
 
-  /// Samples the brick from the coarsest level to finer ones, until interpolation is accurate enough. Returns that
-  /// level.
+  /// Samples the brick at the coarsest level, then at finer ones until interpolation is accurate enough. Returns the
+  /// level reached.
   std::uint32_t refine(std::uint32_t levels, double tolerance_m) {
     std::uint32_t level = 0;
     while (has_bad_cells(step_of(level), tolerance_m) && level + 1 < levels) sample(++level);
@@ -87,8 +87,9 @@ class BrickSampler {
     });
   }
 
-  /// Tests the cells of a level that lie in bad cells of the previous level, and marks the bad ones. The test points
-  /// are the middles of cells and, on the brick's border, of faces: finer neighbours will interpolate there.
+  /// Tests the cells of a level that lie in bad cells of the previous level, and marks the bad ones. Test points are
+  /// the middles of cells and, on the brick's border, the middles of faces, because finer neighbours interpolate on the
+  /// border.
   bool has_bad_cells(int step, double tolerance_m) {
     const std::array<bool, kMaxCells> was_bad = is_bad_;
     is_bad_.fill(false);
@@ -134,8 +135,8 @@ class BrickSampler {
     return is_bad;
   }
 
-  /// Marks a bad cell. If its error is as large as that of a crease (where two surfaces are equally near), its
-  /// neighbours are marked too. The crease may cross a neighbour without causing an error in its middle.
+  /// Marks a bad cell. If its error is as large as that of a crease (where two surfaces are equally near), the
+  /// neighbours are marked too: the crease may cross a neighbour without causing an error in the neighbour's middle.
   void mark_bad(const Halves& at, int step, bool with_neighbours) {
     is_bad_[cell_of(at, step)] = true;
     if (!with_neighbours) return;
@@ -159,7 +160,8 @@ class BrickSampler {
     }
   }
 
-  /// Error from which a cell has a crease, as a multiple of the tolerance. Found by trial on the bunny and on boxes.
+  /// Ratio of error to tolerance from which a cell is taken to contain a crease. Found by trial on the bunny and on
+  /// boxes.
   static constexpr double kCrease = 3.0;
   static constexpr std::size_t kMaxCells = 8 * 8 * 8;  ///< number of cells of a level that has a finer one
 

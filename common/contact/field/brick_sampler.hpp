@@ -15,23 +15,23 @@ namespace tandem::contact {
 
 inline constexpr int kBrickCells = 4;    ///< cells of the coarsest level along a brick's edge
 inline constexpr int kFinestCells = 16;  ///< cells of the finest level along a brick's edge
-/// Tolerance for two lengths that are equal in exact arithmetic: rounding may make their ratio at most this large.
+/// Largest ratio of two lengths that are equal in exact arithmetic, allowing for rounding.
 inline constexpr double kRounding = 1.001;
 /// Largest magnitude of a sample, in quanta.
 inline constexpr double kSampleSteps = std::numeric_limits<std::int16_t>::max();
 
 /// Returns the exact distance that contact uses, from the surface of the mesh to a point in its frame S.
 ///
-/// In      hint  triangle found by a query nearby, or −1; replaced by this query's triangle
+/// In      hint  index of the triangle found by a nearby query, or −1; replaced by the index of this query's triangle
 using ExactDistance = std::function<double(const Vec3& p_S, int& hint)>;
 
-/// Corrects wrong signs of distances. A wrong pseudo-normal at a flaw of the mesh (a tiny fold) would otherwise
-/// exchange inside and outside in the space around it. If the distances of two neighbouring points sum to more than
-/// their separation, both are on the same side of the surface. All points connected in this way get the sign of their
-/// majority.
+/// Corrects wrong signs of distances. At a flaw of the mesh (a tiny fold), a wrong pseudo-normal would otherwise
+/// exchange inside and outside in the surrounding space. If the distances of two neighbouring points sum to more than
+/// the points' separation, both points are on the same side of the surface. Points connected in this way all get the
+/// sign that most of them have.
 ///
 /// In      distances_m  on a lattice of `along` points, x fastest
-///         apart_m      separation of neighbours plus the error of their distances
+///         apart_m      separation of neighbours plus the error of both distances
 void settle_signs(std::span<float> distances_m, const std::array<std::size_t, 3>& along, double apart_m);
 
 /// Position in a brick, in half cells of the finest level. The middles of all cells, faces and edges are such
@@ -85,9 +85,9 @@ struct Brick {
   }
 };
 
-/// Samples `brick`, whose low corner is at `low_S`, at the coarsest sufficient level. The samples are refined where
-/// interpolation is not accurate enough in the middle of a cell. Elsewhere the finer samples are interpolated from the
-/// coarser ones, so exact distances are computed only where the surface is curved.
+/// Samples `brick`, whose low corner is at `low_S`, at the coarsest level that is accurate enough. Exact distances are
+/// computed only in cells where interpolation is inaccurate, which is where the surface is curved. All other finer
+/// samples are interpolated from coarser ones.
 ///
 /// In      brick  hint is set
 /// Out     brick  level, samples (in quanta) and tests are set

@@ -76,12 +76,12 @@ class DistanceField {
 
   /// Returns the planes of the shape's flat parts, kMaxPlanes at most. They live as long as the field.
   virtual std::span<const FieldPlane> planes() const noexcept { return {}; }
-  /// Returns the planes that replace the field in a box: those of a face, or of faces that meet at a convex edge or
-  /// corner. There are at most six; the set is empty if no such planes are known. Where the field's distance is not
-  /// positive, the largest distance to the planes equals it. Where that largest distance is positive, the field's
-  /// distance is at least as large. Both hold within the rounding of samples.
+  /// Returns the planes that can replace the field in a box: the plane of a face, or of faces that meet at a convex
+  /// edge or corner. There are at most six; the set is empty if no such planes are known. Where the field's distance is
+  /// at most 0, it equals the largest of the distances to the planes. Where that largest distance is positive, the
+  /// field's distance is at least as large. Both statements hold within the rounding of samples.
   ///
-  /// Out     queries  incremented by the number of table entries read
+  /// Out     queries  increased by the number of table entries read
   virtual PlaneSet planes_over(const OrientedBox& /*box_S*/, std::size_t& queries) const noexcept {
     ++queries;
     return 0;

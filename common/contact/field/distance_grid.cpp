@@ -1,5 +1,5 @@
-// A query of the grid is the innermost loop of contact. It looks up one brick, reads four short rows of samples, and
-// needs no division.
+// Queries of the distance grid. They are the innermost loop of contact: each finds one brick, reads four short rows of
+// samples, and needs no division.
 #include "common/contact/field/distance_grid.hpp"
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 namespace tandem::contact {
 namespace {
 
-// Gradients with a length in this range are used unchanged. Shorter ones occur on creases.
+// Gradients with a length in this range are used unchanged. Shorter gradients occur on creases of the field.
 constexpr double kMinGradient = 0.1;
 constexpr double kMaxGradient = 2.0;
 
@@ -196,8 +196,8 @@ inline DistanceSample DistanceGrid::sample_brick(const Place& place, std::uint32
   const double x = slope.x * per_cell;
   const double y = slope.y * per_cell;
   const double z = slope.z * per_cell;
-  // The slope vanishes where two sides are equally near. It is replaced by the slope of the coarse lattice of corners,
-  // which points outwards there too.
+  // The slope vanishes where two sides are equally near. The slope of the coarse lattice of corners replaces it,
+  // because that slope points outwards in such places too.
   if (!is_usable(x * x + y * y + z * z)) [[unlikely]]
     return {slope.value * quantum_m_, kMinGradient * sample_corners(place).gradient.normalized()};
   return {slope.value * quantum_m_, {x, y, z}};

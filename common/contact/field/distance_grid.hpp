@@ -22,14 +22,14 @@ class BrickLattice;
 
 /// Signed distance in bricks of 4³, 8³ or 16³ cells near the surface, and on a coarse lattice elsewhere.
 ///
-/// Model   Trilinear interpolation of exact samples. The gradient is that of the interpolant, so that force is the
-///         gradient of one potential. Where bricks of different resolution meet, the finer one's border follows the
-///         coarser one's interpolation. The distance is thus continuous in the whole band. Beyond the band,
+/// Model   Trilinear interpolation of exact samples. The gradient is that of the interpolant, so that the force is the
+///         gradient of one potential. Where bricks of different resolution meet, border samples of the finer brick are
+///         interpolated from the coarser one, so the distance is continuous in the whole band. Beyond the band,
 ///         distance_m() returns a lower bound that accounts for the interpolation error. sample() returns the
-///         interpolated distance there, whose slope is useful to predict contact. Therefore
-///         |distance_m()| ≤ |sample().distance_m|. For a point outside of the lattice, sample() starts at the nearest
-///         point of the lattice's border. It moves this point to the surface along the gradient there, and returns the
-///         distance from the point outside to the result.
+///         interpolated distance instead, whose slope is useful to predict contact. Therefore |distance_m()| ≤
+///         |sample().distance_m|. For a point outside the lattice, sample() takes the nearest point of the lattice's
+///         border and moves it along the gradient to the surface. It returns the distance of the given point from the
+///         result
 /// Source  Frisken, Perry, Rockwood, Jones, "Adaptively sampled distance fields", SIGGRAPH 2000, for the refinement by
 ///         interpolation error
 class DistanceGrid final : public DistanceField {
@@ -50,14 +50,14 @@ class DistanceGrid final : public DistanceField {
     return planes_.planes_over(box_S, queries);
   }
   PlaneSet planes_at(const Vec3& p_S) const noexcept override { return planes_.planes_at(p_S); }
-  /// Returns the largest error at the points tested during construction, which are the middles of cells. Interpolation
-  /// is worst there. The largest errors are at sharp convex edges, inside and beneath them, where the distance has a
+  /// Returns the largest error at the test points of the construction, which are the middles of cells. Interpolation is
+  /// worst in these. The largest errors occur at sharp convex edges, inside and beneath them, where the distance has a
   /// crease.
   double error_m() const noexcept override { return error_m_; }
   double band_m() const noexcept override { return band_m_; }
 
-  /// Finds the blocks in which the field equals the distance to planes, and stores them for planes_over(). Each
-  /// guessed plane is first fitted to the samples near it.
+  /// Finds the blocks (parts of bricks, see PlaneMap) in which the field equals the distance to planes, and stores them
+  /// for planes_over(). Each guessed plane is first fitted to the samples near it.
   void find_planes(std::vector<FieldPlane> guesses);
 
   double finest_cell_m() const { return cell_m(finest_); }
@@ -65,7 +65,8 @@ class DistanceGrid final : public DistanceField {
   std::size_t brick_count(int cells) const;                     ///< number of bricks with `cells`³ cells
   std::size_t memory_bytes() const;
 
-  /// Appends the grid to `bytes`, compressed. It is lossless, because build() has rounded all values to coded ones.
+  /// Appends the grid to `bytes`, compressed without loss: build() has already rounded all values to values that have
+  /// codes.
   void write(std::vector<std::uint8_t>& bytes, int packing_level) const;
   /// Reads bytes that write() wrote and removes them from `bytes`. Returns null for any other bytes, or if the grid
   /// needs more memory than `limit_bytes`. Every count, index and number is checked, so malicious files are safe.
@@ -102,8 +103,8 @@ class DistanceGrid final : public DistanceField {
   bool set_levels(std::span<const std::uint8_t> levels, std::size_t sample_count);
   bool is_sound() const;
   static constexpr std::uint32_t level_of(std::uint32_t ref) { return (ref & ((1U << kLevelBits) - 1U)) - 1U; }
-  /// Returns a bound of the interpolation error beyond the band: the sum of half a cell's diagonal over all levels from
-  /// the coarsest one to `level`. The bound follows from the Lipschitz constant 1 of a distance.
+  /// Returns a bound of the interpolation error beyond the band. The bound is the sum of half a cell's diagonal over
+  /// all levels from the coarsest one to `level`, since a distance has the Lipschitz constant 1.
   double slack_m(std::uint32_t level) const {
     constexpr double kHalfDiagonal = 0.8660254037844386;
     return kHalfDiagonal * (2.0 * cell_m(0) - cell_m(level));

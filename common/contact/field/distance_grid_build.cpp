@@ -20,17 +20,17 @@ namespace {
 
 /// Quantization step of distances near the surface, as a fraction of the tolerance.
 constexpr double kCodingShare = 1.0 / 16;
-/// Number of sampled bricks from which the memory of a grid is estimated, and the safety factor when cells are widened
-/// because the estimate exceeds the limit.
+/// The memory of a grid is estimated from this number of sampled bricks. If the estimate exceeds the limit, cells are
+/// widened, with this safety factor.
 constexpr std::size_t kBricksToExpectBy = 500;
 constexpr double kWidenFor = 1.05;
 /// Number of quantization steps in a brick's edge, for the distances at its corners.
 constexpr double kCornerSteps = 512;
 
 /// Returns a function that computes the distance to a mesh: the signed distance to a solid, the distance to the plate
-/// around a sheet, or the smaller of both. The function keeps references to the trees.
+/// made from a sheet, or the smaller of the two. The function keeps references to the trees.
 ///
-/// In      sheet  sheet beside a solid; null if there is none
+/// In      sheet  sheet that belongs to the mesh beside its solid; null if there is none
 ExactDistance exact_distance(const geometry::TriangleTree& tree, geometry::SurfaceKind kind,
                              const geometry::TriangleTree* sheet, double sheet_thickness_m) {
   const bool is_solid = kind == geometry::SurfaceKind::kSolid;
@@ -40,7 +40,8 @@ ExactDistance exact_distance(const geometry::TriangleTree& tree, geometry::Surfa
     if (!is_solid) return closest.distance_m - half_thickness_m;
     const bool is_inside = (p_S - closest.point_S).dot(closest.normal_S) < 0;
     const double distance_m = is_inside ? -closest.distance_m : closest.distance_m;
-    // The plate is nearer only if the distance to the sheet, the plate's middle, is below this value.
+    // The plate is nearer than the solid only if the distance to the sheet (the middle of the plate) is below this
+    // value.
     const double reach_m = distance_m + half_thickness_m;
     if (sheet == nullptr || reach_m <= 0) return distance_m;
     return std::min(distance_m, sheet->closest(p_S, reach_m).distance_m - half_thickness_m);
@@ -131,10 +132,11 @@ void DistanceGridBuilder::lay_lattice(const geometry::ContactMesh& mesh) {
   grid.brick_m_ = kBrickCells * options_.cell_m;
   grid.bricks_per_m_ = 1.0 / grid.brick_m_;
   grid.band_m_ = options_.band_m;
-  // Bound of all sampled distances: the middle of a sampled brick is within the band plus half of the brick's diagonal,
-  // and a sample is within another half diagonal of the middle.
+  // Upper bound of all sampled distances. The middle of a sampled brick is within the band plus half of the brick's
+  // diagonal, and each sample is within another half diagonal of the middle.
   grid.quantum_m_ = (grid.band_m_ + grid.brick_m_ * std::sqrt(3.0)) / kSampleSteps;
-  // The margin is the band and one more brick, so that the border of the lattice is outside and not near the surface.
+  // The margin is the band plus one brick, so that the lattice's border is outside of the shape and not near its
+  // surface.
   const double margin = grid.band_m_ + grid.brick_m_;
   const Vec3 size = grid.high_S_ - grid.low_S_ + Vec3::Constant(2 * margin);
   const Vec3 counts = (size * grid.bricks_per_m_).array().ceil();

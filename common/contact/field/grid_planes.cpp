@@ -1,4 +1,5 @@
-// Finds the blocks of a grid whose samples are the distance to a plane, or the largest distance to a few planes.
+// Finds the blocks (parts of bricks, see PlaneMap) of a grid whose samples equal the distance to a plane, or the
+// largest of the distances to a few planes.
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
@@ -19,26 +20,26 @@ namespace {
 // coarser one.
 constexpr double kGuessSteps = 3;
 constexpr double kFittedSteps = 1.25;
-// Additional tolerance as a fraction of the distance, because samples far from the surface are rounded to 1/128 of it.
+// Additional tolerance, as a fraction of the distance, because samples far from the surface are rounded to 1/128 of it.
 constexpr double kGuessShare = 0.01;
 constexpr double kFittedShare = 0.005;
 // Least number of samples for a fit. With fewer samples, the plane estimated from the shell's points is as accurate.
 constexpr double kMinSamples = 64;
-// Largest error of samples at sharp edges where bricks of different resolution meet. The planes are more accurate
-// there.
+// Largest error of samples at sharp edges where bricks of different resolution meet. There the planes are more accurate
+// than the samples.
 constexpr double kEdge_m = 1e-4;
 // Limit of the number of bricks of a grid with planes. Planes need 12 bytes for each brick, and the time to fill them.
 constexpr std::size_t kMaxBricksWithPlanes = std::size_t{1} << 20U;
-// Limit of the number of computed distances to planes; as many take a few seconds. Blocks beyond the limit get no
-// planes.
+// Limit of the number of distances to planes that are computed; this many take a few seconds. Blocks that remain when
+// the limit is reached get no planes.
 constexpr std::int64_t kMaxDistances = 500'000'000;
-// Least distance of a block that counts as outside.
+// Distance from the surface beyond which a block counts as outside.
 constexpr double kOutside_m = 3e-4;
-// Depth beyond which a sample need not match any plane, because contact becomes rigid long before.
+// Depth beyond which a sample need not match any plane, because no contact is as deep (see PlaneMap::kDeep_m).
 constexpr double kInside_m = 2 * PlaneMap::kDeep_m;
 
-/// Least-squares fit of a plane to samples. It corrects the normal and offset of an approximate plane, such that the
-/// residual errors of the samples become least.
+/// Least-squares fit of a plane to samples. Corrects the normal and offset of an approximate plane so that the sum of
+/// the squared residuals is smallest.
 struct Fit {
   Eigen::Matrix4d squares = Eigen::Matrix4d::Zero();
   Eigen::Vector4d rest = Eigen::Vector4d::Zero();
@@ -151,8 +152,8 @@ class DistanceGrid::PlaneFinder {
     }
   }
 
-  /// Returns whether visit(p_S, sample) is true for all samples in some blocks and on their faces. If cells are larger
-  /// than blocks, the samples of the surrounding cells are used.
+  /// Returns whether visit(p_S, sample) is true for all samples in and on the faces of some blocks. If cells are larger
+  /// than blocks, the samples of the surrounding cells are visited.
   template <typename Visit>
   bool for_samples(const Vec3& low_S, std::uint32_t ref, const Blocks& blocks, const Visit& visit) const {
     const std::uint32_t cells = cells_of(level_of(ref));
@@ -199,8 +200,7 @@ class DistanceGrid::PlaneFinder {
     return far_index(least_m, most_m);
   }
 
-  /// Returns the index in PlaneMap that some blocks share: the index of the planes that match all their samples, if
-  /// any.
+  /// Returns the common index in PlaneMap of some blocks: that of the planes that match all of their samples, or kNone.
   std::uint8_t index_of(PlaneMap& map, const Vec3& low_S, std::uint32_t ref, const Blocks& blocks) {
     if (distances_left_ < 0) return PlaneMap::kNone;
     PlaneSet set = 0;
@@ -209,7 +209,7 @@ class DistanceGrid::PlaneFinder {
       distances_left_ -= static_cast<std::int64_t>(planes_.size());
       bool is_found = false;
       // Outside of an edge, the distance to the shape is larger than the distance to each plane. If no single plane
-      // matches there, all planes with a positive distance are tried together.
+      // matches such a sample, all planes with a positive distance are tried together.
       PlaneSet beyond = set;
       for_planes(low_S, [&](std::size_t i) {
         const PlaneSet wider = set | PlaneSet{1} << i;

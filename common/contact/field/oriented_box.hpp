@@ -1,4 +1,4 @@
-// Boxes of any orientation, and the selection of planes that can be the farthest within a box.
+// Boxes of any orientation, and the selection of those planes that have the largest distance somewhere in a box.
 #pragma once
 
 #include <span>

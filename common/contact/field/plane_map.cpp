@@ -11,12 +11,12 @@
 namespace tandem::contact {
 namespace {
 
-// Maximum number of bricks whose blocks have different sets of planes. As many need 32 MB.
+// Maximum number of bricks whose blocks have different sets of planes. This many need 32 MB.
 constexpr std::size_t kMaxMixed = std::size_t{1} << 16U;
 // Two signed distances to planes count as equal if they differ by at most this.
 constexpr double kSameDistance_m = 5e-6;
-// Maximum number of bricks and blocks that a query may read, as a bound of the cost of walking the tree over the
-// points. A query that would read more returns no planes; the search then divides its node.
+// Maximum number of bricks and blocks that a query may read. It bounds the cost of the search in the tree of points. A
+// query that would read more returns no planes, and the search then divides its node.
 constexpr std::size_t kMaxPlaneMapQueries = 512;
 
 /// Calls visit(p) for the corners of a box until it returns false. Returns whether visit(p) was true for all corners.
@@ -125,8 +125,8 @@ bool PlaneMap::is_largest(PlaneSet all, std::uint8_t index, const Vec3& middle, 
   return is_below(all & ~sets_[index], sets_[index], middle, edge_m);
 }
 
-// Checks is_largest() at one point. Returns false if the check fails there. Returns true if it succeeds, or if one
-// point cannot decide.
+// Performs the test of is_largest() at one point only. Returns false if the test fails at that point, and true
+// otherwise, even if one point is not enough to decide.
 bool PlaneMap::is_largest_at(PlaneSet all, std::uint8_t index, const Vec3& p_S) const noexcept {
   if (index <= kInside || (all & ~sets_[index]) == 0) return true;
   return largest_m(planes_, all & ~sets_[index], p_S) <= largest_m(planes_, sets_[index], p_S) + kSameDistance_m;
@@ -138,8 +138,8 @@ std::size_t PlaneMap::memory_bytes() const {
          harmless_.capacity() * sizeof(PlaneSet);
 }
 
-// Returns the range of cubes that may intersect a box. The range is limited to the lattice, so a box beyond it gets the
-// cubes of the lattice's border.
+// Returns the range of cubes that may intersect a box. The range is limited to the lattice: for a box outside the
+// lattice, it contains the cubes at the lattice's border.
 PlaneMap::Range PlaneMap::range_of(const OrientedBox& box_S, double edge_m) const noexcept {
   Range range{edge_m, origin_S_, box_S.half_m + edge_m / 2 * box_S.axes.cwiseAbs().colwise().sum().transpose(), {}, {}};
   const Vec3 reach = box_S.axes.cwiseAbs() * box_S.half_m;
@@ -195,8 +195,8 @@ bool PlaneMap::for_blocks(const OrientedBox& box_S, const OfBrick& of_brick, con
   });
 }
 
-// Returns whether the largest distance to the planes is nowhere negative in a box along the axes. It is not enough to
-// test the corners, since a thin wall may pass between them. The test therefore looks for one plane, or the mean of two
+// Returns whether the largest distance to the planes is nowhere negative in an axis-aligned box. Testing the corners is
+// not enough, since a thin wall may pass between them. The test therefore searches for one plane, or the mean of two
 // planes, whose least distance over the box is not negative.
 bool PlaneMap::is_above_some(PlaneSet set, const Vec3& middle, const Vec3& half_m) const noexcept {
   for (PlaneSet rest = set; rest != 0; rest &= rest - 1) {
@@ -219,8 +219,8 @@ bool PlaneMap::is_deep(PlaneSet set, const Vec3& middle, double edge_m) const no
                      [&](const Vec3& p_S) { return largest_m(planes_, set, p_S) <= -kDeep_m; });
 }
 
-// Returns whether the planes are right for the part of a box beyond the lattice. No surface is there, so the largest
-// distance to the planes must nowhere be negative.
+// Returns whether the planes also hold in the part of a box outside the lattice. No surface is outside the lattice, so
+// the largest distance to the planes must nowhere be negative.
 bool PlaneMap::is_right_beyond(PlaneSet set, const OrientedBox& box_S) const noexcept {
   const Vec3 reach = box_S.axes.cwiseAbs() * box_S.half_m;
   for (int i = 0; i < 3; ++i) {
@@ -266,8 +266,8 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S, std::size_t& queries) c
     return all == before || std::popcount(all) <= kMaxInBox;
   };
   const Eigen::Matrix3d half_edges = box_S.axes * box_S.half_m.asDiagonal();
-  // The corners are checked first, because they reject most boxes that extend beyond the planes' region or meet a
-  // concave edge.
+  // The corners are checked first. This rejects most boxes that extend beyond the planes' region or meet a concave
+  // edge.
   std::array<std::uint8_t, 9> at_corners;
   std::size_t corners = 0;
   const auto add_corner = [&](const Vec3& p_S) { return add_planes_at(at_corners[corners++] = at(p_S)); };
@@ -275,9 +275,9 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S, std::size_t& queries) c
   corners = 1;
   const auto is_right_at = [&](const Vec3& p_S) { return is_largest_at(all, at_corners[corners++], p_S); };
   if (!is_largest_at(all, at_corners[0], box_S.centre) || !for_corners(box_S.centre, half_edges, is_right_at)) return 0;
-  // The largest distance to these planes must equal the field everywhere, also in blocks with only some of the planes.
-  // A block outside of the shape may be above a plane that is found later. Such a block is checked again after the set
-  // has grown.
+  // In every block of the box, the largest distance to all planes found must equal the field, even if the block has
+  // only some of these planes. A block outside of the shape may be above a plane that is found later. Such a block is
+  // checked again when the set is complete.
   bool is_below_outside = false;
   const auto is_right = [&](std::uint8_t index, const Vec3& middle, double edge_m) {
     if (is_largest(all, index, middle, edge_m)) return true;

@@ -11,14 +11,14 @@
 
 namespace tandem::contact {
 
-/// Stores for each block of a lattice the planes whose largest distance equals the field in the block, if such planes
-/// exist. A brick of the lattice has eight blocks along each edge.
+/// Stores for each block of a lattice the planes whose largest distance equals the field in the block, if there are
+/// such planes. A block is a cube with 1/8 of the edge of a brick (a cube of the lattice).
 ///
 /// Thread  any, at the same time
 class PlaneMap {
  public:
   static constexpr std::uint32_t kBlocks = 8;  ///< blocks along an edge of a brick
-  /// Special values of a block; larger values are indices of sets of planes.
+  /// Special values of a block. A larger value is the index of a set of planes.
   static constexpr std::uint8_t kNone = 0;
   static constexpr std::uint8_t kOutside = 1;  ///< the block is far outside of all surfaces
   static constexpr std::uint8_t kInside = 2;   ///< the block is deeper inside the shape than any contact
@@ -33,7 +33,8 @@ class PlaneMap {
   PlaneMap(std::vector<FieldPlane> planes, const Vec3& origin_S, const std::array<std::uint32_t, 3>& bricks,
            double brick_m);
 
-  /// Returns the index of a set of planes, and stores the set if it is new. Returns kNone if there are too many sets.
+  /// Returns the index of a set of planes, and stores the set if it is new. Returns kNone if there are too many sets to
+  /// store.
   std::uint8_t index_of(PlaneSet set);
   /// Stores the blocks of a brick. Call it once for each brick that has a block other than kNone, in any order.
   void set(std::size_t brick, const Blocks& blocks);
@@ -65,11 +66,11 @@ class PlaneMap {
   Vec3 origin_S_ = Vec3::Zero();
   std::array<std::uint32_t, 3> bricks_ = {0, 0, 0};
   double brick_m_ = 1;
-  /// Content of each brick: the common value of its blocks, or kFirstMixed + index in mixed_ if they differ.
+  /// Content of each brick: the common value of its blocks; if they differ, kFirstMixed + index in mixed_.
   std::vector<std::uint32_t> refs_;
-  /// For a brick with one set of planes: further planes whose distance is nowhere in the brick the largest one. A query
-  /// may include them without an effect on its result. For a brick far outside: the planes above which the whole brick
-  /// lies.
+  /// For a brick with one set of planes: further planes that a query may add to the set without an effect on its
+  /// result, because their distance is nowhere in the brick the largest. For a brick far outside: the planes above
+  /// which it lies.
   std::vector<PlaneSet> harmless_;
   std::vector<Blocks> mixed_;  ///< blocks of the bricks whose blocks have different values
   static constexpr std::uint32_t kFirstMixed = 256;

@@ -23,15 +23,15 @@ struct Radial {
   Vec3 outward = Vec3::UnitX();  ///< away from the axis; arbitrary for a point on the axis
 };
 
-/// Returns the distance to the intersection of two perpendicular regions, from the signed distances to both. For a
-/// point outside both regions, it is the distance to the corner; otherwise, the larger of both distances.
+/// Returns the signed distance to the intersection of two perpendicular regions, from the distances to each. If both
+/// are positive, it is the distance to the corner; otherwise, it is the larger one.
 double distance_to_corner(double a, double b) {
   if (a > 0 && b > 0) return std::hypot(a, b);
   return std::max(a, b);
 }
 
-/// Returns whether holds(p) is true for all corners of a box. If the points where it is true form a convex region, it
-/// is then true in the whole box.
+/// Returns whether holds(p) is true for all corners of a box. If the points that fulfil `holds` form a convex region,
+/// it is then true in the whole box.
 template <typename Holds>
 bool all_corners(const OrientedBox& box, const Holds& holds) {
   for (unsigned i = 0; i < 8; ++i) {
@@ -87,7 +87,7 @@ class BoxField final : public ExactField {
 
  private:
   Vec3 half_m_;
-  std::array<FieldPlane, 6> planes_;  ///< for each axis: the face at its lower end, then that at its upper end
+  std::array<FieldPlane, 6> planes_;  ///< the lower and the upper face for each axis in turn
 };
 
 class CylinderField final : public ExactField {
@@ -139,8 +139,8 @@ DistanceSample BoxField::sample(const Vec3& p_S) const noexcept {
   sample.distance_m = outside.norm();
   const Vec3 way(std::copysign(outside.x(), p_S.x()), std::copysign(outside.y(), p_S.y()),
                  std::copysign(outside.z(), p_S.z()));
-  // The distance may be 0 although the point is outside, because squares of lengths below 1e-162 m underflow. The
-  // gradient then keeps its default direction.
+  // The distance may be 0 although the point is outside, because squares of lengths below 1e-162 m underflow. In this
+  // case the gradient keeps its default direction.
   if (sample.distance_m > 0) sample.gradient = way / sample.distance_m;
   return sample;
 }

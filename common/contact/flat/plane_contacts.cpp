@@ -18,15 +18,15 @@
 namespace tandem::contact {
 namespace {
 
-// Points whose depths differ by at most this may always be merged. The value is a few times the rounding error of
-// points and distances.
+// Points whose depths differ by at most this value may be merged in any case. The value is a few times the rounding
+// error of points and distances.
 constexpr double kSpan_m = 5e-6;
-// If all points press, or none does, the allowed difference grows by this fraction of the least depth or gap. For
-// pressing points it is at most kMaxSpan_m. The merged contact is less deep than the deepest point by a few tenths of
-// the difference.
+// If all points press, or none does, points may be merged up to a larger difference of depth: the value above plus this
+// fraction of the least depth or gap. For pressing points the sum is at most kMaxSpan_m. The merged contact is less
+// deep than the deepest point by a few tenths of the difference.
 constexpr double kSpanShare = 0.5;
 constexpr double kMaxSpan_m = 5e-5;
-// A part with less than this fraction of the node's area gets no contact.
+// A part of a node with less than this fraction of the node's area gets no contact.
 constexpr double kMinShare = 1e-9;
 // Least cosine between the normals of contacts that may be merged: the normals differ by at most 0.01 rad.
 constexpr double kAlikeCosine = 1 - 5e-5;
@@ -73,8 +73,8 @@ struct Mean {
   }
 };
 
-/// Four points that have the moments of an area, each with a quarter of the area. They are at mean ± s₁ ± s₂, where s₁
-/// and s₂ are the columns of the Cholesky factor of the covariance.
+/// Four points that have the moments of an area. Each has a quarter of the area, at mean ± s₁ ± s₂, where s₁ and s₂ are
+/// the columns of the Cholesky factor of the covariance.
 struct Four {
   double area;
   std::array<double, 4> u, v;
@@ -121,8 +121,8 @@ class NodeContacts {
     }
   }
 
-  /// Selects the planes that may have the largest distance somewhere in this box. The first plane is the one with the
-  /// largest distance at the box's middle.
+  /// Selects the planes that may have the largest distance somewhere in this box, and puts the plane with the largest
+  /// distance at the box's middle first.
   ///
   /// Out     least and largest depth of the box
   std::pair<double, double> depth_range(const OrientedBox& box) {
@@ -178,12 +178,13 @@ class NodeContacts {
     }
   }
 
-  /// Adds the parts of a polygon. Each plane has the part of the polygon where it is the nearest plane. That part is
-  /// divided into a pressing piece and one that does not press.
+  /// Adds the contacts of a polygon. The polygon is divided by nearest plane, and each part into a pressing piece and a
+  /// piece with a gap.
   ///
-  /// In      is_sliced  true: pieces that do not press, or will soon be rigid, are cut into slices of depth, so that
-  ///         the contact of the deepest slice is nearly as deep as the piece. Any other piece becomes four contacts
-  /// Out     false if there would be more contacts than ids (points of the node), or than `room`
+  /// In      is_sliced  true: pieces with a gap, and pieces that will soon be rigid, are cut into slices of depth. The
+  ///         contact of the deepest slice is then nearly as deep as the piece. Any other piece gets four contacts
+  /// Out     false if the number of contacts would exceed `room` (the argument) or the number of ids (points of the
+  ///         node)
   bool add_parts(const ShellNode& node, const FlatNode& flat, std::size_t room, bool is_sliced) {
     const Polygon whole = corners_of(flat);
     const AreaMoments sum = moments_of(whole);
@@ -211,8 +212,8 @@ class NodeContacts {
         cut(polygon, is_gap ? DepthSlope(-slopes[i]) : slopes[i]);
         if (is_gap) cut(polygon, below(slopes[i], search_.band_m));
         for (std::size_t k = 0; k < slopes.size(); ++k) {
-          // Beyond an edge of the other shape, its plane continues but its surface does not. The polygon is cut off at
-          // the edge.
+          // The plane of the other shape continues beyond the edge of its face, where there is no surface. The polygon
+          // is cut off at the edge.
           if (k != i) cut(polygon, is_gap ? slopes[k] : DepthSlope(slopes[k] - slopes[i]));
         }
         if (is_empty(polygon)) continue;
@@ -258,7 +259,7 @@ class NodeContacts {
     const Vec3 p_P = point.p_S.cast<double>();
     const auto [largest, largest_m] = largest_at(p_P);
     const auto is_above = [&p_P](const Below& plane) { return plane.distance_m(p_P) > 0; };
-    // Beyond an edge of the other shape, the point is above two planes, and no surface is below it.
+    // A point above two planes is beyond an edge of the other shape, and no surface is below it.
     if (largest_m <= 0 || std::ranges::count_if(planes_, is_above) < 2)
       add(*largest, p_P, largest_m, scale * point.area_m2, first, end);
   }
@@ -274,7 +275,7 @@ class NodeContacts {
     const Vec3 across = flat.across_S.cast<double>();
     const auto quarters = quarters_of(node);
     // Each contact keeps its id from step to step, while slices appear and vanish. Slices that press on the nearest
-    // plane have the first ids, and all other parts the last ones. The largest slice gets the ids in between.
+    // plane get the first ids, and all other parts the last ones. The largest slice gets the ids that are left.
     const auto first_other = static_cast<std::uint32_t>(std::max<std::size_t>(1, first_slices_));
     for (std::size_t k = 0; k < 4; ++k) {
       const auto append_part = [&](std::uint32_t part, std::uint32_t first, std::uint32_t end) {
@@ -292,12 +293,12 @@ class NodeContacts {
     }
   }
 
-  // Thickness of the first slice, which begins at the deepest position. For a strip, its four contacts are too shallow
-  // by a fifth of the slice.
+  // Thickness of the first slice, which begins at the deepest position. For a strip (whose points have equal areas at
+  // all depths), the four contacts of the slice are too shallow by a fifth of it.
   static constexpr double kFirstSlice_m = 1.6e-5;
   static constexpr double kNextSlice = 4;
   // Limit of the linear range as a fraction of the rigid depth (depth beyond which contact is as stiff as the step
-  // allows). Deeper parts are cut into slices, because a step may carry them beyond the rigid depth.
+  // allows). Deeper pieces are cut into slices, because the motion of one step may carry them beyond the rigid depth.
   static constexpr double kLinear = 0.5;
 
   bool add_slices(const Below& plane, const DepthSlope& slope, Polygon rest, double slice_m, double density,
@@ -340,10 +341,11 @@ class NodeContacts {
   std::size_t first_slices_ = 0;  ///< number of parts that press on the nearest plane
 };
 
-/// Merges all pressing contacts into one, and all others into a second, if their depths and normals are similar. The
-/// result has the same force and moment, and the same stiffness except for rotations about the contact.
+/// Merges all pressing contacts into one, and all contacts with a gap into a second one, if their depths and normals
+/// are similar. The result has the same force and moment, and the same stiffness except for rotations about the
+/// contact.
 ///
-/// In      begin  index of the first contact to merge; the contacts are consecutive points of a shell
+/// In      begin  index of the first contact to merge; the contacts from it on are consecutive points of a shell
 ///         must   true: contacts are merged even if they are not similar
 void merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, double rigid_depth_m, bool must) noexcept {
   if (contacts.size() < begin + 2) return;
@@ -352,7 +354,7 @@ void merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, doub
   const auto may_merge = [&](const Mean& side) {
     return !(side.area > 0) || (side.is_flat && is_alike(side.low, side.high, rigid_depth_m));
   };
-  // Contacts with a gap are allowed more difference in depth if they have less area than the pressing ones.
+  // Contacts with a gap may differ more in depth if their area is smaller than that of the pressing contacts.
   const bool has_little_gap = sides[1].is_flat && sides[1].area <= sides[0].area;
   if (!must && !(may_merge(sides[0]) && (has_little_gap || may_merge(sides[1])))) return;
   const std::uint32_t first = contacts[begin].id;
@@ -360,7 +362,7 @@ void merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, doub
   const std::uint32_t end = last + contacts.back().count;
   const bool has_both = sides[0].area > 0 && sides[1].area > 0;
   contacts.resize(begin);
-  // If both a pressing contact and one with a gap remain, the latter gets the id of the last point.
+  // If both contacts exist, one that presses and one with a gap, the one with a gap gets the id of the last point.
   if (sides[0].area > 0) contacts.push_back(sides[0].contact(first, has_both ? last : end));
   if (sides[1].area > 0) contacts.push_back(sides[1].contact(has_both ? last : first, end));
 }
@@ -378,7 +380,8 @@ void PlaneContacts::add(std::uint32_t root, PlaneSet planes, std::vector<Contact
     const auto [low, high] = node_contacts.depth_range(flat.box_S());
     const std::uint32_t child = i + 1;
     i = node.next;
-    // This node may use all room except the reserve for later nodes. Later nodes may use what this node leaves.
+    // This node may use the whole remaining capacity except the part reserved for later nodes. Later nodes may use what
+    // this node does not need.
     room += least_contacts_of(node);
     more -= std::min(more, more_of(node));
     if (high <= -band_m) continue;

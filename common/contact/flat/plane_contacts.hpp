@@ -15,13 +15,13 @@ struct PointShell;
 
 /// Contacts of a shell's points (frame P) with planes of a field (frame F), one node at a time.
 ///
-/// Model   The depth of a point below a plane is −(n·p + c), which is linear over a node; below several planes it is
-///         the least of their depths. Four contacts with a quarter of an area each, at its mean ± deviations, have the
-///         same force, moment and stiffness as the whole area. A polygon that a node covers evenly is cut by planes:
-///         into parts with one nearest plane, and these into a pressing part and one with a gap. The result is exact
-///         for any pose, and continuous. A node without a polygon counts as a whole if all points press, or none, or if
-///         all depths are nearly equal; otherwise it is divided. The contacts of a node are less deep than its deepest
-///         point. If the difference exceeds some micrometres, the node is divided while there is room
+/// Model   The depth of a point below a plane is −(n·p + c), which is linear over a flat node. Below several planes, it
+///         is the least of the depths. Four contacts with a quarter of an area each, at its mean ± deviations, have the
+///         same force, moment and stiffness as the whole area. A polygon that the points cover evenly is divided into
+///         parts with one nearest plane, and each part into a pressing piece and one with a gap. The result is exact
+///         for any pose, and continuous. A node without a polygon is used whole if all points press, if none presses,
+///         or if all depths are nearly equal; otherwise it is divided. The contacts of a node are less deep than its
+///         deepest point. If the difference exceeds some micrometres, the node is divided as long as `room` allows
 struct PlaneContacts {
   const PointShell& shell;
   std::span<const FieldPlane> planes_F;
@@ -33,8 +33,8 @@ struct PlaneContacts {
   double share = 1;          ///< fraction of the points' area that counts
   double sign = 1;           ///< factor ±1 of the planes' normals; the normals of contacts point out of B
   std::uint32_t id_bits = 0;
-  std::size_t room = 0;  ///< number of contacts that may be added, beyond least_contacts_of() for each later node
-  std::size_t more = 0;  ///< number of additional contacts with which later nodes could represent all planes below them
+  std::size_t room = 0;  ///< limit of the contacts to add, beyond least_contacts_of() for each later node
+  std::size_t more = 0;  ///< additional contacts that later nodes would need to represent all planes below them
 
   /// Appends contacts in the order of the points. `contacts` temporarily needs capacity for kSmallNode additional
   /// elements.

@@ -1,6 +1,6 @@
-// Vectors of four numbers ("lanes"). Each kernel is compiled twice from one text (twice.inc): for any processor and for
-// AVX2. Both versions have the same operations in the same order, and none is contracted (fused multiply-add). Results
-// therefore do not depend on the processor.
+// Vectors of four numbers ("lanes"). The source of each kernel is compiled twice (twice.inc): for any processor, and
+// for processors with AVX2. Both versions have the same operations in the same order, without fused multiply-add.
+// Results therefore do not depend on the processor.
 #pragma once
 
 #include <cmath>

@@ -15,8 +15,8 @@
 namespace tandem::contact {
 namespace {
 
-// Limit of the number of points, because it bounds the work that received bytes can cause. Shapes sampled by this
-// program have fewer points.
+// Maximum number of points of a shell in which flat nodes are searched. It bounds the work that received bytes can
+// cause. Shapes sampled by this program have fewer points.
 constexpr std::size_t kMaxPoints = 600'000;
 // Nodes with fewer points than this use the axes of the flat part that contains them.
 constexpr std::uint32_t kMinPart = 128;
@@ -28,7 +28,7 @@ bool is_surely_bent(const Moments& moments) {
   return moments.covariance.determinant() > kFlat_m * kFlat_m * half_trace * half_trace;
 }
 
-/// In      of_part  axes of the flat part that contains the node; if empty, they are computed and stored
+/// In      of_part  axes of the flat part of the surface that contains the node; if empty, they are computed and stored
 std::optional<FlatNode> flat_node_of(std::span<const ShellPoint> points, const ShellNode& node,
                                      std::optional<Eigen::Matrix3d>& of_part) {
   const Moments moments = moments_of(points);
@@ -40,8 +40,8 @@ std::optional<FlatNode> flat_node_of(std::span<const ShellPoint> points, const S
     of_part = axes_of_rectangle(points, moments.covariance);
   }
   if (auto rectangle = rectangle_of(points, node, moments, box_along(points, *of_part))) return rectangle;
-  // Points on one plane may belong to several flat parts with different axes. A large node therefore tries its own
-  // axes.
+  // Points on one plane may belong to several flat parts of the surface with different axes. A large node is therefore
+  // tried with axes of its own, too.
   if (must_be && node.count >= kMinPart) {
     const Eigen::Matrix3d own = axes_of_rectangle(points, moments.covariance);
     if (auto rectangle = rectangle_of(points, node, moments, box_along(points, own))) {

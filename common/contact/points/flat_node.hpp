@@ -25,12 +25,14 @@ inline constexpr std::size_t kMaxFlatCorners = 8;
 ///         points cover a convex polygon evenly, the same is true of each part of the polygon
 struct FlatNode {
   Eigen::Vector3f mean_S = Eigen::Vector3f::Zero();
-  /// Unit vectors in the plane: the axes of the covariance, or for a polygon the sides of the smallest box.
+  /// Unit vectors in the plane: the axes of the covariance; for a polygon, the sides of its smallest enclosing
+  /// rectangle.
   Eigen::Vector3f along_S = Eigen::Vector3f::UnitX();
   Eigen::Vector3f across_S = Eigen::Vector3f::UnitY();
   float deviation_along_m = 0;
   float deviation_across_m = 0;
-  /// Centre of the box around the points and the polygon, in S. The box has the axes above.
+  /// Centre of a box around the points and the polygon, in S. The box's edges are along the axes above and their
+  /// normal.
   Eigen::Vector3f centre_S = Eigen::Vector3f::Zero();
   Eigen::Vector3f half_m = Eigen::Vector3f::Zero();
   std::uint32_t corner_count = 0;  ///< number of corners of the polygon; 0: no polygon
@@ -39,16 +41,18 @@ struct FlatNode {
 
   bool is_polygon() const { return corner_count > 0; }
   /// Returns whether the four points at mean ± deviations are in the box. If a few points are far from all others, one
-  /// of the four may be outside of the box.
+  /// of the four points at mean ± deviations may be outside of the box.
   bool has_four_inside() const;
   OrientedBox box_S() const;
 };
 
-/// Returns the borders of four consecutive ranges of a node's points, one for each of the four points that represent
-/// it. The borders are those of the tree's divisions, so each of the four represents the points nearest to it.
+/// Returns the borders of four consecutive ranges of a node's points. Each of the node's four representing points
+/// stands for one range. The borders are those of the tree's divisions, so the points of a range are near their
+/// representative.
 std::array<std::uint32_t, 5> quarters_of(const ShellNode& node);
 
-/// Finds the flat nodes among those with more points than a leaf. All nodes below a flat node are flat, too.
+/// Finds the flat nodes of a tree, among the nodes with more points than a leaf. All nodes below a flat node are flat,
+/// too.
 ///
 /// Out     nodes  ShellNode::flat is set
 std::vector<FlatNode> find_flat_nodes(std::span<const ShellPoint> points, std::span<ShellNode> nodes);

@@ -10,14 +10,14 @@ namespace tandem::contact {
 namespace {
 
 constexpr float kMinArea_m2 = 4e-6F;
-// Only the largest flat nodes are used, up to this number. The limit bounds the work that a received shape can cause.
+// Maximum number of flat nodes used, the largest ones. The limit bounds the work that a received shape can cause.
 constexpr std::size_t kMaxNodes = 1024;
 // Two nodes are on one plane if two conditions hold. The mean of one is within kSamePlane_m of the plane of the other,
 // and the sine of the angle between their normals is below kSameNormalSine.
 constexpr double kSamePlane_m = 5e-6;
 constexpr double kSameNormalSine = 1e-3;
-// Conditions for a node that defines a plane: least cosine of the angle between the plane's normal and the points'
-// normals, and least half width of the node.
+// Conditions for a node that defines a plane: minimum cosine of the angle between the plane's normal and the points'
+// normals, and minimum half width of the node.
 constexpr double kFacing = 0.995;
 constexpr float kMinHalf_m = 5e-4F;
 
@@ -66,7 +66,7 @@ std::vector<FieldPlane> planes_of(const PointShell& surface) {
     const Vec3 out = node->mean.normal_S.cast<double>();
     Vec3 normal = flat.along_S.cast<double>().cross(flat.across_S.cast<double>());
     if (normal.dot(out) < 0) normal = -normal;
-    // Points of a sharp edge may lie on a plane too, but their normals differ from the plane's normal.
+    // The points of a sharp edge may lie on a plane too, but their normals differ from the normal of that plane.
     if (normal.dot(out) < kFacing || flat.half_m.head<2>().minCoeff() < kMinHalf_m) continue;
     const Vec3 mean = flat.mean_S.cast<double>();
     auto plane = std::ranges::find_if(planes, [&](const OnePlane& other) { return other.has(mean, normal); });

@@ -16,34 +16,37 @@
 namespace tandem::contact {
 namespace {
 
-// Distance by which a point of a polygon may be outside of the field's surface. Samples of a field err by up to 0.1 mm
+// Distance by which a polygon may extend outside of the field's surface. Samples of a field have errors of up to 0.1 mm
 // at sharp edges.
 constexpr double kBeyond_m = 1.1e-4;
-// Criteria for points that cover a polygon evenly. kMinPolygon: least number of points; smaller nodes use single
-// points. kUneven: relative tolerance of the mean and deviations of a rectangle. kUnevenCell and kUnevenSmallCell:
-// relative tolerance of the area in a cell, for nodes with at least kManyPoints points and for smaller ones.
+// Criteria for points that cover a polygon evenly.
+// * kMinPolygon: minimum number of points; the points of a smaller node are used singly.
+// * kUneven: relative tolerance of the mean and deviations of a rectangle.
+// * kUnevenCell: relative tolerance of the area in a cell, for nodes with at least kManyPoints points.
+// * kUnevenSmallCell: the same tolerance for smaller nodes.
 constexpr std::size_t kMinPolygon = 33;
 constexpr double kUneven = 0.06;
 constexpr double kUnevenCell = 0.3;
 constexpr double kUnevenSmallCell = 0.75;
 constexpr std::size_t kManyPoints = 256;
-// Edge of the parts into which a polygon is divided, in spacings of points. A whole part without a point is a hole.
+// Edge of the parts of a polygon in the search for holes, in spacings of points. A whole part without a point is a
+// hole.
 constexpr double kPart = 2;
 // A part counts as a whole part if at least this fraction of it is inside the polygon.
 constexpr double kWholePart = 0.8;
-// Tolerances of a polygon. Points may be outside of it by kLost_m, and its sides may be moved by kMaxShift_m from the
-// convex hull of the points.
+// Tolerances of a polygon: distance by which a point may be outside of it, and distance by which its sides may be moved
+// from the convex hull of the points.
 constexpr double kLost_m = 2e-4;
 constexpr double kMaxShift_m = 3e-4;
-// Standard deviation of a node's points across its longest direction below which the node is regarded as a line.
+// A node is regarded as a line if its points have a smaller standard deviation than this across its longest direction.
 constexpr double kMinDeviation_m = 5e-4;
 // Least half width of a line.
 constexpr double kThinnest_m = 1e-7;
-// Rounding error of a box's size in single precision, for a shape that extends 10 cm from the origin.
+// Upper bound of the rounding error of a box's size in single precision, up to 10 cm from the origin.
 constexpr float kPointRounding_m = 2e-8F;
 
-/// Returns the index of the cell of a box that contains a point. `cells` has the number of cells along each side. A
-/// line has one cell across.
+/// Returns the index of the cell of a box that contains a point. `cells` is the number of cells along each side. A line
+/// has one cell across its width.
 std::size_t cell_of(const ShellPoint& point, const OrientedBox& box, const Eigen::Array2i& cells) {
   const Vec3 off = box.axes.transpose() * (point.p_S.cast<double>() - box.centre);
   const auto cell = [&](int i) {
@@ -74,15 +77,15 @@ void for_cells(const Polygon& polygon, const OrientedBox& box, const Eigen::Arra
   }
 }
 
-/// Returns whether each whole part of a polygon contains a point. Rejects polygons with a hole or with a side that the
-/// points do not reach.
+/// Returns whether each whole part of a polygon contains a point. False means that the polygon has a hole, or a side
+/// that the points do not reach.
 bool has_no_hole(std::span<const ShellPoint> points, const OrientedBox& box, const Polygon& polygon) {
   if (box.half_m.head<2>().minCoeff() <= kFlat_m) return true;  // the node is a line, which has no holes
   const auto count = static_cast<double>(points.size());
   const double part_m = kPart * std::sqrt(moments_of(polygon)(0, 0) / count);
   const auto parts_along = [&](int axis) { return std::max(1.0, std::floor(2 * box.half_m[axis] / part_m)); };
   const Eigen::Array2d parts(parts_along(0), parts_along(1));
-  // A narrow polygon would have more parts than points. Its empty parts would not be holes, so it is rejected.
+  // A narrow polygon would have more parts than points, so parts would be empty without being holes. It is rejected.
   if (!(parts.prod() * moments_of(polygon)(0, 0) <= count * 4 * box.half_m[0] * box.half_m[1])) return false;
   std::vector<bool> is_empty(static_cast<std::size_t>(parts.prod()), true);
   for (const ShellPoint& point : points) is_empty[cell_of(point, box, parts.cast<int>())] = false;
@@ -92,11 +95,11 @@ bool has_no_hole(std::span<const ShellPoint> points, const OrientedBox& box, con
   return !has_hole;
 }
 
-/// Returns whether each cell of a polygon has as much of the points' area as its own area requires.
+/// Returns whether the points in each cell of a polygon have the area that corresponds to the cell's own area.
 bool has_even_cells(std::span<const ShellPoint> points, const Moments& moments, const OrientedBox& box,
                     const Polygon& polygon) {
-  // The axes may have been found for points on a line. For other points of the node they may not lie in the plane; the
-  // box is then too thick.
+  // If the axes were found for points on a line, they need not lie in the plane of this node's points. The box is then
+  // too thick.
   if (points.size() < kMinPolygon || box.half_m[2] > 2 * kFlat_m) return false;
   constexpr int kCells = 4;  // number of cells along each side; an empty cell rejects the polygon
   Eigen::Array2i cells(kCells, kCells);
@@ -115,7 +118,7 @@ bool has_even_cells(std::span<const ShellPoint> points, const Moments& moments, 
   return is_even;
 }
 
-/// Returns whether the moments are those of an evenly covered rectangle.
+/// Returns whether the moments of the points equal those of an evenly covered rectangle.
 bool has_moments_of(const Moments& moments, const OrientedBox& box) {
   const Vec3 way = (box.axes.transpose() * (moments.mean - box.centre)).cwiseAbs();
   const Eigen::Matrix3d covariance = box.axes.transpose() * moments.covariance * box.axes;
@@ -150,8 +153,8 @@ bool reaches_beyond(const FlatNode& flat, const DistanceField& field) {
   return false;
 }
 
-/// Chooses the order and signs of the axes. Each of the four points at mean ± deviations shall be as near as possible
-/// to the mean of the quarter of points that it represents (quarters_of()).
+/// Chooses the order and signs of the axes, so that each of the four points at mean ± deviations is as near as possible
+/// to the mean of the quarter of the points that it represents (quarters_of()).
 void direct_axes(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments, Vec3& deviations,
                  Eigen::Matrix3d& axes) {
   const auto quarters = quarters_of(node);
@@ -286,8 +289,8 @@ std::optional<FlatNode> polygon_of(std::span<const ShellPoint> points, const She
   const Eigen::Matrix2d turn = (Eigen::Matrix2d() << along.x(), -along.y(), along.y(), along.x()).finished();
   axes.leftCols<2>() = (axes.leftCols<2>() * turn).eval();
   for (Eigen::Vector2d& corner : polygon) corner = (turn.transpose() * corner).eval();
-  // The polygon is changed to have the points' mean and covariance. The sides of the hull pass through the outermost
-  // points of the node. They thus move about halfway to the next points outside the node.
+  // The polygon is changed to have the mean and covariance of the points. The sides of the hull pass through the
+  // outermost points of the node. The change moves them outwards by about half of the spacing of the points.
   const AreaMoments sum = moments_of(polygon);
   const Eigen::Matrix2d covariance = (axes.transpose() * moments.covariance * axes).topLeftCorner<2, 2>();
   const Eigen::LLT<Eigen::Matrix2d> from(covariance_of(sum)), to(covariance);

@@ -26,19 +26,18 @@ Moments moments_of(std::span<const ShellPoint> points);
 /// Returns the smallest box around the points whose edges are parallel to the columns of `axes`.
 OrientedBox box_along(std::span<const ShellPoint> points, const Eigen::Matrix3d& axes);
 
-/// Returns the rectangle of `box` if the points cover it evenly, else nothing. The mean and covariance of the points
-/// must be the rectangle's, and each of its cells must have its part of the area. Each part of the rectangle, two
-/// spacings of points wide, must contain a point.
+/// Returns the rectangle of `box` if the points cover it evenly, else nothing. Conditions: the mean and covariance of
+/// the points are those of the rectangle; the points in each of its cells have the cell's fraction of the area; and
+/// each part of the rectangle that is two spacings of points wide contains a point.
 std::optional<FlatNode> rectangle_of(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments,
                                      const OrientedBox& box);
 /// Returns a convex polygon with the mean and covariance of the points if they cover it evenly, else nothing.
 std::optional<FlatNode> polygon_of(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments);
-/// Returns a flat node without a polygon, from the moments of its points.
+/// Returns a flat node without a polygon, with the moments of its points.
 FlatNode node_as_it_is(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments);
 
-/// Removes polygons that extend beyond the surface of `field` by more than 0.11 mm; their nodes remain flat nodes. The
-/// points alone do not suffice for this test: a corner of a rectangle may be as far from the nearest point as the
-/// spacing.
+/// Removes polygons that extend beyond the surface of `field` by more than 0.11 mm; their nodes remain flat nodes.
+/// Testing the points is not enough: a corner of a rectangle may be one spacing away from the nearest point.
 void drop_polygons_off(const DistanceField& field, PointShell& shell);
 
 }  // namespace tandem::contact

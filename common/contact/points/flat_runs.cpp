@@ -16,18 +16,18 @@ namespace {
 
 // Least number of points of a flat part.
 constexpr std::size_t kMinRun = 16;
-// Edge of the cells into which normals are sorted. It is not a simple fraction, so that common normals, such as those
-// at 30° or 45°, are not on borders of cells.
+// Edge of the cells into which normals are sorted. The value is not a simple fraction, so that borders of cells do not
+// coincide with common normals, such as those at 30° or 45°.
 constexpr float kNormalCell = 0.0137F;
-// Largest difference in height (along the normal) between consecutive points of one plane.
+// Largest difference in height (position along the normal) between consecutive points of one plane, in order of height.
 constexpr double kOnePlane_m = 1e-5;
 // Least cosine of the angle between normals of one part. These normals differ only by quantization.
 constexpr float kSameNormalCosine = 1 - 4e-6F;
-// Largest difference in height between consecutive points of a part. The normal is rounded by up to 0.1°, which tilts
-// the heights.
+// Largest difference in height between consecutive points of a part. It allows for a tilt: normals are rounded by up to
+// 0.1°.
 constexpr float kNextPlane_m = 1e-4F;
-// Search for the angle of the smallest rectangle: number of initial angles in 90°, and number of refinements. Each
-// refinement reduces the step by a third.
+// Search for the orientation of the smallest rectangle: number of initial angles in 90°, and number of refinements.
+// Each refinement reduces the step by a third.
 constexpr int kAngles = 24;
 constexpr int kNearer = 14;
 
@@ -64,7 +64,7 @@ struct Part {
   Eigen::Vector3f middle = Eigen::Vector3f::Zero();
 };
 
-/// Appends the flat parts among the points `alike`, whose normals are in one cell of directions.
+/// Appends the flat parts of the surface among the points `alike`, whose normals are in one cell of directions.
 void add_parts(std::span<const ShellPoint> points, std::span<std::uint32_t> alike, std::vector<Part>& parts) {
   const Vec3 normal = points[alike.front()].normal_S.cast<double>();
   const auto height = [&](std::uint32_t i) { return normal.dot(points[i].p_S.cast<double>()); };
@@ -171,8 +171,8 @@ Eigen::Matrix3d axes_of_rectangle(std::span<const ShellPoint> points, const Eige
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
   Eigen::Matrix3d axes = solver.eigenvectors().rowwise().reverse();
   axes.col(2) = axes.col(0).cross(axes.col(1));
-  // If the points are on a line, the rectangles at all angles have the same area. The axes of the covariance are then
-  // used.
+  // If the points are on a line, the rectangles at all angles have the same area. The axes of the covariance are used
+  // instead.
   if (solver.eigenvalues()[1] <= 1e-6 * solver.eigenvalues()[2]) return axes;
   std::vector<Eigen::Vector2d> places;
   places.reserve(points.size());

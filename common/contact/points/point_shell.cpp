@@ -8,10 +8,10 @@
 namespace tandem::contact {
 namespace {
 
-// Number of rounds that move a ball's centre towards the farthest point, by 1/2, 1/3, … of the distance. The radius is
-// then within a few per cent of the smallest one (Bădoiu & Clarkson, "Smaller core-sets for balls", 2003).
+// Number of steps that move a ball's centre towards the farthest point, by 1/2, 1/3, … of the distance. After these,
+// the radius is within a few per cent of the smallest one (Bădoiu & Clarkson, "Smaller core-sets for balls", 2003).
 constexpr int kBallRounds = 8;
-// Points within this distance of a plane may be represented by their mean.
+// The mean of points may represent them if they are within this distance of a plane.
 constexpr double kFlatBulge_m = 1e-5;
 
 struct Ball {
@@ -44,8 +44,8 @@ Ball small_ball(std::span<const ShellPoint> points, const Vec3& start) {
 }
 
 /// Returns `mean` if the points are on a plane, else the point nearest to `mean`. The mean of points on a curved
-/// surface is not on that surface. For example, the mean of the rim of a hole is inside the hole, and would press on a
-/// peg that does not touch the rim.
+/// surface is not on the surface. For example, the mean of the points on the rim of a hole is inside the hole. It would
+/// press on a peg in the hole that does not touch the rim.
 Eigen::Vector3f on_surface(std::span<const ShellPoint> points, const Vec3& mean, const Vec3& normal) {
   double bulge_m = 0;
   double nearest_m = std::numeric_limits<double>::infinity();
@@ -70,15 +70,15 @@ ShellPoint merged(std::span<const ShellPoint> points) {
     normal += point.area_m2 * point.normal_S.cast<double>();
   }
   if (!(area > 0)) return points.front();
-  // If the points' normals cancel, their mean has no direction, and the normal of the first point is used.
+  // If the points' normals cancel out, their mean has no direction. The normal of the first point is used instead.
   const bool has_direction = normal.norm() > 1e-6 * area;
   const Eigen::Vector3f direction =
       has_direction ? Eigen::Vector3f(normal.normalized().cast<float>()) : points.front().normal_S;
   return {on_surface(points, position / area, direction.cast<double>()), direction, static_cast<float>(area)};
 }
 
-/// Builds the tree by halving the points in memory order. A node that contains a border of a flat part is divided
-/// there.
+/// Builds the tree by halving the points in memory order. If a node contains borders of flat parts of the surface, it
+/// is divided at one of these borders instead.
 class TreeBuilder {
  public:
   explicit TreeBuilder(PointShell& shell) : shell_(shell), borders_(borders_of_parts(shell.points)) {}
@@ -106,7 +106,7 @@ class TreeBuilder {
     const Ball ball = small_ball(points, middle);
     ShellNode node;
     node.centre_S = ball.centre.cast<float>();
-    // The radius covers the rounding of the centre to single precision.
+    // The radius is enlarged by the rounding error of the centre in single precision.
     const double rounding = (node.centre_S.cast<double>() - ball.centre).norm();
     node.radius_m = std::nextafter(static_cast<float>((ball.radius_m + rounding) * (1 + 1e-6)),
                                    std::numeric_limits<float>::infinity());
@@ -117,7 +117,8 @@ class TreeBuilder {
     return node;
   }
 
-  // Returns the index where a node is divided: the border of a flat part nearest to its middle, else the middle.
+  // Returns the index where a node is divided: the border of a flat part that is nearest to the node's middle, if there
+  // is one, else the middle.
   std::uint32_t middle_of(std::uint32_t first, std::uint32_t count) const {
     const std::uint32_t half = first + count / 2;
     const auto above = std::ranges::lower_bound(borders_, half);

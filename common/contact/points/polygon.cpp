@@ -43,15 +43,15 @@ std::vector<Eigen::Vector2d> hull_of(std::span<const Eigen::Vector2d> places) {
   return hull;
 }
 
-/// Result of removing one corner or one side of a polygon.
+/// Change of a polygon that removes one corner or one side.
 struct Simpler {
   double change_m = std::numeric_limits<double>::infinity();  ///< largest distance by which the outline changes
   std::size_t removed = 0;
   Eigen::Vector2d next;  ///< new position of the corner after the removed one
 };
 
-/// Returns the simplification that changes the outline least. It removes a corner, or a side; the two neighbours of a
-/// removed side are extended until they meet in one corner.
+/// Returns the simplification that changes the outline least. It removes either a corner or a side. The neighbours of a
+/// removed side are extended until they meet in a new corner.
 Simpler simplest_change(const std::vector<Eigen::Vector2d>& corners) {
   Simpler best;
   const std::size_t count = corners.size();
@@ -141,8 +141,8 @@ void cut(Polygon& polygon, const DepthSlope& slope) {
   Polygon left;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const std::size_t next = i + 1 == polygon.size() ? 0 : i + 1;
-    // A cut of a convex polygon adds at most one corner. If rounding has made the polygon non-convex, there may be
-    // more. The omitted corners change it by no more than a rounding error.
+    // Cutting a convex polygon adds at most one corner. If rounding has made the polygon non-convex, more corners may
+    // arise. Omitting these changes the polygon by no more than a rounding error.
     if (left.size() + 2 > left.capacity()) break;
     if (above_m[i] <= 0) left.push_back(polygon[i]);
     if ((above_m[i] <= 0) == (above_m[next] <= 0)) continue;

@@ -12,8 +12,8 @@
 
 namespace tandem::contact {
 
-/// Corners of a polygon, anticlockwise; a polygon with fewer than three corners is empty. Each cut adds at most one
-/// corner.
+/// Corners of a polygon, anticlockwise. A polygon with fewer than three corners is empty. The capacity suffices because
+/// each cut() adds at most one corner.
 using Polygon = boost::container::static_vector<Eigen::Vector2d, kMaxFlatCorners + PlaneMap::kMaxInBox + 6>;
 
 /// A distance that is linear over a plane: middle + u · along + v · across.
@@ -25,7 +25,7 @@ using AreaMoments = Eigen::Matrix3d;
 inline double at(const DepthSlope& slope, const Eigen::Vector2d& p) {
   return slope[0] + slope[1] * p.x() + slope[2] * p.y();
 }
-/// Returns the slope of the distance minus `distance_m`.
+/// Returns the slope minus `distance_m`, that is, the distance from a surface farther away by this value.
 inline DepthSlope below(const DepthSlope& slope, double distance_m) {
   return slope - distance_m * DepthSlope::UnitX();
 }
@@ -34,8 +34,8 @@ inline DepthSlope below(const DepthSlope& slope, double distance_m) {
 Polygon rectangle(const Eigen::Vector2d& half_m);
 /// Returns the polygon of a flat node, relative to the node's mean.
 Polygon corners_of(const FlatNode& flat);
-/// Returns a convex polygon whose corners are at or near some of these points. No point is outside of it by more than
-/// `lost_m`. The points must not be on one line. The result is empty if it would have more than kMaxFlatCorners
+/// Returns a convex polygon whose corners are at or near some of these points. Each point is inside, or at most
+/// `lost_m` outside. The points must not be on one line. The result is empty if it would have more than kMaxFlatCorners
 /// corners.
 Polygon polygon_in_places(std::span<const Eigen::Vector2d> places, double lost_m);
 /// Returns a unit vector along a side of the smallest rectangle around the polygon.
@@ -44,8 +44,8 @@ Eigen::Vector2d axis_of_box(const Polygon& polygon);
 inline bool is_empty(const Polygon& polygon) {
   return polygon.size() < 3;
 }
-/// Keeps the part of the polygon where the distance is at most 0. In most calls this is the whole polygon, or nothing;
-/// these cases are fast.
+/// Keeps the part of the polygon where the distance is at most 0. In most calls this part is the whole polygon, or
+/// nothing; both cases are fast.
 void cut(Polygon& polygon, const DepthSlope& slope);
 /// Returns the least and the largest distance over the polygon.
 std::pair<double, double> range(const Polygon& polygon, const DepthSlope& slope);

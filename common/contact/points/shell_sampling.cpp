@@ -11,26 +11,27 @@
 namespace tandem::contact {
 namespace {
 
-// Least separation of samples, in spacings. A value closer to 1 gives fewer samples but takes longer to fill the last
-// gaps.
+// Minimum separation of samples, in spacings. A value closer to 1 gives fewer samples, but closing the last gaps takes
+// longer.
 constexpr double kSeparation = 0.9;
 // Upper bound of the mean number of samples in a square whose side is the least separation. A maximal set of random
 // samples has 0.70, the jamming density of random sequential discs.
 constexpr double kSamplesPerSquare = 0.75;
-// Longest side, in spacings, of a patch: a part of a triangle whose pieces are compared with one set of samples. The
-// corners of a patch are within 2/3 of that side from its centroid, because no median is longer than the longest side.
+// Longest side of a patch, in spacings. A patch is a part of a triangle; all pieces of a patch are compared with one
+// set of samples. Its corners are within 2/3 of the longest side from its centroid, as no median is longer than that
+// side.
 constexpr float kPatch = 1.5F;
 constexpr double kPatchReach = 1 + 2 * kPatch / 3;
-// Factor of the spacing that leaves a margin for the rounding of single-precision coordinates, so that no gap opens.
+// Factor of the spacing that allows for the rounding of single-precision coordinates, so that no part stays uncovered.
 constexpr double kReachRounding = 1 - 1e-4;
 
-// Maximum number of halvings. Halving the longest side n times leaves at most √3 · 2^(−n/2) of it. After 14 halvings, a
-// piece of a patch is narrower than 1/30 of a spacing. It is then covered, unless it is too small to be divided in
-// single precision; such a piece counts as covered.
+// Maximum number of halvings of a piece. Halving the longest side n times leaves at most √3 · 2^(−n/2) of it. After 14
+// halvings, a piece of a patch is narrower than 1/30 of a spacing, and a sample covers it. A piece that is too small to
+// be divided in single precision counts as covered.
 constexpr int kMaxHalvings = 14;
 
-// Smallest limit of the number of points that is used. With a lower limit, no spacing would be wide enough for the
-// corners of a simple body.
+// Lower limit of the option max_points. With fewer points, no spacing would be wide enough for the corners of a simple
+// body.
 constexpr std::size_t kFewestPoints = 1000;
 
 using Corners = std::array<Eigen::Vector3f, 3>;
@@ -109,7 +110,8 @@ void append_slices(const Piece& triangle, float longest, std::vector<Piece>& pie
 template <typename Visit>
 void visit_patches(const Piece& triangle, float longest, std::vector<Piece>& stack, Visit&& visit) {
   append_slices(triangle, longest, stack);
-  // This number of halvings suffices, see kMaxHalvings. If rounding keeps a piece longer, more halvings would not help.
+  // This number of halvings suffices, see kMaxHalvings. If a piece is still too long, the cause is rounding, and
+  // further halvings would not help.
   const float ratio = std::max(1.0F, std::sqrt(triangle.longest_squared) / longest);
   const int most_halvings = 3 + static_cast<int>(std::ceil(2 * std::log2(ratio)));
   while (!stack.empty()) {
@@ -149,9 +151,9 @@ class Spreader {
     return true;
   }
 
-  /// Adds features that protrude by more than `height_m`: vertices, and points of long edges. The highest ones are
-  /// added first, until the limit of samples is reached. A feature is omitted if another feature that protrudes as far
-  /// is nearer than `apart_m`.
+  /// Adds features that protrude by more than `height_m`: vertices, and points of long edges. Features are added from
+  /// the highest to the lowest, until the limit of samples is reached. A feature is omitted if another one that
+  /// protrudes at least as far is nearer than `apart_m`.
   void add_bumps(std::size_t sharp_count, double height_m, double apart_m) {
     sharp_count_ = sharp_count;
     smooth_end_ = grid_.samples().size();
@@ -214,7 +216,8 @@ class Spreader {
     for (std::size_t v = 0; v < surface_.mesh.vertices.size(); ++v) {
       add_if_missing(surface_.mesh.vertices[v], surface_.vertex_normals[v]);
     }
-    // Between its ends, a long edge protrudes by at most the spacing of samples times the sine of half its fold angle.
+    // Between its end points, an edge protrudes by at most the spacing of samples times the sine of half its fold
+    // angle.
     const double least_fold = 2 * std::asin(std::min(1.0F, height / reach_));
     for (const geometry::MeshEdge& edge : surface_.edges) {
       const Vec3 along = surface_.vertex(edge.b) - surface_.vertex(edge.a);
@@ -226,10 +229,10 @@ class Spreader {
     return bumps;
   }
 
-  /// Returns by how much a point protrudes along its normal: the larger of two heights. The first is the height above
-  /// all samples within one spacing. If it were ignored, contact with a flat body would be found too late. The second
-  /// is the height above three quarters of the samples about one spacing away. If it were ignored, the point could
-  /// enter between the samples of another body.
+  /// Returns how far a point protrudes along its normal: the larger of two heights.
+  /// 1. The height above all samples within one spacing. Without it, contact with a flat body would be found too late.
+  /// 2. The height above three quarters of the samples about one spacing away. Without it, the point could enter
+  ///    another body between that body's samples.
   float height_of(const geometry::SurfaceSample& point) {
     const float ring_inside = 0.5F * reach_;
     const float ring_outside = 1.25F * reach_;
@@ -289,8 +292,8 @@ class Spreader {
 };
 
 /// Divides the area of a covered surface among its samples. Each piece of the surface belongs to the nearest sample
-/// that faces the same way. For each sample on a sharp edge or corner, further samples are appended on the adjoining
-/// faces.
+/// whose normal has about the same direction. For each sample on a sharp edge or corner, further samples are appended
+/// on the adjoining faces.
 class Shares {
  public:
   /// In      sharp_count  number of leading `samples` on sharp edges and corners
@@ -323,8 +326,8 @@ class Shares {
   // Fraction of its area that a sample on a sharp edge keeps. With this value, a box pressed down on an edge has the
   // force of an elastic foundation on its faces.
   static constexpr double kEdgeShare = 0.15;
-  // Cosines of the angle between two normals. Two faces with a larger cosine than kSameSide are one side of a sample. A
-  // sample is sharp if two of its sides have a smaller cosine than kSharp.
+  // Limits of the cosine between two normals. Faces above kSameSide count as one side of a sample. A sample is sharp if
+  // the cosine between two of its sides is below kSharp.
   static constexpr float kSameSide = 0.98F, kSharp = 0.5F;
 
   struct Owner {
@@ -338,9 +341,9 @@ class Shares {
     Vec3 moment = Vec3::Zero();  ///< first moment of the area
   };
 
-  /// Moves most of a sharp sample's area to new samples, one in the middle of each side. If all of the area stayed at
-  /// the edge, the areas of all its faces would press even if only one face is in contact. If the edge is tilted, they
-  /// would press too early.
+  /// Moves most of a sharp sample's area to new samples, one in the middle of each side. If the whole area stayed at
+  /// the edge, the area of all sides would press even if only one side is in contact, and would press too early if the
+  /// edge is tilted.
   void add_sides(std::size_t index, SpreadSamples& spread) {
     if (!is_sharp(sides_[index])) return;
     double all_m2 = 0;
@@ -401,7 +404,7 @@ class Shares {
     side->moment += piece.area() * piece.centroid().cast<double>();
   }
 
-  /// Gives half of the area of the nearest neighbour to each sample without area, so that each sample has a force.
+  /// Gives each sample without area half of the area of its nearest neighbour, so that each sample has a force.
   void give_to_the_empty() {
     const auto samples = grid_.samples();
     for (std::size_t i = 0; i < areas_.size(); ++i) {

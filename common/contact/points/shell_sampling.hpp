@@ -17,7 +17,7 @@ struct SpreadSamples {
   double spacing_m = 0;          ///< maximum distance from any point of the surface to the nearest sample
 };
 
-/// Spreads samples over `surface` such that each point of it is within `spacing_m` of a sample that faces the same way.
+/// Spreads samples over `surface`. Each point of the surface is within `spacing_m` of a sample with a similar normal.
 ///
 /// Model   Sharp edges are sampled first. Then random points (darts) are drawn in pieces of the triangles. A dart
 ///         becomes a sample if no other sample is nearer than 0.9 spacings. A piece is halved until the ball around one

@@ -14,14 +14,14 @@ namespace {
 // Limit of the number of points of a primitive. Primitives are sampled when a scene is loaded. Sampling a table 0.5 m
 // wide with this many points takes 0.3 s.
 constexpr std::size_t kPrimitivePoints = 20'000;
-// Factor of the spacing on a tessellation, which is slightly smaller than its round primitive. Points that are moved
-// outwards to the primitive's surface also move apart.
+// Factor of the spacing on the tessellation of a round primitive, which is slightly smaller than the primitive. Moving
+// the points outwards to the primitive's surface also increases their separation.
 constexpr double kOutlineMargin = 0.998;
 // Factor of the spacing on the middle surface of a sheet. The outer side of a bent sheet is longer than its middle
 // surface.
 constexpr double kSheetDensity = 0.8;
 
-/// A sampled point with the mark whether it also belongs to the shell of features.
+/// A sampled point, and whether it also belongs to the shell of features.
 struct Candidate {
   ShellPoint point;
   bool is_feature = false;
@@ -48,7 +48,7 @@ std::vector<Candidate> candidates_of(const SpreadSamples& spread) {
   return candidates;
 }
 
-/// Samples the surface of a plate whose middle surface is the sheet. The plate is options.sheet_thickness_m thick.
+/// Samples the surface of the plate whose middle surface is a sheet. The plate is options.sheet_thickness_m thick.
 class PlateSampler {
  public:
   PlateSampler(const geometry::SurfaceTopology& sheet, const ContactShapeOptions& options)
@@ -77,8 +77,8 @@ class PlateSampler {
     }
   }
 
-  /// For each vertex of the rim, adds the part of a ball around it that is nearer to the vertex than to the rest of the
-  /// sheet.
+  /// Adds, for each vertex of the sheet's rim, points on a ball around the vertex, where no other part of the sheet is
+  /// nearer.
   void add_caps() {
     std::vector<std::vector<Vec3>> rays(sheet_.mesh.vertices.size());
     std::vector<bool> is_rim(sheet_.mesh.vertices.size(), false);
@@ -130,7 +130,7 @@ class PlateSampler {
   }
 
   void add_cap(const Vec3& p, const std::vector<Vec3>& rays) {
-    // The directions are a Fibonacci lattice. The ball gets one direction for each step² of its area.
+    // The directions are a Fibonacci lattice. The ball gets one direction per area of step².
     const double golden_rad = std::numbers::pi * (3 - std::sqrt(5.0));
     const double ball = 4 * std::numbers::pi * radius_m_ * radius_m_;
     const int count = std::clamp(static_cast<int>(std::ceil(ball / (step_m_ * step_m_))), 16, 1024);
@@ -168,8 +168,8 @@ PointShells plate_shells(const geometry::ContactMesh& mesh, const ContactShapeOp
   return shells_of(plate.visible(), spread.spacing_m / kSheetDensity);
 }
 
-/// Moves a point to the surface. A point of a feature is first moved outwards, so that its nearest point on the surface
-/// is on the edge.
+/// Moves a point to the surface. A point on a feature is first moved outwards, so that its nearest surface point is on
+/// the edge and not beside it.
 void project_to_surface(const DistanceField& field, double out_m, Candidate& candidate) {
   ShellPoint& point = candidate.point;
   Vec3 p = point.p_S.cast<double>();
@@ -195,8 +195,8 @@ PointShells sample_surface(const geometry::TriangleMesh& outline, const Distance
   ContactShapeOptions spread_under = options;
   spread_under.spacing_m *= kOutlineMargin;
   spread_under.max_points = std::min(spread_under.max_points, kPrimitivePoints);
-  // A primitive has no bumps. With a wide spacing, all corners of its tessellation would count as bumps; sampling a
-  // ball of 10 m then took 10 s.
+  // A primitive has no bumps (features by height). With a wide spacing, all corners of its tessellation would count as
+  // bumps; sampling a ball of 10 m then took 10 s.
   spread_under.feature_height_m = std::numeric_limits<double>::infinity();
   const SpreadSamples spread = spread_samples(surface, spread_under, {});
   std::vector<Candidate> candidates = candidates_of(spread);

@@ -17,8 +17,9 @@ constexpr std::array kGaussPlaces = {-0.9061798459386640, -0.5384693101056831, 0
                                      0.9061798459386640};
 constexpr std::array kGaussWeights = {0.2369268850561891, 0.4786286704993665, 0.5688888888888889, 0.4786286704993665,
                                       0.2369268850561891};
-// A strip of the overlap is divided across its width into a middle part and a rest on both sides. kMiddleShare is the
-// middle part's fraction of the width. The mean depths of both are in units of the depth in the strip's middle.
+// A rod presses with a strip. The strip is divided across its width into a middle part and a rest on both sides.
+// kMiddleShare is the middle part's fraction of the width. The mean depths of both parts are relative to the depth in
+// the middle of the strip.
 constexpr double kMiddleShare = 0.2;
 constexpr double kMiddleDepth = 1 - kMiddleShare * kMiddleShare / 3;
 constexpr double kRestDepth = (2.0 / 3 - kMiddleShare * kMiddleDepth) / (1 - kMiddleShare);
@@ -32,7 +33,7 @@ constexpr double kParallelSine = 1e-3;
 // Least curvature of the depth along A's axis, in 1/m. It ensures that the quadratic equation has two roots. It changes
 // the depth by 10 pm at 0.1 m.
 constexpr double kMinBend_per_m = 1e-9;
-// If the component of the normal along a rod's axis exceeds this at a flat end, the edge of that end is in contact.
+// The edge of a flat end is in contact if the component of the normal along the rod's axis exceeds this.
 constexpr double kEdgeSlope = 0.1;
 
 /// Returns 0 below `low`, 1 above `high`, linear in between.
@@ -86,7 +87,7 @@ struct NearestOfAxes {
   bool is_between_ends = false;   ///< whether both points are between the ends; way_W is then along the common normal
 };
 
-/// Contact of a rod's round end with another rod.
+/// Contact of an end of one rod with the other rod.
 struct End {
   End(const PlacedRod& own, double along_m, const PlacedRod& other) : outward_W(own.outward_W(along_m)) {
     const Vec3 p_W = own.at(along_m);
@@ -102,8 +103,8 @@ struct End {
     other_share = other.is_ball() ? 1 : round_share(other, beyond_m < 0 ? beyond_m : other.radius_m * slope);
   }
 
-  /// Returns the fraction of the contact patch that is on the round end of a rod. The middle of the patch is `beyond_m`
-  /// past the position where that end begins.
+  /// Returns the fraction of the contact patch that lies on the round end of a rod. The middle of the patch is
+  /// `beyond_m` past the begin of the round end; negative values are before it.
   double round_share(const PlacedRod& rod, double beyond_m) const {
     const double patch_m = std::sqrt(2 * rod.radius_m * std::max(depth_m, 0.0));
     return rod_ramp(beyond_m, -patch_m, patch_m);
@@ -175,7 +176,7 @@ class RodWriter {
         id_ += is_near ? 1 : 2;
         continue;
       }
-      // If two round ends touch each other, the contact is the same for both rods. It is added for A only.
+      // If two round ends touch each other, both rods have the same contact. It is added for A only.
       const double share = (own.has_round_ends ? end.own_share : 0) * (is_a ? 1 : 1 - round_share_of(other, end));
       const double side_m = own.radius_m * std::sqrt(other.radius_m / sum_m_);
       const double ball_m = own.radius_m * other.radius_m / sum_m_;
@@ -203,12 +204,12 @@ class RodWriter {
             std::max(off1.squaredNorm() / (2 * sum_m_), kMinBend_per_m)};
   }
 
-  /// Returns the half width of a strip with this depth.
+  /// Returns the half width of a contact strip with this depth in its middle.
   double half_width_m(double depth_m) const {
     return std::sqrt(2 * a_.radius_m * b_.radius_m / sum_m_ * std::max(depth_m, 0.0));
   }
 
-  /// Returns the length by which the strip at an end of B extends beyond that end.
+  /// Returns how far the contact strip at an end of B extends beyond that end.
   double overhang_m(double depth_m) const { return half_width_m(depth_m) * sine_; }
 
   /// Returns the range of A's axis that presses and is beside B, as positions relative to the nearest point.
@@ -233,7 +234,7 @@ class RodWriter {
       low_m = std::max(low_m, std::min(one_end_m, other_end_m));
       high_m = std::min(high_m, std::max(one_end_m, other_end_m));
     }
-    // If A has a round end there, the contact of that end replaces the strips beyond the end.
+    // If A's nearest point is at a round end of A, the contact of that end replaces the strips beyond the end.
     side_share_ = 1;
     if (std::abs(nearest_.on_a_m) == a_.half_m && a_.has_round_ends) {
       const double slope = -normal_W_.dot(a_.outward_W(nearest_.on_a_m));
@@ -258,7 +259,7 @@ class RodWriter {
   }
 
   /// Appends a contact.
-  /// In      place_W  middle of the overlap; the contact is on the surface of A or B
+  /// In      place_W  middle of the overlap; the position of the contact is moved from it to the surface of A or B
   void add(const Vec3& place_W, const Vec3& normal_W, double depth_m, double area_m2) {
     const std::uint32_t id = id_++;
     if (!(area_m2 > 0)) return;
@@ -283,13 +284,13 @@ class RodWriter {
   double gap_area_m2_ = 0;
   Vec3 depth_ = Vec3::Zero();  ///< coefficients of depth_at()
   double overhang_m_ = 0;      ///< result of overhang_m() for the deepest strip
-  double side_share_ = 1;      ///< fraction of the patch on A's side, not on a round end of A
+  double side_share_ = 1;      ///< fraction of the patch that is on A's side surface, not on a round end of A
   std::uint32_t id_ = ContactPoint::kClosedForm;
 };
 
-/// Returns whether the other rod touches a flat end of this rod, or the edge of that end.
+/// Returns whether the other rod touches a flat end of `rod`, or the edge of that end.
 ///
-/// In      along_m  nearest point on this rod's axis
+/// In      along_m  position of the nearest point on the axis of `rod`
 ///         out_W    unit vector from that point to the other rod
 bool meets_flat_end(const PlacedRod& rod, double along_m, const Vec3& out_W, const PlacedRod& other,
                     double other_along_m, double depth_m) {
@@ -297,7 +298,7 @@ bool meets_flat_end(const PlacedRod& rod, double along_m, const Vec3& out_W, con
   const bool is_at_end = std::abs(along_m) == rod.half_m;
   if (is_at_end && std::abs(other_along_m) == other.half_m) return true;
   if (out_W.dot(rod.outward_W(along_m)) > kEdgeSlope) return true;
-  // Near a flat end, the way out through the end may be shorter than the way out through the side.
+  // Near a flat end, the shortest way out of the rod may lead through the end and not through the side.
   const double beside_m = std::abs(rod.foot_m(other.at(other.half_m)) - rod.foot_m(other.at(-other.half_m)));
   return std::max(rod.half_m - std::abs(along_m), beside_m) < depth_m;
 }
@@ -320,8 +321,8 @@ bool RodContacts::find(const Rod& rod_a, const Pose& X_WA, const Rod& rod_b, con
     const bool had_side = side_W != Vec3::Zero();
     const double side = common_W.dot(had_side ? side_W : normal_W);
     const Vec3 kept_W = side < 0 ? Vec3(-common_W) : common_W;
-    // If A is beyond B's axis by more than the sum of the radii, A was placed there and did not pass through B. The
-    // stored side is then replaced.
+    // If A is beyond B's axis by more than the sum of the radii, A was placed there (for example by a reset) and has
+    // not passed through B. The stored side is then replaced.
     if (kept_W.dot(nearest.way_W) > -sum_m) normal_W = kept_W;
     side_B_ = X_WB.q.conjugate() * normal_W;
   } else {

@@ -13,14 +13,16 @@ namespace tandem::contact {
 namespace {
 
 constexpr std::size_t kPlaces = 4000;
-// The result is the radius that at least 1 − kThinnerShare of the points on rods reach or exceed.
+// The result is exceeded by the radius at all points on rods, except for this fraction of them.
 constexpr double kThinnerShare = 0.1;
-// Least fraction of all points that must be on rods. If fewer points are, they are regarded as tips of spikes.
+// Minimum fraction of points that are on rods. If fewer are, these points are regarded as tips of spikes.
 constexpr double kTipShare = 0.005;
 constexpr int kShrinks = 12;
-// A ball counts as an inner ball if its centre is at least this fraction of its radius from the surface.
+// A ball is accepted as an inner ball if the surface is at least this fraction of the radius away from the ball's
+// centre.
 constexpr double kFits = 0.98;
-// Distance from a ball's centre along a tangent, in radii. On a rod, the solid ends nearer than this.
+// Distance from a ball's centre along a tangent at which the solid is tested, in radii. A rod ends before this
+// distance.
 constexpr double kBeside = 1.3;
 constexpr int kTangents = 8;
 // Step of a low-discrepancy sequence in the unit square: powers of the inverse of the plastic number 1.3247.
@@ -33,8 +35,8 @@ double inner_radius_m(const geometry::TriangleTree& tree, const Vec3& p, const V
   for (int i = 0; i < kShrinks; ++i) {
     const auto closest = tree.closest(p - radius_m * normal, radius_m);
     if (!(closest.distance_m < kFits * radius_m)) break;
-    // The next, smaller ball touches the surface at p and passes through the surface point closest to this ball's
-    // centre.
+    // The next, smaller ball touches the surface at p. It passes through the surface point that is closest to the
+    // centre of the present ball.
     const Vec3 across = p - closest.point_S;
     const double height_m = normal.dot(across);
     if (!(height_m > 0)) return std::numeric_limits<double>::infinity();
@@ -43,8 +45,8 @@ double inner_radius_m(const geometry::TriangleTree& tree, const Vec3& p, const V
   return radius_m < kFits * limit_m ? radius_m : std::numeric_limits<double>::infinity();
 }
 
-/// Returns whether a point is on a rod: along some tangent of the surface, the solid ends on both sides of the inner
-/// ball.
+/// Returns whether a point is on a rod. This is so if the solid ends on both sides of the inner ball along some tangent
+/// of the surface.
 bool is_on_rod(const geometry::TriangleTree& tree, const Vec3& centre, const Vec3& normal, double radius_m) {
   const Vec3 u = normal.unitOrthogonal(), v = normal.cross(u);
   for (int i = 0; i < kTangents; ++i) {

@@ -1,4 +1,5 @@
-// Candidates that a step of the search finds, and the number of contacts that they need.
+// List of the candidates that a search step finds. It counts the contacts that the candidates need, and limits the
+// count. A candidate is a point, several merged points, or a flat node (see shell_candidate.hpp).
 #pragma once
 
 #include <cstddef>
@@ -11,7 +12,8 @@
 
 namespace tandem::contact {
 
-/// Candidates of a step in the order of the shell. The number of contacts that they need together is limited.
+/// Candidates of one search step, in the order of the shell's points. The contacts that all candidates need together
+/// are limited by the capacity.
 ///
 /// Thread  one at a time; no allocation after construction
 class CandidateList {
@@ -23,15 +25,15 @@ class CandidateList {
   void bind(const PointShell& shell, std::uint32_t capacity) noexcept;
   void clear() noexcept;
 
-  /// Adds the near points of a leaf. Returns false if there is no room for their contacts.
+  /// Adds the near points of a leaf. Returns false if their contacts would exceed the capacity.
   ///
   /// In      is_fine  true: each near point is a separate candidate
-  ///         must     if not is_fine: true: points are merged even if force is lost
+  ///         must     used only if is_fine is false; true: points are merged even if force is lost
   bool add(const LeafSamples& leaf, double band_m, bool is_fine, double rigid_depth_m, bool must) noexcept;
-  /// Adds a node above planes. Returns false if there is no room for its contacts.
+  /// Adds a flat node that is above `planes` of the field. Returns false if its contacts would exceed the capacity.
   bool add_planes(std::uint32_t node, PlaneSet planes) noexcept;
-  /// Removes the candidates of a node's points, so that the node can be added instead. Returns false, and removes
-  /// nothing, if there is no room for the node's contacts.
+  /// Removes the candidates of a node's points, so that the caller can add the whole node instead. Returns false and
+  /// removes nothing if the contacts of the node would exceed the capacity.
   bool remove_points_of(std::uint32_t node, bool is_fine) noexcept;
 
   std::span<const ShellCandidate> all() const { return candidates_; }
@@ -50,8 +52,8 @@ class CandidateList {
   std::uint32_t capacity_ = 0;
   std::vector<ShellCandidate> candidates_;
   std::size_t contacts_ = 0;       ///< number of contacts that the candidates need; at most capacity_
-  std::size_t more_contacts_ = 0;  ///< contacts for a node's further planes; they are added if there is room
-  std::size_t near_count_ = 0;     ///< estimated number of near points; a node above planes counts as its contacts
+  std::size_t more_contacts_ = 0;  ///< contacts for a node's further planes; added if the capacity allows
+  std::size_t near_count_ = 0;     ///< estimated number of near points; a flat node counts as many as its contacts
 };
 
 }  // namespace tandem::contact

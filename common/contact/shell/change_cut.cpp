@@ -1,4 +1,5 @@
-// Changes of the whole cut: change of level, joining of nodes, and restoring after a walk that ended early.
+// Changes of the whole cut through the shell's tree: change of the level, joining of nodes, and restoring after an
+// incomplete traversal. SEARCH.md and cut_node.hpp define the terms.
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -7,7 +8,7 @@
 
 namespace tandem::contact {
 
-// Starts a new cut with one entry for each part. The nodes of these entries have not been queried yet.
+// Starts a new cut. It has one entry for each part: the part's root node, whose distance is not known yet.
 void ShellCandidates::begin_cut() noexcept {
   cut_.clear();
   for (CutPart& part : parts_) {
@@ -21,8 +22,8 @@ void ShellCandidates::begin_cut() noexcept {
   }
 }
 
-// Changes the level. Bounds of far nodes remain valid and are kept. Two cases start a new cut instead: the coarsest
-// level, and a wide band, for which few bounds would hold.
+// Changes the level. The distance bounds of far nodes remain valid and are kept. A new cut is started instead in two
+// cases: at the coarsest level, and in a wide band, where few bounds would remain valid.
 void ShellCandidates::change_level(int level) noexcept {
   const bool is_finer = level < levels_.level();
   levels_.set_level(level);
@@ -46,8 +47,9 @@ void ShellCandidates::change_level(int level) noexcept {
   }
 }
 
-// Appends an entry at a coarser level. If the previous entry is the other half of the same parent, the parent replaces
-// both under two conditions. It must be small enough for a leaf at this level, and one of the halves must be near.
+// Appends an entry while the cut is converted to a coarser level. If the previous entry is the sibling of this node,
+// the parent replaces both under two conditions. The parent is small enough for a leaf at this level, and one sibling
+// is near.
 void ShellCandidates::append_as_coarse(CutNode entry, CutPart& part) noexcept {
   const auto& nodes = shell_->nodes;
   const std::uint32_t most_points = levels_.leaf_points(std::numeric_limits<double>::infinity());
@@ -71,8 +73,9 @@ void ShellCandidates::append_as_coarse(CutNode entry, CutPart& part) noexcept {
   cut_.push_back(entry);
 }
 
-// Undoes one level of dividing: a node replaces its two halves if both are in the cut. Returns false if there was
-// nothing to join. Undoing all levels at once would leave only eight sampled points for a whole part.
+// Undoes one level of dividing: each parent whose two children are in the cut replaces them. Returns false if no pair
+// was joined. Only one level is undone at a time; undoing all levels would leave only eight sampled points for a whole
+// part.
 bool ShellCandidates::join_pairs() noexcept {
   const auto& nodes = shell_->nodes;
   bool is_any_joined = false;
@@ -104,7 +107,7 @@ bool ShellCandidates::join_pairs() noexcept {
 }
 
 // Joins nodes far beyond the band. A shell that has moved past many obstacles leaves many small far nodes in its cut.
-// They need no queries, but use memory of the cut that near nodes need.
+// Far nodes need no queries, but they use up the limited number of entries that near nodes need.
 void ShellCandidates::join_far() noexcept {
   const auto& nodes = shell_->nodes;
   std::size_t size = 0;
@@ -133,7 +136,7 @@ void ShellCandidates::join_far() noexcept {
   old_cut_.resize(size);
 }
 
-// Stores the cut of the current level, so that restore_cut() can return to it. Returns false if the cut is too large.
+// Stores the current cut and level, so that restore_cut() can restore them. Returns false if the cut is too large.
 bool ShellCandidates::keep_cut() noexcept {
   if (cut_.size() > kept_.cut.capacity()) return false;
   kept_.levels = levels_;
@@ -150,7 +153,7 @@ void ShellCandidates::restore_cut() noexcept {
   levels_.restore(kept_.levels, has_sampled());
 }
 
-// Restores the old entries of the part in which the walk ended early, and of all later parts.
+// After an incomplete traversal, copies the old entries of the part where the traversal stopped and of all later parts.
 void ShellCandidates::keep_rest(std::size_t part) noexcept {
   cut_.resize(part == 0 ? 0 : parts_[part - 1].begin + parts_[part - 1].count);
   for (; part < parts_.size(); ++part) {

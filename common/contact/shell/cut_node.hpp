@@ -1,5 +1,9 @@
-// Data of the cut through a shell's tree: its entries, the parts into which it is divided, and the state of a walk
-// along it.
+// Data of the cut through a shell's tree: its entries, its parts, and the state of one traversal. Terms: the tree
+// divides the shell's points; each inner node has two halves (children). The *cut* is a set of nodes that together
+// contain each point once. A *walk* traverses the cut once. A *leaf* is a node whose points are sampled singly. A
+// *sampled* node is a leaf of which only eight points are sampled. *Dividing* replaces a sampled node by its children.
+// A node *above planes* lies over flat faces of the other shape. The *band* is the distance below which points are
+// near.
 #pragma once
 
 #include <algorithm>
@@ -16,9 +20,9 @@ namespace tandem::contact {
 /// An entry of the cut: a node of the tree, with a bound of the distances of its points.
 struct CutNode {
   std::uint32_t node = 0;
-  float query_again_at_m = 0;  ///< value of motion plus band at which the node is queried again
-  PlaneSet planes = 0;         ///< planes below the node until its next query; with planes, the band is ignored
-  LeafLags lags = {};          ///< additional motion until each point of a sampled leaf is queried
+  float query_again_at_m = 0;  ///< value of (accumulated motion + band) from which the node must be queried again
+  PlaneSet planes = 0;         ///< planes below the node until its next query; if any, the band is not added
+  LeafLags lags = {};          ///< for each point of a sampled leaf: additional motion until its next query
   bool is_leaf = false;        ///< the node is treated as a leaf: its points were sampled
   bool is_sampled = false;     ///< only eight of its points were sampled; sufficient at this level or a coarser one
 
@@ -38,32 +42,33 @@ struct CutPart {
   double moved_m = 0;               ///< accumulated motion: upper bound of the approach of the part's points
   double step_motion_m = 0;         ///< motion of the last step, which is included in moved_m
   double query_again_at_m = 0;      ///< least query_again_at_m of the part's nodes
-  double halves_check_at_m = 0;     ///< accumulated motion at the next check for pairs of nodes to join above planes
-  double halves_check_after_m = 0;  ///< motion between the next check and the check after it
-  bool has_open_question = false;   ///< some node was not queried for planes; the next check renews the whole part
-  bool waits_for_rest = false;      ///< the next check is postponed until the part is slow or has moved far
+  double halves_check_at_m = 0;     ///< accumulated motion at the next check for halves to join above planes
+  double halves_check_after_m = 0;  ///< motion from that check to the following one
+  bool has_open_question = false;   ///< true: a plane query was omitted; the next check queries the whole part again
+  bool waits_for_rest = false;      ///< true: the next check is postponed until the part moves slowly, or has moved far
   bool has_sampled = false;         ///< true if the part may have sampled nodes (eight points represent all points)
 
-  /// Requires a query of the part in the next walk, because one of its nodes has no bound.
+  /// Makes the next walk query the part, because one of the part's nodes has no bound.
   void query_now() { query_again_at_m = -std::numeric_limits<double>::infinity(); }
 };
 
-/// State of a walk along the cut.
+/// State of one walk (traversal of the cut).
 struct WalkState {
   ContactWork work;                  ///< work of all walks of the step
   std::uint32_t query_limit = 0;     ///< limit of work.queries()
   std::uint32_t divide_queries = 0;  ///< remaining queries for dividing sampled nodes
   std::uint32_t divide_points = 0;   ///< points queried by dividing
-  bool may_check_halves = false;     ///< this walk may still check one part for pairs of nodes to join above planes
+  bool may_check_halves = false;     ///< true: one part may still be checked in this walk (see halves_check_at_m)
 
-  // State of the walk in the current part.
+  // The following members belong to the part that is being traversed.
   std::uint32_t root = 0;     ///< root of the part
-  float first_at_m = 0;       ///< least motion at which a kept node is queried again
-  bool divides_part = false;  ///< sampled nodes of the part are divided
+  float first_at_m = 0;       ///< least accumulated motion at which one of the kept nodes must be queried again
+  bool divides_part = false;  ///< true: sampled nodes of this part are being divided
   bool has_sampled = false;   ///< the part's new cut has a sampled node
 };
 
-/// Converts to single precision, reduced by the largest rounding error.
+/// Returns a single-precision number slightly below `a`, so that rounding cannot raise a bound. Above 100: slightly
+/// below 100.
 inline float rounded_down(double a) {
   constexpr double kFar = 100;
   const double least = std::min(a, kFar);
@@ -71,7 +76,7 @@ inline float rounded_down(double a) {
 }
 
 /// Returns a pseudo-random number from 0.5 to 1 that is constant for a node. Intervals between queries are multiplied
-/// by it. The queries of many nodes are thus spread over several steps.
+/// by this number, so that the queries of many nodes are spread over several steps.
 inline double share_of(std::uint32_t node) {
   return 0.5 + 0x1.0p-33 * (node * 2654435769U);
 }

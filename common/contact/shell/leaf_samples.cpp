@@ -11,7 +11,7 @@ namespace {
 
 static_assert(kShellLeafPoints == kEight);
 
-/// Sums over points: areas, areas × distances, weights (areas or forces), and weighted positions and gradients.
+/// Sums over the points of a leaf. The weights of the points are their areas or their forces.
 struct MeanSums {
   double area = 0, distance = 0, weight = 0;
   Vec3 place = Vec3::Zero(), gradient = Vec3::Zero();
@@ -22,16 +22,16 @@ struct QueryBounds {
   double moved_m, least_band_m, before_m, farthest_m, error_m;
 };
 
-// Points are merged if their distances differ by less than this, which is a few quanta of a distance grid.
+// Largest difference of the distances of points that are merged [m]: a few quanta of a distance grid.
 constexpr double kAlike_m = 1e-6;
-// Pressing points are merged only if the length of the mean of their unit gradients is at least this.
+// Least length of the mean of the unit gradients of pressing points that are merged.
 constexpr double kSameWay = 0.98;
-// A gradient shorter than kCreaseSlope means that the field has a crease between its samples. At a distance of
-// kBesideErrors times the field's error beside a wall, the gradient is accurate. Its component along the normal of a
-// point inside the wall must be at least kFacingWall.
+// Limits for a point inside a wall. A gradient shorter than kCreaseSlope means that the field has a crease near the
+// point. At kBesideErrors times the field's error outside the wall, the gradient is accurate. The component of that
+// gradient along the point's normal must be at least kFacingWall.
 constexpr double kCreaseSlope = 0.5, kBesideErrors = 4, kFacingWall = 0.6;
-// Depths are corrected in walls whose half thickness is at most kThinHalfErrors times the field's error. The corrected
-// depth is at most kDeepened times the sampled depth, and at most kStopped times the rigid depth.
+// Depths are corrected only in walls whose half thickness is at most kThinHalfErrors times the field's error. A
+// corrected depth is at most kDeepened times the sampled depth, and at most kStopped times the rigid depth.
 constexpr double kThinHalfErrors = 1.5, kDeepened = 4, kStopped = 1.2;
 
 }  // namespace
@@ -48,7 +48,7 @@ void LeafSamples::prefetch(const PointShell& shell, const ShellNode& node) noexc
     for (std::size_t k = 0; k < size; ++k) __builtin_prefetch(&shell.points[first_of(node, size, k)]);
     return;
   }
-  // The points are contiguous, so one prefetch for each cache line suffices.
+  // The points are contiguous in memory, so one prefetch for each cache line suffices.
   constexpr std::size_t kLineBytes = 64;
   const auto* const begin = reinterpret_cast<const char*>(&shell.points[node.first]);
   for (std::size_t at = 0; at < size * sizeof(ShellPoint); at += kLineBytes) __builtin_prefetch(begin + at);
@@ -85,10 +85,10 @@ LeafSamples::LeafSamples(const PointShell& shell, const ShellNode& node, const D
   if (nearest_m_ < 0 && field.error_m() > 0) sample_from_outside(R_FP, p_FP, rigid_depth_m);
 }
 
-// Corrects points in a wall that is hardly thicker than a cell of the grid. In the middle of such a wall, the
-// interpolated depth is too small, and the gradient may point to either side. A point belongs to the side of the wall
-// that is opposite to its normal. Its depth is extrapolated from a sample outside of that side, up to a depth that
-// suffices to stop the point.
+// Corrects the depths of points in a wall that is hardly thicker than a cell of the grid. In the middle of such a wall,
+// the interpolated depth is too small, and the gradient may point to either face. A point belongs to the face opposite
+// to its normal. Its depth is extrapolated from a sample taken outside that face. The result is limited to the depth at
+// which contact stops the point.
 void LeafSamples::sample_from_outside(const Eigen::Matrix3d& R_FP, const Vec3& p_FP, double rigid_depth_m) noexcept {
   const double way_m = kBesideErrors * field_.error_m();
   for (std::size_t k = 0; k < size_; ++k) {
@@ -115,7 +115,7 @@ void LeafSamples::sample_from_outside(const Eigen::Matrix3d& R_FP, const Vec3& p
   }
 }
 
-// Returns the factor of the sampled points' areas with which they sum to the area of the node.
+// Returns the ratio of the node's area to the sum of the sampled points' areas.
 double LeafSamples::area_scale() const {
   double area = 0;
   for (std::size_t k = 0; k < size_; ++k) area += shell_.points[first_of(k)].area_m2;
@@ -167,7 +167,7 @@ void LeafSamples::add_points(double band_m, std::vector<ShellCandidate>& candida
   if (nearest_m_ >= band_m) return;
   if (size_ > 1 && !is_held_ && farthest_m_ - nearest_m_ <= kAlike_m && farthest_m_ < band_m) {
     const ShellCandidate mean = mean_of(nearest_m_, band_m);
-    // At a round obstacle, points of the same depth have different gradients. Such points are not merged.
+    // At a round obstacle, points of equal depth have different gradients. Such points are not merged.
     if (mean.area_m2 > 0 && mean.gradient_F.norm() > 1 - kAlike_m) return candidates.push_back(mean);
   }
   for (std::size_t k = 0; k < size_; ++k) {
@@ -196,7 +196,7 @@ void LeafSamples::add_joined(double band_m, double rigid_depth_m, bool must,
       return;
     }
   }
-  // If both a pressing candidate and one with a gap exist, the latter gets the id of the last point.
+  // If both candidates exist, one that presses and one with a gap, the one with a gap gets the id of the last point.
   if (presses) {
     press.distance_m *= coherence;
     if (press.gradient_F.isZero()) press.gradient_F = Vec3::UnitZ();

@@ -15,7 +15,7 @@
 namespace tandem::contact {
 
 /// For each point of a leaf: additional motion, beyond the leaf's bound, after which the point must be sampled again.
-/// The unit is kLagStep_m, rounded down. The largest value stands for all larger lags.
+/// The unit is kLagStep_m; lags are rounded down. The largest value stands for all larger lags.
 using LeafLags = std::array<std::uint8_t, kShellLeafPoints>;
 inline constexpr double kLagStep_m = 8e-6;
 
@@ -25,12 +25,12 @@ inline constexpr double kSteepest = 1.75;
 /// Tolerance for rounding errors in a field's distances.
 inline constexpr double kRounding_m = 3e-8;
 
-/// Samples up to kShellLeafPoints points of a node (frame P) in a field (frame F). These are all points of a leaf, or
-/// some points of a larger node, which then represent the area of the node.
+/// Samples up to kShellLeafPoints points of a node (frame P) in a field (frame F). In a leaf, these are all points. In
+/// a larger node, they are some of the points and represent the area of the whole node.
 class LeafSamples {
  public:
-  /// In      lags, up_to_m  points with a lag above up_to_m are far away and not sampled
-  ///         rigid_depth_m  rigid depth of the contact. The corrected depth in a thin wall may reach it
+  /// In      lags, up_to_m  a point whose lag exceeds up_to_m is still far and is not sampled
+  ///         rigid_depth_m  depth beyond which contact is rigid; the corrected depth in a thin wall may reach it
   LeafSamples(const PointShell& shell, const ShellNode& node, const DistanceField& field, const Eigen::Matrix3d& R_FP,
               const Vec3& p_FP, const LeafLags& lags, double up_to_m, double rigid_depth_m) noexcept;
 
@@ -40,10 +40,10 @@ class LeafSamples {
   std::size_t size() const { return size_; }
   std::uint32_t queries() const { return queries_; }
   double distance_m(std::size_t k) const { return samples_(static_cast<Eigen::Index>(k), 0); }
-  /// Returns the accumulated motion at which some point of the leaf may have come as near as the least band.
+  /// Returns the accumulated motion from which some point of the leaf may be within the least band.
   ///
   /// In      moved_m   accumulated motion now
-  ///         before_m  bound of the points that were not sampled; `lags` are relative to it
+  ///         before_m  distance bound of the points that were not sampled, to which `lags` are relative
   /// Out     lags      lag of each point, relative to the result
   double query_again_at_m(double moved_m, double least_band_m, double before_m, LeafLags& lags) const;
   /// Returns the estimated number of points of the node that are nearer than the band.
@@ -52,16 +52,17 @@ class LeafSamples {
   /// Adds each near point as a candidate. If all points are near, equally deep and have the same gradient, one
   /// candidate represents them all.
   void add_points(double band_m, std::vector<ShellCandidate>& candidates) const;
-  /// Adds one candidate for the pressing points, with their force and moment, and one for the near points that do not
-  /// press. Pressing points are not merged where force would be lost: around an edge, or where only some points are
-  /// beyond `rigid_depth_m`.
+  /// Adds one candidate for all pressing points, with their force and moment. Adds a second one for the near points
+  /// that do not press. Pressing points are not merged where force would be lost: around an edge, or where only some of
+  /// them are deeper than `rigid_depth_m`.
   ///
   /// In      must  true: points are merged even where force is lost
   void add_joined(double band_m, double rigid_depth_m, bool must, std::vector<ShellCandidate>& candidates) const;
 
  private:
-  /// Returns the mean of the points with distances in [low_m, high_m), weighted by their forces if they press. The area
-  /// is 0 if there is no such point. If the gradients of the points differ, the mean gradient is shorter than 1.
+  /// Returns the mean of the points with distances in [low_m, high_m). Pressing points are weighted by their forces,
+  /// others by their areas. The area is 0 if there is no such point. If gradients differ, the mean gradient is shorter
+  /// than 1.
   ShellCandidate mean_of(double low_m, double high_m) const;
   static std::uint32_t first_of(const ShellNode& node, std::size_t size, std::size_t k) {
     return node.first + static_cast<std::uint32_t>(size == node.count ? k : k * node.count / kShellLeafPoints);
@@ -80,7 +81,7 @@ class LeafSamples {
   double nearest_m_;
   double farthest_m_;
   EightSamples samples_;  ///< an infinite distance marks a point that was not sampled
-  bool is_held_ = false;  ///< sample_from_outside() corrected a point in a thin wall
+  bool is_held_ = false;  ///< true: sample_from_outside() corrected a point in a thin wall
 };
 
 }  // namespace tandem::contact

@@ -1,4 +1,5 @@
-// Chooses the level of a shell's tree at which candidates are made. The decisions depend only on measured numbers.
+// Chooses the level of the search: how large the nodes are whose points become candidates. The decisions depend only on
+// counts of queries, points and contacts, never on time. SEARCH.md and cut_node.hpp define the terms.
 #pragma once
 
 #include <algorithm>
@@ -10,20 +11,20 @@
 
 namespace tandem::contact {
 
-/// State of the level policy.
+/// Phase of the level policy.
 ///
-/// LevelPolicy stores two flags beside the phase. `is_divided_trial_` records that the current level began as a trial,
-/// also after its nodes were divided; the next interval of trials depends on it. `tries_when_divided_` is set after a
-/// failed trial if nodes remain to be divided. The next trial then begins as soon as all are divided.
+/// LevelPolicy stores two flags beside the phase. `is_divided_trial_`: the current level began as a trial and its nodes
+/// were divided since; the flag sets the interval to the next trial. `tries_when_divided_`: a trial has failed while
+/// sampled nodes remained. The next trial then begins as soon as no sampled node is left.
 enum class SearchPhase : std::uint8_t {
   kFirstCut,  ///< no step has ended since bind(), so no bound exists yet
   kFine,      ///< all near points are single candidates
-  kCoarse,    ///< larger leaves, each with at most two candidates
+  kCoarse,    ///< leaves are larger, and each gives at most two candidates
   kDividing,  ///< sampled nodes of a coarse level were replaced by their children
-  kTrial,     ///< the level began as a trial of a finer one; lasts until the next change of the level
+  kTrial,     ///< the level began as a trial of a finer level; ends when the level changes or nodes are divided
 };
 
-/// Measurements of the last walk, and the band of the current step.
+/// Measurements of the last walk (traversal of the cut), and the band of the current step.
 struct SearchLoad {
   std::size_t near_count = 0;     ///< estimated number of near points
   std::size_t contacts = 0;       ///< contacts that the candidates need
@@ -35,8 +36,8 @@ struct SearchLoad {
 /// Decides in each step at which level the tree is walked, and how many queries the walk may make.
 ///
 /// Model   States and transitions as in SEARCH.md. At kFineLevel, candidates are single points. At level n ≥ 0, a leaf
-///         has at most 8 × 2ⁿ points if it is far, and 8 × 2^max(0, n − 4) if it may press. The level becomes coarser
-///         after a walk with too many contacts or queries. It becomes finer by trials
+///         has at most 8 × 2ⁿ points if it is far. It has at most 8 × 2^max(0, n − 4) points if it may press. The level
+///         becomes coarser after a walk with too many contacts or queries. It becomes finer by trials
 /// Thread  any; no allocation
 class LevelPolicy {
  public:
@@ -52,16 +53,16 @@ class LevelPolicy {
   void begin_step() noexcept;
   /// Counts consecutive steps with too many queries. Called after a step without a successful trial.
   void note_load(const SearchLoad& load) noexcept;
-  /// Ends the first cut, after the first step.
+  /// Ends the phase kFirstCut, after the first step.
   void end_first_cut() noexcept;
 
   int level() const { return level_; }
   SearchPhase phase() const { return phase_; }
   bool is_fine() const { return level_ == kFineLevel; }
   bool is_first_cut() const { return phase_ == SearchPhase::kFirstCut; }
-  /// Returns whether the search cannot become coarser: the level is the coarsest, and no divided nodes could be joined.
+  /// Returns whether no coarser search is possible: the level is the coarsest, and there are no divided nodes to join.
   bool is_coarsest() const { return level_ == coarsest_level_ && phase_ != SearchPhase::kDividing; }
-  /// Returns whether each part is a single leaf, until it is divided.
+  /// Returns whether the level is the coarsest, where each part is a single leaf until it is divided.
   bool is_coarsest_level() const { return level_ == coarsest_level_; }
   /// Returns whether the level began in this step.
   bool is_new_level() const { return steps_at_level_ <= 1; }
@@ -71,35 +72,35 @@ class LevelPolicy {
   std::uint32_t leaf_points(double nearest_m) const { return is_fine() ? 0 : leaf_points_of(level_, nearest_m); }
   /// Returns the number of queries that a usual step may use.
   std::uint32_t max_queries() const { return static_cast<std::uint32_t>(kSearch.queries_per_candidate * capacity_); }
-  /// Returns the limit of a walk's queries, without those for dividing.
+  /// Returns the limit of a walk's queries. Queries for dividing are not included.
   std::uint32_t walk_queries(double band_m) const;
-  /// Returns the limit of the table entries of the field that new plane queries of a step may read.
+  /// Returns the limit of a step's new plane queries, as a number of table entries of the field that they read.
   std::size_t plane_queries(double band_m) const;
-  /// Returns the number of queries that a step may use to divide sampled nodes. If a finer level needs too many queries
-  /// for one step, dividing spreads them over several steps.
+  /// Returns the number of queries that a step may use to divide sampled nodes. Dividing needs several steps if a finer
+  /// level needs more queries than one step may use.
   std::uint32_t queries_to_divide(const SearchLoad& load) const;
-  /// Returns whether far nodes are joined in this walk. If so, the interval until the next joining begins.
+  /// Returns whether this walk joins far nodes. If so, restarts the interval between joinings.
   bool begins_to_join_far(std::size_t cut_size) noexcept;
 
   /// Returns whether the last steps had too many queries.
   bool is_too_dense() const { return dense_steps_ > kSearch.max_dense_steps; }
   /// Returns whether a trial of a finer level starts now.
   ///
-  /// In      is_dividing  true: sampled nodes are divided in this step, whereas a finer level would query all of them
-  ///         at once
+  /// In      is_dividing  true: this step divides sampled nodes. A finer level instead would query all of them at once
   bool may_be_finer(const SearchLoad& load, bool is_dividing) const;
   /// Returns the level of the next trial.
   int finer_level(const SearchLoad& load) const;
-  /// Returns the level after a walk without room. The level stays the same if divided nodes must be joined first.
+  /// Returns the level after a walk that exceeded a capacity. The level stays the same if divided nodes must be joined
+  /// first.
   int next_coarser_level(const SearchLoad& load) noexcept;
   /// Returns whether pairs of divided nodes are joined before the level changes. This happens at the coarsest level if
   /// the last steps had too many queries.
   bool joins_pairs_first() const { return phase_ == SearchPhase::kDividing && is_too_dense() && is_coarsest_level(); }
-  /// Postpones the next trial. The interval doubles if the level of the last trial did not last. It remains the same if
-  /// dividing caused the lack of room.
+  /// Postpones the next trial. The interval doubles if the level of the last trial was left soon. It remains the same
+  /// if dividing had used up the capacity.
   void postpone_trial() noexcept;
 
-  /// Begins a level. If it is the current level, all divided nodes of the level have been joined.
+  /// Begins a level. If it is the current level, all divided nodes of the level have been joined before the call.
   void set_level(int level) noexcept;
   /// Marks the level that was just set as a trial.
   void begin_trial() noexcept;
@@ -119,8 +120,8 @@ class LevelPolicy {
     const int doublings = nearest_m > kSearch.may_press_m ? level : std::max(0, level - kSearch.finer_where_pressed);
     return kShellLeafPoints << static_cast<unsigned>(doublings);
   }
-  /// Returns whether a level has the same leaves near the surface as level 0: the band is so narrow that all points
-  /// within it may press.
+  /// Returns whether a level has the same leaves near the surface as level 0. This is so in a band that is so narrow
+  /// that all near points may press.
   static bool acts_as_level_0(int level, double band_m) {
     return level > 0 && level <= kSearch.finer_where_pressed && band_m <= kSearch.may_press_m;
   }
@@ -133,13 +134,13 @@ class LevelPolicy {
   int coarsest_level_ = 0;
   int level_ = kFineLevel;
   SearchPhase phase_ = SearchPhase::kFirstCut;
-  bool is_divided_trial_ = false;      ///< in kDividing: the level began as a trial
-  bool tries_when_divided_ = false;    ///< the last trial failed, and nodes remain to be divided
+  bool is_divided_trial_ = false;      ///< true in kDividing: the level began as a trial
+  bool tries_when_divided_ = false;    ///< true: the last trial failed, and nodes remain to be divided
   std::uint32_t steps_at_level_ = 0;   ///< steps since the level began
-  std::uint32_t steps_of_join_ = 0;    ///< value of steps_at_level_ when far nodes were last joined
+  std::uint32_t steps_of_join_ = 0;    ///< steps at this level when far nodes were last joined
   std::uint32_t steps_to_try_ = 0;     ///< steps until a finer level is tried
-  std::uint32_t steps_per_try_ = 0;    ///< interval of trials
-  std::uint32_t steps_to_divide_ = 0;  ///< steps at a level until dividing begins
+  std::uint32_t steps_per_try_ = 0;    ///< interval between trials, in steps
+  std::uint32_t steps_to_divide_ = 0;  ///< steps at a level before dividing begins
   std::uint32_t dense_steps_ = 0;      ///< consecutive steps with too many queries
 };
 

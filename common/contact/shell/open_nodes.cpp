@@ -1,4 +1,5 @@
 // Queries nodes of the cut. A queried node is replaced by its children, or becomes a leaf or a node above planes.
+// "Full" means: the cut or the list of candidates has reached its capacity. cut_node.hpp defines the terms.
 #include <algorithm>
 #include <bit>
 #include <limits>
@@ -8,7 +9,7 @@
 
 namespace tandem::contact {
 
-// Queries a node and, where necessary, the nodes below it. Returns false if the cut or the list of candidates is full.
+// Queries a node and, where necessary, its descendants. Returns false if the cut or the list of candidates is full.
 bool ShellCandidates::open(std::uint32_t root, double root_nearest_m, double moved_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   const std::uint32_t end = nodes[root].next;
@@ -40,7 +41,7 @@ bool ShellCandidates::open(std::uint32_t root, double root_nearest_m, double mov
 // Samples the points of a leaf that may be near. The other points are skipped, because their bounds still hold.
 bool ShellCandidates::open_leaf(const CutNode& entry, double moved_m, double band_m) noexcept {
   const ShellNode& node = shell_->nodes[entry.node];
-  // If a leaf has more points than at level 0, eight samples suffice as long as none of its points can press.
+  // Of a leaf with more points than at level 0, eight samples suffice as long as none of its points can press.
   double divided_at_m = std::numeric_limits<double>::infinity();
   if (!node.is_leaf && node.count > levels_.leaf_points(0)) {
     const double nearest = nearest_m(node);
@@ -60,7 +61,7 @@ bool ShellCandidates::open_leaf(const CutNode& entry, double moved_m, double ban
   return keep(queried, moved_m, band_m);
 }
 
-// Replaces a sampled node by its children. Returns false if there is no room.
+// Replaces a sampled node by its children. Returns false if the cut or the list of candidates is full.
 bool ShellCandidates::open_children(std::uint32_t root, double moved_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   const std::uint32_t queries = walk_.work.queries(), points = walk_.work.points;
@@ -77,8 +78,8 @@ bool ShellCandidates::open_children(std::uint32_t root, double moved_m, double b
   return has_room;
 }
 
-// Adds a node above planes as a candidate, or keeps it as a far node if the planes are beyond the band. Returns false
-// if there is no room.
+// Adds a node above planes as a candidate. If the planes are beyond the band, keeps it as a far node instead. Returns
+// false if the cut or the list of candidates is full.
 bool ShellCandidates::open_planes(const CutNode& above, double moved_m, double band_m) noexcept {
   const OrientedBox box_F =
       shell_->flat_nodes[shell_->nodes[above.node].flat].box_S().moved(motion_.R_FP(), motion_.p_FP());
@@ -97,8 +98,8 @@ bool ShellCandidates::open_planes(const CutNode& above, double moved_m, double b
          append({.node = above.node, .query_again_at_m = at_m, .planes = above.planes});
 }
 
-// If the last two entries of the cut are the halves of a node above planes, replaces them by that node. Repeats this
-// with the joined node. Returns false if there is no room.
+// If the last two entries of the cut are the halves of a node above planes, that node replaces them. This is repeated
+// with the new last entry. Returns false if the list of candidates is full.
 bool ShellCandidates::join_above_planes(double moved_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   while (cut_.size() > 1) {

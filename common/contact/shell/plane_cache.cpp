@@ -25,12 +25,12 @@ CutNode PlaneCache::planes_below(std::uint32_t index, double moved_m, const Shel
   CutNode& answer = answers_[index % kAnswers];
   if (answer.node == index && moved_m < answer.query_again_at_m) return answer;
   OrientedBox box_F = shell_->flat_nodes[node.flat].box_S().moved(motion.R_FP(), motion.p_FP());
-  // The motion is measured at the ball around the solid. A node farther outside may move by more than kSearch.sideways
-  // times that motion.
+  // The accumulated motion is an upper bound only for points in the ball around the solid. Points of a node outside the
+  // ball may move farther. Only nodes whose factor is at most kSearch.sideways are queried.
   const double reach_m = (box_F.centre - motion.solid_centre_F()).norm() + box_F.half_m.norm();
   if (reach_m > kSearch.sideways * motion.solid_radius_m()) return {};
-  // A node that was above planes is always queried. If the limit of queries is reached, other nodes are not queried in
-  // this step. A later check of the part makes up for it (has_open_question()).
+  // A node that was above planes is always queried. Once the limit of queries is reached, other nodes are not queried
+  // in this step. The flag makes a later check of the part query them.
   const bool was_above = answer.node == index && answer.planes != 0;
   if (!was_above && queries_ >= max_queries_) {
     has_open_question_ = true;

@@ -1,4 +1,4 @@
-// Cache of plane queries: the planes of a field below the flat nodes of a shell.
+// Cache of plane queries: for each flat node of a shell, the planes of the other shape's field that are below it.
 #pragma once
 
 #include <array>
@@ -12,9 +12,9 @@
 
 namespace tandem::contact {
 
-/// Stores the planes below nodes, and the accumulated motion up to which each result is valid. A plane query of a grid
-/// takes microseconds. The number of table entries that new queries of a step may read is therefore limited.
-///
+/// Stores the planes below each node, and the accumulated motion until which the result is valid. A plane query of a
+/// grid takes microseconds. The number of table entries of the field that new queries may read in a step is therefore
+/// limited.
 /// Thread  one at a time; no allocation after construction
 class PlaneCache {
  public:

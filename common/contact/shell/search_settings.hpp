@@ -6,52 +6,53 @@
 
 namespace tandem::contact {
 
-/// Constants of the search with their reasons. SEARCH.md explains the terms. Measured effects of other values are
-/// stated; constants without such a statement were not varied. Any change must be checked with `tandem-lab bench
-/// contact`, with its option `--landing`, and with the table of lab/make_contact_table.py.
+/// Constants of the search with their reasons. cut_node.hpp and SEARCH.md define the terms. A depth in millimetres is
+/// the greatest depth in `tandem-lab bench contact` with the stated value; constants without such a number were not
+/// varied. Any change must be checked with that program, with its option `--landing`, and with
+/// lab/make_contact_table.py.
 struct SearchSettings {
   // Levels.
 
-  /// A node nearer than this may press before its next query. Leaves of such nodes are finer [m].
+  /// Distance below which a node may press before its next query [m]. The leaves of such nodes are finer.
   double may_press_m = 2e-4;
-  /// Number of levels by which leaves are finer if the node may press. At levels up to this one, such leaves have 8
-  /// points.
+  /// Number of levels by which the leaves of nodes that may press are finer. At levels up to this number, such leaves
+  /// have 8 points.
   int finer_where_pressed = 4;
-  /// Queries of a step per contact of the capacity: one for a point, and 0.3 for the nodes above it.
+  /// Queries of a step, per contact of the capacity: one for a point, and 0.3 for the tree nodes that contain it.
   double queries_per_candidate = 1.3;
-  /// Band above which the motion counts as fast [m]. Few bounds then last until the next step, and most near points do
-  /// not press.
+  /// Band above which the motion counts as fast [m]. In fast motion few bounds are still valid in the next step, and
+  /// most near points do not press.
   double wide_band_m = 1e-3;
-  /// Number of consecutive steps with too many queries after which the next such step begins a coarser level.
+  /// Number of consecutive steps with too many queries that are tolerated. The next such step begins a coarser level.
   std::uint32_t max_dense_steps = 4;
-  /// Factors that raise the limit of queries if few points are near. The first applies if the coarser level has the
-  /// same leaves for pressing points. Otherwise the second applies, because a coarser level would lose accuracy.
+  /// Factors by which the limit of queries is raised if few points are near. The first applies if the next coarser
+  /// level has the same leaves for pressing points. The second applies if a coarser level would lose accuracy.
   double query_margin = 1.3, query_margin_else = 2;
-  /// Limits of a walk's queries, as multiples of the queries of a step: in the usual case, in the first step at a
+  /// Limits of the queries of one walk, as multiples of the usual queries of a step: usually, in the first step at a
   /// coarser level, and for a first cut. They bound the duration of the slowest step. A wide band doubles them.
   std::uint32_t walk_queries = 4, new_level_queries = 8, first_cut_queries = 16;
 
   // Trials of a finer level.
 
-  /// First and longest interval of trials [steps]. It doubles after each failure. A failed trial costs one walk.
+  /// First and longest interval between trials [steps]. It doubles after each failed trial, which costs one walk.
   std::uint32_t steps_per_try = 64, max_steps_per_try = 1024;
-  /// Steps until the finest level is tried if the number of near points is so small that it certainly fits. The test
-  /// ShellCut.IsFineSoonAfterAHardLanding requires a fine level within 20 steps of a hard landing.
+  /// Steps until the finest level is tried if the near points are so few that they certainly fit into the capacity. The
+  /// test ShellCut.IsFineSoonAfterAHardLanding requires a fine level within 20 steps of a hard landing.
   std::uint32_t steps_to_finest = 16;
-  /// Fractions of the capacity below which a finer level is tried. They apply to the near points at level 0, to the
-  /// contacts at other levels, and to the near points for the finest level. A finer level may double the contacts, so
-  /// the last two are below 0.5.
+  /// Fractions of the capacity below which a finer level is tried. The first applies to the near points at level 0, the
+  /// second to the contacts at other levels, the third to the near points before the finest level. A finer level may
+  /// double the contacts, so the last two are below 0.5.
   double finer_below = 0.8, finer_level_below = 0.4, finest_below = 0.4;
 
   // Dividing of sampled nodes.
 
-  /// Steps at a level until dividing begins. If the divided nodes had no room, the interval doubles, up to
+  /// Steps at a level before dividing begins. If the divided nodes exceeded the capacity, the number doubles, up to
   /// max_steps_per_try. Without dividing, one mesh stayed 1.00 mm deep after fast motion; with dividing, 0.55 mm.
   std::uint32_t steps_to_divide = 4;
-  /// Fractions of the capacity and of the limit of the cut up to which nodes are divided. The children may need twice
-  /// as much of both.
+  /// Nodes are divided up to these fractions of the capacity and of the limit of the cut. The children may need twice
+  /// as many contacts and entries.
   double divided_below = 0.4, divided_cut_below = 0.45;
-  /// Each point that the last step queried reduces the queries for dividing by this number.
+  /// The budget for dividing is reduced by this number of queries for each point that the last walk queried.
   std::uint32_t queries_per_point = 2;
 
   // Joining of far nodes.
@@ -59,14 +60,14 @@ struct SearchSettings {
   /// Steps from the beginning of a level to the first joining, and between two joinings. With 64 steps one mesh
   /// became 0.86 mm deep.
   std::uint32_t steps_to_join = 100;
-  /// Fraction of the limit of the cut above which far nodes are joined. Dividing stops at the same fraction.
+  /// Fraction of the limit of the cut above which far nodes are joined and dividing stops.
   double join_far_above = 0.45;
-  /// Two nodes are joined if the bounds of both exceed the band by this distance [m]. With 1 mm, needles among needles
-  /// remained at a coarse level and were up to 0.78 mm deep; with 0.3 mm, 0.57 mm.
+  /// Two nodes are joined if the bounds of both exceed the band by this distance [m]. With 1 mm, a mesh with needles
+  /// among needles stayed at a coarse level and became 0.78 mm deep; with 0.3 mm, 0.57 mm.
   double join_beyond_m = 3e-4;
   /// Two halves of a node are joined if the bounds of both allow a further motion of this fraction of the node's
-  /// radius. The margin is needed because the ball of the joined node is larger and must be far enough too. The
-  /// fraction falls to zero as the cut fills, and is zero for the first cut.
+  /// radius. The margin is needed because the ball around the joined node is larger and must be far, too. The fraction
+  /// falls to zero as the cut fills up, and is zero for the first cut.
   float join_at = 0.5F;
 
   // Motion.
@@ -77,10 +78,10 @@ struct SearchSettings {
   /// Largest motion in a step that counts as slow [m]; 0.02 m/s at 1 kHz. Cached planes are then valid for five to ten
   /// steps.
   double slow_m = 2e-5;
-  /// Motion of a part after which it is checked for pairs of nodes that can be joined above planes [m]. For example,
-  /// small nodes that have passed a groove can become one large node again. share_of() spreads the checks, and a step
-  /// checks at most one part. The motion doubles after a check without success. It is the maximum if plane queries were
-  /// omitted and the part moves fast.
+  /// Motion of a part between two checks for halves that can be joined above planes [m]. For example, small nodes that
+  /// have passed a groove can become one large node again. share_of() spreads the checks, and a step checks at most one
+  /// part. The motion doubles after a check that joined too little. It is the maximum if plane queries were omitted in
+  /// fast motion.
   double halves_check_motion_m = 4e-3, max_halves_check_motion_m = 16e-3;
 
   // Plane queries.
@@ -90,14 +91,14 @@ struct SearchSettings {
   std::uint32_t planes_above = 256;
   /// Motion after which nodes above planes are queried again [m]. share_of() spreads these queries over several steps.
   double plane_motion_m = 2e-4;
-  /// Longest motion after which a node that is not above planes is queried again [m]; the shortest is half of it. With
-  /// two to three times this motion the search was faster, but force steps grew from 0.13 to 0.19 N.
+  /// Longest motion after which a node that is not above planes is queried for planes again [m]; the shortest is half
+  /// of it. With two to three times this motion the search was faster, but steps of the force grew from 0.13 to 0.19 N.
   double no_planes_m = 6e-4;
-  /// Upper bound of the motion of points in any direction, as a multiple of the motion of their part. It exceeds 1
-  /// because the motion of a part is measured at the solid's ball, and near points may be slightly outside of that
-  /// ball.
+  /// Upper bound of the motion of points in any direction, as a multiple of the accumulated motion of their part. It
+  /// exceeds 1 because the motion is an upper bound only within the ball around the solid. Near points may be slightly
+  /// outside it.
   double sideways = 1.5;
-  /// Solids with a smaller radius [m] are not queried for planes, because the bound `sideways` does not hold for them.
+  /// Solids whose ball has a smaller radius [m] are not queried for planes, because the bound `sideways` does not hold.
   double min_solid_m = 5e-3;
   /// Limits of the table entries of the field that new plane queries of a step may read: in the usual case, in the
   /// first step of a level, and for a first cut or a wide band. One query of a grid takes up to some microseconds.

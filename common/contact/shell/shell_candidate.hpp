@@ -1,4 +1,4 @@
-// Result of the search in a shell, and the number of contacts that each candidate needs.
+// A candidate for contact, as found by the search in a shell; the number of contacts that it needs; and the work done.
 #pragma once
 
 #include <cstddef>
@@ -26,7 +26,7 @@ struct ContactWork {
   }
 };
 
-/// One point of the shell, several merged points, or a node above planes of the field.
+/// A candidate for contact: one point of the shell, several merged points, or a node above planes of the field.
 struct ShellCandidate {
   Eigen::Vector3f p_P = Eigen::Vector3f::Zero();
   float area_m2 = 0;

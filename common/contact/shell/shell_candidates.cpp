@@ -1,4 +1,5 @@
-// One step of the search: accumulates the motion since the last step and chooses the level at which the cut is walked.
+// One step of the search: accumulates the motion since the last step and chooses the level of detail. cut_node.hpp
+// defines the terms.
 #include "common/contact/shell/shell_candidates.hpp"
 
 #include <algorithm>
@@ -12,7 +13,7 @@ namespace tandem::contact {
 
 ShellCandidates::ShellCandidates(std::uint32_t capacity) : list_(capacity) {
   for (auto* parts : {&parts_, &kept_.parts}) parts->reserve(kParts + 1);
-  // A trial of a finer level stores the old cut. Trials start only if the cut uses at most half of the limit.
+  // A trial of a finer level first stores the current cut. Trials start only if the cut uses at most half of its limit.
   kept_.cut.reserve(cut_limit() / 2);
   cut_.reserve(cut_limit());
   old_cut_.reserve(cut_limit());
@@ -29,7 +30,7 @@ void ShellCandidates::bind(const PointShell& shell, const ContactShape& points, 
   least_band_m_ = std::numeric_limits<double>::infinity();
   has_rested_ = false;
   divided_up_to_ = 0;
-  // At the coarsest level, each part that is not divided gives two candidates.
+  // At the coarsest level, each undivided part gives two candidates.
   divide(std::clamp<std::size_t>(list_.capacity() / 4, 1, kParts));
   std::uint32_t most_points = 0;
   for (const CutPart& part : parts_) most_points = std::max(most_points, shell_->nodes[part.node].count);
@@ -37,7 +38,7 @@ void ShellCandidates::bind(const PointShell& shell, const ContactShape& points, 
   begin_cut();
 }
 
-// Divides the tree into subtrees, splitting the largest first.
+// Divides the tree into at most `parts` subtrees, by splitting the largest one repeatedly.
 void ShellCandidates::divide(std::size_t parts) noexcept {
   parts_.clear();
   if (shell_ == nullptr || shell_->nodes.empty()) return;
@@ -70,8 +71,8 @@ ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   if (shell_ == nullptr || shell_->nodes.empty() || motion_.is_out_of_reach(X_FP, band_m)) return work;
   work.is_coarse = !levels_.is_fine();
   const bool is_at_rest = !levels_.is_first_cut() && band_m == band_m_ && is_same(X_FP, motion_.X_FP());
-  // At rest, one more step is searched. It measures how many queries a step needs without motion. That number decides
-  // whether a finer level may be tried.
+  // After the motion has stopped, one more step is searched. It measures how many queries a step needs without motion.
+  // That number decides whether a finer level may be tried.
   const bool has_rested = std::exchange(has_rested_, is_at_rest) || levels_.is_fine();
   if (is_at_rest && has_rested) {
     const std::uint32_t to_divide = queries_to_divide();
@@ -102,7 +103,7 @@ void ShellCandidates::move(const Pose& X_FP) noexcept {
   if (!do_answers_hold) planes_.clear();
 }
 
-// Restarts the accumulated motion of a part at zero, so that the bounds fit into single precision.
+// Sets the accumulated motion of a part back to zero, so that its bounds are accurate in single precision.
 void ShellCandidates::restart_motion(CutPart& part) noexcept {
   for (CutNode& entry : std::span(cut_).subspan(part.begin, part.count)) {
     entry.query_again_at_m = rounded_down(entry.query_again_at_m - part.moved_m);
@@ -112,8 +113,8 @@ void ShellCandidates::restart_motion(CutPart& part) noexcept {
   part.moved_m = 0;
 }
 
-// Adapts the bounds to a narrower band. Bounds of points were computed for the narrowest band so far. In a steep field
-// they may fail for a narrower one, so the difference of the bands counts as motion.
+// Adapts the bounds to a narrower band. The bounds of points hold only for the narrowest band so far, because the
+// field's slope may exceed 1. The difference of the bands is therefore added to the motion.
 void ShellCandidates::allow_band(double band_m) noexcept {
   band_m_ = band_m;
   if (band_m >= least_band_m_) return;
@@ -125,7 +126,7 @@ void ShellCandidates::allow_band(double band_m) noexcept {
 
 // Stores the gap between shapes that are far apart, so that later steps only compare poses.
 void ShellCandidates::remember_gap() noexcept {
-  // Above level 0, only some points of a leaf are sampled, so the distance of the nearest point is not measured.
+  // Above level 0, only some points of a leaf are sampled, so the distance of the nearest point is unknown.
   if (!list_.all().empty() || levels_.level() > 0) return motion_.set_gap(-1);
   double gap_m = std::numeric_limits<double>::infinity();
   for (const CutPart& part : parts_) gap_m = std::min(gap_m, part.query_again_at_m - part.moved_m);
@@ -140,7 +141,7 @@ SearchLoad ShellCandidates::load() const {
           .band_m = band_m_};
 }
 
-// Returns whether some part may have sampled nodes (whose eight sampled points represent all points).
+// Returns whether some part may have sampled nodes, which are represented by eight of their points.
 bool ShellCandidates::has_sampled() const {
   return std::ranges::any_of(parts_, &CutPart::has_sampled);
 }
@@ -150,8 +151,8 @@ std::uint32_t ShellCandidates::queries_to_divide() const {
   return queries > 0 && has_sampled() ? queries : 0;
 }
 
-// Walks the cut. The level changes before the walk if the measurements of the last walk require it. If the walk has too
-// many contacts or queries, the step walks again at a coarser level.
+// Walks the cut (traverses it once). The level changes before the walk if the counts of the last walk require it. If
+// the walk exceeds the limit of contacts or queries, the step walks again at a coarser level.
 void ShellCandidates::search(double band_m) noexcept {
   bool is_postponed = false;
   const auto switch_to_coarser = [&] {
@@ -175,8 +176,8 @@ void ShellCandidates::begin_coarser() noexcept {
   change_level(level);
 }
 
-// Tries a finer level. If the walk at that level has no room, restores the previous cut and returns false. If that cut
-// was too large to be stored, a coarser level begins instead.
+// Tries a finer level. Returns false if the walk at that level exceeds a capacity. The previous cut is then restored;
+// if it was too large to be stored, a coarser level begins instead.
 bool ShellCandidates::has_room_finer(double band_m) noexcept {
   const bool is_kept = keep_cut();
   change_level(levels_.finer_level(load()));

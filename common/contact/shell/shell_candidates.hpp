@@ -1,6 +1,7 @@
-// Finds the points of a shell that are near the surface of another shape, or inside it, at a pose. A traversal of the
-// whole tree over the shell takes much longer than a step. The search therefore stores the cut through the tree at
-// which the last step ended. It queries only those nodes that may have come near since.
+// Finds the points of a shell that are near the surface of another shape, or inside it, at a pose. Visiting the whole
+// tree over the shell would take much longer than a step. The search therefore starts from the cut through the tree
+// where the last step ended. It queries only those nodes that may have come near since then. cut_node.hpp defines the
+// terms.
 #pragma once
 
 #include <cstdint>
@@ -23,12 +24,12 @@ struct ContactShape;
 /// Finds the points of a shell (frame P) near the surface of a field (frame F), or inside it.
 ///
 /// Model   The search stores a cut through the tree: nodes that together contain each point once. Each node of the cut
-///         has a lower bound of the distances of its points: distance(centre) − radius, or for a leaf the sampled
-///         distances. A node is queried again only when the shell has moved relative to the field by that bound. If
-///         more points are near than the capacity allows, the pressing points of a leaf are merged into one candidate
-///         with their force and moment. The other near points are merged into a second candidate. If there still are
-///         too many, larger nodes become leaves, of which only eight points are sampled. Nodes that cannot press become
-///         larger first, then those that may press
+///         has a lower bound of the distances of its points: distance(centre) − radius, or for a leaf the least sampled
+///         distance. A node is queried again only when the shell has moved relative to the field by that bound. If the
+///         near points exceed the capacity, the pressing points of a leaf are merged into one candidate with their
+///         force and moment, and the other near points into a second one. If there are still too many candidates,
+///         larger nodes become leaves, of which only eight points are sampled. Nodes that cannot press become larger
+///         first
 /// Source  after Verlet, "Computer experiments on classical fluids I", Phys. Rev. 159, 1967: the skin of a neighbour
 ///         list is a margin for motion. The cut, the bound of the motion and the larger leaves are ours
 /// Thread  one at a time; no allocation after construction
@@ -48,16 +49,16 @@ class ShellCandidates {
   /// Candidates in the order of the shell; no point of the shell is in two of them.
   std::span<const ShellCandidate> candidates() const { return list_.all(); }
   const PointShell& shell() const { return *shell_; }
-  /// Returns the number of further contacts that fit. A node above planes uses least_contacts_of() of the capacity, any
-  /// other candidate uses one.
+  /// Returns the number of further contacts that the capacity allows. A node above planes uses least_contacts_of() of
+  /// the capacity; any other candidate uses one.
   std::size_t room() const { return list_.capacity() - list_.contacts(); }
-  /// Returns the number of additional contacts with which the nodes would represent every plane below them.
+  /// Returns the number of additional contacts that the candidates need to represent every plane below their nodes.
   std::size_t more_contacts() const { return list_.more_contacts(); }
 
  private:
   class Ahead;
 
-  /// State of the level before a trial. It is restored if the trial has no room.
+  /// Cut and level before a trial. They are restored if the trial exceeds a capacity.
   struct KeptCut {
     LevelPolicy levels;
     std::vector<CutPart> parts;
@@ -67,7 +68,7 @@ class ShellCandidates {
 
   static constexpr std::size_t kParts = 64;
 
-  // One step of the search (shell_candidates.cpp).
+  // Functions of one step of the search, in shell_candidates.cpp.
   std::size_t cut_limit() const { return 4 * std::size_t{list_.largest_capacity()} + 4 * kParts; }
   SearchLoad load() const;
   bool has_sampled() const;
@@ -81,7 +82,7 @@ class ShellCandidates {
   void begin_coarser() noexcept;
   bool has_room_finer(double band_m) noexcept;
 
-  // Changes of the whole cut (change_cut.cpp).
+  // Functions that change the whole cut, in change_cut.cpp.
   void begin_cut() noexcept;
   void change_level(int level) noexcept;
   void append_as_coarse(CutNode entry, CutPart& part) noexcept;
@@ -91,7 +92,7 @@ class ShellCandidates {
   void restore_cut() noexcept;
   void keep_rest(std::size_t part) noexcept;
 
-  // Walk (walk.cpp).
+  // Functions of the walk (traversal of the cut), in walk.cpp.
   bool walk(double band_m) noexcept;
   bool walk_part(CutPart& part, double band_m) noexcept;
   void plan_halves_check(CutPart& part, bool is_due, bool was_worth_it) noexcept;
@@ -99,7 +100,7 @@ class ShellCandidates {
   bool append(const CutNode& entry) noexcept;
   std::size_t append_known(std::span<const CutNode> entries, double moved_m, double band_m) noexcept;
 
-  // Queries of nodes (open_nodes.cpp).
+  // Functions that query nodes, in open_nodes.cpp.
   bool open(std::uint32_t root, double root_nearest_m, double moved_m, double band_m) noexcept;
   bool open_leaf(const CutNode& entry, double moved_m, double band_m) noexcept;
   bool open_children(std::uint32_t root, double moved_m, double band_m) noexcept;
@@ -121,11 +122,11 @@ class ShellCandidates {
   std::vector<CutNode> cut_;
   std::vector<CutNode> old_cut_;
   KeptCut kept_;
-  std::size_t divided_up_to_ = 0;  ///< part where the next step continues to divide nodes
-  std::uint32_t walk_points_ = 0;  ///< points that the last complete walk queried, without those of dividing
+  std::size_t divided_up_to_ = 0;  ///< index of the part with which the next step continues dividing
+  std::uint32_t walk_points_ = 0;  ///< points queried by the last complete walk; those of dividing are not counted
   bool has_rested_ = false;        ///< the last step had the same pose as the step before it
   double band_m_ = 0;              ///< band of the last step
-  double least_band_m_ = 0;        ///< least band of all steps
+  double least_band_m_ = 0;        ///< least band so far
 };
 
 }  // namespace tandem::contact

@@ -1,4 +1,4 @@
-// Motion of a shell (frame P) relative to a field (frame F), and bounds of the change of distances.
+// Motion of a shell (frame P) relative to a field (frame F), as an upper bound of the change of all distances.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -8,11 +8,13 @@ namespace tandem::contact {
 
 struct ContactShape;
 
-/// Pose of the points in the field's frame, the motion of the last step, and the gap of shapes that are far apart.
+/// Pose of the points in the field's frame, their motion in the last step, and the gap between shapes that are far
+/// apart.
 ///
-/// Model   Two motions bound the change of each distance: that of the points in the field's frame, and that of the
-///         solid in the points' frame. The smaller one is used. The second is small if a small tool turns above a large
-///         table. A rotation by the quaternion q moves a point at distance r from the centre by at most 2 |vec(q)| r
+/// Model   Two motions bound the change of each distance: the motion of the points in the field's frame, and the motion
+///         of the solid in the points' frame. The smaller of the two is used. The second one is small if a small tool
+///         turns above a large table. A rotation by the quaternion q moves a point at distance r from the centre by at
+///         most 2 |vec(q)| r
 /// Thread  one at a time; no allocation
 class ShellMotion {
  public:
@@ -44,7 +46,7 @@ class ShellMotion {
   Pose X_FP_;
   Eigen::Matrix3d R_FP_ = Eigen::Matrix3d::Identity();
 
-  // Motion of the last move().
+  // The following members describe the last move().
   Eigen::Matrix3d turn_ = Eigen::Matrix3d::Zero();  ///< change of R_FP
   Vec3 shift_ = Vec3::Zero();                       ///< change of p_FP
   double turned_ = 0;         ///< upper bound of the motion by rotation, divided by the distance from the centre

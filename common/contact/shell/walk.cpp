@@ -1,4 +1,4 @@
-// Walk along the cut: entries whose bounds hold are copied, all other entries are queried.
+// Walk: one traversal of the cut. Entries whose bounds still hold are copied; all others are queried.
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -128,17 +128,17 @@ bool ShellCandidates::walk_part(CutPart& part, double band_m) noexcept {
   return true;
 }
 
-// Decides when the part is checked again for pairs of nodes to join above planes.
+// Decides when the part is next checked for halves that can be joined above planes.
 //
-// In      was_worth_it  this walk reduced the entries by a fifth
+// In      was_worth_it  true: this walk reduced the number of entries by at least a fifth
 void ShellCandidates::plan_halves_check(CutPart& part, bool is_due, bool was_worth_it) noexcept {
   const bool is_slow = part.step_motion_m < kSearch.slow_m;
   if (planes_.has_open_question() && levels_.is_new_level()) {
     part.has_open_question = true;
     part.halves_check_at_m = part.moved_m;
   } else if (is_due && planes_.has_open_question()) {
-    // In slow motion, valid results accumulate from step to step until the check is complete. In fast motion, results
-    // become invalid too soon, so the check is postponed.
+    // In slow motion, results remain valid and accumulate over several steps until the check is complete. In fast
+    // motion, results become invalid too soon, so the check is postponed.
     part.waits_for_rest = !is_slow;
     part.halves_check_at_m = part.moved_m + (is_slow ? 0 : share_of(part.node) * kSearch.max_halves_check_motion_m);
   } else if (is_due) {
@@ -150,8 +150,8 @@ void ShellCandidates::plan_halves_check(CutPart& part, bool is_due, bool was_wor
   }
 }
 
-// Appends an entry. If the entry before it is the other half of the same parent, and both bounds allow enough motion,
-// the parent replaces both (see kSearch.join_at). Returns false if there is no room.
+// Appends an entry. If the previous entry is the sibling of this node, and both bounds allow enough motion (see
+// kSearch.join_at), the parent replaces both. Returns false if the cut is full.
 bool ShellCandidates::keep(const CutNode& entry, double moved_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   const auto known_at_m = static_cast<float>(moved_m + band_m);
@@ -163,7 +163,7 @@ bool ShellCandidates::keep(const CutNode& entry, double moved_m, double band_m) 
   while (!cut_.empty() && entry.planes == 0 && at_m > known_at_m && node != walk_.root) {
     const CutNode& before = cut_.back();
     if (!(before.query_again_at_m > known_at_m) || before.planes != 0 || before.node <= walk_.root) break;
-    // The nodes that dividing has opened in this walk are not joined again.
+    // Nodes that dividing has just replaced by their children are not joined again in the same walk.
     if (walk_.divides_part && (is_sampled || before.is_sampled)) break;
     const std::uint32_t parent = before.node - 1;
     if (nodes[before.node].next != node || nodes[parent].is_leaf || nodes[parent].next != nodes[node].next) break;
@@ -178,7 +178,8 @@ bool ShellCandidates::keep(const CutNode& entry, double moved_m, double band_m) 
                             : append({.node = node, .query_again_at_m = at_m, .is_sampled = is_sampled});
 }
 
-// Copies the leading entries whose distance bounds still hold and that are above no planes. Returns their number.
+// Copies the leading entries that are above no planes and whose bounds still hold. Returns the number of copied
+// entries.
 std::size_t ShellCandidates::append_known(std::span<const CutNode> entries, double moved_m, double band_m) noexcept {
   const auto most = std::min(entries.size(), cut_limit() - cut_.size());
   std::size_t count = 0;

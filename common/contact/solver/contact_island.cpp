@@ -1,6 +1,7 @@
-// Newton's method on one island. Each iteration computes the residual M (V − V*) − h Σ wrenches (evaluate()) and its
-// derivative (assemble()). BlockCholesky computes the step that would zero the residual. The line search
-// (search_line()) takes the part of that step that lowers the potential.
+// Newton's method on one island (bodies that touch each other). Each iteration has three parts:
+// 1. evaluate() computes the residual M (V − V*) − h Σ wrenches, and assemble() its derivative.
+// 2. BlockCholesky computes the step of V that would make the linearised residual zero.
+// 3. search_line() takes the fraction of this step that lowers the potential.
 #include "common/contact/solver/contact_island.hpp"
 
 #include <algorithm>
@@ -9,17 +10,17 @@
 namespace tandem::contact {
 namespace {
 
-/// Newton's method ends when the residual velocity is below this, in the norm of the kinetic energy. Later steps do not
-/// correct the remaining residual. At 1 kHz, it is an error of the acceleration of 1e-8 m/s². Rounding errors are
-/// smaller.
+/// Newton's method ends when the residual velocity is below this, in the norm of the kinetic energy. The residual of a
+/// step is not corrected by later steps. At 1 kHz, this tolerance is an error of the acceleration of 1e-8 m/s².
+/// Rounding errors are smaller.
 constexpr double kTolerance_m_per_s = 1e-11;
-/// Number of iterations in which friction limits follow the normal forces. After these, both have usually converged to
-/// a few parts in a thousand.
+/// Number of iterations in which friction limits follow the normal forces. Limits and forces have then usually
+/// converged to a few parts in a thousand.
 constexpr std::uint32_t kFollowingIterations = 4;
-/// Maximum number of times that an island is solved again with new friction limits.
+/// Maximum number of times that an island is solved again with updated friction limits.
 constexpr std::uint32_t kRounds = 3;
-/// Number of iterations after which couplings are linearised. Up to then, most islands have converged with exact
-/// couplings.
+/// Number of iterations with the exact laws of couplings, which suffices for most islands. Later iterations use
+/// linearised couplings.
 constexpr std::uint32_t kExactIterations = 12;
 /// The line search ends when the slope of the potential is at most this fraction of the slope at its start.
 constexpr double kSlopeLeft = 0.1;
@@ -45,12 +46,12 @@ Twist twist_at(const IslandBody* body, const Vec3& about_W) {
   return {body->velocity.head<3>() + w.cross(about_W - body->p_WC), w};
 }
 
-/// Converts a wrench about `about_W` to the body's centre.
+/// Converts a wrench about `about_W` to a wrench about the body's centre.
 Vec6 at_centre(const IslandBody& body, const Wrench& wrench, const Vec3& about_W) {
   return (Vec6() << wrench.f, wrench.t + (about_W - body.p_WC).cross(wrench.f)).finished();
 }
 
-/// Returns the matrix that converts a twist of the body to `about_W`.
+/// Returns the matrix that converts a twist of the body's centre to the twist at `about_W`.
 Mat6 shift_to(const Vec3& about_W, const IslandBody& body) {
   const Vec3 r = about_W - body.p_WC;
   Mat6 shift = Mat6::Identity();
@@ -99,8 +100,8 @@ void ContactIsland::begin(double step_s, std::span<IslandBody* const> bodies, st
   set_hardness();
 }
 
-// Computes the stiffness of the hard floor. It suffices for the worst case: the inertia of the whole island and all
-// forces on it act on one contact of its lightest body.
+// Computes the stiffness of the hard floor (ContactRows). It suffices for the worst case, in which one contact of the
+// lightest body stops the inertia of the whole island against all forces on the island.
 void ContactIsland::set_hardness() noexcept {
   double push_n = 0;
   for (const IslandBody* body : bodies_) push_n += body->push_n;
@@ -111,11 +112,12 @@ void ContactIsland::set_hardness() noexcept {
   for (IslandPatch& patch : patches_) patch.terms.hard_n_per_m = hard_n_per_m;
 }
 
-// Solves the island. In the first iterations, friction limits follow the normal forces. The desired solution has such
-// limits, but without a potential the convergence is not certain. Most steps end there. Otherwise the friction limits
-// reached so far are kept and, if necessary, couplings are linearised; this always converges. Normal forces of an early
-// iterate may be many times those of the solution, for example when sliding bodies collide. The island is then solved
-// again with the friction limits of the solution found.
+// Solves the island in up to three stages:
+// 1. Friction limits follow the normal forces. The desired solution has such limits, but there is no potential, so the
+//    iteration may not converge. In most steps it converges here.
+// 2. Friction limits are kept at their last values and, if necessary, couplings are linearised. This always converges.
+// 3. The limits may come from an early iterate with normal forces many times too large, for example when sliding bodies
+//    collide. The island is therefore solved again with the friction limits of the solution found.
 bool ContactIsland::solve(std::uint32_t iterations) noexcept {
   friction_ = FrictionLimit::kFollows;
   evaluate();

@@ -27,8 +27,8 @@ struct IslandBody {
   Vec6 momentum(const Vec6& v) const;
   /// Returns the energy norm of the residual: twice the kinetic energy of the velocity that the residual would cause.
   double residual_energy() const;
-  /// Returns the magnitude of a wrench as a force. A torque is converted to the force with the same moment at a lever
-  /// of the radius of gyration.
+  /// Returns the magnitude of a wrench as a force. A torque counts as the force that would cause it at a lever arm of
+  /// the body's radius of gyration.
   double force_of(const Wrench& wrench) const;
 };
 
@@ -39,7 +39,7 @@ struct IslandPatch {
   int island = 0;
   std::size_t index = 0;  ///< index among the caller's patches
   Wrench on_a_W;          ///< wrench on A, about terms.about_W
-  bool is_void = false;   ///< whether the forces of the patch are invalid and reported as zero
+  bool is_void = false;   ///< true: the forces of the patch are invalid, and are reported as zero
 
   bool moves_a() const { return a != nullptr && a->is_moving; }
   bool moves_b() const { return b != nullptr && b->is_moving; }
@@ -56,13 +56,13 @@ struct IslandCoupling {
   bool is_void = false;
 };
 
-/// Minimises the potential of ContactSolver over the velocities, one island at a time.
+/// Minimises the potential of ContactSolver over the velocities of one island at a time.
 class ContactIsland {
  public:
   ContactIsland(std::size_t bodies, ContactRows& rows);
 
-  /// Selects the island to solve, and computes the stiffness of the hard floor of its patches. The patches must have
-  /// rows.
+  /// Selects the island to solve, and computes the stiffness of the hard floor (ContactRows) of its patches. The rows
+  /// of the patches must exist already.
   void begin(double step_s, std::span<IslandBody* const> bodies, std::span<IslandPatch> patches,
              std::span<IslandCoupling> couplings) noexcept;
   /// Runs Newton's method from the bodies' velocities. Returns false if it has not converged within `iterations`.

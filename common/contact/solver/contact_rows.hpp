@@ -31,8 +31,8 @@ struct PatchTerms {
   double lag_s() const { return step_s + dissipation_s; }
 };
 
-/// Limit of the friction: μ times the normal force of this evaluation (kFollows), or μ times that of the last
-/// evaluation with kFollows (kKept). Only with a kept limit, forces have a potential in the velocities.
+/// Limit of the friction. kFollows: μ times the normal force of this evaluation. kKept: μ times the normal force of the
+/// last evaluation with kFollows. Only with a kept limit, forces are the derivative of a potential of the velocities.
 enum class FrictionLimit : std::uint8_t { kFollows, kKept };
 
 /// Forces of contacts at trial velocities, and their derivatives. Twists are those of A relative to B; wrenches act on
@@ -42,16 +42,18 @@ enum class FrictionLimit : std::uint8_t { kFollows, kKept };
 ///         the dissipation, ρ the rigid depth, (x)₊ = max(x, 0):
 ///         f_n = w (min(δ, ρ) + (h + τ) u)₊ + w_hard (min(δ − ρ, h·0.2 m/s) + h u)₊.
 ///         This is a soft layer with a Kelvin-Voigt damper, evaluated at the end of the step, and a hard floor under
-///         it. For a gap, the layer's δ is multiplied by (h + τ)/h, so that the damper begins where the surfaces meet.
-///         The floor separates overlapping bodies at 0.2 m/s at most, and the layer at ρ/(h + τ) at most, so that they
-///         are not thrown apart. Friction is −k_t z clamped to length μ f_n, with z = s + r (h + τ) v_t, k_t = 0.8 w,
-///         the bristle s and the tangential velocity v_t. While the contact sticks, friction is thus a spring, and a
-///         body at rest does not creep. The factor r = f_n/(w ρ), limited to 1 to 100, makes friction stiffer for a
-///         contact on the hard floor, in proportion to its normal force. After the step, the bristle is s + r h v_t, at
-///         most μ f_n / k_t long. Both forces are dissipative. f_n h u is at least the increase of the layer's energy ½
-///         w δ², for either sign of u. The clamp, a projection on a ball, is monotone. While r is constant, friction
-///         therefore dissipates at least the increase of the energy stored in s. When r falls to 1, s may return 0.6 μ²
-///         w ρ² more (8 µJ for a tip of 1 mm).
+///         it. For a gap, the layer's δ is multiplied by (h + τ)/h, so that the damper acts only from the moment of
+///         touching. Overlapping bodies are not thrown apart: the floor separates them at 0.2 m/s at most, the layer at
+///         ρ/(h + τ) at most.
+///         Friction is −k_t z clamped to length μ f_n. Here z = s + r (h + τ) v_t, k_t = 0.8 w, s is the bristle
+///         (tangential displacement since sticking began), and v_t the tangential velocity. While the contact sticks,
+///         friction is thus a spring, and a body at rest does not creep. The factor r = f_n/(w ρ), limited to 1 to 100,
+///         makes friction stiffer for a contact on the hard floor, in proportion to its normal force. After the step,
+///         the bristle is s + r h v_t, at most μ f_n / k_t long.
+///         Both forces are dissipative. f_n h u is at least the increase of the layer's energy ½ w δ², for either sign
+///         of u. The clamp, a projection on a ball, is monotone; while r is constant, friction therefore dissipates at
+///         least the increase of the energy stored in s. When r falls to 1, s may return 0.6 μ² w ρ² more (8 µJ for a
+///         tip of 1 mm)
 /// Source  our derivation; 0.8 is Mindlin's ratio k_t / k_n of two elastic spheres, 2 (1 − ν)/(2 − ν), for a Poisson's
 ///         ratio ν of 0.3 to 0.35
 class ContactRows {
@@ -60,9 +62,9 @@ class ContactRows {
   ~ContactRows();
 
   void clear() noexcept { used_ = 0; }
-  /// Appends rows for these contacts and stores their range in `terms`. Returns false if there is no room. Invalid
-  /// contacts (a number is not finite, the area is not positive, or the normal is no unit vector) have no force; `ill`
-  /// counts them.
+  /// Appends rows for these contacts and stores their range in `terms`. Returns false if the capacity does not suffice.
+  /// An invalid contact has no force, and `ill` counts it. A contact is invalid if a number is not finite, the area is
+  /// not positive, or the normal is no unit vector.
   bool append(std::span<const ContactPoint> contacts, PatchTerms& terms, std::uint32_t& ill) noexcept;
 
   /// Returns the wrench on A for this twist of A relative to B, both about terms.about_W.

@@ -1,4 +1,5 @@
-// A user's coupling in the contact solver: evaluated implicitly, at the body's pose at the end of the step.
+// A user's virtual coupling in the contact solver. It is evaluated implicitly: at the body's pose at the end of the
+// step.
 #pragma once
 
 #include "common/contact/solver/block_cholesky.hpp"
@@ -8,14 +9,15 @@ namespace tandem::contact {
 
 /// The coupling of one step as a function of the body's twist.
 ///
-/// Model   The tool T is fixed to the body. At the end of the step, with r from C to T at its start: r' = exp(h ω) r,
-///         p_WT = p_WC + h v + r', v_WT = v + ω × r'. The coupling's wrench (f, τ) about T is (f, τ + r' × f) about C.
-///         The handle H keeps its last received pose and velocity, since its motion during the step is not known yet.
+/// Model   The tool T is fixed to the body with centre of mass C. At the end of the step, with r from C to T at its
+///         start: r' = exp(h ω) r, p_WT = p_WC + h v + r', v_WT = v + ω × r'. The coupling's wrench (f, τ) about T is
+///         (f, τ + r' × f) about C. The handle H keeps its last received pose and velocity, since its motion during the
+///         step is not known yet.
 ///         The derivative is −Tᵀ (h K_d + B_v) T with T = [1, −[r']×], and −(h K_θ + B_ω) for the rotation (K:
 ///         stiffness, B: damping of the law). It omits the rotation of the lever r' and of the rotation vector, because
-///         no symmetric positive matrix contains them; the wrench is exact nevertheless. The iteration may then fail to
-///         converge, for example when a hand's pose jumps by a radian. For this case, linearise() replaces the law by
-///         its wrench and derivative for the rest of the step.
+///         no symmetric positive matrix contains them; the wrench is exact nevertheless. Because of this omission the
+///         iteration may fail to converge, for example when a hand's pose jumps by a radian. linearise() is for this
+///         case
 class CouplingTerm {
  public:
   CouplingTerm() = default;
@@ -25,7 +27,7 @@ class CouplingTerm {
   Wrench evaluate(const Twist& V_WC) noexcept;
   /// Returns −∂wrench/∂V_WC at the twist of the last evaluate().
   Mat6 derivative() const noexcept;
-  /// Replaces the law by its linearisation at `V_WC` for all later evaluations.
+  /// Replaces the law by its wrench and derivative at `V_WC`, for all later evaluations of this step.
   void linearise(const Twist& V_WC) noexcept;
   /// Returns the wrench of the last evaluation, about the tool's origin.
   const Wrench& on_tool_W() const { return on_tool_W_; }

@@ -18,9 +18,9 @@ struct SolverBody {
   Vec3 p_WC = Vec3::Zero();
   Twist V_WC;       ///< velocity of C
   Wrench wrench_W;  ///< external wrench (weight, fields) about C
-  /// If true, the body moves with V_WC regardless of forces: mass, inertia and wrench_W are not used. Contacts with
+  /// True: the body moves with V_WC regardless of forces, and mass, inertia and wrench_W are not used. Contacts with
   /// static or other prescribed bodies then ignore the rigid depth, because no force could end the overlap. Their soft
-  /// layer extends to any depth.
+  /// layer (ContactRows) extends to any depth.
   bool is_prescribed = false;
 };
 

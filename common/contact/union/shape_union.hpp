@@ -1,4 +1,4 @@
-// Contact with the union of shapes: surface that another shape covers has no contact.
+// Contact with a union of shapes: a surface that another shape of the union covers has no contact.
 #pragma once
 
 #include <optional>
@@ -10,8 +10,8 @@ namespace tandem::contact {
 
 struct ContactPoint;
 
-/// Distance from a contact beyond which other shapes do not change it: twice the largest rigid depth (depth beyond
-/// which contact is as stiff as the step allows).
+/// Other shapes affect a contact only within this distance: twice the largest rigid depth (depth beyond which contact
+/// is as stiff as the step allows).
 inline constexpr double kUnionReach_m = 2 * kMaxRigidDepth;
 
 /// A shape with its pose in the world.
@@ -20,14 +20,16 @@ struct PlacedShape {
   Pose X_WS;
 };
 
-/// Union of one shape of a pair with its neighbours: shapes beside it that are near the other shape of the pair.
+/// Union of one shape of a pair with its neighbours: other shapes beside it, and near the second shape of the pair.
 ///
 /// Model   A pressing contact pushes its point p by depth × normal to a point q of the shape's surface. If another
 ///         shape covers q, that surface is inside the union. The contact is then resolved along the shorter of two
-///         displacements: out of the same shape through another face, or through q and out of the covering shape. Both
-///         are found from samples farther inside, where the covered face is not the nearest one. For flat faces they
-///         are exact. In a transition 20 µm wide (more for meshes) between covered and free surface, both results are
-///         interpolated, so that forces do not jump.
+///         displacements:
+///         1. out of the same shape through another face
+///         2. through q and out of the covering shape
+///         Both are found from samples farther inside, where the covered face is not the nearest face. For flat faces
+///         they are exact. In a transition 20 µm wide (more for meshes) between covered and free surface, the result is
+///         interpolated, so that forces do not jump
 /// Thread  any; no allocation
 class ShapeUnion {
  public:
@@ -56,8 +58,8 @@ class ShapeUnion {
   std::span<const PlacedShape> others_;
 };
 
-/// Moves the shapes that are near the contacts to the front of `shapes`, in their order, and returns their number. The
-/// entries behind them become invalid.
+/// Moves the shapes that are near the contacts to the front of `shapes`, in unchanged order, and returns their number.
+/// The remaining entries become invalid.
 std::size_t keep_near(std::span<PlacedShape> shapes, std::span<const ContactPoint> contacts) noexcept;
 
 }  // namespace tandem::contact

@@ -8,8 +8,8 @@
 
 namespace tandem::geometry {
 
-/// Limit of the coordinates of a mesh before scaling. Its inverse is the lower limit of the mesh's size. With these
-/// limits, the size, its inverse, and products of three sizes do not overflow.
+/// Limit of the coordinates of a mesh before scaling; its inverse is the lower limit of the mesh's size. With these
+/// limits, the size, the inverse of the size, and products of three sizes do not overflow.
 inline constexpr double kMaxMeshUnits = 1e100;
 
 /// Returns the bounding box of the vertices that triangles use; unused vertices are ignored.

@@ -12,8 +12,8 @@ namespace tandem::geometry {
 namespace {
 
 constexpr int kNoTriangle = -1;
-// Two triangles at an edge are treated as coincident if the angle between them is below this. Single-precision rounding
-// rotates a triangle by this angle if its height is 1/100 of the mesh's size.
+// Two triangles at an edge are treated as coincident if the angle between them is below this. Rounding to single
+// precision rotates a triangle by this angle if the triangle's height is 1/100 of the mesh's size.
 constexpr double kSameAngle_rad = 2e-5;
 
 /// Returns the number of a half-edge: 3 · triangle + side.
@@ -44,7 +44,8 @@ class Connector {
     }
   }
 
-  /// Gives each fan of connected triangles around a vertex a vertex of its own. Returns the number of vertices added.
+  /// Separates fans: if several fans of connected triangles meet only at a vertex, each fan gets its own copy of the
+  /// vertex. Returns the number of vertices added.
   std::size_t separate_fans() {
     std::vector<int> root(partner_.size());
     std::iota(root.begin(), root.end(), 0);
@@ -88,7 +89,7 @@ class Connector {
       const auto& triangles = parts.back().triangles;
       const auto is_turned = [this](int t) { return turning_[static_cast<std::size_t>(t)] == Turning::kAgainst; };
       const auto count = std::count_if(triangles.begin(), triangles.end(), is_turned);
-      // The smaller set of triangles is reversed, which may be those marked kAgainst or all others.
+      // The smaller set of triangles is reversed: those marked kAgainst, or all others.
       const bool is_minority = 2 * static_cast<std::size_t>(count) <= triangles.size();
       for (const int t : triangles) {
         if (is_turned(t) != is_minority) continue;
@@ -120,8 +121,8 @@ class Connector {
     }
     for (const int first : halves) {
       std::vector<int> loop;
-      // At a border, each vertex has one fan of triangles, so only one border edge starts there. The walk along the
-      // border therefore ends at its start.
+      // At a border, each vertex has one fan of triangles, so only one border edge starts at each vertex. Following the
+      // border therefore ends at the first edge.
       for (int half = first; half != kNoTriangle;) {
         int& leaving = border_from[static_cast<std::size_t>(vertex_at(half))];
         if (leaving == kNoTriangle) break;
@@ -144,20 +145,21 @@ class Connector {
     partner_[static_cast<std::size_t>(number_of(b))] = number_of(a);
   }
 
-  /// A triangle as seen along one of its edges: the edge is a point, and the triangle a line that starts at this point.
+  /// A triangle as seen along one of its edges. The edge appears as a point, and the triangle as a line from this
+  /// point.
   struct Spoke {
     double angle_rad;
     bool runs_along;
     HalfEdge half;
   };
 
-  /// Orders coincident spokes such that the directions of their triangles alternate. Otherwise their order would depend
-  /// on rounding.
+  /// Orders coincident spokes such that the directions in which their triangles traverse the edge alternate. Otherwise
+  /// the order of coincident spokes would depend on rounding.
   /// In      spokes  sorted by angle
   /// Out     true if the directions alternate all around the edge
   static bool alternate(std::vector<Spoke>& spokes) {
     // The loop starts after a gap between spokes, and not within a group of coincident ones. If all spokes coincide,
-    // any start will do.
+    // any start is suitable.
     std::size_t start = 0;
     while (start < spokes.size() && !is_gap(spokes, start)) ++start;
     std::rotate(spokes.begin(), spokes.begin() + static_cast<std::ptrdiff_t>(start % spokes.size()), spokes.end());
@@ -186,10 +188,10 @@ class Connector {
     return std::min(apart, 2 * std::numbers::pi - apart) > kSameAngle_rad;
   }
 
-  /// Pairs the triangles around an edge. Seen along the edge, the material of a triangle that traverses the edge
-  /// backwards is on its anticlockwise side. The material of a triangle that traverses it forwards is on its clockwise
-  /// side. Each triangle of the first kind is joined with the next triangle in anticlockwise direction, which must be
-  /// of the second kind.
+  /// Pairs the triangles around an edge, as seen along the edge. Triangles that traverse the edge backwards have their
+  /// material on the anticlockwise side; those that traverse it forwards, on the clockwise side. Each backward triangle
+  /// is paired with the next triangle in anticlockwise direction, which must be a forward one. Returns false if it is
+  /// not.
   bool pair_around(std::span<const HalfEdge> uses) {
     const int a = start_of(mesh_, uses[0]);
     const Vec3& origin = mesh_.vertices[static_cast<std::size_t>(a)];
@@ -232,7 +234,7 @@ class Connector {
       for (int half = 3 * triangle; half < 3 * triangle + 3; ++half) {
         const int other = partner_[static_cast<std::size_t>(half)];
         if (other == kNoTriangle) continue;
-        // The orientations of neighbours are consistent if they traverse their common edge in opposite directions.
+        // Neighbours have consistent orientations if they traverse their common edge in opposite directions.
         const bool agrees = vertex_at(half) == vertex_at(next_side(other));
         const bool is_along = (turning_[static_cast<std::size_t>(triangle)] == Turning::kAlong) == agrees;
         const Turning wanted = is_along ? Turning::kAlong : Turning::kAgainst;
@@ -251,7 +253,7 @@ class Connector {
   void turn(int triangle) {
     auto& corners = mesh_.triangles[static_cast<std::size_t>(triangle)];
     std::swap(corners[1], corners[2]);
-    // Reversing a triangle exchanges its sides 0 and 2, so their entries are exchanged too.
+    // Reversing a triangle exchanges its sides 0 and 2, so their entries are exchanged as well.
     std::swap(partner_[static_cast<std::size_t>(3 * triangle)], partner_[static_cast<std::size_t>(3 * triangle + 2)]);
     for (int half = 3 * triangle; half < 3 * triangle + 3; ++half) {
       const int other = partner_[static_cast<std::size_t>(half)];
@@ -261,7 +263,7 @@ class Connector {
   }
 
   TriangleMesh& mesh_;
-  std::vector<int> partner_;  // opposite half-edge of each half-edge; kNoTriangle at a border
+  std::vector<int> partner_;  // for each half-edge: its opposite half-edge; kNoTriangle at a border
   std::vector<Turning> turning_;
   std::vector<int> unpaired_;  // triangles at edges whose triangles cannot be paired
 };

@@ -14,17 +14,17 @@ struct MeshPart {
   /// Closed loops of vertices, each in the direction in which the part's triangles traverse it.
   std::vector<std::vector<int>> borders;
   bool is_orientable = true;
-  bool is_unpaired = false;  ///< true if the part ends at an edge of three or more triangles that cannot be paired
+  bool is_unpaired = false;  ///< the part ends at an edge of three or more triangles that cannot be paired
 };
 
 inline bool is_closed(const MeshPart& part) {
   return part.borders.empty() && !part.is_unpaired && part.is_orientable;
 }
 
-/// Makes `mesh` a manifold. At an edge with more than two triangles, those two triangles are connected that enclose
-/// material between them. If the triangles of an edge cannot be paired in this way, none of them is connected there.
-/// Parts that touch only at an edge or a vertex get separate vertices. All triangles of a part get the orientation of
-/// the majority.
+/// Makes `mesh` a manifold. At an edge with more than two triangles, pairs of triangles that enclose material between
+/// them are connected. If the triangles of an edge cannot be paired in this way, none of them is connected at this
+/// edge. Parts that touch only at an edge or a vertex get separate vertices. All triangles of a part get the
+/// orientation of the majority.
 ///
 /// In      mesh  welded mesh
 std::vector<MeshPart> connect(TriangleMesh& mesh, std::vector<std::string>& notes);

@@ -7,8 +7,8 @@
 namespace tandem::geometry {
 namespace {
 
-// Maximum length of a loop that is closed by ear clipping, whose cost is quadratic in the length. A longer loop is
-// closed by a fan of triangles around the loop's centre.
+// Maximum number of edges of a loop that is closed by ear clipping, whose cost is quadratic. A longer loop is closed by
+// a fan of triangles around the loop's centre.
 constexpr std::size_t kMaxClipped = 1000;
 
 class HoleCloser {

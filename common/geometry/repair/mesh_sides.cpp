@@ -16,7 +16,7 @@
 namespace tandem::geometry {
 namespace {
 
-// Numbers of rays: least and most for one part, and most for all open parts together.
+// Numbers of rays that search for openings: minimum and maximum for one part, and maximum for all open parts together.
 constexpr std::size_t kMinRaysOfPart = 8, kMaxRaysOfPart = 256, kMaxRays = 2000;
 // Meshes with fewer triangles than this are classified on one thread.
 constexpr std::size_t kMinForThreads = 5000;
@@ -26,30 +26,30 @@ constexpr std::size_t kMaxThreads = 16;
 // that single precision leaves between coplanar triangles, and a tenth of the thickness of a thin wall.
 constexpr double kStepShare = 2e-6;
 
-// Tolerance of a clear classification: largest difference of the winding number from the exact value for a border, the
+// Tolerance of a clear classification: largest deviation of the winding number from the exact value of a border, the
 // inside or the outside.
 constexpr double kUnclear = 0.1;
 
-/// Classifies a triangle by the mean of the winding numbers on its two sides. This mean equals the winding number of
-/// all other triangles there, because the triangle itself makes the winding number jump by 1. The mean is ½ for a
-/// border of a solid, or −½ if the solid is inside out. It is 0 outside, and 1 or more inside. If the jump is 2, the
-/// solid or the triangle exists twice; the mean for a border is then 1 or ½.
+/// Classifies a triangle by the mean of the winding numbers on its two sides. The triangle itself makes the winding
+/// number jump by 1, so this mean equals the winding number of all other triangles at this point. The mean is ½ for a
+/// border of a solid (−½ if the solid is inside out), 0 outside, and 1 or more inside. If the jump is 2, the solid or
+/// the triangle exists twice; the mean for a border is then 1 or ½.
 Side side_of(double half_way, double jump = 1) {
   const double others = std::abs(half_way);
   if (others < 0.25) return Side::kOutside;
   return others < std::max(1.0, std::abs(jump)) / 2 + 0.25 ? Side::kBorder : Side::kInside;
 }
 
-/// Returns whether a mean winding number is close to the value for a border, the inside or the outside. Near a wall
-/// that lacks the faces of one side, it is between these values.
+/// Returns whether a mean winding number is close to the value of a border, the inside or the outside. Near a wall that
+/// lacks the faces of one side, it lies between these values.
 bool is_clear(double half_way) {
   const double others = std::abs(half_way);
   return others > 1 - kUnclear || others < kUnclear || std::abs(others - 0.5) < kUnclear;
 }
 
-/// Classifies triangles by the winding number of all other triangles at their middle. If another triangle lies at that
-/// point, this number depends on rounding. The classification then uses the winding numbers of all triangles at a small
-/// distance on both sides.
+/// Classifies each triangle by the winding number of all other triangles at its middle. If another triangle contains
+/// this point, the result would depend on rounding. The winding numbers at a small distance on both sides are then used
+/// instead.
 class SideClassifier {
  public:
   explicit SideClassifier(const TriangleMesh& mesh)
@@ -69,8 +69,8 @@ class SideClassifier {
     }
     const Side side = side_beside(middle, normal);
     if (side == Side::kBorder) return side;
-    // The other triangle may cover only a part of this one, so several points are sampled. One border among them
-    // suffices. A border triangle that is missing would leave a hole, but one that is superfluous lies inside and
+    // The coincident triangle may cover only a part of this one, so several points are sampled. The triangle is a
+    // border if any sample is. A missing border triangle would leave a hole, whereas a superfluous one lies inside and
     // cannot be felt.
     for (const Vec3& corner : corners) {
       if (side_beside((middle + corner) / 2, normal) == Side::kBorder) return Side::kBorder;
@@ -89,9 +89,9 @@ class SideClassifier {
     return (high - low).norm();
   }
 
-  /// Returns whether a triangle whose middle is inside extends to the border, because another closed part crosses it.
-  /// The test looks for the winding number of a border in the middles of sixteen equal subtriangles. It is not reliable
-  /// near an open surface, where the winding number can have any value.
+  /// Returns whether a triangle whose middle is inside extends to the border of the solid, because another closed part
+  /// crosses it. Samples the middles of sixteen equal subtriangles. The test is not reliable near an open surface,
+  /// where the winding number can have any value.
   bool comes_out(std::size_t triangle, const std::array<Vec3, 3>& corners) const {
     constexpr int kAlong = 4;
     const Vec3 u = (corners[1] - corners[0]) / kAlong, v = (corners[2] - corners[0]) / kAlong;
@@ -143,7 +143,7 @@ class Rays {
     farthest_m_ = box.sizes().norm();
   }
 
-  /// Returns whether a straight ray from the middle of a triangle leaves the inside before it meets a triangle.
+  /// Returns whether a straight ray from the middle of a triangle leads out of the inside before it meets a triangle.
   bool get_out(const Vec3& middle, const Vec3& normal) const {
     for (const double sign : {-1.0, 1.0}) {
       const Vec3 ahead = sign * normal;
@@ -190,8 +190,8 @@ std::vector<Side> sides_of(const TriangleMesh& mesh) {
   std::vector<std::size_t> all(sides.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   const std::vector<char> is_sure = classify(mesh, all, sides);
-  // In the second pass, uncertain triangles are classified again. Triangles that are certainly no border are excluded
-  // from the mesh of that pass.
+  // In the second pass, uncertain triangles are classified again, in a mesh without the triangles that are certainly no
+  // border.
   TriangleMesh rest{mesh.vertices, {}};
   std::vector<std::size_t> unsure, unsure_in_rest;
   for (const std::size_t t : all) {

@@ -8,8 +8,8 @@
 
 namespace tandem::geometry {
 
-/// Classification of a triangle. kBorder: the inside is on one side only. kInside: it is on both sides. kOutside: it is
-/// on neither side.
+/// Classification of a triangle by the position of the solid's inside. kBorder: on one side only. kInside: on both
+/// sides. kOutside: on neither side.
 enum class Side : std::uint8_t { kBorder, kInside, kOutside };
 
 /// Classifies each triangle by the winding number of all other triangles. If a triangle coincides with another one, the
@@ -26,8 +26,8 @@ std::vector<int> those_of(const std::vector<Side>& sides, Side side);
 /// Out     indices into `sides`
 std::vector<int> inner_of(const std::vector<MeshPart>& parts, const std::vector<Side>& sides);
 
-/// Returns, for each part of a surface, the fraction of its area from which a straight ray can leave the inside without
-/// crossing a triangle. The fraction is estimated by a few hundred rays. It is 0 for closed parts.
+/// Returns, for each part of a surface, the open fraction of its area: a straight ray from there can leave the inside
+/// without crossing a triangle. The fraction is estimated by a few hundred rays. It is 0 for closed parts.
 ///
 /// In      all  all triangles that define the inside, including those of the parts
 std::vector<double> open_shares(const TriangleMesh& surface, const std::vector<MeshPart>& parts,

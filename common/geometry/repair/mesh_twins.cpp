@@ -14,24 +14,24 @@ namespace tandem::geometry {
 namespace {
 
 // Maximum number of rounds. Each round removes one layer of duplicates. Adjacent patches may then merge into larger
-// patches, which may be duplicates as well.
+// patches that are duplicates, too.
 constexpr int kMaxRounds = 8;
 // A patch ends at an edge where the surface folds back, with an angle below 45° between its two sides.
 constexpr double kMaxFoldCosine = 0.707;
-// Limit of border edges up to which patches are compared by their borders. Longer patches are compared only by whether
+// Patches with at most this number of border edges are compared by their borders. Larger patches are duplicates only if
 // they cover each other.
 constexpr std::size_t kMaxCorners = 64;
-// Maximum distance between two triangulations of a twisted polygon, as a fraction of the square root of its area. The
-// full distance is allowed if all edges of the polygon have further triangles: the two triangulations are then probably
-// duplicates. Without further triangles they may also be a thin solid.
+// Maximum distance between two triangulations of a twisted polygon, as a fraction of the square root of its area. Such
+// triangulations may be duplicates or a thin solid. The full distance is allowed only if all edges of the polygon have
+// further triangles, since they are then probably duplicates.
 constexpr double kTwistShare = 0.25;
 // Largest relative difference of the areas of coincident pieces: the rounding error of single precision.
 constexpr double kAreaShare = 1e-5;
 // Maximum number of candidates that are compared with a patch. Usually there are few.
 constexpr std::size_t kMaxCandidates = 16;
 constexpr std::size_t kMaxOverlaps = 20'000'000;
-// An asymmetric direction. Corners of man-made shapes hardly ever have equal coordinates along it, so the extreme
-// corners of a patch are unique.
+// An asymmetric direction. In man-made shapes, corners hardly ever have equal coordinates along it, so the first and
+// the last corner of a patch along it are unique.
 const Vec3 kAlong(0.5381947, 0.3017251, 0.7869843);
 
 struct Patch {
@@ -110,7 +110,7 @@ class Patches {
 
   const TriangleMesh& mesh_;
   EdgeUses edges_;
-  std::vector<int> partner_;  // triangle across each half-edge, if the surface continues there; otherwise −1
+  std::vector<int> partner_;  // for each half-edge: triangle on its other side if the surface continues there; else −1
   std::vector<std::uint32_t> edge_of_;
   std::vector<Patch> patches_;
 };
@@ -218,8 +218,8 @@ class Comparer {
     return common_area_m2(smaller, larger, normal);
   }
 
-  /// Returns whether `b` is close to the middles of the triangles of `a` and to the middles of their sides. Both
-  /// patches have the same corners, so these need no test.
+  /// Returns whether `b` is close to `a` at the middles of a's triangles and of their sides. The corners need no test,
+  /// because both patches have the same corners.
   bool is_near(const Patch& a, const Patch& b, double most_m) const {
     const auto lies_at = [&](const Vec3& p) {
       return std::ranges::any_of(b.triangles, [&](int t) {
@@ -237,8 +237,8 @@ class Comparer {
   double tolerance_m_;
 };
 
-/// Marks each patch that duplicates an earlier one. `order` places candidates for a patch next to it; these satisfy
-/// `is_alike`.
+/// Marks each patch that duplicates an earlier one. In `order`, patches that may be duplicates of each other
+/// (`is_alike`) are consecutive.
 template <typename Alike, typename Twins>
 void mark_twins(std::span<const std::size_t> order, Alike is_alike, Twins are_twins, std::vector<bool>& is_twin) {
   for (std::size_t i = 0; i < order.size(); ++i) {

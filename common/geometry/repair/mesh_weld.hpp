@@ -9,12 +9,12 @@
 namespace tandem::geometry {
 
 /// Merges vertices that are closer than 1e-7 of the bounding box's diagonal, the rounding error of single-precision
-/// files. Removes unused vertices, triangles with a height below 1e-9 of the diagonal, and duplicate surface
-/// (mesh_twins.hpp). The third corner of a flat triangle may lie on its longest side. The triangle across that side is
-/// then divided at this corner, so that no gap remains.
+/// files. Removes unused vertices, duplicate surfaces (mesh_twins.hpp), and flat triangles, whose height is below 1e-9
+/// of the diagonal. If the third corner of a flat triangle lies on its longest side, the neighbour across that side is
+/// divided at this corner, so that no gap remains.
 ///
 /// In      mesh  indices in range, vertices finite
-/// Fails   MeshError: most vertices are within 1e-5 of the box's size. The search would take quadratic time there
+/// Fails   MeshError: most vertices are within 1e-5 of the box's size, where the search would take quadratic time
 void weld(TriangleMesh& mesh, std::vector<std::string>& notes);
 
 /// Returns the largest distance at which vertices are merged.

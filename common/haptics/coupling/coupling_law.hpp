@@ -15,7 +15,7 @@ namespace tandem::haptics {
 struct CouplingState {
   Vec3 d_W = Vec3::Zero();      ///< p_WH − p_WT [m]
   Vec3 theta_W = Vec3::Zero();  ///< rotation vector of the shortest rotation from T to H [rad]
-  Vec3 v_W = Vec3::Zero();      ///< v_WH − w_WH × d − v_WT: velocity of H's point at T, less T's [m/s]
+  Vec3 v_W = Vec3::Zero();      ///< v_WH − w_WH × d − v_WT: velocity of H's point at T, minus T's [m/s]
   Vec3 w_W = Vec3::Zero();      ///< w_WH − w_WT [rad/s]
   Vec3 v_WH = Vec3::Zero();     ///< velocity of the handle; distinguishes pushing from receding [m/s]
   Vec3 w_WH = Vec3::Zero();     ///< angular velocity of the handle [rad/s]
@@ -46,7 +46,7 @@ struct CouplingGradient {
   Eigen::Matrix3d torque_by_w = Eigen::Matrix3d::Zero();      ///< ∂τ/∂ω [N·m·s/rad]
 };
 
-/// Dynamics of the tool for which a law is made.
+/// Kind of tool for which a law is made.
 enum class ToolDynamics : std::uint8_t {
   kWithMass,  ///< a rigid body with mass, weight and velocity
   kMassless,  ///< no mass and no weight: in each step the tool is at equilibrium between coupling and contact
@@ -85,10 +85,9 @@ inline Wrench reaction_on_hand(const Wrench& on_tool_W, const Vec3& d_W) noexcep
 
 /// Returns the wrenches of `law` on both ends. Their forces sum to zero, and so do their moments about any one point.
 ///
-/// Model   on the tool (f, τ) about T; on the hand (−f, −τ + d × f) about H. The power of both wrenches,
-///         f·v_T + τ·ω_T − f·v_H − (τ − d × f)·ω_H = −f·(v_H − ω_H × d − v_T) − τ·(ω_H − ω_T),
-///         is −f·v − τ·ω with v, ω of CouplingState. This is exactly the power that a spring and damper store and
-///         dissipate
+/// Model   on the tool (f, τ) about T; on the hand (−f, −τ + d × f) about H. The power of both wrenches, f·v_T + τ·ω_T
+///         − f·v_H − (τ − d × f)·ω_H = −f·(v_H − ω_H × d − v_T) − τ·(ω_H − ω_T), is −f·v − τ·ω with v, ω of
+///         CouplingState. This is the negative of the power that spring and damper store and dissipate
 /// Source  our derivation. The moment of the lever d acts on the hand. The tool is thus turned by the coupling's torque
 ///         only, wherever the handle is
 CouplingWrenches coupling_wrenches(const CouplingLaw& law, const Pose& X_WH, const Twist& V_WH, const Pose& X_WT,

@@ -1,6 +1,6 @@
 // Accepted range of each coupling coefficient that is received or read from a file. Within these ranges arithmetic does
-// not overflow. They allow scenes from nanometres to rooms, after workspace scaling. They do not protect the user's
-// hand: the limits of the device do that.
+// not overflow, and scenes from nanometres to rooms are possible (after workspace scaling). The ranges do not protect
+// the user's hand: the limits of the device do that.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Cross-fade between two coupling laws. With it, a change while the coupling is stretched causes no step of force.
+// Cross-fade between two coupling laws, so that a change while the coupling is stretched causes no step of force.
 // Server and client use the same fade, and the same ramp of coefficients (coupling_ramp.hpp).
 #pragma once
 
@@ -10,7 +10,8 @@
 
 namespace tandem::haptics {
 
-/// Duration of a change of law. We chose it for a difference of 18 N between both laws: the force changes by 0.06 N/ms.
+/// Duration of a change of law. It was chosen for laws whose forces differ by 18 N: the force then changes by 0.06
+/// N/ms.
 inline constexpr double kLawFade_s = 0.3;
 
 /// Coupling whose law and coefficients change gradually to a target. If only coefficients change, CouplingRamp is used.
@@ -18,8 +19,8 @@ inline constexpr double kLawFade_s = 0.3;
 /// Model   f = (1 − s) f_old + s f_new, s = min(1, t / 300 ms). The old law keeps its coefficients; the new law has its
 ///         target coefficients from the start. Each law bounds its own force, so the mixture is never steeper than the
 ///         steeper law and never stronger than the stronger one. The gradient is mixed in the same way and has no
-///         negative eigenvalue. The change of the law changes the stored energy, as with CouplingRamp. If a law is
-///         requested during a fade, its fade starts when the current one ends
+///         negative eigenvalue. The change itself adds or removes stored energy, as with CouplingRamp. If a law is
+///         requested during a fade, its own fade starts when the current one ends
 /// Source  our derivation
 /// Thread  haptic and room: no allocation, no throw after construction
 class LawFade final : private CouplingLaw {

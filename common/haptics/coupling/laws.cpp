@@ -33,8 +33,8 @@ namespace {
 //       0 ┼─‾──__-‾──────────┬────── x
 //         0                 L/k
 
-/// Exponents above this are not computed: the curve then equals its limit in double precision. Squares of larger
-/// exponents could overflow.
+/// Exponents u above this value are not computed, because the curve then equals its limit in double precision. The
+/// squares of larger exponents could overflow.
 constexpr double kSpent = 700;
 
 /// Model   f = k x
@@ -44,8 +44,8 @@ RadialStiffness linear_curve(const CouplingChannel& channel, double /*displaceme
 }
 
 /// Curve of the quasi-static approximation (QSA). While the handle pushes, the slope is largest at zero displacement
-/// and the force approaches the limit. While the handle recedes, the law is a linear spring, so that a surface does not
-/// hold the tool back. The force jumps between both curves, and receding returns more energy than pushing stored.
+/// and the force approaches the limit. While the handle recedes, the law is a linear spring, so that the tool does not
+/// stick to a surface. The force jumps between both curves, and receding returns more energy than pushing stored.
 ///
 /// Model   pushing: f = L (1 − e^(−u)), slope k at 0; receding: f = k x
 /// Source  Hou, PhD thesis, NTU, 2014, eqs. 3.10–3.14, after Wan, McNeely, "Quasi-static approximation for 6
@@ -112,11 +112,12 @@ struct Slopes {
 
 /// Law of the form f = S(e(|d|) d̂ + b v). The torque τ is the same function of θ and ω.
 ///
-/// Model   e is the law's non-decreasing curve, S is saturated() with F_max and ε, v is the velocity relative to the
-///         tool. S is the gradient of a convex function, so (S(e + b v) − S(e))·v ≥ 0: the damper dissipates even if
-///         the limit bends the sum. The elastic part stores the integral of S(e), a function of |d| alone. For rotation
-///         d|θ|/dt = θ̂·ω, so the same holds for τ. A curve that reaches L gives the force L (1 − ε/e), which is 0.926
-///         L at ε = 0.2; the damper may use the rest up to L.
+/// Model   e is the law's non-decreasing elastic curve, S is saturated() with F_max and ε, and v is the velocity of the
+///         handle relative to the tool. S is the gradient of a convex function, so (S(e + b v) − S(e))·v ≥ 0: the
+///         damper dissipates even if the limit bends the sum. The elastic part stores the integral of S(e), a function
+///         of |d| alone. For rotation d|θ|/dt = θ̂·ω, so the same proof holds for τ. A curve e that reaches its limit L
+///         gives the force L (1 − ε/e) with Euler's e, which is 0.926 L at ε = 0.2; the damper may use the rest up to
+///         L.
 ///         Gradient: with K = radial_gradient() of e and G = saturation_gradient(), ∂f/∂d = K^½ G K^½, which has the
 ///         eigenvalues of the exact G K; ∂f/∂v = b G is exact
 /// Source  Hou, PhD thesis, NTU, 2014, eqs. 3.4, 3.5, 5.10: the saturation applies to the total force of spring and

@@ -2,9 +2,9 @@
 // table. A law consists of an elastic curve and an entry in the catalog, both in laws.cpp.
 //
 // All laws except "direct" add a damper, b (v_H − v_T), and saturate the total force at F_max (saturation.hpp).
-// Rotation is treated in the same way. "Passive" laws: the elastic part is the gradient of a convex potential and the
-// damper opposes motion. Such a law creates no energy in continuous time; haptics/passivity treats the sampled case.
-// "Active" laws can create energy; a test shows how much.
+// Rotation is treated in the same way. In a passive law, the elastic part is the gradient of a convex potential, and
+// the damper opposes motion. Such a law creates no energy in continuous time; haptics/passivity treats the sampled
+// case. An active law can create energy; a test measures how much.
 #pragma once
 
 #include <memory>
@@ -19,7 +19,7 @@ namespace tandem::haptics {
 struct CouplingChannel;
 struct RadialStiffness;
 
-/// Properties of a law that a user should compare before choosing it.
+/// Properties of a law, as shown to a user who chooses one.
 struct CouplingLawInfo {
   std::string_view name;
   bool is_passive = false;
@@ -48,8 +48,8 @@ std::unique_ptr<CouplingLaw> make_coupling_law(std::string_view name, const Coup
 /// Returns "stable-dynamic, spring-damper, …" for messages.
 std::string listed_coupling_law_names();
 
-/// Returns whether one law may replace the other while a user is coupled to the tool: both must be made for a tool with
-/// mass. Any other change would move the tool by a step, and the hand with it.
+/// Returns whether one law may replace the other while a user is coupled to the tool. Both must be made for a tool with
+/// mass; otherwise the tool would jump, and the user's hand would feel a step.
 constexpr bool are_exchangeable(const CouplingLawInfo& a, const CouplingLawInfo& b) noexcept {
   return a.tool == ToolDynamics::kWithMass && b.tool == ToolDynamics::kWithMass;
 }

@@ -29,7 +29,7 @@ struct HandStep {
 };
 HandStep hand_step(const LoopModel& m) {
   const double mass = m.device_mass + m.hand_mass;
-  // In the exponential of [A B; 0 0], the last column is the response to a force held over the period.
+  // In the matrix exponential of [A B; 0 0], the last column is the response to a force that is held over the period.
   Eigen::Matrix3d rates = Eigen::Matrix3d::Zero();
   rates(0, 1) = 1;
   rates(1, 0) = -m.hand_stiffness / mass;
@@ -40,8 +40,8 @@ HandStep hand_step(const LoopModel& m) {
 }
 
 /// State of the loop: z = (x, x_{−1} − x, …, x_{−L} − x, position of the tool, v, u). x and v are position and velocity
-/// of the hand, y and u those of the tool. If the coupling has a spring, the tool's position is stored as y − x,
-/// because the spring force depends on y only through this difference. Otherwise it is stored as y.
+/// of the hand, y and u those of the tool. x_{−i} is the hand's position i periods ago. If the coupling has a spring,
+/// the tool's position is stored as y − x, because the spring force depends on y only through this difference.
 class LoopState {
  public:
   explicit LoopState(const LoopModel& m)
@@ -97,7 +97,7 @@ Eigen::MatrixXd without_state(const Eigen::MatrixXd& a, int index) {
   return result;
 }
 
-// Removes the states that influence no other state. Each of them has the eigenvalue 1.
+// Removes the states that influence no other state. Each of these states has the eigenvalue 1.
 Eigen::MatrixXd felt_transition(const LoopModel& m) {
   const LoopState z(m);
   Eigen::MatrixXd a = transition(m, z);

@@ -14,9 +14,9 @@ namespace tandem::haptics {
 namespace {
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-/// Stiffness of a contact that practically fixes the tool, for translation [N/m] and for rotation [N·m/rad] (our
-/// choice; the rotational value is the contact at a lever arm of 5 cm). Both are world values. At the device they are
-/// scaled like the coupling.
+/// Stiffness of a contact that practically fixes the tool, for translation [N/m] and rotation [N·m/rad]. Both are our
+/// choice; the rotational value is the contact at a lever arm of 5 cm. They apply in the world and are scaled to the
+/// device like the coupling.
 constexpr double kStiffContact = 1e6;
 constexpr double kStiffContactRotation = 2500;
 
@@ -121,7 +121,7 @@ bool is_stable(const Axis& axis, const Setup& setup) {
   });
 }
 
-/// Rounds to three significant digits towards the safe side, so that the value is short to enter.
+/// Rounds to three significant digits, towards the safe side, so that the value is easy to type.
 double rounded(double value, bool is_up) {
   if (!(value > 0)) return value;
   const double unit = std::pow(10, std::floor(std::log10(value)) - 2);
@@ -158,7 +158,7 @@ std::optional<double> nearest_good(Setup setup, double CouplingParameters::*fiel
 
 std::string number(double value) {
   std::array<char, 32> text{};
-  // Thousands have no exponent: 1000, not 1e+03.
+  // Values from 1,000 on are printed without an exponent: 1000, not 1e+03.
   std::snprintf(text.data(), text.size(), std::abs(value) >= 1e3 && std::abs(value) < 1e7 ? "%.0f" : "%.4g", value);
   return text.data();
 }
@@ -175,8 +175,8 @@ void name_remedy(StabilityFinding& finding, const char* parameter, double value,
   finding.remedy = remedy;
 }
 
-// Smallest remedy as a fraction of the requested stiffness. A lower stiffness would be a different coupling; in this
-// case the damping is the problem.
+// Smallest stiffness that is proposed as a remedy, as a fraction of the requested one. A lower stiffness would be a
+// different coupling; the damping is changed instead.
 constexpr double kMinPartOfStiffness = 0.02;
 
 /// Searches for a smaller stiffness or damping with which the check passes, and stores parameter, value and remedy in
@@ -196,8 +196,8 @@ std::string find_smaller(const Axis& axis, const Setup& setup, const Holds& hold
   return {};
 }
 
-// Searches for a softer spring with matching damping. A damping of k T dissipates twice the energy that sampling of the
-// spring k creates.
+// Searches for a softer spring with matching damping. Sampling a spring k with the period T creates energy; a damping
+// of k T dissipates twice as much.
 std::string find_softer_pair(const Axis& axis, Setup setup, const Holds& holds, StabilityFinding& finding) {
   const double stiffness = setup.parameters.*axis.stiffness;
   const double damping = setup.parameters.*axis.damping;

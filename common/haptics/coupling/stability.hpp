@@ -30,8 +30,8 @@ std::span<const CheckedHand> checked_hands() noexcept;
 
 /// Properties of a device that influence the loop, from the device's profile.
 struct LoopDevice {
-  /// [kg]; 0: the hand's mass includes the device's mass. The loop without a hand and the device's damping are then not
-  /// checked.
+  /// [kg]; 0: the hand's mass includes the device's mass. In this case the loop without a hand, and the device's
+  /// damping, are not checked.
   double mass_kg = 0.1;
   double damping_n_s_per_m = 0;
   bool is_verified = true;  ///< whether mass and damping are verified; if not, the text of a finding says so
@@ -79,11 +79,12 @@ struct StabilityFinding {
   std::string text;            ///< one line: the problem, its reason, and the remedy
 };
 
-/// Checks a coupling on a device. The verdict is kUnstable if the spectral radius of any checked loop is ≥ 1. The
-/// remedy is the largest stable stiffness. If it is below 2 % of the present stiffness, the remedy is the nearest
-/// stable damping; if there is none, a pair of stiffness and damping. The verdict is kNotPassive if the device's
-/// mechanical damping is below k T (½ + d) + |b|, with stiffness k, damping b, period T and d periods of delay. Some
-/// hand can then extract energy from the coupling.
+/// Checks a coupling on a device.
+/// * The verdict is kUnstable if the spectral radius of any checked loop is ≥ 1. The remedy is the largest stable
+///   stiffness. If that is below 2 % of the present stiffness, the remedy is the nearest stable damping; if there is
+///   none, a pair of stiffness and damping.
+/// * The verdict is kNotPassive if the device's mechanical damping is below k T (½ + d) + |b|, with stiffness k,
+///   damping b, period T and d periods of delay. Some hand can then extract energy from the coupling.
 ///
 /// Source  Colgate, Schenkel, "Passivity of a class of sampled-data systems: application to haptic interfaces", J.
 ///         Robotic Systems 14(1), 1997: b > T/2 · max_ω Re{(1 − e^(−jωT)) H(e^(jωT))} / (1 − cos ωT), which for a
@@ -91,8 +92,8 @@ struct StabilityFinding {
 ///         gives sin((d + ½) ωT) / sin(½ ωT) ≤ 2 d + 1 times K T/2, and the damper ≤ |B| for any window. This holds for
 ///         a tool that is held fast. A movable tool lighter than about k T² can need more, so the condition is also
 ///         evaluated with the tool of the loop, at 256 frequencies
-/// In      requested  coupling in the scene, if the device renders a weaker one. The text then names both. Null if both
-///         are equal
+/// In      requested  coupling in the scene, if the device renders a weaker one; the text then names both. Null if the
+///         device renders the scene's coupling
 /// Out     empty if the coupling is stable and passive; otherwise at most one finding each for translation and rotation
 /// Cost    1 to 50 ms, depending on the velocity window and the search for a remedy; is_stable_coupling() is faster
 std::vector<StabilityFinding> check_coupling(const CouplingParameters& parameters, double tool_mass_kg,

@@ -15,8 +15,8 @@ namespace tandem::haptics {
 ///         + initial credit covers m, the bound of PortLookAhead. While the balance suffices, which is nearly always,
 ///         the wrench is unchanged. Proof: in any step the hand takes at most E + initial credit, and a passive tool
 ///         returns only energy that it received before. Starting from rest, the hand therefore never receives more than
-///         the initial credit. The work on the tool is not subtracted. Otherwise a hand whose force is scaled down
-///         would be charged for work that it could not do, and the force would never return
+///         the initial credit. The work on the tool is not subtracted: a hand whose force is scaled down would
+///         otherwise be charged for work that it could not do, and the force would stay scaled down
 /// Source  Hannaford, Ryu, "Time-domain passivity control of haptic interfaces", IEEE T-RA 18(1), 2002. Their
 ///         controller uses past energy and adds damping; ours uses a bound one step ahead and scales the wrench
 /// Limits  Valid only if work_on_tool_j belongs to the same period: no delay and no network between hand and tool.
@@ -38,7 +38,7 @@ class CouplingPassivityController {
   void reset() noexcept { *this = CouplingPassivityController(); }
 
   double balance_j() const { return balance_j_; }
-  /// Sum over all ticks of the withheld energy: the bound of the coming work minus the permitted part.
+  /// Sum over all ticks of the withheld energy: the bound of the coming work minus its permitted part.
   double withheld_j() const { return withheld_j_; }
 
  private:

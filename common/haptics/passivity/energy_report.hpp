@@ -11,10 +11,9 @@ namespace tandem::haptics {
 /// report.
 ///
 /// Fails   A report is rejected as a whole and counted if a number is negative, not finite or smaller than before. The
-///         mean inflow is limited to `max_power_w`, with a burst of one second. Reports that arrive together are thus
-///         accepted in full within the burst, but false reports cannot accumulate faster. If an upper bound of the
-///         peer's work is known, it limits the inflow as well. Inflow above either limit is discarded. Outflow is
-///         accepted in full.
+///         mean inflow is limited to `max_power_w`, with a burst of one second. Reports that arrive together are
+///         accepted in full within the burst. `could_do_j`, an upper bound of the peer's work, limits the inflow as
+///         well, if it is known. Inflow above either limit is discarded. Outflow is accepted in full.
 /// Thread  haptic or room: no allocation, no throw
 class EnergyReport {
  public:

@@ -56,8 +56,8 @@ void HandPassivityController::end_period(const Pose& X_WH, double period_s) noex
     const double work_j = held_work_j(displayed_, port_.pose(), X_WH);
     add_to_balance(work_j > 0 ? -share * work_j : -work_j);
     exchanged_j_ += std::abs(work_j);
-    // Later safety stages removed a part of the wrench. Against this part the hand would have done work, for which the
-    // world has stored energy. This energy may be returned, so it is added to the balance.
+    // Later safety stages removed a part of the wrench. The hand would have done work against that part, and the world
+    // has stored energy for this work. The energy may be returned to the hand, so it is added to the balance.
     add_to_balance(std::max(0.0, -held_work_j(left_out_later_, port_.pose(), X_WH)));
     withheld_j_ += std::max(0.0, held_work_j(withheld_, port_.pose(), X_WH));
   }

@@ -16,17 +16,17 @@ namespace tandem::haptics {
 ///
 /// Model   energy balance E = −Σ (F_j·(x_{j+1} − x_j) + τ_j·θ_{j,j+1}) + (output of the world − input of the world) +
 ///         C_local. F, τ are the displayed and held force and torque; x follows the path between encoder steps
-///         (EncoderPath). The credit C_local is the maximum so far of the local model's net output, at least 0. The
-///         wrench is scaled by g = min(1, (E + initial credit) / (n m)). m = F·δ + τ·δ_θ is the work that the hand
-///         takes if it repeats the motion of the last period; n is kPeriodsAhead. g falls at once and rises slowly. A
-///         negative balance recovers at kLeakRate_w. While it is negative, it also limits g, down to 0 at
-///         kMinBalance_j. Liveness: if the hand is at rest or moves against the force, m ≤ 0. A hand that pushes
-///         therefore feels the force against which it does work. A negative balance recovers within at most
-///         −kMinBalance_j / kLeakRate_w = 1 s. Passivity: the hand never receives more than the sum of five terms: the
-///         energy that it supplied, the output of the world and the local model, the initial credit, the leaked energy,
-///         and −kMinBalance_j. The balance becomes negative if the motion reverses within a period, or if the world
-///         took energy before its report arrived. Server and local model report running sums, so a lost report only
-///         delays the balance
+///         (EncoderPath). The credit C_local is the maximum so far of the local model's net output, at least 0.
+///         Gain: the wrench is scaled by g = min(1, (E + initial credit) / (n m)). m = F·δ + τ·δ_θ is the work that the
+///         hand takes if it repeats the motion of the last period; n is kPeriodsAhead. g falls at once and rises
+///         slowly. A negative balance recovers at kLeakRate_w, and meanwhile limits g, down to 0 at kMinBalance_j.
+///         Liveness: if the hand is at rest or moves against the force, m ≤ 0. A hand that pushes therefore feels the
+///         force against which it does work. A negative balance recovers within −kMinBalance_j / kLeakRate_w = 1 s.
+///         Passivity: the hand never receives more than the sum of five terms: the energy that it supplied, the output
+///         of the world and the local model, the initial credit, the leaked energy, and −kMinBalance_j.
+///         The balance becomes negative if the motion reverses within a period, or if the world took energy before the
+///         report of this energy arrived. Server and local model report running sums, so a lost report only delays the
+///         balance
 /// Source  Hannaford, Ryu, "Time-domain passivity control of haptic interfaces", IEEE T-RA 18(1), 2002. Their
 ///         controller uses past energy and adds damping; ours predicts one period and scales the wrench. Two-port
 ///         energies over a delay: Ryu, Artigas, Preusche, "A passive bilateral control scheme for a teleoperator with
@@ -38,22 +38,22 @@ namespace tandem::haptics {
 class HandPassivityController {
  public:
   /// Credit in addition to the balance; with 0 the first contact would have no force. A hand that leaves a spring k at
-  /// speed v keeps its force if the credit is above k (n (v T + a T²))² / 2, with the largest acceleration a of
-  /// PortLookAhead. This value suffices for 1000 N/m at 0.2 m/s.
+  /// speed v keeps its force if the credit is above k (n (v T + a T²))² / 2, with the period T and the largest
+  /// acceleration a of PortLookAhead. This value suffices for 1000 N/m at 0.2 m/s.
   static constexpr double kInitialCredit_j = 2e-4;
   static constexpr double kMaxBalance_j = 2.0;
   static constexpr double kLeakRate_w = 2e-3;     ///< recovery rate of a negative balance
   static constexpr double kMinBalance_j = -2e-3;  ///< balance at which the force becomes zero
   static constexpr double kPeriodsAhead = 2.0;    ///< n; a larger value acts earlier and less abruptly
   /// Nominal period of the loop. After a late tick, the next period is assumed to have this length again. If the hand
-  /// takes energy in a late period, only the fraction kPeriod_s / period of it is charged. That energy could not be
-  /// predicted, and a negative balance could not recover while there is no force.
+  /// takes energy in a late period, only the fraction kPeriod_s / period of the energy is charged: it could not be
+  /// predicted, and the balance could not recover while there is no force.
   static constexpr double kPeriod_s = 0.001;
 
   /// Adds the server's running sums, once for each received update; `elapsed_s` is the time since the previous update.
-  /// In      has_model  whether the hand is coupled to a local model that it drives. The server's world mirrors that
-  ///         model and takes the same energy a second time, or more if the model is too light. The world's net output
-  ///         is then added only as far as it rises above its maximum so far
+  /// In      has_model  whether the hand drives a local model. The server's world repeats the motion of that model and
+  ///         takes the same energy a second time (more if the model is too light). The world's net output is then added
+  ///         only as far as it rises above its maximum so far
   void world_reported(double from_world_j, double into_world_j, double elapsed_s, bool has_model = false) noexcept;
   /// Adds the local model's running net output (StageOutput::energy_from_local_j). A value that is not finite is
   /// ignored. The first report only sets the reference.
@@ -87,7 +87,7 @@ class HandPassivityController {
 
   EnergyReport world_;
   double world_below_peak_j_ = 0;  ///< amount by which the world's net output is below its maximum so far
-  double local_below_peak_j_ = 0;  ///< same difference for the local model
+  double local_below_peak_j_ = 0;  ///< amount by which the local model's net output is below its maximum so far
   double local_net_j_ = 0;
   bool has_local_ = false;
   PortLookAhead port_;

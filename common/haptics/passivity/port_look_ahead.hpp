@@ -1,5 +1,5 @@
-// Common functions of the passivity controllers: an estimate of the work in the coming period at a port, and the gain
-// with which an energy balance covers that work.
+// Common functions of the passivity controllers: an estimate of a port's work in the coming period, and the gain with
+// which the energy balance suffices for that work.
 #pragma once
 
 #include <cmath>
@@ -22,8 +22,8 @@ class PortLookAhead {
   static constexpr double kMaxAcceleration_m_per_s2 = 100;
   static constexpr double kMaxAcceleration_rad_per_s2 = 5000;
 
-  /// Ends a period with the port at `X_W`. The next period is expected to repeat the motion of this one. After a period
-  /// that took too long, only the fraction `share` of the motion is expected.
+  /// Ends a period with the port at `X_W`. The next period is expected to repeat this motion. After a late tick, only
+  /// the fraction `share` of the motion is expected.
   void move_to(const Pose& X_W, double share = 1) noexcept;
   /// Reports an unknown pose. The motion up to the next move_to() is ignored.
   void lose_pose() noexcept { has_pose_ = false; }

@@ -8,9 +8,10 @@ namespace {
 
 constexpr double kRise_s = 0.002;
 constexpr double kFall_s = 0.05;
-/// Time after a contact during which the tool still counts as touching, so that a bouncing contact stays braked.
+/// Time after a contact during which the tool still counts as touching, so that the brake stays on while the tool
+/// bounces.
 constexpr double kIdle_s = 0.1;
-/// A weaker brake is set to zero, because a user cannot perceive it: 0.01 N at 0.1 m/s.
+/// A weaker brake is set to zero. It would be imperceptible: 0.01 N at 0.1 m/s.
 constexpr double kNoBrake_n_s_per_m = 0.1;
 
 double max_brake_n_s_per_m(double missing_j) noexcept {

@@ -1,6 +1,6 @@
 // Passivity controller of a tool's port, at the server. The tool may supply energy to the world from two sources only:
-// the reported input of its hand, and its earlier output from the world. For stages whose tool merely follows a delayed
-// pose, the client reports no energy of the hand.
+// the reported input of its hand, and energy that it received from the world before. In stages whose tool merely
+// follows a delayed pose, the client reports no energy.
 #pragma once
 
 #include <cstdint>
@@ -17,18 +17,20 @@ namespace tandem::haptics {
 ///
 /// Model   energy balance E = (Σ from_hand − Σ to_hand, as reported) − (Σ into_world − Σ from_world, as measured, after
 ///         the brake). The missing energy is D = max(0, n max(0, m) − E − initial credit), where m is the work of the
-///         coming step if the tool repeats its last motion, and n is kStepsAhead. The brake b = D / (kPayBack_s u²)
-///         dissipates D within kPayBack_s. u is the tool's speed including its rotation at kLever_m, at least
-///         kSlow_m_per_s. The brake changes gradually. b is at most kGentleBrake_n_s_per_m while the missing energy is
-///         at most kGentleUpTo_j. With more missing energy, this limit rises linearly, up to kFirmBrake_n_s_per_m at
-///         the minimum balance. A firm brake shakes a body that two users squeeze between them, so it is used only if
-///         much energy is missing. The room applies b to all bodies that act for the user (World::brake()). A brake has
-///         no effect at rest, so a held or pressed body stays where it is. If the client's model is too light, its hand
-///         does too little work; the body then feels heavier, but is not dropped. Pose and energy travel in one
-///         message, so the delay alone makes no balance negative: the tool responds to a handle pose whose energy
-///         arrived with it. If inputs pass through a playout buffer, so do their energies. A negative balance recovers
-///         at kLeakRate_w and is bounded by kMinBalance_j. E falls while the hand receives back energy that it
-///         supplied; HandPassivityController limits this energy
+///         coming step if the tool repeats its last motion, and n is kStepsAhead.
+///         Brake: b = D / (kPayBack_s u²) dissipates D within kPayBack_s. u is the tool's speed including its rotation
+///         at kLever_m, at least kSlow_m_per_s. b changes gradually. It is at most kGentleBrake_n_s_per_m while D is at
+///         most kGentleUpTo_j. With a larger D, this limit rises linearly, up to kFirmBrake_n_s_per_m at the minimum
+///         balance. A firm brake shakes a body that two users squeeze between them, so it is used only if much energy
+///         is missing.
+///         The room applies b to all bodies that act for the user (World::brake()). A brake has no effect at rest, so a
+///         held or pressed body stays where it is. If the client's local model is too light, its hand does too little
+///         work; the body then feels heavier, but is not dropped.
+///         Delay: pose and energy travel in one message, so the tool responds to a handle pose whose energy arrived
+///         with it. The delay alone makes no balance negative. If inputs pass through a playout buffer, so do their
+///         energies.
+///         A negative balance recovers at kLeakRate_w and is bounded by kMinBalance_j. E falls while the hand receives
+///         back energy that it supplied; HandPassivityController limits this energy
 /// Limits  m uses the wrench of the last step. A wrench that grows within a step (first contact) exceeds the balance
 ///         once and is braked afterwards. A pull of 6 N without any energy supply creeps at 3 mm/s when the balance is
 ///         at its minimum. Energy dissipated on the hand's side stays in the balance, up to kMaxBalance_j.
@@ -59,11 +61,11 @@ class ToolPassivityController {
   ///         net_into_world_j  running sum of this user's net energy input; the server computes it, so it is trusted
   void stepped(const Pose& X_WT, const Wrench& on_tool_W, double net_into_world_j) noexcept;
   /// Returns the brake of the coming step [N·s/m], 0 to kFirmBrake_n_s_per_m.
-  /// In      acts  whether the tool touches or holds something. If not, the tool supplies no energy to the world. A
-  ///         brake would then only hold the tool back in the air
+  /// In      acts  whether the tool touches or holds something. If not, the tool supplies no energy to the world, and
+  ///         the brake is released: it would only resist motion in free space
   double brake_n_s_per_m(double step_s, bool acts = true) noexcept;
-  /// Handles a jump of the handle's pose. There is no path of the jump along which the hand could have done work.
-  /// Clears a negative balance and credits the energy stored in the coupling.
+  /// Handles a jump of the handle's pose. The hand did no work along the jump, because the jump has no path. Clears a
+  /// negative balance and credits the energy stored in the coupling.
   void restart_handle(double stored_j) noexcept;
   /// Restarts for a new user, or for a new session of the same user.
   void reset() noexcept { *this = ToolPassivityController(); }

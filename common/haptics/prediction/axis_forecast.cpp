@@ -7,8 +7,8 @@
 namespace tandem::haptics {
 namespace {
 
-/// Lower bound of a mean square error, relative to the largest candidate's. It gives candidates without error equal,
-/// finite weights.
+/// Lower bound of a mean square error, relative to the largest error of the candidates. It gives candidates without
+/// error equal, finite weights.
 constexpr double kMinErrorRatio = 1e-24;
 
 }  // namespace
@@ -42,8 +42,8 @@ void AxisForecast::score(double actual, double periods) noexcept {
   const double model = then.has_model ? actual - at(then.model, periods, steps_) : 0;
   const double hold = actual - then.newest;
   const double linear = actual - then.bounds.clamp(then.newest + periods * then.slope);
-  // Each error is divided by the square root of the norm of all candidates' errors. This is a compromise. Raw errors
-  // would let impacts dominate (minimum variance). Errors divided by the norm itself would let smooth segments dominate
+  // Each error is divided by the square root of the norm of all candidates' errors, as a compromise. With raw errors,
+  // impacts would dominate (minimum variance). With errors divided by the norm itself, smooth segments would dominate
   // (minimum mean error).
   const double size = std::pow(hold * hold + linear * linear + model * model, 0.25);
   const double share = size > 0 ? 1 / size : 0;
@@ -147,8 +147,8 @@ CurvePoint AxisForecast::spline(const Forecast& forecast, double periods) const 
   std::array<double, 4> control;
   for (std::ptrdiff_t k = 0; k < 4; ++k) {
     const std::ptrdiff_t i = segment - 1 + k;
-    // With these control points, the curve passes through the forecast values up to third order. With the values
-    // themselves as control points, the curve would be smoothed.
+    // With these control points, the curve passes through the forecast values up to third order. If the forecast values
+    // themselves were the control points, the curve would smooth them.
     control[static_cast<std::size_t>(k)] = point(i) - (point(i + 1) - 2 * point(i) + point(i - 1)) / 6;
   }
   // The newest sample is the only displayed value that is measured. The curve passes through it exactly.
@@ -165,7 +165,7 @@ CurvePoint AxisForecast::shown_spline(double periods) const noexcept {
 
 double AxisForecast::show_spline(double periods) noexcept {
   if (is_turning_) {
-    // The transition begins at the last displayed point, because the rest of the old curve has not been displayed.
+    // The transition begins at the last displayed point, because the rest of the previous curve was never displayed.
     const double begin = std::min(curve_.shown, periods);
     CurvePoint difference;
     if (!curve_.is_new) difference = shown_spline(begin) - spline(now_, begin);

@@ -12,7 +12,7 @@
 
 namespace tandem::haptics {
 
-/// Running mean square with exponential forgetting over `memory` values. As long as fewer values were added, it is
+/// Running mean square with exponential forgetting over `memory` values. Until `memory` values have been added, it is
 /// their plain mean.
 class RunningSquare {
  public:

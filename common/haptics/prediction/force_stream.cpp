@@ -11,21 +11,22 @@
 namespace tandem::haptics {
 namespace {
 
-/// If a sample is flagged as a contact change, an error causes a reset only above this multiple of the running error
-/// (our choice). A chattering contact is flagged with every sample, and would otherwise cause a reset every time.
+/// For a sample that is flagged as a contact change, an error resets the model only above this multiple of the running
+/// error (our choice). Without this condition a chattering contact, whose samples are all flagged, would reset it every
+/// time.
 constexpr double kFlaggedFactor = 5;
 /// Number of samples per coefficient that the first fit needs (our choice).
 constexpr std::size_t kFirstFit = 4;
 /// Upper bound of a wrench's components; a larger wrench is rejected. We chose a value for which differences cannot
 /// overflow.
 constexpr double kLargest_n = 1e6;
-/// Minimum age of a forecast when it is scored [periods]. If samples arrive faster than the series' rate, the scores of
-/// younger forecasts would favour hold.
+/// Minimum age of a forecast when it is scored [periods]. If samples arrive faster than the series' rate, forecasts are
+/// younger than this; their scores would favour the candidate hold.
 constexpr double kMinAhead = 0.75;
 /// Errors below this fraction of the recent range are rounding errors, not jumps.
 constexpr double kRounding = 1e-9;
 
-/// Ring of the newest samples of six series at uneven times. Values between samples are interpolated linearly.
+/// Ring buffer with the newest samples of six series at uneven times. Values between samples are interpolated linearly.
 ///
 /// Limits  if samples are denser than an eighth of `period`, each replaces the newest one. The ring thus always spans
 ///         kCapacity/8 periods. Before the oldest and after the newest sample, the value is that sample's value
@@ -146,7 +147,7 @@ ForecastBounds widened(const ForecastBounds& range, double factor) {
   return {range.low - margin, range.high + margin};
 }
 
-/// Evenly spaced samples in a ring; a copy of them has the oldest sample first.
+/// Ring buffer of evenly spaced samples. A copy of it has the oldest sample first.
 class EvenSeries {
  public:
   void clear() noexcept { count_ = 0; }
@@ -175,8 +176,8 @@ ArModel model_of(std::span<double> series, const ForceStreamSettings& settings) 
   if (!settings.is_on_differences) return fit_ar(series, settings.order, settings.ar_fit, true);
   for (std::size_t i = 0; i + 1 < series.size(); ++i) series[i] = series[i + 1] - series[i];
   ArModel model = fit_ar(series.first(series.size() - 1), settings.order, settings.ar_fit, false);
-  // A constant series of differences gets the mean 0. Otherwise a force that has drifted would be extrapolated as an
-  // endless drift.
+  // If the differences are constant, their mean is set to 0. Otherwise a force that has drifted would be extrapolated
+  // as an endless drift.
   if (model.order == 0) model.mean = 0;
   return model;
 }
@@ -242,8 +243,9 @@ struct ForceStream::Impl {
     for (AxisForecast& axis : axes) axis.forget_model();
   }
 
-  /// Resamples the line from the previous newest sample to the new one. After a gap longer than the window, the series
-  /// is restarted. For any time stamps, a gap therefore appends at most `window` samples.
+  /// Extends the evenly spaced series along the line from the previous newest sample to the new one. After a gap longer
+  /// than the window, the series is restarted. Therefore, whatever the time stamps, at most `window` samples are
+  /// appended.
   void extend_series(LocalTime sampled_at, const Vec6& value) noexcept {
     const bool is_beyond_window = sampled_at - series_at > static_cast<Duration::rep>(settings.window) * period;
     if (series.count() == 0 || is_beyond_window) {

@@ -7,8 +7,8 @@
 //   at(now) ◀─ curve over the predicted periods ◀───────coefficients──mailbox──┘
 //
 // The fit runs on another thread, because it costs a hundred times the budget of a tick. It may finish late or never.
-// Without a model, hold and linear extrapolation are used. They also replace the model on each axis where its running
-// errors are larger.
+// Without a fitted model, hold and linear extrapolation are used. On an axis where the model's running errors are
+// larger than theirs, they replace it, too.
 #pragma once
 
 #include <cstdint>

@@ -28,8 +28,8 @@ Prior prior_of(double horizon_s, double caution) {
   return between(between(kPriors[i], kPriors[i + 1], place - static_cast<double>(i)), kCautiousPrior, caution);
 }
 
-/// Weights of the prior and of the initial score. The unit is the duration of observed typical displacements that has
-/// the same weight [s].
+/// Weights of the prior and of the initial score. A weight is given as a duration [s]: it equals the weight of typical
+/// displacements that are observed for this time.
 constexpr double kPriorWorth_s = 2;
 constexpr double kScoreWorth_s = 0.05;
 

@@ -18,14 +18,15 @@ inline double low_pass_part(double corner_hz, double period_s) noexcept {
 /// Extrapolates a trajectory over the age of its samples, from its past motion and from the motion of a body that it
 /// may follow.
 ///
-/// Model   x̂(t) − x(t−H) = g Σ c_i φ_i(t) over the horizon H. The features φ are H times the velocity after a low pass
-///         of kFast_hz, H times the velocity after a low pass of kSlow_hz, and the displacement of the body that x may
-///         follow. This is a direct autoregression over the whole horizon: the displacement of x since t−H is regressed
-///         on the features at t−H. The squares have an exponential memory of kMemory_s and weight large displacements
-///         more than tremor. The prior has a constant weight. It contains the best coefficients for minimum-jerk
-///         movements of 0.4 to 2 s. g is the slope of the observed displacements over the recently forecast ones,
-///         clamped to 0 … 1, times kMaxShare. The error is therefore never much larger than that of holding x(t−H). If
-///         the forecast acts back on x, `caution` blends the prior to one that is about half as large
+/// Model   x̂(t) − x(t−H) = g Σ c_i φ_i(t) over the horizon H. There are three features φ: H times the velocity after a
+///         low pass of kFast_hz, H times the velocity after a low pass of kSlow_hz, and the displacement of the body
+///         that x may follow. This is a direct autoregression over the whole horizon: the displacement of x since t−H
+///         is regressed on the features at t−H. The squares have an exponential memory of kMemory_s and weight large
+///         displacements more than tremor. The prior has a constant weight; it contains the best coefficients for
+///         minimum-jerk movements of 0.4 to 2 s.
+///         g is the slope of the observed displacements over the recently forecast ones, clamped to 0 … 1, times
+///         kMaxShare. The error is therefore never much larger than that of holding x(t−H). If the forecast acts back
+///         on x, `caution` blends the prior with one that is about half as large
 /// Limits  a movement that begins or ends within H is not predicted: at an acceleration a, the error is up to a H²/2
 /// Source  direct multi-step forecasts: Marcellino, Stock, Watson, "A comparison of direct and iterated multistep AR
 ///         methods", J. Econometrics 135, 2006; ridge regression. The features and the numbers are ours
@@ -38,9 +39,9 @@ class TrajectoryForecast {
   static constexpr double kMemory_s = 3;
   static constexpr double kScoreMemory_s = 1;
   /// Upper bound of g. If the prediction of a hand is too far ahead, it drags other hands along and creates energy. If
-  /// it lags, it dissipates energy, but tilts an object that two users squeeze. In measurements with 0.8, close to this
-  /// value, 2 of 66 fast carries created 4 mJ in this way. With 1, most of them do, and the displayed force steps of a
-  /// ligand that snaps in are twice as large.
+  /// it lags, it dissipates energy, but tilts an object that two users squeeze. With a bound of 0.8, close to this
+  /// value, 2 of 66 measured fast carries created 4 mJ by dragging. With a bound of 1 most of them do, and the
+  /// displayed force steps of a ligand that snaps in are twice as large.
   static constexpr double kMaxShare = 0.83;
 
   struct Way {

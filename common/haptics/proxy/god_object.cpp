@@ -17,8 +17,8 @@ constexpr int kMaxPlanes = 32;
 /// 10 km is 1e-12 m.
 constexpr double kSlack_m = 1e-9;
 /// An update ends when a step is shorter than kSettled_m, which corresponds to 1 mN at 1 N/mm. With shading, steps
-/// shrink geometrically. The update then also ends when a step is below kSettledShare of the first one; the next update
-/// continues.
+/// shrink geometrically; the update then also ends when a step is shorter than kSettledShare of the first one. The next
+/// update continues from there.
 constexpr double kSettled_m = 1e-6;
 constexpr double kSettledShare = 0.1;
 /// Initial reach of an update during contact: a little more than the longest step of the last update, and at least the
@@ -26,12 +26,12 @@ constexpr double kSettledShare = 0.1;
 constexpr double kTravelReserve = 1.25;
 constexpr double kMinReach_m = 1e-4;
 constexpr double kReachGrowth = 2;
-/// Cosine of the largest angle by which shading may turn the normal. A normal turned further would belong to another
-/// side.
+/// Cosine of the largest angle by which shading may turn the normal. A larger angle would mean the normal of another
+/// face.
 constexpr double kMinShadingCosine = 0.5;
 /// Bounds of a step's relaxation factor during shading, see relaxation_of(). A step is lengthened only if it has nearly
-/// the direction of the previous step (kStraightCosine). We chose the values with the fewest ticks with kProxyHeldBack
-/// for the bunny, pressed 5 mm deep.
+/// the direction of the previous step (kStraightCosine). With these values, the bunny pressed 5 mm deep had the fewest
+/// ticks with the fault kProxyHeldBack.
 constexpr double kMinRelaxation = 0.1;
 constexpr double kMaxRelaxation = 5;
 constexpr double kStraightCosine = 0.8;
@@ -140,7 +140,7 @@ void GodObject::gather(const Vec3& goal_W, std::uint8_t& faults) noexcept {
     if (reach <= 0) faults |= kProxyTooDense;
     reach_m_ = std::min(reach_m_, reach);
   }
-  // Reduces the reach until all pieces fit into pieces_. If even the smallest reach gives too many pieces, the proxy
+  // Reduces the reach until all pieces fit into pieces_. If pieces_ is too small even for the smallest reach, the proxy
   // cannot move.
   for (int attempt = 0; attempt < 8; ++attempt, reach_m_ /= 4) {
     piece_count_ = 0;
@@ -154,8 +154,8 @@ void GodObject::gather(const Vec3& goal_W, std::uint8_t& faults) noexcept {
   reach_m_ = 0;
 }
 
-/// Finds the point above all planes that is nearest to the goal. If `is_begun`, pieces_ is unchanged since the last
-/// call, and its active planes are likely to be active again. They are then added first.
+/// Finds the point above all planes that is nearest to the goal. If `is_begun` is true, pieces_ is unchanged since the
+/// last call. The planes that were active are then added first, because they are likely to be active again.
 void GodObject::project(const Vec3& goal_W, bool is_begun) noexcept {
   const PlaneProjection last = planes_;
   planes_.start(goal_W);
@@ -179,7 +179,7 @@ int GodObject::nearest_violated() const noexcept {
   const Vec3& x = planes_.point();
   const double fraction = allowed_fraction(x);
   int nearest = -1;
-  // A piece farther away than the motion is long cannot be touched.
+  // A piece that is farther away than the length of the motion cannot be touched.
   double nearest_m = settings_.radius_m + fraction * longest_way_m(x);
   for (std::size_t i = 0; i < piece_count_; ++i) {
     const NearPiece& piece = pieces_[i];
@@ -210,8 +210,8 @@ bool GodObject::is_kept_by_active(const NearPiece& piece, const Vec3& at_W) cons
   return false;
 }
 
-/// Returns the fraction of the motion to the target that is allowed. The motion must stay within the reach for which
-/// pieces were collected around the positions relative to the obstacles.
+/// Returns the fraction of the motion to the target that is allowed. For each obstacle, pieces were collected only
+/// within the reach around the proxy's position relative to this obstacle. The motion must not leave this range.
 double GodObject::allowed_fraction(const Vec3& target_W) const noexcept {
   double squared = 0;
   for (const ObstacleTrack& track : tracks_) {
@@ -226,8 +226,8 @@ double GodObject::longest_way_m(const Vec3& target_W) const noexcept {
   return std::sqrt(squared);
 }
 
-/// Returns the fraction of the motion to the target that is free of collisions. Two reasons require this check.
-/// Friction may have moved the target away from the point found by project(), and the number of planes is limited.
+/// Returns the fraction of the motion to the target that is free of collisions. The check is needed for two reasons:
+/// friction may have moved the target away from the point found by project(), and the number of planes is limited.
 double GodObject::unblocked_fraction(const Vec3& target_W, double fraction) const noexcept {
   double free = fraction;
   const double reach_m = settings_.radius_m + fraction * longest_way_m(target_W);
@@ -285,7 +285,7 @@ Vec3 GodObject::with_friction(const Vec3& goal_W) noexcept {
     has_slipped_ = true;
     return x;
   }
-  // Displacement from x, within the active planes, back to the position to which the touched body has carried the
+  // Displacement from x, within the active planes, to the position to which the moving touched body has carried the
   // proxy.
   Vec3 back = track_of(piece_of(*heaviest)).place_W() - x;
   std::array<Vec3, 3> axes;
@@ -302,9 +302,9 @@ Vec3 GodObject::with_friction(const Vec3& goal_W) noexcept {
   return x + back * (depth * sliding / length);
 }
 
-/// Returns the relaxation factor for the next step. With shading, the goal moves with the proxy, so the steps shrink
-/// geometrically. On some surfaces the steps keep their direction. If the surface is concave and the goal is deep, they
-/// alternate. The factor follows from two successive steps.
+/// Returns the relaxation factor for the next step, from two successive steps. With shading, the goal moves with the
+/// proxy, so the steps shrink geometrically. On some surfaces the steps keep their direction, and the factor is above
+/// 1. On a concave surface with a deep goal they alternate, and the factor is below 1.
 ///
 /// Source  Irons & Tuck, "A version of the Aitken accelerator for computer iteration", 1969
 double GodObject::relaxation_of(const Vec3& move) const noexcept {
@@ -329,8 +329,8 @@ Vec3 GodObject::lengthened(const Vec3& pulled_to_W, const Vec3& target_W) noexce
   return target_W;
 }
 
-/// Moves the proxy's positions relative to all obstacles by the same fraction of their motions, so that equal positions
-/// remain equal.
+/// Moves the proxy's positions relative to all obstacles. Each position covers the same fraction of its own motion, so
+/// that positions that were equal remain equal.
 double GodObject::move_towards(const Vec3& target_W, double fraction) noexcept {
   unhindered_W_ = target_W;
   const double share = fraction * std::min(1.0, relaxation_);
@@ -345,7 +345,7 @@ double GodObject::move_towards(const Vec3& target_W, double fraction) noexcept {
 }
 
 /// Returns the proxy's position. While bodies squeeze the proxy, its positions relative to the obstacles differ. The
-/// result is the one that is held back most.
+/// result is the position that is farthest from the unhindered one.
 Vec3 GodObject::held_place_W() const noexcept {
   Vec3 place_W = unhindered_W_;
   double farthest = -1;

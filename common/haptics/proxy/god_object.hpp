@@ -30,7 +30,7 @@ struct GodObjectSettings {
 /// Bit mask of the faults of an update.
 enum ProxyFault : std::uint8_t {
   kProxyBadInput = 1,  ///< the goal or a pose was not finite: the last valid pose is used; a bad goal gives no force
-  kProxyHeldBack = 2,  ///< not yet at its target (squeezed, or too far for one update); later updates continue
+  kProxyHeldBack = 2,  ///< the proxy is not yet at its target (squeezed, or too far); later updates continue
   kProxyTooDense = 4,  ///< too many triangles nearby: the proxy stops. Use a coarser mesh or a smaller ball
 };
 
@@ -85,7 +85,7 @@ class GodObject {
 
   const ProxyState& state() const { return state_; }
   /// Corners of the proxy's path in the last update, a polyline that ends at the present position. Relative to a moving
-  /// obstacle the path has a different shape, but it is free of collisions, too.
+  /// obstacle the path has another shape, which is free of collisions as well.
   std::span<const Vec3> way_W() const { return {way_W_.data(), way_count_}; }
   const GodObjectSettings& settings() const { return settings_; }
 

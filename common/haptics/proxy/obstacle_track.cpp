@@ -12,11 +12,11 @@
 namespace tandem::haptics {
 namespace {
 
-/// Limits of the margin with which triangles are cached. With the smaller margin, a hand at 0.1 m/s queries the tree
-/// about every fifth tick.
+/// Limits of the margin by which more triangles are cached than one step needs. With the smaller margin, a hand at 0.1
+/// m/s queries the tree about every fifth tick.
 constexpr double kMinMargin_m = 3e-4;
 constexpr double kMaxMargin_m = 7e-4;
-/// Margin below which a region counts as too dense in triangles.
+/// A region is too dense in triangles if the cache, when full, has a smaller margin than this.
 constexpr double kNoMargin_m = 1e-5;
 /// Distance by which a ball that overlaps a mesh leaves it in every step.
 constexpr double kRecovery_m = 1e-6;
@@ -76,15 +76,15 @@ double ObstacleTrack::prepare(const Vec3& goal_W, double radius_m, double step_m
   if (!obstacle_.mesh || !is_present_) return std::numeric_limits<double>::infinity();
   const auto reach = [&] { return known_radius_m_ - (place_B_ - known_centre_B_).norm() - radius_m; };
   const double wanted_m = (goal_W - place_W_).norm();
-  // The cache is renewed when its remaining reach is below half of its initial reach. The new search then reaches
-  // farther.
+  // The cache is renewed when the remaining reach is below half of the initial reach. The new search has a longer
+  // reach.
   if (known_radius_m_ < 0 || reach() < std::min({step_m, wanted_m, (known_radius_m_ - radius_m) / 2})) {
     if (!refresh(place_B_, radius_m, wanted_m, step_m)) return 0;
   }
   return std::max(reach(), 0.0);
 }
 
-/// Copies a triangle from the search result. The result is in the processor's cache; other data of the mesh is not.
+/// Copies a triangle from the search result, whose data is in the processor's cache; the mesh's own data is not.
 ObstacleTrack::Candidate ObstacleTrack::candidate_of(const geometry::TriangleTree::Near& near) noexcept {
   Candidate candidate{near.a, near.ab, near.ac, near.ab.cross(near.ac).stableNormalized(), {}, 0, near.triangle};
   const Vec3 middle = (near.ab + near.ac) / 3;

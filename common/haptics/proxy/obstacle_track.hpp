@@ -33,14 +33,14 @@ struct NearPiece {
   bool is_clear(const Vec3& p, double slack_m) const {
     return closest.height_m(p) >= -slack_m || (has_face && face.height_m(p) >= -slack_m);
   }
-  /// Returns whichever of both planes `p` is higher above.
+  /// Returns the plane above which `p` is higher.
   const AllowedSide& higher_side(const Vec3& p) const {
     return has_face && face.height_m(p) > closest.height_m(p) ? face : closest;
   }
 };
 
 /// Stores the proxy's last position in the obstacle's frame B, so that the proxy's path relative to a moving obstacle
-/// has no gap. Also caches the triangles around that position, so that the tree is queried only occasionally.
+/// has no gap. Caches the triangles around that position, so that the tree is queried only occasionally.
 class ObstacleTrack {
  public:
   static constexpr std::size_t kMaxCandidates = 1024;
@@ -51,8 +51,8 @@ class ObstacleTrack {
   /// Sets the obstacle's pose and twist; the twist is used only for damping. Returns false for an invalid pose. The
   /// obstacle then keeps its pose.
   bool move_to(const RigidState& motion) noexcept;
-  /// Includes or excludes the obstacle. An excluded obstacle does not hold the proxy back, but the caller must still
-  /// update the stored position.
+  /// Includes or excludes the obstacle. An excluded obstacle does not hold the proxy back. The caller must still update
+  /// the stored position.
   void set_present(bool is_present) noexcept { is_present_ = is_present; }
   bool is_present() const { return is_present_; }
   const Vec3& place_W() const { return place_W_; }

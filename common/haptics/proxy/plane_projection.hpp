@@ -21,8 +21,9 @@ struct AllowedSide {
 /// Model   min |x − g|² subject to n_i·x ≥ o_i; x = g + Σ λ_i n_i with at most three active planes and λ_i ≥ 0
 /// Source  Zilles & Salisbury, "A constraint-based god-object method for haptic display", IROS 1995, with the same
 ///         three Lagrange multipliers. The proof of termination is ours: adding a violated plane always moves x away
-///         from the goal. The new active planes are among the old ones and the added one (an LP-type problem; Matoušek,
-///         Sharir, Welzl 1996). Seven cases therefore suffice, no set of planes repeats, and the algorithm terminates.
+///         from the goal, and the new active planes are among the old ones and the added one (an LP-type problem;
+///         Matoušek, Sharir, Welzl 1996). Seven sets of planes therefore suffice, no set repeats, and the algorithm
+///         terminates.
 class PlaneProjection {
  public:
   struct Active {
@@ -36,8 +37,8 @@ class PlaneProjection {
     point_ = goal;
     count_ = 0;
   }
-  /// Adds a plane. Returns false and changes nothing if no point is above this plane and the active ones, or only a
-  /// point within rounding errors.
+  /// Adds a plane. Returns false and changes nothing if, up to rounding errors, no point is above this plane and all
+  /// active ones.
   bool add(const AllowedSide& side, int tag) noexcept;
 
   const Vec3& goal() const { return goal_; }

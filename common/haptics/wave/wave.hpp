@@ -10,7 +10,8 @@ namespace tandem::haptics {
 
 /// Impedance of the transmission line between hand and tool: ratio of force to velocity in a wave.
 struct WaveImpedance {
-  /// b. Until the first returning wave arrives, the hand feels b as damping. A line with higher b feels stiffer.
+  /// Impedance b for translation. Until the first returning wave arrives, the hand feels b as damping. With a higher b,
+  /// the line feels stiffer.
   double linear_n_s_per_m = 10.0;
   double angular_n_m_s_per_rad = 0.01;  ///< b for rotation
 
@@ -31,8 +32,8 @@ inline double squared(const Wave& a) {
   return a.f.squaredNorm() + a.t.squaredNorm();
 }
 
-/// Converts between waves and power variables. These are the velocity `V` of the line, and the wrench `F` of the hand's
-/// side on the tool's side.
+/// Converts power variables to the wave towards the tool. The power variables are the velocity `V` of the line, and the
+/// wrench `F` that the hand's side exerts on the tool's side.
 ///
 /// Model   towards the tool u = (b V + F) / √(2b), towards the hand v = (b V − F) / √(2b); ½u² − ½v² = F·V.
 ///         Inverse: V = (u + v) / √(2b), F = √(b/2) (u − v).

@@ -65,7 +65,7 @@ Wave WavePlayer::play(double period_s) noexcept {
   return filtered_;
 }
 
-// Returns the mean of the queued wave over the period. The wave counts as 0 where the queue is too short.
+// Returns the mean of the queued wave over the period. If the queue is shorter than the period, the rest counts as 0.
 Wave WavePlayer::next(double period_s) noexcept {
   const double skipped_s = std::min(surplus_s_, settings_.skipped_share * period_s);
   surplus_s_ -= skipped_s;

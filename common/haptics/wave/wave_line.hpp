@@ -11,7 +11,7 @@
 
 namespace tandem::haptics {
 
-/// Range of the transmitted integral [√W·s]. At full force, a wave takes minutes to reach half of it.
+/// Range of the transmitted integral [√W·s]. Even at full force, the integral takes minutes to reach half of it.
 inline constexpr double kWaveSumRange = 2048.0;
 
 /// Adds one period to the integral of a wave over time. Returns the new integral.
@@ -25,14 +25,16 @@ Wave wave_difference(const Wave& b, const Wave& a) noexcept;
 
 /// Plays back a received wave.
 ///
-/// Model   A message that covers Δt of the sender's time and adds ΔU is played as the constant wave ΔU / Δt for the
-///         time Δt, in order. While the queue is empty, 0 is played. The queue therefore grows to the network's jitter,
-///         as in a playout buffer. A first-order filter with the time constant τ then smooths the gaps. Energy: neither
-///         the queue nor the filter returns more than it receives, for any loss, jitter, repetition and delay. The mean
-///         of a wave has at most the energy of the wave (Cauchy–Schwarz). The filter y_k = (1 − a) y_{k−1} + a u_k has
-///         Σ y² ≤ Σ u² (convexity). While the queue is longer than the last second required, one twentieth of the
-///         played time is skipped. The wave keeps its amplitude, but loses a part of its integral. The tool's end
-///         corrects this loss (drift in WaveToolPort)
+/// Model   A message that covers Δt of the sender's time and adds ΔU to the integral is played as the constant wave ΔU
+///         / Δt for the time Δt, in order. While the queue is empty, 0 is played. The queue therefore grows to the
+///         network's jitter, as in a playout buffer. A first-order filter with the time constant τ then smooths the
+///         gaps.
+///         Energy: neither the queue nor the filter returns more energy than it receives, for any loss, jitter,
+///         repetition and delay. The mean of a wave has at most the energy of the wave (Cauchy–Schwarz). The filter y_k
+///         = (1 − a) y_{k−1} + a u_k has Σ y² ≤ Σ u² (convexity).
+///         Skipping: while the queue is longer than the last second required, one twentieth of the played time is
+///         skipped. The wave keeps its amplitude, but loses a part of its integral. The tool's end corrects this loss
+///         (drift in WaveToolPort)
 /// Limits  The queue holds at most kMaxWaiting_s. If the sender's clock runs further ahead, the queue is discarded and
 ///         playing starts anew. Discarding a queue only removes energy
 /// Source  integrals: Niemeyer, Slotine, "Telemanipulation with time delays", Int. J. Robotics Research 23(9), 2004;
@@ -47,7 +49,7 @@ class WavePlayer {
     double smoothing_s = 0.005;   ///< τ; a larger value smooths gaps more, but adds delay
     double limit_sqrt_w = 100.0;  ///< upper bound of the wave's magnitude
     double longest_gap_s = 1.0;   ///< after a longer silence of the sender, playing starts anew; the gap is not filled
-    double margin_s = 0.005;      ///< length of the queue that is always left [s]
+    double margin_s = 0.005;      ///< minimum length of the queue that skipping leaves [s]
     double skipped_share = 0.05;  ///< fraction of the played time that is skipped; 0: none
   };
   explicit WavePlayer(const Settings& settings) : settings_(settings) {}

@@ -68,11 +68,11 @@ class WaveHandPort {
 /// The tool's end of the line: moves the virtual handle to which a coupling pulls the tool. In each step move() is
 /// called before the coupling is evaluated and settle() after it.
 ///
-/// Model   V = (√(2b) u − F + B V_before) / (b + K T + B): the response of the impedance b to the wave u and the
-///         coupling's wrench F. The step is implicit in the coupling's stiffness K and damping B, so that no coupling
-///         is too stiff for it. Wave to the hand: v = (b V − F') / √(2b) with the new wrench F', scaled by WaveAccount.
-///         To correct the drift that clipped, lost or scaled waves cause, (X_target − X) / τ_d is added to V, as far as
-///         the balance covers it.
+/// Model   V = (√(2b) u − F + B V_before) / (b + K T + B): the response of the impedance b to the wave u and to the
+///         coupling's wrench F, with the period T. The step is implicit in the coupling's stiffness K and damping B, so
+///         that it is stable for any stiffness. Wave to the hand: v = (b V − F') / √(2b) with the new wrench F', scaled
+///         by WaveAccount. Clipped, lost or scaled waves cause drift. To correct it, (X_target − X) / τ_d is added to
+///         V, as far as the balance covers the work.
 /// Source  Niemeyer, Slotine 1991 and 2004, as in wave.hpp and wave_line.hpp; implicit step and balance are ours
 /// Thread  room: no allocation, no throw; output finite for any input
 class WaveToolPort {

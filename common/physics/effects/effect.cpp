@@ -11,7 +11,7 @@ namespace {
 constexpr double kTurn = 2 * std::numbers::pi;
 
 /// Limit of the stiffness of an effect with a spring, as a fraction of m/h² (mass m, step h). A sampled spring with its
-/// damper is passive up to a fraction of 1. Half of it is used, because two such effects may overlap.
+/// damper is passive up to m/h². Half of this is used, because two such effects may overlap.
 constexpr double kStiffestShare = 0.5;
 
 /// State of a tool in the effect's frame E.
@@ -92,8 +92,8 @@ Wrench wrench_of(const Vibration& model, const Probe& probe, EffectMemory& memor
 }
 
 /// Returns the force along one axis of the potential N a sin(2π x/λ), with the normal force N, height a and period λ.
-/// It is averaged over the tool's path in the coming step. If bumps pass faster than the sampling rate, the force fades
-/// instead of aliasing to another frequency.
+/// It is averaged over the tool's path in the coming step. If bumps pass faster than the sampling rate, the force thus
+/// fades instead of aliasing to another frequency.
 double slope_force_n(double height_m, double period_m, double middle_m, double way_m, double normal_force_n,
                      double stiffest) {
   const double q = kTurn / period_m;
@@ -117,8 +117,8 @@ Wrench wrench_of(const Texture& model, const Probe& probe, EffectMemory& /*memor
   return {f_E - probe.normal_E * probe.normal_E.dot(f_E), Vec3::Zero()};
 }
 
-/// Stick-slip: a spring to an anchor. The strength of the effect scales the breakaway force and not the spring. If the
-/// stiffness increased while the spring is stretched, energy would be created.
+/// Stick-slip: a spring to an anchor. The strength of the effect scales the breakaway force, not the spring: a spring
+/// that becomes stiffer while it is stretched would create energy.
 Wrench wrench_of(const StickSlip& model, const Probe& probe, EffectMemory& memory) {
   const auto along_surface = [&probe](const Vec3& a) -> Vec3 {
     return probe.in_contact ? Vec3(a - probe.normal_E * probe.normal_E.dot(a)) : a;
@@ -126,7 +126,7 @@ Wrench wrench_of(const StickSlip& model, const Probe& probe, EffectMemory& memor
   const double k = std::min(model.stiffness_n_per_m, probe.stiffest_n_per_m());
   Vec3 stretch = along_surface(probe.p_E - memory.anchor_E);
   // If the effective mass grows while the tool sticks, the limit of the stiffness rises. The displacement is then
-  // scaled such that the stored energy is unchanged.
+  // scaled down so that the stored energy is unchanged.
   if (memory.stiffness_n_per_m > 0 && memory.stiffness_n_per_m < k) stretch *= std::sqrt(memory.stiffness_n_per_m / k);
   const double holds_n = probe.strength * model.breakaway_force_n;
   if (k * stretch.norm() > holds_n) stretch = clamped_to_length(stretch, probe.strength * model.slip_force_n / k);

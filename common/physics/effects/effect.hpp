@@ -32,12 +32,14 @@ struct EffectMemory {
 ///         is 1 inside the region and falls to 0 over fade_m outside of it, with a continuous derivative. With
 ///         `in_contact` it also rises with the normal force, up to full_contact_n. Finally, force and torque are
 ///         clamped without a change of direction. The force acts at the tool's origin, so its work is the work at the
-///         origin. Sampling: the force is held for a step h. A velocity-dependent force is limited to the force that
-///         stops the tool within the step. A position-dependent force is evaluated half a step ahead (a whole step for
-///         stick-slip). Its stiffness is at most m/(2h²). A massless tool is in equilibrium between the spring k of its
-///         coupling and the force of the previous step, x ← x_H + f/k, with the handle's position x_H. Its force is not
-///         evaluated ahead. With m = k h² the change in each iteration is less than half of the previous change. The
-///         statements on energy then hold for any mass, and forces at rest are exact.
+///         origin.
+///         Sampling: the force is held for a step h. A velocity-dependent force is limited to the force that stops the
+///         tool within the step. A position-dependent force is evaluated half a step ahead (a whole step for
+///         stick-slip), and its stiffness is at most m/(2h²).
+///         Massless tools: the tool is in equilibrium between the spring k of its coupling and the force of the
+///         previous step, x ← x_H + f/k, with the handle's position x_H. Its force is not evaluated ahead. With m = k
+///         h² each iteration changes x by less than half of the previous change. The statements on energy therefore
+///         hold for any mass, and forces at rest are exact.
 /// Source  sampled springs: Colgate, Schenkel, "Passivity of a class of sampled-data systems", 1997 (b ≥ kT/2); the
 ///         rest is our derivation
 /// Thread  one thread at a time, that of the room; no allocation, no throw
@@ -55,7 +57,7 @@ class Effect {
 
   bool is_viscous() const { return std::holds_alternative<Viscosity>(settings_.model); }
   /// Returns the local damping of a fluid, without any limit; zero for other kinds of effects and for an input that is
-  /// not finite. It is for solvers that use the velocity at the end of the step, as is necessary for a massless tool.
+  /// not finite. It is meant for solvers that use the velocity at the end of the step, as a massless tool requires.
   Viscosity damping(const EffectInput& input) const noexcept;
 
  private:

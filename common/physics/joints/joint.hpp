@@ -1,4 +1,4 @@
-// Springs and dampers of anchors: these couple a body to its start pose, and not to a hand.
+// Springs and dampers of anchors. An anchor couples a body to its start pose, not to a hand.
 #pragma once
 
 #include <cmath>

@@ -8,10 +8,11 @@ namespace tandem::physics {
 namespace {
 
 /// Regularisation of a massless tool: its inertial resistance within a step, as a fraction of the spring's resistance.
-/// The final pose has a relative error of about this fraction. We chose it to bound the condition number of the
-/// solver's matrix.
+/// The relative error of the tool's final pose is about this fraction. It was chosen to bound the condition number of
+/// the solver's matrix.
 constexpr double kRegularisation = 1e-4;
-/// Regularisation without a spring. At this mass and 1 kHz, moving the tool by 1 mm in a step takes 1e-6 N.
+/// Regularisation of a massless tool without a spring. With this mass, moving the tool by 1 mm in a step of 1 ms needs
+/// 1e-6 N.
 constexpr double kMinRegularisation_kg = 1e-9;
 /// Minimum radius of gyration of the regularisation; equal to kToolGyrationRadius_m.
 constexpr double kGyration_m = 0.015;
@@ -32,7 +33,7 @@ struct InertialessThings::Motion {
   double mass_kg = 0;        ///< mass that replaces the inertia of a massless object (regularisation)
   double inertia_kg_m2 = 0;  ///< moment of inertia of the regularisation
   double reach_m = 0;
-  Vec3 lever_W = Vec3::Zero();  ///< from the centre to the tool's origin, for an object with one hand
+  Vec3 lever_W = Vec3::Zero();  ///< vector from the centre to the tool's origin, for an object with one hand
 };
 
 InertialessThings::InertialessThings(std::size_t things, std::size_t tools, double speed_m_per_s)
@@ -70,7 +71,7 @@ void InertialessThings::add_coupling(double step_s, const TouchThing& thing, con
                                      Motion& motion) noexcept {
   const Vec3 p_WC = thing.rigid->centre_W();
   const Twist V_WC = twist_to_handle(coupling.hand->target_pose(), coupling.X_WT, p_WC, step_s);
-  // An object that several hands hold moves by the mean of their motions.
+  // If several hands hold the object, it moves by the mean of the motions that they require.
   motion.V_WC.v += V_WC.v / motion.hands;
   motion.V_WC.w += V_WC.w / motion.hands;
   // The factor 2 allows for sliding: a massless tool may slide along an obstacle by the full distance to its handle
@@ -97,8 +98,8 @@ void InertialessThings::add_joint(double step_s, const TouchThing& thing, const 
   motion.inertia_kg_m2 = std::max(motion.inertia_kg_m2, squared * joint.law->joint().stiffness_n_m_per_rad);
 }
 
-/// Adds two motions to the reach of the couplings: by external wrenches, which stretch the spring, and by a moving
-/// fluid.
+/// Returns the reach of the couplings plus two further motions: by external wrenches, which stretch the spring, and by
+/// a moving fluid.
 double InertialessThings::reach_m(double step_s, const TouchThing& thing, std::size_t index) const noexcept {
   const Motion& motion = motions_[index];
   const Vec3& f = thing.wrench_W.f;
@@ -139,8 +140,8 @@ void InertialessThings::add_drags(std::span<const TouchThing> things, std::span<
   }
 }
 
-/// An object at its handle is not part of the solution. Its hand carries the load on it, up to the limits of the
-/// coupling.
+/// Writes the contact load to the hands and joints of objects at their handle. Such an object is not part of the
+/// solution. The hands carry its load, up to the limits of the coupling.
 void InertialessThings::show_contacts(double step_s, std::span<const TouchThing> things,
                                       std::span<const TouchContact> felt, std::span<TouchCoupling> couplings,
                                       std::span<TouchJoint> joints) const noexcept {

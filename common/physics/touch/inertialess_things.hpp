@@ -13,18 +13,18 @@ namespace tandem::physics {
 /// objects at their handle. In each step every function is called once, in the order of declaration.
 ///
 /// Model   kMassless: the object moves to the equilibrium of its coupling, its contacts and wrench_W, and has no
-///         velocity afterwards. In the solver it has a small mass (the regularisation), whose effect on the result is
-///         negligible. A fluid around the object is one more coupling. kAtHandle: the object is moved to the pose of
-///         its coupling, or to the mean pose of several couplings. Each hand receives an equal part of the load on the
-///         object.
+///         velocity at the end of the step. In the solver it has a small mass (the regularisation), whose effect on the
+///         result is negligible. A fluid around the object is one more coupling.
+///         kAtHandle: the object is moved to the pose of its coupling, or to the mean pose of several couplings. Each
+///         hand receives an equal part of the load on the object.
 /// Source  our derivation
 class InertialessThings {
  public:
   InertialessThings(std::size_t things, std::size_t tools, double speed_m_per_s);
   ~InertialessThings();
 
-  /// Computes the displacement of each object without inertia by its couplings and joints. Limits the speed of an
-  /// object at its handle before contacts are searched. The contacts are then those of its final pose.
+  /// Computes the displacement of each object without inertia by its couplings and joints. An object at its handle is
+  /// moved before contacts are searched, with limited speed, so that the contacts found are those of its final pose.
   TickFaults follow(double step_s, std::span<const TouchThing> things, std::span<const TouchCoupling> couplings,
                     std::span<const TouchJoint> joints) noexcept;
   /// Returns the upper limit of this object's motion in the step.

@@ -9,10 +9,10 @@
 namespace tandem::physics {
 namespace {
 
-/// Minimum search distance between shapes; also applies at rest.
+/// Minimum search distance between shapes, used even if all objects are at rest.
 constexpr double kMinBand_m = 5e-5;
 
-/// Maximum number of close pairs of shapes that are compared when there are too many to search all of them.
+/// Maximum number of close pairs that are compared by depth if there are more pairs than can be searched.
 constexpr std::size_t kMaxNear = 4096;
 
 }  // namespace
@@ -70,8 +70,8 @@ TickFaults NearPairs::find(std::span<const TouchThing> things, std::span<const d
   return is_found ? TickFaults{0} : search(things, reach_m);
 }
 
-/// If there are too many pairs, the result is discarded. A choice among them depends on depths, which only the step
-/// has.
+/// If there are too many pairs, the result is discarded. The choice among the pairs needs the depths of contacts, which
+/// are known only in the step.
 void NearPairs::look_ahead(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept {
   found_things_.clear();
   if (search(things, reach_m) != 0) return;
@@ -141,9 +141,9 @@ bool NearPairs::add(std::span<const TouchThing> things, std::size_t a, std::size
   return true;
 }
 
-/// Assigns to each close pair the Pair object that it used before. That object may have the two objects in reverse
-/// order, if the role of one has since changed to implicit or external. Its order is then kept, so that the friction
-/// state is preserved.
+/// Assigns to each close pair the Pair object that this pair had in the last step, so that the friction state is
+/// preserved. In that object, the two objects may be in reverse order, because one of them has changed its role since.
+/// The order is then kept.
 void NearPairs::match(std::span<const TouchThing> things) noexcept {
   const auto used = std::span(pairs_).first(end_);
   for (Near& near : near_) {
@@ -185,7 +185,7 @@ void NearPairs::bind(std::span<const TouchThing> things) noexcept {
   chosen_.clear();
   for (Near& near : near_) {
     if (near.pair == nullptr) {
-      // An unused pair exists, because near_ has at most as many entries as pairs_.
+      // An unused Pair exists, because near_ has at most as many entries as pairs_.
       const auto free = std::find_if(pairs_.begin(), pairs_.end(), [](const Pair& pair) { return !pair.is_used; });
       end_ = std::max(end_, static_cast<std::size_t>(free - pairs_.begin()) + 1);
       near.pair = &*free;
@@ -204,8 +204,8 @@ void NearPairs::bind(std::span<const TouchThing> things) noexcept {
   }
 }
 
-/// Collects two lists of neighbouring shapes: shapes beside B that are close to A, and shapes beside A that are close
-/// to B.
+/// Corrects the contacts of a pair. For this, collects two lists of shapes: shapes beside B that are close to A, and
+/// shapes beside A that are close to B.
 void NearPairs::join(std::span<const TouchThing> things, Pair& pair) noexcept {
   if (neighbours_.size() < 2 || pair.contacts.contacts().empty()) return;
   for (auto& shapes : beside_) shapes.clear();

@@ -13,17 +13,17 @@
 
 namespace tandem::physics {
 
-/// Pairs of close shapes, at least one of which belongs to an implicit object. As long as a pair is close, its friction
-/// state is preserved. look_ahead() searches for the next step in idle time. The step uses its result only if objects
-/// and poses are unchanged, and if no object moves farther than predicted.
+/// Pairs of close shapes, at least one of which belongs to an implicit object (TouchThing::Role). As long as a pair is
+/// close, its friction state is preserved. look_ahead() searches for the next step in idle time. The step uses this
+/// result only if objects and poses are unchanged, and if no object moves farther than predicted.
 class NearPairs {
  public:
   /// Shape part_a of thing_a and shape part_b of thing_b. At least one of the two objects is implicit. Their order does
   /// not change while the pair is close. A static object is always the second one.
   struct Pair {
     explicit Pair(std::uint32_t budget) : contacts(budget) {}
-    /// Returns the contacts at these poses. The first call after find_ahead() uses its result if the poses and the
-    /// search distance are unchanged. Otherwise the contacts are searched.
+    /// Returns the contacts at these poses. After find_ahead(), the first call returns the result of find_ahead() if
+    /// the poses and the search distance are unchanged. Otherwise the contacts are searched.
     contact::ContactWork find(const Pose& X_WSa, const Pose& X_WSb) noexcept;
     /// Searches contacts in idle time, as a result for the next find().
     void find_ahead(const Pose& X_WSa, const Pose& X_WSb) noexcept;
@@ -34,7 +34,7 @@ class NearPairs {
     double deepest_m = 0;  ///< depth of the deepest contact in the last step, set by the stage; 0: no force
     bool is_used = false;
     bool is_near = false;
-    // Input and result of find_ahead().
+    // The following members are the input and the result of find_ahead().
     Pose X_WSa, X_WSb;
     double found_m = -1;  ///< search distance of find_ahead(); below 0: no result
     contact::ContactWork work;
@@ -77,7 +77,7 @@ class NearPairs {
   std::vector<Pair*> chosen_;
   /// All pairs that are close enough for join(), including those whose contacts are not searched.
   std::vector<std::array<PartName, 2>> neighbours_;
-  std::array<std::vector<contact::PlacedShape>, 2> beside_;  ///< for join(): shapes next to A, next to B
+  std::array<std::vector<contact::PlacedShape>, 2> beside_;  ///< shapes beside A and shapes beside B, for join()
   std::vector<FoundThing>
       found_things_;  ///< each object at the last look_ahead(); empty: not called, or too many pairs
 };

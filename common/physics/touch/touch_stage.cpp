@@ -1,5 +1,7 @@
-// One step of the touch stage. It predicts each object's reach and finds the close pairs and their contacts. Then it
-// solves for all contacts and couplings together, and writes the results to the objects and couplings.
+// One step of the touch stage:
+// 1. It predicts how far each object moves (its reach), and finds the close pairs and their contacts.
+// 2. It solves for all contacts and couplings together.
+// 3. It writes the results to the objects and couplings.
 #include "common/physics/touch/touch_stage.hpp"
 
 #include <algorithm>
@@ -11,8 +13,9 @@ namespace {
 /// Capacity of the solver: number of contact points of all pairs in a step.
 constexpr std::size_t kMaxRows = 65536;
 
-/// Predicted reach of an object in the next step: kLikelyReach times the last reach, plus the displacement by this
-/// acceleration. If an object moves farther, its contacts are searched again.
+/// Constants of the predicted reach of an object in the next step: kLikelyReach times the last reach, plus the
+/// displacement by an acceleration of kLikelyPush_m_per_s2. If an object moves farther, its contacts are searched
+/// again.
 constexpr double kLikelyReach = 1.25, kLikelyPush_m_per_s2 = 10;
 
 /// Returns the wrench of a law on the frame X_WT of `rigid` in its present state, about the centre of mass.
@@ -93,7 +96,8 @@ TickFaults TouchStage::step(double step_s, std::span<TouchThing> things, std::sp
   return faults;
 }
 
-/// The search is omitted if any object is at its handle, because the next pose of that object is unknown.
+/// Searches contacts for the next step. No search is made if an object is at its handle, because the next pose of that
+/// object is unknown.
 void TouchStage::look_ahead(double step_s, std::span<const TouchThing> things) noexcept {
   for (contact::SolverPatch& patch : patches_) patch.contacts = {};
   const auto jumps = [](const TouchThing& thing) {
@@ -109,7 +113,7 @@ void TouchStage::look_ahead(double step_s, std::span<const TouchThing> things) n
   }
 }
 
-// The reach follows from the present velocity, and from the velocity that the wrenches add in this step.
+// Computes each object's reach from its present velocity and from the velocity that the wrenches add in this step.
 void TouchStage::predict_reach(double step_s, std::span<const TouchThing> things,
                                std::span<const TouchCoupling> couplings, std::span<const TouchJoint> joints) noexcept {
   std::fill(gained_.begin(), gained_.end(), Twist{});
@@ -172,7 +176,7 @@ TickFaults TouchStage::find_contacts(std::span<const TouchThing> things) noexcep
   return faults;
 }
 
-/// An external object becomes a body of the solver with its first contact.
+/// Adds the contacts of a pair to the solver. With its first contact, an external object becomes a body of the solver.
 void TouchStage::add_patch(std::span<const TouchThing> things, NearPairs::Pair& near) noexcept {
   const TouchThing& a = things[near.thing_a];
   const TouchThing& b = things[near.thing_b];
@@ -246,8 +250,8 @@ void TouchStage::feel() noexcept {
   }
 }
 
-/// Propagates is_reached and the set of hands through contacts, starting from objects that make others implicit, until
-/// nothing changes. Chains of contacts are short.
+/// Propagates is_reached and the set of hands from object to object through contacts, until nothing changes. Starts
+/// from the objects that make others implicit. Chains of contacts are short.
 void TouchStage::find_reached(std::span<const TouchThing> things) noexcept {
   for (std::size_t i = 0; i < things.size(); ++i) {
     if (things[i].role != TouchThing::Role::kImplicit) continue;

@@ -36,9 +36,9 @@ class TouchStage {
   TickFaults step(double step_s, std::span<TouchThing> things, std::span<TouchCoupling> couplings,
                   std::span<TouchJoint> joints) noexcept;
 
-  /// Searches the contacts of the next step in idle time, from the present poses and a predicted reach. This reach is
-  /// longer than that of a step, so the search also finds more contacts without a force. Contacts store state from one
-  /// search to the next. If the result is not used, their state passes through one more search. Afterwards
+  /// Searches the contacts of the next step in idle time, from the present poses and a predicted reach. The predicted
+  /// reach is longer than the reach of a step, so more contacts without a force are found. If the step does not use the
+  /// result, the contacts' friction state is passed on through one search more than usual. After this call,
   /// pressed_points_W() returns no points.
   void look_ahead(double step_s, std::span<const TouchThing> things) noexcept;
 
@@ -53,12 +53,12 @@ class TouchStage {
       if (results_[i].pressing > 0) use(patch_things_[i][0], patch_things_[i][1], results_[i]);
     }
   }
-  /// Writes positions in W of contact points of `thing` with a force. If not all fit, the written ones are spread over
-  /// all. Returns their number.
+  /// Writes the positions in W of contact points of `thing` that have a force. If `out` is too small for all, the
+  /// written points are an even selection. Returns their number.
   std::size_t pressed_points_W(std::size_t thing, std::span<Vec3> out) const noexcept;
 
  private:
-  // Parts of a step, in the order of execution.
+  // The following functions are the parts of a step, in the order of execution.
   void predict_reach(double step_s, std::span<const TouchThing> things, std::span<const TouchCoupling> couplings,
                      std::span<const TouchJoint> joints) noexcept;
   void add_bodies(std::span<const TouchThing> things) noexcept;
@@ -85,7 +85,7 @@ class TouchStage {
   std::vector<std::size_t> thing_of_body_;
   std::vector<contact::SolverBody> bodies_;
   std::vector<contact::SolverCoupling> couplings_;  ///< couplings of hands, then joints, then fluids
-  std::vector<Wrench*> answers_;                    ///< where the resulting wrenches of hands and joints are written
+  std::vector<Wrench*> answers_;                    ///< destinations of the resulting wrenches of hands and joints
   std::vector<Wrench> tool_wrenches_;
   std::vector<contact::SolverPatch> patches_;
   std::vector<NearPairs::Pair*> patch_pairs_;             ///< invalid after look_ahead(), which may reuse a pair

@@ -30,15 +30,15 @@ struct TouchDrag {
 
 /// One rigid object (body or tool) of the world in the current step.
 struct TouchThing {
-  /// Who moves the object. kAbsent: it is not in the world. kImplicit: only this stage moves it. kExternal: FreeBodies
-  /// moves it; if it touches an implicit object, this stage includes its inertia and applies the contact wrench to it.
-  /// kStatic: it does not move.
+  /// Component that moves the object. kAbsent: the object is not in the world. kImplicit: only this stage moves it.
+  /// kExternal: FreeBodies moves it; if it touches an implicit object, this stage includes its inertia and applies the
+  /// contact wrench to it. kStatic: it does not move.
   enum class Role : std::uint8_t { kAbsent, kImplicit, kExternal, kStatic };
 
   RigidBody* rigid = nullptr;
   const TouchModel* model = nullptr;
   Role role = Role::kAbsent;
-  bool makes_implicit = false;  ///< tool, or body held or kept implicit: bodies that it touches become implicit
+  bool makes_implicit = false;  ///< tool, or body held or kept implicit: makes the bodies that it touches implicit
   std::uint32_t hands = 0;      ///< bit i: this object is tool i, or tool i holds it
   haptics::ToolDynamics dynamics = haptics::ToolDynamics::kWithMass;  ///< used only for implicit objects
   Wrench wrench_W = {};                                               ///< weight and fields, about the centre of mass
@@ -77,8 +77,8 @@ struct TouchJoint {
 struct TouchContact {
   std::uint32_t pressing = 0;  ///< number of contact points with a force
   double deepest_m = 0;
-  bool is_reached = false;  ///< the object makes others implicit, or touches such an object, directly or not
-  std::uint32_t hands = 0;  ///< tools that touch it, directly or through others, or the tool that it is
+  bool is_reached = false;  ///< true: the object makes others implicit, or touches such an object, directly or not
+  std::uint32_t hands = 0;  ///< bit i: the object is tool i, or tool i touches it directly or through others
   Wrench wrench_W;          ///< total contact wrench on the object, about the origin of W
   Twist V_WC;               ///< velocity of its centre in the step, also for a massless object
 };
@@ -89,8 +89,8 @@ struct TouchBetween {
   Vec3 normal_W = Vec3::Zero();  ///< mean normal, a unit vector out of the second object; zero: no contact
 };
 
-/// Limits the motion of an object to the distance within which contacts were searched. Scaling the motion down is safe,
-/// because the shortened motion remains on the solved path. Returns true if the motion was scaled down.
+/// Limits the motion of an object to the distance within which contacts were searched. Returns true if the motion was
+/// scaled down. This is safe, because the shortened motion remains on the solved path.
 bool limit_motion(Twist& V_WC, double radius_m, double speed_m_per_s) noexcept;
 
 }  // namespace tandem::physics

@@ -2,8 +2,8 @@
 // session with server and link. The result is compared with the same session with all processing disabled, and with a
 // fixed computation on the same machine.
 //
-// Hand, client, link and server are those of a trial in virtual time. Only the tick is timed. The simulated hand and
-// the energy ledger of an experiment are excluded.
+// The session is a trial in virtual time: the same hand, client, link and server. Only the client's tick is timed. The
+// simulation of the hand and the energy ledger, which a real client does not have, are excluded.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -41,7 +41,7 @@ struct ClientBenchRun {
   Histogram tick;   ///< duration of HapticCore::tick(), including the reads of the clock
   Histogram fit;    ///< duration of one fit of the AR models outside the tick: six axes, with the settings of the stage
   Histogram clock;  ///< duration of one read of the clock, measured at each tick
-  Histogram work;   ///< duration of a fixed computation at each tick; its tail shows the jitter of the machine
+  Histogram work;   ///< duration of a fixed computation at each tick; its tail shows the timing jitter of the machine
   double force_max_n = 0;
   double local_share = 0;       ///< fraction of the ticks in which the local model drives the hand
   double predicting_share = 0;  ///< fraction of the ticks in which a part of the force is predicted
@@ -77,8 +77,8 @@ double fixed_work(double x) {
   return x;
 }
 
-/// Measures the duration of a fit of the AR models to the wrenches of this session. Each new wrench is passed to a
-/// force stream with the settings of the predictor.
+/// Measures the duration of a fit of the AR models to the wrenches of this session. Each new wrench is passed to an own
+/// force stream, which has the settings of the session's predictor.
 class FitMeter {
  public:
   explicit FitMeter(const std::string& predictor) : stream_(haptics::make_force_stream(predictor)) {}
@@ -221,15 +221,15 @@ ClientBenchRun bench_client(const Experiment& experiment, const std::shared_ptr<
   return session.run();
 }
 
-/// Claimed upper limit for the 99th percentile of a tick's duration, of 1000 µs available. Device access (USB), wake-up
-/// and network need the rest.
+/// A claim: upper limit for the 99th percentile of a tick's duration [µs]. The period is 1000 µs; device access (USB),
+/// wake-up and network need the rest.
 struct Claim {
   const char* experiment;
   double tick_p99_us;
 };
 constexpr std::array kClaims{Claim{"bunny", 150}, Claim{"wall", 20}};
-/// Upper limit for the median duration of a fit. A fit runs outside the tick, but on the thread that reads the sockets.
-/// Received data waits meanwhile.
+/// Upper limit for the median duration of a fit [µs]. A fit runs outside the tick, but on the thread that reads the
+/// sockets: received data waits until the fit ends.
 constexpr double kFitMedian_us = 200;
 
 struct Variant {

@@ -138,7 +138,7 @@ HtmlReport report_of(const Measured& measured, const std::vector<Check>& checks)
   return page;
 }
 
-/// Runs the landing and drop tests. They replace the touch along a path that the command runs otherwise.
+/// Runs the landing and drop tests, with option --landing. Without it the command runs a touch along a path.
 int run_landings(const ContactBenchOptions& options, const TouchObject& a, const TouchObject& b, const Clock& clock) {
   std::vector<Landing> all = landings(a, b, direction_of(options), options.mass_kg, clock);
   for (Landing& drop : drops(a, options.mass_kg, clock)) all.push_back(std::move(drop));

@@ -1,4 +1,4 @@
-// `tandem-lab bench contact-scaling`: measures the duration of the same contact with four resolutions of a mesh.
+// `tandem-lab bench contact-scaling`: measures the duration of one contact, computed with four resolutions of a mesh.
 
 #include <CLI/CLI.hpp>
 #include <iostream>

@@ -45,8 +45,8 @@ struct WalkTick {
   Twist V_WH, V_WT;
 };
 
-/// A coordinate that fluctuates randomly about zero with the standard deviation `spread` and the correlation time
-/// `memory_s` [s]. It imitates a hand around its target.
+/// A coordinate that fluctuates randomly about zero, as a hand does around its target. The standard deviation is
+/// `spread`, the correlation time `memory_s` [s].
 ///
 /// Model   Ornstein–Uhlenbeck process, sampled once per period
 class Wander {
@@ -83,7 +83,7 @@ std::vector<WalkTick> random_walk() {
 struct CouplingBenchContestant {
   std::string name;
   std::string what;
-  bool is_claimed = false;  ///< the bound applies to this law
+  bool is_claimed = false;  ///< true: the upper limit kMedianBound_us is checked for this law
   /// Calls the law through an opaque pointer, so that the compiler cannot move the computation out of the timed
   /// section.
   std::function<Wrench(const WalkTick&)> work;
@@ -97,8 +97,8 @@ Wrench plain_spring(const WalkTick& tick) {
           c.damping_n_m_s_per_rad * (tick.V_WT.w - tick.V_WH.w)};
 }
 
-/// Limits the contact force as the room does for direct rendering. The duration does not depend on the origin of the
-/// wrench, so any wrench can serve as contact.
+/// Limits the contact force as the room does for direct rendering. The duration does not depend on the contact, so any
+/// wrench can serve as the contact force.
 Wrench limited(const Wrench& contact) {
   const haptics::CouplingParameters c;
   return {haptics::saturated(contact.f, c.force_limit_n, c.saturation_softness),

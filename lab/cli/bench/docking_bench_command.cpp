@@ -1,6 +1,6 @@
 // `tandem-lab bench docking`: measures one evaluation of the molecular field for two structures. The rate is reported
-// as a fraction of the multiply-add rate that this machine reaches in the same run. Options select one or several
-// interface sizes.
+// as a fraction of the multiply-add rate that this machine reaches in the same run. Options select the number of atoms
+// at the interface: one number or several.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -52,7 +52,7 @@ struct DockingBenchOptions {
   bool prints_json = false;
 };
 
-/// Interface sizes of a sweep: --interface-atoms divided by these numbers.
+/// A sweep runs with several interface sizes: --interface-atoms divided by each of these numbers.
 constexpr std::size_t kSweepParts[] = {32, 16, 8, 4, 2, 1};
 
 /// Returns the number of multiply-adds per second in one run. The limit of the machine is the maximum over the rounds.

@@ -1,6 +1,6 @@
 // `tandem-lab bench join`: measures the time until a user who joins over a slow line has a local model, and the delay
-// of states while assets share that line. Two further runs serve as comparison: one fetches one chunk at a time, the
-// other has nothing to fetch.
+// of states while assets share that line. Two further runs serve as comparison: in the first the client fetches one
+// chunk at a time; in the second the client has all assets already.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

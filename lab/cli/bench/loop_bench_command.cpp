@@ -1,8 +1,8 @@
 // `tandem-lab bench loop`: measures the lateness of the haptic loop of tandem-client, with and without a window. The
 // lateness is compared with the wake-up latency of this machine.
 //
-//   this process     a server with its threads, as in tandem-server, during the whole run
-//   one at a time    cyclictest, tandem-client --headless, tandem-client with its window; then the three are repeated
+//   this process     runs a server with its threads, as in tandem-server, during the whole measurement
+//   child processes  one at a time: cyclictest, tandem-client --headless, tandem-client with its window; repeated
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -35,8 +35,8 @@ namespace {
 
 namespace json = boost::json;
 
-// Upper limits for the effect of the window on the haptic loop: ratios of percentiles, an absolute p99 [µs], and
-// additional late ticks [%]. The values are our choice.
+// Upper limits for the effect of the window on the haptic loop. In order: ratio of percentiles with and without window;
+// p99 [µs] that is accepted at any ratio; ratio to cyclictest; additional late ticks [%]. The values are our choice.
 constexpr double kWindowShare = 1.5, kWindowAllowed_us = 150, kPeerShare = 1.3, kLateAllowed_percent = 0.1;
 constexpr int kServerPriority = 60;
 

@@ -81,12 +81,12 @@ struct ServerBenchResult {
   Histogram echo;  ///< latency of the echo server during the load
   std::array<LoadResult, kTurns> turns;
   double took_s = 0;         ///< total duration of all runs [s]
-  std::vector<double> kept;  ///< for each room: step rate reached during the load, as a fraction of the nominal rate
+  std::vector<double> kept;  ///< step rate of each room during the load, as a fraction of the nominal rate
   std::vector<server::RoomTiming> timings;
   double server_cpu_s_per_s = 0;
-  double aead_percent = 0;  ///< processor time of sealing and opening, in per cent of the server's
+  double aead_percent = 0;  ///< processor time of encryption (AEAD), in per cent of the server's processor time
   double wake_us = 0;       ///< processor time of one sleep and wake-up [µs]
-  double taken = 0;         ///< fraction of the machine's time that the host of a virtual machine took during the load
+  double taken = 0;         ///< steal time (see machine_time()) during the load, as a fraction of the machine's time
 };
 
 /// Deadlines of the latest 4096 steps of a room. The room's thread writes them, and the thread that generates the load
@@ -163,8 +163,8 @@ class ServerUnderLoad {
   std::thread thread_;
 };
 
-/// Returns the processor time that a thread needs to sleep until a deadline and to wake up [µs]. It is measured on this
-/// machine while the machine is idle.
+/// Returns the processor time that one sleep until a deadline and the wake-up take on this machine while it is idle
+/// [µs].
 double wake_cost_us() {
   constexpr int kWakes = 1000;
   double cost_us = 0;

@@ -57,8 +57,8 @@ class Collector {
     const Vec3 middle = (begin_O + end_O) / 2;
     const double half_m = (end_O - begin_O).norm() / 2;
     const double distance = distance_m(middle, half_m);
-    // The depth at any point of this piece is at most the depth at its midpoint plus half of the piece's length
-    // (distance is 1-Lipschitz).
+    // The distance function is 1-Lipschitz: the depth at any point of this piece of the edge is at most the depth at
+    // its midpoint plus half of the piece's length.
     if (half_m - distance <= shallowest_m_) return;
     if (2 * half_m <= kOverlapEdgeStep_m) {
       if (distance < -shallowest_m_) found(middle, -distance);

@@ -1,5 +1,5 @@
-// Exact overlap depth of two meshes. Every vertex and every edge of each mesh is tested against the other mesh. Only
-// the exact distance to a mesh is shared with the code under test.
+// Computes the exact overlap depth of two meshes, as a reference for the contact search. Every vertex and every edge of
+// each mesh is tested against the other mesh. The only code shared with the contact search is the exact distance query.
 #pragma once
 
 #include <array>

@@ -31,7 +31,7 @@ struct MeshFacts {
 struct MeshScale {
   double scale = 1;           ///< metres per unit of the file
   double largest_size_m = 0;  ///< if positive: desired longest edge of the bounding box, and `scale` is ignored
-  bool y_is_up = false;       ///< applies to files that do not state their up axis
+  bool y_is_up = false;       ///< whether y is up in files that do not state their up axis
 };
 
 /// Returns the properties of a mesh file.

@@ -156,8 +156,8 @@ class Subdivision {
   }
 
  private:
-  /// Creates the points on a triangle, numbered by steps towards its corners b and c, and the triangles between the
-  /// points.
+  /// Divides one triangle. Creates its points, numbered by steps towards the corners b and c, and the triangles between
+  /// the points.
   void cut(const std::array<int, 3>& triangle) {
     std::map<std::pair<int, int>, int> at;
     for (int to_b = 0; to_b <= pieces_; ++to_b) {
@@ -194,7 +194,7 @@ class Subdivision {
   int pieces_;
   double height_m_;
   std::vector<Vec3> normals_;
-  std::map<std::vector<int>, int> points_;  ///< key: corners of the triangle, each with its weight in the point
+  std::map<std::vector<int>, int> points_;  ///< key: triangle's corners and their weights in this point
   geometry::TriangleMesh result_;
 };
 

@@ -39,7 +39,8 @@ bool is_deeper(const TouchObject& from, const Pose& X_TF, const TouchObject& to,
     const Vec3 p_T = X_TF * points[i].p_S.cast<double>();
     const double rough = -to.shape->field->distance_m(p_T);
     if (rough > depth_m) return true;
-    // The grid gives only the sign of the distance outside its band. There the exact distance is computed.
+    // Outside its band of exact samples the grid gives only the sign of the distance, so the exact distance is
+    // computed.
     if (rough > 0.5 * to.shape->field->band_m() &&
         -to.exact->distance_m(p_T, std::numeric_limits<double>::infinity()) > depth_m)
       return true;
@@ -64,7 +65,7 @@ Pose random_pose(const TouchObject& a, const TouchObject& b, Random& random) {
     (is_deep ? inside : outside) = middle;
   }
   // The bisection tests only a sample of the points. It misses a thin wall that has passed through another wall,
-  // because no point is deep then. Therefore the pose is moved back by the excess of the exact depth.
+  // because no sampled point is deep in that case. Therefore the pose is moved back by the excess of the exact depth.
   for (int i = 0; i < kStepsBack; ++i) {
     const double deepest = deepest_overlap_m(*a.exact, X_WA, *b.exact, Pose{}, 0, 2 * kDeepestPose_m);
     if (deepest <= limit_m) break;
@@ -74,7 +75,8 @@ Pose random_pose(const TouchObject& a, const TouchObject& b, Random& random) {
 }
 
 /// Contacts sorted by x, so that those near a point are found quickly. If the number of contacts exceeds the budget,
-/// one contact represents several points. It is then stored at each of these points that is inside the other body.
+/// one contact represents several points. Such a contact is stored at each of these points that is inside the other
+/// body.
 class NearContacts {
  public:
   NearContacts(const contact::ContactPair& pair, const TouchObject& a, const Pose& X_WA, const TouchObject& b) {
@@ -104,7 +106,7 @@ class NearContacts {
     return false;
   }
 
-  /// Returns whether some contact, regarded as a plane, has the correct depth at this point.
+  /// Returns whether some contact, regarded as a plane, has the depth of this point.
   bool has_face_over(const OverlapPoint& point) const {
     return std::ranges::any_of(faces_, [&point](const contact::ContactPoint& face) {
       // A motion along the normal moves points of A out of B, and points of B into A. Therefore both signs are tried.
@@ -120,7 +122,7 @@ class NearContacts {
 };
 
 /// Returns the depth of a contact according to the exact surfaces, or 0 if none of its points lies on its own surface.
-/// It detects a vertex of the other body that pierces a face: no vertex of the face is deep then.
+/// This also measures a vertex of the other body that pierces a face: in that case no vertex of the face is deep.
 double exact_depth_m(const contact::ContactPair& pair, const contact::ContactPoint& contact, const TouchObject& a,
                      const Pose& X_WA, const TouchObject& b, double deepest_m) {
   const bool is_of_a = pair.is_of_a(contact);

@@ -14,7 +14,7 @@ struct PoseCheck {
   std::size_t poses = 0;
   /// number of points that the exhaustive search found deeper than 0.2 mm, over all poses
   std::size_t exact_points = 0;
-  std::size_t missed_poses = 0;  ///< number of poses in which one of these points has no contact near it
+  std::size_t missed_poses = 0;  ///< number of poses in which at least one of the exact_points has no contact near it
   double deepest_error_max_m = 0;
   std::uint64_t worst_pose = 0;  ///< number of the pose with deepest_error_max_m
   double deepest_max_m = 0;      ///< largest depth according to the exact surfaces
@@ -28,9 +28,9 @@ inline constexpr double kDeepestErrorBound_m = 1.5e-4;
 /// the depth from which contact is rigid. A pose depends only on `seed` and i.
 ///
 /// Model   An exact point counts as found if an active contact lies within two spacings plus the depth of the point. If
-///         the number of contacts exceeds the budget, one contact represents several points; it then counts at each of
-///         these points that is inside. The largest exact depth includes the deepest contact, measured with the exact
-///         surfaces: if a vertex pierces a face, no vertex or edge may reach that depth
+///         the number of contacts exceeds the budget, one contact represents several points, and it counts at each of
+///         these points that is inside the other body. The largest exact depth includes the deepest contact, measured
+///         with the exact surfaces: if a vertex pierces a face, no vertex or edge of the face may reach that depth
 /// In      progress  called with the number of finished poses
 /// Cost    about 0.1 s for each pose at 70,000 triangles
 PoseCheck check_poses(const TouchObject& a, const TouchObject& b, std::size_t poses, std::uint64_t seed,

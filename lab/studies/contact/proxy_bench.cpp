@@ -20,8 +20,8 @@ constexpr double kWiden = 1.3;
 constexpr double kRound_s = 7;
 constexpr double kUpAndDown_s = 3.1;
 constexpr double kElevation_rad = 1.2;
-/// Every kLagStride-th tick is evaluated by lag_of(); the stride is not a divisor of a period of the path. An
-/// evaluation runs at most kMaxSettling updates until the proxy is at rest.
+/// lag_of() evaluates every kLagStride-th tick; the stride is not a divisor of a period of the path. An evaluation runs
+/// at most kMaxSettling updates until the proxy is at rest.
 constexpr std::size_t kLagStride = 7;
 constexpr int kMaxSettling = 200;
 /// Motion per update below which the proxy counts as resting.

@@ -52,8 +52,8 @@ struct ProxyLag {
   double p99_m = 0;
   double max_m = 0;
 };
-/// Measures the lag of the god-object. After every kLagStride-th tick, a copy is updated with a resting hand until the
-/// proxy is at rest, at most kMaxSettling times. The result does not depend on a clock.
+/// Measures the lag of the god-object. After every kLagStride-th tick, a copy of it is updated at most kMaxSettling
+/// times with a hand that does not move, until the proxy is at rest. The result does not depend on a clock.
 ProxyLag lag_of(const std::shared_ptr<const haptics::ProxyMesh>& mesh, const haptics::GodObjectSettings& settings,
                 const std::vector<Vec3>& hand);
 /// Returns the largest depth of the hand below the surface.

@@ -54,7 +54,7 @@ class PointsThrough {
     Vec3 entry_O = Vec3::Zero();  ///< normal of the nearest surface when the point was last outside
     bool is_inside = false;
     bool is_through = false;
-    bool was_through = false;  ///< whether the point was through at any time in this step
+    bool was_through = false;  ///< whether the point had popped through at any time in this step
   };
   void move(Follower& follower, const Vec3& p_O);
 
@@ -89,8 +89,8 @@ std::size_t PointsThrough::step(const Pose& X_OM) {
 void PointsThrough::move(Follower& follower, const Vec3& p_O) {
   const geometry::TriangleTree::Closest closest = other_.closest(p_O, kTooDeep_m + reach_m_);
   if (closest.triangle < 0) {
-    // No surface is within the depth limit. A point inside a solid is then deeper than the limit; a point inside a
-    // plate has left the plate.
+    // No surface is within the depth limit. In this case, a point inside a solid is deeper than the limit, and a point
+    // inside a plate has left the plate.
     const bool is_solid = other_.half_thickness_m() <= 0;
     if (follower.is_inside && is_solid) {
       follower.is_through = true;
@@ -165,7 +165,7 @@ std::size_t separations_of(const TouchTrace& trace) {
 
 void judge_energy(const TouchTrace& trace, TouchFigures& figures) {
   double work_j = 0, least_work_j = 0;
-  double least_j = std::numeric_limits<double>::infinity();  // minimum so far of work before a step + energy
+  double least_j = std::numeric_limits<double>::infinity();  // minimum so far: work before a step + energy stored then
   for (const TouchStep& step : trace) {
     least_j = std::min(least_j, work_j + step.contact_stored_j);
     work_j += step.contact_work_j;

@@ -81,8 +81,8 @@ class TouchSimulation {
 
   TouchStep step(const Pose& X_WH, const Twist& V_WH) {
     const double h = settings_.step_s;
-    // The contact band is the distance by which the surfaces may approach within a step. Both ends of the coupling may
-    // move. The factor 1.5 allows for velocity that the tool gains within the step.
+    // The contact band is the largest distance by which the surfaces may approach within a step. It is computed from
+    // the faster of hand and tool. The factor 1.5 allows for velocity that the tool gains within the step.
     const double speed = std::max(V_WT_.v.norm() + V_WT_.w.norm() * radius_m_, V_WH.v.norm());
     const double band = std::max(kMinBand_m, 1.5 * speed * h);
     TouchStep result;

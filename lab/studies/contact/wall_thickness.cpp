@@ -73,8 +73,8 @@ class Walls {
   /// Returns the wall thickness behind a surface point, or nullopt if the point lies inside the solid.
   std::optional<double> behind(const Place& place) {
     cross(place);
-    // `outside` counts the parts that contain a point just outside the surface. `here` counts the additional parts that
-    // contain a point just inside; it begins with the measured part.
+    // A solid may consist of several closed parts. `outside` counts the parts that contain a point just outside the
+    // surface. `here` counts the further parts that contain a point just inside; it starts with the measured part.
     int outside = 0, here = 1;
     for (const Crossing& crossing : crossings_) {
       if (crossing.at_m > coincident_m_) continue;

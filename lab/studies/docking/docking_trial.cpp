@@ -90,8 +90,8 @@ Pose displaced(const Pose& X_AB, const docking::Molecule& ligand, double rmsd_an
   return moved_by(more);
 }
 
-/// Returns the number of poses that the hand has passed at `time_s` on a path of `count` poses, with a fraction between
-/// two poses.
+/// Returns the number of poses that the hand has passed at `time_s` on a path of `count` poses. A position between two
+/// poses gives a fraction.
 double done(double time_s, double per_pose_s, double count) {
   const double whole_s = count * per_pose_s + kRamp_s;
   const auto ramp = [&](double t_s) { return t_s * t_s / (2 * kRamp_s * per_pose_s); };

@@ -46,8 +46,8 @@ Pose ligand_pose(const server::LoadedScene& scene, const BodiesSample& sample);
 /// Fails   see server::load_scene_text()
 std::shared_ptr<const server::LoadedScene> scene_with_ligand_at(wire::Scene scene, const Pose& X_AB_angstrom);
 
-/// Returns `scene` with the force scale, the knee and the zero area that were computed when `loaded` was loaded. Later
-/// loads of the result skip this computation.
+/// Returns `scene` with the values that were computed when `loaded` was loaded: force scale, knee (energy from which
+/// the force is limited) and zero area (energies near the minimum, without force). Later loads skip this computation.
 wire::Scene with_found_scale(wire::Scene scene, const server::LoadedScene& loaded);
 
 /// Returns the path of the ligand's hand. The hand rests for 0.3 s (phase "approach") and then moves along `poses`;

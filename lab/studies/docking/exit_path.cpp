@@ -106,8 +106,8 @@ class Tree {
     return field_.evaluate(X_AB);
   }
 
-  /// Minimises the energy of a pose by rotation, and by translation perpendicular to the step. The path then follows
-  /// walls, where it would otherwise be blocked.
+  /// Minimises the energy of a pose by rotation, and by translation perpendicular to the step. Therefore the path
+  /// slides along walls that would otherwise block it.
   void relax(Node& node) {
     docking::FieldResult here = evaluate(node.X_AB);
     double way = kRelax_angstrom;

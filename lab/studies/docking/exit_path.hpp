@@ -13,8 +13,8 @@ namespace tandem::lab {
 
 /// Upper limit of the Lennard-Jones energy of a pose on the exit path.
 inline constexpr double kExitBound_kcal_per_mol = 50;
-/// Conditions under which B has left A: the distance from its start is at least kExitDistance_angstrom and the
-/// attraction is at most kHardlyHeld_kcal_per_mol.
+/// Conditions under which B has left A: B has moved at least kExitDistance_angstrom, and the attraction is at most
+/// kHardlyHeld_kcal_per_mol.
 inline constexpr double kExitDistance_angstrom = 8;
 inline constexpr double kHardlyHeld_kcal_per_mol = 5;
 /// Length of a step: displacement of B's origin by a translation, or of B's farthest atom by a rotation. The

@@ -20,8 +20,8 @@ struct Facts {
   double min_distance2 = std::numeric_limits<double>::infinity();
 };
 
-/// Points sorted into the cells of a grid. A cell is at least as wide as the reach. Therefore all neighbours of a point
-/// are in its own cell or in an adjacent cell.
+/// Points sorted into the cells of a grid. A cell is at least as wide as the reach, the largest distance of neighbours.
+/// Therefore all neighbours of a point are in its own cell or in an adjacent cell.
 class Cells {
  public:
   Cells(const std::vector<Vec3>& points, double reach) : points_(points), origin_(points.front()) {
@@ -85,7 +85,7 @@ class Cells {
   double side_ = 1;
   Eigen::Array3i counts_;
   std::vector<std::vector<std::size_t>> members_;
-  std::vector<bool> is_near_;  ///< for each cell: whether the cell or an adjacent cell contains a point
+  std::vector<bool> is_near_;  ///< whether a cell or an adjacent cell contains a point
 };
 
 class Interface {
@@ -144,7 +144,7 @@ class Line {
   bool goes_on() const { return offset_ > 0; }
 
   /// Moves B inwards from its last position until `wanted` atoms are in the interface. Returns nullopt if the centres
-  /// of the molecules coincide before that.
+  /// of the molecules coincide first.
   std::optional<Pose> come_near(Interface& interface, std::size_t wanted, std::size_t& most) {
     double outside = offset_;
     while (goes_on()) {

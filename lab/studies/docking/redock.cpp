@@ -29,12 +29,12 @@ namespace json = boost::json;
 
 constexpr std::size_t kReceptorBody = 0, kLigandBody = 1;
 constexpr Duration kRedockSettling{from_seconds(4)};
-/// Duration of one step of the path. At a scale of 10 mm/Å, a step of 0.25 Å then gives a hand speed of 30 mm/s.
+/// Duration of one step of the path. A step of 0.25 Å at a scale of 10 mm/Å gives a hand speed of 30 mm/s.
 constexpr Duration kRedockPerPose{from_seconds(0.083)};
 constexpr std::size_t kTriesBeforeLocked = 5;
 /// Number of minimisations from poses around the native pose, in addition to the one from the native pose.
 constexpr std::size_t kDescentsAround = 12;
-/// Energy difference below which two minima are regarded as the same: a sixth of kT.
+/// Energy difference below which two minima are regarded as the same: a sixth of kT, which is 0.593 kcal/mol at 298 K.
 constexpr double kSameMinimum_kcal_per_mol = 0.1;
 
 struct RedockPair {
@@ -95,7 +95,7 @@ double energy_kcal_per_mol(const RedockPair& pair, const Pose& X_AB) {
          docking::kKilojoulesPerKilocalorie;
 }
 
-/// Returns the ligand's poses from the end of the exit path back to the pose at which the hands release it.
+/// Returns the ligand's path back: from the end of the exit path to the pose at which the hands release the ligand.
 std::vector<Pose> way_in(const RedockPair& pair, const std::vector<Pose>& way_out) {
   const docking::Molecule& ligand = molecule_of(pair, kLigandBody);
   const auto rmsd = [&](const Pose& X_AB) { return ligand_rmsd_angstrom(ligand, X_AB, pair.X_AB_min); };
@@ -152,13 +152,14 @@ void add_native_measures(json::object& row, const std::string& prefix, const Red
   row[prefix + "native_contact_share"] = rounded(native_contact_share(receptor, ligand, native, X_AB));
 }
 
-/// Returns the field "end" of a row: "docked", or how else the trial ended.
+/// Returns the field "end" of a row: "docked", or the reason why the ligand is not docked.
 std::string_view end_name(const RedockPair& pair, const json::object& row) {
   if (!row.at("stayed_connected").get_bool()) return "disconnected";
   if (row.at("docked").get_bool()) return "docked";
   const double above_kcal_per_mol = row.at("settled_above_minimum_kcal_per_mol").to_number<double>();
   if (above_kcal_per_mol < -kSameMinimum_kcal_per_mol) return "deeper minimum";
-  // The displayed force rises from zero to full strength within 1 kT beyond the boundary of the zero area.
+  // The zero area is a range of energies near the minimum without displayed force. Above it the force rises to its full
+  // strength within 1 kT.
   const double zero_kt = pair.loaded->description.molecular_field().zero_area_kt();
   const bool is_in_zero_area =
       zero_kt > 0 && above_kcal_per_mol <= (zero_kt + 1) * docking::kThermalEnergy_kcal_per_mol;

@@ -17,8 +17,8 @@ namespace tandem::lab {
 inline constexpr double kDocked_angstrom = 1;
 /// Required fraction of seeds in which the ligand is docked.
 inline constexpr double kDockedShare = 0.8;
-/// Largest permitted RMSD of that minimum from the native pose [Å]: the usual criterion of successful redocking. If it
-/// is exceeded, the field has no minimum at the native pose, and a ligand in its minimum does not count as redocked.
+/// Largest permitted RMSD of the field's minimum from the native pose [Å]: the usual criterion of successful redocking.
+/// Above it the field has no minimum at the native pose, and a ligand in its minimum does not count as redocked.
 inline constexpr double kNative_angstrom = 2;
 /// Range of the RMSD from the minimum at which the hands release the ligand. The release pose is the first pose of the
 /// exit path with at least kRelease_angstrom. If it exceeds kFarthestRelease_angstrom, it is interpolated towards the
@@ -34,8 +34,8 @@ inline constexpr double kStepBeyond_n_per_ms = 0.1;
 /// force.
 ///
 /// In      scene     scene of docking_scene()
-///         guided    the ligand's hand does not relax; the distance of the end pose is then a measured offset, not a
-///                   claim
+///         guided    true: the ligand's hand does not relax; the distance of the end pose is then a measured offset and
+///                   not a claim
 ///         threads   number of trials that run in parallel
 ///         progress  called with the finished fraction of the trials, 0 to 1
 /// Out     the pair and its minimum. "locked" is true if the first five seeds find no exit path; "lock" then contains

@@ -28,8 +28,8 @@ namespace {
 constexpr const char* kHelices = "/usr/share/pymol/test/dat/3al1.pdb";
 using docking::kThermalEnergy_kcal_per_mol;
 constexpr double kApart_angstrom = 8, kPressed_angstrom = 3, kPushed_angstrom = 8, kStep_angstrom = 0.25;
-/// Durations of a trial: one step of the path (at a hand speed of 60 mm/s), the settling of the pair, and the rest of
-/// both relaxed hands at the minimum.
+/// Durations of a trial: one step of the path (at a hand speed of 60 mm/s), the settling of the pair, and the time for
+/// which both relaxed hands stay at the minimum.
 constexpr Duration kPerPose{from_seconds(0.0417)}, kDockingSettling{from_seconds(2)}, kAlone{from_seconds(6)};
 constexpr double kAloneFrom_s = 3;
 constexpr double kTremor_n = 0.05;
@@ -38,7 +38,7 @@ constexpr std::uint64_t kSeeds = 5;
 /// light contact without delay: there the vibration of direct rendering is small and depends on a few atoms of the
 /// helices.
 constexpr double kTimesLess = 10, kTimesLessLightly = 5;
-/// Number of conditions, counted from the first, to which claims apply.
+/// The claims apply to the first kClaimed conditions in the list.
 constexpr std::size_t kClaimed = 3;
 constexpr double kRate_hz = 1000;
 
@@ -63,7 +63,7 @@ struct Condition {
   std::string name, published_direct, published_stable;
   std::string device;
   Duration round_trip{0};
-  double deeper_angstrom = kPressed_angstrom;  ///< approach beyond the contact distance
+  double deeper_angstrom = kPressed_angstrom;  ///< motion beyond first contact: how deep the hands press
   double tremor_rms_n = 0;
 };
 
@@ -155,7 +155,8 @@ struct HeldMolecule {
 
 /// Simulates direct rendering: each molecule is fixed to its hand. The hands receive the force and torque of the field
 /// at their poses, with the scale of the stable method, a zero-order hold of 1 ms and the round-trip delay. There is no
-/// body, coupling, zero area or knee. The limits of the device clip the wrench.
+/// simulated body, no coupling and no change of the field's force near the minimum or at high energy. The limits of the
+/// device clip the wrench.
 ShownDocking with_direct_rendering(const PublishedPair& pair, const Condition& condition) {
   const std::vector<Pose> approach = approach_of(*pair.loaded, condition.deeper_angstrom);
   const auto scene = scene_with_ligand_at(pair.scene, approach.front());
@@ -188,8 +189,8 @@ ShownDocking with_direct_rendering(const PublishedPair& pair, const Condition& c
   return with_figures(std::move(shown));
 }
 
-/// Returns the largest E − E_min [kT] from the time kAloneFrom_s on, while both hands relax at the minimum and have
-/// tremor.
+/// Returns the largest energy above the minimum, E − E_min [kT], from the time kAloneFrom_s on. Both hands relax at the
+/// minimum and have tremor.
 double left_alone_kt(const PublishedPair& pair, std::uint64_t seed, Duration round_trip) {
   const auto scene = scene_with_ligand_at(pair.scene, pair.X_AB_min);
   devices::WayPoint start, settle;

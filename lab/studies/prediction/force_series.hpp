@@ -14,7 +14,7 @@ namespace tandem::lab {
 struct ForceSample {
   Duration at{0};
   Wrench on_hand_W;
-  bool has_contact_changed = false;  ///< contact began or ended since the previous sample
+  bool has_contact_changed = false;  ///< whether contact began or ended since the previous sample
 };
 
 struct ForceSeries {

@@ -86,7 +86,7 @@ PredictionErrors predict_series(const ForceSeries& series, haptics::ForceStream&
       stream.push(local(sent[next].at), sent[next].on_hand_W, sent[next].has_contact_changed);
     }
     const Wrench shown = stream.at(local(now));
-    // A live client computes the fit on its io thread within one tick, of which it takes about 1 %.
+    // A live client computes the fit on its io thread within one tick. The fit takes about 1 % of a tick.
     stream.fit();
     const Wrench is = truth.at(now);
     force.add(shown.f - is.f);

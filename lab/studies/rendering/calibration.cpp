@@ -26,7 +26,7 @@ constexpr int kBisections = 7;
 constexpr int kDampings = 9;
 constexpr int kFinerDampings = 3;
 constexpr double kMinDamping = 1.0 / 64;
-/// Factor by which a fitted pair may exceed the roughness limit of its point.
+/// Factor by which a fitted pair of stiffness and damping may exceed the roughness limit of its point.
 constexpr double kFitTolerance = 1.1;
 /// Smallest permitted fitted stiffness as a fraction of the best stiffness, and largest permitted ratio between fitted
 /// and best damping in either direction. Both are our choice.
@@ -111,9 +111,9 @@ class AxisCalibrator {
     const double force_n = settings_.roughness_floor_n + settings_.roughness_share_of_weight * weight_n(mass_kg);
     return is_rotation_ ? force_n * settings_.gyration_radius_m : force_n;
   }
-  /// Returns the damping that is used while the stiffness is searched: the larger of two values. At stiffness × period,
-  /// the damper dissipates the energy that sampling creates while the hand moves slowly. 1.4 √(stiffness × inertia)
-  /// gives the fastest settling in continuous time.
+  /// Returns the damping that is used while the stiffness is searched: the larger of two values. The value stiffness ×
+  /// period dissipates the energy that sampling creates while the hand moves slowly. The value 1.4 √(stiffness ×
+  /// inertia) gives the fastest settling in continuous time.
   double first_damping(double stiffness, double inertia) const {
     const double wanted = std::max(stiffness / settings_.rate_hz, 1.4 * std::sqrt(stiffness * inertia));
     return std::min(wanted, result_.damping_maximum);

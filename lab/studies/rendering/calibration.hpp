@@ -1,10 +1,11 @@
-// Calibrates the adaptive law: a search finds the best coupling for each tool mass on a given device.
+// Calibrates the adaptive law: a search finds the best coupling for each tool mass on a given device. The criteria
+// "stability", "rest" and "quiet" are defined in CalibrationSettings.
 //
-//   for each mass    the best stiffness: the largest that keeps the stability margins and is at rest and quiet
-//   over the masses  a polynomial k(m)                                         (Hou 2014, eqs. 5.2, 5.13, 5.14)
-//   for each best k  the best damping: the tool settles fastest, with the same margins
-//   over stiffness   a polynomial b(k)                                         (eqs. 5.3, 5.15)
-//   the same for moments of inertia, if the device displays torque             (eq. 5.7)
+//   for each mass    the best stiffness: the largest that fulfils all three criteria
+//   over the masses  a polynomial k(m) is fitted                            (Hou 2014, eqs. 5.2, 5.13, 5.14)
+//   for each best k  the best damping: the tool settles fastest, and all criteria are fulfilled
+//   over stiffness   a polynomial b(k) is fitted                            (eqs. 5.3, 5.15)
+//   then the same for moments of inertia, if the device displays torque     (eq. 5.7)
 #pragma once
 
 #include <functional>
@@ -23,7 +24,7 @@ struct CalibrationPoint {
   double mass_kg = 0;  ///< mass of the tool with this inertia
   Pair best;
   double first_damping = 0;  ///< damping that was used while the stiffness was searched
-  /// The criterion that limits the stiffness: "maximum" of the device, "cap" (used if the maximum is unverified),
+  /// The criterion that limits the stiffness: "maximum" (of the device), "cap" (assumed if the maximum is unverified),
   /// "stability", "rest" or "quiet".
   std::string_view limited_by;
   double spectral_radius = 0;  ///< spectral radius for `best`, including the margins

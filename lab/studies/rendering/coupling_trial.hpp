@@ -12,8 +12,8 @@ namespace tandem::lab {
 
 /// Criteria for a pair, parameters of the simulated hands, and the choice of the masses.
 struct CalibrationSettings {
-  double gain_margin = 2;        ///< stability is required if all forces are multiplied by this factor …
-  int delay_margin_periods = 1;  ///< … and are delayed by this number of additional periods
+  double gain_margin = 2;        ///< criterion "stability": the loop is stable with all forces multiplied by this
+  int delay_margin_periods = 1;  ///< and, in the same test, delayed by this number of further periods
   double rate_hz = 1000;
   double tremor_rms_n = 0.05;  ///< tremor of the pressing hands; our choice: clearly visible in a relaxed hand
   /// Encoder step assumed for a device that reports exact positions: the step of the device in the source thesis; see
@@ -32,7 +32,7 @@ struct CalibrationSettings {
   /// Fraction of the permitted roughness that the choice of stiffness may use. The rest is reserved for the choice of
   /// damping.
   double stiffness_share_of_roughness = 0.75;
-  /// Criterion "rest": largest permitted range of the handle while the hand rests [encoder steps].
+  /// Criterion "rest": largest permitted range of the handle's position while the hand rests [encoder steps].
   double restlessness_steps = 2;
   /// Radius of gyration r of the tools. It gives the moment of inertia for each mass, I = m r², and the torque limit,
   /// which is the force limit times r. It corresponds to a tool of 4 cm; our choice.

@@ -33,7 +33,7 @@ struct HandRigSettings {
   std::optional<double> plane_z_m;  ///< height of a fixed plane with normal +z that stops the tool's origin
   double contact_n_per_m = 20000;   ///< contact stiffness between the plane and the tool
   double friction = 0.5;
-  bool is_passivity_controlled = false;  ///< passivity controller on; it uses reported positions
+  bool is_passivity_controlled = false;  ///< whether a passivity controller acts; it uses reported positions
   std::uint64_t seed = 1;
 };
 

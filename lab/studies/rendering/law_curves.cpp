@@ -53,7 +53,7 @@ haptics::CouplingParameters with_secant_stiffness(std::string_view law, haptics:
 double steepest_displacement_m(std::string_view name, const haptics::CouplingParameters& coupling) {
   const auto law = made(name, coupling);
   // Limit of the search: the displacement at which a linear curve would reach the force limit. All curves are steepest
-  // before it.
+  // at a smaller displacement.
   const double end_m = coupling.force_limit_n / coupling.stiffness_n_per_m;
   constexpr int kSamples = 4000;
   double steepest_n_per_m = 0;

@@ -174,7 +174,7 @@ void add_side_rows(Reproduction& result, const PressSettings& settings) {
   result.rows.push_back({ratio + "CouplingParameters as they are by default", "", ratios_with(shipped)});
 }
 
-/// Returns a description of the settings under the figures.
+/// Returns the text below the figures, which describes the settings.
 std::string conditions(const PressSettings& settings) {
   return "F_max " + format_significant(settings.force_limit_n, 3) + " N, " +
          format_significant(settings.damping_n_s_per_m, 3) + " N·s/m, encoder " +

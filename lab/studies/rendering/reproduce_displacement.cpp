@@ -171,8 +171,8 @@ void add_equal_sag_row(Reproduction& result, const LawSag& adaptive) {
       {std::string(kCurved) + " against adaptive at 0.1, 0.15, 0.2 kg, both level at 0.05 kg", "", ours});
 }
 
-/// Adds rows for the laws without weight of the tool. They are simulated like the others, so that the absence of sag is
-/// measured too.
+/// Adds rows for the laws whose tool has no weight. They are simulated like the other laws, so that the absence of sag
+/// is measured and not assumed.
 void add_weightless_rows(Reproduction& result) {
   for (const char* law : kWeightless) {
     const bool is_at_handle = haptics::find_coupling_law(law)->tool == haptics::ToolDynamics::kAtHandle;

@@ -152,8 +152,8 @@ class SceneFlattener {
       }
     }
     for (std::size_t i = nodes_.size() - 1; i > 0; --i) nodes_[nodes_[i].parent].meshes += nodes_[i].meshes;
-    // A node above all meshes moves the whole scene. Rounding of its position does not change the shape, so it is
-    // skipped.
+    // If all meshes descend from one node, its pose moves the scene as a whole. Rounding of its position does not
+    // change the shape, so such a node is skipped.
     for (std::size_t i = 1; i < nodes_.size(); ++i) {
       if (nodes_[i].meshes == 0 || nodes_[i].meshes == nodes_[0].meshes) continue;
       const double moved = pose_of(nodes_[i].node->mTransformation).translation().cwiseAbs().maxCoeff();

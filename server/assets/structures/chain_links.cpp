@@ -57,8 +57,8 @@ int number_of(const PdbResidue& residue) {
   return number;
 }
 
-/// Returns whether two residues belong to one chain. TER records also mark gaps: there the residue numbers continue,
-/// with some missing.
+/// Returns whether two residues belong to one chain. A TER record between them may end the chain or mark a gap. At a
+/// gap the residue numbers continue, with some numbers missing.
 bool is_same_chain(const PdbResidue& earlier, const PdbResidue& later) {
   if (earlier.chain != later.chain || find_atom(earlier, "OXT") != nullptr) return false;
   return earlier.segment == later.segment || number_of(later) > number_of(earlier) + 1;

@@ -9,7 +9,7 @@
 namespace tandem::server {
 namespace {
 
-constexpr double kSigmaPerMinimum = 0.890898718140339;  // 2^(-1/6)
+constexpr double kSigmaPerMinimum = 0.890898718140339;  // σ divided by the distance of the minimum: 2^(-1/6)
 
 constexpr std::array<ChemicalElement, 103> kPeriodicTable = {
     {{"H", 1.008, 2.886, 0.044},   {"HE", 4.0026, 2.362, 0.056}, {"LI", 6.94, 2.451, 0.025},
@@ -56,7 +56,7 @@ constexpr std::array kStandardResidues = std::to_array<std::string_view>(
      "LYSH", "LYSN", "MET",  "MSE",  "PHE",  "PRO", "SER", "THR",  "TRP", "TYR",  "U",   "VAL",  "WAT"});
 static_assert(std::ranges::is_sorted(kStandardResidues));
 
-/// Symbols that are not the beginning of a common atom name of another element.
+/// Element symbols with which no usual atom name of a different element begins.
 constexpr std::array kPlainSymbols = std::to_array<std::string_view>({"BR", "CL", "FE", "MG", "MN", "SE", "SI", "ZN"});
 
 bool is_upper(char c) {

@@ -26,9 +26,9 @@ const ChemicalElement* find_element(std::string_view symbol);
 
 std::span<const ChemicalElement> periodic_table();
 
-/// Data of a structure file that determine the element of an atom.
+/// Fields of a structure file from which the element of an atom is found.
 struct ElementClues {
-  std::string_view name;     ///< in a PDB file with aligned names all four columns, otherwise the name without blanks
+  std::string_view name;     ///< all four columns in a PDB file with aligned names, otherwise without blanks
   std::string_view element;  ///< element in the file; empty if the file has none
   std::string_view residue;
 };

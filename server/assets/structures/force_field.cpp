@@ -1,5 +1,6 @@
 // Readers of GROMACS's parameter files. The formats are described in the GROMACS reference manual, "File formats" and
-// "Force field organization". Their units are nm and kJ/mol.
+// "Force field organization". Their units are nm and kJ/mol. A block is the entry of one residue: its atoms, or its
+// hydrogen rules.
 #include "server/assets/structures/force_field.hpp"
 
 #include <algorithm>
@@ -239,8 +240,8 @@ std::map<std::string, TerminusEdit, std::less<>> read_termini(const fs::path& pa
   return termini;
 }
 
-/// Removes oxygens with GROMACS's names (O1, O2, OT) from the edits of C termini. They are the atoms O and OXT, which
-/// the structure contains already.
+/// Removes oxygens with GROMACS's names (O1, O2, OT) from the edits of C termini. These are the atoms O and OXT under
+/// other names, which the structure contains already.
 void drop_renamed_additions(std::map<std::string, TerminusEdit, std::less<>>& c_termini) {
   for (auto& [name, edit] : c_termini) {
     std::erase_if(edit.added, [](const BlockAtom& atom) { return atom.name.starts_with('O'); });

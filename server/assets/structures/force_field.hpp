@@ -1,4 +1,7 @@
 // Reads the parameter files of a GROMACS force-field folder into data structures for residue_typing.hpp.
+//
+// Terms: a block is the force field's entry for a residue: a list of its atoms with types and charges (one [ entry ] of
+// aminoacids.rtp). An edit changes a block at a chain end. An alias is a further name of an atom.
 #pragma once
 
 #include <filesystem>
@@ -28,7 +31,7 @@ struct AtomType {
   double epsilon_kj_per_mol = 0;
 };
 
-/// One atom of a residue block. The charge depends on the block, not on the type.
+/// One atom of a block. The charge depends on the block, not on the type.
 struct BlockAtom {
   std::string name;
   std::string type;
@@ -83,18 +86,19 @@ struct ForceField {
   std::string directory;  ///< path of the folder, for messages
   std::map<std::string, AtomType, std::less<>> types;
   std::map<std::string, ResidueBlock, std::less<>> blocks;
-  std::map<std::string, std::vector<HydrogenRule>, std::less<>> hydrogens;  ///< indexed by block
+  std::map<std::string, std::vector<HydrogenRule>, std::less<>> hydrogens;  ///< rules by the name of their block
   std::map<std::string, TerminusEdit, std::less<>> n_termini;
   std::map<std::string, TerminusEdit, std::less<>> c_termini;
   /// Name of a residue's block, if it differs from the residue's name: LYS → LYSH.
   std::map<std::string, std::string, std::less<>> block_of_residue;
   std::map<std::string, EndBlocks, std::less<>> end_blocks;  ///< e.g. NALA and CALA for ALA
   std::vector<AtomAlias> aliases;
-  /// Aliases for the atom names in blocks of this force field. Their `residue` is a block, a kind of blocks, or "*".
+  /// Aliases for the atom names in blocks of this force field. Their `residue` is the name of a block, a kind (as in
+  /// ResidueBlock::kind), or "*".
   std::vector<AtomAlias> block_aliases;
-  bool mixes_arithmetically = false;  ///< see docking::Molecule
-  /// The types are elements, and "HP" for a hydrogen that is not bonded to carbon. Blocks contain names of residues
-  /// only.
+  bool mixes_arithmetically = false;  ///< whether σ is combined by the arithmetic mean (docking::Molecule)
+  /// true: the atom types are elements, and "HP" for a hydrogen that is not bonded to carbon. The blocks then contain
+  /// only the names of residues.
   bool is_by_element = false;
 
   const ResidueBlock* block(std::string_view name) const;

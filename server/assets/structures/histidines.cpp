@@ -114,7 +114,7 @@ class HistidineChooser {
     const PdbResidue* residue;
     const PdbAtom* atom;
   };
-  std::vector<Neighbour> atoms_;  ///< must precede grid_, because positions_of() fills it
+  std::vector<Neighbour> atoms_;  ///< declared before grid_, because positions_of() fills it to initialise grid_
   AtomGrid grid_;
 };
 

@@ -10,7 +10,7 @@ namespace tandem::server {
 
 struct HistidineChoice {
   std::string block;   ///< "HISD" or "HISE"; empty if the residue is no histidine, or if its ring has hydrogens
-  std::string reason;  ///< for the user: "ND1 is 2.8 Å from OD1 of ASP 102"
+  std::string reason;  ///< reason for the user: "ND1 is 2.8 Å from OD1 of ASP 102"
 };
 
 /// Chooses the neutral tautomer of each histidine in `residues`. The hydrogen is put on the nitrogen with the better

@@ -109,8 +109,8 @@ std::vector<Vec3> hydrogen_places(const HydrogenRule& rule, const AtomPlaces& ow
 }
 
 std::optional<Vec3> carbon_before_gap(const AtomPlaces& own) {
-  // The angle C-N-CA is 121.7°. The dihedral angle φ is that of a helix. Only the direction matters, so any bond length
-  // will do.
+  // The angle C-N-CA is 121.7°. The dihedral angle φ is that of a helix. Only the direction of the bond matters, so the
+  // bond length is arbitrary.
   constexpr double kAngle = 121.7 * std::numbers::pi / 180, kPhi = -63 * std::numbers::pi / 180;
   const auto n = own.find("N"), ca = own.find("CA"), c = own.find("C");
   if (n == own.end() || ca == own.end() || c == own.end()) return std::nullopt;

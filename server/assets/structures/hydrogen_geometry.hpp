@@ -27,8 +27,8 @@ using AtomPlaces = std::map<std::string, Vec3, std::less<>>;
 /// In      before  atoms of the previous residue, for rules with "-C"; null if there is none
 std::vector<Vec3> hydrogen_places(const HydrogenRule& rule, const AtomPlaces& own, const AtomPlaces* before);
 
-/// Returns whether the hydrogens of a rule can rotate about the bond between the rule's first two atoms. They cannot on
-/// an atom of a ring.
+/// Returns whether the hydrogens of a rule can rotate about the bond between the rule's first two atoms. Hydrogens on
+/// an atom of a ring cannot.
 bool turns(const HydrogenRule& rule, const AtomPlaces& own);
 
 /// Returns the position of the missing carbon before a residue that begins after a gap, by the usual angles of a chain.

@@ -21,14 +21,14 @@ namespace {
 
 constexpr std::size_t kNoAtom = std::numeric_limits<std::size_t>::max();
 constexpr double kDegree = std::numbers::pi / 180;
-/// Fraction of the contact distance below which groups are moved. It is slightly larger than the fraction that counts
-/// as a clash, so that no group remains just below that one.
+/// Groups with a distance below this fraction of the contact distance are moved. The fraction is slightly larger than
+/// that of a clash, so that no moved group ends just below the limit of a clash.
 constexpr double kMovedShare = 0.72;
 constexpr double kOverlapAngstrom = 1.0;
 constexpr double kGivenHydrogenBondAngstrom = 1.5;  // largest distance of a hydrogen in the file from its heavy atom
 constexpr double kMaxCovalentBondAngstrom = 2.6;
-/// Distances from the carrier of a group up to which atoms are considered: heavy atoms, and carriers of other
-/// hydrogens.
+/// Distances from the carrier (the heavy atom of a group) up to which atoms are considered. First: heavy atoms. Second:
+/// carriers of other hydrogens.
 constexpr double kReachAngstrom = 4.6, kReachOfCarriersAngstrom = 5.6;
 constexpr std::size_t kMaxGroups = 5000;
 constexpr int kMaxRounds = 40;
@@ -38,7 +38,8 @@ constexpr std::size_t kMaxPairs = 50'000'000;
 /// Displacements below which a search ends, far below the resolution of coordinates in files.
 constexpr double kMinTurn_rad = 1e-7, kMinBend_angstrom = 1e-7;
 
-// well depths in kJ/mol, and a distance
+// Well depths and rotation barriers [kJ/mol], a distance [Å], and the bending stiffness [kJ/mol/Å²]. See
+// relax_hydrogens().
 constexpr double kWell = 0.2, kHydrogenBondWell = 4, kHydrogenBondAngstrom = 1.85;
 constexpr double kNearest_angstrom = 0.5;  // nearer pairs get the energy at this distance
 constexpr double kBarrier = 12, kHydroxylBarrier = 6, kPlanarBarrier = 14;
@@ -52,17 +53,17 @@ struct RelaxedAtom {
   const PdbResidue* residue = nullptr;
   const PdbAtom* source = nullptr;
   bool is_hydrogen = false;
-  bool is_polar = false;           ///< N, O or S, or a hydrogen bonded to one of them
+  bool is_polar = false;           ///< whether the atom is N, O or S, or a hydrogen bonded to one of them
   std::size_t carrier = kNoAtom;   ///< heavy atom to which a hydrogen is bonded
   std::vector<std::size_t> bonds;  ///< heavy neighbours of a heavy atom
-  std::size_t hydrogens = 0;       ///< number of hydrogens bonded to it
+  std::size_t hydrogens = 0;       ///< number of hydrogens bonded to this atom
 };
 
 struct RelaxedGroup {
   std::size_t part = 0;
   const BuiltGroup* built = nullptr;
   std::vector<std::size_t> atoms;
-  std::vector<PdbAtom*> targets;  ///< parallel to `atoms`: atoms that receive the resulting positions
+  std::vector<PdbAtom*> targets;  ///< parallel to `atoms`: atoms that finally receive the positions
   std::size_t carrier = kNoAtom;
   std::vector<std::size_t> near;  ///< atoms more than three bonds away that the group's hydrogens may approach
   std::vector<Vec3> built_places;
@@ -309,7 +310,8 @@ class Relaxation {
     return energy;
   }
 
-  /// Rotates the group to the best angle in steps of 5°, then to the minimum nearby. Returns whether the group moved.
+  /// Rotates the group to the best angle in steps of 5°, and from there to the nearest minimum. Returns whether the
+  /// group moved.
   bool turn(RelaxedGroup& group) {
     constexpr double kStep = 5 * kDegree;
     double best = group.turn_rad, least = energy_turned(group, best);

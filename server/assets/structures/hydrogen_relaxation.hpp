@@ -16,7 +16,7 @@ struct BuiltGroup {
   std::size_t residue = 0;         ///< index among the residues of chains
   std::vector<std::string> names;  ///< names of the group's hydrogens in that residue
   Vec3 carrier_angstrom = Vec3::Zero();
-  /// The group can rotate about the bond from `axis_angstrom` to the carrier, as methyl and hydroxyl groups can.
+  /// true: the group can rotate about the bond from `axis_angstrom` to the carrier, as methyl and hydroxyl groups can.
   bool turns = false;
   Vec3 axis_angstrom = Vec3::Zero();
 };
@@ -29,7 +29,7 @@ struct RelaxedPart {
 };
 
 struct RelaxedHydrogens {
-  std::vector<std::string> moved;    ///< for the user: "HG of SER 64 of chain B, turned by 63°"
+  std::vector<std::string> moved;    ///< text for the user: "HG of SER 64 of chain B, turned by 63°"
   std::vector<std::string> clashes;  ///< remaining overlaps of built hydrogens with other atoms, in the first part
 };
 

@@ -24,7 +24,8 @@ AtomPlaces places_of(const PdbResidue& residue, const TypedResidue& typed) {
   return found;
 }
 
-/// Returns the atoms of the previous residue. After a gap, returns only its carbon, at a computed position.
+/// Returns the atoms of the previous residue. If the residue begins after a gap, the result contains only the missing
+/// carbon, at a computed position.
 std::optional<AtomPlaces> places_before(const ForceField& force_field, const std::vector<PdbResidue>& residues,
                                         std::span<const ResidueContext> contexts, std::size_t r,
                                         const AtomPlaces& own) {

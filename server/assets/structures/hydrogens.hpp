@@ -24,7 +24,8 @@ Hydrogens hydrogens_of(const std::string& text);
 std::string text_of(Hydrogens hydrogens);
 
 /// Replaces the hydrogens of each residue, unless the file states charges for its atoms. The new hydrogens follow the
-/// rules of the residue's block and chain ends (hydrogen_places()). A rule with a missing atom adds nothing.
+/// rules of the residue's block (its entry in the force field) and of its chain ends (hydrogen_places()). A rule with a
+/// missing atom adds nothing.
 ///
 /// In      residues, contexts  one context for each residue, in file order
 std::vector<BuiltGroup> build_hydrogens(const ForceField& force_field, std::vector<PdbResidue>& residues,
@@ -40,8 +41,8 @@ std::vector<BuiltGroup> complete_hydrogens(const ForceField& force_field, std::v
 /// Out     true if the oxygen was added
 bool complete_chain_end(const ForceField& force_field, PdbResidue& residue);
 
-/// Removes the hydrogens on carbon from a residue and its entries. Their charge and mass are added to the carbon, which
-/// gets the type of one of the force field's united atoms.
+/// Removes the hydrogens on carbon from a residue and from `typed`. Their charge and mass are added to the carbon,
+/// which gets the type of one of the force field's united atoms.
 ///
 /// Source  Jorgensen, Tirado-Rives, JACS 110 (1988) 1657: CH, CH2, CH3 and aromatic CH, opls_005 to opls_011
 void unite_hydrogens(const ForceField& force_field, PdbResidue& residue, TypedResidue& typed);

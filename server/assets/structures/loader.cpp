@@ -19,7 +19,7 @@ namespace tandem::server {
 namespace {
 
 constexpr std::size_t kMaxNamesInANote = 8;
-constexpr double kSigmaPerRadius = 1.7817974362806785;  // 2^(5/6)
+constexpr double kSigmaPerRadius = 1.7817974362806785;  // σ divided by the radius of a PQR file: 2^(5/6)
 // Lower limit of docking::validate(). Atoms with a smaller σ have no Lennard-Jones term.
 constexpr double kMinSigmaAngstrom = 0.1;
 constexpr double kLostCharge_e = 0.1;
@@ -130,9 +130,9 @@ class Loader {
     add(united, typed);
   }
 
-  /// Adds a residue that belongs to no chain. Water and ions get the entries of their blocks if all atoms are present.
-  /// A water without hydrogens would otherwise get the charge of an oxygen that has two. All other residues get entries
-  /// by element.
+  /// Adds a residue that belongs to no chain. Water and ions get the entries of their blocks (force-field entries of
+  /// the residue) if all atoms are present. Otherwise a water without hydrogens would get the charge of an oxygen that
+  /// has two. All other residues get entries by element.
   void add_other(const PdbResidue& residue) {
     if (!force_field_.is_by_element && has_block(force_field_, residue.name)) {
       const TypedResidue typed = type_residue(force_field_, residue, {});

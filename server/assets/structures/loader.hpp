@@ -24,12 +24,12 @@ std::string built_in_note(bool is_installed, bool is_charged);
 
 /// Details about single atoms for the user, to supplement Molecule::guessed and the counts in Molecule::notes.
 struct StructureReport {
-  std::vector<std::string> places;      ///< for each atom of the molecule: "CG of VAL 12A of chain B"
+  std::vector<std::string> places;      ///< description of each atom of the molecule: "CG of VAL 12A of chain B"
   std::vector<std::string> missing;     ///< atoms that the force field expects and the file lacks
   std::vector<std::string> dropped;     ///< atoms and residues of the file that were not loaded, with the reason
   std::vector<std::string> built;       ///< heavy atoms that were added: OXT at chain ends
-  std::vector<std::string> gaps;        ///< e.g. "before GLY 45 of chain A"; includes cut ends of chains
-  std::vector<std::string> histidines;  ///< for each histidine without hydrogens in the file: the choice and its reason
+  std::vector<std::string> gaps;        ///< e.g. "before GLY 45 of chain A"; includes ends at which a chain was cut out
+  std::vector<std::string> histidines;  ///< choice and reason for each histidine without hydrogens in the file
   std::string hydrogens;                ///< "given", "build" or "united": the applied choice
   std::vector<std::string> moved;       ///< built hydrogens of the whole file that were moved: names and displacements
   std::vector<std::string> clashes;     ///< built hydrogens of the whole file that still overlap

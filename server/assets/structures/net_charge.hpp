@@ -17,16 +17,16 @@ struct ChainCharge {
 
 struct NetCharge {
   double total_e = 0;
-  std::vector<ChainCharge> chains;             ///< in file order
-  std::vector<std::string> fractional_chains;  ///< chains whose sum is not whole: "A (+2.38 e)"
-  /// Residues whose charge differs from that of their block. For chains with a fractional sum, also residues with a
-  /// fractional charge.
+  std::vector<ChainCharge> chains;             ///< charges of the chains, in file order
+  std::vector<std::string> fractional_chains;  ///< chains whose sum is not a whole number: "A (+2.38 e)"
+  /// Residues whose charge differs from that of their block (force-field entry). Chains with a fractional sum
+  /// contribute residues with a fractional charge in addition.
   std::vector<std::string> suspects;
 
   bool is_whole() const { return fractional_chains.empty(); }
 };
 
-/// Charge that a residue would have with all atoms of its block.
+/// Charge that a residue would have if all atoms of its block (force-field entry) were present.
 struct ImpliedCharge {
   std::size_t first_atom = 0;  ///< index in the molecule
   double charge_e = 0;
@@ -34,7 +34,7 @@ struct ImpliedCharge {
 
 /// Model   A sum within 0.02 e of a whole number counts as whole, because files and force fields give charges with
 ///         three or four decimals
-/// In      implied  for the residues whose block is known, in ascending order
+/// In      implied  charges of the residues that have a known block, in ascending order of first_atom
 NetCharge net_charge(const docking::Molecule& molecule, const std::vector<ImpliedCharge>& implied = {});
 
 /// Formats a charge, e.g. "+2" if it is whole, otherwise "+2.38".

@@ -34,7 +34,7 @@ void append(std::vector<BuiltGroup>& groups, std::vector<BuiltGroup> more) {
   for (BuiltGroup& group : more) groups.push_back(std::move(group));
 }
 
-/// Removes hydrogens that do not fit the block of their residue, and builds the missing ones.
+/// Removes hydrogens that do not fit the block (force-field entry) of their residue, and builds the missing ones.
 void rebuild_misfits(const ForceField& force_field, PreparedStructure& structure) {
   for (std::size_t r = 0; r < structure.chains.size(); ++r) {
     PdbResidue& residue = structure.chains[r];

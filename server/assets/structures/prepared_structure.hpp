@@ -1,5 +1,5 @@
-// Residues of a structure file, together with the atoms that the rules of a force field add. These are all atoms of the
-// molecule.
+// Residues of a structure file, together with the atoms that the rules of a force field add. Together they contain all
+// atoms of the molecule. A block is the force field's entry for a residue.
 #pragma once
 
 #include <cstddef>
@@ -22,9 +22,9 @@ struct PreparedStructure {
   std::vector<HistidineChoice> histidines;  ///< parallel to `chains`
   Hydrogens hydrogens = Hydrogens::kGiven;  ///< kGiven, kBuild or kUnited, never kAsNeeded
   std::vector<BuiltGroup> groups;           ///< groups of the built hydrogens
-  std::vector<std::string> rebuilt;         ///< for the user: residues of the file whose hydrogens were replaced
+  std::vector<std::string> rebuilt;         ///< residues of the file whose hydrogens were replaced; text for the user
   std::vector<std::size_t> ended;           ///< indices in `chains` of residues to which OXT was added at a chain end
-  PdbStructure read;                        ///< omissions of the reader; its residues are moved to `chains`, `others`
+  PdbStructure read;                        ///< omissions of the reader; its residues are now in `chains` and `others`
 };
 
 /// Reads a file and sorts its residues, without adding atoms. Nucleotides of files from before 2007 get their current

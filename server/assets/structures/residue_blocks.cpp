@@ -1,4 +1,4 @@
-// See residue_blocks.hpp.
+// See residue_blocks.hpp. A block is the force field's entry for a residue.
 #include "server/assets/structures/residue_blocks.hpp"
 
 #include <algorithm>
@@ -65,7 +65,7 @@ std::string digit_last(std::string_view name) {
   return std::string(name.substr(digits)) + std::string(name.substr(0, digits));
 }
 
-/// Returns whether an alias applies. Aliases for proteins do not apply to nucleotides: there, O2 is an atom of a base
+/// Returns whether an alias applies. Aliases for proteins do not apply to nucleotides, where O2 is an atom of a base
 /// and not of a chain end.
 bool alias_applies(const AtomAlias& alias, std::string_view residue_name, const ResidueBlock& block,
                    const ResidueContext& context) {
@@ -107,8 +107,9 @@ double hydrogen_bond_length_angstrom(std::string_view element) {
 }
 
 /// Returns for each hydrogen the index of its heavy atom, or NamedAtoms::kNowhere if none is within a bond length; for
-/// other atoms their own index. The best bond length decides, not the smallest distance, because a hydrogen may be too
-/// near to another atom. Example: pdb2gmx puts a hydrogen of a proline at the start of a chain 0.66 Å from CD.
+/// other atoms their own index. The atom whose distance fits its bond length best is chosen, not the nearest atom,
+/// because a hydrogen may be too near to another atom. Example: pdb2gmx puts a hydrogen of a proline at the start of a
+/// chain 0.66 Å from CD.
 std::vector<std::size_t> carriers(const PdbResidue& residue) {
   constexpr double kMaxHydrogenBondAngstrom = 1.5;  // an S-H bond has 1.34 Å; the rest allows for inexact structures
   std::vector<std::size_t> found(residue.atoms.size());
@@ -139,8 +140,8 @@ void swap_names(Names& names, std::string_view a, std::string_view b) {
   }
 }
 
-/// Returns the block of an acid. A protonated block has its hydrogen on the second oxygen. If the file has the hydrogen
-/// on the first oxygen, the names of the oxygens are swapped.
+/// Returns the block of an acid. In the protonated block the hydrogen is on the second oxygen. If the file has it on
+/// the first oxygen, the names of the two oxygens are swapped.
 std::string_view acid_block(NamedAtoms& named, char position, std::string_view charged, std::string_view neutral) {
   const std::string first = std::string("O") + position + "1", second = std::string("O") + position + "2";
   if (named.hydrogens_on(second) > 0) return neutral;
@@ -155,7 +156,7 @@ std::string_view histidine_block(const NamedAtoms& named, const ResidueContext& 
   return on_epsilon || context.histidine.empty() ? std::string_view("HISE") : std::string_view(context.histidine);
 }
 
-/// Returns the entry for this residue's block ("GLY-NH3+") if there is one, otherwise the general entry ("NH3+").
+/// Returns the edit for this residue's block ("GLY-NH3+") if there is one, otherwise the general edit ("NH3+").
 const TerminusEdit* find_edit(const std::map<std::string, TerminusEdit, std::less<>>& edits, const std::string& block,
                               const std::string& terminus) {
   auto found = edits.find(block + "-" + terminus);
@@ -169,8 +170,8 @@ std::string n_terminus(const NamedAtoms& named, const std::string& block, ChainE
   if (begins == ChainEnd::kBonded || (begins == ChainEnd::kGap && hydrogens < 2)) return {};
   if (block == "PGLU") return "NH";
   if (block == "PRO") return hydrogens == 1 ? "NH" : "NH2+";
-  // With one hydrogen on N, the chain was cut out of a longer chain. No edit applies then, unless the block has a
-  // terminus "NH".
+  // With one hydrogen on N, the chain was cut out of a longer chain. In this case no edit applies, unless the block has
+  // an edit "NH".
   if (hydrogens == 1) return "NH";
   return hydrogens == 2 ? "NH2" : "NH3+";
 }

@@ -1,5 +1,5 @@
-// Chooses the block of a force field for a residue. The choice depends on the residue's name, in the convention of any
-// program, on its protonation, and on its chain ends.
+// Chooses the block of a residue: its entry in the force field, a list of atoms with types and charges. The choice
+// depends on the residue's name, in the convention of any program, on its protonation, and on its chain ends.
 #pragma once
 
 #include <cstddef>
@@ -60,8 +60,8 @@ std::string_view canonical_residue(std::string_view name);
 /// In      residue  residue for which has_block() is true
 NamedAtoms named_atoms(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 
-/// Returns whether the amino acid at the start of a chain has one hydrogen on N, as within a chain. The chain was then
-/// cut out of a longer chain.
+/// Returns whether the amino acid at the start of a chain has only one hydrogen on N, like a residue within a chain. In
+/// this case the chain was cut out of a longer chain.
 bool begins_cut(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 
 /// Chooses the block by the residue's name and the hydrogens on its atoms. If the hydrogen of an acid is on the first

@@ -13,8 +13,8 @@ namespace tandem::server {
 namespace {
 
 constexpr std::size_t kMaxAtoms = 1'000'000;
-/// Limit of records in one residue, larger than any real residue with all of its alternate locations. A record beyond
-/// it begins a new residue.
+/// Limit of records in one residue, larger than any real residue with all of its alternate locations. A further record
+/// begins a new residue.
 constexpr std::size_t kMaxRecordsPerResidue = 1000;
 constexpr std::size_t kMaxDropped = 100'000;
 /// Largest distance of two positions that count as equal, for files with three decimals.
@@ -37,8 +37,8 @@ class Alternates {
     ++entry.heavy_atoms;
   }
   bool has(char letter) const { return std::ranges::find(all_, letter, &Entry::letter) != all_.end(); }
-  /// Returns the location with the largest mean occupancy, rounded to two digits. Among equals, the one with the most
-  /// atoms is chosen, then the first. Returns ' ' if there is none.
+  /// Returns the location with the largest mean occupancy, rounded to two digits. Among equal occupancies, the location
+  /// with the most atoms is chosen, then the first. Returns ' ' if there is no location.
   char best() const {
     const auto found = std::ranges::max_element(all_, {}, [](const Entry& e) {
       return std::pair(std::round(100 * e.heavy_occupancy / std::max(1.0, e.heavy_atoms)), e.atoms);

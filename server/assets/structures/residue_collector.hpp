@@ -15,7 +15,7 @@ namespace tandem::server {
 
 struct PdbAtom {
   std::string name;     ///< name in the file: "CA", "1HB"
-  std::string element;  ///< see element_of()
+  std::string element;  ///< symbol as returned by element_of()
   Vec3 position_angstrom = Vec3::Zero();
   std::optional<double> charge_e;         ///< charge, if the format has one (PQR, PDBQT)
   std::optional<double> radius_angstrom;  ///< radius, if the format has one (PQR)
@@ -24,12 +24,12 @@ struct PdbAtom {
 };
 
 struct PdbResidue {
-  std::string name;  ///< in PDB files columns 18-21, because GROMACS and CHARMM use four letters
+  std::string name;  ///< name of up to four letters; in PDB files columns 18-21
   std::string id;    ///< number and insertion code, "12A"
   std::string chain;
   int segment = 0;  ///< number of TER records before the residue
   std::vector<PdbAtom> atoms;
-  std::string segment_name = {};  ///< in PDB files columns 73-76; used as the chain name if the file has no chain names
+  std::string segment_name = {};  ///< name in columns 73-76 of a PDB file; replaces missing chain names
 };
 
 /// Returns whether the file states charges for the atoms, as PQR and PDBQT files do. These files are complete with
@@ -37,11 +37,11 @@ struct PdbResidue {
 bool has_own_charges(const PdbResidue& residue);
 
 struct PdbStructure {
-  std::vector<PdbResidue> residues;  ///< in file order
+  std::vector<PdbResidue> residues;  ///< residues in file order
   std::size_t alternate_atoms = 0;   ///< number of atoms omitted because they are at other alternate locations
   std::size_t duplicate_atoms = 0;   ///< number of atoms omitted because an atom of that name is at the same position
-  bool has_more_models = false;      ///< the file has further models, which are ignored
-  std::vector<std::string> dropped;  ///< for the user: descriptions of the first 100,000 omitted atoms
+  bool has_more_models = false;      ///< whether the file has further models, which are ignored
+  std::vector<std::string> dropped;  ///< descriptions of the first 100,000 omitted atoms, for the user
 };
 
 /// Formats a residue, e.g. "VAL 12A of chain B", with the names in the file.

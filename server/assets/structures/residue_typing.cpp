@@ -58,9 +58,9 @@ bool alike(const BlockAtom& a, const BlockAtom& b) {
   return a.type == b.type && std::abs(a.charge_e - b.charge_e) < 1e-9;
 }
 
-/// Assigns a block atom, or none, to each atom of the file; each block atom is used once. Hydrogens are matched by
-/// their heavy atom, under any name. On each heavy atom, the hydrogens of the rules are matched with the hydrogens of
-/// the file. If the names differ, the nearest position of a rule decides.
+/// Assigns a block atom, or none, to each atom of the file; each block atom is used once. (A block is the force field's
+/// entry for a residue.) Hydrogens are matched by their heavy atom, under any name. If several hydrogens of one heavy
+/// atom have other names than in the block, each is matched with the rule's position that is nearest.
 class Matcher {
  public:
   Matcher(const Composition& block, const PdbResidue& residue, const NamedAtoms& named)
@@ -79,7 +79,8 @@ class Matcher {
 
   const BlockAtom* match_of(std::size_t i) const { return match_[i] ? &atoms_[*match_[i]] : nullptr; }
   bool is_used(std::size_t block_atom) const { return used_[block_atom]; }
-  /// Returns whether a hydrogen has no heavy atom in the residue, or is one too many on its heavy atom.
+  /// Returns whether a hydrogen has no heavy atom in the residue, or is surplus: its heavy atom has all of its
+  /// hydrogens.
   bool is_misfit(std::size_t i) const {
     if (match_[i] || !is_hydrogen(i)) return false;
     return named_.carriers[i] == NamedAtoms::kNowhere || match_[named_.carriers[i]].has_value();
@@ -141,7 +142,8 @@ class Matcher {
     if (best) assign(i, *best);
   }
 
-  /// Matches hydrogens whose heavy atom no rule states. HG13 is matched with HG11 if that is unused and equivalent.
+  /// Matches a hydrogen on a heavy atom for which there is no rule. For example HG13 is matched with HG11 if HG11 is
+  /// unused and equivalent.
   void match_stem(std::size_t i, std::string_view (*key)(std::string_view)) {
     std::optional<std::size_t> spare;
     const BlockAtom* first = nullptr;

@@ -1,5 +1,5 @@
 // Assigns force-field entries to the atoms of a residue. Takes into account protonation variants, chain ends, and the
-// different names that programs give to the same hydrogen.
+// different names that programs give to the same hydrogen. A block is the force field's entry for a residue.
 //
 // Order of decisions
 //   1. names        digit first to digit last (1HB → HB1), the aliases of xlateat.dat, names of caps and variants
@@ -31,7 +31,7 @@ struct TypedResidue {
   std::size_t missing_hydrogens = 0;
   std::vector<std::string> missing_heavy;  ///< names of missing heavy atoms
   std::vector<std::string> missing_hydrogen_names;
-  std::vector<std::size_t> misfits;  ///< hydrogens without a heavy atom, or more than their heavy atom should have
+  std::vector<std::size_t> misfits;  ///< hydrogens without a heavy atom, or surplus on their heavy atom
 };
 
 /// Source  choice of block and chain ends: pdb2gmx (GROMACS manual, "gmx pdb2gmx"); the fallbacks were made for this

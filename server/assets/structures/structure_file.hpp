@@ -28,7 +28,7 @@ struct StructureSelection {
   bool takes_residue(const PdbResidue& residue) const;
 };
 
-/// Result of structure_choice(). A colon without an entry after it belongs to the file name.
+/// Result of structure_choice(). If no entry follows a colon, the colon belongs to the file name.
 struct StructureChoice {
   std::string file;
   StructureSelection selection;

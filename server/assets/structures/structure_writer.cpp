@@ -21,7 +21,7 @@ namespace {
 using docking::Molecule;
 
 constexpr std::size_t kMaxSerial = 99'999;
-constexpr double kMinPdbCoordinate = -999.999, kMaxPdbCoordinate = 9999.999;  ///< Å
+constexpr double kMinPdbCoordinate = -999.999, kMaxPdbCoordinate = 9999.999;  ///< limits of the PDB format [Å]
 /// Largest number of characters of a remark's text in a line of 80 columns.
 constexpr std::size_t kRemarkWidth = 69;
 constexpr std::string_view kChainLetters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789";
@@ -32,10 +32,10 @@ struct Row {
   const Molecule* molecule = nullptr;
   std::size_t atom = 0;
   std::string_view chain;
-  Vec3 position_angstrom = Vec3::Zero();  ///< in the frame of the receptor's file
-  bool is_standard = false;               ///< written as ATOM, otherwise as HETATM
+  Vec3 position_angstrom = Vec3::Zero();  ///< position in the frame of the receptor's file
+  bool is_standard = false;               ///< true: written as ATOM; false: as HETATM
   bool begins_residue = false;
-  bool begins_chain = false;  ///< first atom of a chain, or of a part of a chain after a TER
+  bool begins_chain = false;  ///< whether it is the first atom of a chain, or of a part of a chain after a TER
 
   const std::string& name() const { return molecule->atom_names[atom]; }
   const std::string& element() const { return molecule->elements[atom]; }
@@ -85,7 +85,8 @@ std::string chain_name(std::size_t n) {
   }
 }
 
-/// Chooses chain names for a molecule that the other molecule does not use. `taken` contains the names of both.
+/// Chooses chain names for one molecule that differ from those of the other molecule, `others`. `taken` contains the
+/// names of both molecules.
 ChainNames chain_names(const Molecule& molecule, const ChainNames& others, std::set<std::string>& taken) {
   ChainNames names;
   std::set<std::string> written_by_others;

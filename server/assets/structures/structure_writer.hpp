@@ -16,7 +16,7 @@ namespace tandem::server {
 /// element, residue, chain and coordinates. The receptor keeps the coordinates of its file, so that a viewer can
 /// superimpose the complex on the original.
 ///
-/// A chain without a name gets an unused letter. A chain of the ligand gets one, too, if the receptor has its name.
+/// A chain without a name gets an unused letter, and so does a chain of the ligand whose name the receptor has.
 /// Remarks state these letters and the pose. Residues with N, CA and C, and nucleotides, are ATOM records; all others
 /// are HETATM. A TER follows each chain. Atoms that were not loaded, and charges and radii of a PQR file, are omitted.
 ///

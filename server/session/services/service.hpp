@@ -91,7 +91,7 @@ class SessionService {
   virtual void begin_stop() {}
   /// Returns whether a request has not been answered yet.
   virtual bool owes_answers() const { return false; }
-  /// Refuses all unanswered requests immediately. on_poll() is not called afterwards.
+  /// Refuses all unanswered requests immediately. After this call, on_poll() is not called.
   virtual void refuse_unanswered() {}
 };
 

@@ -34,8 +34,8 @@ TEST(ParallelFor, TheCallingThreadReportsItsWorkOnThatThread) {
   for (std::size_t i = 0; i < by.size(); ++i) EXPECT_EQ(is_called[i] != 0, by[i] == caller);
 }
 
-// Detects a loop that continues after an exception: the items after the tenth are slow and would take ten seconds
-// altogether.
+// Fails if the loop continues after an exception: the items after the tenth are slow and would take ten seconds in
+// total.
 TEST(ParallelFor, RethrowsAnExceptionAndStartsNoFurtherWork) {
   constexpr std::size_t kCount = 1'000'000;
   for (const int threads : {1, 4}) {

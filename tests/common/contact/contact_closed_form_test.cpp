@@ -86,7 +86,7 @@ TEST(ContactSolver, ABoxSinksByItsLoadOverStiffnessAndArea) {
     scene.X_WB.p.z() = 0.005;
     scene.load_W.f.z() = -3;
     scene.run(1);
-    // Points of the side faces in their lowest rows are also below the floor, so their areas count, too.
+    // The lowest rows of points on the side faces are also below the floor, so their areas count, too.
     double area_m2 = 0;
     for (const SurfaceSample& sample : scene.samples) area_m2 += sample.p_B.z() < -0.004999 ? sample.area_m2 : 0;
     const double expected_m = 3 / (stiffness_n_per_m3 * area_m2);

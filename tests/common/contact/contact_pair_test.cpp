@@ -221,8 +221,8 @@ TEST(ContactPair, SmallToolMayTurnOnALargeTable) {
   double work = 0;
   double first_work = 0;
   for (int i = 0; i < 100; ++i) {
-    // The tool is far from the table's origin. When it rotates, the table's points move far in the tool's frame. A
-    // search that bounds the motion only in that frame would query everything again.
+    // The tool is far from the table's origin. When the tool rotates, the table's points move far in the tool's frame.
+    // A search that bounds the motion only in the tool's frame would query all points again in each step.
     const Pose X_WA{Vec3(0.2, 0.1, 0.0199), quaternion_of(Vec3(0, 0, 2e-3 * i))};
     (i == 0 ? first_work : work) += queries(pair.find(X_WA, {}, kBand_m));
     ASSERT_NEAR(deepest_m(pair.contacts()), 1e-4, 2e-5);
@@ -260,8 +260,8 @@ TEST(ContactPair, OverBudgetAFaceKeepsItsForceAndMoment) {
 }
 
 TEST(ContactPair, OverBudgetTheDeepestPlaceIsStillFound) {
-  // The sphere is deep inside the box. All of its points are deeper than the band, so the search must merge most of
-  // them.
+  // The sphere is deep inside the box, so all of its points are near. The search must merge most of them, and could
+  // lose the deepest one.
   const ContactShape sphere = sphere_shape(0.01, 24'000);
   const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
   ContactPair all(40'000);
@@ -314,12 +314,12 @@ TEST(ContactPair, ParallelSurfacesTakeLeavesForPoints) {
       const auto pressing = std::count_if(pair.contacts().begin(), pair.contacts().end(),
                                           [](const ContactPoint& contact) { return contact.depth_m > 9e-5; });
       EXPECT_GT(of_block.second + of_table.second, 4800U);
-      // Some leaves of the table extend beyond the edge of the block. They are not flat there, so they need several
-      // contacts.
+      // Some leaves of the table's points extend beyond the edge of the block. There the face of the block ends, so
+      // these leaves need several contacts.
       EXPECT_LT(pressing, 1.3 * (of_block.first + of_table.first)) << "more than one a leaf";
     }
-    // The tilt is below 10 mrad. With more tilt, the far side would lift off, and the force would not be linear in the
-    // tilt.
+    // The tilt is below 10 mrad. With a larger tilt, the far side of the block would lift off, and the force would not
+    // be linear in the tilt.
     const ContactWrench net = contact_wrench(pair.contacts(), 5e9, X_WA.p);
     const double moment_n_m = stiffness_n_per_m * tilt_rad * 0.02 * 0.02 / 12;
     EXPECT_NEAR(net.on_a_W.f.z(), stiffness_n_per_m * 1e-4, 0.02 * stiffness_n_per_m * 1e-4) << tilt_rad;
@@ -422,8 +422,8 @@ TEST(ContactPair, BristlesSurviveWhenPointsAreMerged) {
   const ContactShape table = box_shape(Vec3(0.5, 0.5, 0.02), 4e-3);
   ContactPair pair(2048);
   pair.bind(&block, &table);
-  // The tilted box touches with an edge only, and the budget suffices for the points of the edge. It does not suffice
-  // for the points of the flat face. The change to merged points must not lose the bristles.
+  // The tilted box touches the table with an edge only, and the budget suffices for the points of the edge. It does not
+  // suffice for the flat face, whose points are merged. The bristles must not be lost in this change.
   const Pose X_tilted{Vec3(0, 0, 0.0205), quaternion_of(Vec3(0, 0.3, 0))};
   const Pose X_flat{Vec3(0, 0, 0.0149), Quat::Identity()};
   EXPECT_FALSE(pair.find(X_tilted, {}, kBand_m).is_coarse);

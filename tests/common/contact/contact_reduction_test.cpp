@@ -231,8 +231,8 @@ TEST(ContactWrench, DerivativeIsThatOfFiniteDifferences) {
     Patch patch;
     std::vector<ReducedContact> reduced;
     for (int i = 0; i < 20; ++i) {
-      // The large depths make the contribution of the forces to the derivative significant. Its omission would be
-      // detected.
+      // The large depths give the forces a significant part of the derivative, so that a derivative without this part
+      // fails.
       patch.push_back(contact_at(random.vector(0.01), random.vector(1), random.between(1e-3, 5e-3)));
       reduced.push_back({random.vector(0.01), random.vector(1).normalized(), random.vector(5), 1e3});
     }
@@ -261,8 +261,8 @@ TEST(ContactWrench, AContactWithoutPressureHasNone) {
   EXPECT_EQ(net.derivative, Mat6::Zero());
 }
 
-// Returns the contacts of a sphere that rolls into a groove. Its points enter and leave the contact, first on one wall,
-// then on both.
+// Returns the contacts of a sphere that rolls into a groove: first on one wall, then on both. Points of the sphere
+// enter and leave the contact.
 Patch rolling(double way) {
   Patch patch;
   constexpr int kPoints = 8000;

@@ -57,8 +57,8 @@ TEST(ContactRows, DerivativeIsThatOfTheWrenchStickingSlippingAndHard) {
       rows.evaluate(terms, twist, FrictionLimit::kKept);
       const Mat6 derivative = rows.derivative(terms);
       for (int k = 0; k < 6; ++k) {
-        // Step of the finite differences [m/s]. The transition at a kink of the force is 1e-4 m/s wide, so only one
-        // draw in several thousand is affected by a kink.
+        // Step of the finite differences [m/s]. A kink of the force would falsify the difference only if it lies within
+        // this step, which happens in one of several thousand draws.
         constexpr double kDifference = 1e-7;
         const auto wrench = [&](double by) {
           Twist moved = twist;

@@ -43,7 +43,7 @@ void seal(std::vector<std::uint8_t>& bytes) {
 }
 
 TEST(ContactShape, IsRigidBeforeThePressingSideSeesTheFarSide) {
-  // Two subjects: a wall of 2 mm and a foil of 0.4 mm, each as a primitive and as a mesh.
+  // Two shapes: a wall of 2 mm and a foil of 0.4 mm, each as a primitive and as a mesh.
   const Vec3 wall(0.02, 0.02, 2e-3);
   const Vec3 foil(0.02, 0.02, 4e-4);
   EXPECT_NEAR(make_contact_box(wall)->rigid_depth_m, 4e-4, 1e-9);
@@ -64,7 +64,7 @@ TEST(ContactShape, BoundsItsPoints) {
 }
 
 TEST(ContactShape, HasItsPointsOnTheSurfaceOfItsField) {
-  // Two subjects: a solid and a bent sheet. The surface of a sheet is that of the plate around it.
+  // Two shapes: a solid and a bent sheet. The surface of the sheet is the surface of the plate around it.
   const geometry::ContactMesh roof{
       height_field(0.02, 20, [](double x, double) { return 0.5 * std::abs(x); }), geometry::SurfaceKind::kSheet, {}};
   for (const geometry::ContactMesh& mesh : {mesh_box(Vec3(0.01, 0.008, 0.006)), roof}) {
@@ -143,7 +143,7 @@ TEST_F(ContactAsset, IsTheSameShapeAgain) {
 TEST_F(ContactAsset, IsNotReadWhenTorn) {
   for (std::size_t size = 0; size < asset.size(); size += 1 + asset.size() / 500) {
     EXPECT_FALSE(contact_shape_from(std::span(asset).first(size))) << size;
-    // The same truncated bytes are tested with a valid checksum. The reader's other checks must then detect the
+    // The truncated bytes are tested again with a valid checksum, so that other checks of the reader must detect the
     // truncation.
     std::vector<std::uint8_t> cut(asset.begin(), asset.begin() + static_cast<std::ptrdiff_t>(size));
     if (cut.size() < sizeof(std::uint64_t)) continue;
@@ -203,7 +203,7 @@ TEST_F(ContactAsset, UsesNoMoreMemoryThanAllowed) {
   std::span<const std::uint8_t> rest(bomb);
   ByteReader reader(rest);
   EXPECT_FALSE(geometry::read_block(reader, std::size_t{1} << 20U));
-  // This block declares a smaller size than that of its decompressed data.
+  // This block declares a smaller size than its data has after decompression.
   const std::uint32_t stated = 1000;
   std::memcpy(bomb.data(), &stated, sizeof(stated));
   rest = bomb;
@@ -214,8 +214,8 @@ TEST_F(ContactAsset, IsOnlyMadeOfMeshes) {
   EXPECT_THROW(contact_asset_bytes(*make_contact_sphere(0.005)), std::invalid_argument);
 }
 
-// The bytes of an origin have no prescribed format. If any input of the asset differs, they must differ; otherwise a
-// cache would return the wrong asset.
+// The origin (the key of a cache) has no prescribed format. If any input of the asset differs, the origins must differ;
+// otherwise the cache would return the wrong asset.
 TEST_F(ContactAsset, ItsOriginContainsEverythingThatItsBytesDependOn) {
   const geometry::ContactMesh mesh = mesh_box(Vec3(3e-3, 3e-3, 2e-3));
   std::vector<std::vector<std::uint8_t>> origins{contact_asset_origin(mesh, {})};

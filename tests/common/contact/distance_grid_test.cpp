@@ -86,8 +86,8 @@ TEST(DistanceGrid, IsRightToItsStatedErrorInTheWholeBand) {
 }
 
 TEST(DistanceGrid, SphereIsTheFormula) {
-  // Sagitta of the tessellation: each chord spans 1/32 of a quarter circle, so the centre of a triangle is r (1 −
-  // cos(1.5 · π / 128)) below the sphere.
+  // Distance of the mesh from the sphere (sagitta): each chord spans 1/32 of a quarter circle, so the centre of a
+  // triangle is r (1 − cos(1.5 · π / 128)) below the sphere.
   constexpr double kRadiusM = 0.02;
   constexpr double kSagM = 14e-6;
   const auto grid = grid_of(sphere_mesh(kRadiusM, 5));
@@ -106,7 +106,7 @@ TEST(DistanceGrid, FlatFacesAreRightToTheStepOfTheirCoding) {
   const auto grid = grid_of(box_mesh(size));
   Random random(kSeed);
   for (int i = 0; i < 5000; ++i) {
-    // Only points more than one brick away from an edge are tested. An edge may refine the bricks around it, but must
+    // Only points more than one brick away from an edge are tested. Bricks around an edge are refined, but this must
     // not make the interpolation on flat faces less accurate.
     const Vec3 p(random.uniform(-0.006, 0.006), random.uniform(-0.003, 0.003), 0.005 + random.uniform(-1.5e-3, 1.5e-3));
     const DistanceSample sample = grid->sample(p);
@@ -197,8 +197,8 @@ TEST(DistanceGrid, LooksAheadToTheSurfaceFromAfar) {
     const Vec3 out = random_point(random, 1).normalized();
     const double height = random.uniform(0, 0.015);
     const DistanceSample sample = grid->sample((kRadiusM + height) * out);
-    // Far from the surface, the cells have h = 3.2 mm. At a radius r of 10 mm, the interpolation error is 2 h² / (8 r)
-    // = 0.26 mm. At the corner of the lattice, it is twice as large.
+    // Far from the surface, the cells have h = 3.2 mm. At r = 10 mm from the sphere's centre, the interpolation error
+    // is 2 h² / (8 r) = 0.26 mm. At the corner of the lattice, it is twice as large.
     EXPECT_NEAR(sample.distance_m, height, 6e-4);
     EXPECT_GT(sample.gradient.normalized().dot(out), std::cos(0.2)) << height;
   }
@@ -295,8 +295,8 @@ TEST(DistanceGrid, ATurnedTriangleDoesNotTurnTheSpaceAboveIt) {
 }
 
 TEST(DistanceGrid, BunnyIsRightToItsStatedError) {
-  // The mesh is smaller and less accurate than by default, because sampling takes seconds. This test is only about the
-  // flaws of a scanned mesh.
+  // The bunny is smaller and the tolerance larger than by default, because sampling takes seconds. This test is only
+  // about the flaws of a scanned mesh.
   TANDEM_NEEDS_FILES(kBunnyFile);
   const geometry::TriangleMesh bunny = bunny_mesh(0.02);
   const geometry::TriangleTree tree(bunny);
@@ -396,7 +396,7 @@ TEST(DistanceGrid, DamagedBytesAreRefusedOrGiveFiniteDistances) {
   int read = 0;
   for (int round = 0; round < 2000; ++round) {
     std::vector<std::uint8_t> spoilt = bytes;
-    // In half of the rounds, the header is damaged, because damage has the largest effect there.
+    // In half of the rounds, only the header is damaged, because damage has the largest effect in the header.
     const std::size_t reach = round % 2 == 0 ? 120 : spoilt.size();
     for (int i = 0; i < 3; ++i) spoilt[random.next_u32() % reach] = static_cast<std::uint8_t>(random.next_u32());
     std::span<const std::uint8_t> rest = spoilt;
@@ -474,8 +474,8 @@ TEST(DistanceGrid, APositionThatIsNotANumberIsFarAway) {
   }
 }
 
-// The mesh consists of two boxes that intersect, with a sheet beside them. It requires the union of solids, regions,
-// and the removal of interior points, all of which use threads.
+// The mesh consists of two boxes that intersect, with a sheet beside them. Building its grid and points uses all
+// functions with threads: the union of solids, the classification of regions, and the removal of interior points.
 TEST(DistanceGrid, AndPointsOfAMeshAreTheSameByAnyNumberOfThreads) {
   geometry::TriangleMesh sheet;
   sheet.vertices = {{0.02, 0, 0}, {0.03, 0, 0}, {0.02, 0.01, 0}};

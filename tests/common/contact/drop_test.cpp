@@ -68,7 +68,8 @@ TEST(Drop, ABallComesToRestAndNeverGainsEnergy) {
   for (const ShapePointer& ball : balls) {
     const Course course = course_of({ball, 0.1, sphere_inertia(0.1, 0.01), {{0, 0, 0.03}, Quat::Identity()}}, 1.5);
     EXPECT_LT(course.risen_j, kShareGained * course.fallen_j);
-    // The ball may continue to roll slowly: its points deviate from a sphere, and coded normals have errors of 0.1°.
+    // The ball may continue to roll slowly, because its points deviate from a sphere and coded normals have errors of
+    // 0.1°.
     EXPECT_LT(course.speed_m_per_s, 8e-3);
     EXPECT_GT(course.fallen_j, 0.01);
   }

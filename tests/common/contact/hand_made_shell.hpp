@@ -88,7 +88,7 @@ inline ContactShape box_shape(const Vec3& size_m, double spacing_m = 4.5e-4) {
                          PointShell::make(box_edge_points(size_m, spacing_m), spacing_m));
 }
 
-/// Returns the same shape without flat nodes. Each of its points is then a contact of its own.
+/// Returns the same shape without flat nodes, so that each of its points is a separate contact.
 inline ContactShape without_flat_parts(ContactShape shape) {
   shape.shells.surface.flat_nodes.clear();
   for (ShellNode& node : shape.shells.surface.nodes) node.flat = ShellNode::kNotFlat;

@@ -1,4 +1,4 @@
-// Tests contacts that a search finds late: they existed before, but earlier searches had missed them.
+// Tests contacts that are found late: points that were in contact before, but that earlier searches had missed.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,8 +12,8 @@
 namespace tandem::contact {
 namespace {
 
-// A box moves sideways into another box until they overlap by 0.3 mm. The overlap appears at once, as if earlier
-// searches with a small budget had missed it. Its full depth at once would throw the boxes apart.
+// A box is moved sideways into another box within one step, until they overlap by 0.3 mm. The overlap appears at once,
+// as if earlier searches with a small budget had missed it. At its full depth it would throw the boxes apart.
 TEST(ContactPair, ALateFoundContactGetsDeeperGradually) {
   const ContactShape box = without_flat_parts(box_shape(Vec3::Constant(0.02)));
   const auto at = [](double x_m, double z_m) { return Pose{Vec3(x_m, 0, z_m), Quat::Identity()}; };
@@ -40,8 +40,8 @@ TEST(ContactPair, ALateFoundContactGetsDeeperGradually) {
   EXPECT_NEAR(deepest_of(pair), 2 * kDeep_m, 1e-6) << "depth caused by its own motion must count at once";
 }
 
-// Half of a box's face is rough and has more points than the budget. The flat half must still be represented as a face.
-// If it were represented by single points, its force would be wrong.
+// Half of a box's face is rough and has more points than the budget. The flat half must still be represented as a face;
+// represented by a few single points, it would have a wrong force.
 TEST(ContactPair, AFlatFaceIsAFaceAtACoarseLevelToo) {
   const Vec3 size_m(0.04, 0.02, 0.01);
   std::vector<ShellPoint> points = box_points(size_m, 2e-4);

@@ -19,7 +19,8 @@ geometry::TriangleMesh ridged_plate(double ridge_m) {
   const double foot_m = 1.5e-4;
   geometry::TriangleMesh mesh =
       height_field(0.1, 708, [&](double x, double) { return ridge_m * std::max(0.0, 1 - std::abs(x) / foot_m); });
-  // A bottom and sides make the plate a solid: a fan of triangles joins its border to the centre of the bottom.
+  // The plate becomes a solid by a fan of triangles between its border and a point below, which forms its sides and
+  // bottom.
   const int row = 709;
   const int below = static_cast<int>(mesh.vertices.size());
   mesh.vertices.emplace_back(0, 0, -0.01);

@@ -85,7 +85,7 @@ TEST(PointShell, SharesTheWholeSurfaceAmongItsPoints) {
     EXPECT_NEAR(shell.area_m2() / area_m2(subject.mesh), 1, 1e-5) << subject.name;
     for (const ShellPoint& point : shell.points) {
       ASSERT_GT(point.area_m2, 0) << subject.name;
-      // The surface assigned to a point is within a ball around the point, with the spacing as radius. A larger area
+      // The surface assigned to a point lies in a ball around the point whose radius is the spacing. A larger area
       // would be an error of the division.
       ASSERT_LT(point.area_m2, 2 * std::numbers::pi * 4.5e-4 * 4.5e-4) << subject.name;
       ASSERT_NEAR(point.normal_S.norm(), 1, 1e-5) << subject.name;
@@ -100,8 +100,8 @@ TEST(PointShell, SpreadsItsPointsApart) {
       ASSERT_GT((shell.points[i].p_S - shell.points[k].p_S).norm(), 0.89F * 4.5e-4F);
     }
   }
-  // The densest random packing of discs has 0.70 discs per square of their diameter. The bound is larger because of the
-  // finite size of the sphere. More points would waste search time.
+  // The densest random packing of discs has 0.70 discs per square of their diameter. The bound is larger because the
+  // sphere is small. More points would only make the search slower.
   EXPECT_LT(static_cast<double>(shell.points.size()), 0.8 * shell.area_m2() / std::pow(0.9 * 4.5e-4, 2));
 }
 
@@ -150,8 +150,8 @@ TEST(PointShell, FindsNoEdgesInAFineRoundSurface) {
 }
 
 TEST(PointShell, FindsEdgesThatPointOutOnly) {
-  // A trough has protruding rims, which need feature points. Its bottom needs none, because no other shape can touch it
-  // first.
+  // A trough has rims that protrude and need feature points. The edges at its bottom need none, because another shape
+  // cannot touch these edges first.
   const auto trough = height_field(0.02, 40, [](double x, double) { return std::abs(x) < 4.9e-3 ? -2e-3 : 0.0; });
   const PointShell features = sample_surface(solid(trough), {}, {}).features;
   ASSERT_FALSE(features.points.empty());

@@ -18,8 +18,7 @@ namespace {
 constexpr double kStiffness = 5e9;
 constexpr double kEdge_m = 0.02;
 constexpr double kDegree = std::numbers::pi / 180;
-// Additional tolerance [N] for a wedge that is shorter than two spacings of points, because only few points represent
-// it.
+// Additional tolerance [N] for a pressed wedge shorter than two spacings of points, because few points represent it.
 constexpr double kFewPoints_n = 0.07;
 // Mean error of sampled distances [m], which limits the accuracy of the force.
 constexpr double kDistance_m = 3e-7;
@@ -60,8 +59,8 @@ void expect_pressed(const ContactShape& box, const ContactShape& floor, double f
   for (const double tilt_deg : {0.0, 0.1, 1.0, 10.0}) {
     for (const double depth_m : {2e-5, 5e-5, 1e-4, 2e-4}) {
       const double tilt = tilt_deg * kDegree;
-      // The box is tilted about y, so that its bottom rises along x from the lowest edge. It is then rotated about z
-      // around a point on the floor.
+      // The box is first tilted about y, so that its bottom rises along x from the lowest edge. Then it is rotated
+      // about a vertical axis through a point on the floor.
       const Quat turn = quaternion_of({0, 0, 0.4}), lean = quaternion_of({0, -tilt, 0});
       const Vec3 edge_W(0.0013, -0.0021, floor_top_m - depth_m);
       const Pose X_WA{edge_W + turn * (lean * Vec3(kEdge_m / 2, 0, kEdge_m / 2)), turn * lean};

@@ -71,8 +71,8 @@ TEST(PrimitiveFields, HaveTheGradientOfTheirDistance) {
       // there; these points are skipped.
       if (difference.norm() < 1 - 1e-4) continue;
       ++checked;
-      // The second derivative of a distance is at most 1/r, where r is the distance to the axis or edge. The third
-      // derivative is at most 1/r². The difference quotient is therefore this accurate.
+      // The difference quotient is this accurate because the second derivative of a distance is at most 1/r and the
+      // third at most 1/r², where r is the distance to the axis or edge.
       EXPECT_LT((sample.gradient - difference).norm(), 1e-4) << primitive.name << " at " << p.transpose();
     }
     EXPECT_GT(checked, 4900) << primitive.name;

@@ -1,5 +1,5 @@
-// Tests the cut through the tree that the search stores from step to step. After motion, the cut must be as fine and as
-// small as a new cut. Otherwise contacts would be missed, or the cost would grow with the length of the path.
+// Tests the cut through the tree, which the search stores from step to step. After motion, the cut must be as fine and
+// as small as a new cut; otherwise contacts would be missed, or the cost would grow with the length of the path.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -43,7 +43,7 @@ TEST(ShellCut, AFaceIsOneAgainWhereALineWasPassed) {
   const ContactShape block = box_shape(Vec3(0.02, 0.02, 0.02));
   ContactShape table = box_shape(table_m, 4e-3);
   table.field = std::make_shared<LinedTable>(table_m);
-  // If the face is flat, eight points share one contact. If it is tilted, each point is a contact.
+  // If the block is not tilted, up to eight points share one contact. If it is tilted, each point is a contact.
   for (const double tilt_rad : {0.0, 2e-3}) {
     const auto at = [&](double x_m) { return Pose{Vec3(x_m, 0, 0.02 - 2e-5), quaternion_of(Vec3(tilt_rad, 0, 0))}; };
     ContactPair pair(2048);
@@ -97,8 +97,8 @@ TEST(ShellCut, PlanesFartherThanTheBandAreNoContacts) {
   EXPECT_FALSE(pair.contacts().empty());
 }
 
-// Squares of points lie across the edge of a table, each in another plane. Each square is above two planes. The budget
-// suffices for the contacts with one plane per square, so no square may be omitted.
+// Squares of points lie across the edge of a table, each in another plane, so each square is above two planes of the
+// table. The budget suffices for the contacts with one plane per square only. No square may be omitted.
 TEST(ShellCut, NodesAboveSeveralPlanesFitWhereEachHasRoomForOne) {
   constexpr int kSquares = 24;
   const Vec3 table_m(0.02, 0.4, 0.02);
@@ -145,7 +145,7 @@ TEST(ShellCut, IsFineSoonAfterAHardLanding) {
 
 TEST(ShellCut, APointThatNoSampleStoodForIsFound) {
   // While the whole face is in contact, the search samples only some points of a large node. Then the block is tilted
-  // onto a corner. The corner's point must be found, although the search had not sampled it before.
+  // onto a corner. The point of the corner must be found, even if it was not among the sampled points.
   const ContactShape block = without_flat_parts(box_shape(Vec3(0.04, 0.04, 0.04)));
   const ContactShape table = box_shape(Vec3(0.4, 0.1, 0.02), 4e-3);
   ContactPair pair(64), all(40'000);

@@ -43,8 +43,8 @@ void expect_depth_and_direction(const Touch& touch, const std::string& what) {
   EXPECT_LT(angle_between(force, touch.direction_W), touch.angle_rad) << what;
 }
 
-/// Rotations of the subjects. They move the lattice of samples relative to the curved surface, so that errors of the
-/// lattice do not stay hidden.
+/// Rotations of the shapes. They change the position of the lattice of samples relative to curved surfaces, so that
+/// errors at any position are detected.
 const std::vector<Vec3>& turns() {
   static const std::vector<Vec3> all = {{0, 0, 0}, {0.3, 0, 0}, {0, 1.1, 0.4}, {1, 2, 3}, {-0.7, 0.9, 0.2}};
   return all;
@@ -154,8 +154,8 @@ TEST(TouchClosedForm, AnEdgeOnAPlaneIsPushedAlongThePlanesNormal) {
       expect_depth_and_direction({box, large, above(0.025), Vec3::UnitZ(), depth_m}, what + ", box");
       expect_depth_and_direction({mesh_box, large, above(0.025), Vec3::UnitZ(), depth_m}, what + ", mesh");
       // The floor's points are pushed out through the nearest face of the box, which is not perpendicular to the floor.
-      // Their lateral forces do not exceed those of the box's points. A wedge of 50 µm has only few points, which
-      // leaves an error of some hundredths of a newton.
+      // Their lateral forces do not exceed those of the box's points. A wedge that is 50 µm deep has only few points,
+      // which causes an error of some hundredths of a newton.
       const double angle = (depth_m < 1e-4 ? 4.5 : 1.5) * kOneDegree;
       expect_depth_and_direction({mesh_box, mesh_floor, above(0.005), Vec3::UnitZ(), depth_m, angle},
                                  what + ", two meshes");
@@ -203,8 +203,9 @@ TEST(TouchDerivative, IsThatOfTheSearchForABallAndAnEdgeOnAPlane) {
     for (const double depth_m : {1e-4, 3e-4}) {
       EXPECT_LT(derivative_error(*ball, *below, {{0, 0, 0.045 - depth_m}, q}, 0.02), 0.1) << depth_m;
       const double edge_m = 0.025 + 0.01 * std::sqrt(2.0) - depth_m;
-      // If an edge moves sideways or rotates, the pressed region of the floor moves with it. Because of the crease, the
-      // depths of the floor's points then change. The derivative of a single contact does not include this change.
+      // If an edge moves sideways or rotates, the pressed region of the floor moves with the edge, and the depths of
+      // the floor's points change because of the crease. The derivative of a single contact does not include this
+      // change.
       const Vec3 moved_along = below == floor ? Vec3(Vec3::Ones()) : Vec3(1, 0, 1);
       EXPECT_LT(derivative_error(*box, *below, {{0, 0, edge_m}, q}, 0.02, moved_along), below == floor ? 0.1 : 0.2)
           << depth_m;

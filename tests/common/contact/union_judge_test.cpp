@@ -87,10 +87,10 @@ struct Range {
   double most_m = std::numeric_limits<double>::infinity();
 };
 
-/// Reference for one closed or nearly closed surface. Points with a winding number above ½ are inside. A triangle is a
-/// part of the border unless the inside is on both of its sides. Crossing triangles are subdivided, so the distance to
-/// the border is known as a range. The range extends from the nearest piece that may belong to the border to the
-/// nearest piece that certainly does.
+/// Reference for one closed or nearly closed surface. Points with a winding number above ½ are inside. A triangle
+/// belongs to the border unless the inside is on both of its sides. Triangles that cross others are subdivided into
+/// pieces, so the distance to the border is known as a range: from the nearest piece that may belong to the border to
+/// the nearest piece that certainly does.
 class Judge {
  public:
   explicit Judge(const TriangleMesh& mesh) : surface_(triangles_of(mesh)) {
@@ -184,8 +184,8 @@ class UnionJudge {
     }
     return inside.least_m < 0 ? inside : outside;
   }
-  /// Returns true if the winding number is clearly above or below ½. Beside a hole, the number passes ½ without a
-  /// triangle. A rounding error of the tree could then change the side.
+  /// Returns true if the winding number is clearly above or below ½. Beside a hole, the number passes ½ although no
+  /// triangle is there, and a rounding error of the tree could change the side.
   bool is_sure(const Vec3& p) const {
     return std::ranges::none_of(judges_, [&](const Judge& judge) {
       return std::abs(std::abs(judge.winding(p)) - 0.5) < 2 * geometry::WindingNumber::kTolerance;
@@ -219,8 +219,8 @@ TriangleMesh without_triangles(TriangleMesh mesh, std::vector<std::ptrdiff_t> tr
   return mesh;
 }
 
-/// A box with two faces that are divided at the midpoint of an edge. The adjacent faces are not divided there
-/// (T-junctions).
+/// A box with two faces that are divided at the midpoint of an edge. The faces on the other side of these edges are not
+/// divided (T-junctions).
 TriangleMesh box_with_t_junctions(const Vec3& size_m) {
   TriangleMesh mesh = box_mesh(size_m);
   for (const std::size_t triangle : {2U, 10U}) {

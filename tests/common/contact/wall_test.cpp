@@ -1,4 +1,5 @@
-// No tool may pass through a thin wall: for any kind of wall, with light tools and abrupt hand motion.
+// Tests that no tool passes through a thin wall, for several kinds of walls, light and heavy tools, and abrupt hand
+// motion.
 #include <gtest/gtest.h>
 
 #include "tests/common/contact/hand_made_shell.hpp"
@@ -64,7 +65,7 @@ struct Encounter {
     made.add_obstacle(wall.shape);
     return made;
   }
-  /// Returns the depth of the tool's lowest sample below the face that the tool has approached.
+  /// Returns the depth of the tool's lowest point below the face from whose side the tool came.
   double depth_m(const TouchRig& rig) const {
     double lowest = 1;
     for (const ShellPoint& p : tool.shape->shells.surface.points) {
@@ -72,9 +73,9 @@ struct Encounter {
     }
     return wall.half_thickness_m - lowest;
   }
-  /// Bound of the penetration of a wall: the rigid depth, plus 0.1 mm per 1 m/s (ContactSolver). The second term is
-  /// doubled, because a single corner may hit. The bound is less than the thickness of the wall. In measurements, a
-  /// corner that hit the sheet reached 0.83 of the thickness.
+  /// Upper bound of the penetration of a wall: the rigid depth, plus 0.1 mm per 1 m/s (ContactSolver). The second term
+  /// is doubled for a single corner. The bound is less than the thickness of the wall. In measurements, a corner that
+  /// hit the sheet reached 0.83 of the thickness.
   double most_m(double speed_m_per_s) const {
     const double fast_m = 1.7 * wall.half_thickness_m;
     return std::min(fast_m, wall.shape->rigid_depth_m + 2e-4 * std::max(1.0, speed_m_per_s));
@@ -152,8 +153,8 @@ TEST(Wall, StopsAToolWhoseHandleJumpsFiveCentimetresThroughIt) {
   });
 }
 
-/// A plate of 0.24 mm thickness about z = 0. The post beside it shifts the cells of 0.2 mm by half a cell, so that the
-/// plate's faces are between the corners of cells. The interpolated depth is then least accurate.
+/// A plate of 0.24 mm thickness about z = 0. The post beside the plate shifts the cells of 0.2 mm by half a cell. The
+/// faces of the plate are then between the corners of cells, where the interpolated depth is least accurate.
 ShapePointer plate_between_cells() {
   return solid_of(
       geometry::joined(box_mesh({0.02, 0.02, 2.4e-4}), box_mesh({0.002, 0.002, 2.44e-3}, {0.02, 0, 1.1e-3})));

@@ -87,8 +87,8 @@ TEST(AtomContacts, AtomsNearerThanSevenTenthsOfTheirRadiiAreNamedByWhatTheyAre) 
   EXPECT_EQ(close(carbon, carbon, 2.37)[0].closeness, Closeness::kClash);
   EXPECT_NEAR(close(carbon, carbon, 2.37)[0].share, 2.37 / 3.4, 1e-12);
   EXPECT_EQ(close(carbon, carbon, 1.5)[0].closeness, Closeness::kBond);
-  // The hydrogen is 1.7 Å from the oxygen, which is 0.65 of the sum of their radii. Bonded to nitrogen it forms a
-  // hydrogen bond; bonded to carbon it is a clash.
+  // The hydrogen is 1.7 Å from the oxygen, which is 0.65 of the sum of their radii. If the hydrogen is bonded to
+  // nitrogen, this is a hydrogen bond; if it is bonded to carbon, a clash.
   ASSERT_EQ(close(ammonia, oxygen, 2.71).size(), 1U);
   EXPECT_EQ(close(ammonia, oxygen, 2.71)[0].closeness, Closeness::kHydrogenBond);
   EXPECT_EQ(close(ammonia, oxygen, 1.01 + 1.25)[0].closeness, Closeness::kClash);
@@ -123,7 +123,7 @@ TEST(AtomContacts, ARealInterfaceHasBonds) {
     return server::load_molecule(file, {{name}}, test::kOplsDirectory, server::Hydrogens::kBuild);
   };
   const Molecule a = chain("A"), b = chain("B");
-  // Expected bonds: those of the four-stranded sheet at the ends of the two chains.
+  // Expected bonds: those of the four-stranded sheet formed by the ends of both chains.
   const AtomPairs bonds = hydrogen_bonds(a, b, Pose{});
   EXPECT_GT(bonds.size(), 8U);
   EXPECT_LT(bonds.size(), 40U);

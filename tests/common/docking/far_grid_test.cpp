@@ -110,8 +110,8 @@ TEST(FarGrid, OfOneIonIsCoulombsLawBeyondTheCutOffAndEndsByDesign) {
     const FieldResult result = field.evaluate({{0, r, 0}, Quat::Identity()});
     const double energy = kCoulombKjAngstromPerMol / r;
     EXPECT_NEAR(result.coulomb_kj_per_mol, energy, 2e-3 * energy) << r;
-    // Near the end of the switch, which is 2 Å wide, the node spacing of 1 Å is coarse, so the tolerance is larger
-    // there.
+    // Just above 8 Å, where the switch of 2 Å width ends, the tolerance is larger, because the spacing of 1 Å is coarse
+    // for it.
     EXPECT_NEAR(result.force_on_b.y(), energy / r, (r < 10 ? 5e-2 : 5e-3) * energy / r) << r;
   }
   EXPECT_EQ(field.evaluate({{0, kFarReachAngstrom + 2, 0}, Quat::Identity()}).energy_kj_per_mol(), 0);

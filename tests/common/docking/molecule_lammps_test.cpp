@@ -77,7 +77,7 @@ TEST_F(AgainstLammps, TheDoubleKernelAgreesInEnergyAndEveryAtomForceTo1e8) {
     const FieldResult result = exact_field(a_, b_, golden.X_AB, {}, {&forces, &on_b});
     forces.insert(forces.end(), on_b.begin(), on_b.end());
     EXPECT_NEAR(result.energy_kj_per_mol(), golden.energy_kj_per_mol, 1e-8 * std::abs(golden.energy_kj_per_mol));
-    // Below 1e-6 of the largest force, the pair forces of an atom almost cancel. The text file then has too few
+    // Where the pair forces on an atom almost cancel (below 1e-6 of the largest force), the text file has too few
     // significant digits for a relative comparison.
     const double floor = 1e-6 * largest_of(golden.forces);
     for (std::size_t i = 0; i < forces.size(); ++i) {
@@ -119,7 +119,7 @@ Molecule only_atom(const Molecule& all, std::size_t index) {
   return one;
 }
 
-// A kernel returns only the sum over B. To get the force on a single atom, B consists of this atom only.
+// A kernel returns only the total force on B. To get the force on a single atom, B is reduced to this atom.
 TEST_F(AgainstLammps, TheFloatKernelsGiveEveryAtomForceTo1e5OfTheLargest) {
   for (const Golden& golden : poses_) {
     const double largest = largest_of(golden.forces);

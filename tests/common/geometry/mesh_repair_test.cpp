@@ -51,7 +51,7 @@ TEST(MeshRepair, LeavesAGoodMeshAsItIs) {
 
 TEST(MeshRepair, MakesASolidOfLooseTriangles) {
   TriangleMesh soup = soup_of(tessellated_box(kCube));
-  // The vertices deviate by as little as the rounding error of single precision. They must be merged nevertheless.
+  // Corresponding vertices differ by the rounding error of single precision. They must be merged nevertheless.
   Random random(1);
   for (Vec3& p : soup.vertices) p += Vec3(random.uniform(), random.uniform(), random.uniform()) * 1e-9;
   const ContactMesh result = repaired(soup);
@@ -115,8 +115,7 @@ TEST(MeshRepair, ClosesTheHolesOfAScan) {
 }
 
 TEST(MeshRepair, ClosesADentedHoleWithoutOverlap) {
-  // The border of the missing top is not convex. A fan of triangles from any of its corners would extend beyond the
-  // outline.
+  // The border of the missing top is not convex: a fan of triangles from any corner would extend beyond the outline.
   const std::vector<Vec3> outline = {{0, 0, 0}, {4, 0, 0}, {4, 4, 0}, {2, 1, 0}, {0, 4, 0}};
   TriangleMesh mesh;
   const auto n = static_cast<int>(outline.size());
@@ -145,8 +144,8 @@ TEST(MeshRepair, CallsOpenSurfacesSheets) {
 }
 
 TEST(MeshRepair, ClosesASlitWhereAVertexLiesOnAnEdge) {
-  // One triangle of the side −z is divided at the midpoint of an edge. Its neighbour across that edge is not divided
-  // there, which leaves a slit of zero width.
+  // One triangle of the side −z is divided at the midpoint of an edge. Its neighbour across the edge is not divided,
+  // which leaves a slit of zero width.
   TriangleMesh mesh = tessellated_box(kCube);
   const auto middle = static_cast<int>(mesh.vertices.size());
   mesh.vertices.push_back((mesh.vertices[0] + mesh.vertices[2]) / 2);
@@ -161,9 +160,9 @@ TEST(MeshRepair, ClosesASlitWhereAVertexLiesOnAnEdge) {
 }
 
 TEST(MeshRepair, ClosesALongNarrowCrack) {
-  // The mesh is that of the previous test, but the new vertex is 20 µm beside the edge. A disc with the length of the
-  // crack as its diameter would have 5 % of the cube's area. If that disc were the only bound of the hole's area, the
-  // cube would count as open.
+  // As in the previous test, but the new vertex is 20 µm beside the edge. A disc with the crack's length as its
+  // diameter has 5 % of the cube's area. If the hole's area were estimated by that disc only, the cube would count as
+  // open.
   TriangleMesh mesh = tessellated_box(kCube);
   const auto middle = static_cast<int>(mesh.vertices.size());
   const Vec3 inward = -((mesh.vertices[0] + mesh.vertices[2]) / 2).normalized();
@@ -259,8 +258,8 @@ TEST(MeshRepair, LeavesOutAWallThatDividesASolid) {
   EXPECT_THAT(result.notes, Contains("2 triangles inside the solid are left out"));
 }
 
-/// A part without errors stays unchanged except that its hole is closed. Only the wall in the other part has unpaired
-/// edges.
+/// The solid with the hole has no unpaired edges, so it must stay unchanged except that its hole is closed. Only the
+/// solid with the wall has unpaired edges.
 TEST(MeshRepair, TakesPartsForSolidsBesideOneThatDoesNotPairUp) {
   TriangleMesh mesh = tessellated_box(kCube);
   mesh.triangles.insert(mesh.triangles.end(), {{0, 1, 7}, {0, 7, 6}});
@@ -289,7 +288,7 @@ TEST(MeshRepair, KeepsTheCavityOfAPartThatDoesNotPairUp) {
   EXPECT_NEAR(contact::enclosed_m3(result.mesh), 7.0 / 8 * kCubeVolume, 1e-15);
 }
 
-/// A flat part has no volume that would determine its orientation, so its side depends on rounding. The test therefore
+/// A flat part has no volume that determines its orientation, so the result depends on rounding. The test therefore
 /// uses random rotations.
 TEST(MeshRepair, TreatsALidAsPartOfTheBoxThatItCloses) {
   TriangleMesh open = tessellated_box(kCube), lid = open;
@@ -339,7 +338,7 @@ TEST(MeshRepair, TreatsAnOpenSurfaceAsASheet) {
   const ContactMesh result = repaired(open_box_with_fin());
   EXPECT_EQ(result.kind, SurfaceKind::kSheet);
   EXPECT_EQ(result.mesh.triangles.size(), 11U);
-  // The open box is beside a valid solid and a solid with a fin. Both must remain unchanged.
+  // The open box is placed beside a valid solid and a solid with a fin. Both solids must remain unchanged.
   TriangleMesh mesh = open_box_with_fin();
   contact::append(mesh, tessellated_box(kCube), 2 * kCube);
   TriangleMesh finned = tessellated_box(kCube);
@@ -435,7 +434,7 @@ TEST(MeshRepair, DropsTwinsAndTrianglesWithoutArea) {
 
 TEST(MeshRepair, LeavesNoGapWhereAFlatTriangleWas) {
   // One triangle of the side −z is divided at the midpoint of an edge, but its neighbour across that edge is not. A
-  // degenerate triangle fills the slit between them. Removing it must not open the slit.
+  // degenerate triangle fills the slit between the two. Its removal must not open the slit.
   TriangleMesh mesh = tessellated_box(kCube);
   const auto middle = static_cast<int>(mesh.vertices.size());
   mesh.vertices.push_back((mesh.vertices[0] + mesh.vertices[2]) / 2);
@@ -479,7 +478,8 @@ TEST(MeshRepair, RefusesACrowdOfVerticesBesideSomethingFarAway) {
   TriangleMesh mesh;
   mesh.vertices = {Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY()};
   mesh.triangles = {{0, 1, 2}};
-  // A cube of 30³ vertices with a spacing of two tolerances. Most vertices are then close to many others.
+  // 27,000 vertices in a cubic lattice (30³) with a spacing of two tolerances, so that most vertices are close to many
+  // others.
   for (int i = 0; i < 27'000; ++i) {
     const int row = i / 30 % 30, layer = i / 900;
     mesh.vertices.push_back(3e-7 * Vec3(i % 30, row, layer));

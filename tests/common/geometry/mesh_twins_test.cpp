@@ -216,8 +216,8 @@ TEST(MeshTwins, AreTakenOutHoweverTheMeshIsScaledTurnedMovedAndOrdered) {
 }
 
 TEST(MeshSides, LeaveFacesThatOthersLieOnWhereTheyAre) {
-  // The inner wall has unpaired edges, so each triangle must be classified by the winding number. Two more triangles
-  // lie on faces of the box, one in each orientation.
+  // The inner wall has unpaired edges, so all triangles are classified by the winding number. Two further triangles lie
+  // on faces of the box, one in each orientation.
   TriangleMesh mesh = cut(box(2));
   Faces wall;
   for (const double y : {0.0, 0.015, 0.03}) {
@@ -257,8 +257,8 @@ TEST(MeshTwins, AreNoThinSolids) {
 }
 
 TEST(MeshTwins, AreNoPartsOfLargerFaces) {
-  // A small box stands on a large one. Its floor lies on the larger face but is no duplicate of it. Without its floor,
-  // the small box would be open.
+  // A small box stands on a large one. The floor of the small box lies on the larger face but is no duplicate of it;
+  // without its floor the small box would be open.
   TriangleMesh mesh = cut(box(1));
   append(mesh, cut(box(1, Vec3(0.01, 0.01, 0.01), Vec3(0.01, 0.01, 0.02))));
   EXPECT_EQ(drop_twin_patches(mesh, 1e-8), 0U);

@@ -24,8 +24,8 @@ double distance_to_segment_m(const Vec3& p, const Vec3& a, const Vec3& b) {
   return (p - a - along * (b - a)).norm();
 }
 
-/// Returns the distance to a triangle by a different algorithm from the tree's. If the foot of the perpendicular is
-/// inside all three sides, the result is the height above the plane. Otherwise it is the distance to the nearest side.
+/// Returns the distance to a triangle, by another algorithm than the tree. If the foot of the perpendicular is inside
+/// all three sides, the distance is the height above the plane. Otherwise it is the distance to the nearest side.
 double distance_to_triangle_m(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 normal = (b - a).cross(c - a).normalized();
   const auto is_inside = [&](const Vec3& from, const Vec3& to) { return normal.cross(to - from).dot(p - from) >= 0; };

@@ -88,8 +88,8 @@ TEST(WindingNumber, IsTheSumForTrianglesOfVeryDifferentSizes) {
   }
 }
 
-/// The strips are as long as the tube. Each strip is therefore near to many points, where the approximation does not
-/// apply.
+/// The strips are as long as the tube, so each strip is near many query points. The approximation for distant triangles
+/// then does not apply.
 TEST(WindingNumber, IsTheSumForATubeOfLongStrips) {
   constexpr int kStrips = 400;
   TriangleMesh mesh;

@@ -1,4 +1,4 @@
-// Tests the work along the encoder path. For a hand on a spring, it must equal the work along the true path. Encoder
+// Tests the work along the encoder path, for a hand on a spring. It must equal the work along the true path: encoder
 // steps must not appear as work.
 #include "common/haptics/encoder_path.hpp"
 

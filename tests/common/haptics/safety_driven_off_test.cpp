@@ -1,5 +1,5 @@
-// Tests a device that nobody holds. Its own force accelerates it, so the safety chain must set the force to zero. A
-// hand that moves fast must not have this effect.
+// Tests a device that nobody holds. The displayed force accelerates its handle, so the safety chain must set the force
+// to zero. It must not do so for a hand that moves fast.
 #include <gtest/gtest.h>
 
 #include <chrono>

@@ -51,8 +51,8 @@ struct SafetyRig {
   Wrench out;
 };
 
-// Settings with a slew rate below that of any device. At this rate, a change of 3 N takes 3 s. If the force decays
-// faster, the gain must have caused it.
+// Settings with a slew rate below that of any device: a change of 3 N takes 3 s. A faster decay of the force must be
+// due to the gain.
 SafetySettings slow_slew() {
   SafetySettings settings;
   settings.slew_n_per_s = 1.0;
@@ -193,8 +193,8 @@ TEST(Safety, StateAfterSilenceIsRampedInFromZero) {
   EXPECT_NEAR(rig.out.f.z(), 1.5, 1e-9);
 }
 
-/// A short period without states, during which the computed force rises by 5 N/s. When states arrive again, the
-/// withheld force must not return abruptly.
+/// A period without states, too short for zero force, during which the computed force rises by 5 N/s. When states
+/// arrive again, the withheld force must not return abruptly.
 class ShortSilence : public testing::TestWithParam<int> {};
 
 TEST_P(ShortSilence, BeginsAndEndsWithoutStepOrCorner) {
@@ -391,8 +391,8 @@ TEST(Safety, FaultIsNotOverBeforeTheDeviceHasTakenAZero) {
   EXPECT_NEAR(rig.out.f.z(), 1.5, 1e-9) << "ramped in";
 }
 
-/// A stall of the loop, after which it ticks regularly. The first parameter is the duration of the stall [ms]. If the
-/// second is true, the states are as old as the stall.
+/// A stall of the loop, followed by regular ticks. First parameter: duration of the stall [ms]. Second parameter: true
+/// if the states are as old as the stall.
 class Stall : public testing::TestWithParam<std::tuple<int, bool>> {};
 
 TEST_P(Stall, ReleasesTheForceInStepsThenRampsItIn) {

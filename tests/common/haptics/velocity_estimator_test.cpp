@@ -45,8 +45,8 @@ TEST(VelocityEstimator, OfExactPositionsIsTheLastPeriodsDifference) {
 }
 
 TEST(VelocityEstimator, SteadyMotionIsEstimatedWithinTheResolution) {
-  // A line is fitted to a full window of 20 periods, with position errors of up to half an encoder step. Its slope errs
-  // by at most Σ|t_i − t̄| step/2 / Σ(t_i − t̄)² = 110 step/2 / (770 T).
+  // A line is fitted to a full window of 20 periods, with position errors of up to half an encoder step. The error of
+  // its slope is at most Σ|t_i − t̄| step/2 / Σ(t_i − t̄)² = 110 step/2 / (770 T).
   const double bound = 110 * kVelocityEstimatorStep / 2 / (770 * kVelocityEstimatorPeriod);
   for (const double speed : {0.0, 0.001, 0.003, 0.01, 0.037, 0.1, 0.3, 1.0}) {
     VelocityEstimator estimator = quantised();
@@ -107,7 +107,8 @@ TEST(VelocityEstimator, FollowsASuddenStartWithinItsStatedDelay) {
     const double then = acceleration * std::max(0.0, t - delay);
     ASSERT_NEAR(found, then, 1.5 * kVelocityEstimatorStep / (2 * delay) + acceleration * kVelocityEstimatorPeriod) << k;
   }
-  // The window must shrink to √(12 step / a) or less. In a long window, the motion would deviate from a line by 4 mm.
+  // The window must shrink to √(12 step / a) or less. In the longest window, the motion would deviate from a line by 4
+  // mm.
   EXPECT_LE(estimator.linear_delay(), Duration(milliseconds(3)));
 }
 
@@ -140,8 +141,8 @@ TEST(VelocityEstimator, HasItsStatedLatency) {
         found.push_back(
             estimator.add(tick(k), at_x(rounded(amplitude * std::sin(omega * t), kVelocityEstimatorStep))).v.x());
         real.push_back(amplitude * omega * std::cos(omega * t));
-        // The lag is most visible where the velocity changes fast. The delay is therefore weighted by the slope of the
-        // velocity.
+        // The delay is averaged with the slope of the velocity as weight, because a lag is visible where the velocity
+        // changes fast.
         const double slope = std::abs(std::sin(omega * t));
         delay += slope * slope * to_seconds(estimator.linear_delay());
         weight += slope * slope;

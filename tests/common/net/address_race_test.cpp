@@ -33,7 +33,8 @@ struct Behaviour {
   int after_ms = 0;
 };
 
-/// Runs a race in steps of 1 ms, in place of sockets and timers, until it is won or lost or until `limit_ms`.
+/// Runs a race in steps of 1 ms of virtual time, without sockets and timers, until it is won or lost or until
+/// `limit_ms`.
 struct Course {
   Course(AddressRace& race, const std::function<Behaviour(const Address&)>& behaviour, int from_ms, int limit_ms) {
     std::map<Address, int> going_on;

@@ -55,7 +55,7 @@ TEST(Deadband, SteadyMotionIsNoticedByWhoHoldsTheLastStateOnly) {
   faster.V.v.x() += 0.021;
   EXPECT_TRUE(deadband.notices(faster, sent.V, X_believed, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
   RigidState turned = now;
-  // Times 0.3 N·m/rad is 3.3 mN·m; the threshold is 0.1 of the floor of 30 mN·m
+  // The rotation times 0.3 N·m/rad is 3.3 mN·m; the threshold is 0.1 of the floor of 30 mN·m.
   turned.X.q = quaternion_of(Vec3(0, 0, 0.011));
   EXPECT_TRUE(deadband.notices(turned, sent.V, X_believed, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
 }

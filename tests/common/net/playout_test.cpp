@@ -87,14 +87,14 @@ Played played(const std::vector<Packet>& packets, const PlayoutSettings& setting
 TEST(PlayoutDelay, CoversJitterAndBurstsForAboutItsQuantileOfTheTime) {
   const auto packets = over_a_bad_link();
   EXPECT_LT(played(packets, {.quantile = 0.98}).dry_share, 0.03);
-  // With the quantile 0.5, fewer samples arrive in time. Detects a playout that ignores the quantile and always uses
-  // the longest delay.
+  // With the quantile 0.5, fewer samples arrive in time. This fails for a playout that ignores the quantile and always
+  // uses the longest delay.
   EXPECT_GT(played(packets, {.quantile = 0.5}).dry_share, 0.2);
 }
 
 TEST(PlayoutDelay, PlaysASwingAsItWas) {
-  // A sample later than the playout delay causes an underrun, during which the motion (0.126 m/s) is braked within 20
-  // ms. The longest underrun is a burst of losses.
+  // If a sample arrives later than its playout time, an underrun begins: the motion (0.126 m/s) is braked within 20 ms.
+  // The longest underrun is caused by a burst of losses.
   EXPECT_LT(played(over_a_bad_link(), {}).worst_m, 0.004);
 }
 

@@ -1,4 +1,4 @@
-// Tests bodies on springs to their start pose. The two stages that move bodies must apply the same spring.
+// Tests bodies on springs to their start pose (anchors). The two stages that move bodies must apply the same spring.
 #include <gtest/gtest.h>
 
 #include "tests/common/physics/world_support.hpp"
@@ -40,7 +40,7 @@ TEST_P(Anchor, MovesABodyByImplicitEulersRecurrence) {
         (kMass_kg + kStep_s * (anchor.damping_n_s_per_m + kStep_s * anchor.stiffness_n_per_m));
     x += kStep_s * v;
     ASSERT_EQ(world.step(), 0U);
-    // Tolerance: residual that the solver may leave in the equation of each step (see ContactIsland).
+    // Tolerance: the residual that the solver may leave in the equations of a step (see ContactIsland).
     ASSERT_NEAR(world.body(kBody).X.p.x() - kStart.x(), x, 1e-9) << "step " << i;
     ASSERT_NEAR(world.body(kBody).V.v.x(), v, 1e-7) << "step " << i;
   }

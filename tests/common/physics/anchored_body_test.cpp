@@ -42,7 +42,7 @@ TEST(AnchoredBody, HangsByWeightOverStiffness) {
 
 TEST(AnchoredBody, StandsOnATableAsStiffAsTheAnchorMayBe) {
   // The top of the table is 5 mm above the lower side of the block, so contact and spring push against each other. A
-  // solver that alternates between both would oscillate.
+  // solver that treats them alternately would oscillate.
   ExternalBodies external;
   World world = world_with_block(external, R"("stiffness_n_per_m": 1e5, "damping_n_s_per_m": 1e4)",
                                  R"(, {"name": "table", "shapes": [{"box": {"size_m": [1, 1, 0.1]}}],

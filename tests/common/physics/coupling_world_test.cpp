@@ -154,7 +154,7 @@ TEST(MasslessTool, IsAtTheHandleAfterAStepHoweverItMoves) {
     world.set_handle(0, handle);
     EXPECT_EQ(world.step(), 0U);
     // In the solver, a massless tool has a small mass. It causes an error of 1e-4 of the handle's motion in a step,
-    // which is up to 0.6 mm.
+    // which is at most 0.6 mm.
     ASSERT_LT((world.tool(0).tool.X.p - handle.X.p).norm(), 1e-7) << i;
     ASSERT_LT(world.tool(0).wrench_on_hand_W.f.norm(), 300 * 1e-7) << i;
   }
@@ -177,7 +177,7 @@ TEST(MasslessTool, PressedOnABoxRestsInAStepWhereCouplingAndContactBalance) {
   EXPECT_NEAR(first_n, world.touch(0).force_n, 1e-4) << "the contact force must equal the coupling force";
   for (int i = 0; i < 500; ++i) {
     EXPECT_EQ(world.step(), 0U);
-    // Because of the damper of the contact, the tool moves in the second step, too. Then it is at rest.
+    // The damper of the contact moves the tool in the second step as well. After that, the tool is at rest.
     ASSERT_NEAR(world.tool(0).wrench_on_hand_W.f.z(), first_n, 0.02 * first_n) << i;
   }
   EXPECT_NEAR(world.tool(0).wrench_on_hand_W.f.z(), world.touch(0).force_n, 1e-6);
@@ -232,8 +232,8 @@ TEST(DirectRendering, ShowsTheContactsStiffnessAtTheHandlesPose) {
     world.set_handle(0, at({0, 0, 0.005 - depth_m}));
     run_coupled(world, 3);
     EXPECT_NEAR(world.tool(0).tool.X.p.z(), 0.005 - depth_m, 1e-12) << "the tool is where the handle is";
-    // The expected force includes the sides of the cube: each part of the surface inside the block presses in
-    // proportion to its depth.
+    // The expected force includes the sides of the cube, because each part of its surface inside the block presses in
+    // proportion to the depth of that part.
     const double expected_n = 5e6 * (1e-4 * depth_m + 0.04 * depth_m * depth_m / 2);
     EXPECT_NEAR(world.tool(0).wrench_on_hand_W.f.z(), expected_n, 0.02 * expected_n);
     EXPECT_LT(world.tool(0).wrench_on_hand_W.f.head<2>().norm(), 1e-3);
@@ -343,8 +343,8 @@ TEST(AdaptiveCoupling, AdaptsToGrabbedAndReleasedBodiesWithoutAForceStep) {
   world.release(0);
   watch();
   EXPECT_NEAR(force_n(), fitted_n_per_m(0.05) * stretch_m, 0.01);
-  // The ramp alone changes the force by 1/100 of the total in each step. The bound is twice as large, because the
-  // damper reacts to the settling contact.
+  // The ramp alone changes the force by 1/100 of the total change in each step. The bound is twice as large, because
+  // the damper reacts to the motion of the settling contact.
   EXPECT_LT(largest_step_n, 0.02 * (fitted_n_per_m(mass_kg) - fitted_n_per_m(0.05)) * stretch_m);
 }
 

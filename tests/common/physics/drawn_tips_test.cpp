@@ -109,8 +109,7 @@ void expect_sticking(std::uint64_t usual_seed, std::uint64_t usual_scenes) {
     const Parts surface = {{box_of(size_m, is_mesh), at_place({0, 0, -size_m.z() / 2})}};
     const Tip tip = tip_of(random);
     Draw draw;
-    // The pressing force has a lower limit, because the damper of the coupling adds a pull of 0.2 N while the hand
-    // moves.
+    // The pressing force is at least 2 N, because the damper of the coupling adds a pull of 0.2 N while the hand moves.
     draw.press_n = random.uniform(2, 5);
     draw.friction = friction;
     draw.X_WU = at_place({0.1, 0.05, 0.2}, quaternion_of(Vec3(random.normal(), random.normal(), random.normal())));

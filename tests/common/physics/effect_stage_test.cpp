@@ -53,7 +53,7 @@ TEST(EffectStage, ATubOfFluidDragsAToolBehindTheHandByItsClosedForm) {
     world.set_handle(0, resting_at({kSpeed * kEffectStep_s * i, 0, 0}, {kSpeed, 0, 0}));
     ASSERT_EQ(world.step(), 0U);
   }
-  // In the steady state k (x_hand − x_tool) = b v. The damper of the coupling has no force, because hand and tool have
+  // In the steady state k (x_hand − x_tool) = b v. The coupling's damper exerts no force, because hand and tool have
   // the same velocity.
   const ToolState tool = world.tool(0);
   EXPECT_NEAR(kSpeed - tool.tool.X.p.x(), 6 * kSpeed / kStiffness, 1e-6);
@@ -123,8 +123,8 @@ TEST(EffectStage, VibrationReachesTheHandAtItsFrequencyAndNoOther) {
     force.push_back(world.tool(0).wrench_on_hand_W.f.z());
   }
   const double amplitude_n = amplitude_at(force, 80);
-  // The mass m of the tool attenuates the vibration at the hand. For 50 g the factor |k + i b ω| / |k − m ω² + i b ω|
-  // is 0.20.
+  // The mass m of the tool attenuates the vibration at the hand, by the factor |k + i b ω| / |k − m ω² + i b ω|, which
+  // is 0.20 for 50 g.
   EXPECT_NEAR(amplitude_n, 0.20 * 0.8, 0.01 * 0.8);
   for (const double hz : {20, 40, 79, 81, 120, 160, 240}) EXPECT_LT(amplitude_at(force, hz), 0.01 * amplitude_n) << hz;
 }
@@ -192,7 +192,7 @@ double unrest_m(World& world, const Vec3& hand) {
   return largest;
 }
 
-// Each effect is stiffer than the coupling. The plain iteration x ← x_H + f(x)/k would therefore diverge.
+// Each effect is stiffer than the coupling, so the plain iteration x ← x_H + f(x)/k would diverge.
 TEST(EffectStage, StiffEffectsDoNotMakeAMasslessToolChatter) {
   const std::string magnet = R"({"magnet": {"peak_force_n": 3, "range_m": 0.01}})";
   const std::string stick = R"({"stick_slip": {"stiffness_n_per_m": 100000, "breakaway_force_n": 2}})";

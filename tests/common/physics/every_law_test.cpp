@@ -1,4 +1,4 @@
-// No coupling law of the catalog may destabilise a room.
+// Tests each coupling law of the catalog in a room: no law may destabilise the room.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -55,7 +55,7 @@ TEST(TwoPartStep, WhatHandsMoveIsThereWhenItIsAnsweredAndTheRestIsTold) {
     EXPECT_TRUE(is_same(world.tool(0).tool, tool));
     const bool is_tools = world.touch(0).contacts > 0 && i > 200;
     EXPECT_TRUE(!is_tools || is_same(world.body(BodyId{2}), pressed));
-    // In the second part of the step, the falling body may move by g h² more than its velocity predicts.
+    // In the second part of the step, gravity may move the falling body by g h² more than its previous velocity would.
     const double more_m = 9.81 * kStep_s * kStep_s;
     EXPECT_LT((world.body(BodyId{3}).X.p - falling.X.p).norm(), 1.01 * more_m);
   }
@@ -126,8 +126,8 @@ TEST(NearPairs, AResultFoundAheadIsUsedOnceAndOnlyAtItsPose) {
   near.pair.find_ahead(BallOverCube::above(-1e-4), Pose{});
   const std::size_t pressing = near.pair.contacts.contacts().size();
   ASSERT_GT(pressing, 0U);
-  // A search never returns this depth. If the depth remains after the step, the step has used the stored contacts
-  // without a new search.
+  // A search never returns this depth. If the depth is still stored after the step, the step has used the stored
+  // contacts without a new search.
   near.pair.contacts.contacts()[0].depth_m = 0.5;
   EXPECT_EQ(near.found(-1e-4), pressing);
   EXPECT_EQ(near.pair.contacts.contacts()[0].depth_m, 0.5);

@@ -1,4 +1,4 @@
-// Tests the molecular field in the world: units, action and reaction, and the limit of its force.
+// Tests the molecular field in the world: units, action and reaction, and the limit of the force.
 #include "common/physics/molecular_forces.hpp"
 
 #include <gtest/gtest.h>
@@ -90,7 +90,7 @@ TEST(MolecularForces, TwoAtomsAttractWithTheForceOfTheClosedForm) {
   EXPECT_FALSE(forces.add_wrenches(poses, wrenches));
   const double s6 = std::pow(3.4 / 5, 6);
   const double force_kj = 24 * 1.0 / 5 * (2 * s6 * s6 - s6);  // −dV/dr [kJ/mol/Å]
-  // The tolerance is the error of the sum over atom pairs in single precision, 1e-5.
+  // Tolerance: the field sums atom pairs in single precision, with a relative error of 1e-5.
   EXPECT_NEAR(wrenches[1].f.x(), 0.5 / 4.184 * force_kj, 1e-5 * std::abs(force_kj));
   EXPECT_NEAR(forces.energy_kj_per_mol(), 4 * (s6 * s6 - s6), 1e-5);
 }
@@ -130,8 +130,8 @@ TEST(MolecularForces, CoincidingAtomsPushNoMoreThanTheLimit) {
   EXPECT_LE(wrenches[0].f.norm(), 20);
 }
 
-/// Work of the force on B along a closed path in six degrees of freedom, the sum of the work's magnitudes, and the
-/// range of the energy along the path.
+/// Results for B on a closed path in six degrees of freedom: the work of the force on B, the sum of the magnitudes of
+/// the work, and the range of the energy.
 struct Loop {
   double work_j = 0, absolute_j = 0, least_kcal_per_mol = 1e9, most_kcal_per_mol = -1e9;
 };
@@ -220,7 +220,8 @@ TEST(MolecularForces, TheQuickestStepHasTheFieldInItWhereNothingMoves) {
     const auto world = std::make_shared<const WorldDescription>(of.world);
     return World(world, make_followed_bodies(of.world.bodies.size()), nullptr).quickest_step();
   };
-  // One scene has a million atom pairs, the other has one. The ratio of their times is far above the noise of timing.
+  // One scene has a million atom pairs and the other one pair, so the ratio of their times is far above the noise of
+  // timing.
   EXPECT_GT(quickest_of(*scene), 10 * quickest_of(*alone));
 }
 
@@ -253,7 +254,7 @@ TEST(MolecularForces, ShippedHelicesAttractWithTheForceOfTheirScene) {
     forces.add_wrenches(poses, wrenches);
     strongest_n = std::max(strongest_n, wrenches[0].f.y());
   }
-  // The scene's description states 0.88 N. The tolerance of 0.01 N covers steps of 0.05 Å and rounded angles.
+  // The description of the scene states 0.88 N. The tolerance of 0.01 N allows for steps of 0.05 Å and rounded angles.
   EXPECT_NEAR(strongest_n, 0.88, 0.01);
 }
 
@@ -282,8 +283,8 @@ TEST(MolecularPair, DroppedTogetherSettlesWithoutGainingEnergy) {
   for (int block = 0; block < 80; ++block) {
     for (int i = 0; i < 100; ++i) world.step();
     const double energy = world.stored_energy_j();
-    // Field energy and velocity belong to times half a step apart. The tolerance is |F| v h/2 < 20 N · 0.1 m/s · 0.5
-    // ms.
+    // Field energy and velocity are computed for times half a step apart. The tolerance is |F| v h/2 < 20 N · 0.1 m/s ·
+    // 0.5 ms.
     EXPECT_LE(energy, last + 1e-3) << "block " << block;
     last = energy;
   }
@@ -292,7 +293,7 @@ TEST(MolecularPair, DroppedTogetherSettlesWithoutGainingEnergy) {
 }
 
 /// Two hands approach each other at 0.1 m/s and stop when their couplings pull with `push_n`. Returns the speed of the
-/// molecules afterwards. The field's wrench is explicit (from the start of a step). Only the coupling, which is
+/// molecules at the end. The field's wrench is explicit (that of the start of the step), so only the coupling, which is
 /// implicit, provides damping.
 double speed_after_pressing(double mass_kg, double damping_per_s, double push_n) {
   const auto scene = two_molecules(8, 0.2, damping_per_s, mass_kg, true);
@@ -318,8 +319,8 @@ double speed_after_pressing(double mass_kg, double damping_per_s, double push_n)
   return fastest;
 }
 
-// The field's wrench is explicit, so it could make a held molecule vibrate. With a step of 1 ms, both molecules come to
-// rest. A smaller step would be no advantage.
+// The field's wrench is explicit, so it could make a held molecule vibrate. Both molecules must come to rest with a
+// step of 1 ms; no smaller step is needed.
 TEST(MolecularPair, InTwoHandsComesToRestHoweverItIsPressedLightOrMassiveOrOverDamped) {
   for (const double mass_kg : {0.04, 0.2}) {
     for (const double damping_per_s : {0.0, 2.0, 200.0}) {

@@ -1,4 +1,5 @@
-// Bodies in static equilibrium must stay in place, for any masses and in both stages.
+// Tests that bodies in static equilibrium stay in place, for any masses and in both stages (touched and untouched
+// bodies).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -45,8 +46,8 @@ BodyDescription box(std::size_t kind, const Vec3& p, double mass_kg, double fric
   return body;
 }
 
-/// Returns a random stack. For each box, the line of gravity of this box and all boxes above it passes through the
-/// middle half of the support. The slope is at most half of the friction angle. Such a stack is stable.
+/// Returns a random stable stack: the line of gravity through each box and all boxes above it passes through the middle
+/// half of the box's support, and the slope is at most half of the friction angle.
 StackCase stack_of(Random& random) {
   for (;;) {
     const int count = 2 + static_cast<int>(random.uniform(0, 4.999));
@@ -152,7 +153,7 @@ void check_stacks(int count, double seconds) {
     EXPECT_LT(move_m, kRestMove_m);
     EXPECT_LT(turn_rad, kRestTurn_rad);
     run(touched, 1000);
-    // A light body may slip at 0.1 N. It must then end in the same pose as a body that is always in the touch stage.
+    // A light body may slip under a push of 0.1 N. It must then end in the same pose in both worlds.
     nudge(world, stack);
     nudge(touched, stack);
     run(world, static_cast<int>(500 * seconds));
@@ -228,7 +229,8 @@ TEST(RestingBodies, ALightBodyRestsOnAHeavyOneThatHangsOnAnAnchor) {
   }
 }
 
-/// If a body is set down on a lighter one, it must end in the same pose as a body that is always in the touch stage.
+/// A heavy body is set down on a lighter one. It must end in the same pose as in a world where the touch stage moves it
+/// all the time.
 TEST(RestingBodies, AHeavyBodyThatIsSetDownOnALightOneStays) {
   for (const double light_kg : {0.005, 0.05}) {
     WorldDescription description = world_of(
@@ -303,14 +305,14 @@ TEST(RestingBodies, AHeadOnImpactKeepsMomentumAndHasItsRestitution) {
       run(world, 80);
       const double a = world.body(BodyId{2}).V.v.x(), b = world.body(BodyId{3}).V.v.x();
       EXPECT_NEAR(0.1 * a + other_kg * b, 0.1, 1e-6);
-      // The contact layer alone, without restitution, returns up to 0.12 of the speed.
+      // The contact layer returns up to 0.12 of the speed even without restitution.
       EXPECT_NEAR(b - a, std::max(restitution, 0.06), 0.06) << restitution << ", " << other_kg << " kg";
     }
   }
 }
 
-/// A dumbbell meets the table with both balls in the same step. The balls are two shapes of the body, so the pair of
-/// bodies has two patches. If `turn_rad_per_s` is positive, the second ball is the faster one.
+/// A dumbbell that meets the table with both balls in the same step. The balls are two shapes of one body, so the pair
+/// of bodies has two patches. If `turn_rad_per_s` is positive, the second ball is faster than the first one.
 struct Parting {
   double met_m_per_s = 0, parted_m_per_s = 0;  ///< speed of the middle before and after the impact
 };
@@ -335,7 +337,7 @@ Parting dropped_dumbbell(double turn_rad_per_s) {
 TEST(RestingBodies, ABodyOfTwoShapesBouncesWithTheSpeedOfBoth) {
   const Parting level = dropped_dumbbell(0);
   EXPECT_NEAR(level.parted_m_per_s, 0.8 * level.met_m_per_s, 0.02 * level.met_m_per_s);
-  // The balls meet the table at 0.04 and 0.96 m/s. 0.04 m/s alone would be too slow for a bounce.
+  // The balls meet the table at 0.04 and 0.96 m/s. A ball at 0.04 m/s alone would not bounce.
   for (const double turn : {-0.46 / 0.03, 0.46 / 0.03}) {
     const Parting turning = dropped_dumbbell(turn);
     EXPECT_GT(turning.parted_m_per_s, 0.3 * turning.met_m_per_s) << turn << " rad/s";
@@ -356,7 +358,7 @@ TEST(RestingBodies, ASleepingBodyReceivesTheMomentumOfAnImpact) {
   }
 }
 
-/// If the impact wakes a body, the order of the two bodies in their pair changes. The bounce must not depend on the
+/// An impact that wakes a body reverses the order of the two bodies in their pair. The bounce must not depend on this
 /// order.
 TEST(RestingBodies, AnImpactWakesASleepingBodyWithTheSameBounceInEitherOrder) {
   for (const double restitution : {0.5, 0.9}) {

@@ -15,7 +15,7 @@ namespace tandem::physics {
 
 inline constexpr const char* kWall = R"({"name": "wall", "shapes": [{"box": {"size_m": [1, 1, 1]}}]})";
 
-/// A coupling with a law whose forces are known in closed form.
+/// A coupling with a linear law, whose forces are known in closed form.
 inline constexpr const char* kLinear = R"({"law": "spring-damper"})";
 
 /// Returns the fields of a coupling: the name of the law, and a fit if the law requires one. The fit has 100 N/m at

@@ -88,7 +88,7 @@ double distance_to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const V
   if (is_inside(a, b) && is_inside(b, c) && is_inside(c, a)) return std::abs(n.dot(p - a)) / n.norm();
   return std::min({distance_to_segment(p, a, b), distance_to_segment(p, b, c), distance_to_segment(p, c, a)});
 }
-/// Returns the distance to the nearest of all triangles. This is slow, but independent of the world's algorithm.
+/// Returns the distance to the nearest of all triangles. This slow reference is independent of the world's algorithm.
 double distance_to_mesh(const Vec3& p, const geometry::TriangleMesh& mesh) {
   double nearest = std::numeric_limits<double>::infinity();
   for (const auto& [i, j, k] : mesh.triangles) {
@@ -166,7 +166,7 @@ TEST(ShippedScenes, HelicesPullEachOtherTogetherAndRest) {
     world.step();
     highest = std::max(highest, world.stored_energy_j());
   }
-  // Field energy and velocity belong to times half a step apart. The tolerance is |F| v h/2.
+  // Field energy and velocity are computed for times half a step apart. The tolerance is |F| v h/2.
   EXPECT_LE(highest, start + 1e-4);
   EXPECT_LT(world.field_energy_kj_per_mol(), 0);
 }

@@ -1,5 +1,5 @@
-// Thin rods must block each other. Needles, wires and sutures of 0.2 to 2 mm cross each other, and a hand presses them
-// together. None may pass through another one.
+// Tests that thin rods block each other. Needles, wires and sutures of 0.2 to 2 mm thickness cross, and a hand presses
+// one on the other. No rod may pass through another one.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -203,7 +203,8 @@ Course run(const Crossing& crossing) {
   Vec3 aside = Vec3::Zero();
   for (const Vec3& way : {Vec3(crossing.slide_fixed_m * Vec3::UnitX()), Vec3(crossing.slide_tool_m * u_tool)}) {
     const int steps = std::max(50, static_cast<int>(std::ceil(way.norm() / (0.04 * kStep_s))));
-    // The slide starts and ends at rest. Otherwise the damper of the coupling would cause a jump of the force.
+    // The slide starts and ends at rest, because a jump of the velocity would cause a jump of the coupling's damper
+    // force.
     for (int i = 1; i <= 2 * steps; ++i) {
       const double turn = std::numbers::pi * i / (2 * steps);
       step(aside + way * (1 - std::cos(turn)) / 2, lowest_m,
@@ -257,8 +258,8 @@ void expect_all_hold(std::uint64_t usual_seed, std::uint64_t usual_scenes, const
   for (std::uint64_t i = 0; i < scenes(usual_scenes); ++i) {
     const Crossing crossing = make(random);
     const Course course = run(crossing);
-    // If the fixed shape is a sharp edge, the axis of the tool's rod may be beside the edge by up to the rod's radius.
-    // The rod has not passed through in this case.
+    // If the fixed shape is a sharp edge, the axis of the tool's rod may be beside the edge by up to the rod's radius
+    // without having passed through it.
     const double passed_m = crossing.fixed.is_edge() ? -crossing.tool.radius_m : 0;
     if (course.least_axes_m < passed_m) ++passed;
     const double expected_m = std::min(crossing.layer_depth_m(course.held_n), crossing.rigid_depth_m());
@@ -276,10 +277,15 @@ void expect_all_hold(std::uint64_t usual_seed, std::uint64_t usual_scenes, const
             << worst.short_of_m * 1e6 << " um; most change in a step " << worst.change_n << " N\n";
 }
 
-// The bounds cover the maxima of 600 scenes of each kind with three other seeds, as depth and change of force.
-// Primitives: 8.5 µm and 0.016 N. Meshes (1 mm thick, points 0.45 mm apart): 135 µm and 0.19 N. Edges: 105 µm and 0.22
-// N. Grids: 21 µm and 0.20 N. Joints: 68 µm and 0.20 N. Balls: 5 µm and 0.009 N. Each depth includes up to 9 µm by
-// which a rigid contact yields.
+// Bounds that cover the maxima of 600 scenes of each kind with three other seeds (largest depth, largest change of
+// force):
+// * primitives: 8.5 µm, 0.016 N
+// * meshes (1 mm thick, points 0.45 mm apart): 135 µm, 0.19 N
+// * edges: 105 µm, 0.22 N
+// * grids: 21 µm, 0.20 N
+// * joints: 68 µm, 0.20 N
+// * balls: 5 µm, 0.009 N
+// Each depth includes up to 9 µm by which a rigid contact yields.
 struct Things {
   std::uint64_t day_seed, night_seed;
   Bounds bounds;
@@ -322,7 +328,7 @@ Crossing of_balls(Random& random) {
   crossing.tool.kind = Kind::kBall;
   crossing.angle_rad = std::numbers::pi / 2;
   crossing.slide_tool_m = crossing.along_tool_m = 0;
-  // The hand alone holds the ball on top of the rod. With a larger force, the ball would roll off.
+  // The ball rests on top of the rod and is held by the hand only. With a larger force, the ball would roll off.
   crossing.press_n = random.uniform(0.1, 0.5) * kCoupling_n_per_m * crossing.sum_m();
   crossing.approach_m_per_s = 0.01;
   return crossing;

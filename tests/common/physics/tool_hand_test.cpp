@@ -90,13 +90,13 @@ TEST(ToolHand, SaturationIsReportedPastHalfOfItsBend) {
 TEST(ToolHand, ANewCouplingIsReachedInATenthOfASecondAndByNoStep) {
   const haptics::CouplingParameters before{.stiffness_n_per_m = 100};
   haptics::CouplingParameters after;
-  for (const proto::CouplingField& field : proto::kCouplingFields) after.*field.value = 2 * before.*field.value;
+  for (const proto::CouplingField& field : proto::kCouplingFields) after.*field.value = 1.2 * before.*field.value;
   ToolHand hand("spring-damper", before);
   hand.set_coupling(*haptics::find_coupling_law("spring-damper"), after);
   double last = before.stiffness_n_per_m;
   for (int i = 0; i < 100; ++i) {
     hand.advance(1e-3);
-    ASSERT_NEAR(hand.parameters().stiffness_n_per_m - last, 1, 1e-9) << i;
+    ASSERT_NEAR(hand.parameters().stiffness_n_per_m - last, 0.2, 1e-9) << i;
     last = hand.parameters().stiffness_n_per_m;
   }
   EXPECT_EQ(hand.parameters(), after) << "every coefficient";
@@ -124,7 +124,7 @@ TEST(ToolHandEnergy, HasTheForceAsItsSlopeForEveryLawWithAPotential) {
       const double slope = (energy_at(-1e-5) - energy_at(1e-5)) / 2e-5;
       const contact::SolverCoupling c = hand.coupling(0, Pose{});
       const double force = haptics::coupling_wrenches(*c.law, c.X_WH, {}, c.X_WT, {}).on_tool_W.f.x();
-      // The energy is integrated by Simpson's rule, which is less accurate over the bend at the limit.
+      // The energy is integrated by Simpson's rule, which is less accurate where the curve bends near the limit.
       EXPECT_NEAR(slope, force, 2e-3 * force) << law.name << " at " << d;
     }
   }

@@ -1,5 +1,5 @@
-// Tests the change of bodies between the stages of touched and untouched bodies. The change must neither lose nor
-// create momentum or energy.
+// Tests the transfer of bodies between the touch stage and the stage of untouched bodies. The transfer must neither
+// lose nor create momentum or energy.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -69,7 +69,7 @@ TEST(TouchSeam, MomentumOfToolAndPushedBodyChangesByTheHandsPullAlone) {
   EXPECT_GT(contacts, 0U);
   EXPECT_GT(world.body(BodyId{1}).V.v.x(), 0.05);
   const Vec3 momentum = kToolMass_kg * world.tool(0).tool.V.v + mass_kg * world.body(BodyId{1}).V.v;
-  // Tolerance: residual that the solver may leave in the equation of each step (see ContactIsland).
+  // Tolerance: the residual velocity that the solver may leave in each step (see ContactIsland).
   const double left_m_per_s = 1e-11;
   EXPECT_LT((momentum - given).norm(), steps * left_m_per_s * (kToolMass_kg + mass_kg));
 }
@@ -79,8 +79,8 @@ TEST(TouchSeam, MomentumOfToolAndPushedBodyChangesByTheHandsPullAlone) {
 double pushed_m(double share) {
   const double mass_kg = 0.5;
   const double push_n = share * 0.5 * mass_kg * kG;
-  // The tool touches the cube at a low height, so that the cube does not tip. The tool has no friction, because
-  // friction would press the cube down.
+  // The tool touches the cube near the table, so that the cube does not tip. The tool has no friction, which would
+  // press the cube down.
   const Vec3 start(-0.0251, 0, 0.008);
   World world(server::make_server_world(
       load_parts({.bodies = table() + "," + cube(mass_kg, {0, 0, kEdge_m / 2}), .tools = tool_at(start, 0)})));
@@ -88,7 +88,7 @@ double pushed_m(double share) {
   run(world, 50);
   const double before = world.body(BodyId{2}).X.p.x();
   for (int i = 0; i < 1000; ++i) {
-    // The stretch of the spring is constant, so the pushing force is constant, too.
+    // The handle stays ahead of the tool by a constant distance, so the pushing force is constant.
     const Vec3 p = world.tool(0).tool.X.p;
     world.set_handle(0, at({p.x() + std::min(1.0, i / 200.0) * push_n / 300, start.y(), start.z()},
                            world.tool(0).tool.V.v.x() * Vec3::UnitX()));
@@ -108,7 +108,8 @@ struct Squeeze {
   double force_n = 0;  ///< force of one hand towards the cube
 };
 
-/// Two tools squeeze a cube with 3.6 N each, lift it by 10 cm and hold it for 2 s.
+/// Two tools squeeze a cube of 0.3 kg with 3.6 N each (12 mm of stretch at 300 N/m), lift it by 10 cm and hold it for 2
+/// s.
 Squeeze squeeze(double friction) {
   const double height_m = kEdge_m / 2;
   const double off_m = kEdge_m / 2 + 0.005;
@@ -151,7 +152,8 @@ TEST(TouchSeam, TwoToolsCarryABodyByFrictionAlone) {
 }
 
 TEST(TouchSeam, ABodyTooSlipperyForItsWeightIsNotLifted) {
-  // The friction force of at most 2 · 0.3 · 3.6 N is less than the weight, 0.3 kg · g.
+  // Friction at both tools is at most 2 · 0.3 · 3.6 N = 2.2 N, which is less than the cube's weight of 0.3 kg · g = 2.9
+  // N.
   EXPECT_LT(squeeze(0.3).lifted_m, 0.03);
 }
 
@@ -229,8 +231,8 @@ TEST(TouchSeam, ATouchedBodyLeftAloneRests) {
 }
 
 TEST(TouchStage, AmongTooManyPairsThePressingOnesAreKept) {
-  // A pebble near the tool precedes the table in the scene's order, but only one pair of shapes is allowed. The pair
-  // that presses must stay.
+  // A pebble near the tool precedes the table in the scene, but only one pair of shapes is allowed. The pair of tool
+  // and table, which presses, must be kept.
   const std::string pebble = R"({"name": "pebble", "shapes": [{"sphere": {"radius_m": 0.002}}],
                                  "placement": {"position_m": [0.0065, 0, 0.009]}})";
   const Vec3 start(0, 0, 0.006);
@@ -253,7 +255,7 @@ TEST(TouchStage, AContactSticksOnWhileOthersEndAndBegin) {
       server::make_server_world(load_parts({.bodies = table(), .tools = tool_at(first) + "," + tool_at(second)})));
   for (const std::size_t tool : {0U, 1U}) world.activate_tool(tool);
   // The second tool presses and is pulled sideways within the friction limit. Meanwhile the first tool touches, leaves
-  // and touches again. The friction of the second tool must not be lost.
+  // and touches again. The second tool must not lose its friction state.
   const auto hold = [&](double first_down_m) {
     world.set_handle(0, at(first - first_down_m * Vec3::UnitZ()));
     world.set_handle(1, at(second + Vec3(0.002, 0, -0.011)));

@@ -98,7 +98,7 @@ TEST(World, DroppedBoxDoesNotBounceHigherThanItsRestitution) {
     world.step();
     if (i > 160) after_impact = std::max(after_impact, world.body(BodyId{2}).X.p.z());
   }
-  // The restitution is 0. The body fell by 10 cm in 143 ms.
+  // The restitution is 0, so the body must not bounce. It has fallen by 10 cm in 143 ms.
   EXPECT_LT(after_impact, 0.0205);
   EXPECT_NEAR(world.body(BodyId{2}).X.p.z(), 0.02, 5e-5);
 }
@@ -180,8 +180,8 @@ TEST(World, WorkOfTheCouplingIsTheToolsKineticEnergyAndWhatSamplingAdds) {
     const Vec3 before = world.tool(0).tool.V.v;
     world.step();
     const ToolState tool = world.tool(0);
-    // F_k·h·v_{k+1} = m (v_{k+1} − v_k)·v_{k+1} = Δ(m v²/2) + m |Δv|²/2. The last term is the work that results from
-    // holding the force during a step.
+    // F_k·h·v_{k+1} = m (v_{k+1} − v_k)·v_{k+1} = Δ(m v²/2) + m |Δv|²/2. The last term is the additional work of a
+    // force that is held during a step.
     sampling += 0.5 * 0.05 * (tool.tool.V.v - before).squaredNorm();
     const double kinetic = 0.5 * 0.05 * tool.tool.V.v.squaredNorm();
     ASSERT_NEAR(tool.energy_into_world_j - tool.energy_from_world_j, kinetic + sampling, 1e-12) << i;
@@ -394,7 +394,8 @@ TEST(World, RequestingACouplingAtEveryStepHasTheEffectOfOneRequest) {
     }
     return world.body(BodyId{1}).X.p.z();
   };
-  // The heights of both worlds must be equal during the ramp and long after it.
+  // A coupling that is set in every step must give the same height as one that is set once, during the ramp and long
+  // after it.
   for (const int steps : {40, 3000}) EXPECT_EQ(height_after(steps, true, false), height_after(steps, false, false));
   EXPECT_NEAR(1 - height_after(3000, true, false), 0.12 * kWorldG / 900, 1e-6);
   // A tool that is activated after the change has the new coupling at once, without a ramp.
@@ -441,7 +442,8 @@ TEST(World, ToolDoesNotPassAnExactMeshWallAt1MetreASecond) {
 
 TEST(World, BodyThatIsNotFiniteIsPutBackAndReported) {
   auto scene = std::make_shared<server::LoadedScene>(*load_parts({.bodies = cube("a", 0.1, {0, 0, 1})}));
-  // The loader would refuse this gravity. The test uses it to make a state that is not finite.
+  // The scene loader would refuse a gravity that is not finite. It is set here to make the state of the body not
+  // finite.
   scene->world.gravity_m_per_s2.x() = std::numeric_limits<double>::quiet_NaN();
   World world(server::make_server_world(scene));
   EXPECT_NE(world.step() & kFaultNotFinite, 0U);

@@ -1,5 +1,5 @@
-// Tests that helper threads that keep a processor awake yield to others, follow the protected thread, and end. Their
-// effect on the wake-up latency is not tested.
+// Tests helper threads that keep a processor awake: they must yield to other threads, follow the protected thread, and
+// end. Their effect on the wake-up latency is not tested.
 #include "common/realtime/keep_awake.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Large pages must change only the mapping of memory. Detects changed or read-only content.
+// Large pages must change only the mapping of memory. Fails if content is changed or becomes read-only.
 #include "common/realtime/large_pages.hpp"
 
 #include <gtest/gtest.h>
@@ -69,7 +69,8 @@ TEST(LargePages, LeaveMemorySmallerThanAPage) {
   const std::vector<std::byte> little(kPage - 1);
   EXPECT_FALSE(use_large_pages(little));
   EXPECT_FALSE(use_large_pages({}));
-  // A range as long as a page, from the middle of one page to the middle of the next. It contains no whole page.
+  // This range is as long as a page, but extends from the middle of one page to the middle of the next. It contains no
+  // whole page.
   std::vector<std::byte> some(3 * kPage);
   const std::size_t to_page = kPage - reinterpret_cast<std::uintptr_t>(some.data()) % kPage;
   EXPECT_FALSE(use_large_pages(std::span(some).subspan(to_page + kPage / 2, kPage)));

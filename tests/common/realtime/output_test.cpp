@@ -1,5 +1,5 @@
-// Tests how many lines of a flood a log keeps. That no thread waits for a reader is tested by
-// tests/system/output_test.py.
+// Tests how many lines of a flood a log keeps. Another test, tests/system/output_test.py, checks that no thread waits
+// for a reader.
 #include "common/realtime/output.hpp"
 
 #include <gmock/gmock.h>

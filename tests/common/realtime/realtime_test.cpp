@@ -119,7 +119,7 @@ TEST(Realtime, ImpossibleRequestsAreEachAnsweredByOneLineWithARemedy) {
 }
 
 TEST(Realtime, ProcessorsDoNotSleepDeeplyOnceThereIsAPriority) {
-  // Runs the test in a new process, in which no priority was requested before
+  // Runs the check in a new process, in which no priority has been requested before.
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(request_light_sleep_and_exit(), testing::ExitedWithCode(0), "");
 }

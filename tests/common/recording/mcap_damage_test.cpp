@@ -136,9 +136,9 @@ bool is_beginning(const Messages& read, const Messages& written) {
   return read.size() <= written.size() && std::equal(read.begin(), read.end(), written.begin(), has_same_content);
 }
 
-/// Returns whether `read` consists of chunks of `written`. A chunk may occur twice, because damage can duplicate it in
-/// the file. Its messages must be in order. Only the last chunk may be incomplete, because a message with a damaged
-/// channel ends the reading.
+/// Returns whether `read` consists of whole chunks of `written`, each with its messages in order. A chunk may occur
+/// twice, because damage can duplicate it in the file. The last chunk may be incomplete, because a message with a
+/// damaged channel ends the reading.
 bool is_of_chunks(const Messages& read, const Written& written) {
   std::vector<int> times(written.chunks_at.size());
   std::size_t at = 0;
@@ -192,8 +192,7 @@ TEST(McapDamage, AnyDamageIsReportedOrLosesNoMessage) {
     const bool may_repeat = damage.what.starts_with("written twice") || damage.what.starts_with("put elsewhere");
     ASSERT_TRUE(may_repeat ? is_of_chunks(read, written) : is_beginning(read, written.messages)) << reader.why();
     if (damage.at < written.chunks_at.front() || damage.at >= written.data_end) continue;
-    // After damage in the data section, the reader must stop in the damaged chunk, and must have read all chunks before
-    // it.
+    // If the data section is damaged, the reader must stop in the damaged chunk, after it has read all earlier chunks.
     const auto behind = std::ranges::upper_bound(written.chunks_at, damage.at);
     const auto chunk = static_cast<std::size_t>(behind - written.chunks_at.begin()) - 1;
     ASSERT_GE(reader.offset(), written.chunks_at[chunk]) << reader.why();

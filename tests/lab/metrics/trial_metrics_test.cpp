@@ -89,7 +89,7 @@ TEST(TrialMetrics, ContactErrorIsTheRmsDifferenceAtTheSameTime) {
   EXPECT_NEAR(metric("contact_error_rms_n", trace, &reference), 0.3 / std::sqrt(2.0), 1e-9);
   EXPECT_EQ(metric("contact_error_rms_n", reference, &reference), 0);
   EXPECT_NEAR(metric("contact_error_fraction", trace, &reference), 0.3 / std::sqrt(2.0) / 2, 1e-9);
-  // A sinusoidal force that is late by T = 20 ms has an error with the amplitude 2 sin(π f T).
+  // A force 2 N + sin(2π f t) with f = 1 Hz that is late by T = 20 ms has an error of the amplitude 2 sin(π f T).
   const SessionTrace late = pressing([](TickSample& tick, double t) { force(tick, 2 + sine(1, t - 0.020)); });
   EXPECT_NEAR(metric("contact_error_rms_n", late, &reference), 2 * std::sin(std::numbers::pi * 0.020) / std::sqrt(2.0),
               1e-6);
@@ -313,7 +313,8 @@ TEST(EnergyLedger, TheGreatestSurplusAtAnyTimeCounts) {
 }
 
 TEST(EnergyLedger, AShortRiseIsDetectedWhateverWasDissipatedBefore) {
-  // First 1 W is dissipated for half a second, then 0.4 W is created.
+  // First 1 W is dissipated for half a second, then 0.4 W is created. The rise within 100 ms must count only the second
+  // part.
   SessionTrace trace = working(0, 0);
   for (std::size_t k = 0; k <= 1000; ++k) {
     const double t = static_cast<double>(k) / 1000;
@@ -394,7 +395,8 @@ TEST(TrialMetrics, ViewsThatArriveApartDivergeByTheMovementBetween) {
   EXPECT_NEAR(metric("view_divergence_max_m", trace), 0, 1e-12);
   for (TickSample& tick : trace.users[1].ticks) tick.view_W.x() -= 0.2 * 0.050;
   EXPECT_NEAR(metric("view_divergence_max_m", trace), 0.010, 1e-9);
-  // Samples of the same motion at other times. Linear interpolation must give no difference.
+  // Moves the samples of the second user to other times of the same motion. With linear interpolation, the difference
+  // stays zero.
   SessionTrace shifted = trace;
   for (TickSample& tick : shifted.users[1].ticks) {
     tick.view_W.x() += 0.2 * 0.0505;

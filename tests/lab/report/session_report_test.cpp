@@ -52,7 +52,7 @@ json::object good_summary(const std::string& user) {
 }
 
 /// Returns a trace with one row per second, one for each value of the force along x. The phase is "approach" in the
-/// first second and "hold" afterwards.
+/// first second and "hold" in all later seconds.
 std::string trace_csv(const std::vector<std::string>& forces_n, double start_s = 0) {
   std::ostringstream out;
   out << "local_ns,phase,handle_p_x_m,handle_p_y_m,handle_p_z_m,tool_p_x_m,tool_p_y_m,tool_p_z_m,body_p_x_m,body_p_y_m,"
@@ -229,7 +229,7 @@ TEST(ClientRun, IsTheFormatThatTheClientWrites) {
   summary.options.stage.name = "hold";
   summary.io.joined = std::make_shared<wire::Joined>();
   json::object written = client::to_json(summary);
-  written["scene"] = "peg";  // an empty text if the Joined message contained no scene
+  written["scene"] = "peg";  // to_json() wrote an empty text: this test's Joined message has no scene
   const ClientRun read = parse_client_summary(written, "ben.json");
   EXPECT_EQ(read.name, "ben");
   EXPECT_EQ(read.stage, "hold");

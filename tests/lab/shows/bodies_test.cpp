@@ -38,7 +38,8 @@ TEST(Docking, HasAtMostHalfTheForceErrorOfNoPrediction) {
   }
 }
 
-// The residual force of the model is displayed with a gain that depends on the recent accuracy of its prediction.
+// The residual force (the server's minus the local model's) corrects a wrong mass in the model. It is displayed with a
+// gain that depends on the recent accuracy of its prediction.
 TEST(MassOfTheModel, WrongByFortyPercentIsFeltRight) {
   for (const char* scale : {"model.mass_scale=0.6", "model.mass_scale=1.4"}) {
     const Shown mass("mass", disturbed(100, {scale}));

@@ -46,9 +46,9 @@ struct HoldForces {
   std::vector<double> of_users_n;
 };
 
-/// Expected force on each hand in its hold phase. It follows from springs in series that the path stretches: 200 N/m of
-/// the hand, 500 N/m of the coupling, and the compliance behind it. The carried weight and the force of the field are
-/// added. The 3.89 N of "squeeze" consist of 3.6 N across and half of the cube's weight downwards.
+/// Expected force on each hand in its hold phase. The path stretches springs in series: the hand with 200 N/m, the
+/// coupling with 500 N/m, and the compliance of the touched body. The carried weight and the force of the field are
+/// added. The 3.89 N of "squeeze" are 3.6 N sideways and half of the cube's weight, 1.47 N, downwards.
 const HoldForces kHoldForces[] = {{"free", {0}},
                                   {"wall", {4}},
                                   {"curve", {2}},

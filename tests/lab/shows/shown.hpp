@@ -19,7 +19,7 @@
 
 namespace tandem::lab {
 
-using Quantities = std::vector<std::string>;  ///< in the format of --set, e.g. "link.rtt_ms=100"
+using Quantities = std::vector<std::string>;  ///< settings in the format of --set, e.g. "link.rtt_ms=100"
 
 /// Conditions for claims about the default stage: delay, jitter of 10 ms, and 5 % loss in bursts of 20 ms.
 inline Quantities disturbed(double round_trip_ms, const Quantities& more = {}) {

@@ -118,8 +118,8 @@ TEST(Together, WhatOneHoldsAndTheOtherPressesOnThroughAnotherThingMakesNoEnergy)
   }
 }
 
-// Fails if the plate stops during a gap of 85 ms on its way up. When it catches up afterwards, it would oscillate on
-// its coupling and create 4 mJ.
+// Fails if the plate stops on its way up during a gap of 85 ms. A stopped plate would catch up after the gap, oscillate
+// on its coupling and create 4 mJ.
 TEST(Together, ABodyCarriedByOneUserContinuesDuringANetworkGap) {
   for (const char* const seed : {"seed=18", "seed=25"}) {
     const Shown shown("two_plates", disturbed(100, {seed}));
@@ -160,7 +160,7 @@ TEST_P(Peg, IsHandedOverAndPutIntoTheHole) {
   EXPECT_LE(peg["energy_created_max_j"], 0.002);
 }
 
-// At 25 ms, the loop is as short as the possible time difference between a touch at the client and at the server.
+// At a round trip of 25 ms, the delay is as short as the time by which the touches at client and server may differ.
 INSTANTIATE_TEST_SUITE_P(RoundTrips, Peg, testing::Values(25.0, 100.0, 300.0));
 
 /// Returns the distance between the watched body as displayed to a user and at the server, at a time when it rests.
@@ -187,7 +187,7 @@ TEST(Deadband, OfATenthLeavesOut85PercentOfTheDatagramsAndNotTheForceOfThePeg) {
 }
 
 // A loss burst of 60 ms makes the force decay (see expect_recovery_from_bursts()), and the hand moves in response.
-// Fails if the local model then diverges.
+// Fails if this motion makes the local model diverge.
 TEST(Deadband, DoesNotDivergeOnThePegWhenATenthIsLost) {
   const Shown lossy("peg", {"link.rtt_ms=100", "deadband=0.1", "link.loss=0.1"});
   EXPECT_EQ(lossy.outcome(), "completed");

@@ -146,7 +146,7 @@ TEST(Range, DoesNotCountOutliers) {
 }
 
 TEST(Range, HasTheReachFromTheStartInEachDirection) {
-  // the hand rests for a second, then reaches along each direction for a second
+  // The hand rests for a second, and then reaches along each direction for a second.
   const HandMotion motion = sampled(7, 1000, [](double t) {
     const std::array<Vec3, 7> places{Vec3(1, 2, 3),   Vec3(0.9, 2, 3), Vec3(1.2, 2, 3), Vec3(1, 1.7, 3),
                                      Vec3(1, 2.4, 3), Vec3(1, 2, 2.5), Vec3(1, 2, 3.6)};

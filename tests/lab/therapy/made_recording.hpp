@@ -1,4 +1,4 @@
-// Recordings of a room, made message by message.
+// Makes recordings of a room, message by message, as input for tests.
 #pragma once
 
 #include <cstdint>
@@ -15,10 +15,10 @@
 
 namespace tandem::lab {
 
-/// Writes the steps of a room, one a millisecond, with states in every 20th.
+/// Writes the steps of a room, one per millisecond. Every 20th step contains states.
 class MadeRecording {
  public:
-  static constexpr std::uint64_t kBegin_ns = 1'796'000'000'000'000'000;  // in November 2026
+  static constexpr std::uint64_t kBegin_ns = 1'796'000'000'000'000'000;  // a time in November 2026
 
   explicit MadeRecording(std::uint64_t recording = 1)
       : writer_({proto::channel_of("/room", wire::RecordedRoom()), proto::channel_of("/step", wire::RecordedStep()),
@@ -37,7 +37,7 @@ class MadeRecording {
     for (const std::string& goal : goals) level.add_goals()->set_name(goal);
     return level;
   }
-  /// The command is part of the next step.
+  /// Adds a join command to the next step.
   void join(std::uint32_t seat, const std::string& name, wire::Role role = wire::ROLE_MANIPULATOR) {
     wire::RecordedCommand& command = *step_.add_commands();
     command.set_kind(wire::RecordedCommand::JOIN);
@@ -59,7 +59,8 @@ class MadeRecording {
     event.set_goal(goal);
     event.set_score(score);
   }
-  /// Adds steps with an input of seat 0 at the position of the time since the begin of the recording.
+  /// Adds steps in which seat 0 has an input. `position` returns the position of the hand at a time since the beginning
+  /// of the recording [s].
   void run(double seconds, const std::function<Vec3(double)>& position) {
     for (int i = 0; i < static_cast<int>(std::lround(seconds * 1000)); ++i) {
       wire::RecordedInput& input = *step_.add_inputs();
@@ -73,13 +74,13 @@ class MadeRecording {
       end_step();
     }
   }
-  /// Writes the messages so far as a chunk with a checksum of its own.
+  /// Ends the current chunk of the file, so that the messages before this call have a checksum of their own.
   void begin_chunk() {
     const auto chunk = writer_.pop_chunk();
     bytes_.insert(bytes_.end(), chunk.begin(), chunk.end());
     chunk_begin_ = bytes_.size();
   }
-  /// Adds a message that is no step.
+  /// Adds a message that cannot be parsed as a step.
   void damaged_step() {
     const std::string text = "\xff\xff\xff\xff\xff";
     writer_.add(1, kBegin_ns + steps_ * 1'000'000,
@@ -102,7 +103,7 @@ class MadeRecording {
   Vec3 force_n = Vec3::Zero();
   std::uint32_t held_body = 0;
   bool has_client_clock = true;
-  std::uint64_t network_delay_ns = 0;  ///< of the next steps
+  std::uint64_t network_delay_ns = 0;  ///< delay that is added to the times of the following steps
 
  private:
   void end_step() {

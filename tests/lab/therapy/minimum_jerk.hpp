@@ -7,7 +7,8 @@
 
 namespace tandem::lab {
 
-/// Position of a minimum-jerk movement of length 1 at τ = 0..1; outside it rests.
+/// Position of a minimum-jerk movement of length 1 at τ = 0..1. For τ outside this range the position is that of the
+/// nearest end.
 /// Source  Flash, Hogan, "The coordination of arm movements", J. Neurosci. 5(7), 1985: 10 τ³ − 15 τ⁴ + 6 τ⁵
 inline double minimum_jerk(double tau) {
   if (tau <= 0) return 0;
@@ -26,7 +27,8 @@ inline double minimum_jerk_spectrum(double k) {
   return std::abs(15 * j2 / (k * k));
 }
 
-/// Spectral arc length of a spectrum that is 1 at k = 0 and whose last value of 0.05 is at its first one.
+/// Returns the spectral arc length of a spectrum that is 1 at k = 0 and does not reach 0.05 again after it first fell
+/// to 0.05.
 template <class Spectrum>
 double arc_length_of(const Spectrum& spectrum) {
   constexpr double kThreshold = 0.05;

@@ -109,10 +109,10 @@ TEST_F(PersonStoreTest, FilesAreOfTheirOwnerOnly) {
 TEST_F(PersonStoreTest, NoByteOfAPseudonymIsFoundAfterDeletion) {
   const std::string gone = store_.create(""), other = store_.create("");
   for (std::uint64_t i = 1; i <= 3; ++i) {
-    store_.add(gone, session_of(i, gone));  // also a level that has the pseudonym as its name
+    store_.add(gone, session_of(i, gone));  // one level has the pseudonym as its name
     store_.add(other, session_of(i));
   }
-  write(fs::path(gone) / "session-0004.json.aB3dEf", gone);  // of an interrupted run
+  write(fs::path(gone) / "session-0004.json.aB3dEf", gone);  // file that an interrupted run has left
   ASSERT_TRUE(has(gone));
   const Removal removal = store_.remove(gone);
   EXPECT_TRUE(removal.found.empty() && removal.unreadable.empty());
@@ -125,7 +125,7 @@ TEST_F(PersonStoreTest, NoByteOfAPseudonymIsFoundAfterDeletion) {
 TEST_F(PersonStoreTest, AnInterruptedDeletionIsCompletedByTheNextRun) {
   const std::string gone = store_.create(""), other = store_.create("");
   store_.add(gone, session_of(1));
-  fs::rename(folder_ / gone, folder_ / ".removed-0123456789ABCDEF");  // as far as an interrupted run came
+  fs::rename(folder_ / gone, folder_ / ".removed-0123456789ABCDEF");  // folder name that an interrupted removal leaves
   EXPECT_FALSE(has(gone));
   EXPECT_THAT(store_.persons(), ElementsAre(other));
   EXPECT_FALSE(fs::exists(folder_ / ".removed-0123456789ABCDEF")) << "persons() only reads";

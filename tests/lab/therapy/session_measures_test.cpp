@@ -48,7 +48,8 @@ Vec3 at_rest(double) {
   return {0, 0, 0.1};
 }
 
-/// A movement of `length_m` along x within the second that begins at `begin_s`.
+/// Returns the position as a function of time: a movement of `length_m` along x within the second that begins at
+/// `begin_s`.
 auto reach(double begin_s, double length_m) {
   return [=](double t_s) { return Vec3(length_m * minimum_jerk(t_s - begin_s), 0, 0.1); };
 }
@@ -59,7 +60,7 @@ TEST_F(SessionMeasuresTest, HaveLevelsAndGoalsWithTheirTimes) {
   MadeRecording made(42);
   made.level("first", {"pick", "put"}).set_in_order(true);
   made.level("second", {"both"});
-  made.run(0.5, at_rest);  // without a user
+  made.run(0.5, at_rest);  // half a second without a user
   made.join(0, "anna");
   made.run(1, at_rest);
   made.event(Event::STARTED, 0);

@@ -14,8 +14,9 @@ namespace {
 
 constexpr double kRate_hz = 100;
 
-/// The cut-off is one of the frequencies of the transform, at most one spacing below that of the continuous spectrum. The
-/// spacing is at most 1/16 of the inverse duration, within which the spectrum changes by up to 0.02 near the threshold.
+/// Tolerance of the arc length. The cut-off is one of the frequencies of the transform, at most one spacing below the
+/// cut-off of the continuous spectrum. A spacing is at most 1/16 of the inverse duration. Within it the spectrum near
+/// the threshold changes by up to 0.02.
 constexpr double kTolerance = 0.02;
 
 TEST(SpectralArcLength, OfMinimumJerkIsItsClosedFormForEachDurationAndAmplitude) {
@@ -47,7 +48,7 @@ TEST(SpectralArcLength, IsLoweredByTremorAndMoreByMoreTremor) {
     const double tremor_hz = random.uniform(4, 8);
     const auto smooth = minimum_jerk_profile(length_m, duration_s, kRate_hz);
     double before = spectral_arc_length(smooth, kRate_hz);
-    for (const double share : {0.2, 0.5, 1.0}) {  // of the mean speed
+    for (const double share : {0.2, 0.5, 1.0}) {  // tremor as a fraction of the mean speed
       std::vector<double> speed = smooth;
       for (std::size_t k = 0; k < speed.size(); ++k) {
         const double t_s = static_cast<double>(k) / kRate_hz;
@@ -61,8 +62,9 @@ TEST(SpectralArcLength, IsLoweredByTremorAndMoreByMoreTremor) {
   }
 }
 
-/// The values are of an independent program in Python after the steps of the authors' smoothness.py: power of two with
-/// padding level 4, magnitude over its maximum, frequencies up to 10 Hz, last magnitude of 0.05 or more.
+/// The expected values come from an independent program in Python that follows the authors' smoothness.py: padding to a
+/// power of two with level 4, magnitude divided by its maximum, frequencies up to 10 Hz, last magnitude of 0.05 or
+/// more.
 TEST(SpectralArcLength, AgreesWithAnIndependentProgram) {
   struct Case {
     int samples;

@@ -55,8 +55,8 @@ TEST(MolecularScale, OfTwoAtomsIsThatOfTheClosedForm) {
   const double s6 = 7.0 / 26;
   const double pull = 24 * kEpsilon / kSigma * std::pow(s6, 1.0 / 6) * (s6 - 2 * s6 * s6) / kKilojoulesPerKilocalorie;
   EXPECT_NEAR(field.newtons_per_kcal_per_mol_angstrom(), 1 / pull, 0.01 / pull);
-  // The knee is the energy at which the repulsion V' reaches a quarter of the force limit, here 5 N, up to the probe's
-  // step of 0.1 Å.
+  // The knee is the energy at which the repulsive force |V'| reaches 5 N in the hand, a quarter of the force limit. The
+  // result is exact up to the probe's step of 0.1 Å.
   const auto energy = [](double r) {
     const double x = std::pow(kSigma / r, 6);
     return 4 * kEpsilon * (x * x - x) / kKilojoulesPerKilocalorie;

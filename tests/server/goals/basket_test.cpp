@@ -1,4 +1,4 @@
-// The shipped scene `basket`: its decision table, and hands that fill the basket.
+// Tests the shipped scene `basket`: its decision table, and hands that fill the basket.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,7 +9,8 @@ namespace {
 
 using Kind = GameEvent::Kind;
 
-/// The hands report no work, so a room that limits the energy of tools to that of their hands would hold things back.
+/// Passivity control is off. The scripted hands report no work, so with passivity control the tools could not move
+/// bodies.
 constexpr RoomOptions kWithoutPassivity{.controls_tool_passivity = false};
 constexpr Vec3::Scalar kBasketX_m = 0.13;
 constexpr std::size_t kLevels = 6;
@@ -39,7 +40,7 @@ void put(GameRoom& game, std::uint8_t hand, const std::string& body, const Vec3&
   game.move(hand, Vec3(-0.05, hand == 0 ? 0.05 : -0.05, kCarried_m));
 }
 
-/// Fills the basket of the present level by two hands, in turn.
+/// Two hands alternately fill the basket of the current level.
 void fill(GameRoom& game) {
   const wire::Level& level = game.room.scene().description.game().levels(game.status().level);
   const std::vector<std::string> things(level.bodies().begin() + 1, level.bodies().end());

@@ -1,4 +1,4 @@
-// Games played in a room: goals, levels, time, and what a hand feels of them.
+// Tests games in a room: goals, levels, time, and the effect of games on the force on a hand.
 #include "server/goals/game.hpp"
 
 #include <gmock/gmock.h>
@@ -108,7 +108,8 @@ TEST(Game, GoalsInOrderOpenOneAfterTheOther) {
   EXPECT_EQ(game.status().goals[1].status, GoalStatus::kWaiting);
   game.run(0.1);
   EXPECT_EQ(game.status().phase, GamePhase::kWon);
-  // The second goal is open for one of its 1000 steps: 1 + 2 + 10 · 0.999.
+  // Score of the first goal, 1, plus that of the second goal: 2 + 10 per second of the remaining time. The second goal
+  // is open for one of its 1000 steps, so 0.999 s remain.
   EXPECT_NEAR(game.status().score, 3 + 9.99, 1e-9);
 }
 
@@ -211,7 +212,7 @@ TEST(Game, EachLevelHasItsBodies) {
   game.run(0.1);
   EXPECT_TRUE(!exists(game, 2) && exists(game, 3) && !exists(game, 4));
   EXPECT_THAT(listed(), ElementsAre(2U, 4U));
-  // A body that does not exist neither falls nor can be taken.
+  // A body that does not exist must neither fall nor be grasped.
   game.run(0.5);
   EXPECT_NEAR(game.room.world().body(body_id_at(2)).X.p.z(), 0.015, 1e-4);
   game.command({.kind = RoomCommand::Kind::kStartLevel, .level = 0});
@@ -225,14 +226,14 @@ TEST(Game, ABodyThatRestsOnALeavingShelfFalls) {
       std::string(kTwoCubes) +
           R"(, {"name": "egg", "shapes": [{"box": {"size_m": [0.02, 0.02, 0.02]}}], "mass_kg": 0.05, "placement": {"position_m": [-0.2, 0, 0.115]}})"));
   game.join(0);
-  game.run(1.5);  // the egg sleeps
+  game.run(1.5);  // the egg comes to rest and is deactivated
   EXPECT_NEAR(game.room.world().body(body_id_at(5)).X.p.z(), 0.115, 1e-3);
   game.command({.kind = RoomCommand::Kind::kStartLevel, .level = 1});
   game.run(1);
   EXPECT_NEAR(game.room.world().body(body_id_at(5)).X.p.z(), 0.01, 1e-3);
 }
 
-/// Largest change of the force on the hand from one step to the next, while `seconds` pass.
+/// Returns the largest change of the force on the hand between two steps, within `seconds`.
 double largest_force_step_n(GameRoom& game, double seconds) {
   double most_n = 0;
   Vec3 before = game.room.world().tool(0).wrench_on_hand_W.f;
@@ -486,7 +487,7 @@ TEST(Game, ARoomThatResumesContinuesTheLevelWithTheSameScoreAndTime) {
   GameRoom after(scene);
   after.room.resume(*state);
   EXPECT_EQ(hash_of(after.status()), hash_of(before.status()));
-  after.run(1);  // nobody is here: the clock stands
+  after.run(1);  // no user is present, so the game's clock stands still
   after.join(0);
   after.step();
   EXPECT_EQ(after.status().steps, before.status().steps + 1);

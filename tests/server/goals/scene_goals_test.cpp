@@ -1,4 +1,4 @@
-// Wrong goals in a scene file: each error names file, field, value and remedy.
+// Tests wrong goals in a scene file: each error must name file, field, value and remedy.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// External signals in games: their age, conditions, decision tables, limits, and what a checkpoint keeps of them.
+// Tests external signals in games: their age, conditions, decision tables and limits, and their state in a checkpoint.
 #include "server/goals/signals.hpp"
 
 #include <gmock/gmock.h>
@@ -108,7 +108,7 @@ TEST(Signals, AnEmptyRoomDiscardsValues) {
   EXPECT_FALSE(game.status().signals[0].is_fresh) << "a value of before the stop has no age";
 }
 
-// The decision table of the thesis.
+// Returns a game with the decision table of the source thesis.
 std::string thesis_game(const std::string& more = "", const std::string& more_in_level = "") {
   const auto level = [&](const std::string& name, const std::string& same, const std::string& easier,
                          const std::string& lower, const std::string& higher) {
@@ -132,8 +132,8 @@ constexpr int kEasy = 0, kMiddle = 1, kFriendly = 2, kHard = 3;
 
 struct Cell {
   bool is_high = false;
-  double value = 0;    ///< of the signal
-  double seconds = 2;  ///< for which it is sent, of the 2 s of the level
+  double value = 0;    ///< value of the signal
+  double seconds = 2;  ///< time for which the signal is sent, of the 2 s of the level
   int next = 0;
 };
 

@@ -66,7 +66,7 @@ TEST(SilhouetteFit, TheBoardsOfTheTCoverItWhereverTheyLie) {
 TEST(SilhouetteFit, GapsUpToTheTolerancesAreAccepted) {
   SilhouetteFit near(t_plan()), far(t_plan());
   std::vector<RigidState> bodies(4);
-  bodies[2] = placed(0.1, 0, 0);  // an area of 0.1 is outside of the figure, whose area is 6
+  bodies[2] = placed(0.1, 0, 0);  // 0.1 of the boards' area is outside of the figure, whose area is 6
   search(near, bodies);
   EXPECT_TRUE(near.is_covered()) << near.covered();
   bodies[2] = placed(0.5, 0, 0);

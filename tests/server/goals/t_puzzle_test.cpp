@@ -1,4 +1,4 @@
-// The shipped scene `t_puzzle`: its figures, and hands that solve one.
+// Tests the shipped scene `t_puzzle`: its figures, and hands that solve a figure.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 namespace tandem::server {
 namespace {
 
-constexpr double kWidth_m = 0.03;  ///< of the bar of the T
+constexpr double kWidth_m = 0.03;  ///< width of the bar of the T
 constexpr double kTableToBoard_m = 0.025;
 
 /// Place of a board in its figure, in units of the bar's width, from the centre of the figure.

@@ -32,7 +32,7 @@ class Sidecar {
 
   AgonesPlan::Seen seen{.is_healthy = true};
   bool is_reachable = true;
-  bool is_allocated = false;  ///< the cluster has allocated the server
+  bool is_allocated = false;  ///< whether the cluster has allocated the server
   int health_calls = 0;
   int tries = 0;
 

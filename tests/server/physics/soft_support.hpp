@@ -65,7 +65,7 @@ inline const Pose kAway = ball_at(Vec3(0, 0, 0.3));
 inline TickFaults room_step(SoftWorld& world, const std::optional<Pose>& X_WT) {
   return world.advance({&X_WT, 1});
 }
-/// Makes one soft step with the tool at `X_WT`. Its result is in use afterwards.
+/// Makes one soft step with the tool at `X_WT`. When the function returns, the result of the step is in use.
 inline TickFaults soft_step(SoftWorld& world, const std::optional<Pose>& X_WT) {
   TickFaults faults = 0;
   for (int i = 0; i < world.period_steps(); ++i) faults |= room_step(world, X_WT);

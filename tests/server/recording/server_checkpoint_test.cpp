@@ -90,8 +90,8 @@ TEST_F(ServerCheckpointTest, AClockThatIsSetBackDoesNotDelayAWrite) {
   std::uint64_t writes = 0;
   for (int i = 0; i < 10; ++i) {
     unix_ms -= 3'600'000;
-    // Empty rooms are stepped, too, until they are idle. The first two turns therefore have new state, which must be
-    // written although the clock was set back.
+    // Empty rooms are stepped, too, until they are idle. Therefore there is new state in the first two iterations. It
+    // must be written although the clock was set back.
     bench.step(200);
     checkpoint->work(LocalTime(1s * i));
     EXPECT_TRUE(checkpoint->writes() > writes || i >= 2);
@@ -115,8 +115,8 @@ TEST_F(ServerCheckpointTest, ConnectedUsersCountAsDisconnectedAtTheTimeOfTheFile
   EXPECT_EQ(checkpoint->admission().credentials(1).lost_ms(), 5U);
 }
 
-/// A client tries for 15 minutes to rejoin after a crash. A room that had been reset meanwhile would lose the users'
-/// work although both programs still hold on to it.
+/// A client tries for 15 minutes to rejoin after a crash. Detects a server that discards the state of the room before
+/// this time has passed: the users' work would be lost.
 TEST_F(ServerCheckpointTest, AStateIsKeptForAsLongAsClientsRejoin) {
   {
     auto checkpoint = open();

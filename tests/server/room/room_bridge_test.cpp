@@ -125,7 +125,8 @@ TEST_F(RoomBridge, AGraspIsOfTheInputThatPressed) {
   constexpr std::uint64_t kPressed = 404;
   proto::ServerUpdate before, received;
   for (std::uint64_t step = 1; step <= 500 && !received.held_body.is_valid(); ++step) {
-    // Every tenth input is published, as if the mailbox had overwritten the others. The playout must then delay inputs.
+    // Every tenth input is published, as if the mailbox had overwritten the other inputs. With such gaps the playout
+    // must delay the inputs.
     if (step % 10 == 0) {
       bench.room.input(0).publish(input(step, {-0.03, 0, 0}, proto::ClientMode::kLocalModel,
                                         step >= kPressed ? std::uint32_t{kButtonGrab} : 0U));

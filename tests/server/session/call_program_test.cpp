@@ -1,4 +1,4 @@
-// The program of --on-call: its arguments, its limit of time, and its failures.
+// Tests the program of --on-call: its arguments, its time limit, and its failures.
 #include "server/session/call_program.hpp"
 
 #include <gmock/gmock.h>
@@ -39,7 +39,7 @@ class CallProgramTest : public ::testing::Test {
     const std::size_t state = stat.rfind(')') + 2;
     return state < stat.size() && stat[state] != 'Z' && stat[state] != 'X';
   }
-  /// Waits until this many lines of news are here.
+  /// Waits until `count` messages for the operator have arrived.
   void await(std::size_t count) {
     for (int i = 0; i < 10'000; ++i) {
       {

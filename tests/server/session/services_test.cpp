@@ -350,7 +350,7 @@ TEST(Moderation, ResetsAtTheRateOfTheRoomAndTellsAll) {
   SessionUser& ben = host.join("ben");
   int granted = 0, refused = 0;
   constexpr int kTries = 1000;
-  for (int i = 0; i < kTries; ++i) {  // every 10 ms for 10 s
+  for (int i = 0; i < kTries; ++i) {  // one request every 10 ms for 10 s
     service->handle(chief, message_of([](auto& message) { message.mutable_reset_room(); }));
     const auto own = host.drain(chief), others = host.drain(ben);
     ASSERT_EQ(own.size(), 1U);

@@ -132,7 +132,7 @@ TEST(SessionHub, GivesEachManipulatorASeparateToolAndReusesItAfterALeave) {
   EXPECT_GT(third.joined.user(), second.joined.user()) << "user ids are never used again";
 }
 
-/// The remedy in a refusal must be one that works now.
+/// The refusal of a full room may propose to join as an observer only if a seat for an observer is free.
 TEST(SessionHub, AFullRoomOffersAnObserversPlaceOnlyIfOneIsFree) {
   test::HubBench bench;
   for (const char* name : {"ada", "ben"}) ASSERT_NE(bench.join(name).joined.user(), 0U);

@@ -153,7 +153,7 @@ TEST_F(SessionPosesTest, OneUsersFloodLeavesTheOthersTheirRequests) {
 TEST_F(SessionPosesTest, AUserWithTooManyRequestsGetsTheAllowedRate) {
   bench_->drain(ada_);
   int served = 0;
-  for (int i = 0; i < 250; ++i) {  // every 20 ms for 5 s
+  for (int i = 0; i < 250; ++i) {  // one request every 20 ms for 5 s
     send(ada_, wire::AskPose::GO_TO, 99);
     step(20);
     for (const wire::ServerControl& message : bench_->drain(ada_))

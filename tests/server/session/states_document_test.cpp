@@ -47,7 +47,7 @@ void fill_with(wire::ClientControl& message, const google::protobuf::FieldDescri
   }
 }
 
-/// The usual scene with a game that has a signal.
+/// Returns two_hands_scene() with a game that has a signal.
 std::string scene_with_signal() {
   std::string scene = test::two_hands_scene();
   scene.insert(scene.rfind('}'), R"(, "game": {"signals": [{"name": "valence"}], "levels": [

@@ -1,5 +1,6 @@
-// The C# form of check.cpp: lifts a body with a device of this program, and compares what the library gives by different
-// ways. Prints one JSON object. With the argument "layout" it prints the layout of the structs instead.
+// The C# form of check.cpp: lifts a body with a device of this program, and compares results that different functions
+// of the library return. Prints one JSON object. With the argument "layout" it prints the layout of the structs
+// instead.
 using System;
 using System.Collections.Generic;
 using System.Globalization;
@@ -13,7 +14,7 @@ static class Check {
   static volatile bool shouldEnd_;
   static readonly Dictionary<ulong, Tandem.Wrench> forces_ = new Dictionary<ulong, Tandem.Wrench>();
 
-  // Feeds a hand that grabs after 0.5 s and rises after 1 s, and collects the forces.
+  // Supplies the poses of a hand that grabs after 0.5 s and rises after 1 s, and collects the forces.
   static void Drive(Tandem.OwnDevice device) {
     var sample = new Tandem.Sample();
     for (int i = 0; !shouldEnd_; ++i) {

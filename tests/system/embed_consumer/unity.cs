@@ -71,7 +71,7 @@ static class Frames {
       Thread.Sleep(16);
     }
     var p = crate.transform.localPosition;
-    var q = TandemHand.ToUnity(new Tandem.Rotation { w = 0.8, x = 0.6 });  // about x
+    var q = TandemHand.ToUnity(new Tandem.Rotation { w = 0.8, x = 0.6 });  // rotation about x
     Call(script, "OnDisable");
     Call(script, "Update");
     Console.WriteLine(string.Format(

@@ -1,4 +1,4 @@
-// The new function of the later version.
+// Implements the function that the later version of the library adds (abi_test.py).
 #include "client/embed/c/tandem.h"
 
 extern "C" tandem_status tandem_client_later(tandem_client client, double* later_s) noexcept {

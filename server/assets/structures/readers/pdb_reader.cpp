@@ -51,7 +51,7 @@ class PdbParser {
 
   const std::string& source_;
   PdbFlavour flavour_;
-  bool is_aligned_ = true;  ///< names of one-letter elements begin in column 14, as the format demands
+  bool is_aligned_ = true;  ///< whether names of one-letter elements begin in column 14, as the format demands
   std::size_t line_ = 0;
   int segment_ = 0;
   ResidueCollector residues_;
@@ -71,15 +71,15 @@ double PdbParser::coordinate(std::string_view line, std::size_t first, std::size
   return value;
 }
 
-/// Returns all four columns of a name if they determine the element. In a file in which an alpha carbon begins in
-/// column 13, they do not.
+/// Returns all four columns of a name if the columns determine the element. They do not determine it in a file in which
+/// an alpha carbon begins in column 13.
 std::string_view PdbParser::name_field(std::string_view line, std::string_view residue) {
   const std::string_view field = line.substr(12, 4);
   if (field == "CA  " && is_standard_residue(residue)) is_aligned_ = false;
   return is_aligned_ ? field : trimmed(field);
 }
 
-/// Returns the segment name. A field without letters is a line number, not a name.
+/// Returns the segment name. The result is empty for a field without letters, because such a field is a line number.
 std::string_view segment_name(std::string_view field) {
   const auto is_letter = [](char c) { return small_letter(c) >= 'a' && small_letter(c) <= 'z'; };
   return std::ranges::any_of(field, is_letter) ? field : std::string_view();

@@ -112,8 +112,8 @@ TEST(BallContacts, LieWhereTheyAreAsDeepAsTheySay) {
       EXPECT_NEAR(contact.depth_m, -contact.p_W.z(), 1e-12);
       EXPECT_LT(contact.p_W.head<2>().norm(), std::sqrt(2 * radius_m * depth_m));
     }
-    // The first contact represents the deepest point and may be at most 8 µm too shallow. Before contact, the same
-    // bound holds for the nearest point.
+    // The first contact represents the deepest point and may be too shallow by at most 8 µm. Before the ball touches,
+    // the same bound holds for the gap of the nearest point.
     EXPECT_LE(depth_m - on_floor(radius_m, depth_m)[0].depth_m, 8e-6 + 1e-12);
     EXPECT_LE(-depth_m - on_floor(radius_m, -depth_m, 1, 2e-3)[0].depth_m, 8e-6 + 1e-12);
   });
@@ -135,8 +135,8 @@ TEST(BallContacts, TheirAreasSumToThatOfTheCapInTheBand) {
   }
 }
 
-/// A ball with few points that claims to have a fine spacing. In these tests the contacts must come from the closed
-/// form, not from the ball's points.
+/// A ball with few points that declares a fine spacing. The closed form must be used; contacts from its few points
+/// would fail the tests.
 ContactShape ball_of(double radius_m, double spacing_m = 4.5e-4) {
   ContactShape shape =
       hand_made_shape(sphere_field(radius_m), PointShell::make(sphere_points(radius_m, 2000), spacing_m));
@@ -214,8 +214,8 @@ TEST(BallContacts, AreContinuousWhenABallIsPressedDown) {
         for (const ContactPoint& c : contacts) sum += c.area_m2 * std::max(0.0, c.depth_m + closed_m);
         return sum;
       };
-      // Depths are computed after the surfaces have approached by `closed_m`. When a point enters or leaves, the force
-      // may change by at most the point's depth × area.
+      // Depths are computed after the surfaces have approached by `closed_m`. The force may change between two steps by
+      // at most the depth × area of the points that enter or leave.
       for (const double closed_m : {0.0, 5e-5, kBallContactsBand_m}) {
         const double most = 2 * area_per_step_m2 * (std::max(0.0, depth_m) + kBallContactsBand_m + closed_m);
         ASSERT_NEAR(force_in(now, closed_m), force_in(before, closed_m), most) << radius_m << " " << depth_m;
@@ -225,8 +225,8 @@ TEST(BallContacts, AreContinuousWhenABallIsPressedDown) {
   }
 }
 
-/// Pose of a ball of radius 5 mm, by default 50 µm deep in a box of 2 cm. The ball is `inside_m` from the edge of the
-/// box, and rotated as if it had rolled there.
+/// Pose of a ball of radius 5 mm in a box of 2 cm, by default 50 µm deep. The ball is `inside_m` from the edge of the
+/// box, and rotated as if it had rolled from the edge.
 Pose beside_edge(double inside_m, double depth_m = 5e-5) {
   return {Vec3(0.01 - inside_m, 0.0013, 0.015 - depth_m), quaternion_of(Vec3(0, -inside_m / 5e-3, 0))};
 }
@@ -255,14 +255,14 @@ TEST(BallContacts, GoOverIntoPointsWithoutAStepInForce) {
     }
     EXPECT_FALSE(was_closed_form);
     EXPECT_EQ(changes, 1);
-    // The limit is slightly larger than the force change when one point of the ball leaves, because the box has no
-    // points in the interior of its faces.
+    // The box has no points in the interior of its faces. The limit is therefore slightly above the change of force
+    // when one point of the ball leaves.
     EXPECT_LT(most_n, 0.11 * forces_n.front());
   }
 }
 
-/// The ball is outside of the box, beside an edge. Far from the surface, a grid underestimates the distance, so only
-/// the planes can exclude a contact here.
+/// The ball is outside of the box, beside an edge. A grid underestimates distances far from the surface, so contact is
+/// excluded only if the planes are tested, too.
 TEST(BallContacts, OfABallThatIsClearBesideAnEdgeThereIsNone) {
   const double radius_m = 5e-3, half_m = 0.01;
   const ShapePointer ball = make_contact_sphere(radius_m);
@@ -382,8 +382,8 @@ TEST(BallContacts, HoldABallOnASlopeThoughItsWeightTrembles) {
         rig.gravity_m_per_s2 = kGravity_m_per_s2 * (1 + (i % period < period / 2 ? share : -share));
         rig.step();
       }
-      // Bound of the motion within one second, at a depth of 73 µm. The measured motion was 14 µm. If each deeper step
-      // shortened all bristles, the ball would creep by 91 µm.
+      // Limit of the motion within one second, at a depth of 73 µm. The measured motion was 14 µm. With an error by
+      // which each deeper step shortens all bristles, the ball would creep by 91 µm.
       EXPECT_LT((rig.X_WB.p - start).norm(), 2e-5) << share << " " << period;
     }
   }

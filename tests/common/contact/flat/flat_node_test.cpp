@@ -86,8 +86,8 @@ TEST(FlatNode, IsAPolygonOnlyIfItIsCoveredEvenly) {
   EXPECT_EQ(root_of(triangle).corner_count, 3U);
 }
 
-// For any outline, the polygon must have nearly the area, mean and covariance of its points. It must contain almost all
-// of them.
+// For outlines with 3 to 8 sides, the polygon must have nearly the area, mean and covariance of its points, and contain
+// almost all of them.
 TEST(FlatNode, APolygonHasTheMomentsOfItsPoints) {
   for (const int sides : {3, 5, 6, 7, 8}) {
     std::vector<ShellPoint> points;
@@ -133,8 +133,8 @@ TEST(FlatNode, APolygonHasTheMomentsOfItsPoints) {
 
 TEST(FlatNode, ItsPolygonLiesOnTheSurface) {
   // In the prism with five sides, edges of one plane have different directions. In the prisms with 8 and 32 sides,
-  // corners of flat nodes are near the rim of the end face. A polygon that ignores these cases would extend beyond the
-  // surface.
+  // corners of flat nodes are near the rim of the end face. Without regard to these cases, a polygon would extend
+  // beyond the surface.
   for (const auto& [sides, radius_m, height_m] :
        {std::tuple(5, 0.0526, 0.0657), std::tuple(8, 0.05, 0.0625), std::tuple(32, 0.0375, 0.1)}) {
     const geometry::TriangleMesh mesh = prism_mesh(sides, radius_m, height_m);

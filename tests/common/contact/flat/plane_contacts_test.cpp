@@ -137,8 +137,8 @@ TEST(PlaneMap, IsWhereSamplesLieOnAPlane) {
   expect_planes_are_right(*oblique_stack().shape->field, 0.015, 3e-6, 1.5e-4, 2);
 }
 
-// The planes of a wall extend beyond its end. If a box overhangs the end, all of its corners may be outside of one of
-// the planes. A test of the corners alone would then accept these planes.
+// The planes of a wall continue beyond the end of the wall. If a box overhangs the end, all of its corners may be
+// outside of one of the planes. A test of the corners alone would then wrongly accept these planes.
 TEST(PlaneMap, OfAThinWallEndsWhereTheWallDoes) {
   constexpr int kSides = 16;
   constexpr double kOuter_m = 0.0375, kInner_m = 0.03625, kHalf_m = 0.02;
@@ -204,7 +204,8 @@ TEST(PlaneContacts, HaveTheForceAndMomentOfAllPoints) {
       EXPECT_FALSE(work.is_coarse);
       const Pressure few = of_contacts(pair);
       const Pressure all = of_all_points(*stack.shape, X_WA, *stack.shape, stack.X_WB());
-      // Distances are rounded to 2 µm at depths of at most 20 µm. Points beside an edge are not uniformly distributed.
+      // Tolerance: distances are rounded to 2 µm at depths of at most 20 µm, and points beside an edge are not evenly
+      // spread.
       const double error_n = 0.02 * all.on_a_W.f.norm() + 9e-7 * all.stiffness_n_per_m;
       EXPECT_NEAR((few.on_a_W.f - all.on_a_W.f).norm(), 0, error_n) << "tilt " << tilt << ", depth " << depth_m;
       EXPECT_NEAR((few.on_a_W.t - all.on_a_W.t).norm(), 0, error_n * kEdge_m) << "tilt " << tilt;
@@ -252,8 +253,8 @@ TEST(PlaneContacts, AFaceOnAFaceHasFewOfThem) {
   EXPECT_LT(pair.contacts().size(), 600U);
 }
 
-// The hole is so small that the mean and the deviations of the face's points are almost those of a rectangle. If the
-// search did not notice the hole, the face would press on the rod.
+// The hole is so small that the mean and the deviations of the face's points are almost those of a full rectangle. If
+// the hole is not detected, the face presses on the rod inside the hole.
 TEST(PlaneContacts, NothingPressesOnARodInAHole) {
   // Centre of the plate, relative to the hole. In both cases, the hole is well inside a node of some thousand points.
   for (const Vec3& middle : {Vec3(0.1 / 12, 0.003125, 0), Vec3(0.125 / 12, 0.009375, 0)}) {
@@ -273,8 +274,8 @@ TEST(PlaneContacts, NothingPressesOnARodInAHole) {
   }
 }
 
-// With 5e9 N/m³, a face of 20 mm has a stiffness of 2 N/µm. If the few contacts of the face changed abruptly with the
-// tilt, the user would feel force steps.
+// With 5e9 N/m³, a face of 20 mm has a stiffness of 2 N/µm. If the few contacts that represent the face changed
+// abruptly with the tilt, the user would feel steps of the force.
 TEST(PlaneContacts, ForceHasNoStepsWhileABoxTilts) {
   const Stack stack = oblique_stack();
   ContactPair pair;
@@ -287,7 +288,7 @@ TEST(PlaneContacts, ForceHasNoStepsWhileABoxTilts) {
     const double few_now_n = of_contacts(pair).on_a_W.f.norm();
     if (i % 4 == 0) {
       const double all_now_n = of_all_points(*stack.shape, X_WA, *stack.shape, stack.X_WB()).on_a_W.f.norm();
-      // Along edges, the interpolated samples are rounder than the planes.
+      // Along edges, interpolated samples are more rounded than the planes.
       EXPECT_NEAR(few_now_n, all_now_n, 0.02 * all_now_n + 0.3) << "tilt " << tilt;
       all_n = all_now_n;
     }
@@ -313,8 +314,8 @@ TEST(PlaneContacts, ForceFollowsTheOverlapWhileABoxSlidesOverAnEdge) {
     if (i == 0) whole_n = before_n = now_n;
     const double overlap = std::clamp((0.025 - x_m) / 0.02, 0.0, 1.0);
     ASSERT_NEAR(now_n, overlap * whole_n, 0.06 * whole_n) << x_m;
-    // In one step, a strip of 0.5 mm at each of two edges may leave. The force may change by the fraction of the points
-    // in these strips.
+    // In one step, the block may lose a strip of 0.5 mm at each of two edges. The force may change by the fraction of
+    // points in these strips.
     ASSERT_NEAR(now_n, before_n, 0.06 * whole_n) << x_m;
     before_n = now_n;
   }
@@ -323,7 +324,7 @@ TEST(PlaneContacts, ForceFollowsTheOverlapWhileABoxSlidesOverAnEdge) {
 }
 
 // The edges of a flight of stairs lie in one plane, with gaps between them. If the budget is too small for all points,
-// some points represent all of them. A contact between the edges would be too deep.
+// some contacts represent several points. A contact in a gap between the edges would be too deep.
 TEST(PlaneContacts, WithoutSpaceForAllNoContactIsDeeperThanTheDeepestPoint) {
   std::vector<ShellPoint> points;
   for (int nose = 0; nose < 8; ++nose) {
@@ -359,8 +360,8 @@ TEST(PlaneContacts, WithoutSpaceForAllNoContactIsDeeperThanTheDeepestPoint) {
   }
 }
 
-// There is a dense group of points and a small group far away. The mean of all points minus one standard deviation is a
-// place without points. A contact there would press although no point is below the plane.
+// A dense group of points, and a small group far away. At the mean of all points minus one standard deviation there is
+// no point. A contact at this position would press although no point is below the plane.
 TEST(PlaneContacts, NothingPressesWhereNoPointIs) {
   std::vector<ShellPoint> points;
   for (int i = 0; i < 40; ++i) {

@@ -17,7 +17,7 @@ constexpr std::uint32_t kQueriesOfAStep = 130;  ///< 1.3 for each contact
 
 /// Load with few near points, within all limits.
 constexpr SearchLoad kLittle{.near_count = 10, .contacts = 10, .cut_size = 100, .walk_points = 20, .band_m = kUsual_m};
-/// Load with more near points than there is room for. The finest level must not be tried.
+/// Load with more near points than the capacity. The finest level must not be tried.
 constexpr SearchLoad kMuchNear{
     .near_count = 200, .contacts = 30, .cut_size = 100, .walk_points = 60, .band_m = kUsual_m};
 

@@ -1,5 +1,5 @@
-// Tests the energy balance of passive and active laws in the limit of small steps.
-// coupling_passivity_controller_test.cpp treats forces that are sampled and held.
+// Tests the energy balance of passive and active laws in the limit of small steps. The test of forces that are sampled
+// and held is coupling_passivity_controller_test.cpp.
 #include <gtest/gtest.h>
 
 #include "tests/common/haptics/coupling/coupling_draws.hpp"
@@ -52,8 +52,8 @@ Work work_of_torque(const CouplingLaw& law, const Loop& orientation) {
 
 class PassiveCouplingLaw : public testing::TestWithParam<CouplingLawInfo> {};
 
-// Relative tolerance of work. A midpoint sum over a smooth closed path errs by far less than the square of its step
-// (1e-7). Where the path passes |θ| = π, and where the slope of the law changes, the error is about 1e-7.
+// Relative tolerance of work. A midpoint sum over a smooth closed path has an error far below the square of its step
+// (1e-7). Where the path passes |θ| = π, or the slope of the law changes, the error is about 1e-7.
 constexpr double kQuadratureShare = 1e-5;
 
 TEST_P(PassiveCouplingLaw, ElasticForceDoesNoWorkAlongAClosedPath) {
@@ -147,8 +147,8 @@ TEST_P(ActiveCouplingLaw, ReturnsMoreEnergyThanItStoredWhenTheHandReverses) {
   Random random(seed);
   for (int i = 0; i < 30; ++i) {
     const CouplingParameters c = undamped(random_parameters(random));
-    // The reach is limited to the range where each curve is below the straight line of the spring. A sharp
-    // stable-dynamic curve crosses this line farther out.
+    // The reach is limited to the range where each curve is below the straight line of the linear spring. Beyond this
+    // range, a sharp stable-dynamic curve is above the line.
     const double reach_m =
         random.uniform(0.2, 1) * c.force_limit_n / c.stiffness_n_per_m * std::min(1.0, 1 / c.curve_sharpness);
     const PushAndRetreat energy = push_and_retreat(*GetParam().make(c), reach_m);

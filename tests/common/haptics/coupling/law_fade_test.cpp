@@ -131,6 +131,35 @@ TEST(LawFade, RampsCoefficientsThatChangeWhileALawFades) {
   EXPECT_EQ(fade.parameters().stiffness_n_per_m, 600);
 }
 
+TEST(CouplingRamp, ChangesTheForceSlowlyWhateverTheStiffnessAndTheDisplacement) {
+  for (const double from : {1.0, 50.0, 300.0, 2000.0}) {
+    for (const double to : {1.0, 50.0, 300.0, 2000.0, 20000.0}) {
+      for (const double limit_n : {2.0, 6.5, 20.0}) {
+        for (const double displacement_m : {1e-4, 1e-3, 0.01, 0.1, 1.0}) {
+          CouplingRamp ramp({.stiffness_n_per_m = from, .force_limit_n = 6.5});
+          ramp.fade_to({.stiffness_n_per_m = to, .force_limit_n = limit_n});
+          const auto force_n = [&] {
+            return std::min(ramp.now().force_limit_n, ramp.now().stiffness_n_per_m * displacement_m);
+          };
+          double before_n = force_n(), most_n = 0;
+          int ticks = 0;
+          while (ramp.advance(kTick_s)) {
+            most_n = std::max(most_n, std::abs(force_n() - before_n));
+            before_n = force_n();
+            ++ticks;
+          }
+          EXPECT_LT(most_n, ticks >= 1000 ? 0.3 : 0.1)
+              << from << " to " << to << " N/m, " << limit_n << " N, " << displacement_m << " m";
+          const bool is_same = from == to && limit_n == 6.5;
+          EXPECT_GE(ticks, is_same ? 0 : 100);
+          EXPECT_LE(ticks, 1001);
+          EXPECT_EQ(ramp.now().stiffness_n_per_m, to);
+        }
+      }
+    }
+  }
+}
+
 TEST(LawFade, LeavesALawWhoseToolIsAnother) {
   const CouplingParameters other{.stiffness_n_per_m = 700};
   for (const auto& [from, to] : {std::pair{"spring-damper", "qsa-static"}, std::pair{"qsa-static", "spring-damper"},

@@ -93,9 +93,8 @@ class EveryLawsGradient : public testing::TestWithParam<CouplingLawInfo> {
   void compare(const CouplingLaw& law, const CouplingParameters& c, const Channel& channel, const CouplingState& state,
                const Eigen::Matrix3d& by_displacement, const Eigen::Matrix3d& by_velocity) {
     constexpr double kRelativeStep = 1e-5;
-    // The relative error of a central difference is the square of the ratio of two lengths: the step, and the shortest
-    // length over which the force bends. The latter is the softness (5 % of the limit) or the displacement itself (1e-3
-    // of the bend displacement).
+    // A central difference has a relative error of (a/b)², with its step a and the shortest length b over which the
+    // force bends. b is the softness (5 % of the limit) or the displacement itself (1e-3 of the bend displacement).
     constexpr double kTolerance = 1e-5;
     const double steepest = channel.stiffness * std::max(1.0, std::sqrt(c.curve_sharpness));
     const Eigen::Matrix3d slope = finite_differences(law, state, channel.displacement, channel.force,

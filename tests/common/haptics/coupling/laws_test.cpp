@@ -31,7 +31,7 @@ TEST_P(EveryCouplingLaw, IsZeroWhereHandleAndToolCoincide) {
   Random random(seed);
   for (int i = 0; i < 100; ++i) {
     const auto law = make(random_parameters(random));
-    // Handle and tool have the same motion, so the relative velocity is zero too. A law that damps absolute motion
+    // Handle and tool have the same motion, so their relative velocity is zero. A law that damps the absolute motion
     // would fail.
     const CouplingState state{.v_WH = random_vector(random, 1), .w_WH = random_vector(random, 10)};
     ASSERT_EQ(law->wrench_on_tool_W(state).f, Vec3::Zero()) << "seed " << seed << " draw " << i;
@@ -58,8 +58,8 @@ TEST_P(EveryCouplingLaw, PullsHarderTheFartherTheHandle) {
       before = now;
     }
     if (!pulls()) continue;
-    // The saturation bends below the limit, so a curve that ends at the limit gives a smaller force. The difference is
-    // the fraction ε/e of the limit, here at most 37 %.
+    // The saturation bends below the limit, so a curve that reaches the limit gives a smaller force. The difference is
+    // the fraction ε/e of the limit (e: Euler's number), here at most 37 %.
     ASSERT_GT(now.f.dot(direction), 0.63 * c.force_limit_n) << "seed " << seed << " draw " << i;
     ASSERT_GT(now.t.dot(direction), 0.63 * c.torque_limit_n_m) << "seed " << seed << " draw " << i;
   }
@@ -214,7 +214,7 @@ TEST(SteepestSlope, IsTheLargestGradientOfEveryLaw) {
           steepest = std::max(steepest, slope);
         }
       }
-      // The sampled displacements are so dense that the steepest slope among them is accurate to 1e-4.
+      // The displacements are sampled so densely that the largest slope found is accurate to 1e-4.
       EXPECT_NEAR(steepest, steepest_slope_factor(info.name, parameters) * parameters.stiffness_n_per_m,
                   1e-3 * parameters.stiffness_n_per_m)
           << info.name << ", c = " << sharpness;

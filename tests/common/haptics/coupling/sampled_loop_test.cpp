@@ -122,9 +122,9 @@ TEST(SpectralRadius, IsTheGrowthOfTheSimulatedLoop) {
     const LoopModel model = random_model(random);
     const double radius = spectral_radius(model);
     unstable += radius >= 1 ? 1 : 0;
-    // Two effects limit the accuracy of the simulation. Two modes of almost the same radius beat by a factor of 2. A
-    // nearly double mode also grows with time, here by a factor of 13000/5000. Over 8000 periods, both together cause a
-    // relative error of 2.1e-4.
+    // Two effects limit the accuracy of the simulation: two modes of almost equal radius beat by a factor of 2, and a
+    // nearly double mode also grows with time, here by a factor of 13000/5000. Over 8000 periods, they cause a relative
+    // error of 2.1e-4 together.
     EXPECT_NEAR(simulated_growth(model), radius, 2.1e-4 * radius);
   }
   EXPECT_GT(unstable, 0);
@@ -145,8 +145,8 @@ TEST(SpectralRadius, CrossesOneAtJurysLimitForADampedMassOnASpring) {
 
 TEST(SpectralRadius, OfAnUndampedSampledSpringIsAboveOneAtAnyStiffness) {
   for (const double stiffness : {1.0, 10.0, 100.0, 1000.0, 10000.0}) {
-    // To first order, the determinant of the oscillator with a held force is 1 + k T²/(2 m). The spectral radius is the
-    // square root of the determinant.
+    // To first order, the determinant of the oscillator with a held force is 1 + k T²/(2 m), and the spectral radius is
+    // the square root of the determinant.
     const double growth = std::sqrt(1 + stiffness * 1e-6 / (2 * 0.1));
     EXPECT_NEAR(spectral_radius(held_spring(stiffness, 0, 0.1, 0)), growth, 1e-8 + 0.2 * (growth - 1)) << stiffness;
     EXPECT_GT(spectral_radius(held_spring(stiffness, 0, 0.1, 0)), 1) << stiffness;

@@ -11,7 +11,8 @@
 namespace tandem::haptics {
 namespace {
 
-// Values of the device in the thesis: 6.5 N, with the last fifth of the range saturated smoothly.
+// Values of the device in the thesis (saturation.hpp): a limit of 6.5 N, with smooth saturation in the last fifth of
+// the range.
 constexpr double kLimit = 6.5;
 constexpr double kSoftness = 0.2;
 constexpr double kKnee = 5.2;

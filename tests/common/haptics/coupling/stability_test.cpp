@@ -56,8 +56,8 @@ TEST(CheckCoupling, AnAcceptedCouplingIsStableForAnyHandAndContact) {
     device.period_s = model.period_s;
     device.velocity_window = model.velocity_window;
     device.delay_periods = model.delay_periods;
-    // If the device has too little damping, the check gives a warning. Its remedy is the smallest damping that passes;
-    // it is applied here.
+    // If the device has too little damping, the check proposes the smallest damping that passes. This damping is used
+    // here.
     device.damping_n_s_per_m = 1e-6;
     for (const StabilityFinding& finding : check_coupling(parameters, model.tool_mass, 0, device)) {
       if (finding.parameter == "device.damping_n_s_per_m") device.damping_n_s_per_m = finding.remedy;
@@ -226,8 +226,8 @@ TEST(CheckCoupling, GivesItsRemedyInNewtonsPerMetreOfTheWorld) {
   LoopDevice device = damped_device();
   device.has_torque = false;
   const double plain = check_coupling(parameters, 0.1, 0, device).at(0).remedy;
-  // Handle and hand receive a quarter of each force. The loop is the same as before if the coefficients are four times
-  // as large.
+  // The hand receives a quarter of each force. With coefficients four times as large, the loop at the device is the
+  // same as before.
   device.coupling_scale = 0.25;
   parameters.damping_n_s_per_m *= 4;
   const double scaled = check_coupling(parameters, 0.4, 0, device).at(0).remedy;

@@ -99,13 +99,13 @@ TEST(CouplingPassivityController, AGreedyDriverGetsNoMoreThanTheInitialCredit) {
       }
     }
   }
-  // Without the controller, the same drivers do extract energy. The test is thus able to detect a missing controller.
+  // Without the controller, the same drivers extract energy. The test can therefore detect a controller without effect.
   EXPECT_GT(most_uncontrolled, 3e-4);
 }
 
 TEST(CouplingPassivityController, EvenADamperTwiceWhatTheSpringNeedsFeedsADriverWithoutAController) {
-  // At 1000 N/m and 0.5 m/s, sampling creates half of k dx² in each period, 125 µJ. The damper dissipates less, because
-  // the driver's motion is never smooth.
+  // At 1000 N/m and 0.5 m/s, sampling creates ½ k dx² = 125 µJ in each period (dx: motion in a period). The damper
+  // dissipates less, because the driver's motion is never smooth.
   EXPECT_GT(drive(1000, 2, 0.5, false, 1).most_j, 3e-4);
   EXPECT_LE(drive(1000, 2, 0.5, true, 1).most_j, kMaxTaken_j);
 }
@@ -144,9 +144,9 @@ TEST(CouplingPassivityController, LeavesASmoothHandAloneOnceItIsSixTenthsOfAMill
           -3e-3 + 7e-3 * std::sin(2 * std::numbers::pi * k * kCouplingPassivityControllerPeriod - std::numbers::pi / 2);
       const double f = wall.force(x);
       const double shown = controller.apply(tool_at_x(x), force_x(f), 0, kCouplingPassivityControllerPeriod).f.x();
-      // While the force is scaled by s, s F = (E + credit) / δ with the predicted motion δ = |v| T + a T² = 0.14 mm.
-      // Therefore E + credit grows as credit e^(d/δ) with the depth d. For 3000 N/m it reaches k d δ, where s becomes
-      // 1, at 0.45 mm; for a lower stiffness earlier. Beyond that depth the force must be unchanged.
+      // While the force F is scaled by s, s F = (E + credit) / δ with the predicted motion δ = |v| T + a T² = 0.14 mm.
+      // E + credit therefore grows as credit · e^(d/δ) with the depth d. It reaches k d δ, where s becomes 1, at 0.45
+      // mm for 3000 N/m and earlier for a lower stiffness. Beyond that depth the force must be unchanged.
       if (x > 6e-4 || k > 1000) {
         ASSERT_EQ(shown, f) << "k = " << stiffness << ", tick " << k;
       }

@@ -1,4 +1,4 @@
-// Tests how much energy a hand can extract although a controller limits its port. Also tests interactions in which the
+// Tests how much energy a hand can extract from a port that the controller limits. Also tests interactions in which the
 // controller must not act.
 #include "common/haptics/passivity/hand_passivity_controller.hpp"
 
@@ -85,8 +85,8 @@ TEST(HandPassivityController, LeavesASmoothHandInStiffContactAlone) {
       const double x = 0.004 * std::sin(2 * std::numbers::pi * frequency_hz * k * kHandPassivityControllerPeriod);
       const double v = (x - x_before) / kHandPassivityControllerPeriod;
       x_before = x;
-      // The damping is k T/2, the smallest value with which a sampled spring is passive. The controller must therefore
-      // not act.
+      // The damping is k T/2, the smallest damping with which a sampled spring is passive, so the controller must not
+      // act.
       const Wrench wanted = hand_force_x(x < 0 ? -800 * x - 0.5 * v : 0.0);
       const Wrench given = controller.apply(hand_at_x(x), wanted, kHandPassivityControllerPeriod);
       acted += (given.f - wanted.f).norm() > 1e-9 ? 1 : 0;

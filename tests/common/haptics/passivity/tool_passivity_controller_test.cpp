@@ -1,4 +1,4 @@
-// Tests two kinds of tools: the hand supplies the energy that the tool transfers to the world, or it does not.
+// Tests tools whose hand supplies the energy that the tool transfers to the world, and tools whose hand does not.
 #include "common/haptics/passivity/tool_passivity_controller.hpp"
 
 #include <gtest/gtest.h>
@@ -14,8 +14,8 @@ namespace tandem::haptics {
 namespace {
 
 constexpr double kStep = 0.001;
-/// Bound of the energy created in a push of five seconds: the sum of three terms. These are the balance at which the
-/// brake is firm, the leak, and the work of 6 N at 0.1 m/s while the brake recovers a negative balance.
+/// Bound of the energy created in a push of five seconds. It is the sum of the balance at which the brake is firm, the
+/// leak, and the work of 6 N at 0.1 m/s while the brake dissipates a negative balance.
 constexpr double kMaxCreated_j = -ToolPassivityController::kMinBalance_j + 5 * ToolPassivityController::kLeakRate_w +
                                  6 * 0.1 * ToolPassivityController::kPayBack_s;
 
@@ -94,8 +94,8 @@ TEST(ToolPassivityController, ANegativeBalanceLeaksAwayAndIsClearedWhereTheHandl
   EXPECT_NEAR(controller.balance_j(), 0.2, 1e-12) << "the energy stored in the coupling must be credited";
 }
 
-// A tool without contact must not be braked. The brake could recover no energy, and a tool with an empty balance would
-// be stuck for seconds.
+// A tool without contact must not be braked. Its brake could recover no energy, and the tool would be stuck in the air
+// for seconds after its balance was used up.
 TEST(ToolPassivityController, AToolWithoutContactIsNotBraked) {
   ToolPassivityController controller;
   controller.hand_reported(0, 0, 0);

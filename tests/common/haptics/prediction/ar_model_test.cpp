@@ -56,8 +56,8 @@ TEST(ArModel, LeastSquaresAndBurgPredictANoiselessSinusoidToTheEnd) {
     std::array<double, 2> newest{x[299], x[298]};
     for (int t = 300; t < 310; ++t) {
       const double next = model.next(newest);
-      // Two errors are allowed: the roots are limited to 0.999, and Burg's estimate for a sinusoid depends on its phase
-      // by about 1/N.
+      // The tolerance allows for two errors: the roots are limited to 0.999, and Burg's estimate for a sinusoid depends
+      // on the phase by about 1/N.
       EXPECT_NEAR(next, sine(t), 0.02 * (t - 298)) << name_of(fit);
       newest = {next, newest[0]};
     }
@@ -152,7 +152,7 @@ TEST(FinalPredictionError, FindsTheOrderThatMadeTheSeries) {
   for (const ArFit fit : kFits) {
     const auto orders = fpe_of_orders(second_order_series(1.2, -0.7, 1, 3000, 5), 10, fit, true);
     ASSERT_EQ(orders.size(), 11U);
-    // The order selected by FPE does not converge to the true order. For any N, it may be too high, but hardly ever too
+    // The order selected by FPE does not converge to the true order: for any N it may be too high, but hardly ever too
     // low. Higher orders reduce the FPE only slightly.
     const std::size_t best = best_order(orders);
     EXPECT_GE(best, 2U);

@@ -25,7 +25,7 @@ constexpr Duration kForceStreamPeriod = milliseconds(5);
 LocalTime at_ms(double ms) {
   return LocalTime(Duration(static_cast<Duration::rep>(ms * 1e6)));
 }
-/// Returns a wrench in which each axis has the value times a different factor.
+/// Returns a wrench in which each axis has `value` times another factor.
 Wrench all_axes(double value) {
   return {Vec3(value, -value, 2 * value), Vec3(0.1 * value, value, -0.3 * value)};
 }
@@ -85,8 +85,8 @@ TEST(ForceStream, ASinusoidIsForeseenBetterThanByALine) {
   const double by_line = mean_error(linear, 3, sine);
   for (const char* name : {"ar", "ar-spline"}) {
     ForceStream stream(settings_of(name));
-    // With exact predictions at the periods, linear interpolation between them has an error of up to f'' T²/8. The
-    // error of the line is f'' T² u(1+u)/2, where u is the age in periods.
+    // With exact predictions at the periods, linear interpolation between these has an error of up to f'' T²/8. The
+    // error of linear extrapolation is f'' T² u(1+u)/2, with the age u in periods.
     const double bound = std::string_view(name) == "ar" ? 0.4 : 0.15;
     EXPECT_LT(mean_error(stream, 3, sine), bound * by_line) << name;
   }
@@ -124,7 +124,7 @@ TEST(ForceStream, OnNoiseIsNoWorseThanHold) {
 
 TEST(ForceStream, TheLiteralSplineIsOnePeriodLateAndTheOtherIsNot) {
   const auto sine = [](double t) { return std::sin(2 * std::numbers::pi * 2 * t); };
-  // Returns the delay that explains the output best: the one with the least squared error.
+  // Returns the delay of the sinusoid that fits the output with the least squared error.
   const auto lag_ms = [&](ForceStream& stream) {
     std::vector<std::pair<double, double>> shown;
     for (LocalTime now{}; seconds(now) <= 4; now += milliseconds(1)) {
@@ -183,7 +183,7 @@ TEST(ForceStream, TheBlendedSplineHasTwoContinuousDerivatives) {
   blended.blend = milliseconds(4);
   ForceStream coarse(blended), fine(blended);
   // For a C² curve, the change of the second derivative decreases with the step. If the value or one of the first two
-  // derivatives jumped, the change would stay equal or grow.
+  // derivatives jumps, the change stays equal or grows.
   const double at_coarse = largest_bend_change(coarse, microseconds(50));
   const double at_fine = largest_bend_change(fine, microseconds(5));
   EXPECT_LT(at_fine, 0.2 * at_coarse);
@@ -226,7 +226,7 @@ TEST(ForceStream, AContactChangeForgetsTheModelButNotTheLine) {
   stream.push(at_ms(1505), all_axes(-4), true);
   EXPECT_EQ(stream.figures().resets, 1U);
   EXPECT_EQ(stream.figures().model_weight[0], 0);
-  // A fit of the io thread started before the reset. Its result belongs to the old series and must not be used.
+  // The io thread has started a fit before the reset. The result belongs to the old series and must not be used.
   stream.fit();
   stream.push(at_ms(1510), all_axes(-4.1), false);
   EXPECT_EQ(stream.figures().model_weight[0], 0);

@@ -1,5 +1,5 @@
-// Tests the forecast of a trajectory whose samples arrive late. It must continue movements but not tremor. It must
-// never be much worse than a zero-order hold.
+// Tests the forecast of a trajectory whose samples arrive late. The forecast must continue movements but not tremor,
+// and must never be much worse than a zero-order hold.
 #include "common/haptics/prediction/trajectory_forecast.hpp"
 
 #include <gtest/gtest.h>
@@ -84,8 +84,8 @@ std::vector<double> movements_and_pauses(std::uint64_t seed, int count) {
   return path;
 }
 
-/// Returns the least-squares coefficients over the whole path that predict the change of x over the horizon from its
-/// past.
+/// Returns the coefficients of the least-squares prediction over the whole path: the change of x over the horizon as a
+/// function of the past of x.
 Eigen::Vector2d best_coefficients(const std::vector<double>& path, double horizon_s) {
   const double h = kTrajectoryForecastPeriod_s;
   const double fast_part = low_pass_part(TrajectoryForecast::kFast_hz, h);
@@ -115,7 +115,7 @@ TEST(TrajectoryForecast, StartsWithTheOptimumForMinimumJerkMovements) {
 }
 
 TEST(TrajectoryForecast, IsHardlyWorseThanAHoldForUnpredictableMotion) {
-  // The path is a random walk. Its past does not predict its future.
+  // The path is a random walk, whose past does not predict its future.
   Random random(7);
   std::vector<Vec3> path{Vec3::Zero()};
   for (int k = 0; k < 60000; ++k) {

@@ -70,7 +70,7 @@ TEST(GodObjectMoving, ARotatingBoxCarriesAStickingProxyRound) {
   drag(proxy, {0.03, 0, 0.007}, 20);
   Pose X_WB;
   const Vec3 place_B(0.03, 0, 0.011);
-  // The hand follows 4 mm below the surface. The pull is thus along the normal, and the proxy must rotate with the box.
+  // The hand follows 4 mm below the surface, so the pull is along the normal, and the proxy must rotate with the box.
   for (int i = 1; i <= 500; ++i) {
     X_WB.q = quaternion_of({0, 0, rate_rad_per_s * kTick_s * i});
     const RigidState motion{X_WB, {Vec3::Zero(), Vec3(0, 0, rate_rad_per_s)}};

@@ -46,7 +46,7 @@ TEST(GodObject, KeepsUpWithAHandAtOneMetrePerSecondOnAMesh) {
   drag(proxy, {-0.09, 0, -0.004}, 50);
   for (int i = 0; i < 180; ++i) {
     const std::uint8_t faults = proxy.update({-0.09 + 1e-3 * i, 0, -0.004}).faults;
-    // The initial search range suits a hand at rest. After three updates it has grown to the speed of this hand.
+    // The initial search range suits a hand at rest. It has grown to the speed of this hand after three updates.
     if (i >= 3) {
       EXPECT_EQ(faults, 0) << i;
     }
@@ -106,8 +106,8 @@ TEST(GodObject, ForceHasNoStepWhereContactBeginsAndEnds) {
   for (const CouplingLawInfo& info : coupling_laws()) {
     const auto law = info.make(given);
     for (const double speed : {0.003, 0.03, 0.1, 0.3}) {
-      // The spring's slope is at most k for each curve. The damping force rises to b v over the depth kFullDamping_m.
-      // Their sum bounds the slope of the force.
+      // For each curve the spring's slope is at most k, and the damping force rises to b v over the depth
+      // kFullDamping_m. The sum of both slopes bounds the slope of the force.
       const double slope = given.stiffness_n_per_m + given.damping_n_s_per_m * speed / kFullDamping_m;
       const double bound = slope * speed * kGodObjectTick_s + 1e-12;
       for (const double phase : {0.0, 0.3, 0.7}) {
@@ -183,8 +183,8 @@ TEST(GodObject, OnASphereMeshIsTheProjectionUpToItsFacets) {
   const double radius = 0.03;
   const int cuts = 5;
   GodObject proxy = proxy_at({0, 0, 0.05}, {touchable(contact::sphere_mesh(radius, cuts))});
-  // A facet with sides of length s is s²/6R inside the sphere and tilted by up to s/(√3 R). The tilt times the depth is
-  // the displacement of the proxy.
+  // A facet with sides of length s is s²/6R inside the sphere and tilted by up to s/(√3 R). The proxy is displaced by
+  // the tilt times the depth.
   const double side = radius * std::numbers::pi / 2 / (1 << cuts) * 1.5;
   const double tilt = side / (std::sqrt(3.0) * radius);
   Random random(3);
@@ -223,8 +223,8 @@ TEST(GodObject, ClimbsAStepLowerThanItsRadius) {
                                                 touchable(contact::box_mesh({0.04, 0.04, 0.0008}, {0.02, 0, 0}))});
   drag(proxy, {-0.005, 0, 0.0005}, 20);
   EXPECT_LT((proxy.state().p_W - Vec3(-0.005, 0, kGodObjectRadius_m)).norm(), 1e-9);
-  // The ball is pulled along the floor. Its centre is higher than the rim of the block. The horizontal distance between
-  // them at contact is therefore less than the radius.
+  // The ball is pulled along the floor to the block. Its centre is higher than the rim of the block, so the horizontal
+  // distance of the centre from the rim is less than the radius.
   drag(proxy, {-0.00075, 0, 0.0005}, 50);
   const double gap = std::sqrt(kGodObjectRadius_m * kGodObjectRadius_m - 0.0006 * 0.0006);
   EXPECT_NEAR(proxy.state().p_W.x(), -gap, kSettled_m);

@@ -72,7 +72,7 @@ TEST(ProxyFriction, HoldsOnASlopeWhoseAngleIsInTheCone) {
     GodObject proxy = proxy_at(0.01 * n, {plane});
     drag(proxy, 1e-3 * n - Vec3(0, 0, 1e-6), 10);
     const Vec3 place = proxy.state().p_W;
-    // The pull is vertical, like a weight. Its angle to the normal is thus the slope.
+    // The pull is vertical, like a weight, so its angle to the normal is the slope.
     drag(proxy, 1e-3 * n - Vec3(0, 0, 5e-3), 50);
     EXPECT_EQ((proxy.state().p_W - place).norm() < 1e-5, std::tan(slope) < kStill) << slope;
   }

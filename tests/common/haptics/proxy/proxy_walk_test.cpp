@@ -22,8 +22,8 @@ struct Walk {
   double friction = 0;
 };
 
-/// Checks the clearance by the exact distance in every step. The sign of the distance shows the side. For a sheet, the
-/// sign is valid only away from the rim.
+/// Checks in every step that the exact distance to the obstacle is at least the ball's radius. The sign of the distance
+/// shows the side; for a sheet, the sign is valid only away from the rim.
 void expect_outside(const Walk& walk) {
   const geometry::TriangleTree tree(walk.mesh);
   GodObject proxy = proxy_at(walk.start, {with_friction(touchable(walk.mesh), walk.friction, walk.friction)}, true);

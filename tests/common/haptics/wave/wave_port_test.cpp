@@ -81,8 +81,8 @@ TEST(WaveAccount, PaysTheOutgoingWaveInClosedForm) {
   EXPECT_NEAR(account.balance_j(), -0.5, 1e-12);
 }
 
-// A hand moves arbitrarily against line and tool. Its net energy (extracted minus supplied) must be negative at the
-// end, and almost never positive before.
+// A hand moves arbitrarily against line and tool. Its net energy (extracted minus supplied energy) must be negative at
+// the end. Before that, it may be positive only by the energy of one period.
 TEST(WaveLine, ReturnsNoMoreEnergyThanSuppliedAtAnyConstantDelay) {
   for (const int delay : {1, 15, 50, 150}) {
     for (int run = 0; run < 4; ++run) {
@@ -94,15 +94,15 @@ TEST(WaveLine, ReturnsNoMoreEnergyThanSuppliedAtAnyConstantDelay) {
       double x = 0, v = 0, taken_j = 0, most_j = 0;
       for (int k = 0; k < 8000; ++k) {
         const double f = line.tick(x);
-        // The hand follows the force with noise, within its acceleration limit. In this way it would extract any energy
+        // The hand follows the force, with noise and within its acceleration limit. It would thus extract any energy
         // that the line creates.
         v += std::clamp(2 * f + random.normal() - 2 * v, -20.0, 20.0) * kTick_s;
         x += v * kTick_s;
         taken_j += f * v * kTick_s;
         most_j = std::max(most_j, taken_j);
       }
-      // The net energy may be positive for one period only. During this period, the force b v of the impedance is held
-      // while v changes by 20 m/s² · 1 ms.
+      // The net energy may be positive for one period only, in which the force b v of the impedance is held while v
+      // changes by 20 m/s² · 1 ms.
       EXPECT_LT(most_j, 1e-5);
       EXPECT_LT(taken_j, 0);
       EXPECT_LE(line.work_into_tool_j, -taken_j + 1e-3) << "nor does the tool's side get more";
@@ -120,13 +120,13 @@ double compliance_m_per_n(int delay) {
   return -0.004 / f;
 }
 
-// At rest, a line with the delay T stores the energy ½F² T/b, like a spring with the stiffness b/T. This follows from
-// the integrals of the waves u and v in transit.
+// At rest, a line with the delay T stores the energy ½F² T/b of the waves in transit, like a spring with the stiffness
+// b/T.
 TEST(WaveLine, AtRestInContactIsTheCouplingInSeriesWithTheLinesOwnSpring) {
   const double at_1_ms = compliance_m_per_n(1), at_50_ms = compliance_m_per_n(50);
   const double b = WaveImpedance{}.linear_n_s_per_m;
   EXPECT_NEAR(at_50_ms - at_1_ms, 0.049 / b, 0.02 * 0.049 / b);
-  // The coupling has 500 N/m and the wall 5000 N/m. The two ends add delay: a step of 5 ms and a filter of 5 ms.
+  // The coupling has 500 N/m and the wall 5000 N/m. Each end adds further delay: a step of 5 ms, and a filter of 5 ms.
   const double ends_s = (at_1_ms - (1 / 500.0 + 1 / 5000.0)) * b - 0.001;
   EXPECT_GT(ends_s, 0.004);
   EXPECT_LT(ends_s, 0.010);
@@ -182,7 +182,8 @@ TEST(WavePorts, AToolStepWithoutAFinitePoseCountsNeitherWaveNorWorkAgain) {
   const double before_j = tool.balance_j();
   const double resting_x_m = tool.move(bad, kSlack, 0.005).p.x();
   tool.settle(on_tool_W, 0.005);
-  // No wave arrives and the handle rests, so only the outgoing wave can change the balance. It can only lower it.
+  // No wave arrives and the handle rests. Only the outgoing wave changes the balance, and it can only lower the
+  // balance.
   EXPECT_LE(tool.balance_j(), before_j);
   EXPECT_EQ(tool.move(bad, kSlack, 0.005).p.x(), resting_x_m);
   EXPECT_EQ(tool.velocity().v.norm(), 0) << "the coupling damps against the motion of the handle";

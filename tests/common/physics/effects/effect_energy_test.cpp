@@ -246,7 +246,7 @@ double texture_work_j(const std::function<double(bool is_uphill)>& press) {
 
 TEST(EffectEnergy, TextureIsConservativeOnlyAtConstantPressure) {
   EXPECT_NEAR(texture_work_j([](bool) { return 1.0; }), 0, 1e-12);
-  // The tool moves down by 2a with 1 N, and up by 2a with 0.5 N. It gains the difference.
+  // The tool moves down by 2a (a: height of the texture) with 1 N and up by 2a with 0.5 N. It gains the difference.
   EXPECT_NEAR(texture_work_j([](bool is_uphill) { return is_uphill ? 0.5 : 1.0; }), 0.5 * 2 * 2e-4, 1e-8);
 }
 

@@ -71,8 +71,8 @@ TEST(Effect, FadesWithoutAJumpAtTheEdgesOfItsRegion) {
     EffectSettings settings = ball_with(model);
     settings.X_OE = {{0.1, 0, 0.2}, quaternion_of({0.3, 0.2, 0.1})};
     if (!std::holds_alternative<Magnet>(model)) settings.region = BoxRegion{{0.02, 0.03, 0.01}};
-    // The force of stick-slip jumps by design when the tool slips. It must be continuous if the forces for breakaway
-    // and slip are equal.
+    // By design, the force of stick-slip jumps when the tool slips. With equal forces for breakaway and slip it must be
+    // continuous.
     if (auto* stick_slip = std::get_if<StickSlip>(&settings.model)) stick_slip->slip_force_n = 1;
     const Effect effect(settings);
     EffectMemory memory;
@@ -94,8 +94,8 @@ TEST(Effect, FadesWithoutAJumpAtTheEdgesOfItsRegion) {
       last = f;
     }
     EXPECT_GT(largest, 0.1) << name_of(model) << " had no force";
-    // The steepest effect changes by 2.3 N within 5 mm, with a slope of up to 700 N/m. This is 7e-4 N per step. A
-    // discontinuity would exceed the bound.
+    // The steepest effect changes by 2.3 N within 5 mm, with a slope of up to 700 N/m, which is 7e-4 N per step. A jump
+    // of the force would exceed the bound.
     EXPECT_LT(largest_jump, 2e-3) << name_of(model);
     EXPECT_EQ(last, Vec3::Zero()) << name_of(model) << " reaches beyond its region";
   }

@@ -97,7 +97,7 @@ TEST(Landing, OfACubeMetBesideItsCentreTurnsAsFastAsARigidStopTurnsIt) {
   // Only the edge next to x = −8 mm hits. The rotation is fastest for the lever arm r = a/√6.
   const double lever_m = 0.008, gyration_m = kEdge_m / std::sqrt(6.0);
   TouchSettings settings;
-  settings.coupling.stiffness_n_per_m = 1e-6;  // practically free
+  settings.coupling.stiffness_n_per_m = 1e-6;  // so soft that the tool moves freely
   settings.coupling.stiffness_n_m_per_rad = 0;
   RigidState start{{{2 * lever_m, 0, kEdge_m + 1e-3}, Quat::Identity()}, {{0, 0, -0.06}, Vec3::Zero()}};
   const TouchTrace trace = run_touch(
@@ -164,8 +164,8 @@ TEST(Drop, OfAConeIsOnAFaceWhereItsBaseIs) {
   EXPECT_LT(all.back().rest_s, 0.1);
 }
 
-// A plate of one triangle, whose longest side passes through the tool's origin at first. The plate then tips over this
-// side and is not on a face. After the shift, the origin is above the triangle.
+// A plate of one triangle. At first its longest side passes through the tool's origin: the plate tips over this side
+// and is not on a face. Then the plate is shifted, so that the origin is above the triangle: the plate is on a face.
 TEST(Drop, OfAPlateIsOnAFaceWhereItsMiddleIsAboveIt) {
   geometry::TriangleMesh plate;
   plate.vertices = {{-0.02, -0.02, 0}, {0.02, 0.02, 0}, {-0.02, 0.02, 0}};

@@ -119,8 +119,8 @@ inline HandRigTick pressed_down(HandRig& rig, const HandRigSettings& settings) {
 struct DrivenWork {
   double from_rest_j = 0;  ///< W counted from the first tick
   double reported_j = 0;   ///< from_rest_j computed from the reported positions
-  /// W counted from the start of the driver. For a motion along the plane, the handle is pressed down before. The
-  /// stored energy is then the minimum for that height, so that motion along the plane cannot extract it.
+  /// W counted from the start of the driver. If the driver moves along the plane, the handle is first pressed down. The
+  /// energy stored by the press is the minimum for that height, so motion along the plane cannot extract it.
   double from_start_j = 0;
 };
 

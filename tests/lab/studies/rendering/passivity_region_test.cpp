@@ -102,8 +102,8 @@ struct ControlledWork {
   LeastWork reported;  ///< least work, computed from the positions that the passivity controller received
 };
 
-/// Uses damping k T, the smallest that a law may require. The passivity controller does not distinguish directions of
-/// motion, so its bound counts from rest.
+/// Uses damping k T, the smallest that a law may require. The passivity controller limits the energy since the hand was
+/// at rest, for all directions of motion together. Therefore W counts from rest.
 ControlledWork least_of_controlled_drivers(Encoder encoder) {
   ControlledWork least;
   const std::uint64_t seed = test::test_seed(1);

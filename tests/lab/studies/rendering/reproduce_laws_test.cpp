@@ -58,8 +58,8 @@ TEST(HighPass, KeepsVibrationAndDropsTremor) {
     vibration.push_back(std::sin(2 * std::numbers::pi * 120 * i / 1000.0));
   }
   const auto settled = [](const std::vector<double>& samples) { return rms(std::span(samples).subspan(1000)); };
-  // The filter reduces the amplitude 0.707 by the factor (9/30)^8 = 6.6e-5, and slightly more because the corner
-  // frequency is prewarped.
+  // The filter reduces the tremor's RMS of 0.707 by the factor (9/30)^8 = 6.6e-5. The reduction is slightly larger,
+  // because the corner frequency is prewarped.
   EXPECT_LT(settled(high_passed(tremor, 1000, 30)), 5e-5);
   EXPECT_NEAR(settled(high_passed(vibration, 1000, 30)), std::sqrt(0.5), 1e-3);
 }

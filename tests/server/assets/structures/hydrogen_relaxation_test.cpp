@@ -65,7 +65,7 @@ struct Structure {
 
 /// Returns two hydroxyl groups, each with its carbon-oxygen bond along x. Their hydrogens overlap, at 0.9 Å.
 Structure two_hydroxyls() {
-  const double down = -1.0 / 3, out = std::sqrt(8.0) / 3;  // for an angle of 109.5° at the oxygen
+  const double down = -1.0 / 3, out = std::sqrt(8.0) / 3;  // components for an angle of 109.5° at the oxygen
   Structure structure;
   structure.add({"1", {0, 0, 0}, {-1.43, 0, 0}, {-down, out, 0}});
   structure.add({"2", {0, 2 * out + 0.9, 0}, {-1.43, 2 * out + 0.9, 0}, {-down, out + 0.9, 0}});

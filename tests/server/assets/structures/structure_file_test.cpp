@@ -257,7 +257,7 @@ TEST(LoadedPqr, HasTheFilesOwnChargesAndRadii) {
   const docking::Molecule molecule = load_molecule(file, {}, test::kOplsDirectory);
   EXPECT_NEAR(molecule.charge_e[0], 0.185, 1e-12);
   EXPECT_NEAR(molecule.sigma_angstrom[0] * std::pow(2.0, 1.0 / 6.0), 2 * 1.824, 1e-12);
-  // sum of the charge column in the file, computed independently
+  // Sum of the charge column in the file, computed independently.
   EXPECT_NEAR(std::accumulate(molecule.charge_e.begin(), molecule.charge_e.end(), 0.0), 4.053, 1e-9);
 }
 

@@ -302,8 +302,8 @@ enum class Keeps {
   kIsNamed,  ///< atoms differ or are chosen arbitrarily, so a change of the energy must be reported
 };
 
-/// A change of a file. At most one variant of each stage is applied, in the order of the stages. A stage keeps the
-/// columns that the stages before it need.
+/// A change of a file. At most one variant of each stage is applied, in the order of the stages. A stage does not
+/// change the columns that later stages need.
 struct Variant {
   const char* name;
   void (*change)(Lines&, Random&);
