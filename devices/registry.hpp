@@ -17,6 +17,9 @@
 
 namespace tandem::devices {
 
+/// Range of DeviceOptions::motor_counts_per_n_m. A value outside is a mistake, for example of the unit.
+inline constexpr double kMinMotorCounts_per_n_m = 100, kMaxMotorCounts_per_n_m = 20'000;
+
 /// Options for opening a device; each device uses those that concern it.
 struct DeviceOptions {
   std::string name = "sim";  ///< name of a kind in device_kinds()
@@ -39,7 +42,13 @@ struct DeviceOptions {
   std::filesystem::path library{};     ///< library of a vendor's SDK; empty: searched in the system's library path
   std::shared_ptr<Pointer> pointer{};  ///< mouse: target set by a window; null without a window
   std::shared_ptr<const std::vector<DeviceSample>> recorded{};  ///< replay: recorded samples, at least one
-  int realtime_priority = 0;  ///< priority of the device's own thread, if it has one; 0: normal scheduler
+  int realtime_priority = 0;     ///< priority of the device's own thread, if it has one; 0: normal scheduler
+  bool is_from_program = false;  ///< true: these are settings of a program (client/embed), not command line options
+
+  /// Returns how error messages name a setting: "--library", or "the setting library".
+  std::string setting(const std::string& setting_name) const {
+    return (is_from_program ? "the setting " : "--") + setting_name;
+  }
 };
 
 /// Returns the path of a simulated hand that these options describe.

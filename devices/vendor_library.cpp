@@ -7,7 +7,8 @@
 
 namespace tandem::devices {
 
-VendorLibrary::VendorLibrary(std::string sdk, const std::filesystem::path& given, const std::vector<std::string>& usual)
+VendorLibrary::VendorLibrary(std::string sdk, const std::filesystem::path& given, const std::vector<std::string>& usual,
+                             const std::string& setting)
     : sdk_(std::move(sdk)) {
   const std::vector<std::string> names = given.empty() ? usual : std::vector<std::string>{given.string()};
   std::string why;
@@ -18,7 +19,7 @@ VendorLibrary::VendorLibrary(std::string sdk, const std::filesystem::path& given
     if (const char* const error = dlerror()) why = error;
   }
   throw std::runtime_error("the " + sdk_ + " cannot be loaded (" + why +
-                           "); install it from its maker, and name its library by --library FILE");
+                           "); install it from its maker, and give the file of its library by " + setting);
 }
 
 void* VendorLibrary::address_of(const char* name) {

@@ -16,10 +16,12 @@ inline constexpr std::string_view kSdkLost =
 /// A shared library that is never unloaded, because vendors' libraries start threads that would outlive the unloading.
 class VendorLibrary {
  public:
-  /// In      sdk    name for display: "Force Dimension SDK"
-  ///         given  file of the library; empty: the first of `usual` that the system finds
-  /// Fails   std::runtime_error: no library was found; the message names the option --library
-  VendorLibrary(std::string sdk, const std::filesystem::path& given, const std::vector<std::string>& usual);
+  /// In      sdk      name for display: "Force Dimension SDK"
+  ///         given    file of the library; empty: the first of `usual` that the system finds
+  ///         setting  how the message names the setting that gives the file
+  /// Fails   std::runtime_error: no library was found; the message names the setting
+  VendorLibrary(std::string sdk, const std::filesystem::path& given, const std::vector<std::string>& usual,
+                const std::string& setting = "--library");
 
   /// Looks up a function. A missing function is set to null, and require_all() reports it.
   template <class Function>

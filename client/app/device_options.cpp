@@ -54,7 +54,8 @@ void add_device_options(CLI::App& app, devices::DeviceOptions& device, std::stri
   app.add_option("--firmware", device.firmware,
                  "of a falcon: its maker's firmware file, loaded if the device has none yet")
       ->type_name("FILE");
-  add_number(app, "--motor-counts", device.motor_counts_per_n_m, 100, 20000,
+  add_number(app, "--motor-counts", device.motor_counts_per_n_m, devices::kMinMotorCounts_per_n_m,
+             devices::kMaxMotorCounts_per_n_m,
              "of a falcon: motor counts for a torque [counts/(N*m)]; calibrate with a weight", "COUNTS");
   app.add_option("--service", device.service, "of an inverse3: where its maker's service listens")
       ->capture_default_str()

@@ -203,6 +203,8 @@ void add_window_options(CLI::App& app, WindowOptions& window, bool& is_headless)
   app.add_flag("--headless", is_headless, kHeadlessHelp);
   app.add_flag("--guide", window.begins_guide,
                "a guided first minute in the window, where you left it; without a server it opens the scene crate");
+  app.add_flag("--await-server", window.awaits_server,
+               "with --guide: wait until tandem-server exists beside this program, e.g. because it is being compiled");
   app.add_option("--screenshot", window.screenshot, "write a picture of the window, then end")->type_name("FILE.png");
   app.add_flag("--scene-only", window.is_scene_only, "the picture contains the scene only, without panels and texts");
   add_text(app, "--after", "when, after joining [3s]", "TIME",
@@ -372,6 +374,9 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   }
   if (is_headless && options.window.begins_guide) {
     throw std::invalid_argument("--guide is in the window: leave out --headless");
+  }
+  if (options.window.awaits_server && !options.window.begins_guide) {
+    throw std::invalid_argument("--await-server is of the guide: add --guide");
   }
   options.device.seed = options.seed;
   options.device.realtime_priority = options.realtime_priority;

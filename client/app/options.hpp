@@ -21,6 +21,7 @@ struct WindowOptions {
   bool has_start_screen = false;     ///< true if no server is named: the user chooses a scene or a server in the window
   bool is_scene_only = false;        ///< true: the screenshot contains neither panels nor texts
   bool begins_guide = false;         ///< true: shows the guided first minute
+  bool awaits_server = false;        ///< true: the guide waits until the program tandem-server exists
   std::filesystem::path screenshot;  ///< file of the screenshot; empty: no screenshot
   Duration after{std::chrono::seconds(3)};
   int width = 1280;

@@ -98,14 +98,16 @@ bool StartRun::choose() {
   return false;
 }
 
-/// Opens the scene of the guide if the user has requested it. Waits until the server program exists: deploy/demo
-/// compiles it while the start screen is already shown.
+/// Opens the scene of the guide if the user has requested it. With --await-server, waits until the server program
+/// exists: deploy/demo compiles it while the start screen is already shown. Otherwise a missing program is an error,
+/// which the start screen shows.
 void StartRun::open_guide() {
   if (flow_.state() != StartFlow::State::kChoosing) {
     form_.wants_guide = false;
     return;
   }
-  form_.begins_guide = form_.wants_guide && access(program_beside("tandem-server").c_str(), X_OK) == 0;
+  form_.begins_guide = form_.wants_guide &&
+                       (!options_.window.awaits_server || access(program_beside("tandem-server").c_str(), X_OK) == 0);
   if (!form_.begins_guide) return;
   form_.wants_guide = false;
   flow_.open({.kind = StartChoice::Kind::kScene, .scene = std::string(kGuideScene)});

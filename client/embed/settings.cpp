@@ -103,6 +103,7 @@ void apply_role(std::uint32_t role, SessionSettings& session) {
 
 devices::DeviceOptions device_of(const tandem_client_settings& settings, int realtime_priority) {
   devices::DeviceOptions device;
+  device.is_from_program = true;
   device.name = text_or(settings.device, "sim");
   if (device.name == "auto") device.name = devices::choose_device(true, [](const std::string&) {});
   device.hand = text_or(settings.hand, "rest");
@@ -110,6 +111,11 @@ devices::DeviceOptions device_of(const tandem_client_settings& settings, int rea
   device.firmware = text_or(settings.firmware);
   device.motor_counts_per_n_m =
       number_or(settings.motor_counts_per_n_m, device.motor_counts_per_n_m, "motor_counts_per_n_m");
+  if (device.motor_counts_per_n_m < devices::kMinMotorCounts_per_n_m ||
+      device.motor_counts_per_n_m > devices::kMaxMotorCounts_per_n_m) {
+    refuse("motor_counts_per_n_m is " + std::to_string(settings.motor_counts_per_n_m) +
+           "; it must be 100 to 20000, or 0 for 3000");
+  }
   device.library = text_or(settings.library);
   device.service = text_or(settings.service, device.service.c_str());
   device.motors = text_or(settings.motors);

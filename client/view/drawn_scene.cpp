@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "client/session/session.hpp"
 #include "client/view/molecular_surface.hpp"
@@ -175,9 +176,14 @@ class Builder {
     }
     const double scale = scene_.molecular_field().metres_per_angstrom();
     const std::vector<Rgba> colors = atom_colors(*molecule, molecules_.colors, color, chains_);
-    body.legend = legend_of(*molecule, molecules_.colors, color, chains_);
-    for (LegendEntry& entry : body.legend) {
+    for (LegendEntry& entry : legend_of(*molecule, molecules_.colors, color, chains_)) {
       if (entry.text == "C") entry.text += " of " + body.name;  // each molecule has a colour for its carbon
+      if (!in_legend_.emplace(entry.text, entry.color).second) continue;
+      if (out_.legend.size() < DrawnScene::kMaxLegend) {
+        out_.legend.push_back(std::move(entry));
+      } else {
+        ++out_.legend_omitted;
+      }
     }
     chains_ += chain_count(*molecule);
     if (molecules_.shape == MoleculeStyle::kSurface) {
@@ -262,6 +268,7 @@ class Builder {
   std::map<std::string, std::optional<geometry::ShadedMesh>> decoded_;  ///< keyed by SHA-256
   std::size_t triangles_left_ = kMaxSceneTriangles;
   std::size_t chains_ = 0;  ///< number of chains of the molecules added so far
+  std::set<std::pair<std::string, Rgba>> in_legend_;
   DrawnScene out_;
 };
 

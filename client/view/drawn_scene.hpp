@@ -25,7 +25,6 @@ struct DrawnBody {
   bool is_static = false;
   double radius_m = 0;                                ///< radius of a bounding ball around the body's origin
   std::shared_ptr<const docking::Molecule> molecule;  ///< atoms in the body's frame; null: none, or not received yet
-  std::vector<LegendEntry> legend{};                  ///< meanings of the molecule's colours
   /// For a soft body: its triangles at rest, and for each vertex the points of proto::soft_lattice() that move it, with
   /// their weights.
   geometry::TriangleMesh soft{};
@@ -34,9 +33,14 @@ struct DrawnBody {
 };
 
 struct DrawnScene {
+  /// Entries of the legend; a ribosome has more chains.
+  static constexpr std::size_t kMaxLegend = 24;
+
   std::vector<DrawnBody> bodies;       ///< bodies in the order of scene.bodies
   std::vector<DrawnBody> soft_bodies;  ///< soft bodies at rest, in the order of scene.soft_bodies
   std::vector<DrawnBody> tools;        ///< tools in the order of scene.tools
+  std::vector<LegendEntry> legend;     ///< meanings of the molecules' colours, each once, at most kMaxLegend
+  std::size_t legend_omitted = 0;      ///< entries above kMaxLegend
   std::vector<std::string> missing;    ///< objects that cannot be drawn, or not yet, with the reason
   /// Ball around the objects of interest: tools, moving bodies, and static bodies that are not much larger.
   Vec3 focus_W = Vec3::Zero();

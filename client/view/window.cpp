@@ -63,7 +63,7 @@ struct Window::Impl {
   void handle_menu();
   void save_picture();
   void draw_messages(const ClientIoSnapshot& io, float bottom) const;
-  void handle_mouse();
+  bool handle_mouse();
   void handle_escape();
   void handle_cap();
   void handle_hand_keys(double period_s);
@@ -72,7 +72,7 @@ struct Window::Impl {
   void point(const View* view);
   std::vector<Pose> body_poses(const View* view) const;
   std::pair<Vec3, Vec3> mouse_ray() const;
-  void follow_molecules(const View* view, const ClientIoSnapshot& io);
+  void follow_molecules(const View* view, const ClientIoSnapshot& io, bool is_double_click);
   void draw_labels(const Mat4f& clip) const;
   void draw_lower_left(const ClientIoSnapshot& io);
   float draw_hint(const ClientIoSnapshot& io) const;
@@ -166,7 +166,7 @@ void Window::Impl::handle_keys() {
 
 /// Closes help and dialogs. Without any of them, removes the selection of residues.
 void Window::Impl::handle_escape() {
-  if (!switches.shows_help) molecules.clear();
+  if (!switches.shows_help && !menu.shows_invitations) molecules.clear();
   switches.shows_help = menu.shows_invitations = false;
 }
 
@@ -197,10 +197,11 @@ void Window::Impl::handle_hand_keys(double period_s) {
   hand.move_level(camera, 0, step * way(GLFW_KEY_PAGE_DOWN, GLFW_KEY_PAGE_UP));
 }
 
-void Window::Impl::handle_mouse() {
+/// Returns whether a double click was completed.
+bool Window::Impl::handle_mouse() {
   const ImGuiIO& io = ImGui::GetIO();
   const bool is_double_click = screen.pop_double_click();
-  if (io.WantCaptureMouse || io.DisplaySize.y <= 0) return;
+  if (io.WantCaptureMouse || io.DisplaySize.y <= 0) return is_double_click;
   if (is_mouse() && is_double_click) hand.toggle_grab(is_holding, clock.now());
   const double right = io.MouseDelta.x / io.DisplaySize.y, down = io.MouseDelta.y / io.DisplaySize.y;
   has_turned = has_turned || io.MouseDown[1] || io.MouseDown[2] || io.MouseWheel != 0;
@@ -213,6 +214,7 @@ void Window::Impl::handle_mouse() {
   } else {
     camera.zoom(io.MouseWheel);
   }
+  return is_double_click;
 }
 
 /// Moves the camera by the 3D mouse, whose device reports the deflection of the cap as a pose (devices/spacemouse).
@@ -262,8 +264,8 @@ std::pair<Vec3, Vec3> Window::Impl::mouse_ray() const {
 }
 
 /// Finds the atom under the mouse, and selects by a click: a press of the left button without a drag.
-void Window::Impl::follow_molecules(const View* view, const ClientIoSnapshot& io) {
-  molecules.belong_to(io.joined.get());
+void Window::Impl::follow_molecules(const View* view, const ClientIoSnapshot& io, bool is_double_click) {
+  molecules.belong_to(io.joined);
   if (!figures.has_molecules) return;
   const ImGuiIO& input = ImGui::GetIO();
   const std::vector<Pose> X_WB = body_poses(view);
@@ -275,7 +277,10 @@ void Window::Impl::follow_molecules(const View* view, const ClientIoSnapshot& io
                     .from_W = from_W,
                     .along_W = along_W,
                     .is_free = !input.WantCaptureMouse && !ImGui::IsAnyMouseDown(),
-                    .is_click = !input.WantCaptureMouse && input.MouseReleased[0] && is_short});
+                    .is_click = !input.WantCaptureMouse && input.MouseReleased[0] && is_short,
+                    .is_double_click = is_double_click,
+                    .now = clock.now(),
+                    .cut_W = scene->frame().cut_W});
   scene->add_selection(view, molecules.selection(), molecules.distance());
 }
 
@@ -466,14 +471,14 @@ void Window::draw(const View* view, const ClientIoSnapshot& io, const std::strin
   self.figures.add(view, io, self.clock.now());
   if (self.scene->update(io, self.switches.molecules) && !self.has_turned) self.fit();
   self.handle_keys();
-  self.handle_mouse();
+  const bool is_double_click = self.handle_mouse();
   self.handle_cap();
   self.follow(view);
   self.point(view);
   if (self.is_mouse()) self.settings.pointer->publish(self.hand.target());
   self.figures.add_molecules(self.scene->scene(), view, io, self.clock.now());
   self.scene->arrange(view, io, self.switches, self.camera, self.figures, self.clock.now());
-  self.follow_molecules(view, io);
+  self.follow_molecules(view, io, is_double_click);
 
   self.camera.leave_free(1 - self.free_width() / ImGui::GetIO().DisplaySize.x);
   self.renderer->draw(self.scene->frame(), self.camera, self.screen.width(), self.screen.height());

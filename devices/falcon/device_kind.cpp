@@ -11,11 +11,12 @@ namespace {
 
 constexpr std::size_t kMaxFirmware = 65536;  // known firmware files have about 8000 bytes
 
-std::vector<std::uint8_t> firmware_of(const std::filesystem::path& path) {
+std::vector<std::uint8_t> firmware_of(const DeviceOptions& options) {
+  const std::filesystem::path& path = options.firmware;
   if (path.empty()) return {};
   std::ifstream file(path, std::ios::binary);
   std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), {}};
-  const std::string named = "--firmware: " + path.string();
+  const std::string named = options.setting("firmware") + ": " + path.string();
   if (!file.is_open() || bytes.empty()) {
     throw std::runtime_error(named + " cannot be read or is empty; name the firmware file that came with the device");
   }
@@ -25,7 +26,7 @@ std::vector<std::uint8_t> firmware_of(const std::filesystem::path& path) {
 }
 
 std::unique_ptr<Device> open_falcon(const DeviceOptions& options) {
-  FalconSettings settings{options.profile.spec, firmware_of(options.firmware), options.motor_counts_per_n_m};
+  FalconSettings settings{options.profile.spec, firmware_of(options), options.motor_counts_per_n_m};
   settings.spec.workspace_m = options.profile.workspace_m;
   settings.spec.position_step_m = options.profile.position_step_m.value;
   const auto watchdog = std::make_shared<Watchdog>(options.realtime_priority);

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "common/base/buttons.hpp"
+#include "devices/registry.hpp"
 
 namespace tandem::devices {
 namespace {
@@ -31,11 +34,12 @@ constexpr std::array<std::uint8_t, 1> kFaster{0x41};
 constexpr std::string_view kUnplugged = "it was unplugged or lost its power; plug it in again";
 constexpr std::string_view kSilent = "it does not answer any more; check its cable and its power supply";
 constexpr std::string_view kNoFirmware =
-    "it has no firmware; name its maker's file by --firmware FILE (Tandem may not bring it along)";
+    "it has no firmware; give its maker's file (setting firmware, option --firmware); Tandem may not bring it along";
 constexpr std::string_view kLoading = "its firmware is loaded";
 constexpr std::string_view kLoadAgain = "its firmware was not transferred; it is loaded again";
 constexpr std::string_view kNotLoaded =
-    "its firmware could not be loaded ten times over; check --firmware, unplug its power supply and plug it in again";
+    "its firmware could not be loaded ten times over; check the file (setting firmware, option --firmware), unplug its "
+    "power supply and plug it in again";
 constexpr std::string_view kHome =
     "pull its grip out to you, then push it straight in to the end, until its light is blue";
 constexpr std::string_view kPullOut = "pull its grip out to you again, until its light is green";
@@ -80,6 +84,11 @@ FalconDriver::FalconDriver(FalconSettings settings, OpenFalcon open, std::unique
       port_(std::move(port)),
       velocity_(settings_.spec.position_step_m) {
   settings_.spec = with_axes_of_a_falcon(settings_.spec);
+  const double counts = settings_.motor_counts_per_n_m;
+  if (!(counts >= kMinMotorCounts_per_n_m && counts <= kMaxMotorCounts_per_n_m)) {
+    throw std::invalid_argument("a Falcon's motor counts are " + std::to_string(counts) +
+                                " per N*m; they must be 100 to 20000");
+  }
 }
 
 DeviceSample FalconDriver::step(LocalTime now, const Wrench& wrench_on_hand_D) {

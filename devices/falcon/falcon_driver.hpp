@@ -26,7 +26,7 @@ struct FalconSettings {
   DeviceSpec spec;  ///< limits of the device; the driver itself sets axes and buttons
   /// Firmware by the device's manufacturer. Empty: the driver loads no firmware.
   std::vector<std::uint8_t> firmware;
-  double motor_counts_per_n_m = 3000;
+  double motor_counts_per_n_m = 3000;  ///< see DeviceOptions
 };
 
 /// Detects frozen encoders: no count changes within 3 s at a force of 1 N or more. The tremor of a hand exceeds one
@@ -61,6 +61,7 @@ class EncoderWatch {
 class FalconDriver final : public DeviceDriver {
  public:
   /// In      port  an open port; null: step() opens one, as after unplugging
+  /// Fails   std::invalid_argument: the motor counts are out of range
   FalconDriver(FalconSettings settings, OpenFalcon open, std::unique_ptr<FalconPort> port);
 
   const DeviceSpec& spec() const noexcept override { return settings_.spec; }

@@ -12,7 +12,8 @@ DeviceKind forcedimension_device() {
             spec.position_step_m = options.profile.position_step_m.value;
             spec.rotation_step_rad = options.profile.rotation_step_rad.value;
             spec.workspace_m = options.profile.workspace_m;
-            auto driver = std::make_unique<ForceDimensionDriver>(std::move(spec), dhd_functions(options.library));
+            auto driver = std::make_unique<ForceDimensionDriver>(
+                std::move(spec), dhd_functions(options.library, options.setting("library")));
             return std::make_unique<ThreadedDevice>(std::move(driver), options.realtime_priority);
           },
           nullptr};

@@ -39,8 +39,8 @@ Quat orientation_D(const double (&rows)[3][3]) {
 
 }  // namespace
 
-DhdFunctions dhd_functions(const std::filesystem::path& library) {
-  VendorLibrary dhd("Force Dimension SDK", library, {"libdhd.so.3", "libdhd.so", "libdrd.so.3", "libdrd.so"});
+DhdFunctions dhd_functions(const std::filesystem::path& library, const std::string& setting) {
+  VendorLibrary dhd("Force Dimension SDK", library, {"libdhd.so.3", "libdhd.so", "libdrd.so.3", "libdrd.so"}, setting);
   DhdFunctions found;
   dhd.find(found.open, "dhdOpen");
   dhd.find(found.close, "dhdClose");

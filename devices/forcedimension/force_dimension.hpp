@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "common/haptics/velocity_estimator.hpp"
 #include "devices/threaded_device.hpp"
@@ -23,7 +24,7 @@ struct DhdFunctions {
 };
 /// Loads the library and looks up the functions.
 /// Fails   std::runtime_error: see VendorLibrary
-DhdFunctions dhd_functions(const std::filesystem::path& library);
+DhdFunctions dhd_functions(const std::filesystem::path& library, const std::string& setting = "--library");
 
 /// Driver of one device. Base frame D: x right, y away from the user, z up. In the SDK, x is towards the user, y right,
 /// z up. The first button grabs, the second is the clutch. The manufacturer's program must have initialised the device

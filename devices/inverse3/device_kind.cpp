@@ -29,7 +29,8 @@ std::unique_ptr<Device> open_inverse3(const DeviceOptions& options) {
   DeviceSpec spec = options.profile.spec;
   spec.position_step_m = options.profile.position_step_m.value;
   const auto watchdog = std::make_shared<Watchdog>(options.realtime_priority);
-  auto driver = std::make_unique<Inverse3Driver>(std::move(spec), inverse3_endpoint(options.service), watchdog);
+  auto driver = std::make_unique<Inverse3Driver>(
+      std::move(spec), inverse3_endpoint(options.service, options.setting("service")), watchdog);
   const DeviceSample sample = probe(*driver);
   if (sample.state != DeviceState::kReady && !sample.reason.empty()) {
     throw std::runtime_error("device inverse3, " + options.service + ": " + std::string(sample.reason) +

@@ -25,9 +25,11 @@ constexpr Duration kServiceSilence = std::chrono::seconds(2);
 constexpr std::size_t kMaxMessage = std::size_t{1} << 20U;
 
 constexpr std::string_view kNoService =
-    "its service does not listen; start it (systemctl start haply-inverse-service), or name another by --service";
+    "its service does not listen; start it (systemctl start haply-inverse-service), or name another one (setting "
+    "service, option --service)";
 constexpr std::string_view kNoWebSocket =
-    "the program that listens there is not the Inverse3's service; check --service";
+    "the program that listens there is not the Inverse3's service; check its address (setting service, option "
+    "--service)";
 constexpr std::string_view kClosed = "its service has ended the connection; start it again";
 constexpr std::string_view kServiceSilent =
     "its service sends nothing; check that it runs, and plug the device in again";
@@ -136,7 +138,7 @@ struct Inverse3Driver::Link {
   bool is_sending = false;
 };
 
-asio::ip::tcp::endpoint inverse3_endpoint(const std::string& service) {
+asio::ip::tcp::endpoint inverse3_endpoint(const std::string& service, const std::string& setting) {
   const std::size_t colon = service.rfind(':');
   const std::string host = service.substr(0, colon == std::string::npos ? 0 : colon);
   const char* const end = service.data() + service.size();
@@ -146,7 +148,7 @@ asio::ip::tcp::endpoint inverse3_endpoint(const std::string& service) {
   error_code error;
   const asio::ip::address address = asio::ip::make_address(host, error);
   if (host.empty() || error || problem != std::errc() || next != end || port == 0 || !address.is_loopback()) {
-    throw std::invalid_argument("--service: '" + service +
+    throw std::invalid_argument(setting + ": '" + service +
                                 "' must be an address of this machine and a port, for example 127.0.0.1:10001");
   }
   return {address, port};

@@ -23,7 +23,7 @@ namespace tandem::devices {
 
 /// Parses an endpoint such as "127.0.0.1:10001".
 /// Fails   std::invalid_argument: the text is not an address with a port, or the address is not one of this machine
-boost::asio::ip::tcp::endpoint inverse3_endpoint(const std::string& service);
+boost::asio::ip::tcp::endpoint inverse3_endpoint(const std::string& service, const std::string& setting = "--service");
 
 /// Driver of one device. Base frame D: the axes are those of the service, the origin is the first position of the
 /// cursor.

@@ -9,7 +9,8 @@ DeviceKind openhaptics_device() {
   return {"openhaptics", "Touch or Phantom by its maker's OpenHaptics, untested on hardware; --library, --profile",
           "touch",
           [](const DeviceOptions& options) -> std::unique_ptr<Device> {
-            auto driver = std::make_unique<OpenHapticsDriver>(options.profile.spec, hd_functions(options.library));
+            auto driver = std::make_unique<OpenHapticsDriver>(
+                options.profile.spec, hd_functions(options.library, options.setting("library")));
             return std::make_unique<ThreadedDevice>(std::move(driver), options.realtime_priority);
           },
           nullptr};

@@ -32,8 +32,8 @@ Quat orientation_D(const double* transform) {
 
 }  // namespace
 
-HdFunctions hd_functions(const std::filesystem::path& library) {
-  VendorLibrary hd("OpenHaptics SDK", library, {"libHD.so.3.4", "libHD.so.3", "libHD.so"});
+HdFunctions hd_functions(const std::filesystem::path& library, const std::string& setting) {
+  VendorLibrary hd("OpenHaptics SDK", library, {"libHD.so.3.4", "libHD.so.3", "libHD.so"}, setting);
   HdFunctions found;
   hd.find(found.init_device, "hdInitDevice");
   hd.find(found.disable_device, "hdDisableDevice");

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "devices/threaded_device.hpp"
 #include "devices/vendor_library.hpp"
@@ -33,7 +34,7 @@ struct HdFunctions {
 };
 /// Loads the library and looks up the functions.
 /// Fails   std::runtime_error: see VendorLibrary
-HdFunctions hd_functions(const std::filesystem::path& library);
+HdFunctions hd_functions(const std::filesystem::path& library, const std::string& setting = "--library");
 
 /// Driver of one device. Base frame D: x right, y away from the user, z up. The first button grabs, the second is the
 /// clutch. Torque is not displayed.

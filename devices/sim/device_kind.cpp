@@ -10,7 +10,8 @@ std::unique_ptr<Device> open_sim(const DeviceOptions& options) {
   auto device = std::make_unique<SimDevice>(options.profile.spec, holding(options.hand_parameters, options.profile),
                                             hand_path_of(options), options.seed);
   if (options.motors.empty()) return device;
-  return std::make_unique<ToldMotors>(std::move(device), options.motors, options.realtime_priority);
+  return std::make_unique<ToldMotors>(std::move(device), options.motors, options.realtime_priority,
+                                      options.setting("motors"));
 }
 
 }  // namespace

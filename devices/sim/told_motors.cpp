@@ -15,20 +15,21 @@ namespace {
 constexpr std::size_t kCommandBytes = 3 * sizeof(double);
 static_assert(kCommandBytes <= PIPE_BUF);
 
-int opened(const std::filesystem::path& file) {
+int opened(const std::filesystem::path& file, const std::string& setting) {
   const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_NONBLOCK | O_CLOEXEC, 0644);
   if (descriptor >= 0) return descriptor;
-  throw std::runtime_error("--motors: " + file.string() + " cannot be written (" +
+  throw std::runtime_error(setting + ": " + file.string() + " cannot be written (" +
                            std::generic_category().message(errno) + "); name a file, or a pipe with a reader");
 }
 
 }  // namespace
 
-ToldMotors::ToldMotors(std::unique_ptr<Device> device, const std::filesystem::path& file, int realtime_priority)
-    : device_(std::move(device)), file_(opened(file)), watchdog_(realtime_priority) {
+ToldMotors::ToldMotors(std::unique_ptr<Device> device, const std::filesystem::path& file, int realtime_priority,
+                       const std::string& setting)
+    : device_(std::move(device)), file_(opened(file, setting)), watchdog_(realtime_priority) {
   const std::vector<std::uint8_t> zero(kCommandBytes, 0);
   if (!watchdog_.watch_over({.descriptor = file_, .usb_endpoint = std::nullopt, .bytes = zero}))
-    throw std::runtime_error("--motors: no watchdog could be started; end other programs, then start again");
+    throw std::runtime_error(setting + ": no watchdog could be started; end other programs, then start again");
 }
 
 ToldMotors::~ToldMotors() {

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
 
 #include "devices/device.hpp"
 #include "devices/watchdog.hpp"
@@ -14,9 +15,11 @@ namespace tandem::devices {
 /// and as a whole. If the write fails, the command is lost, and the motors keep the previous command.
 class ToldMotors final : public Device {
  public:
-  /// In      file  a pipe with a reader, or a file to which commands are appended
+  /// In      file     a pipe with a reader, or a file to which commands are appended
+  ///         setting  how messages name the setting that gives the file
   /// Fails   std::runtime_error: the file cannot be written; see also Watchdog
-  ToldMotors(std::unique_ptr<Device> device, const std::filesystem::path& file, int realtime_priority);
+  ToldMotors(std::unique_ptr<Device> device, const std::filesystem::path& file, int realtime_priority,
+             const std::string& setting = "--motors");
   ~ToldMotors() override;
   ToldMotors(const ToldMotors&) = delete;
   ToldMotors& operator=(const ToldMotors&) = delete;

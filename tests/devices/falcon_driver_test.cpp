@@ -323,5 +323,13 @@ TEST(FalconDriver, OnItsThreadASessionRunsAndItsEndIsZero) {
   EXPECT_TRUE(falcon.motors.isZero()) << "the last command must be zero";
 }
 
+TEST(FalconDriverSettings, MotorCountsOutOfRangeAreRefused) {
+  for (const double counts : {-1.0, 0.0, 99.0, 20001.0, std::numeric_limits<double>::quiet_NaN()}) {
+    FalconSettings wrong = settings();
+    wrong.motor_counts_per_n_m = counts;
+    EXPECT_THROW(FalconDriver(wrong, {}, nullptr), std::invalid_argument) << counts;
+  }
+}
+
 }  // namespace
 }  // namespace tandem::devices

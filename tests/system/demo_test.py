@@ -2,7 +2,9 @@
 
 import json
 import os
+import shutil
 import subprocess
+import tempfile
 import time
 import unittest
 
@@ -43,6 +45,33 @@ class Demo(ProgramTest):
         for task in ("peg at (60.0, 0.0, 30.0) mm", "molecules in contact"):
             self.assertIn(task, report)
         self.assertNotIn("http://", report.replace("http://www.w3.org/", ""), "readable without network")
+
+    def window_steps(self, *programs):
+        """Returns the steps of deploy/demo --window where the given programs exist: builds and starts."""
+        with tempfile.TemporaryDirectory() as folder:
+            os.makedirs(os.path.join(folder, "deploy"))
+            os.makedirs(os.path.join(folder, "bin"))
+            log = os.path.join(folder, "log")
+            shutil.copy(os.path.join(SOURCE, "deploy/demo"), os.path.join(folder, "deploy"))
+            stub = f'#!/bin/sh\necho "$(basename "$0") $*" >>"{log}"\n'
+            for name in ("deploy/build", *(f"bin/{program}" for program in programs)):
+                with open(os.path.join(folder, name), "w") as file:
+                    file.write(stub)
+                os.chmod(file.name, 0o755)
+            demo = subprocess.run([os.path.join(folder, "deploy/demo"), "--window", "--out", folder, "--programs",
+                                   os.path.join(folder, "bin")], env={**os.environ, "DISPLAY": ":0"}, capture_output=True,
+                                  text=True, timeout=60)
+            self.assertEqual(demo.returncode, 0, demo.stderr)
+            with open(log) as file:
+                return file.read().splitlines()
+
+    def test_an_old_server_is_checked_before_the_window_opens(self):
+        steps = self.window_steps("tandem-client", "tandem-server")
+        self.assertEqual(steps[0], "build programs --target tandem-client --target tandem-server")
+        self.assertTrue(any("tandem-client" in step and "--guide --await-server" in step for step in steps[1:]), steps)
+        steps = self.window_steps("tandem-client")
+        self.assertEqual(steps[0], "build programs --target tandem-client", "the first time the window opens earlier")
+        self.assertIn("build programs --target tandem-server", steps[1:])
 
     def failed_tasks(self, *arguments):
         demo = run_demo("--out", self.folder, *arguments)

@@ -156,7 +156,7 @@ class Eeg(ProgramTest):
         self.refused(["stream", "--model", model, "--source", "cortex"], "--credentials")
         self.refused(["stream", "--model", model, "--source", "cortex", "--credentials", credentials, "--cortex", "ws://127.0.0.1:1"],
                      "does not answer", "EMOTIV Launcher")
-        self.refused(["stream", "--model", model, "--source", "lsl", "--library", "/nowhere/liblsl.so"], "--library FILE")
+        self.refused(["stream", "--model", model, "--source", "lsl", "--library", "/nowhere/liblsl.so"], "--library")
         self.refused(["stream", "--model", model, "--source", "file"], "--file")
 
     def test_help_says_that_it_is_no_medical_device(self):

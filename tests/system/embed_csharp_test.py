@@ -14,6 +14,33 @@ from support import PATIENCE_S, SOURCE, Server, run
 HEADER = os.path.join(SOURCE, "client", "embed", "c", "tandem.h")
 UNITY_SCRIPT = os.path.join(SOURCE, "client", "embed", "csharp", "unity", "TandemHand.cs")
 
+# Opens a client and a device without the library, and runs the finalizers of both.
+MISSING = """
+using System;
+
+static class Program {
+  static void Open(Action open) {
+    try {
+      open();
+    } catch (Exception error) {
+      Console.WriteLine(error.GetType().Name);
+    }
+  }
+  static void OpenBoth() {
+    Open(() => new Tandem.Client(new Tandem.ClientSettings { Server = "127.0.0.1:9", IsInsecure = true }));
+    Open(() => new Tandem.OwnDevice());
+  }
+  static void Main() {
+    OpenBoth();
+    for (int i = 0; i < 3; ++i) {
+      GC.Collect();
+      GC.WaitForPendingFinalizers();
+    }
+    Console.WriteLine("alive");
+  }
+}
+"""
+
 
 class CSharp(embedded.EmbeddedTest):
     components = ("runtime-library", "development", "tandem-common")
@@ -44,6 +71,24 @@ class CSharp(embedded.EmbeddedTest):
                               timeout=PATIENCE_S)
         self.assertEqual(done.returncode, 2)
         self.assertIn("refused", done.stderr)
+
+    def test_missing_library_is_an_exception_and_does_not_end_the_program(self):
+        program = self.compile(self.write("missing.cs", MISSING))
+        environment = {name: value for name, value in self.environment.items() if name != "LD_LIBRARY_PATH"}
+        done = subprocess.run(["mono", program], env=environment, capture_output=True, text=True, timeout=PATIENCE_S)
+        self.assertEqual((done.returncode, done.stdout), (0, "DllNotFoundException\nDllNotFoundException\nalive\n"),
+                         done.stderr)
+
+    def test_objects_stay_alive_during_native_calls(self):
+        """A finalizer may close a handle that a native call still uses, unless the object is kept alive after the call."""
+        with open(os.path.join(self.prefix, "share", "tandem", "csharp", "Tandem.cs"), encoding="utf-8") as file:
+            binding = file.read()
+        for name in ("OwnDevice", "Client"):
+            (body,) = re.findall(rf"^public sealed class {name} : .*?^}}", binding, re.M | re.S)
+            self.assertIn("Checked(Native.", body)
+            kept = body.replace("GC.KeepAlive(this);\n    if (status == Status.TimedOut) return false;\n    Native.Check(", "")
+            kept = kept.replace("GC.KeepAlive(this);\n    return Native.Check(status);", "")
+            self.assertNotIn("Native.Check(", kept, name)
 
     def test_forces_equal_the_ticks_and_poses_equal_the_recording(self):
         program = self.compile(os.path.join(CONSUMER, "check.cs"))

@@ -7,7 +7,9 @@ import importlib.util
 import json
 import math
 import os
+import shutil
 import sys
+import tempfile
 import unittest
 
 import support
@@ -120,6 +122,22 @@ class Lab(ProgramTest):
             self.lab.read_recording(self.folder)
         with self.assertRaisesRegex(ValueError, "mcap"):
             self.lab.read_recording(self.write("bad.mcap", "no recording"))
+
+    def test_trials_are_in_the_order_of_their_numbers(self):
+        import h5py
+        numbers = [0, 9, 9999, 10000, 10001]
+        with h5py.File(self.path("results.h5"), "w") as file:
+            for number in numbers:
+                file.create_group(f"trials/{number:04}").attrs["number"] = number
+        self.assertEqual(self.lab.read_study(self.path("results.h5"))["number"].tolist(), numbers)
+
+    def test_a_module_in_a_shallow_folder_finds_the_program_in_path(self):
+        with tempfile.TemporaryDirectory(dir="/tmp") as folder:  # /tmp/FOLDER/lab.py has three folders
+            place = shutil.copy(os.path.join(SOURCE, "client/embed/python/tandem/lab.py"), folder)
+            spec = importlib.util.spec_from_file_location("lab_shallow", place)
+            module = importlib.util.module_from_spec(spec)
+            spec.loader.exec_module(module)
+            self.assertEqual(module._replay_program(), shutil.which("tandem-replay"))
 
     def test_the_module_names_the_missing_package(self):
         spec = importlib.util.spec_from_file_location("lab_alone", os.path.join(SOURCE, "client/embed/python/tandem/lab.py"))

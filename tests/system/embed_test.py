@@ -199,6 +199,36 @@ for _ in range(2):  # a client that stays open would keep the device
         for line in (out[0], out[4]):
             self.assertIn("no_such_room", line)
 
+    def test_python_continues_while_it_collects_a_client(self):
+        """Closing a client waits for its threads. A client that Python collects must not hold the interpreter meanwhile."""
+        script = self.write("collects.py", """
+import sys, tandem, threading, time
+client = tandem.Client(server=sys.argv[1], is_insecure=True)
+client.join()
+client.wait_joined()
+client.start()
+for event in client.events(timeout_s=0.5): pass
+counts, should_end = [0], threading.Event()
+def count():
+    while not should_end.is_set():
+        counts[0] += 1
+        time.sleep(0.0002)
+counter = threading.Thread(target=count)
+counter.start()
+time.sleep(0.05)
+sys.setswitchinterval(100)  # only a release of the lock lets the other thread run
+before = counts[0]
+del client, event
+after = counts[0]
+should_end.set()
+counter.join()
+print(after - before)
+""")
+        with Server("--scene", "crate") as server:
+            counted = int(self.start_python(script, server.port))
+            server.wait_for_log("user 1 .* left on request")
+        self.assertGreater(counted, 0)
+
     def test_python_stub_names_what_the_module_has(self):
         with open(os.path.join(SOURCE, "client/embed/python/tandem/__init__.pyi"), encoding="utf-8") as file:
             stub = {}

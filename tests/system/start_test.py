@@ -3,6 +3,7 @@ session; a second user joins the session by pasting an invitation. Buttons are f
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import time
@@ -294,6 +295,23 @@ class Guided(StartTest):
 
     def hold(self, key, seconds):
         self.display.do("keydown", key, "sleep", seconds, "keyup", key)
+
+    def test_a_missing_server_is_an_error_unless_it_is_awaited(self):
+        alone = shutil.copy(program("tandem-client"), self.folder)
+        counts = []
+        for options in (["--await-server"], []):
+            client = subprocess.Popen([alone, "--window-size", f"{self.width}x{self.height}", "--guide", *options],
+                                      env=self.display.environment() | {"USER": "anna"})
+            self.addCleanup(client.wait)
+            self.addCleanup(client.kill)
+            self.wait_for_title("^tandem: start$")
+            if options:
+                time.sleep(3)
+                counts.append(self.display.picture().count(is_yellow_text))
+            else:
+                self.wait_for_picture(lambda picture: picture.count(is_yellow_text) > counts[0] + 100, "the error")
+            client.kill()
+            client.wait()
 
     def test_leads_from_the_touch_to_the_lift_and_is_resumed_at_the_next_start(self):
         client = self.start_screen("--guide", title="^tandem: anna$")

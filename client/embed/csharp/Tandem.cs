@@ -187,11 +187,15 @@ public sealed class OwnDevice : IDisposable {
         damping_maximum_n_s_per_m = settings.DampingMaximumNsPerM,
       };
       ulong handle;
-      Native.Check(Native.tandem_device_open(ref native, out handle));
+      Checked(Native.tandem_device_open(ref native, out handle));
       Handle = handle;
     }
   }
-  ~OwnDevice() { Native.tandem_device_close(Handle); }
+  // The finalizer also runs if the constructor failed, e.g. because the library is missing. Then there is nothing to
+  // close, and an exception of a finalizer would end the program.
+  ~OwnDevice() {
+    if (Handle != 0) Native.tandem_device_close(Handle);
+  }
   public void Dispose() {
     Native.tandem_device_close(Handle);
     GC.SuppressFinalize(this);
@@ -199,12 +203,18 @@ public sealed class OwnDevice : IDisposable {
 
   public void Feed(Sample sample) {
     sample.struct_size = Native.SizeOf<Sample>();
-    Native.Check(Native.tandem_device_feed(Handle, ref sample));
+    Checked(Native.tandem_device_feed(Handle, ref sample));
   }
   public Force ReadForce() {
     var force = new Force { struct_size = Native.SizeOf<Force>() };
-    Native.Check(Native.tandem_device_force(Handle, ref force));
+    Checked(Native.tandem_device_force(Handle, ref force));
     return force;
+  }
+
+  /// As Native.Check(). Keeps this object from the finalizer, which closes the device, until the native call has ended.
+  Status Checked(Status status) {
+    GC.KeepAlive(this);
+    return Native.Check(status);
   }
 
   internal readonly ulong Handle;
@@ -256,24 +266,27 @@ public sealed class Client : IDisposable {
         service = texts.Add(settings.Service),
         motors = texts.Add(settings.Motors),
       };
-      Native.Check(Native.tandem_client_open(ref native, out handle_));
+      Checked(Native.tandem_client_open(ref native, out handle_));
     }
   }
-  ~Client() { Native.tandem_client_close(handle_); }
+  // See ~OwnDevice().
+  ~Client() {
+    if (handle_ != 0) Native.tandem_client_close(handle_);
+  }
   public void Dispose() {
     Native.tandem_client_close(handle_);
     GC.SuppressFinalize(this);
   }
 
-  public void Join() { Native.Check(Native.tandem_client_join(handle_)); }
-  public void WaitJoined(double timeoutS = 20) { Native.Check(Native.tandem_client_wait_joined(handle_, timeoutS)); }
-  public void Start() { Native.Check(Native.tandem_client_start(handle_)); }
+  public void Join() { Checked(Native.tandem_client_join(handle_)); }
+  public void WaitJoined(double timeoutS = 20) { Checked(Native.tandem_client_wait_joined(handle_, timeoutS)); }
+  public void Start() { Checked(Native.tandem_client_start(handle_)); }
   /// Ramps the force to zero and leaves the room. Ticks and events can still be read.
-  public void Stop() { Native.Check(Native.tandem_client_stop(handle_)); }
+  public void Stop() { Checked(Native.tandem_client_stop(handle_)); }
 
   public Session ReadSession() {
     var native = new Native.Session { struct_size = Native.SizeOf<Native.Session>() };
-    Native.Check(Native.tandem_client_session(handle_, ref native));
+    Checked(Native.tandem_client_session(handle_, ref native));
     return new Session {
       State = native.state, User = native.user, Role = native.role, IsRunning = native.is_running != 0,
       Reconnects = native.reconnects, LostTicks = native.lost_ticks, RoundTripS = native.round_trip_s,
@@ -291,14 +304,14 @@ public sealed class Client : IDisposable {
   public bool Snapshot(out Room room, out Tick tick) {
     room = new Room { struct_size = Native.SizeOf<Room>() };
     tick = new Tick { struct_size = Native.SizeOf<Tick>() };
-    return Native.Check(Native.tandem_client_snapshot(handle_, ref room, ref tick)) == Status.Ok;
+    return Checked(Native.tandem_client_snapshot(handle_, ref room, ref tick)) == Status.Ok;
   }
   /// Reads bodies of the newest state into the caller's array, without an allocation. Returns their number.
   public int ReadBodies(Body[] bodies) {
     if (bodies.Length == 0) return 0;
     bodies[0].struct_size = Native.SizeOf<Body>();
     uint count;
-    Native.Check(Native.tandem_client_bodies(handle_, bodies, (uint)bodies.Length, out count));
+    Checked(Native.tandem_client_bodies(handle_, bodies, (uint)bodies.Length, out count));
     return (int)count;
   }
   /// Reads the other users into the caller's array. Returns their number.
@@ -306,7 +319,7 @@ public sealed class Client : IDisposable {
     if (users.Length == 0) return 0;
     users[0].struct_size = Native.SizeOf<User>();
     uint count;
-    Native.Check(Native.tandem_client_users(handle_, users, (uint)users.Length, out count));
+    Checked(Native.tandem_client_users(handle_, users, (uint)users.Length, out count));
     return (int)count;
   }
   /// Reads and removes the oldest unread ticks, at most as many as the array can hold. Returns their number.
@@ -314,7 +327,7 @@ public sealed class Client : IDisposable {
     if (ticks.Length == 0) return 0;
     ticks[0].struct_size = Native.SizeOf<Tick>();
     uint count;
-    Native.Check(Native.tandem_client_read_ticks(handle_, ticks, (uint)ticks.Length, out count));
+    Checked(Native.tandem_client_read_ticks(handle_, ticks, (uint)ticks.Length, out count));
     return (int)count;
   }
 
@@ -323,7 +336,7 @@ public sealed class Client : IDisposable {
     var native = new Native.Event { struct_size = Native.SizeOf<Native.Event>() };
     var text = text_ ?? (text_ = new byte[4096]);
     var status = Native.tandem_client_next_event(handle_, ref native, text, (UIntPtr)(uint)text.Length);
-    if (Native.Check(status) == Status.Empty) return null;
+    if (Checked(status) == Status.Empty) return null;
     return new Event {
       Kind = native.kind, User = native.user, Body = native.body, Code = native.code, Tag = native.tag,
       Value = native.value, Text = Native.TextOf(text),
@@ -332,45 +345,52 @@ public sealed class Client : IDisposable {
   /// Waits for an event. Returns false after the time-out.
   public bool WaitEvent(double timeoutS) {
     var status = Native.tandem_client_wait_event(handle_, timeoutS);
+    GC.KeepAlive(this);
     if (status == Status.TimedOut) return false;
     Native.Check(status);
     return true;
   }
 
   /// Grabs a body; 0: the nearest one within reach.
-  public void Grab(uint body = 0) { Native.Check(Native.tandem_client_grab(handle_, body)); }
-  public void Release() { Native.Check(Native.tandem_client_release(handle_)); }
+  public void Grab(uint body = 0) { Checked(Native.tandem_client_grab(handle_, body)); }
+  public void Release() { Checked(Native.tandem_client_release(handle_)); }
   public void Point(Vector placeW, uint body = 0) {
-    Native.Check(Native.tandem_client_point(handle_, body, ref placeW));
+    Checked(Native.tandem_client_point(handle_, body, ref placeW));
   }
   public void SetParameter(string name, double value) {
-    using (var texts = new Texts()) Native.Check(Native.tandem_client_set_parameter(handle_, texts.Add(name), value));
+    using (var texts = new Texts()) Checked(Native.tandem_client_set_parameter(handle_, texts.Add(name), value));
   }
   public void SetLaw(string law) {
-    using (var texts = new Texts()) Native.Check(Native.tandem_client_set_law(handle_, texts.Add(law)));
+    using (var texts = new Texts()) Checked(Native.tandem_client_set_law(handle_, texts.Add(law)));
   }
   /// Selects how the force is computed. Null for the predictor keeps the current one.
   public void SetStage(string stage, string predictor = null, bool hasPassivity = true) {
     using (var texts = new Texts()) {
-      Native.Check(Native.tandem_client_set_stage(handle_, texts.Add(stage), texts.Add(predictor),
-                                                  hasPassivity ? 1u : 0u));
+      Checked(Native.tandem_client_set_stage(handle_, texts.Add(stage), texts.Add(predictor),
+                                             hasPassivity ? 1u : 0u));
     }
   }
   public void SetLink(double delayS, double jitterS = 0, double loss = 0) {
-    Native.Check(Native.tandem_client_set_link(handle_, delayS, jitterS, loss));
+    Checked(Native.tandem_client_set_link(handle_, delayS, jitterS, loss));
   }
-  public void ResetRoom() { Native.Check(Native.tandem_client_reset_room(handle_)); }
+  public void ResetRoom() { Checked(Native.tandem_client_reset_room(handle_)); }
   public void ChangeRoom(string room) {
-    using (var texts = new Texts()) Native.Check(Native.tandem_client_change_room(handle_, texts.Add(room)));
+    using (var texts = new Texts()) Checked(Native.tandem_client_change_room(handle_, texts.Add(room)));
   }
-  public void SetNudges(bool hasNudges) { Native.Check(Native.tandem_client_set_nudges(handle_, hasNudges ? 1u : 0u)); }
+  public void SetNudges(bool hasNudges) { Checked(Native.tandem_client_set_nudges(handle_, hasNudges ? 1u : 0u)); }
   public void SetWorkspace(double scale, double turnRad = 0) {
-    Native.Check(Native.tandem_client_set_workspace(handle_, scale, turnRad));
+    Checked(Native.tandem_client_set_workspace(handle_, scale, turnRad));
   }
   public void RequestPose(PoseRequest request, uint number = 0, string name = null, uint tag = 0) {
     using (var texts = new Texts()) {
-      Native.Check(Native.tandem_client_request_pose(handle_, request, number, texts.Add(name), tag));
+      Checked(Native.tandem_client_request_pose(handle_, request, number, texts.Add(name), tag));
     }
+  }
+
+  /// As Native.Check(). Keeps this object from the finalizer, which closes the client, until the native call has ended.
+  Status Checked(Status status) {
+    GC.KeepAlive(this);
+    return Native.Check(status);
   }
 
   [ThreadStatic] static byte[] text_;  // buffer of this thread, so that a query allocates nothing

@@ -103,6 +103,15 @@ class Client {
  public:
   explicit Client(const tandem::ClientSettings& settings, std::shared_ptr<tandem::OwnDevice> device)
       : device_(std::move(device)), client_(std::in_place, settings) {}
+  // Closing waits for the threads of the client. If Python collects the client, other threads of Python continue.
+  ~Client() {
+    std::optional<py::gil_scoped_release> release;
+    if (PyGILState_Check() != 0) release.emplace();
+    client_.reset();
+    device_.reset();
+  }
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
 
   /// Joins the room and starts the loop. If this fails, closes the client, because Python then calls no __exit__.
   void enter(double timeout_s) {

@@ -46,14 +46,21 @@ const docking::Molecule* molecule_at(const DrawnScene& scene, const AtomPlace& p
 }
 
 std::optional<AtomPlace> first_atom(const DrawnScene& scene, std::span<const Pose> X_WB, double metres_per_angstrom,
-                                    const Vec3& from_W, const Vec3& along_W) {
+                                    const Vec3& from_W, const Vec3& along_W,
+                                    const std::optional<Eigen::Hyperplane<double, 3>>& cut_W) {
   std::optional<AtomPlace> found;
+  Vec3 begin_W = from_W;
+  if (const double depth_m = cut_W ? cut_W->signedDistance(from_W) : 0; depth_m < 0) {
+    const double rate = cut_W->normal().dot(along_W);
+    if (rate <= 0) return found;  // the whole ray is cut away
+    begin_W -= depth_m / rate * along_W;
+  }
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < std::min(scene.bodies.size(), X_WB.size()); ++i) {
     const docking::Molecule* const molecule = scene.bodies[i].molecule.get();
     if (molecule == nullptr) continue;
     NearestBall ball{.molecule = *molecule,
-                     .from = X_WB[i].inverse() * from_W / metres_per_angstrom,
+                     .from = X_WB[i].inverse() * begin_W / metres_per_angstrom,
                      .along = (X_WB[i].q.conjugate() * along_W).normalized(),
                      .nearest = nearest};
     for (std::size_t atom = 0; atom < molecule->size(); ++atom) ball.add(atom);

@@ -21,10 +21,12 @@ struct AtomPlace {
 const docking::Molecule* molecule_at(const DrawnScene& scene, const AtomPlace& place);
 
 /// Returns the first atom on a ray, by the van der Waals balls of the atoms, whatever the style in which they are drawn.
-/// In      X_WB  one for each body
+/// In      X_WB   one for each body
+///         cut_W  cutting plane, as in DrawnFrame: the ray begins at it, so that atoms cut away are not found
 /// Cost    O(atoms)
 std::optional<AtomPlace> first_atom(const DrawnScene& scene, std::span<const Pose> X_WB, double metres_per_angstrom,
-                                    const Vec3& from_W, const Vec3& along_W);
+                                    const Vec3& from_W, const Vec3& along_W,
+                                    const std::optional<Eigen::Hyperplane<double, 3>>& cut_W = std::nullopt);
 
 /// Returns the residue of an atom for the user, such as "GLU 12A of chain B"; "atom 17" if the file gives no names.
 std::string residue_text(const docking::Molecule& molecule, std::size_t atom);

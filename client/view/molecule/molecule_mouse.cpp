@@ -1,30 +1,66 @@
 #include "client/view/molecule/molecule_mouse.hpp"
 
 #include <cstdio>
+#include <utility>
 
 namespace tandem::client {
+namespace {
+
+/// Identifies the molecules of a scene: their assets, in the order of the bodies. After a rejoin it is the same.
+std::string molecules_of(const wire::Scene& scene) {
+  std::string text;
+  for (const wire::Body& body : scene.bodies()) {
+    for (const wire::Shape& shape : body.shapes()) {
+      if (shape.has_molecule()) text += shape.molecule().asset_sha256();
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace
 
 void MoleculeMouse::follow(const MoleculeFrame& frame) {
   under_mouse_.reset();
   if (frame.is_free || frame.is_click) {
     under_mouse_ = first_atom(frame.scene, frame.X_WB, frame.metres_per_angstrom, frame.from_W, frame.along_W);
   }
-  if (frame.is_click && under_mouse_) {
-    selection_.click(frame.scene, *under_mouse_);
-    problem_.clear();
+  if (frame.is_double_click) {
+    if (clicked_at_ && frame.now - *clicked_at_ < kDoubleClick) selection_ = before_click_;
+    clicked_at_.reset();
+    doubled_at_ = frame.now;
+    ignores_click_ = true;
+  }
+  if (frame.is_click) {
+    click(frame);
+  } else if (frame.is_free) {
+    ignores_click_ = false;  // the second click was a drag
   }
   distance_ = selection_.distance(frame.scene, frame.X_WB, frame.metres_per_angstrom);
 }
 
+void MoleculeMouse::click(const MoleculeFrame& frame) {
+  // In a slow frame both presses may be received before the first release.
+  const bool is_of_double_click = doubled_at_ && frame.now - *doubled_at_ < kDoubleClick;
+  if (std::exchange(ignores_click_, false) || is_of_double_click || !under_mouse_) return;
+  before_click_ = selection_;
+  clicked_at_ = frame.now;
+  selection_.click(frame.scene, *under_mouse_);
+  problem_.clear();
+}
+
 void MoleculeMouse::clear() {
   selection_.clear();
+  clicked_at_.reset();
   under_mouse_.reset();
   distance_.reset();
   problem_.clear();
 }
 
-void MoleculeMouse::belong_to(const void* scene) {
-  selection_.belong_to(scene);
+void MoleculeMouse::belong_to(const std::shared_ptr<const wire::Joined>& joined) {
+  if (joined == nullptr || joined == joined_) return;
+  joined_ = joined;
+  selection_.belong_to(molecules_of(joined->scene()));
   if (selection_.is_empty()) distance_.reset();
 }
 

@@ -1,11 +1,13 @@
 // The mouse over molecules: the atom under it, clicks, and the texts about them.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 
 #include "client/view/molecule/residue_selection.hpp"
+#include "common/base/time.hpp"
 
 namespace tandem::client {
 
@@ -26,6 +28,10 @@ struct MoleculeFrame {
   Vec3 from_W = Vec3::Zero(), along_W = Vec3::UnitX();
   bool is_free = false;   ///< the mouse is over the scene and holds nothing
   bool is_click = false;  ///< the left button was pressed and released without motion
+  /// The second press of a double click, which grabs. Neither of its clicks selects: the first one is taken back.
+  bool is_double_click = false;
+  LocalTime now{};
+  std::optional<Eigen::Hyperplane<double, 3>> cut_W{};  ///< cutting plane, see first_atom()
 };
 
 /// Thread  the window's
@@ -35,16 +41,27 @@ class MoleculeMouse {
   void follow(const MoleculeFrame& frame);
   /// Removes the selection.
   void clear();
-  /// Removes the selection if it belongs to another scene.
-  void belong_to(const void* scene);
+  /// Removes the selection if it belongs to other molecules.
+  /// In      joined  null: not joined, which changes nothing
+  void belong_to(const std::shared_ptr<const wire::Joined>& joined);
 
   const ResidueSelection& selection() const { return selection_; }
   const std::optional<AtomDistance>& distance() const { return distance_; }
   /// Content of the panel for this frame.
   MoleculeContent content(const DrawnScene& scene);
 
+  /// Longest time between the clicks of a double click.
+  static constexpr Duration kDoubleClick = std::chrono::milliseconds(500);
+
  private:
+  void click(const MoleculeFrame& frame);
+
   ResidueSelection selection_;
+  ResidueSelection before_click_;          ///< selection before the last click
+  std::optional<LocalTime> clicked_at_;    ///< time of the last click
+  bool ignores_click_ = false;             ///< true: the next click is the second one of a double click
+  std::optional<LocalTime> doubled_at_{};  ///< time of the last double click
+  std::shared_ptr<const wire::Joined> joined_;
   std::optional<AtomPlace> under_mouse_;
   std::optional<AtomDistance> distance_;
   std::string problem_;

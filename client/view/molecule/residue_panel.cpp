@@ -9,9 +9,6 @@
 namespace tandem::client {
 namespace {
 
-/// Entries of the legend that are shown; a ribosome has more chains.
-constexpr std::size_t kMaxLegend = 24;
-
 /// Draws a text in a place of two lines, so that a longer one never moves the controls below.
 void draw_in_place(const std::string& text, const ImVec4& color) {
   const float top = ImGui::GetCursorPosY();
@@ -39,17 +36,8 @@ void draw_entry(const LegendEntry& entry, bool is_first) {
 }
 
 void draw_legend(const DrawnScene& scene) {
-  std::size_t count = 0;
-  std::vector<LegendEntry> drawn;
-  for (const DrawnBody& body : scene.bodies) {
-    for (const LegendEntry& entry : body.legend) {
-      if (std::ranges::find(drawn, entry) != drawn.end()) continue;
-      if (count < kMaxLegend) draw_entry(entry, count == 0);
-      drawn.push_back(entry);
-      ++count;
-    }
-  }
-  if (count > kMaxLegend) ImGui::TextColored(kDim, "and %zu more", count - kMaxLegend);
+  for (const LegendEntry& entry : scene.legend) draw_entry(entry, &entry == &scene.legend.front());
+  if (scene.legend_omitted > 0) ImGui::TextColored(kDim, "and %zu more", scene.legend_omitted);
 }
 
 /// Returns a sentence about the selection, or about the distance of two picked atoms.

@@ -51,7 +51,8 @@ std::optional<ResidueRange> parse_one(std::string_view text) {
     return ResidueRange{.chain = std::string(text)};
   }
   range.chain = std::string(trimmed(text.substr(0, colon)));
-  const bool is_valid = is_word(range.chain) && parse_numbers(trimmed(text.substr(colon + 1)), range);
+  const std::string_view numbers = trimmed(text.substr(colon + 1));
+  const bool is_valid = is_word(range.chain) && (numbers.empty() || parse_numbers(numbers, range));
   return is_valid ? std::optional(range) : std::nullopt;
 }
 

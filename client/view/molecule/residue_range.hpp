@@ -21,8 +21,8 @@ struct ResidueRange {
 
 inline constexpr std::size_t kMaxRanges = 32;
 
-/// Parses ranges, separated by commas: "A:10-25", "A:12", "A:12B" with an insertion code, "10-25" in all chains, "A" for
-/// a whole chain. Returns nothing if the text is another, or has more than kMaxRanges.
+/// Parses ranges, separated by commas: "A:10-25", "A:12", "A:12B" with an insertion code, "10-25" in all chains, "A" or
+/// "1:" for a whole chain. Returns nothing if the text is another, or has more than kMaxRanges.
 std::optional<std::vector<ResidueRange>> parse_residues(std::string_view text);
 
 /// Returns whether a residue belongs to a range.

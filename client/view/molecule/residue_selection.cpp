@@ -13,9 +13,11 @@ bool has_residues(const docking::Molecule& molecule) {
          molecule.residue_names.size() == size && molecule.segments.size() == size;
 }
 
+/// A residue is the same as that of docking::residue_starts(), which costs O(atoms).
 bool is_same_residue(const docking::Molecule& molecule, std::size_t a, std::size_t b) {
   return has_residues(molecule) && molecule.residue_ids[a] == molecule.residue_ids[b] &&
-         molecule.chains[a] == molecule.chains[b] && molecule.segments[a] == molecule.segments[b];
+         molecule.residue_names[a] == molecule.residue_names[b] && molecule.chains[a] == molecule.chains[b] &&
+         molecule.segments[a] == molecule.segments[b];
 }
 
 /// Chains of all molecules as text: "A, B".
@@ -44,9 +46,9 @@ std::size_t residue_end(const docking::Molecule& molecule, std::size_t start) {
   return std::min(end, molecule.size());
 }
 
-void ResidueSelection::belong_to(const void* scene) {
-  if (scene != scene_) clear();
-  scene_ = scene;
+void ResidueSelection::belong_to(const std::string& molecules) {
+  if (molecules != molecules_) clear();
+  molecules_ = molecules;
 }
 
 void ResidueSelection::clear() {
@@ -69,7 +71,7 @@ void ResidueSelection::click(const DrawnScene& scene, const AtomPlace& place) {
 
 std::string ResidueSelection::select(const DrawnScene& scene, std::string_view text) {
   const auto ranges = parse_residues(text);
-  if (!ranges) return "Write a range such as A:10-25, one residue as A:12, or A for a whole chain.";
+  if (!ranges) return "Write a range such as A:10-25, one residue as A:12, or A: for a whole chain.";
   std::set<AtomPlace> found;
   for (std::size_t body = 0; body < scene.bodies.size(); ++body) {
     const docking::Molecule* const molecule = scene.bodies[body].molecule.get();
@@ -83,6 +85,7 @@ std::string ResidueSelection::select(const DrawnScene& scene, std::string_view t
   }
   if (found.empty()) return "No residue is " + std::string(text) + ". The chains are " + chains_of(scene) + ".";
   residues_ = std::move(found);
+  picked_.clear();  // a distance between atoms that are not selected would be misleading
   return "";
 }
 

@@ -23,14 +23,14 @@ class ResidueSelection {
  public:
   static constexpr std::size_t kMaxResidues = 10'000;
 
-  /// Clears the selection if it belongs to another scene.
-  /// In      scene  identifies the scene; it is compared only
-  void belong_to(const void* scene);
+  /// Clears the selection if it belongs to other molecules.
+  /// In      molecules  identifies the molecules of the scene; it is compared only
+  void belong_to(const std::string& molecules);
   void clear();
   /// Selects the residue of an atom, and picks the atom for a distance. A second click on the atom takes both back.
   void click(const DrawnScene& scene, const AtomPlace& place);
-  /// Selects the residues of a text such as "A:10-25" instead of the selected ones. Returns why not, with the remedy; ""
-  /// if it has.
+  /// Selects the residues of a text such as "A:10-25" instead of the selected ones, and picks no atom. Returns why
+  /// not, with the remedy; "" if it has.
   std::string select(const DrawnScene& scene, std::string_view text);
 
   /// First atom of each selected residue, at most kMaxResidues.
@@ -44,7 +44,7 @@ class ResidueSelection {
                                        double metres_per_angstrom) const;
 
  private:
-  const void* scene_ = nullptr;
+  std::string molecules_;
   std::set<AtomPlace> residues_;
   std::vector<AtomPlace> picked_;
 };

@@ -1,6 +1,7 @@
 #include "client/view/sound/sound_player.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <future>
 #include <semaphore>
@@ -16,8 +17,10 @@ namespace {
 constexpr Duration kPoll{std::chrono::milliseconds(5)};
 /// Time without progress after which the device counts as stuck.
 constexpr Duration kStuck{std::chrono::milliseconds(500)};
-/// Silence after a sound, so that the device starts even if the sound is shorter than its buffer.
-constexpr double kTail_s = 0.1;
+/// Silence after a sound, so that the device starts even if the sound is shorter than its buffer. It is written in
+/// pieces, and only while no sound is queued, because it would delay the next sound.
+constexpr std::size_t kTail = static_cast<std::size_t>(0.1 * kSampleRate_hz);
+constexpr std::size_t kTailPiece = kTail / 20;
 
 struct Queued {
   Sound sound = Sound::kContact;
@@ -34,6 +37,7 @@ struct SoundPlayer::Shared {
   void run();
   void play(const Queued& queued);
   bool write(std::span<const std::int16_t> samples);
+  void write_or_close(std::span<const std::int16_t> samples);
 
   std::unique_ptr<SoundSink> sink;
   SteadyClock clock;
@@ -42,6 +46,7 @@ struct SoundPlayer::Shared {
   std::atomic<bool> is_ending{false};
   std::atomic<bool> has_no_device{false};
   bool is_open = false;
+  std::size_t tail = 0;  ///< samples of silence that remain to be written
   std::thread thread;
   std::promise<void> end;
 };
@@ -70,7 +75,13 @@ bool SoundPlayer::play(Sound sound, double gain, LocalTime at) {
 void SoundPlayer::Shared::run() {
   while (!is_ending) {
     Queued queued;
-    if (!work.try_acquire_for(kIdle)) {
+    if (!work.try_acquire_for(tail > 0 ? Duration{0} : kIdle)) {
+      if (tail > 0) {
+        const std::array<std::int16_t, kTailPiece> silence{};
+        tail -= std::min(tail, kTailPiece);
+        write_or_close(silence);
+        continue;
+      }
       if (std::exchange(is_open, false)) sink->close();
     } else if (!is_ending && queue.pop(queued)) {
       play(queued);
@@ -85,11 +96,16 @@ void SoundPlayer::Shared::play(const Queued& queued) {
   if (!is_open) is_open = sink->open();
   has_no_device = !is_open;
   if (!is_open) return;
-  std::vector<std::int16_t> samples = samples_of(queued.sound, queued.gain);
-  samples.resize(samples.size() + static_cast<std::size_t>(kTail_s * kSampleRate_hz));
+  tail = kTail;
+  write_or_close(samples_of(queued.sound, queued.gain));
+}
+
+/// Writes all samples. Closes the device if it is lost or stuck.
+void SoundPlayer::Shared::write_or_close(std::span<const std::int16_t> samples) {
   if (write(samples)) return;
   sink->close();
   is_open = false;
+  tail = 0;
 }
 
 /// Writes all samples. Returns false if the device is lost or stuck.

@@ -211,6 +211,9 @@ TEST(ClientOptions, WithoutHeadlessThereIsAWindowAndTheMouseIsTheDevice) {
   EXPECT_FALSE(options->window.begins_guide);
   EXPECT_TRUE(parse_with_window({"--guide"})->window.begins_guide);
   EXPECT_THAT(error_of({"--guide"}), AllOf(HasSubstr("--guide"), HasSubstr("leave out --headless")));
+  EXPECT_FALSE(options->window.awaits_server);
+  EXPECT_TRUE(parse_with_window({"--guide", "--await-server"})->window.awaits_server);
+  EXPECT_THAT(error_of({"--await-server"}), HasSubstr("add --guide"));
   EXPECT_FALSE(parse({})->window.is_open);
   EXPECT_EQ(parse_with_window({"--hand", "circle"})->device.name, "sim") << "who names a hand wants to watch it";
   EXPECT_EQ(parse_with_window({"--device", "sim"})->device.name, "sim");

@@ -177,6 +177,8 @@ TEST(Abi, SettingsThatAreWrongNameTheFieldAndTheRemedy) {
       {[](auto& s) { s.server = "1.2.3.4:x"; }, "1.2.3.4"},
       {[](auto& s) { s.realtime_priority = 100; }, "1 to 99"},
       {[](auto& s) { s.motor_counts_per_n_m = -1; }, "motor_counts_per_n_m"},
+      {[](auto& s) { s.motor_counts_per_n_m = 99; }, "motor_counts_per_n_m is 99"},
+      {[](auto& s) { s.motor_counts_per_n_m = 20001; }, "100 to 20000"},
   };
   for (const auto& [spoil, words] : cases) {
     auto settings = settings_for(kNowhere);
@@ -195,6 +197,26 @@ TEST(Abi, SettingsThatAreWrongNameTheFieldAndTheRemedy) {
   device_settings.maximum_source = "data sheet";
   EXPECT_EQ(tandem_device_open(&device_settings, &device), TANDEM_OK) << tandem_last_error();
   EXPECT_EQ(tandem_device_close(device), TANDEM_OK);
+}
+
+// A program has no command line options of tandem-client, so that an error must not name them.
+TEST(Abi, ErrorsOfBuiltInDevicesNameSettingsInsteadOfOptions) {
+  const std::vector<std::pair<std::function<void(tandem_client_settings&)>, std::string>> cases{
+      {[](auto& s) { s.device = "forcedimension", s.library = "/nowhere/x.so"; }, "the setting library"},
+      {[](auto& s) { s.device = "openhaptics", s.library = "/nowhere/x.so"; }, "the setting library"},
+      {[](auto& s) { s.device = "falcon", s.firmware = "/nowhere/x.bin"; }, "the setting firmware"},
+      {[](auto& s) { s.device = "inverse3", s.service = "192.0.2.1:1"; }, "the setting service"},
+      {[](auto& s) { s.motors = "/nowhere/motors"; }, "the setting motors"},
+  };
+  for (const auto& [spoil, words] : cases) {
+    auto settings = settings_for(kNowhere);
+    spoil(settings);
+    tandem_client client = 1;
+    EXPECT_LT(tandem_client_open(&settings, &client), 0) << words;
+    const std::string error = tandem_last_error();
+    EXPECT_NE(error.find(words), std::string::npos) << error;
+    EXPECT_EQ(error.find("--"), std::string::npos) << error;
+  }
 }
 
 // An error of one thread must not be visible in another thread.

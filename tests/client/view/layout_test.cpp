@@ -195,8 +195,9 @@ TEST_P(Layout, TheMoleculesFit) {
   molecule->segments = {0, 0};
   DrawnScene scene;
   scene.bodies.emplace_back().molecule = molecule;
-  for (std::size_t i = 0; i < 40; ++i)
-    scene.bodies.front().legend.push_back({"chain " + std::to_string(i), chain_color(i)});
+  for (std::size_t i = 0; i < DrawnScene::kMaxLegend; ++i)
+    scene.legend.push_back({"chain " + std::to_string(i), chain_color(i)});
+  scene.legend_omitted = 16;
   MoleculeMouse mouse;
   const std::vector<Pose> X_WB(1);
   for (const double z : {0.0, 9.25}) {

@@ -134,8 +134,8 @@ TEST_F(Lsl, AStreamThatIsSilentCountsAsLost) {
 }
 
 TEST(LslLibrary, AMissingOrIncompleteLibraryIsNamed) {
-  for (const auto& [file, words] : {std::pair{"/nowhere/liblsl.so", "--library FILE"},
-                                    {TANDEM_FAKE_LSL_WITHOUT_PULL, "it has no lsl_pull_chunk_d"}}) {
+  for (const auto& [file, words] :
+       {std::pair{"/nowhere/liblsl.so", "--library"}, {TANDEM_FAKE_LSL_WITHOUT_PULL, "it has no lsl_pull_chunk_d"}}) {
     LslSettings settings;
     settings.library = file;
     try {

@@ -56,7 +56,7 @@ static class Frames {
   }
 
   static int Main(string[] arguments) {
-    var crate = UnityEngine.GameObject.All["crate"] = new UnityEngine.GameObject();
+    var crate = new UnityEngine.GameObject();
     var script = new TandemHand { server = arguments[0], device = "sim" };
     Call(script, "OnEnable");
     uint held = 0;
@@ -64,6 +64,8 @@ static class Frames {
     for (int frame = 0; frame < 1200 && (held == 0 || frame % 60 != 0); ++frame) {
       if (frame % 60 == 30 && held == 0) UnityEngine.Input.IsDown = true;  // tries again after the start
       Call(script, "Update");
+      // The object appears when the script has already read the bodies, as after the load of another Unity scene.
+      if (script.ForceN > 0) UnityEngine.GameObject.All["crate"] = crate;
       held = script.HeldBody;
       force = Math.Max(force, script.ForceN);
       Thread.Sleep(16);

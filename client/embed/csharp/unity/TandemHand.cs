@@ -23,7 +23,7 @@ public class TandemHand : MonoBehaviour {
     return new Quaternion(-(float)q.x, -(float)q.z, -(float)q.y, (float)q.w);
   }
 
-  // Opening a device and joining take a second or more. Frames continue meanwhile.
+  // Opening a device may block for a second or more, in which no frame is drawn. Joining does not block.
   void OnEnable() {
     try {
       client_ = new Tandem.Client(new Tandem.ClientSettings {
@@ -67,6 +67,7 @@ public class TandemHand : MonoBehaviour {
 
   void ShowEvents() {
     for (var found = client_.NextEvent(); found != null; found = client_.NextEvent()) {
+      if (found.Kind == Tandem.EventKind.Joined) bodies_.Clear();  // the ids are those of the room's new scene
       if (found.Kind == Tandem.EventKind.News) Debug.Log(found.Text);
       if (found.Kind == Tandem.EventKind.Refused) Debug.LogWarning(found.Text);
     }
@@ -82,10 +83,10 @@ public class TandemHand : MonoBehaviour {
     transform.localRotation = ToUnity(tick.tool_W.rotation_wxyz);
     for (int i = client_.ReadBodies(read_) - 1; i >= 0; --i) {
       GameObject found;
-      if (!bodies_.TryGetValue(read_[i].id, out found)) {
-        found = bodies_[read_[i].id] = GameObject.Find(read_[i].name.ToString());
-      }
-      if (found == null) continue;  // a body that this Unity scene does not show
+      bodies_.TryGetValue(read_[i].id, out found);
+      if (found == null) found = GameObject.Find(read_[i].name.ToString());
+      if (found == null) continue;  // a body that this Unity scene does not show, or not yet
+      bodies_[read_[i].id] = found;
       found.transform.localPosition = ToUnity(read_[i].pose_W.position_m, scale);
       found.transform.localRotation = ToUnity(read_[i].pose_W.rotation_wxyz);
     }

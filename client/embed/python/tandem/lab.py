@@ -135,13 +135,14 @@ def read_study(path: Path) -> Study:
     with h5py.File(file, "r") as opened:
         if "trials" not in opened:
             raise ValueError(f"{file} has no trials; a recording is read by read_recording()")
-        return Study([Trial(file, name, opened["trials"][name]) for name in sorted(opened["trials"])])
+        return Study([Trial(file, name, opened["trials"][name]) for name in sorted(opened["trials"], key=int)])
 
 
 def _replay_program() -> str:
     """Returns the program of this installation, or else the one in PATH."""
-    ours = pathlib.Path(__file__).resolve().parents[4] / "bin" / "tandem-replay"
-    found = str(ours) if ours.exists() else shutil.which("tandem-replay")
+    folders = pathlib.Path(__file__).resolve().parents
+    ours = folders[4] / "bin" / "tandem-replay" if len(folders) > 4 else None
+    found = str(ours) if ours is not None and ours.exists() else shutil.which("tandem-replay")
     if found is None:
         raise FileNotFoundError("there is no program tandem-replay, which reads .mcap; apt install tandem-lab")
     return found

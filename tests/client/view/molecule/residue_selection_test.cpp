@@ -51,6 +51,17 @@ class ResidueSelectionTest : public testing::Test {
     return selection_.residues().size();
   }
 
+  /// A frame with the mouse over the atom {2, 0}.
+  MoleculeFrame frame_at(bool is_click) const {
+    return {.scene = scene_,
+            .X_WB = X_WB_,
+            .metres_per_angstrom = kScale,
+            .from_W = Vec3(0, 0, 100 * kScale),
+            .along_W = -Vec3::UnitZ(),
+            .is_free = true,
+            .is_click = is_click};
+  }
+
   DrawnScene scene_;
   std::vector<Pose> X_WB_;
   ResidueSelection selection_;
@@ -113,12 +124,13 @@ TEST_F(ResidueSelectionTest, RangesAreSelectedByNumberChainAndInsertionCode) {
   EXPECT_EQ(count_of("B:-2"), 1U);
   EXPECT_EQ(count_of("-5-9"), 2U) << "in all chains";
   EXPECT_EQ(count_of("A"), 4U);
+  EXPECT_EQ(count_of("A:"), 4U);
   EXPECT_EQ(count_of(" A:9 , B:-2-5 "), 2U);
 }
 
 TEST_F(ResidueSelectionTest, AnotherTextIsExplainedAndChangesNothing) {
   count_of("A");
-  for (const char* const text : {"", ":", "A:", "A:x", "A:10-", "A:11-10", "A:10-11-12", "A:10,,", "A B", "A:10AB",
+  for (const char* const text : {"", ":", ":5", "A:x", "A:10-", "A:11-10", "A:10-11-12", "A:10,,", "A B", "A:10AB",
                                  "C:1", "A:99999999999", "!", "A:10-11B"}) {
     EXPECT_NE(selection_.select(scene_, text), "") << text;
     EXPECT_EQ(selection_.residues().size(), 4U) << text;
@@ -129,14 +141,90 @@ TEST_F(ResidueSelectionTest, AnotherTextIsExplainedAndChangesNothing) {
   EXPECT_NE(selection_.select(scene_, many), "");
 }
 
-TEST_F(ResidueSelectionTest, BelongsToOneScene) {
-  const int one = 0, another = 0;
-  selection_.belong_to(&one);
+TEST_F(ResidueSelectionTest, AChainWithANumericNameIsSelectedByAColon) {
+  EXPECT_EQ(parse_residues("1:"), std::vector{ResidueRange{.chain = "1"}});
+  EXPECT_EQ(parse_residues("1"), (std::vector{ResidueRange{.first = 1, .last = 1}})) << "the residue 1 of all chains";
+}
+
+TEST_F(ResidueSelectionTest, ATypedRangeRemovesTheDistance) {
   selection_.click(scene_, {1, 0});
-  selection_.belong_to(&one);
-  EXPECT_FALSE(selection_.is_empty());
-  selection_.belong_to(&another);
-  EXPECT_TRUE(selection_.is_empty());
+  selection_.click(scene_, {2, 0});
+  count_of("A:9");
+  EXPECT_TRUE(selection_.picked().empty());
+  EXPECT_FALSE(selection_.distance(scene_, X_WB_, kScale));
+}
+
+TEST_F(ResidueSelectionTest, ResiduesAreThoseOfTheDocking) {
+  docking::Molecule molecule = *scene_.bodies[1].molecule;
+  add_residue(molecule, "A", "11", "SER");  // another name alone
+  add_residue(molecule, "B", "11", "SER");
+  add_residue(molecule, "B", "11", "SER");
+  molecule.segments.back() = molecule.segments[molecule.size() - 2] = 1;
+  std::vector<std::size_t> starts;
+  for (std::size_t start = 0; start < molecule.size(); start = residue_end(molecule, start)) {
+    starts.push_back(start);
+    EXPECT_EQ(residue_start(molecule, start + 1), start);
+  }
+  EXPECT_EQ(starts, docking::residue_starts(molecule));
+  EXPECT_EQ(starts.size(), 7U);
+}
+
+TEST_F(ResidueSelectionTest, AtomsThatAreCutAwayAreNotFound) {
+  const auto cut_at = [&](double z, const Vec3& along) {
+    const Eigen::Hyperplane<double, 3> cut_W(-Vec3::UnitZ(), Vec3(0, 0, z * kScale));
+    return first_atom(scene_, X_WB_, kScale, kScale * Vec3(0, 0, 100), along, cut_W);
+  };
+  EXPECT_EQ(cut_at(50, -Vec3::UnitZ()), (AtomPlace{2, 0})) << "in front of both molecules";
+  EXPECT_EQ(cut_at(15, -2 * Vec3::UnitZ()), (AtomPlace{1, 0})) << "between them";
+  EXPECT_EQ(cut_at(-15, -Vec3::UnitZ()), std::nullopt);
+  EXPECT_EQ(cut_at(15, Vec3::UnitX()), std::nullopt) << "a ray along the plane";
+}
+
+TEST_F(ResidueSelectionTest, SurvivesARejoinOfTheSameMolecules) {
+  const auto joined = [](const std::string& sha256) {
+    auto made = std::make_shared<wire::Joined>();
+    made->mutable_scene()->add_bodies()->add_shapes()->mutable_molecule()->set_asset_sha256(sha256);
+    return made;
+  };
+  MoleculeMouse mouse;
+  mouse.belong_to(joined("one"));
+  mouse.follow(frame_at(true));
+  ASSERT_FALSE(mouse.selection().is_empty());
+  mouse.belong_to(joined("one"));
+  EXPECT_FALSE(mouse.selection().is_empty());
+  mouse.belong_to(nullptr);
+  EXPECT_FALSE(mouse.selection().is_empty());
+  mouse.belong_to(joined("another"));
+  EXPECT_TRUE(mouse.selection().is_empty());
+}
+
+TEST_F(ResidueSelectionTest, ADoubleClickGrabsAndSelectsNothing) {
+  MoleculeMouse mouse;
+  LocalTime now{};
+  const auto follow = [&](bool is_click, bool is_double_click, int after_ms) {
+    now += std::chrono::milliseconds(after_ms);
+    MoleculeFrame frame = frame_at(is_click);
+    frame.is_free = is_click;  // a press is not free, a release is
+    frame.is_double_click = is_double_click;
+    frame.now = now;
+    mouse.follow(frame);
+  };
+  follow(true, false, 1000);
+  const auto before = mouse.selection().residues();
+  ASSERT_EQ(before.size(), 1U);
+  follow(true, false, 2000);  // takes the residue back
+  EXPECT_TRUE(mouse.selection().is_empty());
+  follow(false, true, 200);
+  EXPECT_EQ(mouse.selection().residues(), before) << "the first click of the double click is taken back";
+  follow(true, false, 100);
+  EXPECT_EQ(mouse.selection().residues(), before) << "the second one is ignored";
+  follow(true, false, 2000);
+  EXPECT_TRUE(mouse.selection().is_empty()) << "a later click selects";
+  follow(false, true, 2000);
+  EXPECT_TRUE(mouse.selection().is_empty()) << "an earlier click stays";
+  follow(true, false, 50);
+  follow(true, false, 50);
+  EXPECT_TRUE(mouse.selection().is_empty()) << "both releases follow the double click in a slow frame";
 }
 
 TEST_F(ResidueSelectionTest, TheMouseOverAPanelOrInADragHasNoAtom) {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <condition_variable>
 #include <functional>
+#include <iterator>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -37,6 +38,14 @@ class Record {
   bool holds(std::span<const std::int16_t> part) const { return !std::ranges::search(samples_, part).empty(); }
   bool is_empty() const { return samples_.empty(); }
 
+  void count_open() {
+    const std::lock_guard lock(mutex_);
+    ++opened;
+    is_opening = true;
+    changed_.notify_all();
+  }
+
+  int opened = 0;  ///< calls of open()
   bool is_opening = false, is_closed = false, is_gone = false, is_released = false;
 
  private:
@@ -57,7 +66,7 @@ class FakeSink : public SoundSink {
   FakeSink(std::shared_ptr<Record> record, Behaviour behaviour) : record_(std::move(record)), behaviour_(behaviour) {}
   ~FakeSink() override { record_->set(record_->is_gone); }
   bool open() override {
-    record_->set(record_->is_opening);
+    record_->count_open();
     if (behaviour_.blocks_open) record_->wait([](const Record& record) { return record.is_released; });
     return behaviour_.has_device;
   }
@@ -132,6 +141,19 @@ TEST_F(SoundPlayerTest, ALostDeviceIsClosedAndOpenedAgain) {
   player.play(Sound::kContact, 1, now() + kPatience);
   EXPECT_TRUE(record_->wait([](const Record& record) { return record.is_closed; }));
   EXPECT_TRUE(player.play(Sound::kContact, 1, now() + kPatience));
+  EXPECT_TRUE(record_->wait([](const Record& record) { return record.opened == 2; }));
+}
+
+TEST_F(SoundPlayerTest, SilenceFollowsTheLastSoundAndDelaysNoOther) {
+  std::vector<std::int16_t> expected = samples_of(Sound::kContact, 1);
+  std::ranges::copy(samples_of(Sound::kGoal, 1), std::back_inserter(expected));
+  expected.resize(expected.size() + static_cast<std::size_t>(0.1 * kSampleRate_hz));
+  SoundPlayer player(sink({.blocks_open = true}));
+  player.play(Sound::kContact, 1, now() + kPatience);
+  ASSERT_TRUE(record_->wait([](const Record& record) { return record.is_opening; }));
+  player.play(Sound::kGoal, 1, now() + kPatience);
+  record_->set(record_->is_released);
+  EXPECT_TRUE(record_->wait([&](const Record& record) { return record.holds(expected); }));
 }
 
 TEST_F(SoundPlayerTest, ADeviceWithoutRoomIsGivenUp) {
