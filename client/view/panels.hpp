@@ -41,7 +41,7 @@ struct PanelContent {
   const Figures* figures = nullptr;
   const std::vector<std::pair<std::string, std::string>>* facts = nullptr;  ///< names and values that describe the run
   const std::vector<std::string>* missing = nullptr;                        ///< objects of the scene that are not drawn
-  std::string notice;                                                       ///< text for the top of the window
+  std::string notice{};                                                     ///< text for the top of the window
   bool is_mouse = false;
   double camera_turn_rad = 0;        ///< see Camera::turn_rad()
   bool is_making_molecules = false;  ///< true: molecules in another style are being made
