@@ -30,7 +30,8 @@ constexpr double kThinShare = 0.02;
 // Points inside another part of the shape are omitted. A point is inside if its depth in the field exceeds this
 // multiple of the field's error.
 constexpr double kBuriedErrors = 2;
-// Gradients shorter than this occur only on creases of the field, between two faces that are less than a cell apart.
+// Gradients shorter than this occur only on creases of the field, between two faces that are less than a cell apart. A
+// distance grid returns gradients of length 0.1 there.
 constexpr double kShortGradient = 0.101;
 // Maximum rounding error of points' coordinates in single precision, as a fraction of the spacing of points.
 constexpr double kRoundingShare = 1e-3;

@@ -21,8 +21,9 @@ struct ContactShapeOptions {
 
   // Resolution of the surface points.
   double spacing_m = 4.5e-4;  ///< maximum distance from any point of the surface to the nearest sample
-  /// Sharp edges and their corners are sampled exactly, at `feature_spacing_m`. An edge is sharp if the normals of its
-  /// faces differ by more than this angle. It could otherwise slip through between the points of the other shape.
+  /// Sharp edges and their corners are sampled exactly, at `feature_spacing_m`. Without these samples, a sharp edge
+  /// could slip between the points of the other shape. An edge is sharp if the normals of its faces differ by more than
+  /// this angle.
   double feature_angle_deg = 25;
   double feature_spacing_m = 2.5e-4;
   double feature_height_m = 5e-5;  ///< a vertex protruding from the sampled surface by more than this becomes a point

@@ -15,7 +15,7 @@ namespace tandem::geometry {
 
 /// Bounding-volume hierarchy over the triangles of a mesh. It is immutable, and a query allocates nothing.
 ///
-/// Thread  any number at the same time
+/// Thread  any number of threads at the same time
 class TriangleTree {
  public:
   /// In      mesh  mesh with at least one triangle; not referenced afterwards

@@ -11,7 +11,7 @@ namespace tandem::physics {
 
 /// Component that moves the free bodies of a world.
 ///
-/// Thread  one thread at a time, that of the world
+/// Thread  the thread that steps the world
 class FreeBodies {
  public:
   virtual ~FreeBodies() = default;

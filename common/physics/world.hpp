@@ -60,7 +60,7 @@ struct TouchSummary {
 /// Deterministic: on the same machine, the same calls in the same order give bit-identical results. Tools and bodies
 /// are identified by their index in the description. A tool index must be valid; a body id may be invalid.
 ///
-/// Thread  one thread at a time: the room's, or the client's haptic loop
+/// Thread  room or haptic, one at a time
 class World {
  public:
   /// In      soft_bodies  null if there are no soft bodies

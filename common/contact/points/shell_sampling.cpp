@@ -326,8 +326,8 @@ class Shares {
   // Fraction of its area that a sample on a sharp edge keeps. With this value, a box pressed down on an edge has the
   // force of an elastic foundation on its faces.
   static constexpr double kEdgeShare = 0.15;
-  // Limits of the cosine between two normals. Faces above kSameSide count as one side of a sample. A sample is sharp if
-  // the cosine between two of its sides is below kSharp.
+  // Limits of the cosine between two normals. Faces whose normals have a cosine above kSameSide count as one side of a
+  // sample. A sample is sharp if the cosine between two of its sides is below kSharp.
   static constexpr float kSameSide = 0.98F, kSharp = 0.5F;
 
   struct Owner {

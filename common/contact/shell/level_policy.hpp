@@ -74,7 +74,8 @@ class LevelPolicy {
   std::uint32_t max_queries() const { return static_cast<std::uint32_t>(kSearch.queries_per_candidate * capacity_); }
   /// Returns the limit of a walk's queries. Queries for dividing are not included.
   std::uint32_t walk_queries(double band_m) const;
-  /// Returns the limit of a step's new plane queries, as a number of table entries of the field that they read.
+  /// Returns the limit of a step's new plane queries: the number of entries that they may read from the field's table
+  /// of planes.
   std::size_t plane_queries(double band_m) const;
   /// Returns the number of queries that a step may use to divide sampled nodes. Dividing needs several steps if a finer
   /// level needs more queries than one step may use.

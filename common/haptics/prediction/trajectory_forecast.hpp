@@ -30,7 +30,7 @@ inline double low_pass_part(double corner_hz, double period_s) noexcept {
 /// Limits  a movement that begins or ends within H is not predicted: at an acceleration a, the error is up to a H²/2
 /// Source  direct multi-step forecasts: Marcellino, Stock, Watson, "A comparison of direct and iterated multistep AR
 ///         methods", J. Econometrics 135, 2006; ridge regression. The features and the numbers are ours
-/// Thread  one thread; no allocation, no throw; finite for finite input
+/// Thread  always the same thread; no allocation, no throw; finite for finite input
 class TrajectoryForecast {
  public:
   static constexpr double kMaxHorizon_s = 0.5;

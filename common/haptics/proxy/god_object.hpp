@@ -59,7 +59,7 @@ struct ProxyState {
 ///         through the proxy.
 /// Fails   kProxyHeldBack in ProxyState::faults
 /// Cost    `bench proxy`. update() allocates nothing; its work is bounded by counts, never by time
-/// Thread  one thread at a time, haptic or room
+/// Thread  haptic or room, one at a time
 class GodObject {
  public:
   static constexpr std::size_t kMaxObstacles = 64;
