@@ -47,8 +47,9 @@ struct AdaptiveFit {
 CouplingParameters adapted(const AdaptiveFit& fit, double mass_kg, double inertia_kg_m2,
                            const CouplingParameters& base) noexcept;
 
-/// Returns the fit that the thesis gives for its Phantom Premium 1.5/6DOF: k = 116.53 m + 16.21 N/m, b = 0.2 N·s/m,
-/// 0.05–0.2 kg. It serves for comparison only: the weight of a 0.2 kg tool stretches the spring by 50 mm.
+/// Returns the fit that the thesis gives for its Phantom Premium 1.5/6DOF: stiffness = 116.53 N/m per kg × mass + 16.21
+/// N/m, damping = 0.2 N·s/m, for 0.05 to 0.2 kg. It serves for comparison only: the weight of a 0.2 kg tool stretches
+/// the spring by 50 mm.
 AdaptiveFit thesis_adaptive_fit() noexcept;
 
 }  // namespace tandem::haptics
