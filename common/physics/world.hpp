@@ -24,7 +24,7 @@ enum class GrabResult { kGrabbed, kUnknownBody, kNotGraspable, kOutOfReach, kAlr
 struct ToolState {
   RigidState tool;
   Wrench wrench_on_hand_W;  ///< wrench of the coupling on the hand, about the handle
-  Wrench pull_on_tool_W;    ///< opposite of wrench_on_hand_W, about the tool's origin
+  Wrench pull_on_tool_W;    ///< reaction to wrench_on_hand_W, about the tool's origin
   BodyId held;
   bool has_handle = false;         ///< whether the tool is coupled to a handle
   RigidState handle;               ///< state of the handle; valid if has_handle

@@ -13,8 +13,9 @@ struct Cubic {
   double operator()(double x) const noexcept { return c[0] + x * (c[1] + x * (c[2] + x * c[3])); }
 };
 
-/// Limits on the entries and the results of a fit. They are checked when a fit is read from a device profile or a
-/// scene. Server and client accept coefficients from each other within the same limits (proto/coupling_fields.hpp).
+/// Limits of the masses, inertias and polynomial coefficients of a fit, and of the stiffness and damping that it
+/// returns. They are checked when a fit is read from a device profile or a scene. Server and client accept coefficients
+/// from each other within the same limits (proto/coupling_fields.hpp).
 inline constexpr double kMaxFitMass_kg = 1e4;
 inline constexpr double kMaxFitInertia_kg_m2 = 1e4;
 inline constexpr double kMaxFitPolynomial = 1e15;  ///< limit on the magnitude of a polynomial coefficient

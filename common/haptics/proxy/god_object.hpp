@@ -46,10 +46,11 @@ struct ProxyState {
 
 /// Ball of finite size that follows the hand's point as closely as obstacles permit.
 ///
-/// Model   min |p − g| over the positions p that the ball can reach, with the goal g. Friction: p stays while the pull
-///         g − p is inside the friction cone of the static coefficient μ_s about the load. Otherwise p slides until the
-///         pull is on the cone of the dynamic coefficient μ_d. Shading: the goal is shifted along the surface by |load|
-///         (m/(m·n) − n). This turns the pull from the load's direction n to the interpolated normal m
+/// Model   min |p − g| over the positions p that the ball can reach, with the goal g. The pull of the spring is g − p;
+///         the load is the opposite vector at the minimum, with the direction n. Friction: p stays while the pull is
+///         inside the friction cone of the static coefficient μ_s about the load. Otherwise p slides until the pull is
+///         on the cone of the dynamic coefficient μ_d. Shading: the goal is shifted along the surface by |load|
+///         (m/(m·n) − n). This turns the pull from the direction n to the interpolated normal m
 /// Source  Zilles & Salisbury, "A constraint-based god-object method for haptic display", IROS 1995 (the constrained
 ///         minimum); Ruspini, Kolarov, Khatib, "The haptic display of complex graphical environments", SIGGRAPH 1997
 ///         (finite radius, shading in two passes: first a goal from smooth normals, then the true surface); Harwin &
