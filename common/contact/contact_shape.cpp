@@ -48,8 +48,8 @@ constexpr double kThinnessError_m = 2e-6;
 // Radius up to which round shapes are sampled more finely than by default.
 constexpr double kThinRadius_m = 4e-4;
 
-/// Returns options whose points are close enough for a round shape of this radius. Its surface extends beyond the
-/// nearest point by at most an eighth of the radius.
+/// Returns options whose points are close enough for a round shape of this radius. The surface of the shape extends
+/// beyond the nearest point by at most an eighth of the radius.
 ContactShapeOptions for_radius(double radius_m, ContactShapeOptions options) {
   if (radius_m > kThinRadius_m) return options;
   options.spacing_m = std::min(options.spacing_m, kRoundSpacing * radius_m);

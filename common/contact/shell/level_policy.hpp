@@ -97,8 +97,8 @@ class LevelPolicy {
   /// Returns whether pairs of divided nodes are joined before the level changes. This happens at the coarsest level if
   /// the last steps had too many queries.
   bool joins_pairs_first() const { return phase_ == SearchPhase::kDividing && is_too_dense() && is_coarsest_level(); }
-  /// Postpones the next trial. The interval doubles if the level of the last trial was left soon. It remains the same
-  /// if dividing had used up the capacity.
+  /// Postpones the next trial. The interval doubles if the level of the last trial was left soon. The interval remains
+  /// the same if dividing had used up the capacity.
   void postpone_trial() noexcept;
 
   /// Begins a level. If it is the current level, all divided nodes of the level have been joined before the call.

@@ -108,8 +108,9 @@ TEST(VelocityEstimator, FollowsASuddenStartWithinItsStatedDelay) {
     const double then = acceleration * std::max(0.0, t - delay);
     ASSERT_NEAR(found, then, 1.5 * kVelocityEstimatorStep / (2 * delay) + acceleration * kVelocityEstimatorPeriod) << k;
   }
-  // The motion deviates from a line by up to a w²/8 in a window of the duration w, with the acceleration a. The window
-  // must therefore shrink to about √(12 step / a) = 4 ms. The longest window of 20 ms would contain a motion of 4 mm.
+  // A line that is fitted to a window of the duration w deviates from the motion by a w²/12 at the ends of the window,
+  // with the acceleration a. This must be at most one encoder step, so the window must shrink to √(12 step / a) = 4 ms
+  // or less.
   EXPECT_LE(estimator.linear_delay(), Duration(milliseconds(3)));
 }
 
