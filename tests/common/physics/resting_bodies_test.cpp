@@ -153,7 +153,7 @@ void check_stacks(int count, double seconds) {
     EXPECT_LT(move_m, kRestMove_m);
     EXPECT_LT(turn_rad, kRestTurn_rad);
     run(touched, 1000);
-    // A light body may slip under a push of 0.1 N. It must then end in the same pose in both worlds.
+    // A light body may slip under a push of 0.1 N. The body must then end in the same pose in both worlds.
     nudge(world, stack);
     nudge(touched, stack);
     run(world, static_cast<int>(500 * seconds));

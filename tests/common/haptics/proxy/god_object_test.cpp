@@ -218,7 +218,7 @@ TEST(GodObject, MovesAroundTheRimOfASheetOnlyIfTheHandDoes) {
 }
 
 TEST(GodObject, ClimbsAStepLowerThanItsRadius) {
-  // A block that is 0.4 mm high lies on a floor. It begins at x = 0.
+  // A block that is 0.4 mm high lies on a floor. The block begins at x = 0.
   GodObject proxy = proxy_at({-0.01, 0, 0.01}, {touchable(contact::half_space_field()),
                                                 touchable(contact::box_mesh({0.04, 0.04, 0.0008}, {0.02, 0, 0}))});
   drag(proxy, {-0.005, 0, 0.0005}, 20);
