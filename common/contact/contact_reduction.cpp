@@ -43,8 +43,8 @@ struct PatchMoments {
   double radius_m = 0;  ///< root mean square distance of contacts from the mean; the unit of length below
   Vec3 p_W = Vec3::Zero();
   Vec3 normal_W = Vec3::Zero();    ///< mean of the normals; shorter than 1 where they differ
-  Mat6 covariance = Mat6::Zero();  ///< stiffness matrix Σ s w wᵀ / Σ s of the lines of force w = (n, r × n)
-  Mat6 lines = Mat6::Zero();       ///< Σ s w wᵀ / Σ s with w = (n, r × n)
+  Mat6 covariance = Mat6::Zero();  ///< covariance of position and normal
+  Mat6 lines = Mat6::Zero();       ///< stiffness matrix Σ s w wᵀ / Σ s of the lines of force w = (n, r × n)
   Wrench wrench_W;
 };
 

@@ -28,7 +28,7 @@ struct ContactShapeOptions {
   double feature_spacing_m = 2.5e-4;
   double feature_height_m = 5e-5;  ///< a vertex protruding from the sampled surface by more than this becomes a point
 #ifndef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
-  std::size_t max_points = 400'000;  ///< limit; larger surfaces get a wider spacing, and bumps may add a quarter
+  std::size_t max_points = 400'000;  ///< limit of evenly spaced points, kept by a wider spacing; bumps may add 25 %
 #else
   std::size_t max_points = 1'000;  ///< small limit for fuzzing, where thousands of scenes are built
 #endif

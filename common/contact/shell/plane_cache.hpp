@@ -41,8 +41,8 @@ class PlaneCache {
 
   const PointShell* shell_ = nullptr;
   const DistanceField* field_ = nullptr;
-  std::vector<CutNode> answers_;  ///< entries of the field's table of planes that were read in this step
-  std::size_t queries_ = 0;       ///< table entries read in this step
+  std::vector<CutNode> answers_;  ///< results; the slot of a node is its index modulo kAnswers
+  std::size_t queries_ = 0;       ///< entries of the field's table of planes that were read in this step
   std::size_t max_queries_ = 0;
   bool has_open_question_ = false;
 };

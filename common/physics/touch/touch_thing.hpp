@@ -77,7 +77,7 @@ struct TouchJoint {
 struct TouchContact {
   std::uint32_t pressing = 0;  ///< number of contact points with a force
   double deepest_m = 0;
-  bool is_reached = false;  ///< true: the object makes others implicit, or is in contact with such an object
+  bool is_reached = false;  ///< true: the object makes others implicit, or contacts link it to such an object
   std::uint32_t hands = 0;  ///< bit i: the object is tool i, or tool i touches it directly or through others
   Wrench wrench_W;          ///< total contact wrench on the object, about the origin of W
   Twist V_WC;               ///< velocity of its centre in the step, also for a massless object
