@@ -21,10 +21,13 @@ struct ReducedContact {
 /// motion of A. The motion is a translation [m], then a rotation about `about_W` [rad], both in W. B is at rest, and
 /// its surface is taken as flat at each contact.
 ///
-/// Model   A contact has the position p, the normal n, the stiffness s and the lever arm r = p − about. A motion (δt,
-///         δθ) of A moves it by δp = δt + δθ × r and changes its depth by −n·δp. The force changes with the depth: δf =
-///         −s n (n·δp). The torque changes with the force and with the lever arm: δτ = r × δf + δp × f. `about_W`
-///         itself does not move
+/// Model   A contact has the position p, the normal n, the stiffness s and the lever arm r = p − about. A motion (δt, δθ)
+///         of A changes
+///           its position by  δp = δt + δθ × r
+///           its depth by     −n·δp
+///           its force by     δf = −s n (n·δp)
+///           its torque by    δτ = r × δf + δp × f, through the force and the lever arm
+///         `about_W` itself does not move
 struct ContactWrench {
   Wrench on_a_W;
   Mat6 derivative = Mat6::Zero();

@@ -22,8 +22,8 @@ inline constexpr std::size_t kMaxRodContacts = 24;
 ///         2. Five Gauss points are spread over the part of the axis that presses and is beside B. Each has three
 ///            contacts: one for the middle fifth of the strip's width, which is the deepest, and one on either side of
 ///            it.
-///         3. For rods that cross at an angle θ with a depth d, the force is that of the overlap, k π d² √(R_A R_B) /
-///            sin θ, with an error up to 0.3 %. For parallel rods, the force per length is (4/3) k √(2R) d^(3/2).
+///         3. For rods that cross at an angle θ with a depth d, the force is that of the overlap with an error up to
+///            0.3 %: k π d² √(R_A R_B) / sin θ. For parallel rods, the force per length is (4/3) k √(2R) d^(3/2).
 ///         4. A pressing round end has an area of 2π R_eff d, where R_eff is the effective radius of a ball on a
 ///            cylinder or on a ball. If the common normal meets the axis beyond the end of the cylinder, the end's
 ///            contact replaces that of the cylinder.

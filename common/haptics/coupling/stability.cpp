@@ -277,8 +277,8 @@ std::optional<StabilityFinding> find_instability(const Axis& axis, const Setup& 
   return finding;
 }
 
-/// Returns the damping that the mechanism needs at the angle θ per period, for the loop with its tool: T/2 · Re{(1 −
-/// e^(−jθ)) H} / (1 − cos θ), where T is the period and H the force per handle position.
+/// Returns the damping that the mechanism needs at the angle θ per period, for the loop with its tool:
+///   T/2 · Re{(1 − e^(−jθ)) H} / (1 − cos θ), with the period T and the force H per handle position.
 double needed_at(const LoopModel& m, double theta) {
   const std::complex<double> back = std::polar(1.0, -theta);  // z⁻¹
   const std::complex<double> rate = (1.0 - back) / m.period_s;

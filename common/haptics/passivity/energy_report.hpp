@@ -12,10 +12,11 @@ namespace tandem::haptics {
 ///
 /// Fails   A report is rejected as a whole and counted if a number is negative, not finite or smaller than before.
 ///         Inflow above one of two limits is discarded:
-///         1. Its mean is at most `max_power_w`, with a burst of one second. Reports that arrive together are accepted in
+///         1. The mean inflow is at most `max_power_w`, with a burst of one second. Reports that arrive together are
+///            accepted in
 ///            full within the burst.
-///         2. It is at most `could_do_j`, an upper bound of the peer's work, if that is known.
-///         Outflow is accepted in full.
+///         2. The inflow is at most `could_do_j`, an upper bound of the peer's work, if that is known. Outflow is
+///            accepted in full.
 /// Thread  haptic or room: no allocation, no throw
 class EnergyReport {
  public:

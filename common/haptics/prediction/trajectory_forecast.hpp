@@ -18,8 +18,9 @@ inline double low_pass_part(double corner_hz, double period_s) noexcept {
 /// Extrapolates a trajectory over the age of its samples, from its past motion and from the motion of a body that it
 /// may follow.
 ///
-/// Model   The forecast of x at the time t from the newest sample x(t−H), over the horizon H: x̂(t) − x(t−H) = g Σ c_i
-///         φ_i(t), with the gain g, the coefficients c_i and three features φ_i:
+/// Model   The forecast of x at the time t from the newest sample x(t−H), over the horizon H, is
+///           x̂(t) − x(t−H) = g Σ c_i φ_i(t)
+///         with the gain g, the coefficients c_i and three features φ_i:
 ///         1. H times the velocity after a low pass of kFast_hz
 ///         2. H times the velocity after a low pass of kSlow_hz
 ///         3. the displacement of the body that x may follow

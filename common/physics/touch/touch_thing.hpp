@@ -42,7 +42,7 @@ struct TouchThing {
   std::uint32_t hands = 0;      ///< bit i: this object is tool i, or tool i holds it
   haptics::ToolDynamics dynamics = haptics::ToolDynamics::kWithMass;  ///< used only for implicit objects
   Wrench wrench_W = {};                                               ///< weight and fields, about the centre of mass
-  std::optional<std::size_t> passes_through = {};                     ///< index of an object that it does not touch
+  std::optional<std::size_t> passes_through = {};                     ///< object with which contact is ignored
   TouchDrag drag = {};                                                ///< used only for a massless object
 
   bool has_inertia() const { return dynamics == haptics::ToolDynamics::kWithMass; }
