@@ -21,8 +21,8 @@ struct ReducedContact {
 /// motion of A. The motion is a translation [m], then a rotation about `about_W` [rad], both in W. B is at rest, and
 /// its surface is taken as flat at each contact.
 ///
-/// Model   A contact has the position p, the normal n, the stiffness s and the lever arm r = p − about. A motion (δt, δθ)
-///         of A changes
+/// Model   A contact has the position p, the normal n, the stiffness s and the lever arm r = p − about. A motion (δt,
+///         δθ) of A changes
 ///           its position by  δp = δt + δθ × r
 ///           its depth by     −n·δp
 ///           its force by     δf = −s n (n·δp)

@@ -19,9 +19,9 @@ namespace tandem::contact {
 enum class SearchPhase : std::uint8_t {
   kFirstCut,  ///< no step has ended since bind(), so no bound exists yet
   kFine,      ///< all near points are single candidates
-  kCoarse,    ///< leaves are larger, and each gives at most two candidates
+  kCoarse,    ///< leaves are larger than at kFine, and each gives at most two candidates
   kDividing,  ///< sampled nodes of a coarse level were replaced by their children
-  kTrial,     ///< the level began as a trial of a finer level; ends when the level changes or nodes are divided
+  kTrial,     ///< trial of a finer level; the phase ends when the level changes or nodes are divided
 };
 
 /// Measurements of the last walk (traversal of the cut), and the band of the current step.

@@ -89,8 +89,8 @@ struct StabilityFinding {
 /// Source  Colgate, Schenkel, "Passivity of a class of sampled-data systems: application to haptic interfaces", J.
 ///         Robotic Systems 14(1), 1997: the device needs the damping
 ///           T/2 · max_ω Re{(1 − e^(−jωT)) H(e^(jωT))} / (1 − cos ωT)
-///         where H is the coupling's force per position. For a spring K and a damper B with backward difference, this is
-///         K T/2 + |B|. With a delay of d periods and a velocity window of n periods,
+///         where H is the coupling's force per position. For a spring K and a damper B with backward difference, this
+///         is K T/2 + |B|. With a delay of d periods and a velocity window of n periods,
 ///           H = K z^(−d) + B (1 − z^(−n)) z^(−d) / (n T).
 ///         The spring's term is then K T/2 · sin((d + ½) ωT) / sin(½ ωT), at most (2 d + 1) K T/2. The damper's term is
 ///         at most |B| for any window. This holds for a tool that is held fast. A movable tool lighter than about k T²

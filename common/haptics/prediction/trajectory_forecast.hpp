@@ -24,12 +24,13 @@ inline double low_pass_part(double corner_hz, double period_s) noexcept {
 ///         1. H times the velocity after a low pass of kFast_hz
 ///         2. H times the velocity after a low pass of kSlow_hz
 ///         3. the displacement of the body that x may follow
-///         c_i: direct autoregression over the whole horizon; the displacement of x since t−H is regressed on the features
-///         at t−H. The squares have an exponential memory of kMemory_s and weight large displacements more than tremor.
-///         The prior has a constant weight; it contains the best coefficients for minimum-jerk movements of 0.4 to 2 s.
-///         If the forecast acts back on x, `caution` blends the prior with one that is about half as large.
-///         g: slope of the observed displacements over the recently forecast ones, clamped to 0 … 1, times kMaxShare. The
-///         error is therefore never much larger than that of holding x(t−H)
+///         c_i: direct autoregression over the whole horizon; the displacement of x since t−H is regressed on the
+///         features at t−H. The squares have an exponential memory of kMemory_s and weight large displacements more
+///         than tremor. The prior has a constant weight; it contains the best coefficients for minimum-jerk movements
+///         of 0.4 to 2 s. If the forecast acts back on x, `caution` blends the prior with one that is about half as
+///         large.
+///         g: slope of the observed displacements over the recently forecast ones, clamped to 0 … 1, times kMaxShare.
+///         The error is therefore never much larger than that of holding x(t−H)
 /// Limits  a movement that begins or ends within H is not predicted: at an acceleration a, the error is up to a H²/2
 /// Source  direct multi-step forecasts: Marcellino, Stock, Watson, "A comparison of direct and iterated multistep AR
 ///         methods", J. Econometrics 135, 2006; ridge regression. The features and the numbers are ours

@@ -50,8 +50,8 @@ struct ProxyState {
 ///         its direction n points out of the surface.
 ///         Friction: p stays while p − g is inside the friction cone of the static coefficient μ_s about n. Otherwise p
 ///         slides until p − g is on the cone of the dynamic coefficient μ_d.
-///         Shading: the goal is shifted along the surface by |load| (m/(m·n) − n). The proxy follows, so that the vector
-///         from the hand's goal to p turns from n to the interpolated normal m
+///         Shading: the goal is shifted along the surface by |load| (m/(m·n) − n). The proxy follows, so that the
+///         vector from the hand's goal to p turns from n to the interpolated normal m
 /// Source  Zilles & Salisbury, "A constraint-based god-object method for haptic display", IROS 1995 (the constrained
 ///         minimum); Ruspini, Kolarov, Khatib, "The haptic display of complex graphical environments", SIGGRAPH 1997
 ///         (finite radius, shading in two passes: first a goal from smooth normals, then the true surface); Harwin &
