@@ -32,7 +32,7 @@ struct PlaneContacts {
   Eigen::Matrix3d R_WF;
   double band_m = 0;         ///< gap up to which points become contacts
   double rigid_depth_m = 0;  ///< depth beyond which contact is as stiff as the step allows
-  double share = 1;          ///< fraction of the points' area that counts
+  double share = 1;          ///< fraction of each point's area that counts
   double sign = 1;           ///< factor ±1 of the planes' normals; the normals of contacts point out of B
   std::uint32_t id_bits = 0;
   std::size_t room = 0;  ///< limit of the contacts to add, beyond least_contacts_of() for each later node

@@ -28,8 +28,8 @@ enum class SearchPhase : std::uint8_t {
 struct SearchLoad {
   std::size_t near_count = 0;     ///< estimated number of near points
   std::size_t contacts = 0;       ///< contacts that the candidates need
-  std::size_t cut_size = 0;       ///< entries of the cut
-  std::uint32_t walk_points = 0;  ///< points that the last complete walk queried
+  std::size_t cut_size = 0;       ///< number of entries of the cut
+  std::uint32_t walk_points = 0;  ///< number of points that the last complete walk queried
   double band_m = 0;
 };
 

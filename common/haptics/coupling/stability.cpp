@@ -14,9 +14,9 @@ namespace tandem::haptics {
 namespace {
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-/// Stiffness of a contact that practically fixes the tool, for translation [N/m] and rotation [N·m/rad]. Both are our
-/// choice; the rotational value is the contact at a lever arm of 5 cm. They apply in the world and are scaled to the
-/// device like the coupling.
+/// Stiffness of a contact that practically fixes the tool, for translation [N/m] and rotation [N·m/rad]. Both values
+/// are our choice; the rotational stiffness is that of the translational contact at a lever arm of 5 cm. The values
+/// apply in the world and are scaled to the device like the coupling.
 constexpr double kStiffContact = 1e6;
 constexpr double kStiffContactRotation = 2500;
 

@@ -229,8 +229,8 @@ TEST(RestingBodies, ALightBodyRestsOnAHeavyOneThatHangsOnAnAnchor) {
   }
 }
 
-/// A heavy body is set down on a lighter one. It must end in the same pose as in a world where the touch stage moves it
-/// all the time.
+/// A heavy body is set down on a lighter one. The heavy body must end in the same pose as in a world where the touch
+/// stage moves it all the time.
 TEST(RestingBodies, AHeavyBodyThatIsSetDownOnALightOneStays) {
   for (const double light_kg : {0.005, 0.05}) {
     WorldDescription description = world_of(
