@@ -104,9 +104,9 @@ struct SearchSettings {
   double sideways = 1.5;
   /// Solids whose ball has a smaller radius [m] are not queried for planes, because the bound `sideways` does not hold.
   double min_solid_m = 5e-3;
-  /// Limits of the entries that new plane queries of a step may read from the field's table of planes. The first is for
-  /// a usual step, the second for the first step of a level, the third for a first cut or a wide band. One query of a
-  /// grid takes up to some microseconds.
+  /// Limits on the number of entries that new plane queries of a step may read from the field's table of planes. The
+  /// first is for a usual step, the second for the first step of a level, the third for a first cut or a wide band. One
+  /// query of a grid takes up to some microseconds.
   std::size_t plane_queries = 400, new_level_plane_queries = 2500, first_plane_queries = 50'000;
 };
 
