@@ -17,7 +17,7 @@ constexpr double kUnitTolerance = 1e-3;
 struct Central {
   double energy = 0;
   double push = 0;
-  double push_slope = 0;  ///< derivative of push by r, divided by r
+  double push_slope = 0;  ///< derivative of push with respect to r, divided by r
 };
 
 double inverse_power(int alpha, double r) {
