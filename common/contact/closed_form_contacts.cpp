@@ -46,8 +46,8 @@ bool ClosedFormContacts::find(const Pose& X_WA, const Pose& X_WB, double band_m,
   return has_rods_;
 }
 
-// Appends the contacts of a ball on one plane; a ball out of reach has none. Returns false if more than one plane, or
-// none known, is near the ball; the search for points is then needed.
+// Appends the contacts of a ball with the only plane near it; a ball out of reach has none. Returns false if several
+// planes are near the ball, or if the field has no planes there. The search for points is then needed.
 bool ClosedFormContacts::add_ball(const Pose& X_WA, const Pose& X_WB, double band_m,
                                   std::vector<ContactPoint>& now) noexcept {
   const bool is_ball_a = this->is_ball_a();

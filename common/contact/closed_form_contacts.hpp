@@ -17,7 +17,7 @@ namespace tandem::contact {
 ///         the contact began, and a ring around it, which was added later. The contact's bristle (tangential
 ///         displacement since sticking) is the mean over both. Newly added area has no bristle; a shrinking contact
 ///         first loses the area that was added last
-/// Thread  one at a time; no allocation
+/// Thread  any, one at a time; no allocation
 class ClosedFormContacts {
  public:
   /// In      share_of_a, share_of_b  fraction of the force that is due to the points of A or B; used for a ball

@@ -51,8 +51,8 @@ struct ContactPair::Direction {
   Pose X_FP;
   std::uint32_t id_bits = 0;
   double sign = 1;         ///< factor ±1 that turns the field's gradient so that it points out of B
-  double share = 1;        ///< fraction of the points' area that counts
-  double plane_share = 1;  ///< fraction that counts for points at planes of the field
+  double share = 1;        ///< fraction of a point's area that counts
+  double plane_share = 1;  ///< fraction of a point's area that counts if the point is at a plane of the field
 
   /// Returns the plane whose distance equals the field's distance at a point on or below the surface; null if the field
   /// has no such plane.
@@ -86,7 +86,7 @@ void ContactPair::bind(const ContactShape* a, const ContactShape* b) noexcept {
   const ContactShape& first = is_a_primary_ ? *a : *b;
   const ContactShape& second = is_a_primary_ ? *b : *a;
   // If a blunt tip enters between the other shape's points, only the tip's points are deep. Therefore, if both shapes
-  // have fine points, each contributes all of them, for half of their area.
+  // have fine points, both contribute all of their points, each point with half of its area.
   is_mutual_ = is_fine(*a) && is_fine(*b);
   const PointShell& others = is_mutual_ ? second.surface_off_planes() : second.shells.features;
   const std::uint32_t for_others = others.nodes.empty() ? 0 : budget_ / (is_mutual_ ? 2 : 4);
@@ -145,8 +145,9 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
 }
 
 // Limits the depth of contacts that an earlier coarse search missed. A search is coarse if it samples only some of the
-// points because of the budget. A contact was missed if it is deeper than before, and deeper than all previous
-// contacts, by more than its motion. With its full depth at once, it would throw the shapes apart.
+// points because of the budget. A contact counts as missed if it is too deep for its motion: its depth exceeds its own
+// previous depth, and the depth of all previous contacts, by more than it moved. Its full depth in one step would throw
+// the shapes apart.
 //
 // Beyond the rigid depth (where contact is as stiff as the step allows), the limit grows by the contact's motion only.
 // The contact then stops further motion but does not push out. Otherwise, if a thin wall is pierced, the contacts of

@@ -29,7 +29,7 @@ inline constexpr std::uint32_t kContactBudget = 768;
 ///         2. A shape whose points are farther apart than 0.5 mm (a large primitive) contributes its feature points
 ///            only.
 ///            The other shape's points then count with their whole area
-/// Thread  one at a time
+/// Thread  any, one at a time
 class ContactPair {
  public:
   /// Allocates all memory for `budget`.
@@ -46,14 +46,15 @@ class ContactPair {
   /// plus the point's own motion, up to the rigid depth (beyond which contact is as stiff as the step allows). Depths
   /// are limited in this way until the budget suffices again and no point exceeds its limit.
   ///
-  /// Model   While the budget suffices, force, moment and stiffness depend on the current poses only. The points of a
-  ///         leaf of the tree (8 at most) are merged if their depths are equal within 1 µm. If a flat face touches a
-  ///         flat face, a few contacts represent the whole face (PlaneContacts). Beyond the budget, points are merged
-  ///         with their net force and moment: first the pressing points of a leaf, then those of larger nodes. A ball
-  ///         on one plane has the few contacts of add_ball_on_plane(); their force is the limit for infinitely many
-  ///         points. Near an edge of the plane, the ball's points are used instead. The position of this change depends
-  ///         on the last millimetre of motion. Thin rods and balls have the contacts of RodContacts, except for flat
-  ///         ends and their edges
+  /// Model   1. While the budget suffices, force, moment and stiffness depend on the current poses only.
+  ///         2. The points of a leaf of the tree (8 at most) are merged if their depths are equal within 1 µm.
+  ///         3. If a flat face touches a flat face, a few contacts represent the whole face (PlaneContacts).
+  ///         4. Beyond the budget, points are merged with their net force and moment: first the pressing points of a
+  ///            leaf, then those of larger nodes.
+  ///         5. A ball on one plane has the few contacts of add_ball_on_plane(). Their force is the limit for
+  ///            infinitely many points. Near an edge of the plane, the ball's points are used instead; the position of
+  ///            this change depends on the last millimetre of motion.
+  ///         6. Thin rods and balls have the contacts of RodContacts, except for flat ends and their edges
   /// In      band_m  largest gap that is searched. Beyond a field's `band_m()`, depths are as accurate as its sample(),
   ///         which suffices to predict contact in fast motion
   /// Fails   no contact for a pose that is not finite

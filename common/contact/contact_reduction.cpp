@@ -36,14 +36,15 @@ void add(ContactWrench& net, const Vec3& r, const Vec3& normal, const Vec3& forc
   net.derivative.bottomRightCorner<3, 3>() += force_cross * cross_matrix(r);
 }
 
-// Moments of the pressing contacts of a patch about their mean point.
+// Moments of the pressing contacts of a patch about their mean point. Each contact has the stiffness s, the normal n,
+// and the position r relative to the mean point.
 struct PatchMoments {
   double stiffness = 0;
   double radius_m = 0;  ///< root mean square distance of contacts from the mean; the unit of length below
   Vec3 p_W = Vec3::Zero();
   Vec3 normal_W = Vec3::Zero();    ///< mean of the normals; shorter than 1 where they differ
   Mat6 covariance = Mat6::Zero();  ///< covariance of position and normal
-  Mat6 lines = Mat6::Zero();       ///< Σ s w wᵀ / Σ s with w = (n, r × n)
+  Mat6 lines = Mat6::Zero();       ///< stiffness matrix Σ s w wᵀ / Σ s of the lines of force w = (n, r × n)
   Wrench wrench_W;
 };
 
@@ -131,7 +132,8 @@ struct Groups {
 // their errors.
 using Numbers = Eigen::Array<float, kMost, 1>;
 
-// Divides `whole` (the stiffness of a contact at z) among the groups at `at`. The fractions sum to `whole`.
+// Divides `whole`, the stiffness of one contact, among the groups. `z` is the position and normal of the contact; `at`
+// has those of the groups, one row of Groups::spread in each element. The fractions sum to `whole`.
 Numbers shares(const std::array<Numbers, 6>& at, const Eigen::Matrix<float, 6, 1>& z, float whole) {
   Numbers squared = Numbers::Constant(kBlur);
   for (std::size_t row = 0; row < 6; ++row) squared += (at[row] - z[static_cast<int>(row)]).square();
@@ -179,9 +181,9 @@ Groups grouped(std::span<const ContactPoint> contacts, double stiffness_n_per_m3
   return groups;
 }
 
-// Changes the groups' lines of force to the nearest lines whose Σ s w wᵀ equals that of all contacts. The pitch of the
-// new lines (moment along the line) is dropped. The normals are not of unit length: their lengths contain a part of the
-// stiffness.
+// Moves the groups' lines of force w = (n, r × n) to the nearest lines whose stiffness matrix Σ s w wᵀ equals that of
+// all contacts (`wanted_root` is the root of that matrix). The pitch of the new lines, a moment along the line, is
+// dropped. The normals are not of unit length: their lengths contain a part of the stiffness.
 void bend(Groups& groups, const Mat6& wanted_root) {
   const int count = groups.count();
   Columns6 lines(6, count);

@@ -21,9 +21,13 @@ struct ReducedContact {
 /// motion of A. The motion is a translation [m], then a rotation about `about_W` [rad], both in W. B is at rest, and
 /// its surface is taken as flat at each contact.
 ///
-/// Model   With r = p − about, a motion (δt, δθ) of A moves a contact by δp = δt + δθ × r and changes its depth by
-///         −n·δp. The force changes with the depth, and the lever arm of the force by δp (`about_W` itself does not
-///         move): δf = −s n (n·δp),  δτ = r × δf + δp × f, with the stiffness s and the normal n
+/// Model   A contact has the position p, the normal n, the stiffness s and the lever arm r = p − about. A motion (δt,
+///         δθ) of A changes
+///           its position by  δp = δt + δθ × r
+///           its depth by     −n·δp
+///           its force by     δf = −s n (n·δp)
+///           its torque by    δτ = r × δf + δp × f, through the force and the lever arm
+///         `about_W` itself does not move
 struct ContactWrench {
   Wrench on_a_W;
   Mat6 derivative = Mat6::Zero();

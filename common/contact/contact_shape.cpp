@@ -30,7 +30,8 @@ constexpr double kThinShare = 0.02;
 // Points inside another part of the shape are omitted. A point is inside if its depth in the field exceeds this
 // multiple of the field's error.
 constexpr double kBuriedErrors = 2;
-// Gradients shorter than this occur only on creases of the field, between two faces that are less than a cell apart.
+// Gradients shorter than this occur only on creases of the field, between two faces that are less than a cell apart. A
+// distance grid returns gradients of length 0.1 there.
 constexpr double kShortGradient = 0.101;
 // Maximum rounding error of points' coordinates in single precision, as a fraction of the spacing of points.
 constexpr double kRoundingShare = 1e-3;
@@ -47,8 +48,8 @@ constexpr double kThinnessError_m = 2e-6;
 // Radius up to which round shapes are sampled more finely than by default.
 constexpr double kThinRadius_m = 4e-4;
 
-/// Returns options whose points are close enough for a round shape of this radius. Its surface extends beyond the
-/// nearest point by at most an eighth of the radius.
+/// Returns options whose points are close enough for a round shape of this radius. The surface of the shape extends
+/// beyond the nearest point by at most an eighth of the radius.
 ContactShapeOptions for_radius(double radius_m, ContactShapeOptions options) {
   if (radius_m > kThinRadius_m) return options;
   options.spacing_m = std::min(options.spacing_m, kRoundSpacing * radius_m);

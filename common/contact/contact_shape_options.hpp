@@ -21,13 +21,14 @@ struct ContactShapeOptions {
 
   // Resolution of the surface points.
   double spacing_m = 4.5e-4;  ///< maximum distance from any point of the surface to the nearest sample
-  /// Sharp edges and their corners are sampled exactly, at `feature_spacing_m`. An edge is sharp if the normals of its
-  /// faces differ by more than this angle. It could otherwise slip through between the points of the other shape.
+  /// Sharp edges and their corners are sampled exactly, at `feature_spacing_m`. Without these samples, a sharp edge
+  /// could slip between the points of the other shape. An edge is sharp if the normals of its faces differ by more than
+  /// this angle.
   double feature_angle_deg = 25;
   double feature_spacing_m = 2.5e-4;
   double feature_height_m = 5e-5;  ///< a vertex protruding from the sampled surface by more than this becomes a point
 #ifndef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
-  std::size_t max_points = 400'000;  ///< limit; larger surfaces get a wider spacing, and bumps may add a quarter
+  std::size_t max_points = 400'000;  ///< limit of evenly spaced points, kept by a wider spacing; bumps may add 25 %
 #else
   std::size_t max_points = 1'000;  ///< small limit for fuzzing, where thousands of scenes are built
 #endif

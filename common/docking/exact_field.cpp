@@ -17,7 +17,7 @@ constexpr double kUnitTolerance = 1e-3;
 struct Central {
   double energy = 0;
   double push = 0;
-  double push_slope = 0;  ///< derivative of push by r, divided by r
+  double push_slope = 0;  ///< derivative of push with respect to r, divided by r
 };
 
 double inverse_power(int alpha, double r) {
@@ -114,8 +114,8 @@ Eigen::Matrix3d skew(const Vec3& v) {
   return m;
 }
 
-/// Adds the gradient of one atom of B. δx and δθ are the displacement and rotation of B: δp = δx + δθ × arm, δf = K (δx
-/// − [arm] δθ), δτ = arm × δf + (δθ × arm) × f.
+/// Adds the gradient of one atom of B with the given stiffness K, lever arm and force f. δx and δθ are the displacement
+/// and rotation of B: δp = δx + δθ × arm, δf = K (δx − [arm] δθ), δτ = arm × δf + (δθ × arm) × f.
 void add_gradient(Matrix6& gradient, const Eigen::Matrix3d& stiffness, const Vec3& arm, const Vec3& force) {
   const Eigen::Matrix3d lever = skew(arm);
   const Eigen::Matrix3d by_rotation = -stiffness * lever;

@@ -35,7 +35,7 @@ Box box_of(const Molecule& molecule) {
   return box;
 }
 
-/// Distance of the two molecules. At or below it, all atoms of B shall be on the grid and outside its fading border.
+/// While the molecules are at most this far apart, all atoms of B must be on the grid and outside its fading border.
 constexpr double kApproachAngstrom = 8;
 constexpr double kReachStepAngstrom = 4;
 

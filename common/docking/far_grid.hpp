@@ -28,13 +28,14 @@ std::optional<double> far_grid_spacing_angstrom(const Molecule& a);
 /// Creates the grid, or returns an existing one for the same inputs.
 ///
 /// Model   V_far = V − V_cut, where V is the pair energy without and V_cut the one with the cut-off. Beyond the cut-off
-///         V_far is r^−α. Within it V_far is the term that the force switch adds, which is constant below the start of
-///         the switch. V_far is smooth everywhere. At each node the grid has the sum Σ_i c_i V_far(|x − x_i|) over A's
-///         atoms i with coefficients c_i. Except for a factor this sum is the same for each atom of B, so three sums
-///         suffice: with c = q, √C6 and √C12. They use geometric mixing, even if the force field mixes arithmetically.
-///         The sums are interpolated by cubic B-splines, whose coefficients are the node values filtered by (−1/6, 8/6,
-///         −1/6) along each axis. The interpolation is fourth-order accurate and twice differentiable. The force is the
-///         derivative of the interpolated energy
+///         V_far is a power r^−α of the distance r. Within it V_far is the term that the force switch adds, which is
+///         constant below the start of the switch. V_far is smooth everywhere.
+///         Grid: each node at x has the sum Σ_i c_i V_far(|x − x_i|) over A's atoms i with coefficients c_i. Except for
+///         a factor this sum is the same for each atom of B, so three sums suffice: with c = q, √C6 and √C12. They use
+///         geometric mixing, even if the force field mixes arithmetically.
+///         Interpolation: cubic B-splines, whose coefficients are the node values filtered by (−1/6, 8/6, −1/6) along
+///         each axis. They are fourth-order accurate and twice differentiable. The force is the derivative of the
+///         interpolated energy
 /// In      b      molecule whose atoms are looked up in the grid; its size determines the grid's range
 ///         model  must have a cut-off
 /// Out     null if far_grid_spacing_angstrom() is empty

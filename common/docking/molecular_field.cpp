@@ -105,9 +105,9 @@ KernelModel kernel_model(const FieldModel& model) {
 
 /// Numbers of operations per pair, counted as in KERNELS.md.
 struct PairCost {
-  /// for a field without a cut-off, per pair: with a Lennard-Jones term, and with charges only
+  /// Field without a cut-off: operations per pair with a Lennard-Jones term, and per pair with charges only.
   std::size_t with_lennard_jones, charges_alone;
-  /// for a field with a cut-off: per computed pair, per comparison of two atoms, and per comparison with a box
+  /// Field with a cut-off: operations per computed pair, per comparison of two atoms, and per comparison with a box.
   std::size_t switched, distance, box;
 };
 

@@ -29,7 +29,7 @@ bool comes_first(const Molecule& a, const Molecule& b);
 /// these.
 ///
 /// Cost    pair_count() pairs, no allocation in evaluate(); for measured rates see KERNELS.md
-/// Thread  any; one thread at a time for each object
+/// Thread  any; each object by one thread at a time
 class MolecularField {
  public:
   /// In      kernel  one of available_kernels(), or "" for default_kernel()

@@ -29,9 +29,10 @@ std::vector<ShadedMesh> drawing_levels(const TriangleMesh& mesh);
 ///
 /// Model   The bytes are little-endian: "TDRW", version; lowest corner and size of the mesh's bounding box as float32
 ///         [m]; numbers of vertices and triangles; three blocks (packing.hpp); a checksum. Vertices are in the order of
-///         their first use. Block 1: vertices on a grid of 2¹⁶ steps per axis, each stored as its difference from the
-///         previous one. Block 2: normals as two octahedral coordinates of one byte each, accurate to 1°. Block 3: each
-///         triangle corner, stored as the lowest unused vertex index minus its own index
+///         their first use.
+///         Block 1: vertices on a grid of 2¹⁶ steps per axis, each stored as its difference from the previous vertex.
+///         Block 2: normals as two octahedral coordinates of one byte each, accurate to 1°.
+///         Block 3: triangle corners, each stored as the lowest unused vertex index minus the corner's index
 /// Source  normals: Cigolle et al., "A survey of efficient representations for independent unit vectors", JCGT 3(2),
 ///         2014
 /// Fails   std::invalid_argument: no triangle, more than the limits above, an index out of range, or a coordinate that

@@ -295,9 +295,9 @@ void leave_cavities(TriangleMesh& mesh, std::vector<MeshPart>& solids, std::vect
   solids = std::move(left);
 }
 
-/// Moves the parts that are solids on their own from `parts` to the result. Closes their holes, orients them outwards
-/// and reports them. An inside-out solid within unpaired parts is a cavity of these parts and remains in `parts`. If
-/// some parts are unpaired and there are more than kMaxParts solids, all parts remain.
+/// Moves the complete solids (parts that enclose a volume without other parts) from `parts` to the result. Closes their
+/// holes, orients them outwards and reports them. An inside-out solid within unpaired parts is a cavity of these parts
+/// and remains in `parts`. If some parts are unpaired and there are more than kMaxParts solids, all parts remain.
 std::vector<MeshPart> extract_solids(ContactMesh& result, std::vector<MeshPart>& parts) {
   const auto first = std::stable_partition(parts.begin(), parts.end(), [&](const MeshPart& part) {
     return part.is_unpaired || !is_solid(result.mesh, part);
@@ -322,7 +322,7 @@ std::vector<MeshPart> extract_solids(ContactMesh& result, std::vector<MeshPart>&
   return solids;
 }
 
-/// The parts that are not solids on their own, combined in one mesh, and the classification of their triangles.
+/// The parts that are not complete solids, combined in one mesh, and the classification of their triangles.
 struct Enclosed {
   TriangleMesh whole;  ///< mesh of all these parts, one after another
   std::vector<Side> sides;
@@ -406,7 +406,7 @@ void report_sheet(ContactMesh& result, const std::vector<MeshPart>& parts) {
   result.parts.push_back(sheets);
 }
 
-/// Converts the parts that are not solids on their own to a sheet.
+/// Converts the parts that are not complete solids to a sheet.
 void keep_as_sheet(ContactMesh& result, const std::vector<MeshPart>& solids, const std::vector<MeshPart>& others) {
   report_sheet(result, others);
   if (solids.empty()) {
@@ -417,8 +417,8 @@ void keep_as_sheet(ContactMesh& result, const std::vector<MeshPart>& solids, con
   result.mesh = part_of(result.mesh, triangles_of(solids));
 }
 
-/// Divides the parts that are not solids on their own. Triangles with the inside on one side become a solid. Parts with
-/// an opening, and triangles without the inside on any side, become a sheet.
+/// Divides the parts that are not complete solids. Triangles with the inside on one side become a solid. Parts with an
+/// opening, and triangles with the inside on neither side, become a sheet.
 void divide_by_winding(ContactMesh& result, const std::vector<MeshPart>& solids, std::vector<MeshPart> others) {
   Enclosed enclosed = enclosed_by(result.mesh, others);
   std::vector<MeshPart> open_parts;

@@ -15,7 +15,7 @@ namespace tandem::geometry {
 /// kSolid: a closed surface that encloses a volume. kSheet: an open surface, with contact from both sides.
 enum class SurfaceKind : std::uint8_t { kSolid, kSheet };
 
-/// Classification of one part of a mesh, or of several parts with the same classification.
+/// Kind and measures of one part of a mesh, or of several parts of the same kind.
 struct PartReport {
   SurfaceKind kind = SurfaceKind::kSolid;
   std::size_t triangles = 0;
@@ -31,7 +31,7 @@ struct PartReport {
 struct ContactMesh {
   TriangleMesh mesh;
   SurfaceKind kind = SurfaceKind::kSolid;
-  std::vector<std::string> notes;  ///< changes with their numbers, for users
+  std::vector<std::string> notes;  ///< text for users: each kind of change that repair made, with its count
   TriangleMesh sheet{};            ///< open parts, if the mesh also has a solid
   /// Triangles that continue the surface inside the solid. They are used only for its winding number.
   TriangleMesh inner{};
@@ -45,8 +45,10 @@ class MeshError : public std::runtime_error {
 };
 
 /// Repairs a mesh. If edges are unpaired, the winding number decides for both sides of each triangle whether they are
-/// inside. Inner walls are removed, and flipped triangles are reversed. Triangles with the outside on both sides become
-/// a sheet, and so do parts with an opening.
+/// inside the solid:
+/// * inside on one side: the triangle is a part of the solid's surface; it is reversed if its normal points inwards.
+/// * inside on both sides: the triangle is an inner wall and is removed.
+/// * inside on neither side: the triangle becomes a part of a sheet. Parts with an opening become a sheet, too.
 ///
 /// Fails   MeshError: no triangle is left, a vertex is not finite, an index is out of range, or there are too many
 ///         parts

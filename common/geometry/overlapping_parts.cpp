@@ -19,8 +19,8 @@ namespace {
 using Box = Eigen::AlignedBox3d;
 
 constexpr std::size_t kMaxSlabs = 256;
-/// A solid is not searched for triangles that cross each other if Σ edge² exceeds this multiple of the squared diagonal
-/// of its box, because queries of its winding number would be slow.
+/// A solid is not searched for triangles that cross each other if the sum of its squared edge lengths exceeds this
+/// multiple of the squared diagonal of its box, because queries of its winding number would be slow.
 constexpr double kMaxEdges = 300;
 
 /// A part of a mesh, with its bounding box, enclosed volume and triangles.

@@ -26,7 +26,7 @@ inline constexpr std::size_t kMaxWork = 40'000'000, kWorkPerMeeting = 4, kWorkPe
 /// no other triangle has one classification. All other triangles (they meet others or have unpaired edges) are divided
 /// into cells until only a small area remains ambiguous.
 ///
-/// Thread  any number at the same time; a query allocates nothing
+/// Thread  any number of threads at the same time; a query allocates nothing
 class PartSides {
  public:
   /// Classifies the whole mesh.

@@ -15,7 +15,7 @@ namespace tandem::geometry {
 
 /// Bounding-volume hierarchy over the triangles of a mesh. It is immutable, and a query allocates nothing.
 ///
-/// Thread  any number at the same time
+/// Thread  any number of threads at the same time
 class TriangleTree {
  public:
   /// In      mesh  mesh with at least one triangle; not referenced afterwards
@@ -41,11 +41,13 @@ class TriangleTree {
   /// In      hint  triangle that is probably near, such as the result for a neighbouring point; −1: none
   Closest closest(const Vec3& p_S, double limit_m = std::numeric_limits<double>::infinity(),
                   int hint = -1) const noexcept;
-  /// Returns the closest point of the solid's surface, with a normal that points out of the solid. Overlapping closed
-  /// parts are treated as their union: if several parts contain `p_S`, the result is on the part in which `p_S` is
-  /// deepest. A part that is inside out is a cavity of the smallest part around it. If a part crosses itself or has
-  /// unpaired edges, the winding number classifies its sides. Triangles with the inside on both sides are ignored. For
-  /// a tree that of_solid() did not build, the result is that of closest().
+  /// Returns the closest point of the solid's surface, with a normal that points out of the solid. For a tree that
+  /// of_solid() did not build, the result is that of closest().
+  /// * Overlapping closed parts are treated as their union: if several parts contain `p_S`, the result is on the part
+  ///   in which `p_S` is deepest.
+  /// * A part that is inside out is a cavity of the smallest part around it.
+  /// * If a part crosses itself or has unpaired edges, the winding number classifies its sides. Triangles with the
+  ///   inside on both sides are ignored.
   Closest closest_of_solid(const Vec3& p_S, double limit_m = std::numeric_limits<double>::infinity(),
                            int hint = -1) const noexcept;
   /// Returns whether the tree treats the parts of the mesh separately. It does so if their bounding boxes overlap,

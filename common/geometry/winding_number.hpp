@@ -25,7 +25,7 @@ namespace tandem::geometry {
 /// Cost    Some microseconds per query; memory of 100 bytes per piece, and the nodes of the tree. Triangles near the
 ///         query point are summed one by one, and a long triangle is near many points. Long triangles are therefore
 ///         divided into pieces first; the number of pieces is at most kPieces times the number of triangles
-/// Thread  any number at the same time; a query allocates nothing
+/// Thread  any number of threads at the same time; a query allocates nothing
 class WindingNumber {
  public:
   static constexpr double kTolerance = 0.01;

@@ -6,7 +6,8 @@
 namespace tandem::haptics {
 
 /// Smoothest path that is consistent with the reported poses. Work must not be computed along the jumps of the reported
-/// pose: whatever the true path, a spring k whose end is reported in steps δ would seem to give k δ²/2 at each step.
+/// pose. Otherwise, a spring of stiffness k whose end is reported in steps δ would seem to give k δ²/2 at each step,
+/// whatever the true path.
 ///
 /// Model   p̂_k = q_k + e, with the report q, the estimated velocity v and the period T. Each component of e = p̂_{k−1}
 ///         + v T − q_k is clamped to half a step, because the true position lies in this interval. If a report

@@ -128,8 +128,8 @@ Wrench SafetyChain::apply(LocalTime now, const SafetyInput& input) noexcept {
   shown_force_ = risen(shown_force_, rise_s);
   shown_torque_ = risen(shown_torque_, rise_s);
   const Wrench target{input.wrench.f * (gain_ * shown_force_), input.wrench.t * (gain_ * shown_torque_)};
-  // Without a usable wrench, the last displayed wrench is scaled with the gain. It thus falls without a step, and is
-  // zero when the gain is zero.
+  // Without a usable wrench, the last displayed wrench is scaled with the gain. The output thus falls without a step,
+  // and is zero when the gain is zero.
   Wrench out = is_usable ? slewed(target, rise_s) : displayed_ * share;
   if (share < 1) {
     out.f = clamped_to_length(out.f, displayed_.f.norm() * share);

@@ -20,7 +20,8 @@
 
 namespace tandem::haptics {
 
-/// Reasons why the displayed force differs from the computed one.
+/// Reasons why the displayed force differs from the computed one. The text after a colon is the effect on the displayed
+/// force.
 enum SafetyFault : std::uint32_t {
   kSafetyRamping = 1U << 0U,    ///< start ramp, at the start or after silence or a fault
   kSafetySilence = 1U << 1U,    ///< no server state, or none for longer than silence_start: force decaying or zero

@@ -6,7 +6,8 @@ namespace tandem::physics {
 namespace {
 
 /// Limit of a fluid's damping around a massless tool, as a fraction of m/h (mass m of the effect's owner, step h). The
-/// reaction on the owner acts one step late. Up to this limit, it slows the owner without reversing the owner's motion.
+/// reaction on the owner acts one step late. Up to this limit, the reaction slows the owner without reversing its
+/// motion.
 constexpr double kLateShare = 0.25;
 
 bool can_move(const TouchThing& thing) {

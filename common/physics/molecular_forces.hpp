@@ -16,10 +16,10 @@ double soft_limit(double magnitude, double limit);
 /// Returns the displayed fraction s(E) of a pair's force and torque. It depends only on the energy of the pair, so the
 /// field remains conservative.
 ///
-/// Model   s = z · 1/√(1 + x²).
-///         Zero area: at energies up to E_min + n kT (n: WorldDescription::molecular_zero_kt), z is 0 and no force is
-///         displayed, so that a hand can rest there. z rises to 1 over one further kT as 3u² − 2u³. Without
-///         a zero area z is 1.
+/// Model   s = z · 1/√(1 + x²), with z for the zero area and x for the knee.
+///         Zero area: at energies up to E_min + n kT, z is 0 and no force is displayed, so that a hand can rest there.
+///         E_min and n are molecular_minimum_kcal_per_mol and molecular_zero_kt of WorldDescription. Over one further
+///         kT, z rises to 1 as 3u² − 2u³, where u is the energy above the zero area in kT. Without a zero area z is 1.
 ///         Knee: above the energy E_knee, x = (E − E_knee)/w; below it x is 0. The force of a repulsion r^−12 grows
 ///         with its energy. The width w is chosen such that s times this force approaches about a quarter of the force
 ///         limit. The displayed energy then grows as the logarithm of the overlap

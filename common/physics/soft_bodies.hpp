@@ -11,7 +11,7 @@ namespace tandem::physics {
 
 /// Soft bodies of a world.
 ///
-/// Thread  one thread at a time, that of the world
+/// Thread  the thread that steps the world
 class SoftBodies {
  public:
   virtual ~SoftBodies() = default;

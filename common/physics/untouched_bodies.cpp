@@ -283,7 +283,7 @@ void UntouchedBodies::bounce(Impact& impact, double step_s) {
   RigidBody& b = *bodies_[impact.b].rigid;
   const double parting = power_w(impulse_W, twist_at_origin(a), twist_at_origin(b)) / size;
   const double wanted = restitution(impact.a, impact.b) * impact.met_m_per_s;
-  // A faster approach than this means that the compression continues.
+  // While the bodies approach faster than half of kBounce_m_per_s, the compression continues.
   if (parting < -kBounce_m_per_s / 2) return;
   impact.is_over = true;
   const double yield = yield_of(a, impulse_W) + yield_of(b, impulse_W);

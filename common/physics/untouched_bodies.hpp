@@ -17,7 +17,7 @@ namespace tandem::physics {
 /// Sleep   Bodies that are in contact with each other form a group. A group that was slower than 0.02 mm/s and 0.5
 ///         mrad/s for 0.5 s sleeps, i.e. is not stepped. A wrench, a changed state, the removal of a body or a new
 ///         contact wakes the whole group
-/// Thread  one thread at a time; no allocation after construction
+/// Thread  any, one at a time; no allocation after construction
 std::unique_ptr<FreeBodies> make_untouched_bodies(const WorldDescription& world);
 
 }  // namespace tandem::physics

@@ -24,7 +24,7 @@ enum class GrabResult { kGrabbed, kUnknownBody, kNotGraspable, kOutOfReach, kAlr
 struct ToolState {
   RigidState tool;
   Wrench wrench_on_hand_W;  ///< wrench of the coupling on the hand, about the handle
-  Wrench pull_on_tool_W;    ///< opposite of wrench_on_hand_W, about the tool's origin
+  Wrench pull_on_tool_W;    ///< reaction to wrench_on_hand_W, about the tool's origin
   BodyId held;
   bool has_handle = false;         ///< whether the tool is coupled to a handle
   RigidState handle;               ///< state of the handle; valid if has_handle
@@ -60,7 +60,7 @@ struct TouchSummary {
 /// Deterministic: on the same machine, the same calls in the same order give bit-identical results. Tools and bodies
 /// are identified by their index in the description. A tool index must be valid; a body id may be invalid.
 ///
-/// Thread  one thread at a time: the room's, or the client's haptic loop
+/// Thread  room or haptic, one at a time
 class World {
  public:
   /// In      soft_bodies  null if there are no soft bodies

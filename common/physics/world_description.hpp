@@ -33,7 +33,7 @@ struct BodyDescription {
   BodyTraits traits;
   Pose X_WB;                                          ///< start pose
   bool is_graspable = false;                          ///< possible only for a body with a mass
-  std::shared_ptr<const docking::Molecule> molecule;  ///< origin: the centre of mass; null: no molecular field
+  std::shared_ptr<const docking::Molecule> molecule;  ///< molecule, with its centre of mass at the origin; null: none
   std::optional<Joint> anchor;                        ///< joint to the start pose; possible only for a body with a mass
 };
 

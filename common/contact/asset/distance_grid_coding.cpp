@@ -195,8 +195,8 @@ std::unique_ptr<DistanceGrid> DistanceGrid::read(std::span<const std::uint8_t>& 
     if (level > 0) sample_count += samples_of(level - 1U);
   }
   if (sample_count * sizeof(std::int16_t) > limit_bytes - lattice_bytes) return nullptr;
-  // Limits of the decompressed size, so that a malicious file cannot exhaust the memory. Most coded numbers need one
-  // byte.
+  // Bounds of the decompressed size, so that a malicious file cannot exhaust the memory: the largest number of bytes of
+  // one coded number, and a limit of the mean number of bytes per sample. Most coded numbers need one byte.
   constexpr std::size_t kMaxNumberBytes = 5;
   constexpr std::size_t kBytesPerSample = 3;
   const bool is_read = grid->set_levels(*levels, sample_count) &&

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kMaxCoordinate = 1e4;
 constexpr double kMaxArea_m2 = 1e8;
-// Resolution: number of position steps in one spacing of points, and number of area steps in a square of that side.
+// Resolution: number of position steps in one point spacing, and number of area steps in the square of the spacing.
 constexpr double kPlaceSteps = 256;
 constexpr double kAreaSteps = 1024;
 // Number of steps for normals. A normal is mapped to an octahedron, which is unfolded to a square; this is the number

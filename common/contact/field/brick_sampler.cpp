@@ -121,7 +121,8 @@ class BrickSampler {
       tests_.push_back({{small(at[0]), small(at[1]), small(at[2])}, exact_m});
     }
     const double error_m = std::abs(interpolated_m - exact_m);
-    // A larger error than this bound is impossible for distances with correct signs, so one of them has the wrong sign.
+    // Distances with correct signs have an error of at most this bound. If the error is larger, one of the signs is
+    // wrong.
     const bool is_contradiction = error_m > kRounding * reach_m;
     is_contradictory_ = is_contradictory_ || is_contradiction;
     const bool is_bad = is_contradiction || (std::abs(exact_m) <= band_m_ + reach_m && error_m > tolerance_m);

@@ -48,7 +48,7 @@ inline constexpr double kOnPlaneCosine = 0.999;
 
 /// Signed distance to the surface of a shape, in the frame of the shape S.
 ///
-/// Thread  any, at the same time; no allocation, no throw, finite for finite points
+/// Thread  any number of threads at the same time; no allocation, no throw, finite for finite points
 class DistanceField {
  public:
   virtual ~DistanceField() = default;
@@ -81,7 +81,7 @@ class DistanceField {
   /// at most 0, it equals the largest of the distances to the planes. Where that largest distance is positive, the
   /// field's distance is at least as large. Both statements hold within the rounding of samples.
   ///
-  /// Out     queries  increased by the number of table entries read
+  /// Out     queries  increased by the number of entries that were read from the field's table of planes
   virtual PlaneSet planes_over(const OrientedBox& /*box_S*/, std::size_t& queries) const noexcept {
     ++queries;
     return 0;

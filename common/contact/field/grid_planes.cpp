@@ -28,7 +28,8 @@ constexpr double kMinSamples = 64;
 // Largest error of samples at sharp edges where bricks of different resolution meet. There the planes are more accurate
 // than the samples.
 constexpr double kEdge_m = 1e-4;
-// Limit of the number of bricks of a grid with planes. Planes need 12 bytes for each brick, and the time to fill them.
+// Limit of the number of bricks of a grid with planes. For planes, each brick needs 12 bytes and some time to fill
+// them.
 constexpr std::size_t kMaxBricksWithPlanes = std::size_t{1} << 20U;
 // Limit of the number of distances to planes that are computed; this many take a few seconds. Blocks that remain when
 // the limit is reached get no planes.
@@ -152,8 +153,8 @@ class DistanceGrid::PlaneFinder {
     }
   }
 
-  /// Returns whether visit(p_S, sample) is true for all samples in and on the faces of some blocks. If cells are larger
-  /// than blocks, the samples of the surrounding cells are visited.
+  /// Returns whether visit(p_S, sample) is true for all samples in a cube of blocks and on its faces. If cells are
+  /// larger than blocks, the samples of the surrounding cells are visited.
   template <typename Visit>
   bool for_samples(const Vec3& low_S, std::uint32_t ref, const Blocks& blocks, const Visit& visit) const {
     const std::uint32_t cells = cells_of(level_of(ref));
@@ -200,7 +201,8 @@ class DistanceGrid::PlaneFinder {
     return far_index(least_m, most_m);
   }
 
-  /// Returns the common index in PlaneMap of some blocks: that of the planes that match all of their samples, or kNone.
+  /// Returns the PlaneMap index that all blocks of a cube share: the index of the planes that match all samples of the
+  /// blocks, or kNone.
   std::uint8_t index_of(PlaneMap& map, const Vec3& low_S, std::uint32_t ref, const Blocks& blocks) {
     if (distances_left_ < 0) return PlaneMap::kNone;
     PlaneSet set = 0;

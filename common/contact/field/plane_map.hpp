@@ -14,7 +14,7 @@ namespace tandem::contact {
 /// Stores for each block of a lattice the planes whose largest distance equals the field in the block, if there are
 /// such planes. A block is a cube with 1/8 of the edge of a brick (a cube of the lattice).
 ///
-/// Thread  any, at the same time
+/// Thread  any number of threads at the same time
 class PlaneMap {
  public:
   static constexpr std::uint32_t kBlocks = 8;  ///< blocks along an edge of a brick

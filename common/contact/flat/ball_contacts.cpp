@@ -77,8 +77,8 @@ void add_ball_on_plane(const FieldPlane& plane, const Pose& X_WF, const Vec3& ce
   const Vec3 normal_W = R_WF * plane.normal;
   const Vec3 centre_W = R_WF * centre_F + X_WF.p;
   std::uint32_t id = ContactPoint::kClosedForm;
-  // Adds a contact for the part of the sphere between two heights above its lowest point. Its area is multiplied by
-  // `share`.
+  // Adds a contact for the part of the sphere between two heights above its lowest point. The area of the contact is
+  // multiplied by `share`.
   const auto add = [&](double begin_m, double end_m, double share, const Vec3& aside_W) {
     const std::uint32_t own_id = id++;
     if (!(end_m > begin_m)) return;

@@ -22,14 +22,15 @@ const FieldPlane* plane_below_ball(const DistanceField& field, PlaneSet planes, 
 
 /// Appends the ball's contacts on `plane`, from the deepest point outwards, in the order of their ids.
 ///
-/// Model   The area of a sphere between two depths is 2πR times their difference. A slice of depth therefore acts like
-///         a contact at its mean depth. With the total depth δ, the pressing cap is divided into four slices:
+/// Model   The area of a sphere of radius R between two depths is 2πR times their difference. A slice of depth
+///         therefore acts like a contact at its mean depth. With the depth δ of the deepest point, the pressing cap has
+///         the contact radius a, where a² = 2Rδ − ⅔δ². The cap is divided into four slices:
 ///         1. at most 16 µm: one contact at the deepest point, too shallow by at most half of the slice
-///         2. up to m = 0.143 of δ: one contact. With this m, the moment of friction about the normal is exact
-///            (8/15 a × force)
-///         3. from m to 0.65 δ: a pair of contacts on each of two axes
+///         2. up to 0.143 δ: one contact. With this value, the moment of friction about the normal is exact (8/15 a ×
+///            force)
+///         3. from 0.143 δ to 0.65 δ: a pair of contacts on each of two axes
 ///         4. from 0.65 δ to δ: such pairs again. The pairs are placed so that the stiffness against tilting is that of
-///            the whole area: a²/4 × area, with the contact radius a² = 2Rδ − ⅔δ²
+///            the whole area: a²/4 × area
 ///         The part of the cap that does not press has one contact on the axis for each slice. These slices end at a
 ///         gap of 16, 64 and 256 µm and at the band. While nothing presses, the third slice has four contacts on a
 ///         ring, where the pairs will press. Force and stiffness are exact for the area and continuous in the pose. The

@@ -121,7 +121,7 @@ class NodeContacts {
     }
   }
 
-  /// Selects the planes that may have the largest distance somewhere in this box, and puts the plane with the largest
+  /// Selects the planes that may have the largest distance somewhere in a box, and puts the plane with the largest
   /// distance at the box's middle first.
   ///
   /// Out     least and largest depth of the box
@@ -294,7 +294,7 @@ class NodeContacts {
   }
 
   // Thickness of the first slice, which begins at the deepest position. For a strip (whose points have equal areas at
-  // all depths), the four contacts of the slice are too shallow by a fifth of it.
+  // all depths), the four contacts of the slice are too shallow by a fifth of this thickness.
   static constexpr double kFirstSlice_m = 1.6e-5;
   static constexpr double kNextSlice = 4;
   // Limit of the linear range as a fraction of the rigid depth (depth beyond which contact is as stiff as the step

@@ -85,7 +85,8 @@ bool has_no_hole(std::span<const ShellPoint> points, const OrientedBox& box, con
   const double part_m = kPart * std::sqrt(moments_of(polygon)(0, 0) / count);
   const auto parts_along = [&](int axis) { return std::max(1.0, std::floor(2 * box.half_m[axis] / part_m)); };
   const Eigen::Array2d parts(parts_along(0), parts_along(1));
-  // A narrow polygon would have more parts than points, so parts would be empty without being holes. It is rejected.
+  // A narrow polygon would have more parts than points, so parts would be empty without being holes. Such a polygon is
+  // rejected.
   if (!(parts.prod() * moments_of(polygon)(0, 0) <= count * 4 * box.half_m[0] * box.half_m[1])) return false;
   std::vector<bool> is_empty(static_cast<std::size_t>(parts.prod()), true);
   for (const ShellPoint& point : points) is_empty[cell_of(point, box, parts.cast<int>())] = false;

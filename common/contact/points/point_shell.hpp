@@ -51,7 +51,7 @@ struct PointShell {
   /// Sorts `points` and builds the tree over them.
   static PointShell make(std::vector<ShellPoint> points, double spacing_m);
 
-  /// Builds the same tree over points that are already in its order.
+  /// Builds the same tree over points that make() has sorted before.
   static PointShell in_order(std::vector<ShellPoint> points, double spacing_m);
 
   double area_m2() const;

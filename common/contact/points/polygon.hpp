@@ -16,7 +16,7 @@ namespace tandem::contact {
 /// each cut() adds at most one corner.
 using Polygon = boost::container::static_vector<Eigen::Vector2d, kMaxFlatCorners + PlaneMap::kMaxInBox + 6>;
 
-/// A distance that is linear over a plane: middle + u · along + v · across.
+/// A distance that is linear over a plane: s₀ + s₁ u + s₂ v at the coordinates (u, v), with (s₀, s₁, s₂) as the vector.
 using DepthSlope = Eigen::Vector3d;
 
 /// Integrals of the products of (1, u, v) with each other over an area.
@@ -34,7 +34,7 @@ inline DepthSlope below(const DepthSlope& slope, double distance_m) {
 Polygon rectangle(const Eigen::Vector2d& half_m);
 /// Returns the polygon of a flat node, relative to the node's mean.
 Polygon corners_of(const FlatNode& flat);
-/// Returns a convex polygon whose corners are at or near some of these points. Each point is inside, or at most
+/// Returns a convex polygon whose corners are at or near some of the given points. Each point is inside, or at most
 /// `lost_m` outside. The points must not be on one line. The result is empty if it would have more than kMaxFlatCorners
 /// corners.
 Polygon polygon_in_places(std::span<const Eigen::Vector2d> places, double lost_m);

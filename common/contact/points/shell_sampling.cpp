@@ -18,8 +18,8 @@ constexpr double kSeparation = 0.9;
 // samples has 0.70, the jamming density of random sequential discs.
 constexpr double kSamplesPerSquare = 0.75;
 // Longest side of a patch, in spacings. A patch is a part of a triangle; all pieces of a patch are compared with one
-// set of samples. Its corners are within 2/3 of the longest side from its centroid, as no median is longer than that
-// side.
+// set of samples. The corners of a patch are within 2/3 of the longest side from its centroid, as no median is longer
+// than that side.
 constexpr float kPatch = 1.5F;
 constexpr double kPatchReach = 1 + 2 * kPatch / 3;
 // Factor of the spacing that allows for the rounding of single-precision coordinates, so that no part stays uncovered.
@@ -326,8 +326,8 @@ class Shares {
   // Fraction of its area that a sample on a sharp edge keeps. With this value, a box pressed down on an edge has the
   // force of an elastic foundation on its faces.
   static constexpr double kEdgeShare = 0.15;
-  // Limits of the cosine between two normals. Faces above kSameSide count as one side of a sample. A sample is sharp if
-  // the cosine between two of its sides is below kSharp.
+  // Limits of the cosine between two normals. Faces whose normals have a cosine above kSameSide count as one side of a
+  // sample. A sample is sharp if the cosine between two of its sides is below kSharp.
   static constexpr float kSameSide = 0.98F, kSharp = 0.5F;
 
   struct Owner {

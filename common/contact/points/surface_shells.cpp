@@ -196,7 +196,7 @@ PointShells sample_surface(const geometry::TriangleMesh& outline, const Distance
   spread_under.spacing_m *= kOutlineMargin;
   spread_under.max_points = std::min(spread_under.max_points, kPrimitivePoints);
   // A primitive has no bumps (features by height). With a wide spacing, all corners of its tessellation would count as
-  // bumps; sampling a ball of 10 m then took 10 s.
+  // bumps, and sampling a ball of 10 m would take 10 s.
   spread_under.feature_height_m = std::numeric_limits<double>::infinity();
   const SpreadSamples spread = spread_samples(surface, spread_under, {});
   std::vector<Candidate> candidates = candidates_of(spread);

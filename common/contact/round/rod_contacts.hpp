@@ -15,20 +15,22 @@ inline constexpr std::size_t kMaxRodContacts = 24;
 
 /// Contacts of two rods. They depend on the poses, and on the side of B's axis where A was in the previous find().
 ///
-/// Model   The depth along A's axis is R_A + R_B less the distance of the axes, to second order in the distance from
-///         the common normal. Across the axis, the depth is that of parallel cylinders. A strip of A's axis that is ds
-///         long and δ deep has an area of 2√(2Rδ) ds, with R = R_A R_B / (R_A + R_B), and a mean depth of ⅔ δ. Five
-///         Gauss points are spread over the part of the axis that presses and is beside B. Each has three contacts: the
-///         deepest fifth of the strip's width, and both sides of it.
-///         For rods that cross at an angle θ with a depth d, the force is that of the overlap, k π d² √(R_A R_B) / sin
-///         θ, with an error up to 0.3 % (k: stiffness by area and depth). For parallel rods, the force per length is
-///         (4/3) k √(2R) d^(3/2).
-///         A pressing round end has an area of 2π R_eff d, with R_eff that of a ball on a cylinder or on a ball. If the
-///         common normal meets the axis beyond the end of the cylinder, the end's contact replaces that of the
-///         cylinder. Rods that do not press have one contact at the nearest points and one at each end.
-///         The normal is along the nearest points of the axes. If these points are between the ends of both axes, A
-///         stays on its previous side. A rod that passes through the other one within a step, by more than its
-///         thickness, is thus pushed back.
+/// Model   Symbols: R_A and R_B radii, R = R_A R_B / (R_A + R_B), k stiffness by area and depth.
+///         1. The depth along A's axis is R_A + R_B less the distance of the axes, to second order in the distance from
+///            the common normal. Across the axis, the depth is that of parallel cylinders. A strip of A's axis that is
+///            ds long and δ deep has an area of 2√(2Rδ) ds and a mean depth of ⅔ δ.
+///         2. Five Gauss points are spread over the part of the axis that presses and is beside B. Each has three
+///            contacts: one for the middle fifth of the strip's width, which is the deepest, and one on either side of
+///            it.
+///         3. For rods that cross at an angle θ with a depth d, the force is that of the overlap with an error up to
+///            0.3 %: k π d² √(R_A R_B) / sin θ. For parallel rods, the force per length is (4/3) k √(2R) d^(3/2).
+///         4. A pressing round end has an area of 2π R_eff d, where R_eff is the effective radius of a ball on a
+///            cylinder or on a ball. If the common normal meets the axis beyond the end of the cylinder, the end's
+///            contact replaces that of the cylinder.
+///         5. Rods that do not press have one contact at the nearest points and one at each end.
+///         6. The normal is along the line between the nearest points of the axes. If these points are between the ends
+///            of both axes, A stays on its previous side of B. A rod that passes through the other rod within a step,
+///            by more than its thickness, is thus pushed back.
 /// Source  our derivation
 class RodContacts {
  public:

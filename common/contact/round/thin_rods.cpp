@@ -13,7 +13,7 @@ namespace tandem::contact {
 namespace {
 
 constexpr std::size_t kPlaces = 4000;
-// The result is exceeded by the radius at all points on rods, except for this fraction of them.
+// The result is a quantile of the inner balls' radii at the points on rods: this fraction of the radii is smaller.
 constexpr double kThinnerShare = 0.1;
 // Minimum fraction of points that are on rods. If fewer are, these points are regarded as tips of spikes.
 constexpr double kTipShare = 0.005;

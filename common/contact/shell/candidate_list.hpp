@@ -15,7 +15,7 @@ namespace tandem::contact {
 /// Candidates of one search step, in the order of the shell's points. The contacts that all candidates need together
 /// are limited by the capacity.
 ///
-/// Thread  one at a time; no allocation after construction
+/// Thread  any, one at a time; no allocation after construction
 class CandidateList {
  public:
   /// In      capacity  largest capacity of bind()

@@ -21,7 +21,7 @@ namespace tandem::contact {
 struct CutNode {
   std::uint32_t node = 0;
   float query_again_at_m = 0;  ///< value of (accumulated motion + band) from which the node must be queried again
-  PlaneSet planes = 0;         ///< planes below the node until its next query; if any, the band is not added
+  PlaneSet planes = 0;         ///< planes below the node until its next query; the bound then excludes the band
   LeafLags lags = {};          ///< for each point of a sampled leaf: additional motion until its next query
   bool is_leaf = false;        ///< the node is treated as a leaf: its points were sampled
   bool is_sampled = false;     ///< only eight of its points were sampled; sufficient at this level or a coarser one
@@ -43,7 +43,7 @@ struct CutPart {
   double step_motion_m = 0;         ///< motion of the last step, which is included in moved_m
   double query_again_at_m = 0;      ///< least query_again_at_m of the part's nodes
   double halves_check_at_m = 0;     ///< accumulated motion at the next check for halves to join above planes
-  double halves_check_after_m = 0;  ///< motion from that check to the following one
+  double halves_check_after_m = 0;  ///< motion between that next check and the one after it
   bool has_open_question = false;   ///< true: a plane query was omitted; the next check queries the whole part again
   bool waits_for_rest = false;      ///< true: the next check is postponed until the part moves slowly, or has moved far
   bool has_sampled = false;         ///< true if the part may have sampled nodes (eight points represent all points)

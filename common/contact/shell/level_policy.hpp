@@ -19,17 +19,17 @@ namespace tandem::contact {
 enum class SearchPhase : std::uint8_t {
   kFirstCut,  ///< no step has ended since bind(), so no bound exists yet
   kFine,      ///< all near points are single candidates
-  kCoarse,    ///< leaves are larger, and each gives at most two candidates
+  kCoarse,    ///< leaves are larger than at kFine, and each gives at most two candidates
   kDividing,  ///< sampled nodes of a coarse level were replaced by their children
-  kTrial,     ///< the level began as a trial of a finer level; ends when the level changes or nodes are divided
+  kTrial,     ///< trial of a finer level; the phase ends when the level changes or nodes are divided
 };
 
 /// Measurements of the last walk (traversal of the cut), and the band of the current step.
 struct SearchLoad {
   std::size_t near_count = 0;     ///< estimated number of near points
   std::size_t contacts = 0;       ///< contacts that the candidates need
-  std::size_t cut_size = 0;       ///< entries of the cut
-  std::uint32_t walk_points = 0;  ///< points that the last complete walk queried
+  std::size_t cut_size = 0;       ///< number of entries of the cut
+  std::uint32_t walk_points = 0;  ///< number of points that the last complete walk queried
   double band_m = 0;
 };
 
@@ -74,7 +74,8 @@ class LevelPolicy {
   std::uint32_t max_queries() const { return static_cast<std::uint32_t>(kSearch.queries_per_candidate * capacity_); }
   /// Returns the limit of a walk's queries. Queries for dividing are not included.
   std::uint32_t walk_queries(double band_m) const;
-  /// Returns the limit of a step's new plane queries, as a number of table entries of the field that they read.
+  /// Returns the limit of a step's new plane queries: the number of entries that they may read from the field's table
+  /// of planes.
   std::size_t plane_queries(double band_m) const;
   /// Returns the number of queries that a step may use to divide sampled nodes. Dividing needs several steps if a finer
   /// level needs more queries than one step may use.
@@ -96,8 +97,8 @@ class LevelPolicy {
   /// Returns whether pairs of divided nodes are joined before the level changes. This happens at the coarsest level if
   /// the last steps had too many queries.
   bool joins_pairs_first() const { return phase_ == SearchPhase::kDividing && is_too_dense() && is_coarsest_level(); }
-  /// Postpones the next trial. The interval doubles if the level of the last trial was left soon. It remains the same
-  /// if dividing had used up the capacity.
+  /// Postpones the next trial. The interval doubles if the level of the last trial was left soon. The interval remains
+  /// the same if dividing had used up the capacity.
   void postpone_trial() noexcept;
 
   /// Begins a level. If it is the current level, all divided nodes of the level have been joined before the call.

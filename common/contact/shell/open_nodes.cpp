@@ -41,7 +41,8 @@ bool ShellCandidates::open(std::uint32_t root, double root_nearest_m, double mov
 // Samples the points of a leaf that may be near. The other points are skipped, because their bounds still hold.
 bool ShellCandidates::open_leaf(const CutNode& entry, double moved_m, double band_m) noexcept {
   const ShellNode& node = shell_->nodes[entry.node];
-  // Of a leaf with more points than at level 0, eight samples suffice as long as none of its points can press.
+  // If a leaf has more points than the leaves of level 0, eight samples suffice as long as none of its points can
+  // press.
   double divided_at_m = std::numeric_limits<double>::infinity();
   if (!node.is_leaf && node.count > levels_.leaf_points(0)) {
     const double nearest = nearest_m(node);

@@ -25,8 +25,9 @@ CutNode PlaneCache::planes_below(std::uint32_t index, double moved_m, const Shel
   CutNode& answer = answers_[index % kAnswers];
   if (answer.node == index && moved_m < answer.query_again_at_m) return answer;
   OrientedBox box_F = shell_->flat_nodes[node.flat].box_S().moved(motion.R_FP(), motion.p_FP());
-  // The accumulated motion is an upper bound only for points in the ball around the solid. Points of a node outside the
-  // ball may move farther. Only nodes whose factor is at most kSearch.sideways are queried.
+  // The accumulated motion bounds only the motion of points in the ball around the solid. Points outside the ball may
+  // move farther, in proportion to their distance from its centre. Only nodes within kSearch.sideways radii of the
+  // centre are queried.
   const double reach_m = (box_F.centre - motion.solid_centre_F()).norm() + box_F.half_m.norm();
   if (reach_m > kSearch.sideways * motion.solid_radius_m()) return {};
   // A node that was above planes is always queried. Once the limit of queries is reached, other nodes are not queried

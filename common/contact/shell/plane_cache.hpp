@@ -13,9 +13,9 @@
 namespace tandem::contact {
 
 /// Stores the planes below each node, and the accumulated motion until which the result is valid. A plane query of a
-/// grid takes microseconds. The number of table entries of the field that new queries may read in a step is therefore
-/// limited.
-/// Thread  one at a time; no allocation after construction
+/// grid takes microseconds. New queries of a step may therefore read only a limited number of entries of the field's
+/// table of planes.
+/// Thread  any, one at a time; no allocation after construction
 class PlaneCache {
  public:
   PlaneCache();
@@ -24,7 +24,7 @@ class PlaneCache {
   /// Discards all results. Required when the accumulated motion restarts at zero.
   void clear() noexcept;
   void begin_step() noexcept { queries_ = 0; }
-  /// Sets the limit of the table entries that new queries of this step may read.
+  /// Sets the number of table entries that new queries of this step may read.
   void set_limit(std::size_t queries) noexcept { max_queries_ = queries; }
   void begin_part() noexcept { has_open_question_ = false; }
   /// Returns whether some node of the part was not queried because of the limit.
@@ -42,7 +42,7 @@ class PlaneCache {
   const PointShell* shell_ = nullptr;
   const DistanceField* field_ = nullptr;
   std::vector<CutNode> answers_;  ///< results; the slot of a node is its index modulo kAnswers
-  std::size_t queries_ = 0;       ///< table entries read in this step
+  std::size_t queries_ = 0;       ///< entries of the field's table of planes that were read in this step
   std::size_t max_queries_ = 0;
   bool has_open_question_ = false;
 };

@@ -6,9 +6,9 @@
 
 namespace tandem::contact {
 
-/// Constants of the search with their reasons. cut_node.hpp and SEARCH.md define the terms. A depth in millimetres is
-/// the greatest depth in `tandem-lab bench contact` with the stated value; constants without such a number were not
-/// varied. Any change must be checked with that program, with its option `--landing`, and with
+/// Tuned constants of the search, each with the reason for its value. cut_node.hpp and SEARCH.md define the terms. A
+/// depth in millimetres is the greatest depth in `tandem-lab bench contact` with the stated value. Constants without
+/// such a number were not varied. Any change must be checked with that program, with its option `--landing`, and with
 /// lab/make_contact_table.py.
 struct SearchSettings {
   // Levels.
@@ -28,13 +28,15 @@ struct SearchSettings {
   /// Factors by which the limit of queries is raised if few points are near. The first applies if the next coarser
   /// level has the same leaves for pressing points. The second applies if a coarser level would lose accuracy.
   double query_margin = 1.3, query_margin_else = 2;
-  /// Limits of the queries of one walk, as multiples of the usual queries of a step: usually, in the first step at a
-  /// coarser level, and for a first cut. They bound the duration of the slowest step. A wide band doubles them.
+  /// Limits of the queries of one walk, as multiples of the usual queries of a step. The first is for a usual step, the
+  /// second for the first step at a coarser level, the third for a first cut. They bound the duration of the slowest
+  /// step. A wide band doubles them.
   std::uint32_t walk_queries = 4, new_level_queries = 8, first_cut_queries = 16;
 
   // Trials of a finer level.
 
-  /// First and longest interval between trials [steps]. It doubles after each failed trial, which costs one walk.
+  /// First and longest interval between trials [steps]. The interval doubles after each failed trial, because a trial
+  /// costs one walk.
   std::uint32_t steps_per_try = 64, max_steps_per_try = 1024;
   /// Steps until the finest level is tried if the near points are so few that they certainly fit into the capacity. The
   /// test ShellCut.IsFineSoonAfterAHardLanding requires a fine level within 20 steps of a hard landing.
@@ -47,7 +49,8 @@ struct SearchSettings {
   // Dividing of sampled nodes.
 
   /// Steps at a level before dividing begins. If the divided nodes exceeded the capacity, the number doubles, up to
-  /// max_steps_per_try. Without dividing, one mesh stayed 1.00 mm deep after fast motion; with dividing, 0.55 mm.
+  /// max_steps_per_try. After fast motion, the greatest depth of one mesh stayed at 1.00 mm without dividing, and at
+  /// 0.55 mm with dividing.
   std::uint32_t steps_to_divide = 4;
   /// Nodes are divided up to these fractions of the capacity and of the limit of the cut. The children may need twice
   /// as many contacts and entries.
@@ -57,13 +60,13 @@ struct SearchSettings {
 
   // Joining of far nodes.
 
-  /// Steps from the beginning of a level to the first joining, and between two joinings. With 64 steps one mesh
-  /// became 0.86 mm deep.
+  /// Steps from the beginning of a level to the first joining, and between two joinings. With 64 steps, the greatest
+  /// depth of one mesh was 0.86 mm.
   std::uint32_t steps_to_join = 100;
   /// Fraction of the limit of the cut above which far nodes are joined and dividing stops.
   double join_far_above = 0.45;
   /// Two nodes are joined if the bounds of both exceed the band by this distance [m]. With 1 mm, a mesh with needles
-  /// among needles stayed at a coarse level and became 0.78 mm deep; with 0.3 mm, 0.57 mm.
+  /// among needles stayed at a coarse level, and its greatest depth was 0.78 mm; with 0.3 mm, it was 0.57 mm.
   double join_beyond_m = 3e-4;
   /// Two halves of a node are joined if the bounds of both allow a further motion of this fraction of the node's
   /// radius. The margin is needed because the ball around the joined node is larger and must be far, too. The fraction
@@ -87,7 +90,8 @@ struct SearchSettings {
   // Plane queries.
 
   /// Flat nodes with more points than this are queried for planes at any level, because eight sampled points would
-  /// represent them badly. With 128 points one mesh became deeper (1.17 mm), and with 1,024 another (1.95 mm).
+  /// represent them badly. With 128 points, the greatest depth of one mesh was 1.17 mm; with 1,024 points, that of
+  /// another mesh was 1.95 mm.
   std::uint32_t planes_above = 256;
   /// Motion after which nodes above planes are queried again [m]. share_of() spreads these queries over several steps.
   double plane_motion_m = 2e-4;
@@ -95,13 +99,14 @@ struct SearchSettings {
   /// of it. With two to three times this motion the search was faster, but steps of the force grew from 0.13 to 0.19 N.
   double no_planes_m = 6e-4;
   /// Upper bound of the motion of points in any direction, as a multiple of the accumulated motion of their part. It
-  /// exceeds 1 because the motion is an upper bound only within the ball around the solid. Near points may be slightly
-  /// outside it.
+  /// exceeds 1 because the accumulated motion is an upper bound only within the ball around the solid, and near points
+  /// may be slightly outside this ball.
   double sideways = 1.5;
   /// Solids whose ball has a smaller radius [m] are not queried for planes, because the bound `sideways` does not hold.
   double min_solid_m = 5e-3;
-  /// Limits of the table entries of the field that new plane queries of a step may read: in the usual case, in the
-  /// first step of a level, and for a first cut or a wide band. One query of a grid takes up to some microseconds.
+  /// Limits on the number of entries that new plane queries of a step may read from the field's table of planes. The
+  /// first is for a usual step, the second for the first step of a level, the third for a first cut or a wide band. One
+  /// query of a grid takes up to some microseconds.
   std::size_t plane_queries = 400, new_level_plane_queries = 2500, first_plane_queries = 50'000;
 };
 

@@ -32,7 +32,7 @@ struct ContactShape;
 ///         first
 /// Source  after Verlet, "Computer experiments on classical fluids I", Phys. Rev. 159, 1967: the skin of a neighbour
 ///         list is a margin for motion. The cut, the bound of the motion and the larger leaves are ours
-/// Thread  one at a time; no allocation after construction
+/// Thread  any, one at a time; no allocation after construction
 class ShellCandidates {
  public:
   /// In      capacity  largest number of candidates

@@ -15,7 +15,7 @@ struct ContactShape;
 ///         of the solid in the points' frame. The smaller of the two is used. The second one is small if a small tool
 ///         turns above a large table. A rotation by the quaternion q moves a point at distance r from the centre by at
 ///         most 2 |vec(q)| r
-/// Thread  one at a time; no allocation
+/// Thread  any, one at a time; no allocation
 class ShellMotion {
  public:
   /// In      solid  shape that owns the field

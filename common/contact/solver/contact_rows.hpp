@@ -38,18 +38,26 @@ enum class FrictionLimit : std::uint8_t { kFollows, kKept };
 /// Forces of contacts at trial velocities, and their derivatives. Twists are those of A relative to B; wrenches act on
 /// A.
 ///
-/// Model   With n out of B, w = stiffness · area, δ the depth at the start, u = −n·v the closing speed, h the step, τ
-///         the dissipation, ρ the rigid depth, (x)₊ = max(x, 0):
-///         f_n = w (min(δ, ρ) + (h + τ) u)₊ + w_hard (min(δ − ρ, h·0.2 m/s) + h u)₊.
-///         This is a soft layer with a Kelvin-Voigt damper, evaluated at the end of the step, and a hard floor under
-///         it. For a gap, the layer's δ is multiplied by (h + τ)/h, so that the damper acts only from the moment of
-///         touching. Overlapping bodies are not thrown apart: the floor separates them at 0.2 m/s at most, the layer at
-///         ρ/(h + τ) at most.
-///         Friction is −k_t z clamped to length μ f_n. Here z = s + r (h + τ) v_t, k_t = 0.8 w, s is the bristle
-///         (tangential displacement since sticking began), and v_t the tangential velocity. While the contact sticks,
-///         friction is thus a spring, and a body at rest does not creep. The factor r = f_n/(w ρ), limited to 1 to 100,
-///         makes friction stiffer for a contact on the hard floor, in proportion to its normal force. After the step,
-///         the bristle is s + r h v_t, at most μ f_n / k_t long.
+/// Model   Symbols:
+///         n, v     unit normal out of B, velocity of A relative to B at the contact, with the tangential part v_t
+///         w, k_t   normal stiffness (stiffness_n_per_m3 · area), tangential stiffness 0.8 w
+///         w_hard   stiffness of the hard floor (hard_n_per_m)
+///         δ, u     depth at the start of the step, closing speed −n·v
+///         h, τ, ρ  step, dissipation, rigid depth
+///         s        bristle: tangential displacement since sticking began
+///         (x)₊     max(x, 0)
+///         Normal force f_n = w (min(δ, ρ) + (h + τ) u)₊ + w_hard (min(δ − ρ, h·0.2 m/s) + h u)₊.
+///         1. The first term is a soft layer with a Kelvin-Voigt damper, evaluated at the end of the step. The second
+///            term is a hard floor under the layer.
+///         2. For a gap, the layer's δ is multiplied by (h + τ)/h, so that the damper acts only from the moment of
+///            touching.
+///         3. Overlapping bodies are not thrown apart: the floor separates them at 0.2 m/s at most, the layer at
+///            ρ/(h + τ) at most.
+///         Friction is −k_t z clamped to the length μ f_n, where z = s + r (h + τ) v_t.
+///         1. While the contact sticks, friction is thus a spring, and a body at rest does not creep.
+///         2. The factor r = f_n/(w ρ), limited to 1 to 100, makes friction stiffer for a contact on the hard floor, in
+///            proportion to its normal force.
+///         3. After the step, the bristle is s + r h v_t, at most μ f_n / k_t long.
 ///         Both forces are dissipative. f_n h u is at least the increase of the layer's energy ½ w δ², for either sign
 ///         of u. The clamp, a projection on a ball, is monotone; while r is constant, friction therefore dissipates at
 ///         least the increase of the energy stored in s. When r falls to 1, s may return 0.6 μ² w ρ² more (8 µJ for a

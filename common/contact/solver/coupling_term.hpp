@@ -9,12 +9,16 @@ namespace tandem::contact {
 
 /// The coupling of one step as a function of the body's twist.
 ///
-/// Model   The tool T is fixed to the body with centre of mass C. At the end of the step, with r from C to T at its
-///         start: r' = exp(h ω) r, p_WT = p_WC + h v + r', v_WT = v + ω × r'. The coupling's wrench (f, τ) about T is
-///         (f, τ + r' × f) about C. The handle H keeps its last received pose and velocity, since its motion during the
-///         step is not known yet.
-///         The derivative is −Tᵀ (h K_d + B_v) T with T = [1, −[r']×], and −(h K_θ + B_ω) for the rotation (K:
-///         stiffness, B: damping of the law). It omits the rotation of the lever r' and of the rotation vector, because
+/// Model   The tool T is fixed to the body, whose centre of mass is C. Symbols:
+///         h      step
+///         v, ω   velocity of C and angular velocity of the body, the arguments
+///         r, r'  lever from C to T at the start and at the end of the step, r' = exp(h ω) r
+///         f, τ   force and torque of the coupling about T
+///         K, B   stiffness and damping of the law
+///         At the end of the step, p_WT = p_WC + h v + r' and v_WT = v + ω × r'. The wrench about C is (f, τ + r' × f).
+///         The handle H keeps its last received pose and velocity, since its motion during the step is not known yet.
+///         The derivative is −Tᵀ (h K_d + B_v) T with T = [1, −[r']×] for displacement d and velocity, and
+///         −(h K_θ + B_ω) for the rotation θ. It omits the rotation of the lever r' and of the rotation vector, because
 ///         no symmetric positive matrix contains them; the wrench is exact nevertheless. Because of this omission the
 ///         iteration may fail to converge, for example when a hand's pose jumps by a radian. linearise() is for this
 ///         case

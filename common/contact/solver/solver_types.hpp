@@ -19,8 +19,8 @@ struct SolverBody {
   Twist V_WC;       ///< velocity of C
   Wrench wrench_W;  ///< external wrench (weight, fields) about C
   /// True: the body moves with V_WC regardless of forces, and mass, inertia and wrench_W are not used. Contacts with
-  /// static or other prescribed bodies then ignore the rigid depth, because no force could end the overlap. Their soft
-  /// layer (ContactRows) extends to any depth.
+  /// static or other prescribed bodies then ignore the rigid depth, because no force could end the overlap. The soft
+  /// layer of these contacts (ContactRows) extends to any depth.
   bool is_prescribed = false;
 };
 

@@ -41,7 +41,7 @@ Side side_of(double half_way, double jump = 1) {
 }
 
 /// Returns whether a mean winding number is close to the value of a border, the inside or the outside. Near a wall that
-/// lacks the faces of one side, it lies between these values.
+/// lacks the faces of one side, the mean is between these values.
 bool is_clear(double half_way) {
   const double others = std::abs(half_way);
   return others > 1 - kUnclear || others < kUnclear || std::abs(others - 0.5) < kUnclear;

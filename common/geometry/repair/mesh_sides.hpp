@@ -26,8 +26,8 @@ std::vector<int> those_of(const std::vector<Side>& sides, Side side);
 /// Out     indices into `sides`
 std::vector<int> inner_of(const std::vector<MeshPart>& parts, const std::vector<Side>& sides);
 
-/// Returns, for each part of a surface, the open fraction of its area: a straight ray from there can leave the inside
-/// without crossing a triangle. The fraction is estimated by a few hundred rays. It is 0 for closed parts.
+/// Returns the open fraction of the area of each part of a surface. A point is open if a straight ray from it can leave
+/// the inside without crossing a triangle. The fraction is estimated by a few hundred rays. It is 0 for closed parts.
 ///
 /// In      all  all triangles that define the inside, including those of the parts
 std::vector<double> open_shares(const TriangleMesh& surface, const std::vector<MeshPart>& parts,

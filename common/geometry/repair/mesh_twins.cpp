@@ -23,7 +23,7 @@ constexpr double kMaxFoldCosine = 0.707;
 constexpr std::size_t kMaxCorners = 64;
 // Maximum distance between two triangulations of a twisted polygon, as a fraction of the square root of its area. Such
 // triangulations may be duplicates or a thin solid. The full distance is allowed only if all edges of the polygon have
-// further triangles, since they are then probably duplicates.
+// further triangles, since the triangulations are then probably duplicates.
 constexpr double kTwistShare = 0.25;
 // Largest relative difference of the areas of coincident pieces: the rounding error of single precision.
 constexpr double kAreaShare = 1e-5;

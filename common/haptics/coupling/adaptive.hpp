@@ -13,8 +13,9 @@ struct Cubic {
   double operator()(double x) const noexcept { return c[0] + x * (c[1] + x * (c[2] + x * c[3])); }
 };
 
-/// Limits on the entries and the results of a fit. They are checked when a fit is read from a device profile or a
-/// scene. Server and client accept coefficients from each other within the same limits (proto/coupling_fields.hpp).
+/// Limits of the masses, inertias and polynomial coefficients of a fit, and of the stiffness and damping that it
+/// returns. They are checked when a fit is read from a device profile or a scene. Server and client accept coefficients
+/// from each other within the same limits (proto/coupling_fields.hpp).
 inline constexpr double kMaxFitMass_kg = 1e4;
 inline constexpr double kMaxFitInertia_kg_m2 = 1e4;
 inline constexpr double kMaxFitPolynomial = 1e15;  ///< limit on the magnitude of a polynomial coefficient
@@ -47,8 +48,9 @@ struct AdaptiveFit {
 CouplingParameters adapted(const AdaptiveFit& fit, double mass_kg, double inertia_kg_m2,
                            const CouplingParameters& base) noexcept;
 
-/// Returns the fit that the thesis gives for its Phantom Premium 1.5/6DOF: k = 116.53 m + 16.21 N/m, b = 0.2 N·s/m,
-/// 0.05–0.2 kg. It serves for comparison only: the weight of a 0.2 kg tool stretches the spring by 50 mm.
+/// Returns the fit that the thesis gives for its Phantom Premium 1.5/6DOF: stiffness = 116.53 N/m per kg × mass + 16.21
+/// N/m, damping = 0.2 N·s/m, for 0.05 to 0.2 kg. It serves for comparison only: the weight of a 0.2 kg tool stretches
+/// the spring by 50 mm.
 AdaptiveFit thesis_adaptive_fit() noexcept;
 
 }  // namespace tandem::haptics

@@ -85,9 +85,10 @@ inline Wrench reaction_on_hand(const Wrench& on_tool_W, const Vec3& d_W) noexcep
 
 /// Returns the wrenches of `law` on both ends. Their forces sum to zero, and so do their moments about any one point.
 ///
-/// Model   on the tool (f, τ) about T; on the hand (−f, −τ + d × f) about H. The power of both wrenches, f·v_T + τ·ω_T
-///         − f·v_H − (τ − d × f)·ω_H = −f·(v_H − ω_H × d − v_T) − τ·(ω_H − ω_T), is −f·v − τ·ω with v, ω of
-///         CouplingState. This is the negative of the power that spring and damper store and dissipate
+/// Model   The wrench on the tool is (f, τ) about T, and that on the hand (−f, −τ + d × f) about H. With v, ω of
+///         CouplingState, their total power is −f·v − τ·ω, the negative of the power that spring and damper store and
+///         dissipate:
+///         f·v_T + τ·ω_T − f·v_H − (τ − d × f)·ω_H = −f·(v_H − ω_H × d − v_T) − τ·(ω_H − ω_T)
 /// Source  our derivation. The moment of the lever d acts on the hand. The tool is thus turned by the coupling's torque
 ///         only, wherever the handle is
 CouplingWrenches coupling_wrenches(const CouplingLaw& law, const Pose& X_WH, const Twist& V_WH, const Pose& X_WT,

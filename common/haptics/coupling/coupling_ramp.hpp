@@ -9,7 +9,8 @@
 
 namespace tandem::haptics {
 
-/// Shortest duration of a change of coefficients. We chose it to be at most the time that a user needs to notice a grasp.
+/// Shortest duration of a change of coefficients. We chose it to be at most the time that a user needs to notice a
+/// grasp.
 inline constexpr double kCouplingRamp_s = 0.1;
 /// Longest duration of a change. It bounds a change from or to a coupling that is almost zero.
 inline constexpr double kMaxCouplingRamp_s = 1;
@@ -19,12 +20,14 @@ inline constexpr double kRampSlope_n_per_s = 80;
 
 /// Coupling coefficients that move to a target.
 ///
-/// Model   c(t) = c₀ + (c₁ − c₀) s, s = min(1, t / T), T = 100 ms. An increase Δk of the stiffness at a displacement d
-///         adds the energy ½ Δk d². The change of the coefficients creates this energy, not the law.
-///         The force k d is at most the force limit F, so d ≤ F / min(k₀, k₁), and the force changes by up to
-///         F (r − 1) / T, with r the ratio of the stiffnesses. If that is more than kRampSlope_n_per_s, stiffness and
-///         damping are ramped geometrically: c(t) = c₀ (c₁ / c₀)^s with T = F ln(r) / kRampSlope_n_per_s. Then the
-///         force changes by at most k d ln(r) / T
+/// Model   A coefficient changes from c₀ to c₁ in the time T: c(t) = c₀ + (c₁ − c₀) s, with s = min(1, t / T) and T =
+///         100 ms. An increase Δk of the stiffness at a displacement d adds the energy ½ Δk d². The change of the
+///         coefficients creates this energy, not the law.
+///         Bound of the change of force: let k₀ and k₁ be the old and the new stiffness, r their ratio (larger to
+///         smaller), and F the force limit. The force k d is at most F, so d ≤ F / min(k₀, k₁), and the force changes
+///         by up to F (r − 1) / T. If that is more than kRampSlope_n_per_s, stiffness and damping are ramped
+///         geometrically: c(t) = c₀ (c₁ / c₀)^s with T = F ln(r) / kRampSlope_n_per_s. Then the force changes by at
+///         most k d ln(r) / T
 /// Thread  haptic and room: no allocation, no throw
 class CouplingRamp {
  public:

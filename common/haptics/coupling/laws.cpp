@@ -68,9 +68,10 @@ RadialStiffness qsa_curve(const CouplingChannel& channel, double displacement, b
 /// Model   f = L (1 − e^(−c u²)): slope 0 at 0; largest slope √(2c/e) k = 0.86 √c k at u = 1/√(2c); f = 0.63 L at u =
 ///         1/√c
 /// Source  Hou, PhD thesis, NTU, 2014, eqs. 4.3, 4.7. The printed formula has a single 2, read here as the exponent of
-///         u. As a factor of u it would not give the flat beginning that the text describes. If it were both, c would
-///         be 2. In the thesis, the receding force follows k x (literal_stable_dynamic_curve()), which creates energy.
-///         We use one curve in both directions, which is passive
+///         u. As a factor of u, the 2 would not give the flat beginning that the text describes. As exponent and factor
+///         at once, it would mean c = 2. In the thesis, the receding force follows k x
+///         (literal_stable_dynamic_curve()), which creates energy. We use one curve in both directions, which is
+///         passive
 RadialStiffness stable_dynamic_curve(const CouplingChannel& channel, double displacement,
                                      bool /*is_pushing*/) noexcept {
   const double u = channel.stiffness * displacement / channel.limit;
@@ -115,9 +116,8 @@ struct Slopes {
 /// Model   e is the law's non-decreasing elastic curve, S is saturated() with F_max and ε, and v is the velocity of the
 ///         handle relative to the tool. S is the gradient of a convex function, so (S(e + b v) − S(e))·v ≥ 0: the
 ///         damper dissipates even if the limit bends the sum. The elastic part stores the integral of S(e), a function
-///         of |d| alone. For rotation d|θ|/dt = θ̂·ω, so the same proof holds for τ. A curve e that reaches its limit L
-///         gives the force L (1 − ε/e) with Euler's e, which is 0.926 L at ε = 0.2; the damper may use the rest up to
-///         L.
+///         of |d| alone. For rotation d|θ|/dt = θ̂·ω, so the same proof holds for τ. A curve that reaches its limit L
+///         gives the force L (1 − ε exp(−1)), which is 0.926 L at ε = 0.2; the damper may use the rest up to L.
 ///         Gradient: with K = radial_gradient() of e and G = saturation_gradient(), ∂f/∂d = K^½ G K^½, which has the
 ///         eigenvalues of the exact G K; ∂f/∂v = b G is exact
 /// Source  Hou, PhD thesis, NTU, 2014, eqs. 3.4, 3.5, 5.10: the saturation applies to the total force of spring and

@@ -39,9 +39,11 @@ HandStep hand_step(const LoopModel& m) {
   return {step.topLeftCorner<2, 2>(), step.topRightCorner<2, 1>()};
 }
 
-/// State of the loop: z = (x, x_{−1} − x, …, x_{−L} − x, position of the tool, v, u). x and v are position and velocity
-/// of the hand, y and u those of the tool. x_{−i} is the hand's position i periods ago. If the coupling has a spring,
-/// the tool's position is stored as y − x, because the spring force depends on y only through this difference.
+/// State of the loop: z = (x, x₋₁ − x, …, x₋L − x, y − x or y, v, u). Symbols:
+///   x, v  position and velocity of the hand; x₋ᵢ is its position i periods ago, up to L periods
+///   y, u  position and velocity of the tool
+/// If the coupling has a spring, y − x is stored in place of y, because the spring force depends on y only through this
+/// difference.
 class LoopState {
  public:
   explicit LoopState(const LoopModel& m)

@@ -14,9 +14,9 @@ namespace tandem::haptics {
 namespace {
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-/// Stiffness of a contact that practically fixes the tool, for translation [N/m] and rotation [N·m/rad]. Both are our
-/// choice; the rotational value is the contact at a lever arm of 5 cm. They apply in the world and are scaled to the
-/// device like the coupling.
+/// Stiffness of a contact that practically fixes the tool, for translation [N/m] and rotation [N·m/rad]. Both values
+/// are our choice; the rotational stiffness is that of the translational contact at a lever arm of 5 cm. The values
+/// apply in the world and are scaled to the device like the coupling.
 constexpr double kStiffContact = 1e6;
 constexpr double kStiffContactRotation = 2500;
 
@@ -277,7 +277,8 @@ std::optional<StabilityFinding> find_instability(const Axis& axis, const Setup& 
   return finding;
 }
 
-/// Returns T/2 · Re{(1 − e^(−jθ)) H} / (1 − cos θ) for the loop with its tool, where H is force per handle position.
+/// Returns the damping that the mechanism needs at the angle θ per period, for the loop with its tool:
+///   T/2 · Re{(1 − e^(−jθ)) H} / (1 − cos θ), with the period T and the force H per handle position.
 double needed_at(const LoopModel& m, double theta) {
   const std::complex<double> back = std::polar(1.0, -theta);  // z⁻¹
   const std::complex<double> rate = (1.0 - back) / m.period_s;

@@ -87,11 +87,14 @@ struct StabilityFinding {
 ///   damping b, period T and d periods of delay. Some hand can then extract energy from the coupling.
 ///
 /// Source  Colgate, Schenkel, "Passivity of a class of sampled-data systems: application to haptic interfaces", J.
-///         Robotic Systems 14(1), 1997: b > T/2 · max_ω Re{(1 − e^(−jωT)) H(e^(jωT))} / (1 − cos ωT), which for a
-///         spring and backward difference is K T/2 + |B|. With H = K z^(−d) + B (1 − z^(−n)) z^(−d) / (n T) the spring
-///         gives sin((d + ½) ωT) / sin(½ ωT) ≤ 2 d + 1 times K T/2, and the damper ≤ |B| for any window. This holds for
-///         a tool that is held fast. A movable tool lighter than about k T² can need more, so the condition is also
-///         evaluated with the tool of the loop, at 256 frequencies
+///         Robotic Systems 14(1), 1997: the device needs the damping
+///           T/2 · max_ω Re{(1 − e^(−jωT)) H(e^(jωT))} / (1 − cos ωT)
+///         where H is the coupling's force per position. For a spring K and a damper B with backward difference, this
+///         is K T/2 + |B|. With a delay of d periods and a velocity window of n periods,
+///           H = K z^(−d) + B (1 − z^(−n)) z^(−d) / (n T).
+///         The spring's term is then K T/2 · sin((d + ½) ωT) / sin(½ ωT), at most (2 d + 1) K T/2. The damper's term is
+///         at most |B| for any window. This holds for a tool that is held fast. A movable tool lighter than about k T²
+///         can need more damping, so the condition is also evaluated with the tool of the loop, at 256 frequencies
 /// In      requested  coupling in the scene, if the device renders a weaker one; the text then names both. Null if the
 ///         device renders the scene's coupling
 /// Out     empty if the coupling is stable and passive; otherwise at most one finding each for translation and rotation

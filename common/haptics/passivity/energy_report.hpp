@@ -10,10 +10,13 @@ namespace tandem::haptics {
 /// Reads two running sums of a peer, one for each direction of energy flow. Returns the net change since the last
 /// report.
 ///
-/// Fails   A report is rejected as a whole and counted if a number is negative, not finite or smaller than before. The
-///         mean inflow is limited to `max_power_w`, with a burst of one second. Reports that arrive together are
-///         accepted in full within the burst. `could_do_j`, an upper bound of the peer's work, limits the inflow as
-///         well, if it is known. Inflow above either limit is discarded. Outflow is accepted in full.
+/// Fails   A report is rejected as a whole and counted if a number is negative, not finite or smaller than before.
+///         Inflow above one of two limits is discarded:
+///         1. The mean inflow is at most `max_power_w`, with a burst of one second. Reports that arrive together are
+///            accepted in
+///            full within the burst.
+///         2. The inflow is at most `could_do_j`, an upper bound of the peer's work, if that is known. Outflow is
+///            accepted in full.
 /// Thread  haptic or room: no allocation, no throw
 class EnergyReport {
  public:

@@ -38,8 +38,8 @@ namespace tandem::haptics {
 class HandPassivityController {
  public:
   /// Credit in addition to the balance; with 0 the first contact would have no force. A hand that leaves a spring k at
-  /// speed v keeps its force if the credit is above k (n (v T + a T²))² / 2, with the period T and the largest
-  /// acceleration a of PortLookAhead. This value suffices for 1000 N/m at 0.2 m/s.
+  /// speed v keeps its force if the credit is above k (n (v T + a T²))² / 2, with n = kPeriodsAhead, the period T and
+  /// the largest acceleration a of PortLookAhead. This value suffices for 1000 N/m at 0.2 m/s.
   static constexpr double kInitialCredit_j = 2e-4;
   static constexpr double kMaxBalance_j = 2.0;
   static constexpr double kLeakRate_w = 2e-3;     ///< recovery rate of a negative balance

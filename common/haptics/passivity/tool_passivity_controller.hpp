@@ -53,7 +53,7 @@ class ToolPassivityController {
   static constexpr double kFirmBrake_n_s_per_m = 2000;
 
   /// Adds the client's running sums, once for each received input; `elapsed_s` is the time since the previous input.
-  /// In      could_do_j  upper bound of the hand's work since then, along the path of its handle
+  /// In      could_do_j  upper bound of the hand's work since the previous input, along the path of its handle
   void hand_reported(double from_hand_j, double to_hand_j, double elapsed_s,
                      double could_do_j = std::numeric_limits<double>::infinity()) noexcept;
   /// Ends a step.

@@ -67,7 +67,7 @@ void make_stable(std::span<double> phi, double radius) noexcept;
 struct ArOrder {
   std::size_t order = 0;
   double error_variance = 0;  ///< V
-  double fpe = 0;             ///< Akaike's final prediction error: V (1 + d/N)/(1 − d/N)
+  double fpe = 0;             ///< Akaike's final prediction error, V (1 + d/N)/(1 − d/N) with d = order
 };
 /// Returns one row for each order 0 … most_order; fewer if the series is too short (N ≤ 2p).
 ///

@@ -7,8 +7,8 @@
 namespace tandem::haptics {
 namespace {
 
-/// Lower bound of a mean square error, relative to the largest error of the candidates. It gives candidates without
-/// error equal, finite weights.
+/// Lower bound of a mean square error, relative to the largest error of the candidates. Because of it,
+/// candidates without error have equal, finite weights.
 constexpr double kMinErrorRatio = 1e-24;
 
 }  // namespace

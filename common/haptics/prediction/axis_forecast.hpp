@@ -87,7 +87,7 @@ class AxisForecast {
   /// Displayed curve: a forecast plus the remaining difference from the previously displayed curve.
   struct Curve {
     Forecast forecast;
-    double from = 0;  ///< time of the newest sample of `forecast`, in periods after that of now_
+    double from = 0;  ///< time of the newest sample of `forecast`, in periods after the newest sample of now_
     CurvePoint difference;
     double turned = 0;  ///< time at which the difference began to fade out
     double shown = 0;   ///< time of the last displayed value

@@ -7,8 +7,8 @@
 //   at(now) ◀─ curve over the predicted periods ◀───────coefficients──mailbox──┘
 //
 // The fit runs on another thread, because it costs a hundred times the budget of a tick. It may finish late or never.
-// Without a fitted model, hold and linear extrapolation are used. On an axis where the model's running errors are
-// larger than theirs, they replace it, too.
+// Without a fitted model, hold and linear extrapolation are used. They also replace the model on each axis where their
+// running errors are smaller than the model's.
 #pragma once
 
 #include <cstdint>
@@ -38,7 +38,7 @@ enum class PredictionMethod : std::uint8_t {
 struct ForceStreamSettings {
   PredictionMethod method = PredictionMethod::kArSpline;
   double series_rate_hz = 200;  ///< rate of the modelled series; 10 … 1000
-  std::size_t order = 5;        ///< p; 1 … kMaxArOrder / 2
+  std::size_t order = 5;        ///< order p of the AR model; 1 … kMaxArOrder / 2
   std::size_t window = 300;     ///< number of samples in a fit; 20 … kMaxWindow
   std::size_t fit_period = 4;   ///< number of new samples of the series between two fits
   ArFit ar_fit = ArFit::kLeastSquares;

@@ -18,19 +18,23 @@ inline double low_pass_part(double corner_hz, double period_s) noexcept {
 /// Extrapolates a trajectory over the age of its samples, from its past motion and from the motion of a body that it
 /// may follow.
 ///
-/// Model   x̂(t) − x(t−H) = g Σ c_i φ_i(t) over the horizon H. There are three features φ: H times the velocity after a
-///         low pass of kFast_hz, H times the velocity after a low pass of kSlow_hz, and the displacement of the body
-///         that x may follow. This is a direct autoregression over the whole horizon: the displacement of x since t−H
-///         is regressed on the features at t−H. The squares have an exponential memory of kMemory_s and weight large
-///         displacements more than tremor. The prior has a constant weight; it contains the best coefficients for
-///         minimum-jerk movements of 0.4 to 2 s.
-///         g is the slope of the observed displacements over the recently forecast ones, clamped to 0 … 1, times
-///         kMaxShare. The error is therefore never much larger than that of holding x(t−H). If the forecast acts back
-///         on x, `caution` blends the prior with one that is about half as large
+/// Model   The forecast of x at the time t from the newest sample x(t−H), over the horizon H, is
+///           x̂(t) − x(t−H) = g Σ c_i φ_i(t)
+///         with the gain g, the coefficients c_i and three features φ_i:
+///         1. H times the velocity after a low pass of kFast_hz
+///         2. H times the velocity after a low pass of kSlow_hz
+///         3. the displacement of the body that x may follow
+///         c_i: direct autoregression over the whole horizon; the displacement of x since t−H is regressed on the
+///         features at t−H. The squares have an exponential memory of kMemory_s and weight large displacements more
+///         than tremor. The prior has a constant weight; it contains the best coefficients for minimum-jerk movements
+///         of 0.4 to 2 s. If the forecast acts back on x, `caution` blends the prior with one that is about half as
+///         large.
+///         g: slope of the observed displacements over the recently forecast ones, clamped to 0 … 1, times kMaxShare.
+///         The error is therefore never much larger than that of holding x(t−H)
 /// Limits  a movement that begins or ends within H is not predicted: at an acceleration a, the error is up to a H²/2
 /// Source  direct multi-step forecasts: Marcellino, Stock, Watson, "A comparison of direct and iterated multistep AR
 ///         methods", J. Econometrics 135, 2006; ridge regression. The features and the numbers are ours
-/// Thread  one thread; no allocation, no throw; finite for finite input
+/// Thread  always the same thread; no allocation, no throw; finite for finite input
 class TrajectoryForecast {
  public:
   static constexpr double kMaxHorizon_s = 0.5;

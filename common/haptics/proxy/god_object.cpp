@@ -241,7 +241,7 @@ double GodObject::unblocked_fraction(const Vec3& target_W, double fraction) cons
       const double end = side.height_m(at_W);
       if (end >= -kSlack_m) return free;
       const double begin = side.height_m(place_W);
-      // A ball that overlaps the piece is below its plane at both ends of the motion. It may move if it rises.
+      // A ball that overlaps the piece is below its plane at both ends of the motion. The ball may move if it rises.
       if (begin < 0) return end >= begin ? free : 0.0;
       return free * begin / (begin - end);
     };

@@ -46,10 +46,12 @@ struct ProxyState {
 
 /// Ball of finite size that follows the hand's point as closely as obstacles permit.
 ///
-/// Model   min |p − g| over the positions p that the ball can reach, with the goal g. Friction: p stays while the pull
-///         g − p is inside the friction cone of the static coefficient μ_s about the load. Otherwise p slides until the
-///         pull is on the cone of the dynamic coefficient μ_d. Shading: the goal is shifted along the surface by |load|
-///         (m/(m·n) − n). This turns the pull from the load's direction n to the interpolated normal m
+/// Model   min |p − g| over the positions p that the ball can reach, with the goal g. The load is p − g at the minimum;
+///         its direction n points out of the surface.
+///         Friction: p stays while p − g is inside the friction cone of the static coefficient μ_s about n. Otherwise p
+///         slides until p − g is on the cone of the dynamic coefficient μ_d.
+///         Shading: the goal is shifted along the surface by |load| (m/(m·n) − n). The proxy follows, so that the
+///         vector from the hand's goal to p turns from n to the interpolated normal m
 /// Source  Zilles & Salisbury, "A constraint-based god-object method for haptic display", IROS 1995 (the constrained
 ///         minimum); Ruspini, Kolarov, Khatib, "The haptic display of complex graphical environments", SIGGRAPH 1997
 ///         (finite radius, shading in two passes: first a goal from smooth normals, then the true surface); Harwin &
@@ -59,7 +61,7 @@ struct ProxyState {
 ///         through the proxy.
 /// Fails   kProxyHeldBack in ProxyState::faults
 /// Cost    `bench proxy`. update() allocates nothing; its work is bounded by counts, never by time
-/// Thread  one thread at a time, haptic or room
+/// Thread  haptic or room, one at a time
 class GodObject {
  public:
   static constexpr std::size_t kMaxObstacles = 64;
@@ -138,9 +140,9 @@ class GodObject {
 inline constexpr double kFullDamping_m = 5e-4;
 
 /// Returns the force on the hand: the law's spring between goal and proxy, plus its damper. The damper acts along the
-/// pull only and relative to the touched surface, so that sliding is not damped. The force is zero without contact. It
-/// never pulls the hand into the obstacle: if the hand leaves so fast that the damper outweighs the spring, the force
-/// is zero.
+/// pull only and relative to the touched surface, so that sliding is not damped. The force is zero without contact. The
+/// force never pulls the hand into the obstacle: if the hand leaves so fast that the damper outweighs the spring, the
+/// force is zero.
 ///
 /// Model   force on the tool: f = law(d = goal − p, v = w u u·(v_hand − v_surface)), u = d/|d|, w = min(1,
 ///         |d|/kFullDamping_m). Force on the hand: −f if f·u > 0, otherwise 0. The factor w makes the force zero where

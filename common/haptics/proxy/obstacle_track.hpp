@@ -69,8 +69,8 @@ class ObstacleTrack {
   /// Returns whether a ball above the plane `side` cannot touch the triangle of `piece`, because the triangle is
   /// entirely below that plane.
   bool is_below(const NearPiece& piece, const AllowedSide& side, double radius_m) const noexcept;
-  /// Returns the normal of the smooth surface that the triangles approximate, at the piece's closest point. It points
-  /// to the proxy's side.
+  /// Returns the normal of the smooth surface that the triangles approximate, at the piece's closest point. The normal
+  /// points to the proxy's side.
   Vec3 shaded_normal_W(const NearPiece& piece) const noexcept;
   Vec3 surface_velocity_W(const Vec3& p_W) const noexcept { return V_WB_.v + V_WB_.w.cross(p_W - p_WB_); }
   const ProxyObstacle& obstacle() const { return obstacle_; }

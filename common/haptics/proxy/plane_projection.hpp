@@ -18,7 +18,8 @@ struct AllowedSide {
 
 /// Finds the point nearest to a goal that lies above several planes. Planes are added one at a time.
 ///
-/// Model   min |x − g|² subject to n_i·x ≥ o_i; x = g + Σ λ_i n_i with at most three active planes and λ_i ≥ 0
+/// Model   min |x − g|² subject to n_i·x ≥ o_i, with the goal g and planes with the normals n_i and offsets o_i. The
+///         solution is x = g + Σ λ_i n_i with at most three active planes and λ_i ≥ 0
 /// Source  Zilles & Salisbury, "A constraint-based god-object method for haptic display", IROS 1995, with the same
 ///         three Lagrange multipliers. The proof of termination is ours: adding a violated plane always moves x away
 ///         from the goal, and the new active planes are among the old ones and the added one (an LP-type problem;

@@ -10,7 +10,7 @@
 namespace tandem::haptics {
 namespace {
 
-/// Triangles with at most this doubled area have no usable normal. It is the area of a square micrometre.
+/// Triangles with at most this doubled area have no usable normal. The value is the area of a square micrometre.
 constexpr double kMinDoubledArea_m2 = 1e-12;
 /// Largest angle between neighbouring triangles that are shaded as one smooth surface. At larger angles, the user feels
 /// the common edge.

@@ -11,7 +11,7 @@ namespace tandem::haptics {
 /// Immutable mesh, shared by the proxies that touch it. It may be open or closed and can be touched from both sides;
 /// the orientation of its triangles does not matter.
 ///
-/// Thread  any, concurrently
+/// Thread  any number of threads at the same time
 class ProxyMesh {
  public:
   /// In      mesh  vertices in metres; triangles without area are ignored

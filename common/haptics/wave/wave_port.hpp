@@ -12,9 +12,9 @@ namespace tandem::haptics {
 /// Energy balance of a port: energy of arriving waves and work done on the port, minus energy of leaving waves and work
 /// done by the port.
 ///
-/// Model   E += ½|in|² T − work − ½|out|² T. `out` is scaled down such that E ≥ 0. If E is negative even without `out`,
-///         nothing is sent until E is positive again. E is clamped to an upper limit, so that dissipated energy is not
-///         returned.
+/// Model   E += ½|in|² T − work − ½|out|² T in each period T, with the balance E. `out` is scaled down such that E ≥ 0.
+///         If E is negative even without `out`, nothing is sent until E is positive again. E is clamped to an upper
+///         limit, so that dissipated energy is not returned.
 class WaveAccount {
  public:
   /// Returns `out`, scaled by the largest factor up to 1 that the balance covers. `work_j` is the work done by the port
@@ -68,11 +68,13 @@ class WaveHandPort {
 /// The tool's end of the line: moves the virtual handle to which a coupling pulls the tool. In each step move() is
 /// called before the coupling is evaluated and settle() after it.
 ///
-/// Model   V = (√(2b) u − F + B V_before) / (b + K T + B): the response of the impedance b to the wave u and to the
-///         coupling's wrench F, with the period T. The step is implicit in the coupling's stiffness K and damping B, so
-///         that it is stable for any stiffness. Wave to the hand: v = (b V − F') / √(2b) with the new wrench F', scaled
-///         by WaveAccount. Clipped, lost or scaled waves cause drift. To correct it, (X_target − X) / τ_d is added to
-///         V, as far as the balance covers the work.
+/// Model   V = (√(2b) u − F + B V_before) / (b + K T + B): the velocity with which the impedance b answers the wave u
+///         and the coupling's wrench F, with the period T. The step is implicit in the coupling's stiffness K and
+///         damping B, so that it is stable for any stiffness.
+///         Wave to the hand: v = (b V − F') / √(2b) with the new wrench F', scaled by WaveAccount.
+///         Drift: clipped, lost or scaled waves move the virtual handle away from the real one. To correct this,
+///         (pose of the real handle − pose of the virtual one) / kDriftTime_s, of limited speed, is added to V, as far
+///         as the balance covers the work.
 /// Source  Niemeyer, Slotine 1991 and 2004, as in wave.hpp and wave_line.hpp; implicit step and balance are ours
 /// Thread  room: no allocation, no throw; output finite for any input
 class WaveToolPort {

@@ -42,7 +42,7 @@ struct EffectMemory {
 ///         hold for any mass, and forces at rest are exact.
 /// Source  sampled springs: Colgate, Schenkel, "Passivity of a class of sampled-data systems", 1997 (b ≥ kT/2); the
 ///         rest is our derivation
-/// Thread  one thread at a time, that of the room; no allocation, no throw
+/// Thread  room; no allocation, no throw
 class Effect {
  public:
   /// Fails   throws std::invalid_argument that names the field, its value and the allowed values

@@ -141,9 +141,8 @@ bool NearPairs::add(std::span<const TouchThing> things, std::size_t a, std::size
   return true;
 }
 
-/// Assigns to each close pair the Pair object that this pair had in the last step, so that the friction state is
-/// preserved. In that object, the two objects may be in reverse order, because one of them has changed its role since.
-/// The order is then kept.
+/// Assigns to each close pair the Pair that it had in the last step, so that the friction state is preserved. That Pair
+/// may have the two things in reverse order, because one of them has changed its role since. The order is then kept.
 void NearPairs::match(std::span<const TouchThing> things) noexcept {
   const auto used = std::span(pairs_).first(end_);
   for (Near& near : near_) {

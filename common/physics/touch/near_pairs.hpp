@@ -18,8 +18,8 @@ namespace tandem::physics {
 /// result only if objects and poses are unchanged, and if no object moves farther than predicted.
 class NearPairs {
  public:
-  /// Shape part_a of thing_a and shape part_b of thing_b. At least one of the two objects is implicit. Their order does
-  /// not change while the pair is close. A static object is always the second one.
+  /// Shape part_a of thing_a and shape part_b of thing_b. At least one of the two objects is implicit. The order of the
+  /// two objects does not change while the pair is close. A static object is always the second one.
   struct Pair {
     explicit Pair(std::uint32_t budget) : contacts(budget) {}
     /// Returns the contacts at these poses. After find_ahead(), the first call returns the result of find_ahead() if

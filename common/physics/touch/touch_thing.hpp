@@ -38,11 +38,11 @@ struct TouchThing {
   RigidBody* rigid = nullptr;
   const TouchModel* model = nullptr;
   Role role = Role::kAbsent;
-  bool makes_implicit = false;  ///< tool, or body held or kept implicit: makes the bodies that it touches implicit
+  bool makes_implicit = false;  ///< true: bodies that it touches become implicit (for a tool or a held or kept body)
   std::uint32_t hands = 0;      ///< bit i: this object is tool i, or tool i holds it
   haptics::ToolDynamics dynamics = haptics::ToolDynamics::kWithMass;  ///< used only for implicit objects
   Wrench wrench_W = {};                                               ///< weight and fields, about the centre of mass
-  std::optional<std::size_t> passes_through = {};                     ///< index of an object that it passes through
+  std::optional<std::size_t> passes_through = {};                     ///< object with which contact is ignored
   TouchDrag drag = {};                                                ///< used only for a massless object
 
   bool has_inertia() const { return dynamics == haptics::ToolDynamics::kWithMass; }
@@ -77,7 +77,7 @@ struct TouchJoint {
 struct TouchContact {
   std::uint32_t pressing = 0;  ///< number of contact points with a force
   double deepest_m = 0;
-  bool is_reached = false;  ///< true: the object makes others implicit, or touches such an object, directly or not
+  bool is_reached = false;  ///< true: the object makes others implicit, or contacts link it to such an object
   std::uint32_t hands = 0;  ///< bit i: the object is tool i, or tool i touches it directly or through others
   Wrench wrench_W;          ///< total contact wrench on the object, about the origin of W
   Twist V_WC;               ///< velocity of its centre in the step, also for a massless object

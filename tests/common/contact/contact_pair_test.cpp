@@ -422,8 +422,8 @@ TEST(ContactPair, BristlesSurviveWhenPointsAreMerged) {
   const ContactShape table = box_shape(Vec3(0.5, 0.5, 0.02), 4e-3);
   ContactPair pair(2048);
   pair.bind(&block, &table);
-  // The tilted box touches the table with an edge only, and the budget suffices for the points of the edge. It does not
-  // suffice for the flat face, whose points are merged. The bristles must not be lost in this change.
+  // The tilted box touches the table with an edge only, and the budget suffices for the points of the edge. The budget
+  // does not suffice for the flat face, whose points are merged. The bristles must not be lost in this change.
   const Pose X_tilted{Vec3(0, 0, 0.0205), quaternion_of(Vec3(0, 0.3, 0))};
   const Pose X_flat{Vec3(0, 0, 0.0149), Quat::Identity()};
   EXPECT_FALSE(pair.find(X_tilted, {}, kBand_m).is_coarse);

@@ -86,8 +86,9 @@ TEST(DistanceGrid, IsRightToItsStatedErrorInTheWholeBand) {
 }
 
 TEST(DistanceGrid, SphereIsTheFormula) {
-  // Distance of the mesh from the sphere (sagitta): each chord spans 1/32 of a quarter circle, so the centre of a
-  // triangle is r (1 − cos(1.5 · π / 128)) below the sphere.
+  // Sagitta: largest distance of the mesh from the sphere of radius r. An edge of a triangle spans the angle α =
+  // (π/2)/32. The middle of a triangle is about 0.75 α from its corners, so it is r (1 − cos(0.75 α)) = 14 µm below the
+  // sphere.
   constexpr double kRadiusM = 0.02;
   constexpr double kSagM = 14e-6;
   const auto grid = grid_of(sphere_mesh(kRadiusM, 5));

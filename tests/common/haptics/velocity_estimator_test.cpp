@@ -45,8 +45,9 @@ TEST(VelocityEstimator, OfExactPositionsIsTheLastPeriodsDifference) {
 }
 
 TEST(VelocityEstimator, SteadyMotionIsEstimatedWithinTheResolution) {
-  // A line is fitted to a full window of 20 periods, with position errors of up to half an encoder step. The error of
-  // its slope is at most Σ|t_i − t̄| step/2 / Σ(t_i − t̄)² = 110 step/2 / (770 T).
+  // A line is fitted to a full window of 20 periods T, with position errors of up to half an encoder step. Let t_i be
+  // the times of the 21 samples and t̄ their mean. The error of the slope is at most Σ|t_i − t̄| step/2 / Σ(t_i − t̄)²
+  // = 110 step/2 / (770 T).
   const double bound = 110 * kVelocityEstimatorStep / 2 / (770 * kVelocityEstimatorPeriod);
   for (const double speed : {0.0, 0.001, 0.003, 0.01, 0.037, 0.1, 0.3, 1.0}) {
     VelocityEstimator estimator = quantised();
@@ -107,8 +108,9 @@ TEST(VelocityEstimator, FollowsASuddenStartWithinItsStatedDelay) {
     const double then = acceleration * std::max(0.0, t - delay);
     ASSERT_NEAR(found, then, 1.5 * kVelocityEstimatorStep / (2 * delay) + acceleration * kVelocityEstimatorPeriod) << k;
   }
-  // The window must shrink to √(12 step / a) or less. In the longest window, the motion would deviate from a line by 4
-  // mm.
+  // A line that is fitted to a window of the duration w deviates from the motion by a w²/12 at the ends of the window,
+  // with the acceleration a. This must be at most one encoder step, so the window must shrink to √(12 step / a) = 4 ms
+  // or less.
   EXPECT_LE(estimator.linear_delay(), Duration(milliseconds(3)));
 }
 

@@ -153,8 +153,8 @@ TEST(MasslessTool, IsAtTheHandleAfterAStepHoweverItMoves) {
         at({0.01 * std::sin(60 * i * kCouplingStep_s), 0, 2}, {0.6 * std::cos(60 * i * kCouplingStep_s), 0, 0});
     world.set_handle(0, handle);
     EXPECT_EQ(world.step(), 0U);
-    // In the solver, a massless tool has a small mass. It causes an error of 1e-4 of the handle's motion in a step,
-    // which is at most 0.6 mm.
+    // In the solver, a massless tool has a small mass. This mass causes an error of 1e-4 of the handle's motion in a
+    // step, which is at most 0.6 mm.
     ASSERT_LT((world.tool(0).tool.X.p - handle.X.p).norm(), 1e-7) << i;
     ASSERT_LT(world.tool(0).wrench_on_hand_W.f.norm(), 300 * 1e-7) << i;
   }

@@ -12,7 +12,7 @@ namespace tandem::physics {
 namespace {
 
 // Limits of the lateral force and of the change of the force in a step [N]. In 329 of 330 scenes the lateral force was
-// at most 0.02 N. It was 0.026 N in a scene where the plane of a face is not detected over the whole face.
+// at most 0.02 N. The force was 0.026 N in a scene where the plane of a face is not detected over the whole face.
 constexpr double kMostDrag_n = 0.03, kMostStep_n = 0.3;
 constexpr double kPlateWidth_m = 0.04;
 

@@ -96,8 +96,8 @@ TEST(EffectStage, AMagnetHoldsAToolAgainstTheHandUpToItsPeak) {
   World world = world_in(R"({"magnet": {"peak_force_n": 2, "range_m": 0.03}})");
   world.activate_tool(0);
   hold(world, 0, {0.006, 0, 0}, 3000);
-  // At equilibrium k_m (1 − s²)² x = k (x_hand − x), with the magnet's stiffness k_m = 2/(0.2862 · 0.03) and s =
-  // x/range.
+  // At equilibrium k_m (1 − s²)² x = k (x_hand − x), with the coupling's stiffness k, the magnet's stiffness k_m = peak
+  // force / (0.2862 · range), a peak of 2 N, a range of 0.03 m, and s = x/range.
   const double x = world.tool(0).tool.X.p.x(), s2 = std::pow(x / 0.03, 2);
   EXPECT_NEAR(2 / (16 / (25 * std::sqrt(5.0)) * 0.03) * (1 - s2) * (1 - s2) * x, kStiffness * (0.006 - x), 1e-6);
   EXPECT_LT(x, 0.0036);
@@ -123,8 +123,8 @@ TEST(EffectStage, VibrationReachesTheHandAtItsFrequencyAndNoOther) {
     force.push_back(world.tool(0).wrench_on_hand_W.f.z());
   }
   const double amplitude_n = amplitude_at(force, 80);
-  // The mass m of the tool attenuates the vibration at the hand, by the factor |k + i b ω| / |k − m ω² + i b ω|, which
-  // is 0.20 for 50 g.
+  // The mass m of the tool attenuates the vibration at the hand by the factor |k + i b ω| / |k − m ω² + i b ω|, with
+  // the coupling's stiffness k and damping b and the angular frequency ω. For 50 g and 80 Hz it is 0.20.
   EXPECT_NEAR(amplitude_n, 0.20 * 0.8, 0.01 * 0.8);
   for (const double hz : {20, 40, 79, 81, 120, 160, 240}) EXPECT_LT(amplitude_at(force, hz), 0.01 * amplitude_n) << hz;
 }

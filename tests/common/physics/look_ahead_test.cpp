@@ -63,8 +63,8 @@ TEST(TwoPartStep, WhatHandsMoveIsThereWhenItIsAnsweredAndTheRestIsTold) {
   EXPECT_LT(world.body(BodyId{3}).X.p.z(), 0.1);
 }
 
-/// Position of the hand in a step. It descends fast, presses, drags the cube, lifts off and hits the cube again. Then
-/// it jumps by a hundred times the expected distance.
+/// Position of the hand in a step. The hand descends fast, presses, drags the cube, lifts off and hits the cube again.
+/// Then the hand jumps by a hundred times the expected distance.
 Vec3 hand_at(int step) {
   const double t = kStep_s * step;
   const double down = step < 300   ? std::min(0.03, 0.3 * t)

@@ -153,7 +153,7 @@ void check_stacks(int count, double seconds) {
     EXPECT_LT(move_m, kRestMove_m);
     EXPECT_LT(turn_rad, kRestTurn_rad);
     run(touched, 1000);
-    // A light body may slip under a push of 0.1 N. It must then end in the same pose in both worlds.
+    // A light body may slip under a push of 0.1 N. The body must then end in the same pose in both worlds.
     nudge(world, stack);
     nudge(touched, stack);
     run(world, static_cast<int>(500 * seconds));
@@ -229,8 +229,8 @@ TEST(RestingBodies, ALightBodyRestsOnAHeavyOneThatHangsOnAnAnchor) {
   }
 }
 
-/// A heavy body is set down on a lighter one. It must end in the same pose as in a world where the touch stage moves it
-/// all the time.
+/// A heavy body is set down on a lighter one. The heavy body must end in the same pose as in a world where the touch
+/// stage moves it all the time.
 TEST(RestingBodies, AHeavyBodyThatIsSetDownOnALightOneStays) {
   for (const double light_kg : {0.005, 0.05}) {
     WorldDescription description = world_of(

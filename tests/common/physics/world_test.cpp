@@ -180,8 +180,9 @@ TEST(World, WorkOfTheCouplingIsTheToolsKineticEnergyAndWhatSamplingAdds) {
     const Vec3 before = world.tool(0).tool.V.v;
     world.step();
     const ToolState tool = world.tool(0);
-    // F_k·h·v_{k+1} = m (v_{k+1} − v_k)·v_{k+1} = Δ(m v²/2) + m |Δv|²/2. The last term is the additional work of a
-    // force that is held during a step.
+    // Let F_k be the force in step k, h the step, m the mass and v the velocity. The work of the force is F_k·h·v_{k+1}
+    // = m (v_{k+1} − v_k)·v_{k+1} = Δ(m v²/2) + m |Δv|²/2. The last term is the additional work of a force that is held
+    // during a step.
     sampling += 0.5 * 0.05 * (tool.tool.V.v - before).squaredNorm();
     const double kinetic = 0.5 * 0.05 * tool.tool.V.v.squaredNorm();
     ASSERT_NEAR(tool.energy_into_world_j - tool.energy_from_world_j, kinetic + sampling, 1e-12) << i;

@@ -184,7 +184,8 @@ TEST(StableDynamic, ReturnsItsStoredEnergy) {
 
 TEST(QsaDynamic, ReturnsMoreThanItStored) {
   const PushAndRetreat energy = push_and_retreat(*make_coupling_law("qsa-dynamic", kExample), 0.010);
-  // Closed form of the stored energy: 4 N · 20 mm · (u − 1 + e^(−u)) at u = 1/2.
+  // Closed form of the stored energy: limit · bend · (u − 1 + e^(−u)), with the limit of 4 N, the bend at 20 mm, and u
+  // = 10 mm / 20 mm = 1/2.
   EXPECT_NEAR(energy.stored_j, 0.08 * (std::exp(-0.5) - 0.5), 1e-6);
   EXPECT_NEAR(energy.returned_j, 10.0e-3, 1e-6);
 }

@@ -231,7 +231,7 @@ TEST(CheckCoupling, GivesItsRemedyInNewtonsPerMetreOfTheWorld) {
   device.coupling_scale = 0.25;
   parameters.damping_n_s_per_m *= 4;
   const double scaled = check_coupling(parameters, 0.4, 0, device).at(0).remedy;
-  EXPECT_NEAR(scaled, 4 * plain, 0.02 * scaled);  // at the device, the stiffness is a quarter
+  EXPECT_NEAR(scaled, 4 * plain, 0.02 * scaled);  // the stiffness at the device is a quarter of that in the world
 }
 
 TEST(CheckedLoops, ScaleCouplingToolAndContactAlike) {

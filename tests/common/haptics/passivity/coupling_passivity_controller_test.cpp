@@ -144,9 +144,11 @@ TEST(CouplingPassivityController, LeavesASmoothHandAloneOnceItIsSixTenthsOfAMill
           -3e-3 + 7e-3 * std::sin(2 * std::numbers::pi * k * kCouplingPassivityControllerPeriod - std::numbers::pi / 2);
       const double f = wall.force(x);
       const double shown = controller.apply(tool_at_x(x), force_x(f), 0, kCouplingPassivityControllerPeriod).f.x();
-      // While the force F is scaled by s, s F = (E + credit) / δ with the predicted motion δ = |v| T + a T² = 0.14 mm.
-      // E + credit therefore grows as credit · e^(d/δ) with the depth d. It reaches k d δ, where s becomes 1, at 0.45
-      // mm for 3000 N/m and earlier for a lower stiffness. Beyond that depth the force must be unchanged.
+      // While the controller scales the force F by s < 1, s F = (E + credit) / δ. Here E is the balance, and δ = |v| T
+      // + a T² = 0.14 mm is the predicted motion (speed v, period T, largest acceleration a). At the depth d in the
+      // wall, E + credit is therefore credit · e^(d/δ). The scaling ends (s = 1) where this reaches k d δ, with the
+      // stiffness k: at 0.45 mm for 3000 N/m, and earlier for a lower stiffness. Beyond that depth the force must be
+      // unchanged.
       if (x > 6e-4 || k > 1000) {
         ASSERT_EQ(shown, f) << "k = " << stiffness << ", tick " << k;
       }

@@ -85,8 +85,9 @@ TEST(ForceStream, ASinusoidIsForeseenBetterThanByALine) {
   const double by_line = mean_error(linear, 3, sine);
   for (const char* name : {"ar", "ar-spline"}) {
     ForceStream stream(settings_of(name));
-    // With exact predictions at the periods, linear interpolation between these has an error of up to f'' T²/8. The
-    // error of linear extrapolation is f'' T² u(1+u)/2, with the age u in periods.
+    // Let f'' be the second derivative of the force and T the period. With exact predictions at the periods, linear
+    // interpolation between these has an error of up to f'' T²/8. The error of linear extrapolation is f'' T² u(1+u)/2,
+    // with the age u in periods.
     const double bound = std::string_view(name) == "ar" ? 0.4 : 0.15;
     EXPECT_LT(mean_error(stream, 3, sine), bound * by_line) << name;
   }

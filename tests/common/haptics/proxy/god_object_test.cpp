@@ -183,8 +183,8 @@ TEST(GodObject, OnASphereMeshIsTheProjectionUpToItsFacets) {
   const double radius = 0.03;
   const int cuts = 5;
   GodObject proxy = proxy_at({0, 0, 0.05}, {touchable(contact::sphere_mesh(radius, cuts))});
-  // A facet with sides of length s is s²/6R inside the sphere and tilted by up to s/(√3 R). The proxy is displaced by
-  // the tilt times the depth.
+  // A facet with sides of length s is s²/6R inside the sphere of radius R and tilted by up to s/(√3 R). The proxy is
+  // displaced by the tilt times the depth.
   const double side = radius * std::numbers::pi / 2 / (1 << cuts) * 1.5;
   const double tilt = side / (std::sqrt(3.0) * radius);
   Random random(3);
@@ -218,7 +218,7 @@ TEST(GodObject, MovesAroundTheRimOfASheetOnlyIfTheHandDoes) {
 }
 
 TEST(GodObject, ClimbsAStepLowerThanItsRadius) {
-  // A block that is 0.4 mm high lies on a floor. It begins at x = 0.
+  // A block that is 0.4 mm high lies on a floor. The block begins at x = 0.
   GodObject proxy = proxy_at({-0.01, 0, 0.01}, {touchable(contact::half_space_field()),
                                                 touchable(contact::box_mesh({0.04, 0.04, 0.0008}, {0.02, 0, 0}))});
   drag(proxy, {-0.005, 0, 0.0005}, 20);

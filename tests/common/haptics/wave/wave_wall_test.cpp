@@ -95,8 +95,9 @@ TEST(WavePorts, TheSameWaveAgainIsNotCountedTwice) {
     x = tool.move({}, slack, kWaveWallTick_s).p.x();
     tool.settle({}, kWaveWallTick_s);
   }
-  // Without a force V = u √(2/b), which gives 2.24 mm. The tolerance allows for the filter, which still contains a
-  // fraction of e⁻⁴, and for the drift correction, which has removed 4 %.
+  // Without a force, the velocity is V = u √(2/b). A wave u with the integral 0.005 √W·s therefore moves the handle by
+  // 2.24 mm. The tolerance allows for the filter, which still contains a fraction of e⁻⁴, and for the drift correction,
+  // which has removed 4 %.
   const double b = WaveImpedance{}.linear_n_s_per_m;
   EXPECT_NEAR(x, 0.005 * std::sqrt(2 / b), 0.08 * 0.005 * std::sqrt(2 / b));
 }

@@ -242,7 +242,8 @@ TEST(StickSlip, SlowDragIsASawtoothWithTheClosedFormOfTheAnchorsWork) {
   double highest = 0, work_j = 0;
   int snaps = 0;
   double last = 0;
-  // The first slip occurs after 1/500 m, and then one after every (1 − 0.4)/500 m.
+  // The spring of 500 N/m reaches the breakaway force of 1 N after 1/500 m. A slip leaves 0.4 N, so the next slips
+  // follow at intervals of (1 − 0.4)/500 m.
   constexpr int kSteps = 195000;
   for (int i = 0; i < kSteps; ++i) {
     input.p_OT.x() = kStep_m * i;
