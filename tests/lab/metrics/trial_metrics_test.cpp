@@ -395,8 +395,8 @@ TEST(TrialMetrics, ViewsThatArriveApartDivergeByTheMovementBetween) {
   EXPECT_NEAR(metric("view_divergence_max_m", trace), 0, 1e-12);
   for (TickSample& tick : trace.users[1].ticks) tick.view_W.x() -= 0.2 * 0.050;
   EXPECT_NEAR(metric("view_divergence_max_m", trace), 0.010, 1e-9);
-  // Moves the samples of the second user to other times of the same motion. With linear interpolation, the difference
-  // stays zero.
+  // Replaces the samples of the second user by samples of the same motion at other times. The metric interpolates
+  // linearly, so the difference between the users must stay zero.
   SessionTrace shifted = trace;
   for (TickSample& tick : shifted.users[1].ticks) {
     tick.view_W.x() += 0.2 * 0.0505;

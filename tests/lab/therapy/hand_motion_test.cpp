@@ -60,7 +60,7 @@ TEST(HandMotion, IgnoresSamplesThatAreOutOfRange) {
   EXPECT_TRUE(movements_of(sampler.motion()).empty());
 }
 
-/// Movements of minimum jerk in random directions, with rests between them. The hand has noise of an encoder.
+/// Movements of minimum jerk in random directions, with rests between them. The positions contain encoder noise.
 struct Session {
   double seconds = 0;
   std::vector<Movement> movements;

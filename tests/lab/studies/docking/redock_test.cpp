@@ -59,7 +59,7 @@ TEST(Redock, HandsBringAHelixHomeAndTheFieldTakesItIn) {
 TEST(Redock, AHandThatGoesOnGuidingStaysOffTheMinimum) {
   TANDEM_NEEDS_FILES(test::k3al1File, test::kOplsDirectory);
   wire::MolecularField field;
-  field.set_zero_area_kt(0);  // in a zero area the ligand could rest anywhere
+  field.set_zero_area_kt(0);  // a zero area, i.e. a region without force, would let the ligand rest anywhere
   const wire::Scene scene = server::docking_scene(helix("A"), helix("B"), field);
   const auto settled = [&](bool guided) {
     const json::object redocked = redock(scene, 1, 1, from_seconds(0.1), guided, 1);
