@@ -330,7 +330,8 @@ TEST(Abi, DescriptorIsReadableWhileThereAreEvents) {
   EXPECT_EQ(events[0].first.text_bytes, events[0].second.size());
 }
 
-// The simulated device also writes its commands to a file, and a Falcon without its firmware file names it.
+// Settings must reach the built-in devices. The simulated device must write its commands to the given file. The error
+// for a Falcon must name its missing firmware file.
 TEST(Abi, SettingsOfBuiltInDevicesReachThem) {
   RunningServer server(kScene);
   const std::string address = address_of(server);

@@ -134,7 +134,7 @@ constexpr int kEasy = 0, kMiddle = 1, kFriendly = 2, kHard = 3;
 struct Cell {
   bool is_high = false;
   double value = 0;    ///< value of the signal
-  double seconds = 2;  ///< time for which the signal is sent, of the 2 s of the level
+  double seconds = 2;  ///< time for which the signal is sent, at most the 2 s of the level
   int next = 0;
 };
 

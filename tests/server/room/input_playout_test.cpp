@@ -146,8 +146,8 @@ TEST(InputPlayout, JitterAndBurstsOfLossChangeThePlayedHandByLessThanTheCubicsBo
     }
   }
   RecordProperty("largest_um", static_cast<int>(1e6 * largest_m));
-  // A cubic has an error of at most T⁴/384 max|x⁗| on each of the two axes; T is the longest gap between received
-  // inputs.
+  // On each of the two axes, cubic interpolation of a motion x(t) has an error of at most T⁴/384 max|x⁗|. T is the
+  // longest gap between received inputs.
   const double gap_s = static_cast<double>(line.longest_gap) * kInputPlayoutStep_s;
   const double bound_m = std::numbers::sqrt2 * std::pow(gap_s, 4) / 384 * kHandReach_m * std::pow(kRate, 4);
   EXPECT_LE(gap_s, 0.1) << "a longer one is no gap but a silence";
@@ -164,7 +164,8 @@ TEST(InputPlayout, WithoutItTheSameLineMovesTheHandByFarMore) {
   Line line(link_of(0.050, 0.010, 0.05));
   for (int i = 0; i < 3000; ++i) line.step();
   const double delay_s = to_seconds(line.playout.delay()) + 0.050;
-  // For comparison, the newest input is used on arrival. At the same mean delay, its error is speed times jitter.
+  // For comparison, a second method uses the newest input on arrival. At the same mean delay, the error of that method
+  // is speed times jitter.
   double largest_m = 0;
   std::uint64_t newest = 0;
   net::LinkParameters same = link_of(0.050, 0.010, 0.05);
@@ -323,7 +324,7 @@ TEST(InputPlayout, StartsAtTheFirstInputAndRestartsAfterALongSilence) {
   playout.receive(input_of(7, 5.0), std::chrono::milliseconds(1));
   ASSERT_TRUE(playout.play(std::chrono::milliseconds(1)));
   EXPECT_EQ(playout.play(std::chrono::milliseconds(2))->tick.value, 7U) << "held until it is due";
-  // An input 1 s later and 1 m away, after a silence of the user. The playout must not interpolate towards it.
+  // Receives an input 1 s later and 1 m away, after a silence of the user. The playout must not interpolate towards it.
   proto::ClientUpdate far = input_of(1007, 6.0);
   far.handle.X.p += Vec3(1, 0, 0);
   playout.receive(far, std::chrono::milliseconds(1001));

@@ -14,8 +14,8 @@ constexpr const char* kRoomPassivityFloatingBox =
     R"({"name": "box", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.5, "graspable": true,
         "gravity": false})";
 constexpr const char* kTool = R"({"name": "t", "placement": {"position_m": [-0.02, 0, 0]}})";
-/// Largest energy that a fling of 1.5 s may create beyond the hand's supply: up to the threshold at which the brake is
-/// firm, plus the leak.
+/// Largest energy that a fling of 1.5 s may create beyond the energy that the hand supplies. It is the energy debt at
+/// which the brake acts with its full force (−kMinBalance_j), plus the leak during the fling.
 constexpr double kMaxCreated_j =
     -haptics::ToolPassivityController::kMinBalance_j + 1.5 * haptics::ToolPassivityController::kLeakRate_w;
 
