@@ -242,8 +242,9 @@ TEST(SimDevice, TremorHasTheStatedStrengthAndBand) {
     if (i > 0) force_square_sum += force.squaredNorm();
     x.push_back(force.x());
   }
-  // The band has the width 2ζω and the correlation time 1/(ζω) = 0.18 s. Therefore 120 s give 3·670 independent values
-  // of the square. The standard error of the mean square is 3 %, and that of its root half as much.
+  // The tremor is noise from a filter with the angular frequency ω and the damping ratio ζ. Its correlation time is
+  // 1/(ζω) = 0.18 s. Therefore 120 s of three components give 3·670 independent values of the square. The standard
+  // error of their mean is 3 %, and that of its root half as much.
   EXPECT_NEAR(std::sqrt(force_square_sum / kTicks), 0.2, 0.2 * 5 * 0.016);
   double crossings = 0;
   for (std::size_t i = 1; i < x.size(); ++i) crossings += x[i - 1] < 0 && x[i] >= 0;

@@ -46,9 +46,7 @@ void receive(proto::DatagramType sends, proto::DatagramType expected, std::span<
 /// Returns a datagram with a valid seal, as the peer would send it. It has the type, the sequence number and the
 /// content of `input`.
 /// In      state  datagram type of the peer's states: kClientUpdate or kServerUpdate
-/// Out     empty if `input` does not begin with a valid header of the type `state` or of the peer's path messages,
-///         which
-///         check the network address of the client
+/// Out     empty if `input` has no valid header of type `state` or of the peer's path message (an address check)
 std::optional<proto::Bytes> sealed_by_peer(proto::DatagramType state, std::span<const std::byte> input) {
   proto::DatagramHeader header;
   if (proto::read_header(input, state, header) != DropReason::kNone) return std::nullopt;

@@ -24,7 +24,8 @@ SCENE = {"name": "still",
          "tools": [{"name": "a", "placement": {"position_m": [0.3141592653589793, 0.1, 0.2]}},
                                     {"name": "b", "placement": {"position_m": [0, 0.5, 0]}}],
          "coupling": {"law": "spring-damper", "stiffness_n_per_m": 200, "damping_n_s_per_m": 2}}
-# Upper half of the number's bytes, which determines it to one part in a million.
+# Upper four bytes of this coordinate as a double. They determine the number to one part in a million, so that the test
+# recognises it in captured datagrams.
 POSE = struct.pack("<d", 0.3141592653589793)[4:]
 
 

@@ -121,8 +121,8 @@ inline HandRigTick pressed_down(HandRig& rig, const HandRigSettings& settings) {
 struct DrivenWork {
   double from_rest_j = 0;  ///< W counted from the first tick, at which the hand is at rest
   double reported_j = 0;   ///< same as from_rest_j, but computed from the positions that the device reports
-  /// W counted from the start of the driver. If the driver moves along the plane, the handle is first pressed down. The
-  /// energy stored by the press is the minimum for that height, so motion along the plane cannot extract it.
+  /// W counted from the start of the driver. For motion along the plane, the handle is pressed down before that start.
+  /// The energy stored by this press cannot be extracted by motion along the plane.
   double from_start_j = 0;
 };
 
