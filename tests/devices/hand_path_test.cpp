@@ -71,7 +71,8 @@ TEST(HandPath, ReadsTheFileAndUsesDefaultsForMissingFields) {
       {"t_s": 3, "buttons": [], "phase": "approach"}]})",
                                         "file.json");
   EXPECT_EQ(path.pose_at(seconds(1)).p, Vec3(1, 2, 3));
-  // The first rotation is about the fixed x axis, the second about the fixed z axis: y → z → z, and x → x → y.
+  // The pose is first rotated by 90° about the fixed x axis, which turns y to z and leaves x unchanged. It is then
+  // rotated by 90° about the fixed z axis, which leaves z unchanged and turns x to y.
   EXPECT_LT((path.pose_at(seconds(1)).q * Vec3::UnitY() - Vec3::UnitZ()).norm(), 1e-12);
   EXPECT_LT((path.pose_at(seconds(1)).q * Vec3::UnitX() - Vec3::UnitY()).norm(), 1e-12);
   EXPECT_EQ(path.pose_at(seconds(2)).p, Vec3(4, 5, 6));

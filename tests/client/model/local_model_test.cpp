@@ -150,7 +150,7 @@ class Across {
     scene_.gravity_m_per_s2 = m_per_s2;
   }
   /// Removes bodies from the scene.
-  /// In      bodies  bit i: body i does not exist in the level of the game
+  /// In      bodies  bit i is set if body i does not exist in the present level of the game
   void set_absent(std::uint64_t bodies) { scene_.absent_bodies = bodies; }
   LocalModel& newest_model() { return next_ ? *next_ : model; }
 

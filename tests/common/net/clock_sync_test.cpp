@@ -52,8 +52,8 @@ class Experiment {
 
   /// Returns the error of the estimate at the newest arrival.
   Duration error() { return sync.offset(newest_t4_) - true_offset(newest_t4_); }
-  /// Returns the error bound of the target according to clock_sync.hpp, for the smallest round trip that the filter has
-  /// seen.
+  /// Returns the error bound of the offset towards which the estimate is slewed (see clock_sync.hpp), for the smallest
+  /// round trip that the filter has seen.
   Duration bound() const {
     const Duration asymmetry = std::chrono::abs(network.up - network.back);
     const Duration queueing = sync.minimum_round_trip() - network.up - network.back;

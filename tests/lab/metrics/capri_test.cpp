@@ -26,8 +26,8 @@ void add_atom(docking::Molecule& molecule, const std::string& residue, const std
   molecule.segments.push_back(0);
 }
 
-/// Returns one residue of four carbons without backbone names. They are the corners of a square with a side of 2 Å,
-/// perpendicular to x.
+/// Returns one residue of four carbons, none of which has the name of a backbone atom. They are the corners of a square
+/// with a side of 2 Å, perpendicular to x.
 docking::Molecule square() {
   docking::Molecule made;
   for (const double y : {-1.0, 1.0}) {
@@ -135,7 +135,8 @@ TEST(Capri, OfANucleotideTheSugarAndPhosphateAreTheBackbone) {
 }
 
 TEST(Capri, NativeContactsAreResiduesWithinFiveAngstromOfHeavyAtoms) {
-  // Opposite residues are 4 Å apart; their neighbours are √(16 + 36) Å apart.
+  // Two rows of three residues are 4 Å apart. The distance of a residue from the residue opposite to its neighbour is
+  // √(4² + 6²) Å, more than the limit of 5 Å.
   const docking::Molecule a = row_of_residues(3, 6), b = row_of_residues(3, 6);
   EXPECT_EQ(residue_pairs_within(a, b, at_x(4), kResidueContact_angstrom), (Pairs{{0, 0}, {1, 1}, {2, 2}}));
   EXPECT_EQ(native_contact_share(a, b, at_x(4), at_x(4)), 1);

@@ -140,7 +140,7 @@ TEST(SoftWorld, TheForcesOnToolAndNodesAreOpposite) {
     way_before = way;
     before.assign(world.nodes_W(0).begin(), world.nodes_W(0).end());
     const Vec3 p_WT_before = std::exchange(p_WT, tool.p);
-    if (force_on_nodes_W.norm() < 1e-9) continue;  // no contact yet, or a predicted one only
+    if (force_on_nodes_W.norm() < 1e-9) continue;  // no contact yet, or only a predicted contact
     EXPECT_LT((force_on_nodes_W + world.contact(0).wrench_W.f).norm(), 1e-9) << "soft step " << step;
     EXPECT_EQ(world.contact(0).X_WT0.p, p_WT_before) << "where that step had it";
     light_touches += force_on_nodes_W.norm() < 0.1 ? 1 : 0;

@@ -223,7 +223,7 @@ TEST(Grasping, AnswersTheRequesterWithTheRoomsResult) {
   SessionUser& ben = host.join("ben");
   const auto grab = [&](SessionUser& user, std::uint32_t body) {
     service->handle(user, message_of([body](auto& message) { message.mutable_grab()->set_body(body); }));
-    // The seat accepts the next request only after an update that contains the result of this one.
+    // The seat accepts the next request only after an update that contains the result of the present request.
     for (int i = 0; i < 3; ++i) {
       host.step();
       while (host.room().output().poll()) {

@@ -183,7 +183,7 @@ TEST(ContactBench, PressesWithTheCouplingsLimitAndRestsOnTheSurface) {
   const TouchTrace trace = run_touch(*cube.shape, *cube.shape, path, settings, SteadyClock{}, Duration{0}, steps);
   const TouchStep& last = trace.back();
   EXPECT_NEAR(last.on_hand_W.f.z(), settings.coupling.force_limit_n, 1e-6);
-  // An area of 4 cm² with 5 GN/m³ yields by 2.5 µm under 5 N.
+  // A contact area of 4 cm² with a stiffness of 5 GN/m³ yields by 2.5 µm under 5 N.
   EXPECT_NEAR(last.X_WT.p.z(), 0.02, 1e-5);
 }
 
