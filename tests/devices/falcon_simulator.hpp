@@ -23,7 +23,7 @@ namespace tandem::devices {
 struct FalconFaults {
   int greetings_ignored = 0;      ///< number of greetings that the loader ignores at first
   bool greets_with_zero = false;  ///< true: sends a byte 00 before its answer to a greeting
-  int uploads_corrupted = 0;      ///< number of uploads, from the first, in which one byte is echoed wrongly
+  int uploads_corrupted = 0;      ///< number of first uploads in which one byte is echoed wrongly
   bool stops_in_upload = false;   ///< true: sends nothing more after 1000 bytes
   bool sends_garbage = false;     ///< true: sends invalid bytes before each reply
   bool splits_replies = false;    ///< true: distributes each reply over three USB packets

@@ -134,7 +134,7 @@ TEST(TrueInertia, OfAMoleculeHeldAtItsLastAtomIsTheSumOverItsAtoms) {
   Mat3 about_grip = Mat3::Zero(), about_centre = Mat3::Zero();
   for (std::size_t i = 0; i < molecule.size(); ++i) {
     const double atom_kg = kg_per_u * molecule.mass_u[i];
-    // The mass of an atom is spread by 1 Å along each axis, which adds 2 Å² m to each principal moment.
+    // The mass m of an atom is spread by 1 Å along each axis, which adds 2 Å² m to each principal moment.
     const Mat3 own = 2 * atom_kg * scale * scale * Mat3::Identity();
     about_grip += inertia_of(atom_kg, scale * molecule.positions_angstrom[i] - grip) + own;
     about_centre += inertia_of(atom_kg, scale * molecule.positions_angstrom[i]) + own;

@@ -62,9 +62,9 @@ TEST(SpectralArcLength, IsLoweredByTremorAndMoreByMoreTremor) {
   }
 }
 
-/// The expected values come from an independent program in Python that follows the authors' smoothness.py: padding to a
-/// power of two with level 4, magnitude divided by its maximum, frequencies up to 10 Hz, last magnitude of 0.05 or
-/// more.
+/// The expected values come from an independent program in Python that follows the authors' smoothness.py. It pads to a
+/// power of two with the padding level 4, and divides the magnitude by its maximum. It uses frequencies up to 10 Hz and
+/// up to the last magnitude of at least 0.05.
 TEST(SpectralArcLength, AgreesWithAnIndependentProgram) {
   struct Case {
     int samples;

@@ -24,7 +24,7 @@ Pose at_x(double x_angstrom) {
   return {Vec3(x_angstrom, 0, 0), Quat::Identity()};
 }
 
-/// A molecule in a room that executes each move one step later, unless execute_move() is not called.
+/// A molecule in a room. A requested move counts as executed by the room only after execute_move() was called.
 class TrailBench {
  public:
   void rest_at(double x_angstrom, std::uint64_t steps = kStepsOfRest) {

@@ -1,4 +1,4 @@
-// Tests how the room bridges a user's delay: played inputs, their states for other users, and waves.
+// Tests how the room compensates a user's delay: played inputs, their states for other users, and waves.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -390,7 +390,7 @@ TEST(Pointing, ShowsThePlaceToAllAndRefusesWhatIsNone) {
   EXPECT_EQ(others[0].pointed().point().place(0), 0.1);
 }
 
-/// Returns the number of granted requests if each of `users` users points once every `period_ms` for 20 s.
+/// Returns the number of granted requests if each of `users` users sends a pointing request every `period_ms` for 20 s.
 int granted_points(int users, int period_ms) {
   FakeHost host(scene_for(users));
   const auto service = make_pointing(host);

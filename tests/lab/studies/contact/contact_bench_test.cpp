@@ -200,8 +200,8 @@ TEST(PoseCheck, FindsNoMissedContactBetweenSmallPegAndBox) {
   EXPECT_LE(check.deepest_error_max_m, kDeepestErrorBound_m) << "pose " << check.worst_pose << " of seed 7";
 }
 
-// Beyond the contact budget, one contact represents several points. Their mean may be far from the deepest of them, so
-// the check must compare with each point.
+// Beyond the contact budget, one contact represents several points and is at their mean position. The mean may be far
+// from the deepest of them, so the check must compare with each point.
 TEST(PoseCheck, AContactThatStandsForSeveralPointsIsAtEachOfThem) {
   const TouchObject ball = make_touch_object("ball", mesh_from("sphere", "--a", 0.1, 1), SteadyClock{});
   const PoseCheck check = check_poses(ball, ball, 10, 7, {}, 24);

@@ -58,7 +58,8 @@ void for_region(std::string_view law, std::span<const double> dampings, std::uin
   }
 }
 
-/// Applies to both passive laws. The adaptive law is omitted, because at a given stiffness it equals the spring-damper.
+/// Calls `run` for the whole region, for both passive laws. The adaptive law is omitted, because at a given stiffness
+/// it equals the spring-damper.
 template <class Run>
 void for_passive_laws(std::uint64_t seed, const Run& run) {
   for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {

@@ -76,8 +76,8 @@ TEST_F(Ubiquitin, UnitedAtomsKeepTheChargeAndTheMassAndOnlyPolarHydrogens) {
   const docking::Molecule all = load_molecule(k1ubqFile, {}, test::kOplsDirectory, Hydrogens::kBuild);
   const docking::Molecule united = load_molecule(k1ubqFile, {}, test::kOplsDirectory, Hydrogens::kUnited);
   EXPECT_NEAR(total(united.charge_e), total(all.charge_e), 1e-9);
-  // The masses are those of the force field. Its aromatic CH has the mass of the carbon alone, so the hydrogens of 16
-  // such atoms are missing: one TYR, two PHE and one HIS.
+  // The masses are those of the force field. It gives an aromatic CH the mass of the carbon alone, so the masses of 16
+  // hydrogens are missing: those of one TYR, two PHE and one HIS.
   EXPECT_NEAR(total(united.mass_u), total(all.mass_u) - 16 * 1.008, 0.01);
   std::size_t hydrogens = 0;
   for (std::size_t i = 0; i < united.size(); ++i) {
