@@ -562,7 +562,7 @@ class RandomCalls {
                                                        "hold",  "\xff\xfe", "no such name"};
     return kTexts[below(kTexts.size())];
   }
-  /// Returns a struct in a buffer of the claimed size, or of 64 KiB if that size is absurd.
+  /// Returns a struct in a buffer of the claimed size, or of 64 KiB if the claimed size is too large.
   template <class Struct>
   Struct* result() {
     if (below(20) == 0) return nullptr;

@@ -30,8 +30,8 @@ void for_each_line(const Visit& visit) {
   }
 }
 
-/// Returns the number after "default" in the comment of each field, by "Message.field". The value is empty if words
-/// describe the default ("default: …").
+/// Returns the default that is stated in the comment of each field. The key is "Message.field", the value the number
+/// after "default". The value is empty if words describe the default ("default: …").
 std::map<std::string, std::string> documented_defaults() {
   static const std::regex kMessage(R"(message (\w+) \{.*)");
   static const std::regex kField(R"(.* (\w+) = \d+; *//.*default(?: ([-+.0-9a-z ]+)|:).*)");

@@ -29,8 +29,8 @@ class Flung {
     EXPECT_TRUE(room_.post({.seat = {0, UserId{1}, UserRole::kManipulator}}));
   }
 
-  /// Runs a fling. The client reports the fraction `supplied_share` of the true work as supplied by the hand. The true
-  /// work is that along the handle's path against the wrench.
+  /// Runs a fling. The true work is the work of the hand against the wrench along the handle's path. The client reports
+  /// the fraction `supplied_share` of the true work as supplied by the hand.
   void run(double supplied_share) {
     for (std::uint64_t tick = 1; tick <= 1500; ++tick) {
       proto::ClientUpdate input;

@@ -12,7 +12,8 @@
 namespace tandem::lab {
 namespace {
 
-/// Returns a molecule of one atom at the origin, in residue `residue` 7 of chain `chain`.
+/// Returns a molecule of one atom at the origin. The atom is in chain `chain`, in a residue named `residue` with the
+/// number 7.
 docking::Molecule part(const std::string& name, const std::string& element, const std::string& residue,
                        const std::string& chain) {
   docking::Molecule made = test::one_atom(3.4, 0.4);
