@@ -245,7 +245,7 @@ TEST(Client, ThatGoesToAnotherSceneCallsOffTheModelOfTheOld) {
   bench.join(box_scene());
   making.wait_until_it_began();
   bench.join_again(box_scene());
-  // waits for the construction thread; virtual time does not advance
+  // Waits for the construction thread. Virtual time does not advance meanwhile.
   while (making.points < 2) bench.client.poll(bench.now);
   EXPECT_TRUE(making.is_called_off);
 }

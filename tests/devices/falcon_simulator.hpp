@@ -1,9 +1,9 @@
 // Simulates the protocol of a Falcon. It receives the bytes and requests of the FTDI bridge, returns bytes, and can
 // inject faults.
 //
-//   LOADER  (baud rate 9600)     after DTR rises: answers 0A 44 2C 0D with 0A 43 0D, then waits for the upload's baud rate
-//   UPLOAD  (baud rate 0x0015)   echoes 41, then each byte of the firmware
-//   RUN     (baud rate 0x0002)   with firmware: sends one packet for each received packet; without: sends nothing
+//   LOADER  baud rate 9600    after DTR rises: answers 0A 44 2C 0D with 0A 43 0D, then waits for the upload's baud rate
+//   UPLOAD  baud rate 0x0015  echoes 41, then each byte of the firmware
+//   RUN     baud rate 0x0002  with firmware: sends one packet for each received packet; without: sends nothing
 //
 // The response times suit the host's protocol; they were not measured with hardware. The homing rule was not verified
 // either: the device is homed when the grip passes z = 0.08 m while homing is requested.

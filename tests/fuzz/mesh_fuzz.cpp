@@ -24,8 +24,7 @@ void check(const geometry::TriangleMesh& mesh) {
 }
 
 /// Builds a mesh from bytes.
-/// Model   layout of the bytes: exponent of 2 that gives the unit; number of vertices; x, y and z of each vertex as
-///         signed
+/// Model   layout of the bytes: exponent of 2 that gives the unit; number of vertices; x, y and z of each vertex as signed
 ///         bytes; vertex indices of the triangles
 geometry::TriangleMesh mesh_of(std::span<const std::uint8_t> bytes) {
   geometry::TriangleMesh mesh;

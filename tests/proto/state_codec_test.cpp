@@ -69,7 +69,7 @@ TEST(ClientUpdateCodec, ReadsBackEveryField) {
         largest_client_update(ClientMode::kHandle), ClientUpdate{}}) {
     Bytes bytes;
     append_client_update(written, bytes);
-    // an object with other contents, all of which must be overwritten
+    // Decodes into an object with other contents, all of which must be overwritten.
     ClientUpdate read = largest_client_update(ClientMode::kWave);
     ASSERT_EQ(parse_client_update(bytes, read), DropReason::kNone);
     EXPECT_EQ(read.input_tick, written.input_tick);

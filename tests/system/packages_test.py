@@ -184,7 +184,6 @@ class Scripts(ProgramTest):
         names = {package["name"] for package in json.loads(done.stdout)["packages"]}
         # Packages whose code is compiled into the programs, the static library of the window (Dear ImGui), and the
         # package for the Python module.
-        # module.
         self.assertLessEqual({"libeigen3-dev", "libssl-dev", "libstdc++-12-dev", "libimgui-dev", "pybind11-dev"}, names)
 
     def test_files_of_the_library_and_of_python_are_in_their_packages(self):

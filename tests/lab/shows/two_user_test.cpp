@@ -135,8 +135,8 @@ TEST(Together, APlateCarriedByTwoDragsByLessThanATenthOfItsWeight) {
   EXPECT_LE(Shown("two_carry", disturbed(100))["contact_error_rms_n"], 0.29);
 }
 
-// The local model must estimate the impedance of the partner's hand during contact. Fails if it assumes an average
-// hand.
+// The local model must estimate the impedance of the partner's hand during contact. Fails if it assumes the same
+// impedance for every partner.
 TEST(Together, HandsOfAnyWeightAndStiffness) {
   for (const char* hand : {"hand.mass_kg=1.5", "hand.mass_kg=0.05", "hand.stiffness_n_per_m=600"}) {
     const Shown squeeze("squeeze", disturbed(100, {hand}));

@@ -43,7 +43,7 @@ class ResidueSelectionTest : public testing::Test {
     X_WB_.resize(3);
     X_WB_[2].p = {0, 0, 30 * kScale};
   }
-  /// Returns the first atom that a ray along −z through the point (x, y, from_z) hits [Å].
+  /// Returns the first atom that is hit by a ray along −z. The ray starts at the point (x, y, from_z) [Å].
   std::optional<AtomPlace> at(double x, double y, double from_z = 100) const {
     return first_atom(scene_, X_WB_, kScale, kScale * Vec3(x, y, from_z), -Vec3::UnitZ());
   }

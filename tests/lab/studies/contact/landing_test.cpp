@@ -49,8 +49,8 @@ TouchTrace bounces(double speed_m_per_s, double harder) {
 TEST(Landing, AnUndampedSpringLosesContactRepeatedlyAndCreatesNoEnergy) {
   const TouchFigures figures = quick_figures_of({bounces(0.1, 1)});
   EXPECT_GT(figures.separations, 1U);
-  // The spring k returns the energy that it stored: ½ k d² = ½ m v² + 1 N · (1 mm + d). The tool m arrives with the
-  // speed v, is pressed with 1 N from a height of 1 mm, and reaches the depth d = 3 mm.
+  // The spring with the stiffness k returns the energy that it stored: ½ k d² = ½ m v² + 1 N · (1 mm + d). The tool of
+  // mass m arrives with the speed v, is pressed with 1 N from a height of 1 mm, and reaches the depth d = 3 mm.
   const double taken_j = 4.5e-3;
   EXPECT_NEAR(figures.contact_returned_j, taken_j, 0.02 * taken_j);
   EXPECT_LT(figures.contact_created_j, 0.02 * taken_j);
